@@ -1,0 +1,83 @@
+"""One stretch of logged inertial readings, as the sensor gave them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.errors import UnusableLog
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ImuLog:
+    """Raw readings against time, checked once on creation.
+
+    Parameters
+    ----------
+    label : str
+        What messages call this log, for example ``pose_07.csv``.
+    time_s : array, shape (t,)
+        Sample times in seconds, strictly increasing.
+    accelerometer, gyroscope : array, shape (t, 3)
+        Raw readings in counts (or in the unit the sensor is declared to give); a triad that was
+        not logged is all NaN.
+    columns : mapping of name to array, shape (t,)
+        Every further numeric column, for example ``temperature_c``.
+
+    Raises
+    ------
+    UnusableLog
+        Fewer than two samples, shapes that disagree, time not increasing, or NaN inside a triad.
+    """
+
+    label: str
+    time_s: FloatArray
+    accelerometer: FloatArray
+    gyroscope: FloatArray
+    columns: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        n = len(self.time_s)
+        if n < 2:
+            raise UnusableLog(
+                f"{self.label}: {n} sample(s) found, at least 2 expected; record the pose again."
+            )
+        backwards = np.flatnonzero(np.diff(self.time_s) <= 0)
+        if backwards.size:
+            i = int(backwards[0])
+            raise UnusableLog(
+                f"{self.label}: time does not increase at sample {i + 2}: {self.time_s[i]:.6g} s is "
+                f"followed by {self.time_s[i + 1]:.6g} s. Remove the repeated or misplaced rows, "
+                f"or record the log again."
+            )
+        for name in ("accelerometer", "gyroscope"):
+            triad = getattr(self, name)
+            if triad.shape != (n, 3):
+                raise UnusableLog(
+                    f"{self.label}: {name} readings have shape {triad.shape}, ({n}, 3) expected."
+                )
+            missing = ~np.isfinite(triad)
+            if missing.any() and not missing.all():
+                row = int(np.flatnonzero(missing.any(axis=1))[0])
+                raise UnusableLog(
+                    f"{self.label}: the {name} has no number at sample {row + 1}. Remove the "
+                    f"damaged rows, or record the log again."
+                )
+
+    def has(self, triad: str) -> bool:
+        """Whether ``triad`` ("accelerometer" or "gyroscope") was logged."""
+        return bool(np.isfinite(getattr(self, triad)[0, 0]))
+
+    def between(self, start: int, stop: int, label: str) -> "ImuLog":
+        """The samples ``start:stop`` as a log of their own."""
+        part = slice(start, stop)
+        return ImuLog(
+            label,
+            self.time_s[part],
+            self.accelerometer[part],
+            self.gyroscope[part],
+            {name: values[part] for name, values in self.columns.items()},
+        )
