@@ -1,0 +1,220 @@
+"""The picture of a scene of the simulated bench at a given plate angle.
+
+The reflectance of the plate is kept as a polar image, in which turning is a shift along the rows: each pixel's place on the plate is computed once
+from the true perspective of a pinhole camera, and a frame is one look-up at (radius, azimuth - θ).
+Nothing is resampled twice and nothing is rotated in pixels. Exposure averages the polar image over
+the angle swept; a rolling shutter gives each picture row its own θ.
+
+Every edge is drawn from its signed distance with a ramp one picture pixel wide (the blur of an
+ordinary lens) and every pixel averages 2 x 2 samples, so that edges move by exact fractions of a
+pixel.
+"""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.world.scene import FloatArray, Scene, homography
+
+Image = NDArray[np.float32]
+
+AZIMUTHS = 4096  # columns of the polar image: 0.2 pixel at the rim of a plate of 140 pixels
+OVERSAMPLING = 2
+
+
+class Picture:
+    """Renders ``scene`` at given plate angles: luma (h, w) and chroma (h/2, w/2), without noise."""
+
+    def __init__(self, scene: Scene, seed: int = 0) -> None:
+        self.scene = scene
+        rng = np.random.default_rng([seed, 1])
+        h, w = scene.height_px, scene.width_px
+        self._luma_plate, self._chroma_plate = _polar_plate(scene, rng)
+        self._radius, self._azimuth = _place_on_plate(scene, h, w, OVERSAMPLING)
+        self._radius_c, self._azimuth_c = _place_on_plate(scene, h // 2, w // 2, 1)
+        self._inside = _ramp((1.0 - self._radius) * scene.radius_px * OVERSAMPLING / 2)
+        self._inside_c = _ramp((1.0 - self._radius_c) * scene.radius_px / 2)
+        self._deck = _deck(scene, rng)
+        self._shade, self._glare = _light(scene)
+        self._arm = _tonearm(scene) if scene.tonearm else None
+        self._blurred: dict[float, Image] = {}
+
+    def luma(self, angle_by_row: FloatArray, swept_rad: float, time_s: float = 0.0) -> Image:
+        """Luma at the plate angle of each picture row (h,), blurred over ``swept_rad``."""
+        scene = self.scene
+        rows = np.repeat(angle_by_row, OVERSAMPLING).astype(np.float64)
+        plate = self._look_up(self._blur(abs(swept_rad)), self._radius, self._azimuth, rows)
+        plate = _average(plate * self._inside)
+        cover = _average(self._inside)
+        picture = plate + (1 - cover) * self._deck
+        if self._arm is not None:
+            picture = picture * (1 - self._arm) + 150.0 * self._arm
+        picture = (picture - 16) * self._shade + 16 + self._glare * cover
+        if time_s < scene.hand_until_s:
+            picture = _hand(picture, time_s, scene)
+        gain = scene.light * (1 + scene.flicker * np.sin(2 * np.pi * scene.flicker_hz * time_s))
+        return ((picture - 16) * gain + 16).astype(np.float32)
+
+    def chroma(self, angle_by_row: FloatArray) -> tuple[Image, Image]:
+        """Both chroma planes; not blurred by the exposure."""
+        rows = angle_by_row[::2][: self._radius_c.shape[0]]
+        cb, cr = (
+            128 + self._inside_c * self._look_up(plane, self._radius_c, self._azimuth_c, rows)
+            for plane in self._chroma_plate
+        )
+        return cb.astype(np.float32), cr.astype(np.float32)
+
+    def phase_information(self, angle_rad: float, swept_rad: float) -> float:
+        """Σ(∂luma/∂θ)² over the picture: phase variance is at least noise² over this."""
+        h, step = self.scene.height_px, 2e-3
+        ahead, behind = (
+            self.luma(np.full(h, angle_rad + s), swept_rad).astype(float) for s in (step, -step)
+        )
+        return float((((ahead - behind) / (2 * step)) ** 2).sum())
+
+    def _look_up(self, polar: Image, radius: Image, azimuth: Image, rows: FloatArray) -> Image:
+        shift = (np.mod(rows, 2 * np.pi) * AZIMUTHS / (2 * np.pi)).astype(np.float32)
+        column = azimuth - shift[:, None] + AZIMUTHS  # the polar image holds two turns
+        return cv2.remap(polar, column, radius * _rows_per_radius(self.scene), cv2.INTER_LINEAR)
+
+    def _blur(self, swept_rad: float) -> Image:
+        """The polar image averaged over the exposure, width rounded to 1/4 column."""
+        columns = round(swept_rad * AZIMUTHS / (2 * np.pi) * 4) / 4
+        if columns not in self._blurred:
+            self._blurred.clear()
+            half = np.arange(AZIMUTHS // 2 + 1)
+            transfer = np.sinc(half * columns / AZIMUTHS)
+            one_turn = self._luma_plate[:, :AZIMUTHS]
+            soft = np.fft.irfft(np.fft.rfft(one_turn, axis=1) * transfer, AZIMUTHS, axis=1)
+            self._blurred[columns] = _two_turns(soft)
+        return self._blurred[columns]
+
+
+def _rows_per_radius(scene: Scene) -> np.float32:
+    return np.float32(np.ceil(2 * scene.radius_px))
+
+
+def _ramp(distance_px: Image) -> Image:
+    """Coverage of an edge seen by the lens: 0 outside to 1 inside over one pixel."""
+    return np.clip(0.5 + distance_px, 0, 1).astype(np.float32)
+
+
+def _average(samples: Image) -> Image:
+    """Mean of the samples of each pixel."""
+    h, w = samples.shape
+    return cv2.resize(samples, (w // OVERSAMPLING, h // OVERSAMPLING), interpolation=cv2.INTER_AREA)
+
+
+def _two_turns(polar: FloatArray) -> Image:
+    return np.hstack([polar, polar, polar[:, :2]]).astype(np.float32)
+
+
+def _place_on_plate(scene: Scene, h: int, w: int, over: int) -> tuple[Image, Image]:
+    """Radius (radii) and azimuth (columns of the polar image) of every sample."""
+    scale = scene.width_px / w
+    y, x = np.mgrid[: h * over, : w * over].astype(float)
+    # Pixel centres are whole numbers.
+    x, y = ((x + 0.5) / over) * scale - 0.5, ((y + 0.5) / over) * scale - 0.5
+    back = np.linalg.inv(homography(scene))
+    u, v, n = (back[i, 0] * x + back[i, 1] * y + back[i, 2] for i in range(3))
+    u, v = u / n, v / n
+    azimuth = np.mod(np.arctan2(v, u), 2 * np.pi) * AZIMUTHS / (2 * np.pi)
+    return np.hypot(u, v).astype(np.float32), azimuth.astype(np.float32)
+
+
+def _polar_plate(scene: Scene, rng: np.random.Generator) -> tuple[Image, tuple[Image, Image]]:
+    """Luma and chroma (offset from grey) of the plate at angle zero, as polar images."""
+    rows = int(_rows_per_radius(scene))
+    radius = (np.arange(rows + 2) / rows)[:, None]
+    azimuth = (np.arange(AZIMUTHS) * 2 * np.pi / AZIMUTHS)[None, :]
+    x, y = radius * np.cos(azimuth), radius * np.sin(azimuth)
+    px = scene.radius_px
+
+    grooves = 1.5 * np.sin(radius * px * 1.9)
+    luma = np.broadcast_to(scene.plate_luma + grooves, x.shape).copy()
+    cb, cr = np.zeros_like(x), np.zeros_like(x)
+    if scene.texture:
+        speckle = cv2.GaussianBlur(rng.standard_normal((256, 256)), (0, 0), 1.5)
+        speckle *= scene.texture / speckle.std()
+        luma += cv2.remap(
+            speckle.astype(np.float32),
+            ((x + 1.05) * 121).astype(np.float32),
+            ((y + 1.05) * 121).astype(np.float32),
+            cv2.INTER_LINEAR,
+        )
+
+    def paint(inside: FloatArray, value: float, blue: float = 0.0, red: float = 0.0) -> None:
+        for plane, colour in ((luma, value), (cb, blue), (cr, red)):
+            plane += inside * (colour - plane)
+
+    def box(cx: float, cy: float, turn: float, length: float, width: float) -> FloatArray:
+        along = (x - cx) * np.cos(turn) + (y - cy) * np.sin(turn)
+        across = -(x - cx) * np.sin(turn) + (y - cy) * np.cos(turn)
+        return _ramp(px * (length / 2 - np.abs(along))) * _ramp(px * (width / 2 - np.abs(across)))
+
+    if scene.label:
+        paint(_ramp(px * (0.30 - radius)) * np.ones_like(x), 95, -10, 40)
+        sector = _ramp(px * radius * (0.7 - np.abs(np.angle(np.exp(1j * (azimuth - 4.0))))))
+        paint(_ramp(px * (0.30 - radius)) * sector, 190, -8, 6)
+    if scene.sensor_box:
+        paint(box(0.02, -0.01, 0.3, 0.34, 0.27), 150, -70, 60)
+        reach = radius - 0.15
+        bend = 0.3 + 0.12 * np.sin(9 * reach)
+        across = np.abs(np.angle(np.exp(1j * (azimuth - bend - np.pi)))) * radius
+        cable = _ramp(px * (0.012 - across)) * _ramp(px * reach) * _ramp(px * (0.62 - radius))
+        paint(cable, 22)
+    for mark in scene.marks:
+        cx, cy = mark.radius * np.cos(mark.azimuth_rad), mark.radius * np.sin(mark.azimuth_rad)
+        paint(box(cx, cy, mark.azimuth_rad, mark.length, mark.width), mark.luma)
+    paint(_ramp(px * (0.02 - radius)) * np.ones_like(x), 180)
+    if not scene.colour:
+        cb[:], cr[:] = 0, 0
+    return _two_turns(luma), (_two_turns(cb), _two_turns(cr))
+
+
+def _deck(scene: Scene, rng: np.random.Generator) -> Image:
+    """The fixed surroundings, with grain, and the fixed mark just outside the plate."""
+    h, w = scene.height_px, scene.width_px
+    grain = cv2.GaussianBlur(rng.standard_normal((h, w)), (0, 0), 2.0)
+    deck = scene.deck_luma + 3.0 * grain / grain.std()
+    if scene.deck_mark_azimuth_rad is not None:
+        x, y = (np.mgrid[:h, :w][::-1]).astype(float)
+        back = np.linalg.inv(homography(scene))
+        u, v, n = (back[i, 0] * x + back[i, 1] * y + back[i, 2] for i in range(3))
+        a = scene.deck_mark_azimuth_rad
+        along = (u * np.cos(a) + v * np.sin(a)) / n - 1.08
+        across = (-u * np.sin(a) + v * np.cos(a)) / n
+        inside = _ramp(scene.radius_px * (0.055 - np.abs(along))) * _ramp(
+            scene.radius_px * (0.03 - np.abs(across))
+        )
+        deck = deck + inside * (215 - deck)
+    return np.asarray(deck, np.float32)
+
+
+def _light(scene: Scene) -> tuple[Image, Image]:
+    """Relative illumination, and the highlight that the glossy plate adds; both stand still."""
+    y, x = np.mgrid[: scene.height_px, : scene.width_px].astype(float)
+    shade = 1 - scene.shading * (x / scene.width_px + y / scene.height_px) / 2
+    cx, cy, r = *scene.centre_px, scene.radius_px
+    spot = ((x - cx - 0.5 * r) / (0.3 * r)) ** 2 + ((y - cy + 0.3 * r) / (0.13 * r)) ** 2
+    return shade.astype(np.float32), (scene.glare * np.exp(-spot / 2)).astype(np.float32)
+
+
+def _tonearm(scene: Scene) -> Image:
+    """Coverage of a bar from the upper right over the plate."""
+    y, x = np.mgrid[: scene.height_px, : scene.width_px].astype(float)
+    cx, cy, r = *scene.centre_px, scene.radius_px
+    foot, tip = np.array([cx + 1.15 * r, cy - 0.9 * r]), np.array([cx + 0.5 * r, cy + 0.25 * r])
+    along = (tip - foot) / np.linalg.norm(tip - foot)
+    s = np.clip((x - foot[0]) * along[0] + (y - foot[1]) * along[1], 0, np.linalg.norm(tip - foot))
+    return _ramp(0.035 * r - np.hypot(x - foot[0] - s * along[0], y - foot[1] - s * along[1]))
+
+
+def _hand(picture: Image, time_s: float, scene: Scene) -> Image:
+    """A hand that lies on the rim and draws back."""
+    y, x = np.mgrid[: scene.height_px, : scene.width_px].astype(float)
+    cx, cy, r = *scene.centre_px, scene.radius_px
+    away = max(0.0, time_s / scene.hand_until_s - 0.3) * 1.2
+    px, py = cx + (0.95 + away) * r, cy + (0.35 + 0.2 * np.sin(3 * time_s)) * r
+    inside = _ramp(0.02 * r * (1 - ((x - px) / (0.4 * r)) ** 2 - ((y - py) / (0.25 * r)) ** 2) * 20)
+    return np.asarray(picture * (1 - inside) + 165 * inside, np.float32)
