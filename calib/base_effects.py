@@ -6,8 +6,8 @@ Evaluated on the nominal reading y, they form ``s = M y + c`` with
 
 import numpy as np
 
-from calib.effects import AXES, Conditions, Page, effect, per_axis
-from calib.imu_log import FloatArray
+from calib.effects import Conditions, Page, effect, per_axis
+from calib.imu_log import AXES, FloatArray
 
 
 @effect(

@@ -20,12 +20,8 @@ from typing import Literal
 
 import numpy as np
 
-from calib.imu_log import FloatArray
+from calib.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, Triad
 
-Triad = Literal["accelerometer", "gyroscope"]
-TRIADS: tuple[Triad, ...] = ("accelerometer", "gyroscope")
-SI_UNIT: Mapping[str, str] = {"accelerometer": "m/s²", "gyroscope": "rad/s"}
-AXES = ("x", "y", "z")
 
 REFERENCE_TEMPERATURE_C = 25.0
 """Temperature at which bias and scale are quoted once a temperature effect is in the model."""

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from calib.effects import AXES, REFERENCE_TEMPERATURE_C, Conditions, Page, Shape, effect, per_axis
-from calib.imu_log import FloatArray
+from calib.effects import REFERENCE_TEMPERATURE_C, Conditions, Page, Shape, effect, per_axis
+from calib.imu_log import AXES, FloatArray
 
 SECONDS_PER_HOUR = 3600.0
 
@@ -119,7 +119,10 @@ def hysteresis(at: Conditions) -> FloatArray:
     unit="{u}/(m/s²)²",
     page=Page(
         formula="e_k = v_k · σ_a²,  σ_a² the accelerometer's variance within the pose, axes summed",
-        typical={"MPU-6050": "0.01 to 0.1 °/s; some 100 µg/g²", "MTi": "0.001 °/s; 50 to 100 µg/g²"},
+        typical={
+            "MPU-6050": "0.01 to 0.1 °/s; some 100 µg/g²",
+            "MTi": "0.001 °/s; 50 to 100 µg/g²",
+        },
         source="IEEE Std 1293 vibration rectification error",
         confounded="bias exactly while the motor shakes every pose alike",
         separates="plate-stopped poses with the motor on and off; a second speed",

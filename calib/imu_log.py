@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,11 @@ from numpy.typing import NDArray
 from calib.errors import UnusableLog
 
 FloatArray = NDArray[np.float64]
+
+Triad = Literal["accelerometer", "gyroscope"]
+TRIADS: tuple[Triad, Triad] = ("accelerometer", "gyroscope")
+AXES = ("x", "y", "z")
+SI_UNIT: Mapping[str, str] = {"accelerometer": "m/s²", "gyroscope": "rad/s"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +55,8 @@ class ImuLog:
         if backwards.size:
             i = int(backwards[0])
             raise UnusableLog(
-                f"{self.label}: time does not increase at sample {i + 2}: {self.time_s[i]:.6g} s is "
-                f"followed by {self.time_s[i + 1]:.6g} s. Remove the repeated or misplaced rows, "
+                f"{self.label}: time does not increase at sample {i + 2}: {self.time_s[i]:.6g} s "
+                f"is followed by {self.time_s[i + 1]:.6g} s. Remove the repeated or misplaced rows, "
                 f"or record the log again."
             )
         for name in ("accelerometer", "gyroscope"):

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from calib.effects import AXES, Conditions, Page, effect, per_axis
-from calib.imu_log import FloatArray
+from calib.effects import Conditions, Page, effect, per_axis
+from calib.imu_log import AXES, FloatArray
 
 
 @effect(
@@ -51,7 +51,10 @@ def g_squared_sensitivity(at: Conditions) -> FloatArray:
     triads=("accelerometer",),
     page=Page(
         formula="e = Ω² (u (u·r) − r),  u the axis of the plate",
-        typical={"MPU-6050": "0.5 to 2 mm in the chip, 13 mm off the spindle is common", "MTi": "5 mm"},
+        typical={
+            "MPU-6050": "0.5 to 2 mm in the chip, 13 mm off the spindle is common",
+            "MTi": "5 mm",
+        },
         source="Kalibr size effect; centripetal acceleration",
         confounded="nothing in still poses: it is not there",
         separates="accelerometer logged on the plate at two speeds",

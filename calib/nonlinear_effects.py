@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from calib.effects import AXES, Conditions, Page, effect, per_axis
-from calib.imu_log import FloatArray
+from calib.effects import Conditions, Page, effect, per_axis
+from calib.imu_log import AXES, FloatArray
 
 
 @effect(
