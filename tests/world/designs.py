@@ -1,0 +1,76 @@
+"""The named evenings: the paper's experiment, the rich gyroscope design, three temperatures."""
+
+import numpy as np
+
+from tests.world.bench import (
+    HUMIDITY,
+    SUPPLY_V,
+    Course,
+    Design,
+    Run,
+    corner_directions,
+    wedge_directions,
+)
+from tests.world.imu import FloatArray, Sensor, mpu6050, mti
+from tests.world.plate import PlateMotion
+
+RPM = np.pi / 30  # rad/s
+SLOW, FAST = 50 / 3 * RPM, 100 / 3 * RPM
+
+PLATEAU = Course(  # °C: the unit was switched on an hour before
+    start=30.0, wander_sd=0.2, wander_tau_s=200.0, reference=25.0, logging_sd=0.02, decimals=2
+)
+
+
+def still_run(directions: FloatArray, seconds: float = 8.0, **where: float) -> Run:
+    """Poses on a table, for the accelerometers, and the gyroscopes with the plate stopped."""
+    return Run("stopped", None, directions, seconds, in_accelerometer_section=True, **where)
+
+
+def turning_run(
+    name: str, motion: PlateMotion, directions: FloatArray, seconds: float = 20.0
+) -> Run:
+    """Poses on the turning plate."""
+    return Run(name, motion, directions, seconds, lead_s=60.0)
+
+
+def paper_design(sensor: Sensor | None = None, motion: PlateMotion | None = None) -> Design:
+    """Angrisano et al.: 18 poses of 8 s at rest, 18 of 20 s at 16 2/3 rpm, wedge within 1°."""
+    wedge = wedge_directions()
+    return Design(
+        title="MTi on a 16 rpm record player",
+        sensor=sensor or mti(),
+        runs=(still_run(wedge), turning_run("17rpm", motion or PlateMotion(SLOW), wedge)),
+    )
+
+
+def rich_design(sensor: Sensor | None = None) -> Design:
+    """18 poses, two speeds, both directions, plate stopped: 126 gyroscope rows."""
+    wedge = wedge_directions()
+    speeds = {"17rpm": SLOW, "m17rpm": -SLOW, "33rpm": FAST, "m33rpm": -FAST}
+    return Design(
+        title="MPU-6050, two speeds, both directions and plate stopped",
+        sensor=sensor or mpu6050(),
+        runs=(
+            still_run(wedge),
+            *(turning_run(name, PlateMotion(rate), wedge) for name, rate in speeds.items()),
+        ),
+        columns={"supply_v": SUPPLY_V, "humidity_pct": HUMIDITY},
+        jitter_deg=3.0,
+    )
+
+
+def soak_design(sensor: Sensor | None = None) -> Design:
+    """26 poses (faces, edges, corners) at three temperatures, 0, +20 and 0 °C: 78 rows."""
+    directions = np.vstack([wedge_directions(), corner_directions()])
+    return Design(
+        title="26 poses at three temperatures",
+        sensor=sensor or mpu6050(),
+        runs=tuple(
+            still_run(directions, soak_c=warmth, lead_s=lead)
+            for warmth, lead in ((0.0, 0.0), (20.0, 1200.0), (0.0, 1200.0))
+        ),
+        temperature=PLATEAU,
+        columns={"supply_v": SUPPLY_V, "humidity_pct": HUMIDITY},
+        jitter_deg=3.0,
+    )
