@@ -1,0 +1,137 @@
+"""The rows that are fitted, and their exact derivatives.
+
+    magnitude row   (|s_i| - m_i - D_i theta - C_i eta) / sd_i
+    null row        (s_i - expected_i) / sd_i, three of them
+    prior row       eta_j, one for each error that several references have in common
+
+All rows have unit variance when the stated sds hold. ``eta`` are the common errors of the
+references in units of their own sd; carrying them as unknowns with a prior puts the sd of a shared
+rate into the scale, where it does not average down.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.imu_log import FloatArray
+from calib.model import Model, pick, sensor_slope, solve_sensor, stack_columns
+from calib.poses import PoseSet
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Whitened rows at one estimate.
+
+    ``residual`` (r,), ``jacobian`` (r, p + q) with the q common errors last, ``vector`` (n, 3) the
+    corrected vectors. The first rows are the magnitude rows, then the null rows, then the priors.
+    """
+
+    residual: FloatArray
+    jacobian: FloatArray
+    vector: FloatArray
+
+    @property
+    def chi2(self) -> float:
+        """Sum of the squared whitened residuals."""
+        return float(self.residual @ self.residual)
+
+
+class Equations:
+    """The rows of one pose set under one model; holds what does not change between iterations."""
+
+    def __init__(self, poses: PoseSet, model: Model) -> None:
+        self.poses, self.model = poses, model
+        y = poses.reading
+        reference = poses.reference
+        self.at = poses.conditions(y)
+        self.magnitude = np.flatnonzero(~reference.is_null)
+        self.null = np.flatnonzero(reference.is_null)
+        self.on_reading = model.acting_on("reading")
+        self.on_sensor = model.acting_on("sensor")
+        self.on_reference = model.acting_on("reference")
+        self.reading_index = pick(model, self.on_reading)
+        self.sensor_index = pick(model, self.on_sensor)
+        self.reference_index = pick(model, self.on_reference)
+        self.reading_columns = (
+            stack_columns(self.on_reading, self.at, {})
+            if self.on_reading
+            else np.zeros((*y.shape, 0))
+        )
+        self.reference_columns = (
+            np.concatenate([e.evaluate(self.at) for e in self.on_reference], axis=1)
+            if self.on_reference
+            else np.zeros((len(y), 0))
+        )
+        # The sd of |s| is the reading's sd along its own direction, and the reference's own.
+        direction = y / np.maximum(np.linalg.norm(y, axis=1, keepdims=True), 1e-300)
+        along = np.sqrt(((direction * poses.sd) ** 2).sum(axis=1) + reference.sd**2)
+        self.magnitude_sd = along[self.magnitude]
+        self.null_sd = np.sqrt(poses.sd**2 + reference.sd[:, None] ** 2)[self.null]
+        self.common = reference.common[self.magnitude]
+
+    @property
+    def row_pose(self) -> np.ndarray:
+        """Pose of every data row (the prior rows left out), shape (r - q,)."""
+        return np.concatenate([self.magnitude, np.repeat(self.null, 3)])
+
+    @property
+    def row_sd(self) -> FloatArray:
+        """Sd of every data row in SI units, shape (r - q,)."""
+        return np.concatenate([self.magnitude_sd, self.null_sd.ravel()])
+
+    @property
+    def data_count(self) -> int:
+        """Number of data rows."""
+        return len(self.magnitude) + 3 * len(self.null)
+
+    def corrected(self, theta: FloatArray, shapes: Mapping[str, float]) -> FloatArray:
+        """The corrected vectors s at ``theta``, shape (n, 3)."""
+        s = self.at.vector - self.reading_columns @ theta[self.reading_index]
+        if self.on_sensor:
+            s = solve_sensor(self.on_sensor, theta[self.sensor_index], shapes, self.at, s)
+        return s
+
+    def _vector_jacobian(
+        self, theta: FloatArray, shapes: Mapping[str, float], s: FloatArray
+    ) -> FloatArray:
+        """ds/dtheta, shape (n, 3, p)."""
+        jacobian = np.zeros((*s.shape, self.model.size))
+        jacobian[:, :, self.reading_index] = -self.reading_columns
+        if self.on_sensor:
+            at = self.poses.conditions(s)
+            jacobian[:, :, self.sensor_index] = -stack_columns(self.on_sensor, at, shapes)
+            slope = sensor_slope(self.on_sensor, theta[self.sensor_index], shapes, at)
+            jacobian = np.linalg.solve(slope, jacobian)
+        return jacobian
+
+    def rows(self, theta: FloatArray, eta: FloatArray, shapes: Mapping[str, float]) -> Rows:
+        """Whitened residual and exact Jacobian at ``theta`` (p,), ``eta`` (q,)."""
+        s = self.corrected(theta, shapes)
+        ds = self._vector_jacobian(theta, shapes, s)
+        p, q, k = self.model.size, len(eta), len(self.magnitude)
+        residual = np.empty(self.data_count + q)
+        jacobian = np.zeros((self.data_count + q, p + q))
+
+        s_turning = s[self.magnitude]
+        size = np.sqrt((s_turning**2).sum(axis=1))
+        n = s_turning / size[:, None]
+        reference = self.poses.reference.magnitude[self.magnitude] + self.common @ eta
+        residual[:k] = (size - reference) / self.magnitude_sd
+        jacobian[:k, :p] = np.einsum("ni,nip->np", n, ds[self.magnitude])
+        if self.on_reference:
+            columns = self.reference_columns[self.magnitude]
+            residual[:k] -= columns @ theta[self.reference_index] / self.magnitude_sd
+            jacobian[:k, self.reference_index] -= columns
+        jacobian[:k, p:] = -self.common
+        jacobian[:k] /= self.magnitude_sd[:, None]
+
+        if len(self.null):
+            rest = s[self.null] - self.poses.expected[self.null]
+            residual[k : self.data_count] = (rest / self.null_sd).ravel()
+            jacobian[k : self.data_count, :p] = (ds[self.null] / self.null_sd[:, :, None]).reshape(
+                -1, p
+            )
+        residual[self.data_count :] = eta
+        jacobian[self.data_count :, p:] = np.eye(q)
+        return Rows(residual, jacobian, s)
