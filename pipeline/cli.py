@@ -1,0 +1,53 @@
+"""The entry point ``pipeline``: the commands, and what becomes of an error.
+
+Help is printed without importing click; everything else goes through
+:mod:`pipeline.commands.group`, which imports a command's module when the command is typed.
+"""
+
+import os
+import sys
+from collections.abc import Sequence
+
+from pipeline.commands import front_page
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code (see :mod:`pipeline.errors`).
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        What follows the program's name; by default from ``sys.argv``.
+    """
+    typed = list(sys.argv[1:] if arguments is None else arguments)
+    if typed in ([], ["-h"], ["--help"]):
+        print(front_page())
+        return 0
+    return _run_command(typed)
+
+
+def _run_command(typed: list[str]) -> int:
+    """Hand ``typed`` to click; expected errors become one paragraph and an exit code."""
+    import click
+
+    from calib.errors import CalibrationError
+    from pipeline.commands.group import root
+    from pipeline.errors import INTERRUPTED, PipelineError, exit_code_of, report_bug
+    from vision.errors import VisionError
+
+    sys.excepthook = report_bug
+    # See no-color.org: any non-empty value switches colours off; None lets the terminal decide.
+    color = False if os.environ.get("NO_COLOR") else None
+    try:
+        done = root.main(typed, prog_name="pipeline", standalone_mode=False, color=color)
+    except (PipelineError, CalibrationError, VisionError) as error:
+        print(error, file=sys.stderr)
+        return exit_code_of(error)
+    except click.ClickException as error:
+        error.show()
+        return error.exit_code
+    except click.Abort:  # click's name for Ctrl-C and for end of input
+        print("Interrupted. Files are written whole or not at all: nothing is half done.",
+              file=sys.stderr)
+        return INTERRUPTED
+    return done if isinstance(done, int) else 0

@@ -1,0 +1,61 @@
+"""Names of log columns: ours, and those of well-known programs that mean the same."""
+
+from collections.abc import Mapping, Sequence
+
+ACCELEROMETER = ("acc_x", "acc_y", "acc_z")
+GYROSCOPE = ("gyr_x", "gyr_y", "gyr_z")
+TIME = "time_s"
+COUNTER = "counter"  #: sample counter; with a sample rate it gives the time, gaps included
+SKIP = "skip"  #: a column that is not read
+
+#: Per program: its header's names (in lower case) -> our name and the factor to our unit.
+DIALECTS: Mapping[str, Mapping[str, tuple[str, float]]] = {
+    "ours": {name: (name, 1.0) for name in (TIME, COUNTER, *ACCELEROMETER, *GYROSCOPE)},
+    # MT Manager's ASCII export. SampleTimeFine ticks at 10 kHz.
+    "MT Manager": {
+        "packetcounter": (COUNTER, 1.0),
+        "sampletimefine": (TIME, 1e-4),
+    },
+    # Sketches for the MPU-6050 that print ax,ay,az,gx,gy,gz or AcX,AcY,...
+    "Arduino": {
+        f"{theirs}{axis}": (f"{ours}_{axis}", 1.0)
+        for theirs, ours in (("a", "acc"), ("ac", "acc"), ("g", "gyr"), ("gy", "gyr"))
+        for axis in "xyz"
+    },
+}
+
+_OURS = {name: ours for dialect in DIALECTS.values() for name, ours in dialect.items()}
+
+#: Logs without a header that are known by their number of columns: imu_tk's seven.
+HEADERLESS: Mapping[int, tuple[str, ...]] = {7: (TIME, *ACCELEROMETER, *GYROSCOPE)}
+
+
+def our_name(theirs: str) -> tuple[str, float]:
+    """Our name of a header's column, and the factor that brings it to our unit.
+
+    A column that no dialect knows keeps its name and its unit.
+    """
+    bare = theirs.strip().strip('"').strip()
+    return _OURS.get(bare.lower(), (bare, 1.0))
+
+
+def is_known(theirs: str) -> bool:
+    """Whether a dialect knows a header's column."""
+    return theirs.strip().strip('"').strip().lower() in _OURS
+
+
+def missing_columns(names: Sequence[str]) -> str | None:
+    """What a log with columns of these names lacks to be one, in words; None if nothing.
+
+    A log needs at least one whole triad, and no name twice.
+    """
+    repeated = [name for i, name in enumerate(names) if name != SKIP and name in names[:i]]
+    if repeated:
+        return f"the column '{repeated[0]}' is there twice"
+    for triad in (ACCELEROMETER, GYROSCOPE):
+        lacking = [name for name in triad if name not in names]
+        if 0 < len(lacking) < len(triad):
+            return f"{' and '.join(lacking)} missing beside the rest of the triad"
+    if ACCELEROMETER[0] not in names and GYROSCOPE[0] not in names:
+        return "neither acc_x, acc_y, acc_z nor gyr_x, gyr_y, gyr_z is there"
+    return None

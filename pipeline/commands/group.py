@@ -1,0 +1,44 @@
+"""The click group behind ``pipeline``: imports a command's module when the command is typed."""
+
+from importlib import import_module
+
+import click
+
+from pipeline.commands import COMMANDS, front_page
+from pipeline.names import nearest_name
+
+
+class LazyGroup(click.Group):
+    """A group whose commands are the table :data:`pipeline.commands.COMMANDS`."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Every command's name, in the order of the table."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The command of that name, imported now; None for a name not in the table."""
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = import_module(f"pipeline.commands.{cmd_name}").command
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The command typed; a wrong name is answered with the nearest right one."""
+        if args and not args[0].startswith("-") and args[0] not in COMMANDS:
+            raise click.UsageError(
+                f"no command is named '{args[0]}'{nearest_name(args[0], COMMANDS)}; "
+                f"`pipeline --help` lists them all"
+            )
+        return super().resolve_command(ctx, args)
+
+    def get_help(self, ctx: click.Context) -> str:
+        """The same page as ``pipeline --help`` prints without click."""
+        return front_page()
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="turntable-imu-calibration", prog_name="pipeline")
+def root() -> None:
+    """The group itself does nothing; the commands do."""

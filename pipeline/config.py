@@ -1,0 +1,104 @@
+"""The configuration of a session: one YAML file, read and checked whole before anything slow."""
+
+import math
+from pathlib import Path
+
+from pydantic import Field, PrivateAttr, ValidationError
+
+from calib.sensor import TriadSpec
+from pipeline.config_problems import problems_of
+from pipeline.config_sections import (
+    Accelerometer,
+    AccelerometerSheet,
+    Certificate,
+    Gyroscope,
+    GyroscopeSheet,
+    Installation,
+    OwnEffect,
+    Rate,
+    Record,
+    Sensor,
+    SensorOrPreset,
+    Site,
+)
+from pipeline.config_values import OwnName, Section, Surroundings
+from pipeline.errors import ConfigError
+from pipeline.units import UNITS
+from pipeline.yaml_source import YamlSource, read_source
+
+
+class Config(Section):
+    """A session, as its YAML file states it; made by :func:`load_config`.
+
+    Values are as in the file, in the units of their keys. Paths are found and exist.
+    """
+
+    title: str = ""
+    output: str | None = None
+    sensor: SensorOrPreset = Sensor()
+    rate: dict[str, Rate] = Field(default_factory=dict)
+    site: Site | None = None
+    accelerometer: Accelerometer | None = None
+    gyroscope: Gyroscope | None = None
+    installation: Installation | None = None
+    certificate: Certificate | None = None
+    effects: dict[OwnName, OwnEffect] = Field(default_factory=dict)
+    record: Record | None = None
+    _source: YamlSource = PrivateAttr()
+
+    @property
+    def source(self) -> YamlSource:
+        """The file's text, with the place of every value in it."""
+        return self._source
+
+    @property
+    def output_folder(self) -> Path:
+        """Where results go: ``output``, or the file's stem + ``.run``; beside the file."""
+        path = self._source.path
+        return path.parent / (self.output or f"{path.stem}.run")
+
+
+def load_config(path: Path) -> Config:
+    """Read and check a configuration, and find the files it names.
+
+    Raises
+    ------
+    ConfigError
+        With one paragraph for every mistake in the file: line, keys, what was found, what was
+        expected.
+    """
+    source = read_source(path)
+    surroundings = Surroundings(
+        path.parent, _names(source, "rate"), _names(source, "effects")
+    )
+    config, error = None, None
+    try:
+        config = Config.model_validate(source.values, context=surroundings)
+    except ValidationError as found:
+        error = found
+    problems = problems_of(source, error, surroundings)
+    if problems or config is None:
+        raise ConfigError(*problems)
+    config._source = source
+    return config
+
+
+def _names(source: YamlSource, section: str) -> tuple[str, ...]:
+    given = source.values.get(section)
+    return tuple(given) if isinstance(given, dict) else ()
+
+
+def triad_spec(sheet: AccelerometerSheet | GyroscopeSheet) -> TriadSpec:
+    """The data sheet in SI units, for the start values of Angrisano et al. eq. (12)."""
+    if sheet.unit is not None:
+        si_per_unit = UNITS[sheet.unit][1]
+        return TriadSpec(math.inf, 0, "si", si_per_unit)
+    (full_scale,) = (
+        getattr(sheet, key) * UNITS[key.removeprefix("full_scale_")][1]
+        for key in type(sheet).model_fields
+        if key.startswith("full_scale") and getattr(sheet, key) is not None
+    )
+    # Both are there: pipeline.config_rules.triad_sheet refuses a file without them.
+    assert sheet.bits is not None
+    assert sheet.encoding is not None
+    return TriadSpec(full_scale, sheet.bits, sheet.encoding)

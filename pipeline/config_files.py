@@ -1,0 +1,78 @@
+"""From names and patterns in a configuration to the files they stand for."""
+
+import re
+from itertools import takewhile
+from pathlib import Path
+
+from pipeline.names import nearest_name
+
+#: How many names of a folder a message shows.
+NAMES_SHOWN = 6
+
+
+def natural_key(name: str) -> list[tuple[int, str]]:
+    """Sort key that puts ``pose_2`` before ``pose_10``.
+
+    >>> sorted(["pose_10", "pose_2"], key=natural_key)
+    ['pose_2', 'pose_10']
+    """
+    parts = re.split(r"(\d+)", name)
+    return [(int(part), part) if part.isdecimal() else (-1, part) for part in parts]
+
+
+def is_pattern(name: str) -> bool:
+    """Whether ``name`` may stand for several files."""
+    return any(sign in name for sign in "*?[")
+
+
+def find_files(name: str, folder: Path) -> tuple[Path, ...]:
+    """The files that ``name`` stands for, naturally sorted.
+
+    Parameters
+    ----------
+    name : str
+        A path or a pattern (``*``, ``?``, ``[...]``, ``**``), relative to ``folder``.
+    folder : Path
+        The configuration's folder.
+
+    Raises
+    ------
+    FileNotFoundError
+        Nothing is there; the message names the folder and what is in it.
+    """
+    literal = folder / name
+    if literal.is_file():
+        return (literal,)
+    if literal.is_dir():
+        raise FileNotFoundError(f"'{name}' is a folder; name the files in it, as in "
+                                f"'{name.rstrip('/')}/*.csv'. {_holds(literal)}")
+    if not is_pattern(name):
+        near = nearest_name(literal.name, _names(literal.parent))
+        raise FileNotFoundError(f"there is no file '{name}'{near}. {_holds(literal.parent)}")
+    # Path.glob refuses absolute patterns: start at the last folder without a sign in its name.
+    fixed = tuple(takewhile(lambda part: not is_pattern(part), literal.parts))
+    start = Path(*fixed)
+    rest = str(Path(*literal.parts[len(fixed):]))
+    found = [path for path in start.glob(rest) if path.is_file()] if start.is_dir() else []
+    if not found:
+        raise FileNotFoundError(f"no file matches '{name}'. {_holds(start)}")
+    return tuple(sorted(found, key=lambda path: natural_key(str(path))))
+
+
+def _names(folder: Path) -> list[str]:
+    if not folder.is_dir():
+        return []
+    return sorted((entry.name for entry in folder.iterdir()), key=natural_key)
+
+
+def _holds(folder: Path) -> str:
+    """One sentence on what is in ``folder``, or how far the path to it exists."""
+    if not folder.is_dir():
+        there = next(parent for parent in folder.parents if parent.is_dir())
+        return f"There is no folder '{folder.relative_to(there)}' in {there}. {_holds(there)}"
+    names = _names(folder)
+    if not names:
+        return f"The folder {folder} is empty."
+    shown = ", ".join(names[:NAMES_SHOWN])
+    more = len(names) - NAMES_SHOWN
+    return f"The folder {folder} holds {shown}{f' and {more} more' if more > 0 else ''}."

@@ -1,0 +1,98 @@
+"""What can go wrong in a run, each with the exit code that tells a script what to do about it.
+
+====  ==========================================================================
+code  meaning
+====  ==========================================================================
+0     done; an effect found missing is a finding, not a failure
+1     our bug
+2     usage or configuration: change the command line or the YAML file
+3     input that cannot be read: repair or replace the file
+4     the data cannot determine what was asked: record more, or ask for less
+5     the fit failed its own check
+6     device
+130   interrupted
+====  ==========================================================================
+
+Every message is one paragraph: where, what was found, what was expected, what to do next.
+"""
+
+import os
+import platform
+import shlex
+import sys
+import tempfile
+import traceback
+from types import TracebackType
+from typing import ClassVar
+
+DONE, BUG, USAGE, UNREADABLE, UNDETERMINED, FIT_FAILED, DEVICE = range(7)
+INTERRUPTED = 130
+
+
+class PipelineError(Exception):
+    """Base of all expected failures of this package."""
+
+    exit_code: ClassVar[int] = USAGE
+
+
+class ConfigError(PipelineError):
+    """The configuration is wrong; ``problems`` has one paragraph for each mistake in the file."""
+
+    def __init__(self, *problems: str) -> None:
+        super().__init__("\n".join(problems))
+        self.problems = problems
+
+
+class UnwritableOutput(PipelineError):
+    """A result cannot be written where it was asked for."""
+
+
+class UnreadableInput(PipelineError):
+    """An input file is missing, damaged, or not what its columns promise."""
+
+    exit_code = UNREADABLE
+
+
+class DeviceError(PipelineError):
+    """A sensor or a camera does not answer, or answers nonsense."""
+
+    exit_code = DEVICE
+
+
+def exit_code_of(error: BaseException) -> int:
+    """The exit code of an exception that ended a command; 1 for all that nobody expected."""
+    from calib.errors import CalibrationError, FitFailed, UnusableLog
+    from vision.errors import UnreadableVideo, VisionError
+
+    # The first match counts: a family's own base comes after its members.
+    codes: tuple[tuple[type[BaseException], int], ...] = (
+        (UnusableLog, UNREADABLE),
+        (FitFailed, FIT_FAILED),
+        (CalibrationError, UNDETERMINED),
+        (UnreadableVideo, UNREADABLE),
+        (VisionError, UNDETERMINED),
+        (KeyboardInterrupt, INTERRUPTED),
+    )
+    if isinstance(error, PipelineError):
+        return error.exit_code
+    return next((code for family, code in codes if isinstance(error, family)), BUG)
+
+
+def report_bug(
+    kind: type[BaseException], error: BaseException, trace: TracebackType | None
+) -> None:
+    """Save the traceback of an unexpected exception and say where; made for ``sys.excepthook``.
+
+    Python itself then ends with exit code 1.
+    """
+    handle, path = tempfile.mkstemp(prefix="pipeline-bug-", suffix=".log", text=True)
+    with os.fdopen(handle, "w", encoding="utf-8") as log:
+        log.write(f"command: {shlex.join(sys.argv)}\n")
+        log.write(f"python: {sys.version}\nplatform: {platform.platform()}\n\n")
+        log.writelines(traceback.format_exception(kind, error, trace))
+    print(
+        f"This is our bug, not a fault in your data: {kind.__name__}: {error}. The command stopped "
+        f"and results of earlier runs were left as they were. The details are in {path}; please "
+        f"report it with that file and your config.yaml.",
+        file=sys.stderr,
+    )

@@ -1,0 +1,18 @@
+"""The nearest right name, for messages about wrong ones."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+#: Similarity (difflib's ratio) under which a suggestion would puzzle more than help.
+SIMILAR = 0.6
+
+
+def nearest_names(wrong: str, right: Iterable[str]) -> list[str]:
+    """The one of ``right`` that is nearest to ``wrong``, if any is near."""
+    by_lower = {name.lower(): name for name in right}
+    return [by_lower[name] for name in get_close_matches(wrong.lower(), by_lower, 1, SIMILAR)]
+
+
+def nearest_name(wrong: str, right: Iterable[str]) -> str:
+    """`` (did you mean 'misalignment'?)``, or nothing."""
+    return "".join(f" (did you mean '{name}'?)" for name in nearest_names(wrong, right))

@@ -1,0 +1,55 @@
+"""Units that keys end in, to answer a wrong one with the right key and the converted value."""
+
+import math
+from collections.abc import Iterable, Mapping
+
+#: Ending of a key -> quantity and the factor to its SI unit.
+UNITS: Mapping[str, tuple[str, float]] = {
+    "m_s2": ("acceleration", 1.0),
+    "m_per_s2": ("acceleration", 1.0),
+    "g": ("acceleration", 9.80665),  # standard gravity, by definition
+    "mg": ("acceleration", 9.80665e-3),
+    "mgal": ("acceleration", 1e-5),
+    "rad_s": ("angular rate", 1.0),
+    "deg_s": ("angular rate", math.pi / 180),
+    "dps": ("angular rate", math.pi / 180),
+    "deg_per_s": ("angular rate", math.pi / 180),
+    "rpm": ("angular rate", 2 * math.pi / 60),
+    "rad": ("angle", 1.0),
+    "deg": ("angle", math.pi / 180),
+    "m": ("length", 1.0),
+    "km": ("length", 1000.0),
+    "ft": ("length", 0.3048),
+    "s": ("time", 1.0),
+    "ms": ("time", 1e-3),
+    "min": ("time", 60.0),
+    "hz": ("frequency", 1.0),
+    "khz": ("frequency", 1000.0),
+    "ppm": ("fraction", 1e-6),
+    "percent": ("fraction", 1e-2),
+    "px": ("picture length", 1.0),
+    "counts": ("reading", 1.0),
+}
+
+
+def split_unit(key: str) -> tuple[str, str]:
+    """``full_scale_m_s2`` -> ``("full_scale", "m_s2")``; the unit is empty where there is none."""
+    for start in (i for i, sign in enumerate(key) if sign == "_"):
+        if key[start + 1 :].lower() in UNITS:
+            return key[:start], key[start + 1 :].lower()
+    return key, ""
+
+
+def same_quantity(wrong: str, right: Iterable[str]) -> list[str]:
+    """The keys of ``right`` that name what ``wrong`` names, in another unit or with one."""
+    stem, unit = split_unit(wrong)
+    return [
+        key for key in right
+        if split_unit(key)[0] == stem and key != stem
+        and (not unit or UNITS[unit][0] == UNITS[split_unit(key)[1]][0])
+    ]
+
+
+def converted(value: float, wrong: str, right: str) -> float:
+    """``value`` of the key ``wrong`` in the unit of the key ``right``."""
+    return value * UNITS[split_unit(wrong)[1]][1] / UNITS[split_unit(right)[1]][1]
