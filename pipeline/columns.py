@@ -6,11 +6,12 @@ ACCELEROMETER = ("acc_x", "acc_y", "acc_z")
 GYROSCOPE = ("gyr_x", "gyr_y", "gyr_z")
 TIME = "time_s"
 COUNTER = "counter"  #: sample counter; with a sample rate it gives the time, gaps included
+KNOWN_NAMES = (TIME, COUNTER, *ACCELEROMETER, *GYROSCOPE)
 SKIP = "skip"  #: a column that is not read
 
 #: Per program: its header's names (in lower case) -> our name and the factor to our unit.
 DIALECTS: Mapping[str, Mapping[str, tuple[str, float]]] = {
-    "ours": {name: (name, 1.0) for name in (TIME, COUNTER, *ACCELEROMETER, *GYROSCOPE)},
+    "ours": {name: (name, 1.0) for name in KNOWN_NAMES},
     # MT Manager's ASCII export. SampleTimeFine ticks at 10 kHz.
     "MT Manager": {
         "packetcounter": (COUNTER, 1.0),
@@ -26,8 +27,14 @@ DIALECTS: Mapping[str, Mapping[str, tuple[str, float]]] = {
 
 _OURS = {name: ours for dialect in DIALECTS.values() for name, ours in dialect.items()}
 
-#: Logs without a header that are known by their number of columns: imu_tk's seven.
-HEADERLESS: Mapping[int, tuple[str, ...]] = {7: (TIME, *ACCELEROMETER, *GYROSCOPE)}
+#: What a log without a header often holds, by its number of columns: suggested, never assumed.
+#: imu_tk writes seven as here; a phone's uncalibrated gyroscope log has seven others.
+USUAL: Mapping[int, tuple[str, ...]] = {
+    3: ACCELEROMETER,
+    4: (TIME, *ACCELEROMETER),
+    6: (*ACCELEROMETER, *GYROSCOPE),
+    7: (TIME, *ACCELEROMETER, *GYROSCOPE),
+}
 
 
 def our_name(theirs: str) -> tuple[str, float]:
@@ -37,11 +44,6 @@ def our_name(theirs: str) -> tuple[str, float]:
     """
     bare = theirs.strip().strip('"').strip()
     return _OURS.get(bare.lower(), (bare, 1.0))
-
-
-def is_known(theirs: str) -> bool:
-    """Whether a dialect knows a header's column."""
-    return theirs.strip().strip('"').strip().lower() in _OURS
 
 
 def missing_columns(names: Sequence[str]) -> str | None:

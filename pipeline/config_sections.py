@@ -149,6 +149,12 @@ class Poses(Section):
     def _files_alone(cls, given: object) -> object:
         return {"files": given} if isinstance(given, str | list) else given
 
+    def columns_of(self, i: int) -> tuple[str, ...] | None:
+        """The names for the i-th file: its own list, or the one for all."""
+        if self.columns is None:
+            return None
+        return self.columns[i] if len(self.columns) > 1 else self.columns[0]
+
 
 class Accelerometer(Section):
     """What to fit to the accelerometer's poses."""
