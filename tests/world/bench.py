@@ -47,7 +47,7 @@ class Turntable:
     tilt_rad: tuple[float, float] = (0.006, -0.004)
     offset_m: tuple[float, float] = (0.0, 0.0)
     placement_sd_m: float = 0.001
-    vibration_m_s2: float = 0.03
+    vibration_m_s2: float = 0.05
 
 
 def wedge_directions() -> FloatArray:
@@ -181,6 +181,7 @@ class Design:
 
     ``rate_sd_relative`` is the uncertainty of the plate's rate where a session states it without
     a clip; the stated value is off by a random amount of that size, common to all poses of a run.
+    ``rests_count_for_gyroscope`` says whether the poses at rest are a run of the gyroscopes too.
     """
 
     title: str
@@ -194,6 +195,7 @@ class Design:
     temperature: Course = WARM_UP
     columns: dict[str, Course] = field(default_factory=dict)
     rate_sd_relative: float = 50e-6
+    rests_count_for_gyroscope: bool = True
 
     @property
     def end_s(self) -> float:

@@ -22,16 +22,14 @@ PLATEAU = Course(  # °C: the unit was switched on an hour before
 )
 
 
-def still_run(directions: FloatArray, seconds: float = 8.0, **where: float) -> Run:
-    """Poses on a table, for the accelerometers, and the gyroscopes with the plate stopped."""
-    return Run("stopped", None, directions, seconds, in_accelerometer_section=True, **where)
+def still_run(directions: FloatArray, name: str = "stopped", **conditions: float) -> Run:
+    """Poses of 8 s on a table, for the accelerometers, and for the gyroscopes at rest."""
+    return Run(name, None, directions, seconds=8.0, in_accelerometer_section=True, **conditions)
 
 
-def turning_run(
-    name: str, motion: PlateMotion, directions: FloatArray, seconds: float = 20.0
-) -> Run:
-    """Poses on the turning plate."""
-    return Run(name, motion, directions, seconds, lead_s=60.0)
+def turning_run(name: str, motion: PlateMotion, directions: FloatArray) -> Run:
+    """Poses of 20 s on the turning plate, after a minute to set it up."""
+    return Run(name, motion, directions, seconds=20.0, lead_s=60.0)
 
 
 def paper_design(sensor: Sensor | None = None, motion: PlateMotion | None = None) -> Design:
@@ -41,6 +39,7 @@ def paper_design(sensor: Sensor | None = None, motion: PlateMotion | None = None
         title="MTi on a 16 rpm record player",
         sensor=sensor or mti(),
         runs=(still_run(wedge), turning_run("17rpm", motion or PlateMotion(SLOW), wedge)),
+        rests_count_for_gyroscope=False,
     )
 
 
@@ -67,8 +66,12 @@ def soak_design(sensor: Sensor | None = None) -> Design:
         title="26 poses at three temperatures",
         sensor=sensor or mpu6050(),
         runs=tuple(
-            still_run(directions, soak_c=warmth, lead_s=lead)
-            for warmth, lead in ((0.0, 0.0), (20.0, 1200.0), (0.0, 1200.0))
+            still_run(directions, name, soak_c=warmth, lead_s=lead)
+            for name, warmth, lead in (
+                ("room", 0.0, 0.0),
+                ("warm", 20.0, 1200.0),
+                ("room again", 0.0, 1200.0),
+            )
         ),
         temperature=PLATEAU,
         columns={"supply_v": SUPPLY_V, "humidity_pct": HUMIDITY},

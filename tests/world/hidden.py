@@ -98,6 +98,8 @@ class Hidden:
         return self.physics.act(self, true, moments) if self.physics.act else 0.0
 
 
+LEAST_PUSH = 2e-4  # of full scale: 0.03 to 0.05 °/s, ten times Earth's rotation
+
 Act = Callable[[Hidden, FloatArray, Moments], FloatArray]
 
 
@@ -170,12 +172,13 @@ def _warm_up(effect: Hidden, true: FloatArray, moments: Moments) -> FloatArray:
 
 def _hysteresis(effect: Hidden, true: FloatArray, moments: Moments) -> FloatArray:
     """What the pose before pushed the axis to, it keeps; Earth's rotation pushes nothing."""
-    pushed = np.abs(moments.before) > 1e-3 * np.abs(true).max()
+    pushed = np.abs(moments.before) > LEAST_PUSH * moments.triad.full_scale
     return effect.size * np.where(pushed, np.sign(moments.before), 0.0)
 
 
 def _vibration_rectification(effect: Hidden, true: FloatArray, moments: Moments) -> FloatArray:
-    return effect.size * moments.vibration_m_s2**2
+    """Follows the variance of the vibration, summed over three equally shaken axes."""
+    return effect.size * 3 * moments.vibration_m_s2**2
 
 
 def _g_sensitivity(effect: Hidden, true: FloatArray, moments: Moments) -> FloatArray:

@@ -65,3 +65,12 @@ def gyroscope_to_accelerometer(sensor: Sensor) -> FloatArray:
 def gyroscope_to_accelerometer_rad(sensor: Sensor) -> FloatArray:
     """The same rotation as a rotation vector (3,), in radians about x, y, z."""
     return Rotation.from_matrix(gyroscope_to_accelerometer(sensor)).as_rotvec()
+
+
+def g_sensitivity_seen(sensor: Sensor, size: FloatArray) -> FloatArray:
+    """The g-sensitivity (3, 3) between the two orthogonal frames, (rad/s)/(m/s²).
+
+    ``size`` is the error along the sensitive gyroscope axes per unit of specific force in the case.
+    """
+    onto_corrected = parameters(sensor.gyroscope).reading_to_orthogonal
+    return onto_corrected @ size @ parameters(sensor.accelerometer).case_to_orthogonal.T

@@ -1,0 +1,250 @@
+"""Every hidden effect of the simulated bench does what its name says, in the size asked for."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tests.world.bench import Design, Run, Turntable, wedge_directions
+from tests.world.designs import SLOW, paper_design, rich_design, soak_design
+from tests.world.hidden import EFFECTS, GYROSCOPE_ONLY, Hidden
+from tests.world.physics import RunPhysics, live_through
+from tests.world.plate import PlateMotion
+from tests.world.sizes import draw_effect, pose_equations, strength
+
+FloatArray = NDArray[np.float64]
+
+LISTED = [
+    *("bias", "scale", "misalignment", "frame_rotation", "quadratic", "cubic", "asymmetry"),
+    *("cross_quadratic", "temperature_bias", "temperature_scale", "bias_drift", "scale_drift"),
+    *("warm_up", "hysteresis", "vibration_rectification", "g_sensitivity"),
+    *("g_squared_sensitivity", "lever_arm", "earth_rate", "reference_offset", "reference_scale"),
+    *("reference_drift", "direction_dependent_rate"),
+]
+UNLISTED = ["column_squared", "jump", "bad_pose", "periodic"]
+SIZE = np.array([1e-3, -2e-3, 3e-3])
+DETAIL = {"tau_s": 500.0, "time_s": 900.0, "number": 20, "period_s": 700.0, "phase_rad": 0.3}
+QUICK = rich_design().scaled(sample_rate=0.1)
+
+
+def named(name: str) -> str:
+    return f"{name}:humidity_pct" if name.startswith("column") else name
+
+
+def errors(
+    effect: Hidden, design: Design = QUICK
+) -> list[tuple[RunPhysics, FloatArray, FloatArray]]:
+    """Per run: the physics, what truly acts along the axes, and the error of the reading."""
+    return [
+        (run, run.true[effect.triad], run.felt[effect.triad] - run.true[effect.triad])
+        for run in live_through(design, 1, (effect,))
+    ]
+
+
+def test_every_name_of_the_contract_can_be_hidden() -> None:
+    assert list(EFFECTS) == [*LISTED, "column", *UNLISTED]
+
+
+TEMPERATURE_ABOVE_25 = lambda run, true: (run.columns["temperature_c"] - 25)[..., None]  # noqa: E731
+HUMIDITY_ABOVE_45 = lambda run, true: (run.columns["humidity_pct"] - 45)[..., None]  # noqa: E731
+
+
+@pytest.mark.parametrize(
+    ("name", "shape"),
+    [
+        ("bias", lambda run, true: 1.0),
+        ("scale", lambda run, true: true),
+        ("quadratic", lambda run, true: true**2),
+        ("cubic", lambda run, true: true**3),
+        ("asymmetry", lambda run, true: np.abs(true)),
+        ("temperature_bias", TEMPERATURE_ABOVE_25),
+        ("temperature_scale", lambda run, true: TEMPERATURE_ABOVE_25(run, true) * true),
+        ("bias_drift", lambda run, true: run.time_s[..., None]),
+        ("scale_drift", lambda run, true: run.time_s[..., None] * true),
+        ("warm_up", lambda run, true: np.exp(-run.time_s / 500)[..., None]),
+        ("column", HUMIDITY_ABOVE_45),
+        ("column_squared", lambda run, true: HUMIDITY_ABOVE_45(run, true) ** 2),
+        ("jump", lambda run, true: (run.time_s >= 900)[..., None]),
+        ("periodic", lambda run, true: np.sin(2 * np.pi * run.time_s / 700 + 0.3)[..., None]),
+    ],
+)
+@pytest.mark.parametrize("triad", ["accelerometer", "gyroscope"])
+def test_an_effect_on_an_axis_has_its_shape(
+    name: str, shape: Callable[[RunPhysics, FloatArray], FloatArray], triad: str
+) -> None:
+    for run, true, error in errors(Hidden(named(name), triad, SIZE, DETAIL)):
+        np.testing.assert_allclose(error, SIZE * shape(run, true) + 0 * true, 1e-6, 1e-12)
+
+
+def test_misalignment_leans_an_axis_towards_the_next() -> None:
+    for _, true, error in errors(Hidden("misalignment", "accelerometer", SIZE)):
+        assert error[..., 0] == pytest.approx(3e-3 * true[..., 1] - 2e-3 * true[..., 2])
+        assert error[..., 1] == pytest.approx(1e-3 * true[..., 2])
+        assert error[..., 2] == pytest.approx(0 * true[..., 2])
+
+
+def test_frame_rotation_leaves_magnitudes_to_first_order() -> None:
+    for _, true, error in errors(Hidden("frame_rotation", "gyroscope", SIZE)):
+        assert np.sum(error * true, axis=-1) == pytest.approx(0, abs=1e-15 + 1e-9)
+        assert np.abs(error).max() > 1e-3 * np.abs(true).max()
+
+
+def test_cross_quadratic_multiplies_the_two_other_readings() -> None:
+    size = np.zeros((3, 3))
+    size[0, 0] = 0.01  # x errs by y z
+    size[2, 1] = 0.02  # z errs by z x
+    for _, true, error in errors(Hidden("cross_quadratic", "gyroscope", size)):
+        x, y, z = np.moveaxis(true, -1, 0)
+        assert error[..., 0] == pytest.approx(0.01 * y * z)
+        assert error[..., 1] == pytest.approx(0 * y)
+        assert error[..., 2] == pytest.approx(0.02 * z * x)
+
+
+def test_g_sensitivity_shows_at_rest_and_turning_alike() -> None:
+    size = np.arange(9.0).reshape(3, 3) * 1e-4
+    for run, _, error in errors(Hidden("g_sensitivity", "gyroscope", size)):
+        up = run.attitude[:, 2, :]  # the case direction that points up
+        assert error.mean(axis=1) == pytest.approx(9.80267 * up @ size.T, abs=4e-4)
+
+
+def test_g_squared_sensitivity_does_not_ask_for_the_sign() -> None:
+    axes = QUICK.sensor.gyroscope.axes
+    design = replace(QUICK, turntable=Turntable((0.0, 0.0), vibration_m_s2=0.0))
+    for run, _, error in errors(Hidden("g_squared_sensitivity", "gyroscope", SIZE), design):
+        along = 9.80267 * run.attitude[:, 2, :] @ axes.T
+        assert error.mean(axis=1) == pytest.approx(SIZE * along**2, abs=5e-3 * 0.3)
+
+
+def test_hysteresis_remembers_the_sign_of_the_pose_before() -> None:
+    last = np.zeros(3)
+    for _, true, error in errors(Hidden("hysteresis", "accelerometer", SIZE)):
+        means = true.mean(axis=1)
+        before = np.vstack([last, means[:-1]])
+        pushed = np.abs(before) > 0.02
+        assert error[:, 0][pushed] == pytest.approx((SIZE * np.sign(before))[pushed])
+        last = means[-1]
+
+
+def test_gyroscope_hysteresis_has_nothing_to_remember_of_a_plate_at_rest() -> None:
+    still, *turning = errors(Hidden("hysteresis", "gyroscope", SIZE))
+    assert not still[2].any()
+    assert np.abs(turning[0][2][1:, 0]) == pytest.approx(np.abs(np.tile(SIZE, (17, 1))))
+
+
+def test_vibration_rectification_follows_the_variance_that_the_accelerometers_show() -> None:
+    effect = Hidden("vibration_rectification", "gyroscope", np.array([0.1, 0.1, 0.1]))
+    design = replace(rich_design(), turntable=Turntable((0.0, 0.0), vibration_m_s2=0.2))
+    still, *turning = errors(effect, design)
+    assert not still[2].any()
+    for run, _, error in turning:
+        shown = run.true["accelerometer"].var(axis=1).sum(axis=1)
+        assert error[:, 0, 0] == pytest.approx(0.1 * shown, rel=0.12)
+
+
+def test_a_lever_arm_adds_the_centripetal_acceleration_of_the_plate() -> None:
+    run = Run("17rpm", PlateMotion(SLOW), wedge_directions(), 2.0, in_accelerometer_section=True)
+    design = replace(paper_design(), runs=(run,))
+    [(physics, _, error)] = errors(Hidden("lever_arm", "accelerometer", [0.1, 0.0, 0.0]), design)
+    felt = error.mean(axis=1) @ np.linalg.inv(design.sensor.accelerometer.axes).T
+    spindle = physics.attitude[:, 2, :]
+    inward = SLOW**2 * (spindle * spindle[:, :1] * 0.1 - [0.1, 0.0, 0.0])
+    assert felt == pytest.approx(inward, abs=1e-9)
+
+
+def test_one_bad_pose_is_one_pose() -> None:
+    runs = errors(Hidden("bad_pose", "gyroscope", SIZE, DETAIL))
+    touched = np.concatenate([error.any(axis=(1, 2)) for _, _, error in runs])
+    assert np.flatnonzero(touched).tolist() == [20]
+
+
+def spins(effect: Hidden) -> dict[str, FloatArray]:
+    """Signed mean rate about the spindle per pose of each run on the plate."""
+    found = {}
+    for run in live_through(QUICK, 1, (effect,)):
+        rate = run.true["gyroscope"].mean(axis=1) @ np.linalg.inv(QUICK.sensor.gyroscope.axes).T
+        found[run.run.name] = np.sum(rate * run.attitude[:, 2, :], axis=1)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "change"),
+    [
+        ("reference_offset", 0.01, lambda rate, time: np.sign(rate) * 0.01),
+        ("reference_scale", 0.01, lambda rate, time: rate * 0.01),
+        ("reference_drift", 1e-6, lambda rate, time: rate * 1e-6 * time),
+        ("direction_dependent_rate", 0.01, lambda rate, time: np.abs(rate) * 0.01),
+        ("earth_rate", 0.01, lambda rate, time: 0.01),
+    ],
+)
+def test_the_plate_turns_differently_from_what_is_stated(
+    name: str, size: float, change: Callable[[float, FloatArray], FloatArray]
+) -> None:
+    plain = spins(Hidden("bias", "gyroscope", np.zeros(3)))
+    really = spins(Hidden(name, "gyroscope", np.array(size)))
+    for run, begin in zip(QUICK.runs, QUICK.begins_s(), strict=True):
+        time = begin + np.arange(18) * (run.seconds + run.rest_s) + run.seconds / 2
+        rate = run.motion.rate_rad_s if run.motion else 0.0
+        if run.motion is None and name != "earth_rate":
+            expected = np.zeros(18)
+        else:
+            expected = change(rate, time) * np.ones(18)
+        assert really[run.name] - plain[run.name] == pytest.approx(expected, abs=2e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "gravity"), [("reference_scale", 9.9), ("reference_offset", 9.81)]
+)
+def test_gravity_can_differ_from_what_is_stated(name: str, gravity: float) -> None:
+    design = paper_design()
+    size = gravity / 9.80267 - 1 if name == "reference_scale" else gravity - 9.80267
+    still = next(live_through(design, 1, (Hidden(name, "accelerometer", size),)))
+    force = still.true["accelerometer"] @ np.linalg.inv(design.sensor.accelerometer.axes).T
+    assert np.linalg.norm(force, axis=-1) == pytest.approx(gravity)
+
+
+GYROSCOPE_ROWS = sorted(set(EFFECTS) - {"lever_arm"})
+ACCELEROMETER_ROWS = sorted(
+    set(EFFECTS) - GYROSCOPE_ONLY - {"lever_arm", "vibration_rectification"}
+)
+
+
+@pytest.mark.parametrize("name", GYROSCOPE_ROWS)
+def test_a_drawn_gyroscope_effect_has_the_wanted_strength(name: str) -> None:
+    effect = draw_effect(named(name), "gyroscope", 5.0, QUICK, seed=3)
+    assert strength(QUICK, 3, effect) == pytest.approx(5.0, rel=5e-3)
+
+
+@pytest.mark.parametrize("name", ACCELEROMETER_ROWS)
+def test_a_drawn_accelerometer_effect_has_the_wanted_strength(name: str) -> None:
+    design = soak_design().scaled(sample_rate=0.1)
+    effect = draw_effect(named(name), "accelerometer", 5.0, design, seed=4)
+    assert strength(design, 4, effect) == pytest.approx(5.0, rel=5e-3)
+
+
+def test_the_strength_of_a_bias_is_what_a_pencil_gives() -> None:
+    """A bias b along x adds b n_x to a magnitude and b to one of three components at rest."""
+    design = rich_design().scaled(sample_rate=0.1)
+    part = design.sensor.gyroscope
+    sd_turning = part.pose_mean_sd(200, 0.1)[0]
+    sd_still = part.pose_mean_sd(80, 0.1)[0]
+    rows = 4 * 18 * (1e-3 / sd_turning) ** 2 / 3 + 18 * (1e-3 / sd_still) ** 2
+    expected = np.sqrt(rows / (4 * 18 + 3 * 18))
+    effect = Hidden("bias", "gyroscope", np.array([1e-3, 0.0, 0.0]))
+    assert strength(design, 5, effect) == pytest.approx(expected, rel=0.03)
+
+
+def test_there_are_126_rows_in_the_rich_design_and_18_in_the_papers() -> None:
+    assert len(pose_equations(rich_design(), 1, "gyroscope")) == 126
+    assert len(pose_equations(paper_design(), 1, "gyroscope")) == 18
+    assert len(pose_equations(soak_design(), 1, "accelerometer")) == 78
+
+
+def test_what_cannot_be_drawn_is_refused() -> None:
+    with pytest.raises(ValueError, match="g_sensitivity acts on gyroscopes"):
+        draw_effect("g_sensitivity", "accelerometer", 5.0, QUICK, 1)
+    with pytest.raises(ValueError, match="does not reach the pose equations"):
+        draw_effect("vibration_rectification", "accelerometer", 5.0, QUICK, 1)
+    with pytest.raises(ValueError, match=r"size of shape \(3,\)"):
+        Hidden("bias", "gyroscope", np.array(0.1))
