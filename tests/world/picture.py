@@ -1,9 +1,10 @@
 """The picture of a scene of the simulated bench at a given plate angle.
 
-The reflectance of the plate is kept as a polar image, in which turning is a shift along the rows: each pixel's place on the plate is computed once
-from the true perspective of a pinhole camera, and a frame is one look-up at (radius, azimuth - θ).
-Nothing is resampled twice and nothing is rotated in pixels. Exposure averages the polar image over
-the angle swept; a rolling shutter gives each picture row its own θ.
+The reflectance of the plate is kept as a polar image, in which turning is a shift along the rows:
+each pixel's place on the plate is computed once from the true perspective of a pinhole camera, and
+a frame is one look-up at (radius, azimuth - θ). Nothing is resampled twice and nothing is rotated
+in pixels. Exposure averages the polar image over the angle swept; a rolling shutter gives each
+picture row its own θ.
 
 Every edge is drawn from its signed distance with a ramp one picture pixel wide (the blur of an
 ordinary lens) and every pixel averages 2 x 2 samples, so that edges move by exact fractions of a

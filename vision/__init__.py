@@ -1,0 +1,31 @@
+"""From a film of a turning plate to its angular rate.
+
+Conventions, everywhere in this package
+---------------------------------------
+Pixels
+    ``(x, y)``, x to the right, y down; the centre of the top left pixel is (0, 0). Sizes and
+    positions are in pixels of the analysed picture (a large film is reduced by a whole factor).
+Plate coordinates
+    ``(u, v)`` in the plane of the plate, spindle at (0, 0), v upwards in an untilted picture.
+Angles
+    Radians; positive is counter-clockwise as filmed.
+Time
+    Seconds, from the first picture of the clip, as the container states it.
+
+Modules
+-------
+``video``         a film as luma pictures with their time stamps
+``geometry``      the view: plate coordinates to pixels and back
+``stillness``     what does not move, and where something does
+``outline``       where a plate may be: ellipses of edges and of a moving mark
+``template``      the plate as it would look standing still; refines the view by its own motion
+``follow``        plate angle of one picture after the other, against the template
+``phase_track``   the result of all that: arrays only
+``annotate``      one picture with plate, centre and marks drawn in
+``track``         ``track_phase``: film to ``PhaseTrack``
+``terms``, ``regression``, ``counting``, ``lags``, ``diagnosis``
+                  what may be in a phase track, and how each is found
+``rate``          ``measure_rate``: ``PhaseTrack`` to ``RateMeasurement``
+
+Only the first group needs OpenCV; ``rate`` and what it imports are NumPy alone.
+"""

@@ -1,0 +1,142 @@
+"""Plate angle of one picture after the other, against the template.
+
+With D the picture along the rings less what stands still, the angle is the zero of
+
+    g(θ) = Σ w ∂T/∂φ(φ - θ) (D(φ) - T(φ - θ)),
+
+the matched filter, which for white picture noise of standard deviation σ reaches the bound
+σ²/Σ w (∂T/∂φ)². The template is held at an eighth of a sample, so that the last step, taken
+linearly, is below 0.03° and free of locking to the samples. Where the expected angle does not
+lead to a good match, the whole turn is searched by correlation.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.mark import PlateMark, centroid
+from vision.template import Template
+from vision.video import Luma
+
+SUBSTEPS = 8
+LINEAR = 0.25  # of a sample: steps below this are taken without looking again
+STEPS = 4
+GOOD_MATCH = 0.75  # of the usual correlation; below, the whole turn is searched
+NEAR_RAD = np.pi / 6
+NEAR_ENOUGH = 0.8  # of the highest peak, for a peak near the expected angle to be preferred
+MEMORY = 0.05  # weight of the newest picture in the running rate and the usual correlation
+
+
+class Follower:
+    """Keeps the expectation from picture to picture; ``angle`` is called once per picture."""
+
+    def __init__(self, template: Template, mark: PlateMark | None, rate_rad_s: float) -> None:
+        self.template = template
+        self._mark = mark
+        self._rate = rate_rad_s
+        grid = template.grid
+        self._n = grid.azimuths
+        weight = grid.weight()[:, None]
+        spectrum = np.fft.rfft(template.turning, axis=1)
+        k = np.arange(spectrum.shape[1])
+        shifts = np.exp(-2j * np.pi * k * np.arange(SUBSTEPS)[:, None] / (SUBSTEPS * self._n))
+        shifted = spectrum[None] * shifts[:, None, :]
+        image = np.fft.irfft(shifted, self._n, axis=-1)
+        slope = np.fft.irfft(1j * k * shifted, self._n, axis=-1)
+        self._image = np.concatenate([image, image], axis=-1).astype(np.float32)
+        self._filter = np.concatenate([weight * slope] * 2, axis=-1).astype(np.float32)
+        self._still = template.still * grid.seen
+        self._weight = weight
+        self._search = (weight * np.conj(spectrum)).astype(np.complex64)
+        # Rings partly outside the picture: what the template itself gives, by angle.
+        seen = np.conj(np.fft.rfft(grid.seen, axis=1))
+        self._information = _by_angle(weight * slope[0] ** 2, seen, self._n)
+        self._offset = _by_angle(weight * slope[0] * image[0], seen, self._n)
+        self._energy = _by_angle(weight * image[0] ** 2, seen, self._n)
+        self._time: float | None = None
+        self._angle = 0.0
+        self._usual = 0.0
+        self._before: Luma | None = None
+
+    def angle(self, time_s: float, picture: Luma) -> tuple[float, float, float, float]:
+        """Angle, correlation, centroid angle and mean change since the picture before.
+
+        Angles in radians, continuous as far as the expectation goes; NaN where nothing matches.
+        """
+        strip = self.template.grid.strip(picture)
+        before, self._before = self._before, strip
+        change = np.inf if before is None else _mean_change(strip, before)
+        difference = strip * self.template.grid.seen - self._still
+        expected = self._angle
+        if self._time is not None:
+            expected += self._rate * (time_s - self._time)
+        size = float(np.sqrt(np.einsum("rn,rn,rj->", difference, difference, self._weight)))
+        angle, match = self._refine(difference, expected, size)
+        if self._time is None or match < GOOD_MATCH * self._usual:
+            searched, found = self._refine(difference, self._whole_turn(difference, expected), size)
+            if found > match:
+                angle, match = searched, found
+        seed = np.nan
+        if self._mark is not None:
+            spot, _ = centroid(difference, self._mark, self._mark.azimuth_rad + angle)
+            seed = spot - self._mark.azimuth_rad
+        self._remember(time_s, angle, match)
+        return angle, match, seed, change
+
+    def _remember(self, time_s: float, angle: float, match: float) -> None:
+        if self._time is None:
+            self._time, self._angle, self._usual = time_s, angle, match
+            return
+        if match < 0.5 * self._usual:  # something in the way: keep the expectation
+            self._usual += MEMORY * (match - self._usual)
+            return
+        elapsed = time_s - self._time
+        surprise = angle - self._angle - self._rate * elapsed
+        if elapsed > 0 and abs(surprise) < NEAR_RAD:
+            self._rate += 2 * MEMORY * surprise / elapsed
+        self._time, self._angle = time_s, angle
+        self._usual += MEMORY * (match - self._usual)
+
+    def _refine(
+        self, difference: NDArray[np.float32], start_rad: float, size: float
+    ) -> tuple[float, float]:
+        """Newton's zero of g(θ) from a start; angle and correlation there."""
+        sample = 2 * np.pi / self._n
+        angle = start_rad
+        for _ in range(STEPS):
+            fine = round(angle / sample * SUBSTEPS)
+            whole, part = divmod(fine, SUBSTEPS)
+            turn = whole % self._n
+            column = slice(self._n - turn, 2 * self._n - turn)
+            held = fine * sample / SUBSTEPS
+            pull = np.einsum("rn,rn->", self._filter[part][:, column], difference)
+            # T(φ - θ) falls by ∂T/∂φ as θ grows.
+            step = -float(pull - self._offset[turn]) / float(self._information[turn])
+            step = float(np.clip(step, -8 * sample, 8 * sample))
+            angle = held + step
+            if abs(step) < LINEAR * sample:
+                break
+        like = np.einsum("rn,rn,rj->", self._image[part][:, column], difference, self._weight)
+        return angle, float(like) / max(size * float(np.sqrt(self._energy[turn])), 1e-9)
+
+    def _whole_turn(self, difference: NDArray[np.float32], expected_rad: float) -> float:
+        """The best angle of the whole turn; a nearly equal one near the expected is preferred."""
+        cross = (np.fft.rfft(difference, axis=1) * self._search).sum(axis=0)
+        correlation = np.fft.irfft(cross, self._n)
+        azimuth = np.arange(self._n) * 2 * np.pi / self._n
+        distance = np.angle(np.exp(1j * (azimuth - expected_rad)))
+        near = np.where(np.abs(distance) < NEAR_RAD, correlation, -np.inf)
+        best = near if near.max() > NEAR_ENOUGH * correlation.max() else correlation
+        return float(expected_rad + distance[int(best.argmax())])
+
+
+def _mean_change(strip: Luma, before: Luma) -> float:
+    larger, smaller = np.maximum(strip, before), np.minimum(strip, before)
+    return float((larger - smaller).mean())
+
+
+def _by_angle(
+    plate: NDArray[np.float64], seen: NDArray[np.complex128], n: int
+) -> NDArray[np.float64]:
+    """Σ over the seen part of a plate-fixed image, for every turn by whole samples."""
+    cross = (np.conj(np.fft.rfft(plate, axis=1)) * np.conj(seen)).sum(axis=0)
+    return np.fft.irfft(cross, n)

@@ -1,0 +1,132 @@
+"""The view of the plate: where a point of its plane appears in the picture.
+
+A pinhole camera maps the plane of the plate by a homography,
+
+    (x, y, 1) ∝ H (u, v, 1),
+
+with the spindle at u = v = 0 and the rim at √(u² + v²) = 1. Turning and scaling the plate leaves
+six numbers that matter: the two of the centre, two of the foreshortening, two of the perspective.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+VIEW_PARAMETERS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """Plate coordinates to pixels.
+
+    Attributes
+    ----------
+    matrix : array, shape (3, 3)
+        H of the module's equation.
+    """
+
+    matrix: FloatArray
+
+    @property
+    def centre_px(self) -> tuple[float, float]:
+        """Pixel of the spindle."""
+        x, y, n = self.matrix[:, 2]
+        return float(x / n), float(y / n)
+
+    @property
+    def radius_px(self) -> float:
+        """Semi-major axis of the rim as seen, about."""
+        x, y = self.pixels(np.ones(72), np.linspace(0, 2 * np.pi, 72, endpoint=False))
+        return float(np.hypot(x - x.mean(), y - y.mean()).max())
+
+    @property
+    def tilt_rad(self) -> float:
+        """Angle between the optical axis and the turning axis, from the foreshortening."""
+        squeeze = np.linalg.svd(self.jacobian_at_centre(), compute_uv=False)
+        return float(np.arccos(np.clip(squeeze[1] / squeeze[0], 0, 1)))
+
+    def jacobian_at_centre(self) -> FloatArray:
+        """∂(x, y)/∂(u, v) at the spindle, shape (2, 2)."""
+        h = self.matrix / self.matrix[2, 2]
+        return np.asarray(h[:2, :2] - np.outer(h[:2, 2], h[2, :2]))
+
+    def pixels(self, radius: FloatArray, azimuth_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Pixel (x, y) of points given in polar plate coordinates (broadcast together)."""
+        u, v = radius * np.cos(azimuth_rad), radius * np.sin(azimuth_rad)
+        x, y, n = (row[0] * u + row[1] * v + row[2] for row in self.matrix)
+        return x / n, y / n
+
+    def plate(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Polar plate coordinates (radius, azimuth) of pixels."""
+        u, v, n = (row[0] * x + row[1] * y + row[2] for row in np.linalg.inv(self.matrix))
+        return np.hypot(u / n, v / n), np.arctan2(v / n, u / n)
+
+    def adjusted(self, change: FloatArray) -> "View":
+        """The view after a small change, shape (6,): shift u, v; stretch; shear; perspective u, v.
+
+        A point (u, v) moves to (u, v) + shift + stretch (u, -v) + shear (v, u), over
+        1 + p_u u + p_v v.
+        """
+        du, dv, stretch, shear, pu, pv = change
+        step = np.array([[1 + stretch, shear, du], [shear, 1 - stretch, dv], [pu, pv, 1.0]])
+        return replace(self, matrix=self.matrix @ step)
+
+    def scaled(self, factor: float) -> "View":
+        """The view whose unit radius is ``factor`` times the present one."""
+        return replace(self, matrix=self.matrix @ np.diag([factor, factor, 1.0]))
+
+
+def view_of_ellipse(
+    centre_px: tuple[float, float], axes_px: tuple[float, float], angle_rad: float
+) -> View:
+    """The view without perspective in which the unit circle appears as the ellipse.
+
+    Parameters
+    ----------
+    centre_px : (x, y)
+    axes_px : (a, b)
+        Semi-axes.
+    angle_rad : float
+        Direction of the first axis, from x towards y (downwards).
+    """
+    c, s = np.cos(angle_rad), np.sin(angle_rad)
+    along, across = np.array([c, s]), np.array([-s, c])
+    # Symmetric, so that azimuth zero stays to the right and the picture is not turned.
+    shape = axes_px[0] * np.outer(along, along) + axes_px[1] * np.outer(across, across)
+    matrix = np.eye(3)
+    matrix[:2, :2] = shape @ np.diag([1.0, -1.0])  # v upwards
+    matrix[:2, 2] = centre_px
+    return View(matrix)
+
+
+@dataclass(frozen=True)
+class PlateOverride:
+    """The plate's rim as an ellipse that the user measured in the picture.
+
+    Parameters
+    ----------
+    centre_px : (x, y)
+        Centre of the ellipse in pixels of the film.
+    radius_px : float
+        Its semi-major axis.
+    minor_px : float, optional
+        Its semi-minor axis; a circle without.
+    angle_deg : float
+        Direction of the major axis, from x to the right towards y down.
+    """
+
+    centre_px: tuple[float, float]
+    radius_px: float
+    minor_px: float | None = None
+    angle_deg: float = 0.0
+
+    def view(self, reduction: int) -> View:
+        """The view in pixels of a picture reduced by a whole factor."""
+        minor = self.radius_px if self.minor_px is None else self.minor_px
+        # A block of n pixels has its centre at (n - 1)/2 of the old pixels.
+        x, y = ((c + 0.5) / reduction - 0.5 for c in self.centre_px)
+        axes = (self.radius_px / reduction, minor / reduction)
+        return view_of_ellipse((x, y), axes, np.radians(self.angle_deg))

@@ -1,0 +1,119 @@
+"""Finds the plate among the proposals and learns what it looks like, from the first pictures."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vision.errors import RateRefused
+from vision.geometry import FloatArray, View
+from vision.outline import proposals
+from vision.spin import Spin, find_spin
+from vision.stillness import median_picture
+from vision.template import Alignment, Template, align, motion_basis, polar_grid
+from vision.video import Frame, Luma
+
+COARSE_AZIMUTHS = 256
+COARSE_RADII = np.linspace(0.1, 0.97, 20)
+COARSE_ITERATIONS = 5
+COHERENT = 0.3  # share of the energy that must turn together for a proposal to count
+SMOOTH_RAD = 0.06  # median second difference of the angle: a plate has inertia
+FINE_PICTURES = 48
+FINE_ITERATIONS = 3
+RING_SPACING_PX = 1.5
+MOST_RINGS = 48
+KEPT_INFORMATION = 0.97
+ALIKE = 0.9  # correlation of the template with itself turned by a part of a turn
+
+
+@dataclass(frozen=True, eq=False)
+class Learned:
+    """The plate: template on the rings worth looking at, rough rate, symmetry, notes."""
+
+    template: Template
+    rate_rad_s: float
+    symmetry: int
+    notes: tuple[str, ...]
+
+
+def learn(name: str, frames: list[Frame], given: View | None) -> Learned:
+    """Find and learn the plate.
+
+    Raises
+    ------
+    RateRefused
+        No proposal turns about a fixed axis.
+    """
+    pictures = [frame.luma for frame in frames]
+    time = np.array([frame.time_s for frame in frames])
+    still = median_picture(pictures)
+    views = [given] if given is not None else proposals(still, pictures)
+    tried = [(view, _spin(view, pictures, still, time)) for view in views]
+    turning = [(v, s) for v, s in tried if s.coherence > COHERENT]
+    turning.sort(key=lambda pair: -pair[1].energy * pair[0].radius_px ** 2)
+    for view, spin in turning:
+        grid = polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS, still.shape)
+        coarse = align(pictures, still, spin.angle_rad, grid, iterations=COARSE_ITERATIONS)
+        jerk = np.abs(np.diff(coarse.angle_rad, 2))
+        if np.median(jerk) < SMOOTH_RAD:
+            fine = _fine(coarse, pictures, still)
+            slope = np.diff(coarse.angle_rad) / np.maximum(np.diff(time), 1e-6)
+            return Learned(fine.template, float(np.median(slope)), _symmetry(fine.template), ())
+    best = max((s.coherence for _, s in tried), default=0.0)
+    raise RateRefused(
+        f"{name}: nothing in the picture turns about a fixed axis: {len(views)} round outline(s) "
+        f"were tried, and at most {best:.0%} of what changes inside one turns together (a plate "
+        f"gives 50 to 100 %). Film the whole plate from above with the camera on a stand, put a "
+        f"mark on it, or give the rim yourself (plate: centre_px, radius_px)."
+    )
+
+
+def _spin(view: View, pictures: list[Luma], still: Luma, time_s: FloatArray) -> Spin:
+    grid = polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS // 2, still.shape)
+    strips = (grid.strips(pictures) - grid.strip(still)) * grid.seen
+    spectra = np.fft.rfft(strips, axis=-1).astype(np.complex64)
+    return find_spin(spectra, grid.weight(), time_s)
+
+
+def _fine(coarse: Alignment, pictures: list[Luma], still: Luma) -> Alignment:
+    """The template again at the film's own resolution, on the rings that carry the angle."""
+    view = coarse.template.grid.view
+    azimuths = 1024 if view.radius_px > 100 else 512
+    radius = _worthwhile_rings(coarse.template, view)
+    grid = polar_grid(view, radius, azimuths, still.shape)
+    usable = np.flatnonzero(coarse.used)
+    chosen = usable[np.unique(np.linspace(0, len(usable) - 1, FINE_PICTURES).astype(int))]
+    return align(
+        [pictures[i] for i in chosen],
+        still,
+        coarse.angle_rad[chosen],
+        grid,
+        iterations=FINE_ITERATIONS,
+    )
+
+
+def _worthwhile_rings(template: Template, view: View) -> FloatArray:
+    """Radii, about one and a half pixels apart, that carry nearly all information on the angle."""
+    spectrum = np.fft.rfft(template.turning, axis=1)
+    slope = motion_basis(spectrum, template.grid.radius, template.grid.azimuths)[-1]
+    information = (slope**2).sum(axis=1) * template.grid.weight()
+    spacing = RING_SPACING_PX / view.radius_px
+    radius = np.arange(template.grid.radius[0], template.grid.radius[-1], spacing)
+    at = np.interp(radius, template.grid.radius, information)
+    order = np.argsort(-at)
+    enough = int(np.searchsorted(np.cumsum(at[order]), KEPT_INFORMATION * at.sum())) + 1
+    kept = np.sort(order[: max(enough, 4)])
+    if len(kept) > MOST_RINGS:
+        kept = kept[np.linspace(0, len(kept) - 1, MOST_RINGS).astype(int)]
+    return np.asarray(radius[kept])
+
+
+def _symmetry(template: Template) -> int:
+    """How many times per turn the plate looks the same."""
+    power = np.abs(np.fft.rfft(template.turning, axis=1)) ** 2
+    power = (power * template.grid.weight()[:, None]).sum(axis=0)
+    correlation = np.fft.irfft(power, template.grid.azimuths)
+    for fold in range(12, 1, -1):
+        at = round(template.grid.azimuths / fold)
+        if correlation[at - 1 : at + 2].max() > ALIKE * correlation[0]:
+            return fold
+    return 1

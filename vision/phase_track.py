@@ -1,0 +1,77 @@
+"""The result of the slow part: arrays, numbers and strings only, so that it can be stored."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.geometry import FloatArray
+
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class PhaseTrack:
+    """Plate angle in every picture of a film.
+
+    Attributes
+    ----------
+    source : str
+        Name of the file, for messages.
+    time_s : array, shape (f,)
+        Time stamps of the container, seconds from the first picture.
+    phase_rad : array, shape (f,)
+        Refined plate angle in (-π, π], zero where the template has its azimuth zero; NaN where
+        the plate was not seen.
+    seed_rad : array, shape (f,)
+        Angle of the mark's centroid, in (-π, π], on its own zero; NaN without a mark.
+    quality : array, shape (f,)
+        Correlation of the picture with the template, -1 to 1.
+    duplicate : array of bool, shape (f,)
+        The picture repeats the one before.
+    thumbnail : array of uint8, shape (f, m)
+        The plate's surroundings at a few hundred pixels, for the opinion without a plate model.
+    symmetry : int
+        The plate looks the same after a turn of 2π/symmetry.
+    mark_rad : float
+        Azimuth of the mark at plate angle zero; NaN without a mark.
+    mark_radius : float
+        Its radius in plate radii; NaN without.
+    deck_mark_rad : float
+        Azimuth of the fixed mark beside the plate, NaN if none was found.
+    deck_mark_radius : float
+    view : array, shape (3, 3)
+        Plate coordinates to pixels (``vision.geometry``).
+    size_px : tuple of int
+        Width and height of the film.
+    reduction : int
+        Whole factor by which the pictures were reduced; ``view`` is in reduced pixels.
+    explained : float
+        Share of the variation on the plate that its turning explains.
+    fps_stated : float
+        Frame rate in the container's header.
+    annotated : array of uint8, shape (h, w, 3)
+        One picture, blue-green-red, with plate, centre, marks and radii drawn in.
+    notes : tuple of str
+        What the user should know about how the track was found.
+    """
+
+    source: str
+    time_s: FloatArray
+    phase_rad: FloatArray
+    seed_rad: FloatArray
+    quality: FloatArray
+    duplicate: BoolArray
+    thumbnail: NDArray[np.uint8]
+    symmetry: int
+    mark_rad: float
+    mark_radius: float
+    deck_mark_rad: float
+    deck_mark_radius: float
+    view: FloatArray
+    size_px: tuple[int, int]
+    reduction: int
+    explained: float
+    fps_stated: float
+    annotated: NDArray[np.uint8]
+    notes: tuple[str, ...]

@@ -1,0 +1,101 @@
+"""Whether and how fast something turns about a proposed axis: rough rate in short windows.
+
+A pattern turning at rate ω gives its k-th angular Fourier coefficient the phase -kωt. The energy
+that adds up coherently for a trial rate, over all orders and rings,
+
+    P(ω) = Σ_r w_r Σ_k |Σ_i F_i(r, k) exp(ikωt_i)|²,
+
+is a share of the whole energy close to one at the true rate, and about one over the number of
+pictures for anything that does not turn. No mark, no first guess, no memory of earlier pictures.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.geometry import FloatArray
+
+WINDOW = 48  # pictures
+ORDERS = 16  # angular orders 1 ... that are added up
+
+
+@dataclass(frozen=True, eq=False)
+class Spin:
+    """Rough motion about an axis.
+
+    Attributes
+    ----------
+    angle_rad : array, shape (f,)
+        Plate angle at each picture, zero at the first, continuous.
+    coherence : float
+        Share of the varying energy that turns together, median over the windows, 0 to 1.
+    energy : float
+        Turning energy, luma steps squared times the samples' weight.
+    """
+
+    angle_rad: FloatArray
+    coherence: float
+    energy: float
+
+
+def find_spin(
+    spectra: NDArray[np.complex64], weight: NDArray[np.float32], time_s: FloatArray
+) -> Spin:
+    """Rough plate angles from angular spectra, shape (pictures, rings, orders)."""
+    frames = len(time_s)
+    window = min(WINDOW, frames)
+    starts = np.unique(
+        np.linspace(0, frames - window, max(1, 2 * frames // window - 1)).astype(int)
+    )
+    limit = np.pi / max(float(np.median(np.diff(time_s))), 1e-4)
+    rates, shares, energies, middles = [], [], [], []
+    for start in starts:
+        part = slice(start, start + window)
+        rate, share, energy = _window_rate(spectra[part], weight, time_s[part], limit)
+        rates.append(rate)
+        shares.append(share)
+        energies.append(energy)
+        middles.append(float(time_s[part].mean()))
+    rate_at = np.interp(time_s, middles, _without_strays(np.array(rates)))
+    step = 0.5 * (rate_at[1:] + rate_at[:-1]) * np.diff(time_s)
+    angle = np.concatenate([[0.0], np.cumsum(step)])
+    return Spin(angle, float(np.median(shares)), float(np.median(energies)))
+
+
+def _without_strays(rate: FloatArray) -> FloatArray:
+    """Each rate replaced by the median with its neighbours."""
+    if len(rate) < 3:
+        return rate
+    padded = np.concatenate([rate[:1], rate, rate[-1:]])
+    return np.median(np.stack([padded[:-2], padded[1:-1], padded[2:]]), axis=0)
+
+
+def _window_rate(
+    spectra: NDArray[np.complex64],
+    weight: NDArray[np.float32],
+    time_s: FloatArray,
+    limit: float,
+) -> tuple[float, float, float]:
+    """Best rate, its share of the energy, its energy."""
+    orders = min(ORDERS, spectra.shape[-1] - 1)
+    varying = spectra[:, :, 1 : orders + 1]
+    varying = varying - varying.mean(axis=0)
+    time = time_s - time_s.mean()
+    span = max(float(time[-1] - time[0]), 1e-6)
+    # Half a cycle of the highest order across the window between trial rates.
+    trial = np.arange(-limit, limit, np.pi / (orders * span))
+    root = np.sqrt(weight)[None, :, None]
+    weighted = varying * root
+    power = np.zeros(len(trial))
+    for k in range(1, orders + 1):
+        turn = np.exp(1j * k * np.outer(trial, time)).astype(np.complex64)
+        power += (np.abs(turn @ weighted[:, :, k - 1]) ** 2).sum(axis=1)
+    best = int(power.argmax())
+    rate = float(trial[best])
+    if 0 < best < len(trial) - 1:
+        low, at, high = power[best - 1 : best + 2]
+        rate += 0.5 * float((low - high) / (low - 2 * at + high)) * float(trial[1] - trial[0])
+    total = float((np.abs(weighted) ** 2).sum())
+    energy = float(power[best]) / len(time)
+    return rate, energy / max(total, 1e-9), energy

@@ -1,0 +1,37 @@
+"""What does not move in the first pictures of a film, and where something does."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.video import Luma
+
+MEDIAN_OF = 31  # pictures; something in the way for a third of them leaves the median alone
+GOLDEN = (np.sqrt(5) - 1) / 2
+
+
+def spread_choice(available: int, wanted: int) -> NDArray[np.intp]:
+    """Indices spread over a range without a period, in order, shape (≤ wanted,).
+
+    An even stride could keep step with the plate (27 pictures per turn at 15 fps and 33 1/3 rpm)
+    and show the mark always in the same places.
+    """
+    if available <= wanted:
+        return np.arange(available)
+    return np.unique((np.mod(np.arange(wanted) * GOLDEN, 1.0) * available).astype(np.intp))
+
+
+def median_picture(pictures: Sequence[Luma]) -> Luma:
+    """Median over time of each pixel, from a spread choice of the pictures.
+
+    Compare-exchange of whole pictures: a twentieth of the time of sorting pixel by pixel.
+    """
+    chosen = [pictures[i].copy() for i in spread_choice(len(pictures), MEDIAN_OF)]
+    n, spare = len(chosen), np.empty_like(chosen[0])
+    for done in range(n // 2 + 1):  # bubble the largest to the end until the middle is in place
+        for i in range(n - 1 - done):
+            np.minimum(chosen[i], chosen[i + 1], out=spare)
+            np.maximum(chosen[i], chosen[i + 1], out=chosen[i + 1])
+            chosen[i], spare = spare, chosen[i]
+    return chosen[n // 2]

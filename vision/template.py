@@ -1,0 +1,262 @@
+"""The plate as it would look standing still, and the view refined by the plate's own motion.
+
+In polar plate coordinates picture i is what stands still plus what turns,
+
+    D_i(r, φ) = S(r, φ) + T(r, φ - θ_i).
+
+S, T and the angles θ_i are estimated in turn. Where the view is wrong by a small change p (shift,
+stretch, perspective: ``View.adjusted``) the picture differs from the model, in the frame of the
+plate, by
+
+    e_i = d_i - T = -Σ_j B_j (R(θ_i) p)_j - δθ_i ∂T/∂φ,
+
+because an error fixed to the camera turns backwards as seen from the plate. B_j, the change of T
+per unit of each parameter, does not depend on i, so that one small matrix serves all pictures, and
+no outline or calibration pattern is needed to find the axis: the motion shows where it is.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.geometry import VIEW_PARAMETERS, FloatArray, View
+from vision.video import Luma
+
+Strips = NDArray[np.float32]  # (pictures, rings, azimuths)
+Spectra = NDArray[np.complex64]  # (pictures, rings, azimuths // 2 + 1)
+
+OUTLIER = 3.0  # times the median misfit: a hand, a flash
+LARGEST_STEP = 0.05  # of the radius, per iteration of the view
+RIDGE = 1e-4  # relative; keeps parameters that the picture does not show at zero
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Polar sampling of a view: rings of given radius, evenly spaced azimuths.
+
+    Attributes
+    ----------
+    view : View
+    radius : array, shape (r,)
+    azimuths : int
+    seen : array, shape (r, n)
+        1 where the point is inside the picture, else 0.
+    """
+
+    view: View
+    radius: FloatArray
+    azimuths: int
+    x: Strips
+    y: Strips
+    seen: Strips
+
+    def strip(self, picture: Luma) -> Luma:
+        """The picture along the rings, shape (r, n)."""
+        return cv2.remap(picture, self.x, self.y, cv2.INTER_LINEAR)
+
+    def strips(self, pictures: Sequence[Luma]) -> Strips:
+        """Several pictures, in floating point."""
+        return np.stack([self.strip(picture) for picture in pictures]).astype(np.float32)
+
+    def weight(self) -> NDArray[np.float32]:
+        """Pixels of the film per sample of each ring, shape (r,), up to a factor: the radius."""
+        return self.radius.astype(np.float32)
+
+
+def polar_grid(view: View, radius: FloatArray, azimuths: int, shape: tuple[int, ...]) -> Grid:
+    """Sampling positions for pictures of the given shape."""
+    azimuth = np.arange(azimuths) * 2 * np.pi / azimuths
+    x, y = view.pixels(radius[:, None], azimuth[None, :])
+    seen = (x >= 0) & (y >= 0) & (x <= shape[1] - 1) & (y <= shape[0] - 1)
+    return Grid(
+        view,
+        radius,
+        azimuths,
+        x.astype(np.float32),
+        y.astype(np.float32),
+        seen.astype(np.float32),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Template:
+    """What stands still and what turns, on a grid.
+
+    Attributes
+    ----------
+    grid : Grid
+    still : array, shape (r, n)
+        S, in luma steps.
+    turning : array, shape (r, n)
+        T, azimuth counted from plate angle zero; no mean along a ring.
+    explained : float
+        Share of the variation in time that the turning explains, 0 to 1.
+    """
+
+    grid: Grid
+    still: Strips
+    turning: Strips
+    explained: float
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """A template together with the angles of the pictures it was made from."""
+
+    template: Template
+    angle_rad: FloatArray
+    used: NDArray[np.bool_]
+
+
+def align(
+    pictures: Sequence[Luma],
+    still: Luma,
+    angle_rad: FloatArray,
+    grid: Grid,
+    *,
+    iterations: int,
+    refine_view: bool = True,
+) -> Alignment:
+    """Estimate S, T, the angles and the view in turn, starting from rough angles."""
+    angle = angle_rad.copy()
+    still_strip = grid.strip(still).astype(np.float32)
+    used = np.ones(len(pictures), bool)
+    strips = grid.strips(pictures) * grid.seen
+    for iteration in range(iterations):
+        spectra = _spectra(strips - still_strip * grid.seen)
+        turning = _mean_turning(spectra[used], angle[used], grid)
+        angle = _correlate(spectra, turning, grid, angle)
+        turning = _mean_turning(spectra[used], angle[used], grid)
+        moved = _turned(turning, angle, grid.azimuths)
+        misfit = strips - still_strip * grid.seen - moved * grid.seen
+        # What the model leaves, averaged over all angles, stood still after all.
+        correction = misfit[used].mean(axis=0)
+        still_strip = still_strip + correction
+        misfit -= correction
+        energy = np.einsum("frn,r->f", misfit**2, grid.weight())
+        used = energy < OUTLIER * np.median(energy)
+        if refine_view and iteration < iterations - 1:
+            change = _view_change(misfit[used], angle[used], turning, grid)
+            limit = min(1.0, LARGEST_STEP / max(float(np.abs(change[:4]).max()), 1e-12))
+            shape = pictures[0].shape
+            grid = polar_grid(grid.view.adjusted(limit * change), grid.radius, grid.azimuths, shape)
+            still_strip = grid.strip(still).astype(np.float32) + correction
+            strips = grid.strips(pictures) * grid.seen
+    varying = (strips - strips[used].mean(axis=0))[used]
+    weight = grid.weight()
+    total = float(np.einsum("frn,r->", varying**2, weight))
+    left = float(np.einsum("frn,r->", misfit[used] ** 2, weight))
+    template = Template(
+        grid,
+        still_strip,
+        np.fft.irfft(turning, grid.azimuths, axis=-1).astype(np.float32),
+        1 - left / max(total, 1e-9),
+    )
+    return Alignment(template, angle, used)
+
+
+def _spectra(strips: Strips) -> Spectra:
+    spectra = np.fft.rfft(strips, axis=-1)
+    spectra[..., 0] = 0  # the mean of a ring has no angle
+    return spectra.astype(np.complex64)
+
+
+def _turns(angle_rad: FloatArray, orders: int) -> Spectra:
+    """exp(ikθ), shape (pictures, 1, orders)."""
+    k = np.arange(orders)
+    return np.exp(1j * k * angle_rad[:, None])[:, None, :].astype(np.complex64)
+
+
+def _mean_turning(spectra: Spectra, angle_rad: FloatArray, grid: Grid) -> Spectra:
+    """Spectrum of T, shape (r, k): the mean of the pictures turned back, where they were seen."""
+    turns = _turns(angle_rad, spectra.shape[-1])
+    if grid.seen.all():
+        return np.asarray((spectra * turns).mean(axis=0))
+    back = np.fft.irfft(spectra * turns, grid.azimuths, axis=-1)
+    seen = np.fft.irfft(np.fft.rfft(grid.seen, axis=-1)[None] * turns, grid.azimuths, axis=-1)
+    mean = back.sum(axis=0) / np.maximum(seen.sum(axis=0), 1.0)
+    return np.asarray(_spectra(mean.astype(np.float32)))
+
+
+def _turned(turning: Spectra, angle_rad: FloatArray, azimuths: int) -> Strips:
+    """T(φ - θ_i) for every picture."""
+    turns = np.conj(_turns(angle_rad, turning.shape[-1]))
+    return np.fft.irfft(turning[None] * turns, azimuths, axis=-1).astype(np.float32)
+
+
+NEAR_ENOUGH = 0.8  # of the highest peak: then the peak next to the expected angle is taken
+
+
+def _correlate(
+    spectra: Spectra, turning: Spectra, grid: Grid, expected_rad: FloatArray
+) -> FloatArray:
+    """Angle of each picture against T, the peak near the expected angle preferred."""
+    cross = np.einsum("frk,rk,r->fk", spectra, np.conj(turning), grid.weight())
+    n = 4 * grid.azimuths
+    correlation = np.fft.irfft(cross, n, axis=-1)
+    index = (np.arange(n) * 2 * np.pi / n)[None, :]
+    distance = np.abs(np.angle(np.exp(1j * (index - expected_rad[:, None]))))
+    near = np.where(distance < np.pi / 6, correlation, -np.inf)
+    peak = np.where(
+        near.max(axis=1) > NEAR_ENOUGH * correlation.max(axis=1),
+        near.argmax(axis=1),
+        correlation.argmax(axis=1),
+    )
+    rows = np.arange(len(peak))
+    before, at, after = (correlation[rows, (peak + s) % n] for s in (-1, 0, 1))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        offset = np.nan_to_num(0.5 * (before - after) / (before - 2 * at + after))
+    angle = (peak + np.clip(offset, -0.5, 0.5)) * 2 * np.pi / n
+    # Keep the whole turns of the expected angle.
+    return np.asarray(expected_rad + np.angle(np.exp(1j * (angle - expected_rad))))
+
+
+def motion_basis(turning: Spectra, radius: FloatArray, azimuths: int) -> NDArray[np.float32]:
+    """Change of T per unit of each view parameter and of the angle, shape (7, r, n)."""
+    k = np.arange(turning.shape[-1])
+    image = np.fft.irfft(turning, azimuths, axis=-1)
+    by_angle = np.fft.irfft(1j * k * turning, azimuths, axis=-1)
+    by_radius = np.gradient(image, radius, axis=0)
+    azimuth = np.arange(azimuths) * 2 * np.pi / azimuths
+    c, s = np.cos(azimuth), np.sin(azimuth)
+    c2, s2 = np.cos(2 * azimuth), np.sin(2 * azimuth)
+    r = radius[:, None]
+    return np.stack(
+        [
+            by_radius * c - by_angle / r * s,
+            by_radius * s + by_angle / r * c,
+            by_radius * r * c2 - by_angle * s2,
+            by_radius * r * s2 + by_angle * c2,
+            -(r**2) * c * by_radius,
+            -(r**2) * s * by_radius,
+            by_angle,
+        ]
+    ).astype(np.float32)
+
+
+def _view_change(misfit: Strips, angle_rad: FloatArray, turning: Spectra, grid: Grid) -> FloatArray:
+    """Least-squares change of the view, shape (6,), each picture's own angle left free."""
+    basis = motion_basis(turning, grid.radius, grid.azimuths)
+    weighted = basis * grid.weight()[:, None]
+    normal = np.einsum("arn,brn->ab", weighted, basis).astype(float)
+    spectra = np.fft.rfft(misfit, axis=-1) * _turns(angle_rad, turning.shape[-1])
+    back = np.fft.irfft(spectra, grid.azimuths, axis=-1).astype(np.float32)
+    seen = -np.tensordot(back, weighted, axes=([1, 2], [1, 2])).astype(float)  # (f, 7)
+
+    view, own = slice(0, VIEW_PARAMETERS), VIEW_PARAMETERS
+    coupling = normal[view, own] / normal[own, own]
+    reduced = normal[view, view] - np.outer(coupling, normal[own, view])
+    pull = seen[:, view] - seen[:, own, None] * coupling  # (f, 6)
+
+    turn = np.zeros((len(angle_rad), VIEW_PARAMETERS, VIEW_PARAMETERS))
+    for first, order in ((0, 1), (2, 2), (4, 1)):  # shift, stretch, perspective
+        c, s = np.cos(order * angle_rad), np.sin(order * angle_rad)
+        turn[:, first, first], turn[:, first, first + 1] = c, s
+        turn[:, first + 1, first], turn[:, first + 1, first + 1] = -s, c
+    left = np.einsum("fai,ab,fbj->ij", turn, reduced, turn)
+    right = np.einsum("fai,fa->i", turn, pull)
+    left += RIDGE * np.trace(left) / VIEW_PARAMETERS * np.eye(VIEW_PARAMETERS)
+    return np.linalg.solve(left, right)

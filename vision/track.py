@@ -1,0 +1,195 @@
+"""From a film to the plate's angle in every picture, in one pass.
+
+The first pictures are kept until the plate has been found and learned from them; they and all that
+follow are then measured as they come, so that memory does not grow with the film.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from vision.annotate import annotate
+from vision.errors import RateRefused, UnreadableVideo
+from vision.follow import Follower
+from vision.geometry import FloatArray, PlateOverride
+from vision.learn import Learned, learn
+from vision.mark import find_deck_mark, find_mark
+from vision.phase_track import PhaseTrack
+from vision.stillness import median_picture
+from vision.video import Film, Frame, Luma
+
+FEWEST = 12  # pictures from which anything can be said
+LEARN_FROM = 300  # pictures
+LEARN_BYTES = 96_000_000
+ATTEMPTS = 5  # stretches of the film in which a plate is looked for
+THUMBNAIL = (24, 18)
+DUPLICATE = 0.2  # of the usual change between pictures
+
+
+def track_phase(
+    path: Path | str,
+    *,
+    plate: PlateOverride | None = None,
+    on_progress: Callable[[int, int | None], None] | None = None,
+) -> PhaseTrack:
+    """Follow the plate of a film.
+
+    Parameters
+    ----------
+    path : path
+    plate : PlateOverride, optional
+        The rim as the user measured it, instead of looking for it.
+    on_progress : callable (pictures done, pictures stated or None), optional
+
+    Raises
+    ------
+    UnreadableVideo
+        Not a film, or fewer than a dozen pictures.
+    RateRefused
+        Nothing in the film turns about a fixed axis.
+    """
+    name = Path(path).name
+    with Film(path) as film:
+        batches = iter(film)
+        skipped = 0
+        refusal: RateRefused | None = None
+        frames: list[Frame] = []
+        found: Learned | None = None
+        size = (0, 0)
+        for _ in range(ATTEMPTS):
+            frames = _first(batches)
+            if not frames:
+                break
+            if len(frames) < FEWEST and refusal is None:
+                raise UnreadableVideo(
+                    f"{path}: {len(frames)} picture(s) found, at least {FEWEST} expected; a rate "
+                    f"needs a film of the turning plate, better of a minute."
+                )
+            try:
+                found = learn(name, frames, plate and plate.view(film.reduction))
+                break
+            except RateRefused as error:
+                refusal = refusal or error
+                skipped += len(frames)
+        if found is None:
+            if refusal is not None:
+                raise refusal
+            raise UnreadableVideo(
+                f"{path}: the file has a video stream, but not one picture could be decoded; "
+                f"copy it from the camera again or convert it to H.264."
+            )
+        h, w = frames[0].luma.shape
+        size = (w * film.reduction, h * film.reduction)
+        rows = _Rows(found, frames)
+        for batch in _chain(frames, batches):
+            rows.add(batch)
+            if on_progress is not None:
+                on_progress(skipped + len(rows.values), film.frames_stated)
+        notes = list(found.notes)
+        if skipped:
+            notes.append(
+                f"The plate was not seen turning in the first {skipped} pictures, which are "
+                f"left out."
+            )
+        if film.frames_stated and skipped + len(rows.values) < 0.9 * film.frames_stated:
+            notes.append(
+                f"The file states {film.frames_stated} pictures, {skipped + len(rows.values)} "
+                f"could be decoded: it is damaged or was cut short."
+            )
+        return rows.track(name, film, size, tuple(notes))
+
+
+def _first(batches: Iterator[list[Frame]]) -> list[Frame]:
+    frames: list[Frame] = []
+    for batch in batches:
+        frames += batch
+        if len(frames) >= LEARN_FROM or len(frames) * frames[0].luma.nbytes > LEARN_BYTES:
+            break
+    return frames
+
+
+def _chain(first: list[Frame], rest: Iterator[list[Frame]]) -> Iterator[list[Frame]]:
+    yield first
+    first.clear()
+    yield from rest
+
+
+@dataclass(frozen=True)
+class _Row:
+    time_s: float
+    angle_rad: float
+    quality: float
+    seed_rad: float
+    change: float
+    thumbnail: Luma
+
+
+class _Rows:
+    """One row per picture, and what is needed to measure the next."""
+
+    def __init__(self, found: Learned, frames: list[Frame]) -> None:
+        self._found = found
+        grid = found.template.grid
+        self._mark = find_mark(found.template)
+        self._follower = Follower(found.template, self._mark, found.rate_rad_s)
+        x, y = grid.view.pixels(np.ones(90), np.linspace(0, 2 * np.pi, 90))
+        h, w = frames[0].luma.shape
+        self._left, self._right = (int(np.clip(v, 0, w)) for v in (x.min(), x.max() + 1))
+        self._top, self._bottom = (int(np.clip(v, 0, h)) for v in (y.min(), y.max() + 1))
+        self._still = median_picture([f.luma for f in frames])
+        self._shown = frames[len(frames) // 2].luma
+        self._shown_index = len(frames) // 2
+        self.values: list[_Row] = []
+
+    def add(self, batch: list[Frame]) -> None:
+        for frame in batch:
+            angle, quality, seed, change = self._follower.angle(frame.time_s, frame.luma)
+            region = frame.luma[self._top : self._bottom, self._left : self._right]
+            small = cv2.resize(region, THUMBNAIL, interpolation=cv2.INTER_AREA)
+            self.values.append(_Row(frame.time_s, angle, quality, seed, change, small.ravel()))
+
+    def track(
+        self, name: str, film: Film, size: tuple[int, int], notes: tuple[str, ...]
+    ) -> PhaseTrack:
+        grid = self._found.template.grid
+        phase = _column(self.values, "angle_rad")
+        change = _column(self.values, "change")
+        mark = self._mark
+        deck = find_deck_mark(self._still, grid.view)
+        at = None
+        if mark is not None:
+            at = (mark.radius, mark.azimuth_rad + phase[self._shown_index])
+        return PhaseTrack(
+            source=name,
+            time_s=_column(self.values, "time_s"),
+            phase_rad=_wrapped(phase),
+            seed_rad=_wrapped(_column(self.values, "seed_rad")),
+            quality=_column(self.values, "quality"),
+            duplicate=change < DUPLICATE * np.median(change),
+            thumbnail=np.stack([row.thumbnail for row in self.values]),
+            symmetry=self._found.symmetry,
+            mark_rad=np.nan if mark is None else mark.azimuth_rad,
+            mark_radius=np.nan if mark is None else mark.radius,
+            deck_mark_rad=np.nan if deck is None else deck[1],
+            deck_mark_radius=np.nan if deck is None else deck[0],
+            view=grid.view.matrix,
+            size_px=size,
+            reduction=film.reduction,
+            explained=self._found.template.explained,
+            fps_stated=film.fps_stated,
+            annotated=annotate(
+                self._shown, grid.view, (float(grid.radius[0]), float(grid.radius[-1])), at, deck
+            ),
+            notes=notes,
+        )
+
+
+def _column(rows: list[_Row], name: str) -> FloatArray:
+    return np.array([getattr(row, name) for row in rows], float)
+
+
+def _wrapped(angle_rad: FloatArray) -> FloatArray:
+    return np.asarray(np.angle(np.exp(1j * angle_rad)))
