@@ -1,9 +1,12 @@
 """One pose to one mean with an honest sd.
 
 The samples of a pose are autocorrelated, so the sd of their mean comes from batch means: the pose
-is cut into ``BATCHES`` equal stretches and the scatter of the stretch means is what counts. On the
-turning plate the mean is taken over whole turns, and what comes back once and twice per turn
-(plate tilt, wow) is taken out first, since it averages to nothing but would look like noise.
+is cut into ``BATCHES`` equal stretches and the scatter of the stretch means is what counts; once
+more with half as many, twice as long ones, to see what correlation the shorter left out
+(:func:`calib.poses.correlation_factor`).
+
+On the turning plate the mean is taken over whole turns, and what comes back once and twice per
+turn (plate tilt, wow) is taken out first: it averages to nothing but would look like noise.
 """
 
 import math
@@ -16,7 +19,8 @@ from calib.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, ImuLog
 from calib.sensor import TriadSpec
 
 BATCHES = 8
-"""Long enough stretches to hold the correlation, enough of them to tell a scatter: 7 dof a pose."""
+COARSE_BATCHES = BATCHES // 2
+"""Long enough stretches to hold most of the correlation, enough of them to tell a scatter."""
 
 RAIL_SHARE = 1e-3
 HARMONICS = (1, 2)
@@ -32,12 +36,14 @@ SHORTEST_SAMPLES = 2 * BATCHES
 class TriadMean:
     """Mean of one triad over one pose, in nominal SI units.
 
-    ``mean`` (3,), ``variance`` (3,) of that mean from its own batches, ``scatter`` (3,) variance of
-    the samples about it; all NaN where the triad was not logged.
+    ``mean`` (3,), ``variance`` and ``coarse_variance`` (3,) of that mean from BATCHES and from
+    COARSE_BATCHES batches, ``scatter`` (3,) variance of the samples about it; all NaN where the
+    triad was not logged.
     """
 
     mean: FloatArray
     variance: FloatArray
+    coarse_variance: FloatArray
     scatter: FloatArray
 
 
@@ -53,14 +59,18 @@ class PoseMean:
     columns: dict[str, float]
 
 
-_NOT_LOGGED = TriadMean(np.full(3, np.nan), np.full(3, np.nan), np.full(3, np.nan))
+_NOT_LOGGED = TriadMean(*(np.full(3, np.nan) for _ in range(4)))
 
 
-def batch_variance(values: FloatArray) -> FloatArray:
-    """Variance of the mean of each column of ``values`` (t, k) from its batch means, (k,)."""
-    length = len(values) // BATCHES
-    batches = values[: BATCHES * length].reshape(BATCHES, length, -1).mean(axis=1)
-    return np.asarray(batches.var(axis=0, ddof=1) / BATCHES)
+def batch_means(values: FloatArray, count: int) -> FloatArray:
+    """Means of ``count`` equal stretches of ``values`` (t, k), shape (count, k)."""
+    length = len(values) // count
+    return np.asarray(values[: count * length].reshape(count, length, -1).mean(axis=1))
+
+
+def batch_variance(values: FloatArray, count: int) -> FloatArray:
+    """Variance of the mean of each column of ``values`` (t, k) from ``count`` batches, (k,)."""
+    return np.asarray(batch_means(values, count).var(axis=0, ddof=1) / count)
 
 
 def _halves(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -69,9 +79,9 @@ def _halves(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     That sd comes from the steps between neighbouring batches, which a motion hardly enters.
     """
     half = len(values) // 2
-    length = len(values) // BATCHES
-    batches = values[: BATCHES * length].reshape(BATCHES, length, -1).mean(axis=1)
-    of_mean = np.sqrt((np.diff(batches, axis=0) ** 2).mean(axis=0) / 2 / BATCHES)
+    of_mean = np.sqrt(
+        (np.diff(batch_means(values, BATCHES), axis=0) ** 2).mean(axis=0) / 2 / BATCHES
+    )
     return values[:half].mean(axis=0), values[half:].mean(axis=0), 2 * of_mean
 
 
@@ -91,8 +101,8 @@ def _check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -
         axis = AXES[int(np.argmax(share))]
         raise Undetermined(
             f"{label}: {triad} {axis} is saturated: {100 * share.max():.1f} % of its samples "
-            f"stand at the end of the range ({low:g} or {high:g} counts). The true value is unknown there; "
-            f"choose a larger full scale or a slower plate, and record the pose again."
+            f"stand at the end of the range ({low:g} or {high:g} counts). The true value is "
+            f"unknown there; choose a larger full scale or a slower plate, and record the pose again."
         )
 
 
@@ -184,7 +194,14 @@ def average_pose(
             rest = _without_harmonics(values, log.time_s[:n], abs(rate_rad_s))
             if triad == "gyroscope":
                 _check_steady(log.label, rest)
-        means.append(TriadMean(values.mean(axis=0), batch_variance(rest), rest.var(axis=0, ddof=1)))
+        means.append(
+            TriadMean(
+                mean=values.mean(axis=0),
+                variance=batch_variance(rest, BATCHES),
+                coarse_variance=batch_variance(rest, COARSE_BATCHES),
+                scatter=rest.var(axis=0, ddof=1),
+            )
+        )
     return PoseMean(
         label=log.label,
         accelerometer=means[0],

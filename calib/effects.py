@@ -22,7 +22,6 @@ import numpy as np
 
 from calib.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, Triad
 
-
 REFERENCE_TEMPERATURE_C = 25.0
 """Temperature at which bias and scale are quoted once a temperature effect is in the model."""
 

@@ -17,6 +17,7 @@ import numpy as np
 from calib.imu_log import FloatArray
 from calib.model import Model, pick, sensor_slope, solve_sensor, stack_columns
 from calib.poses import PoseSet
+from calib.start import start_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,11 +64,15 @@ class Equations:
             if self.on_reference
             else np.zeros((len(y), 0))
         )
-        # The sd of |s| is the reading's sd along its own direction, and the reference's own.
-        direction = y / np.maximum(np.linalg.norm(y, axis=1, keepdims=True), 1e-300)
-        along = np.sqrt(((direction * poses.sd) ** 2).sum(axis=1) + reference.sd**2)
-        self.magnitude_sd = along[self.magnitude]
-        self.null_sd = np.sqrt(poses.sd**2 + reference.sd[:, None] ** 2)[self.null]
+        # Sds are known in nominal units, and a data sheet can be a third off: the start's matrix
+        # takes them to true units. |s| has the sd of s along its own direction.
+        self.start = start_of(poses)
+        s = y @ self.start.matrix.T + self.start.offset
+        direction = s / np.maximum(np.linalg.norm(s, axis=1, keepdims=True), 1e-300)
+        along = (((direction @ self.start.matrix) * poses.sd) ** 2).sum(axis=1)
+        across = poses.sd**2 @ (self.start.matrix**2).T
+        self.magnitude_sd = np.sqrt(along + reference.sd**2)[self.magnitude]
+        self.null_sd = np.sqrt(across + reference.sd[:, None] ** 2)[self.null]
         self.common = reference.common[self.magnitude]
 
     @property

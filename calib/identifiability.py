@@ -35,35 +35,31 @@ def scaled_condition(jacobian: FloatArray) -> tuple[float, FloatArray]:
     return float(singular[0] / singular[-1]), np.asarray(combinations[-1])
 
 
-def require_determined(
-    equations: "Equations",
-    theta: FloatArray,
-    rows: "Rows | None" = None,
-    before_fit: bool = False,
-) -> None:
-    """Refuse, in words, poses that cannot determine the model.
-
-    Raises
-    ------
-    Undetermined
-        Too few rows, a rank loss, or a condition number above ``CONDITION_LIMIT``.
-    """
+def require_enough(equations: "Equations") -> None:
+    """Refuse poses too few to check the fit with; raises :class:`Undetermined`."""
     triad, model, poses = equations.poses.triad, equations.model, equations.poses
-    spare = equations.data_count - model.size
-    if spare < FEWEST_SPARE_ROWS:
+    if equations.data_count - model.size < FEWEST_SPARE_ROWS:
         raise Undetermined(
             f"{triad}: {len(poses)} poses give {equations.data_count} equations for {model.size} "
             f"parameters ({', '.join(model.names)}), which leaves nothing to check the fit with; "
             f"at least {model.size + FEWEST_SPARE_ROWS} are needed and 18 are recommended. "
             f"{_advice(equations)}"
         )
-    if before_fit:
-        return  # at the start values a strong effect may hide the rank; judged at the solution
-    jacobian = (rows or equations.rows(theta, np.zeros(equations.common.shape[1]), {})).jacobian
-    data = jacobian[: equations.data_count, : model.size]
+
+
+def require_determined(equations: "Equations", rows: "Rows") -> None:
+    """Refuse, in words, poses that cannot determine the model; ``rows`` at the solution.
+
+    Raises
+    ------
+    Undetermined
+        A rank loss, or a condition number above ``CONDITION_LIMIT``.
+    """
+    triad, model, poses = equations.poses.triad, equations.model, equations.poses
+    data = rows.jacobian[: equations.data_count, : model.size]
     condition, weakest = scaled_condition(data)
-    base = [i for i in range(model.size) if i in set(equations.reading_index)]
-    limit = CONDITION_LIMIT if len(base) == model.size else CONDITION_LIMIT**2
+    base_only = len(equations.reading_index) == model.size
+    limit = CONDITION_LIMIT if base_only else CONDITION_LIMIT**2
     if condition <= limit:
         return
     number = "without limit (rank deficient)" if np.isinf(condition) else f"{condition:.0f}"

@@ -56,8 +56,8 @@ class ImuLog:
             i = int(backwards[0])
             raise UnusableLog(
                 f"{self.label}: time does not increase at sample {i + 2}: {self.time_s[i]:.6g} s "
-                f"is followed by {self.time_s[i + 1]:.6g} s. Remove the repeated or misplaced rows, "
-                f"or record the log again."
+                f"is followed by {self.time_s[i + 1]:.6g} s. Remove the repeated or misplaced "
+                f"rows, or record the log again."
             )
         for name in ("accelerometer", "gyroscope"):
             triad = getattr(self, name)

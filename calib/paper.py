@@ -28,7 +28,7 @@ from calib.solver import Fit, finish
 STOP_RULE = 0.0005
 ITERATIONS = 50
 NOISE_FREE = 1e-24
-"""Below this share of the rows' squares the misclosure is rounding, and the rule would divide it."""
+"""Below this, per row, the misclosure is rounding, and the rule would divide by it."""
 
 BASE = ("bias", "scale", "misalignment")
 

@@ -1,7 +1,7 @@
 """The poses of one triad, ready to be fitted: readings, their sds, references and covariates."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,6 +14,13 @@ from calib.reference import Reference, join_references
 OWN_DOF = BATCHES - 1
 POOLED_DOF = 2 * OWN_DOF
 """How many degrees of freedom the other poses' scatter counts for in the sd of one pose."""
+
+LARGEST_TYPICAL = 10.0
+"""Poses noisier than this many times the typical variance were disturbed; they say nothing of the
+sensor's correlation."""
+
+NOISE_DOF_PER_POSE = 2.25
+"""Degrees of freedom that a pose adds to the estimate ``2 v4 - v8`` over three axes."""
 
 MEDIAN_OF_CHI2_7 = 6.3458
 """Median of chi-square with OWN_DOF = 7, to turn a median of variances into a variance."""
@@ -64,6 +71,11 @@ class PoseSet:
         return len(self.label)
 
     @property
+    def noise_dof(self) -> float:
+        """Degrees of freedom behind ``sd``: how well the noise itself is known."""
+        return NOISE_DOF_PER_POSE * len(self)
+
+    @property
     def before(self) -> np.ndarray:
         """Index of the pose recorded before each pose, -1 for the first, shape (n,)."""
         order = np.argsort(self.time_s, kind="stable")
@@ -88,7 +100,7 @@ class PoseSet:
 
 
 def pooled_sd(means: Sequence[PoseMean], triad: Triad) -> FloatArray:
-    """Sd of each pose mean, (n, 3): its own batches, steadied by those of the other poses.
+    """Sd of each pose mean by its batches, (n, 3), steadied by those of the run's other poses.
 
     A pose's own estimate has 7 degrees of freedom, too few to weight by. The typical variance of
     the run, scaled to the length of the pose, is mixed in with twice that weight; being a median,
@@ -99,6 +111,28 @@ def pooled_sd(means: Sequence[PoseMean], triad: Triad) -> FloatArray:
     typical = np.median(own * duration, axis=0) * OWN_DOF / MEDIAN_OF_CHI2_7 / duration
     mixed = (OWN_DOF * own + POOLED_DOF * typical) / (OWN_DOF + POOLED_DOF)
     return np.asarray(np.sqrt(mixed))
+
+
+def correlation_factor(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> float:
+    """By how much the variance of a pose mean exceeds what its BATCHES batches say.
+
+    Where samples stay correlated over a time short against the pose, batches of length L have
+    ``V(L) = A/L - B/L²``, and cutting a pose in 8 and in 4 gives estimates v8 and v4 of the
+    variance of its mean that fall short by 8 and 4 times the same amount, so that
+    ``V = 2 v4 - v8``. The ratio is a property of the sensor: it is taken over all its poses. The
+    last factor is Student's: an sd known with few degrees of freedom is wider than it says.
+    """
+    fine, coarse = 0.0, 0.0
+    for means in runs:
+        v8 = np.array([getattr(mean, triad).variance for mean in means])
+        v4 = np.array([getattr(mean, triad).coarse_variance for mean in means])
+        typical = np.maximum(np.median(v8, axis=0), 1e-300)
+        disturbed = np.maximum(v8, v4) > LARGEST_TYPICAL * typical
+        fine += float(np.where(disturbed, 0.0, v8 / typical).sum())
+        coarse += float(np.where(disturbed, 0.0, v4 / typical).sum())
+    dof = NOISE_DOF_PER_POSE * sum(len(means) for means in runs)
+    student = dof / max(dof - 2, 1.0)
+    return student * max(1.0, 2 * coarse / fine - 1) if fine > 0 else 1.0
 
 
 def check_alive(means: Sequence[PoseMean], triad: Triad, run: str) -> None:
@@ -119,7 +153,8 @@ def check_alive(means: Sequence[PoseMean], triad: Triad, run: str) -> None:
 class Run:
     """Poses recorded under one reference.
 
-    ``spin_rad_s`` (n,) signed plate rate, 0 where stopped; ``expected`` (n, 3) what null poses read.
+    ``spin_rad_s`` (n,) signed plate rate, 0 where stopped; ``expected`` (n, 3) what null poses
+    read.
     """
 
     name: str
@@ -133,11 +168,12 @@ def pose_set(
     triad: Triad,
     runs: Sequence[Run],
     origin_s: float,
-    calibrated_force: Callable[[FloatArray], FloatArray],
+    correct_force: Callable[[Conditions], FloatArray] | None = None,
 ) -> PoseSet:
     """All runs of one triad as one set, to be fitted jointly.
 
-    ``calibrated_force`` turns nominal accelerometer readings (n, 3) into specific force.
+    ``correct_force`` is the calibration of the accelerometer, by which its nominal readings become
+    the specific force that effects on the gyro depend on; without it they stand as they are.
     """
     for run in runs:
         check_alive(run.means, triad, run.name)
@@ -148,14 +184,15 @@ def pose_set(
     overlap = (time_s - half)[order][1:] < (time_s + half)[order][:-1] - 1e-6
     if overlap.any():  # every file starts its own clock: the order of the poses is not known
         time_s = np.full(len(means), np.nan)
+    factor = correlation_factor([run.means for run in runs], triad)
     names = sorted(set.intersection(*(set(mean.columns) for mean in means)))
-    return PoseSet(
+    poses = PoseSet(
         triad=triad,
         label=tuple(mean.label for mean in means),
         run=tuple(run.name for run in runs for _ in run.means),
         reading=np.array([getattr(mean, triad).mean for mean in means]),
-        sd=np.concatenate([pooled_sd(run.means, triad) for run in runs]),
-        force=calibrated_force(np.array([mean.accelerometer.mean for mean in means])),
+        sd=np.concatenate([pooled_sd(run.means, triad) for run in runs]) * np.sqrt(factor),
+        force=np.array([mean.accelerometer.mean for mean in means]),
         vibration=np.array([mean.accelerometer.scatter for mean in means]),
         spin_rad_s=np.concatenate([run.spin_rad_s for run in runs]),
         time_s=time_s,
@@ -163,3 +200,6 @@ def pose_set(
         reference=join_references([run.reference for run in runs]),
         columns={name: np.array([mean.columns[name] for mean in means]) for name in names},
     )
+    if correct_force is None or not np.isfinite(poses.force).all():
+        return poses
+    return replace(poses, force=correct_force(poses.conditions(poses.force)))

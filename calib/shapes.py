@@ -13,7 +13,6 @@ import numpy as np
 from calib.equations import Equations
 from calib.errors import FitFailed
 from calib.solver import Fit, finish, fit_shapes_fixed, with_shape_sd
-from calib.start import start_values
 
 GOLDEN = (math.sqrt(5) - 1) / 2
 LOG_TOLERANCE = 1e-4
@@ -40,7 +39,7 @@ def minimise_log(cost: Callable[[float], float], low: float, high: float) -> flo
 def fit_with_shapes(equations: Equations, robust: bool) -> Fit:
     """Fit a model that has shape parameters; see :func:`calib.solver.fit` for errors."""
     shapes = {e.name: e.shape.starts[0] for e in equations.model.effects if e.shape}
-    start = start_values(equations.poses, equations.model)
+    start = equations.start.theta(equations.model)
 
     def chi2_at(name: str, value: float) -> float:
         try:

@@ -13,11 +13,10 @@ import numpy as np
 
 from calib.equations import Equations, Rows
 from calib.errors import FitFailed
-from calib.identifiability import require_determined
+from calib.identifiability import require_determined, require_enough
 from calib.imu_log import FloatArray
 from calib.model import Model
 from calib.poses import PoseSet
-from calib.start import start_values
 
 ITERATIONS = 60
 STEP_SD = 1e-7
@@ -63,9 +62,7 @@ class Fit:
     @property
     def residual_si(self) -> FloatArray:
         """Residual of every data row in SI units, (r - q,)."""
-        return np.asarray(
-            self.rows.residual[: self.equations.data_count] * self.equations.row_sd
-        )
+        return np.asarray(self.rows.residual[: self.equations.data_count] * self.equations.row_sd)
 
     @property
     def residual_rms(self) -> float:
@@ -178,12 +175,11 @@ def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
     from calib.shapes import fit_with_shapes  # only models with a shape parameter need it
 
     equations = Equations(poses, model)
-    require_determined(equations, start_values(poses, model), before_fit=True)
+    require_enough(equations)
     if any(effect.shape for effect in model.effects):
         return fit_with_shapes(equations, robust)
-    theta, eta, rows, weight, iterations = fit_shapes_fixed(
-        equations, start_values(poses, model), {}, robust
-    )
+    start = equations.start.theta(model)
+    theta, eta, rows, weight, iterations = fit_shapes_fixed(equations, start, {}, robust)
     return finish(equations, theta, eta, rows, weight, iterations)
 
 
@@ -197,7 +193,8 @@ def finish(
     shapes: Mapping[str, float] | None = None,
 ) -> Fit:
     """Check that the solution is determined and finite, and give it its covariance."""
-    require_determined(equations, theta, rows=rows)
+    require_enough(equations)
+    require_determined(equations, rows)
     p = equations.model.size
     jacobian = rows.jacobian * np.sqrt(weight)[:, None]
     scale = np.sqrt((jacobian**2).sum(axis=0))

@@ -6,6 +6,8 @@ gives M (the Cholesky factor of Q, upper triangular) and c = -M b. Where the pos
 too alike for that, the data sheet is the start.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from calib.imu_log import FloatArray
@@ -49,19 +51,29 @@ def _one_magnitude(poses: PoseSet) -> tuple[FloatArray, float]:
     return poses.reading[chosen], float(m[chosen].mean())
 
 
-def start_values(poses: PoseSet, model: Model) -> FloatArray:
-    """Start theta (p,) for ``model``: bias, scale and misalignment of the ellipsoid, 0 elsewhere."""
-    theta = np.zeros(model.size)
-    found = _ellipsoid(*_one_magnitude(poses))
-    if found is None:
+@dataclass(frozen=True, eq=False)
+class Start:
+    """``matrix`` M (3, 3) and ``offset`` c (3,) of the linear form that the fit starts from."""
+
+    matrix: FloatArray
+    offset: FloatArray
+
+    def theta(self, model: Model) -> FloatArray:
+        """Start values (p,): bias, scale and misalignment of the ellipsoid, 0 elsewhere."""
+        upper = self.matrix
+        values = {
+            "bias": -self.offset,
+            "scale": 1 - np.diag(upper),
+            "misalignment": -np.array([upper[1, 2], upper[0, 2], upper[0, 1]]),
+        }
+        theta = np.zeros(model.size)
+        for name, where in model.slices().items():
+            if name in values:
+                theta[where] = values[name]
         return theta
-    upper, offset = found
-    values = {
-        "bias": -offset,
-        "scale": 1 - np.diag(upper),
-        "misalignment": -np.array([upper[1, 2], upper[0, 2], upper[0, 1]]),
-    }
-    for name, where in model.slices().items():
-        if name in values:
-            theta[where] = values[name]
-    return theta
+
+
+def start_of(poses: PoseSet) -> Start:
+    """The ellipsoid of the poses where they span one, else the data sheet."""
+    found = _ellipsoid(*_one_magnitude(poses))
+    return Start(np.eye(3), np.zeros(3)) if found is None else Start(*found)

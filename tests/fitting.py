@@ -1,0 +1,94 @@
+"""From a simulated evening to fitted triads, by the same calls that the pipeline makes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.averaging import PoseMean, average_pose
+from calib.calibration import TriadCalibration, calibrate_triad
+from calib.catalogue import BASE
+from calib.imu_log import ImuLog
+from calib.model import Model
+from calib.paper import fit_paper
+from calib.poses import PoseSet, pose_set
+from calib.runs import PlateRate, gravity_run, stopped_run, turning_run
+from calib.sensor import TriadSpec
+from calib.solver import Fit, fit
+from tests.world.imu import Triad
+from tests.world.session import RunLog, Session
+
+
+def spec_of(triad: Triad, full_scale: float) -> TriadSpec:
+    """The data sheet of a simulated triad."""
+    return TriadSpec(full_scale, 16, "offset-binary" if triad.offset_binary else "twos-complement")
+
+
+def averaged(run: RunLog, specs: tuple[TriadSpec, TriadSpec], rate: float) -> list[PoseMean]:
+    """Pose means of one run."""
+    return [
+        average_pose(
+            ImuLog(
+                pose.label,
+                pose.time_s,
+                pose.accelerometer.astype(float),
+                pose.gyroscope.astype(float),
+                pose.columns,
+            ),
+            *specs,
+            rate,
+        )
+        for pose in run.poses
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class Calibrated:
+    """Both triads of one evening."""
+
+    accelerometer: TriadCalibration
+    gyroscope: TriadCalibration
+
+
+def _fit(poses: PoseSet, names: Sequence[str], spec: TriadSpec, solver: str) -> Fit:
+    if solver == "paper":
+        return fit_paper(poses, Model.of(names), spec)
+    return fit(poses, Model.of(names))
+
+
+def pose_sets(session: Session) -> tuple[PoseSet, PoseSet, tuple[TriadSpec, TriadSpec]]:
+    """The accelerometer's and the gyro's poses of one evening, and their data sheets."""
+    sensor, site = session.design.sensor, session.design.site
+    specs = (
+        spec_of(sensor.accelerometer, sensor.accelerometer.full_scale),
+        spec_of(sensor.gyroscope, sensor.gyroscope.full_scale),
+    )
+    latitude = float(np.radians(site.latitude_deg))
+    gravity_runs, gyro_runs = [], []
+    for run in session.runs:
+        stated = session.rates.get(run.run.name)
+        means = averaged(run, specs, 0.0 if stated is None else abs(stated.rate_rad_s))
+        if stated is None:
+            gravity_runs.append(gravity_run(run.run.name, means, site.gravity_m_s2, 0.0))
+            if session.design.rests_count_for_gyroscope:
+                gyro_runs.append(stopped_run(run.run.name, means, latitude))
+        else:
+            plate = PlateRate(
+                run.run.name, np.array([abs(stated.rate_rad_s)]), np.array([stated.sd_rad_s])
+            )
+            gyro_runs.append(turning_run(means, plate, latitude))
+    accelerometer = pose_set("accelerometer", gravity_runs, 0.0)
+    base = calibrate_triad(fit(accelerometer, Model.of(BASE)), specs[0])
+    gyroscope = pose_set("gyroscope", gyro_runs, 0.0, base.correct) if gyro_runs else accelerometer
+    return accelerometer, gyroscope, specs
+
+
+def calibrated(
+    session: Session, names: Sequence[str] = BASE, solver: str = "default"
+) -> Calibrated:
+    """Both triads fitted with the model ``names``."""
+    accelerometer, gyroscope, specs = pose_sets(session)
+    return Calibrated(
+        calibrate_triad(_fit(accelerometer, names, specs[0], solver), specs[0]),
+        calibrate_triad(_fit(gyroscope, names, specs[1], solver), specs[1]),
+    )
