@@ -56,7 +56,7 @@ def write_session(
     """
     camera = Camera() if film is True else film or None
     suffix = ".csv.gz" if compressed else ".csv"
-    for where, logs in _files(session):
+    for where, logs in pose_files(session):
         target = folder / f"{where}{suffix}"
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(_packed(table_text(logs)) if compressed else table_text(logs).encode())
@@ -66,7 +66,7 @@ def write_session(
     return Written(folder, config, films)
 
 
-def _files(session: Session) -> list[tuple[str, PoseLog]]:
+def pose_files(session: Session) -> list[tuple[str, PoseLog]]:
     """Every pose with its path, without the suffix; poses at rest are numbered through."""
     files, still = [], 0
     for log in session.runs:
