@@ -18,7 +18,7 @@ from calib.errors import Undetermined, UnusableLog
 from calib.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, ImuLog
 from calib.sensor import TriadSpec
 
-BATCHES = 8
+BATCHES = 6
 COARSE_BATCHES = BATCHES // 2
 """Long enough stretches to hold most of the correlation, enough of them to tell a scatter."""
 
@@ -102,7 +102,8 @@ def _check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -
         raise Undetermined(
             f"{label}: {triad} {axis} is saturated: {100 * share.max():.1f} % of its samples "
             f"stand at the end of the range ({low:g} or {high:g} counts). The true value is "
-            f"unknown there; choose a larger full scale or a slower plate, and record the pose again."
+            f"unknown there; choose a larger full scale or a slower plate, and record the pose "
+            f"again."
         )
 
 

@@ -19,11 +19,11 @@ LARGEST_TYPICAL = 10.0
 """Poses noisier than this many times the typical variance were disturbed; they say nothing of the
 sensor's correlation."""
 
-NOISE_DOF_PER_POSE = 2.25
-"""Degrees of freedom that a pose adds to the estimate ``2 v4 - v8`` over three axes."""
+NOISE_DOF_PER_POSE = 2.0
+"""Degrees of freedom that a pose adds to the estimate ``2 v3 - v6`` over three axes."""
 
-MEDIAN_OF_CHI2_7 = 6.3458
-"""Median of chi-square with OWN_DOF = 7, to turn a median of variances into a variance."""
+MEDIAN_OF_CHI2_5 = 4.3515
+"""Median of chi-square with OWN_DOF = 5, to turn a median of variances into a variance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,13 +102,13 @@ class PoseSet:
 def pooled_sd(means: Sequence[PoseMean], triad: Triad) -> FloatArray:
     """Sd of each pose mean by its batches, (n, 3), steadied by those of the run's other poses.
 
-    A pose's own estimate has 7 degrees of freedom, too few to weight by. The typical variance of
+    A pose's own estimate has 5 degrees of freedom, too few to weight by. The typical variance of
     the run, scaled to the length of the pose, is mixed in with twice that weight; being a median,
     it does not follow the few poses that were disturbed.
     """
     own = np.array([getattr(mean, triad).variance for mean in means])
     duration = np.array([mean.duration_s for mean in means])[:, None]
-    typical = np.median(own * duration, axis=0) * OWN_DOF / MEDIAN_OF_CHI2_7 / duration
+    typical = np.median(own * duration, axis=0) * OWN_DOF / MEDIAN_OF_CHI2_5 / duration
     mixed = (OWN_DOF * own + POOLED_DOF * typical) / (OWN_DOF + POOLED_DOF)
     return np.asarray(np.sqrt(mixed))
 
@@ -117,19 +117,19 @@ def correlation_factor(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> floa
     """By how much the variance of a pose mean exceeds what its BATCHES batches say.
 
     Where samples stay correlated over a time short against the pose, batches of length L have
-    ``V(L) = A/L - B/L²``, and cutting a pose in 8 and in 4 gives estimates v8 and v4 of the
-    variance of its mean that fall short by 8 and 4 times the same amount, so that
-    ``V = 2 v4 - v8``. The ratio is a property of the sensor: it is taken over all its poses. The
+    ``V(L) = A/L - B/L²``, and cutting a pose in 6 and in 3 gives estimates v6 and v3 of the
+    variance of its mean that fall short by 6 and 3 times the same amount, so that
+    ``V = 2 v3 - v6``. The ratio is a property of the sensor: it is taken over all its poses. The
     last factor is Student's: an sd known with few degrees of freedom is wider than it says.
     """
     fine, coarse = 0.0, 0.0
     for means in runs:
-        v8 = np.array([getattr(mean, triad).variance for mean in means])
-        v4 = np.array([getattr(mean, triad).coarse_variance for mean in means])
-        typical = np.maximum(np.median(v8, axis=0), 1e-300)
-        disturbed = np.maximum(v8, v4) > LARGEST_TYPICAL * typical
-        fine += float(np.where(disturbed, 0.0, v8 / typical).sum())
-        coarse += float(np.where(disturbed, 0.0, v4 / typical).sum())
+        v6 = np.array([getattr(mean, triad).variance for mean in means])
+        v3 = np.array([getattr(mean, triad).coarse_variance for mean in means])
+        typical = np.maximum(np.median(v6, axis=0), 1e-300)
+        disturbed = np.maximum(v6, v3) > LARGEST_TYPICAL * typical
+        fine += float(np.where(disturbed, 0.0, v6 / typical).sum())
+        coarse += float(np.where(disturbed, 0.0, v3 / typical).sum())
     dof = NOISE_DOF_PER_POSE * sum(len(means) for means in runs)
     student = dof / max(dof - 2, 1.0)
     return student * max(1.0, 2 * coarse / fine - 1) if fine > 0 else 1.0
