@@ -223,6 +223,13 @@ def test_a_drawn_accelerometer_effect_has_the_wanted_strength(name: str) -> None
     assert strength(design, 4, effect) == pytest.approx(5.0, rel=5e-3)
 
 
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("name", ["jump", "bad_pose"])
+def test_a_moment_or_a_pose_is_drawn_where_the_triad_is_calibrated(name: str, seed: int) -> None:
+    effect = draw_effect(name, "accelerometer", 10.0, QUICK, seed)
+    assert strength(QUICK, seed, effect) == pytest.approx(10.0, rel=5e-3)
+
+
 def test_the_strength_of_a_bias_is_what_a_pencil_gives() -> None:
     """A bias b along x adds b n_x to a magnitude and b to one of three components at rest."""
     design = rich_design().scaled(sample_rate=0.1)

@@ -31,8 +31,7 @@ def pose_equations(
     rows = []
     for physics in live_through(rehearsal, seed, hidden):
         at_rest = physics.run.motion is None
-        still = physics.run.in_accelerometer_section
-        if not (still if triad == "accelerometer" else _is_gyroscope_run(design, physics.run)):
+        if not _calibrates(design, physics.run, triad):
             continue
         samples = round(physics.run.seconds * design.sample_rate_hz)
         part = triad_of(design, triad)
@@ -48,8 +47,10 @@ def pose_equations(
     return np.concatenate(rows)
 
 
-def _is_gyroscope_run(design: Design, run: Run) -> bool:
-    """On the plate, or, where the design says so, at rest."""
+def _calibrates(design: Design, run: Run, triad: TriadName) -> bool:
+    """Whether the poses of a run are equations of a triad."""
+    if triad == "accelerometer":
+        return run.in_accelerometer_section
     if run.motion is None:
         return design.rests_count_for_gyroscope
     return not run.in_accelerometer_section
@@ -74,7 +75,7 @@ def draw_effect(
     physics = EFFECTS[name.partition(":")[0]]
     direction = rng.standard_normal(physics.shape)
     direction = direction / np.linalg.norm(direction)
-    detail = _draw_detail(design, rng)
+    detail = _draw_detail(design, triad, rng)
     size = FIRST_TRY
     # Nearly all effects are linear and settle at once; a lever arm enters |f| by its square.
     for _ in range(6):
@@ -93,13 +94,19 @@ def draw_effect(
 FIRST_TRY = 1e-4  # in the unit of the effect, whatever that is: the iteration only needs a start
 
 
-def _draw_detail(design: Design, rng: np.random.Generator) -> Mapping[str, float]:
+def _draw_detail(design: Design, triad: TriadName, rng: np.random.Generator) -> Mapping[str, float]:
     """A time constant, a moment, a pose and a period; each effect takes what it needs."""
-    poses = sum(len(run.directions) for run in design.runs)
+    poses, begins_s, number = [], [], 0
+    for run, begin_s in zip(design.runs, design.begins_s(), strict=True):
+        if _calibrates(design, run, triad):
+            poses += range(number, number + len(run.directions))
+            begins_s += [begin_s, begin_s + run.length_s]
+        number += len(run.directions)
+    first, last = min(begins_s), max(begins_s)
     return {
         "tau_s": rng.uniform(*WARM_UP_TAU_S),
-        "time_s": rng.uniform(0.2, 0.8) * design.end_s,
-        "number": int(rng.integers(poses)),
+        "time_s": first + rng.uniform(0.2, 0.8) * (last - first),
+        "number": int(rng.choice(poses)),
         "period_s": rng.uniform(*PERIOD_S),
         "phase_rad": rng.uniform(0, 2 * np.pi),
     }
