@@ -32,7 +32,13 @@ def _run_command(typed: list[str]) -> int:
 
     from calib.errors import CalibrationError
     from pipeline.commands.group import root
-    from pipeline.errors import INTERRUPTED, PipelineError, exit_code_of, report_bug
+    from pipeline.errors import (
+        INTERRUPTED,
+        INTERRUPTED_SAYS,
+        PipelineError,
+        exit_code_of,
+        report_bug,
+    )
     from vision.errors import VisionError
 
     sys.excepthook = report_bug
@@ -47,7 +53,6 @@ def _run_command(typed: list[str]) -> int:
         error.show()
         return error.exit_code
     except click.Abort:  # click's name for Ctrl-C and for end of input
-        print("Interrupted. Files are written whole or not at all: nothing is half done.",
-              file=sys.stderr)
+        print(INTERRUPTED_SAYS, file=sys.stderr)
         return INTERRUPTED
     return done if isinstance(done, int) else 0

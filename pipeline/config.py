@@ -1,6 +1,7 @@
 """The configuration of a session: one YAML file, read and checked whole before anything slow."""
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 
 from pydantic import Field, PrivateAttr, ValidationError
@@ -20,10 +21,12 @@ from pipeline.config_sections import (
     Sensor,
     SensorOrPreset,
     Site,
+    VideoRate,
 )
 from pipeline.config_values import OwnName, Section, Surroundings
 from pipeline.errors import ConfigError
 from pipeline.units import UNITS
+from pipeline.yaml_reader import PathTo
 from pipeline.yaml_source import YamlSource, read_source
 
 
@@ -77,6 +80,8 @@ def load_config(path: Path) -> Config:
     except ValidationError as found:
         error = found
     problems = problems_of(source, error, surroundings)
+    if config is not None:
+        problems += tuple(source.problem(path, says) for path, says in _clip_counts(config))
     if problems or config is None:
         raise ConfigError(*problems)
     config._source = source
@@ -86,6 +91,18 @@ def load_config(path: Path) -> Config:
 def _names(source: YamlSource, section: str) -> tuple[str, ...]:
     given = source.values.get(section)
     return tuple(given) if isinstance(given, dict) else ()
+
+
+def _clip_counts(config: Config) -> Iterator[tuple[PathTo, str]]:
+    """Runs whose poses and clips cannot be paired."""
+    for i, run in enumerate(config.gyroscope.runs if config.gyroscope else ()):
+        rate = config.rate.get(run.rate)
+        clips = len(rate.video) if isinstance(rate, VideoRate) else 1
+        if run.poses.files and clips not in (1, len(run.poses.files)):
+            yield ("gyroscope", "runs", i, "rate"), (
+                f"'{run.rate}' has {clips} clips for {len(run.poses.files)} poses. Give one clip "
+                f"for the whole run, or one per pose in the order of the poses."
+            )
 
 
 def triad_spec(sheet: AccelerometerSheet | GyroscopeSheet) -> TriadSpec:

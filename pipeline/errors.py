@@ -27,6 +27,7 @@ from typing import ClassVar
 
 DONE, BUG, USAGE, UNREADABLE, UNDETERMINED, FIT_FAILED, DEVICE = range(7)
 INTERRUPTED = 130
+INTERRUPTED_SAYS = "Interrupted. Files are written whole or not at all: nothing is half done."
 
 
 class PipelineError(Exception):
@@ -83,8 +84,11 @@ def report_bug(
 ) -> None:
     """Save the traceback of an unexpected exception and say where; made for ``sys.excepthook``.
 
-    Python itself then ends with exit code 1.
+    Python itself then ends with exit code 1, and with 130 after Ctrl-C.
     """
+    if issubclass(kind, KeyboardInterrupt):
+        print(INTERRUPTED_SAYS, file=sys.stderr)
+        return
     handle, path = tempfile.mkstemp(prefix="pipeline-bug-", suffix=".log", text=True)
     with os.fdopen(handle, "w", encoding="utf-8") as log:
         log.write(f"command: {shlex.join(sys.argv)}\n")

@@ -190,8 +190,9 @@ def _time(
         rate_hz = sample_rate_hz or text.rate_hz
         if rate_hz is None:
             raise UnreadableInput(
-                f"{text.path}: there is no column {TIME} (columns: {', '.join(text.names)}), and no "
-                "sample rate is known. Add or rename the column, or give sample_rate_hz beside the file in the configuration."
+                f"{text.path}: there is no column {TIME} (columns: {', '.join(text.names)}), and "
+                "no sample rate is known. Add or rename the column, or give sample_rate_hz beside "
+                "the file in the configuration."
             )
         if COUNTER in values:
             lost_or_next = np.diff(values[COUNTER]) % COUNTER_PERIOD

@@ -69,8 +69,8 @@ _HINTS = (
     (r"mapping values are not allowed", "a colon or the indentation is out of place: one `key: "
      "value` a line, keys of one section under each other, text that holds ': ' in quotes"),
     (r"quoted scalar", "a quote is opened and not closed"),
-    (r"flow (sequence|mapping)", "a bracket or brace is opened and not closed, or a comma is "
-     "missing"),
+    (r"flow (sequence|mapping)", "a bracket or brace is opened and not closed, a comma is "
+     "missing, or text with ? or brackets in it needs quotes, as in 'pose_?.csv'"),
     (r"", "check that each key has a colon with a space after it and stands exactly under its "
      "neighbours"),
 )
@@ -108,6 +108,7 @@ class YamlReader:
         self.key_spans: dict[PathTo, Span] = {}
 
     def error(self, event: yaml.Event, says: str) -> ConfigError:
+        """The error for what begins with ``event``."""
         return ConfigError(f"{self.path}:{_span(event, 0).line}: {says}")
 
     def document(self) -> dict[str, Any]:

@@ -7,6 +7,8 @@ import click
 from pipeline.commands import COMMANDS, front_page
 from pipeline.names import nearest_name
 
+DISTRIBUTION = "turntable-imu-calibration"  #: the name in pyproject.toml
+
 
 class LazyGroup(click.Group):
     """A group whose commands are the table :data:`pipeline.commands.COMMANDS`."""
@@ -38,7 +40,21 @@ class LazyGroup(click.Group):
         return front_page()
 
 
+def print_version(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
+    """Callback of ``--version``."""
+    if not wanted:
+        return
+    from importlib.metadata import PackageNotFoundError, version  # 15 ms that few commands need
+
+    try:
+        click.echo(f"pipeline {version(DISTRIBUTION)}")
+    except PackageNotFoundError:
+        click.echo("pipeline, run from a checkout that is not installed")
+    ctx.exit()
+
+
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(package_name="turntable-imu-calibration", prog_name="pipeline")
+@click.option("--version", is_flag=True, is_eager=True, expose_value=False,
+              callback=print_version, help="Show the version.")
 def root() -> None:
     """The group itself does nothing; the commands do."""

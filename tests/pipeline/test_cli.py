@@ -1,0 +1,166 @@
+"""The command line: exit codes, where output goes, what is imported."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+
+import calib.errors
+import vision.errors
+from pipeline import cli
+from pipeline.commands import COMMANDS, group
+from pipeline.errors import ConfigError, DeviceError, UnreadableInput, exit_code_of
+
+ROOT = Path(__file__).parents[2]
+HEAVY = ("numpy", "scipy", "cv2", "matplotlib", "pydantic", "yaml", "rich", "jinja2", "serial")
+
+
+def run(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """``python -m pipeline`` as a user types it."""
+    return subprocess.run(
+        [sys.executable, "-m", "pipeline", *arguments], cwd=ROOT, text=True, capture_output=True,
+        env={**os.environ, **environment}, check=False,
+    )
+
+
+@pytest.mark.parametrize("arguments", ["['--help']", "[]", "['-h']"])
+def test_help_loads_nothing_heavy_and_not_even_click(arguments: str) -> None:
+    code = f"import sys, pipeline.cli; pipeline.cli.main({arguments}); print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, text=True, capture_output=True,
+                          check=True)
+    loaded = set(done.stdout.splitlines()[-1].split())
+    assert not loaded & {*HEAVY, "click"}
+
+
+def test_no_command_s_help_loads_anything_heavy() -> None:
+    for name in COMMANDS:
+        code = (f"import sys, pipeline.cli; pipeline.cli.main([{name!r}, '--help']); "
+                "print(*sys.modules)")
+        done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, text=True,
+                              capture_output=True, check=True)
+        assert not set(done.stdout.splitlines()[-1].split()) & set(HEAVY), name
+
+
+def test_every_command_of_the_table_is_there_and_on_the_front_page() -> None:
+    page = run("--help").stdout
+    for name, (arguments, says) in COMMANDS.items():
+        context = click.Context(group.root)
+        command = group.root.get_command(context, name)
+        assert isinstance(command, click.Command)
+        assert command.help
+        assert re.search(rf"^  {re.escape(f'{name} {arguments}')} +{re.escape(says)}$", page,
+                         re.MULTILINE)
+
+
+def test_help_fits_a_terminal_of_100_columns() -> None:
+    assert max(map(len, run("--help").stdout.splitlines())) <= 100
+
+
+def test_a_wrong_command_is_answered_with_the_right_one() -> None:
+    done = run("chek", "x.yaml")
+    assert done.returncode == 2
+    assert "did you mean 'check'" in done.stderr
+
+
+@pytest.mark.parametrize("arguments", [("check",), ("check", "--nonsense", "x"), ("--nonsense",)])
+def test_wrong_usage_exits_with_2(arguments: tuple[str, ...]) -> None:
+    done = run(*arguments)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "Traceback" not in done.stderr
+
+
+def test_init_writes_a_template_and_never_overwrites(tmp_path: Path) -> None:
+    first = run("init", str(tmp_path / "new"))
+    path = tmp_path / "new" / "config.yaml"
+    assert first.returncode == 0
+    assert f"pipeline check {path}" in first.stdout
+    path.write_text("mine")
+    second = run("init", str(tmp_path / "new"))
+    assert second.returncode == 2
+    assert "left as it is" in second.stderr
+    assert path.read_text() == "mine"
+
+
+def test_check_says_what_is_there_on_stdout(tmp_path: Path) -> None:
+    (tmp_path / "clip.mp4").touch()
+    path = tmp_path / "c.yaml"
+    path.write_text("sensor: mpu-6050\nrate: {slow: {video: clip.mp4}}\n")
+    done = run("check", str(path))
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "slow: 1 clip, container time, 100 ppm" in done.stdout
+
+
+def test_check_lists_mistakes_on_stderr_without_a_traceback(tmp_path: Path) -> None:
+    path = tmp_path / "c.yaml"
+    path.write_text("sensor: mpu-6051\nrate: {slow: {video: clip.mp4}}\n")
+    done = run("check", str(path))
+    assert (done.returncode, done.stdout) == (2, "")
+    assert [line.split(" ")[0] for line in done.stderr.splitlines()] == [f"{path}:1:", f"{path}:2:"]
+
+
+@pytest.mark.parametrize(("error", "code"), [
+    (ConfigError("x"), 2), (UnreadableInput("x"), 3), (DeviceError("x"), 6),
+    (calib.errors.UnusableLog("x"), 3), (calib.errors.Undetermined("x"), 4),
+    (calib.errors.FitFailed("x"), 5), (vision.errors.UnreadableVideo("x"), 3),
+    (vision.errors.RateRefused("x"), 4), (ZeroDivisionError("x"), 1), (KeyboardInterrupt(), 130),
+])
+def test_each_family_of_errors_has_its_exit_code(
+    error: BaseException, code: int, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert exit_code_of(error) == code
+    if code == 1:
+        return  # nobody expected it: the test below runs it in a process of its own
+    fail_with(error, monkeypatch)
+    assert cli.main(["fail"]) == code
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.strip() == ("Interrupted. Files are written whole or not at all: nothing is half "
+                           "done." if code == 130 else "x")
+
+
+def fail_with(error: BaseException, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A command ``fail`` that raises ``error``."""
+    @click.command("fail")
+    def command() -> None:
+        raise error
+
+    monkeypatch.setattr(sys, "excepthook", sys.excepthook)
+    monkeypatch.setitem(COMMANDS, "fail", ("", "Fails."))
+    monkeypatch.setattr(group, "import_module", lambda _: type("module", (), {"command": command}))
+
+
+def test_a_bug_is_reported_as_ours_with_its_traceback_saved(tmp_path: Path) -> None:
+    code = ("import sys, click, pipeline.cli, pipeline.commands.init as m\n"
+            "m.command = click.Command('init', callback=lambda: 1 / 0)\n"
+            "sys.exit(pipeline.cli.main(['init']))")
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, text=True, capture_output=True,
+                          env={**os.environ, "TMPDIR": str(tmp_path)}, check=False)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.startswith("This is our bug")
+    assert "Traceback" not in done.stderr
+    assert done.stderr.count("\n") == 1
+    (log,) = tmp_path.glob("pipeline-bug-*.log")
+    assert str(log) in done.stderr
+    assert "ZeroDivisionError: division by zero" in log.read_text()
+
+
+@pytest.mark.parametrize(("no_color", "expected"), [("1", "hi"), ("", "\x1b[31mhi\x1b[0m")])
+def test_no_color_is_honoured(
+    no_color: str, expected: str, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    @click.command("colour")
+    def command() -> None:
+        context = click.get_current_context()
+        click.echo(click.style("hi", fg="red"), color=True if context.color is None else None)
+
+    fail_with(AssertionError(), monkeypatch)
+    monkeypatch.setattr(group, "import_module", lambda _: type("module", (), {"command": command}))
+    monkeypatch.setenv("NO_COLOR", no_color)
+    assert cli.main(["fail"]) == 0
+    assert capsys.readouterr().out == expected + "\n"

@@ -1,0 +1,145 @@
+"""What may import what, and the few rules of the house that a machine can check."""
+
+import ast
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PACKAGES = ("pipeline", "vision", "calib")
+LONGEST_FILE = 300  #: lines
+
+#: Where each dependency may be imported: a module, or all whose names begin so.
+HOME = {
+    "numpy": ("pipeline", "vision", "calib"),
+    "scipy": ("pipeline", "vision", "calib"),
+    "cv2": ("vision",),
+    "serial": ("pipeline.record",),
+    "yaml": ("pipeline.yaml",),
+    "pydantic": ("pipeline.config",),
+    "pydantic_core": ("pipeline.config",),
+    "matplotlib": ("pipeline.figures",),
+    "jinja2": ("pipeline.report",),
+    "rich": ("pipeline.cli", "pipeline.commands"),
+    "click": ("pipeline.cli", "pipeline.commands"),
+}
+#: Which of our packages each may import besides itself.
+MAY_IMPORT = {"pipeline": {"vision", "calib"}, "vision": set(), "calib": set()}
+
+
+def module_name(path: Path) -> str:
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+FILES = {module_name(path): path for package in PACKAGES
+         for path in sorted((ROOT / package).rglob("*.py"))}
+TREES = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in FILES.items()}
+
+
+def imports(tree: ast.AST) -> Iterator[tuple[str, str | None]]:
+    """Module and, for ``from`` imports, name of every import, also those inside functions."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((alias.name, None) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"line {node.lineno}: imports are absolute"
+            yield from ((node.module or "", alias.name) for alias in node.names)
+
+
+def begins(name: str, home: str) -> bool:
+    """``pipeline.config_rules`` begins with ``pipeline.config``, ``pipeline.configure`` not."""
+    return name == home or name.startswith((f"{home}.", f"{home}_"))
+
+
+@pytest.mark.parametrize("module", FILES)
+def test_packages_import_only_what_they_may(module: str) -> None:
+    package = module.split(".")[0]
+    ours = {target.split(".")[0] for target, _ in imports(TREES[module])} & {*PACKAGES, "tests"}
+    assert ours <= {package} | MAY_IMPORT[package]
+
+
+@pytest.mark.parametrize("module", FILES)
+def test_each_dependency_is_imported_only_at_its_home(module: str) -> None:
+    for target, _ in imports(TREES[module]):
+        top = target.split(".")[0]
+        if top in PACKAGES or top in sys.stdlib_module_names:
+            continue
+        assert top in HOME, f"{module} imports {top}, which is no dependency of the project"
+        assert any(begins(module, home) for home in HOME[top]), f"{module} imports {top}"
+
+
+@pytest.mark.parametrize("module", FILES)
+def test_nothing_private_is_imported_from_another_module(module: str) -> None:
+    for target, name in imports(TREES[module]):
+        assert not (name or "").startswith("_"), f"{module}: from {target} import {name}"
+
+
+def test_the_declared_dependencies_are_those_with_a_home() -> None:
+    distribution = {"cv2": "opencv-python-headless", "serial": "pyserial", "yaml": "pyyaml"}
+    declared = {each.split(">")[0] for each in PROJECT["project"]["dependencies"]}
+    known = {distribution.get(name, name) for name in HOME} - {"pydantic_core"}
+    assert declared == known
+
+
+def test_modules_import_each_other_without_circles() -> None:
+    graph = {}
+    for module, tree in TREES.items():
+        at_import = ast.Module([node for node in tree.body
+                                if isinstance(node, ast.Import | ast.ImportFrom)], [])
+        graph[module] = {
+            f"{target}.{name}" if f"{target}.{name}" in FILES else target
+            for target, name in imports(at_import)
+        } & FILES.keys()
+    TopologicalSorter(graph).prepare()  # raises CycleError, which names the circle
+
+
+def test_packages_in_pyproject_are_the_folders_there_are() -> None:
+    folders = {module_name(path) for path in FILES.values() if path.name == "__init__.py"}
+    with_code = {module_name(path.parent / "__init__.py") for path in FILES.values()}
+    assert with_code == folders, "a folder with code has no __init__.py"
+    assert set(PROJECT["tool"]["setuptools"]["packages"]) == folders
+
+
+def test_the_top_level_holds_what_it_should_and_no_more() -> None:
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True,
+                            check=False)
+    if listed.returncode:
+        pytest.skip("this is not a git checkout")
+    top = {line.split("/")[0] for line in listed.stdout.splitlines()}
+    allowed = {*PACKAGES, "tests", "data", "pyproject.toml", "README.md"}
+    assert {name for name in top if not name.startswith(".")} <= allowed
+
+
+@pytest.mark.parametrize("module", FILES)
+def test_files_are_short(module: str) -> None:
+    assert len(FILES[module].read_text(encoding="utf-8").splitlines()) <= LONGEST_FILE
+
+
+@pytest.mark.parametrize("module", FILES)
+def test_everything_public_says_what_it_is(module: str) -> None:
+    tree = TREES[module]
+    assert ast.get_docstring(tree), "the module has no docstring"
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+            assert ast.get_docstring(node), node.name
+            for child in node.body if isinstance(node, ast.ClassDef) else ():
+                if isinstance(child, ast.FunctionDef) and not child.name.startswith("_"):
+                    assert ast.get_docstring(child), f"{node.name}.{child.name}"
+
+
+@pytest.mark.parametrize("module", FILES)
+def test_no_catch_all_no_eval_no_drawer_for_everything(module: str) -> None:
+    assert module.split(".")[-1] not in {"util", "utils", "helpers", "common", "misc"}
+    for node in ast.walk(TREES[module]):
+        if isinstance(node, ast.ExceptHandler):
+            caught = ast.unparse(node.type) if node.type else "everything"
+            assert caught not in {"everything", "Exception", "BaseException"}, node.lineno
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            assert node.func.id not in {"eval", "exec"}, node.lineno
