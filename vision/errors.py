@@ -3,6 +3,11 @@
 Every message is one paragraph: where, what was found, what was expected, what to do next.
 """
 
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from vision.motion import RateHistory
+
 
 class VisionError(Exception):
     """Base of all expected failures of this package."""
@@ -13,4 +18,14 @@ class UnreadableVideo(VisionError):
 
 
 class RateRefused(VisionError):
-    """The clip is readable, but no honest constant rate can be given from it."""
+    """The clip is readable, but no honest constant rate can be given from it.
+
+    Attributes
+    ----------
+    history : RateHistory or None
+        Rate against time, where the plate was followed but does not turn steadily.
+    """
+
+    def __init__(self, message: str, history: "RateHistory | None" = None) -> None:
+        super().__init__(message)
+        self.history = history

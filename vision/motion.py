@@ -1,0 +1,182 @@
+"""The plate's angle against time: whole turns, lost pictures, rate from turn to turn.
+
+A picture lost by a recorder that stamps as if none were makes the angle jump by rate x frame time;
+n pictures by n times that. The jumps are exact multiples, far above the noise, so they are counted
+and the time they stand for is put back.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.geometry import FloatArray
+from vision.phase_track import BoolArray, PhaseTrack
+
+POOR_MATCH = 0.6  # of the usual correlation with the template; poorer pictures are left out
+NEAR_WHOLE = 0.25  # of rate x frame time: how close to a multiple a jump must be
+CLEAR = 6.0  # times the noise of one step, for a jump to be told from it
+LOCAL_STEPS = 31  # pictures over which the usual step is taken
+
+
+@dataclass(frozen=True, eq=False)
+class PlateAngle:
+    """The continuous angle, on the pictures that can be used.
+
+    Attributes
+    ----------
+    time_s, angle_rad : array, shape (u,)
+        Positive angle counter-clockwise as filmed; time as the time base has it.
+    index : array of int, shape (u,)
+        Picture number.
+    lost : array of int, shape (u,)
+        Pictures lost silently between the one before and this one; negative where a picture was
+        put in that has no time of its own.
+    frame_s : float
+        Usual time from picture to picture.
+    """
+
+    time_s: FloatArray
+    angle_rad: FloatArray
+    index: NDArray[np.intp]
+    lost: NDArray[np.int64]
+    frame_s: float
+
+    @property
+    def repaired_time_s(self) -> FloatArray:
+        """Time with that of the lost pictures put back, shape (u,)."""
+        return np.asarray(self.time_s + self.frame_s * np.cumsum(self.lost))
+
+    def between(self, first: int, last: int) -> "PlateAngle":
+        """The part on pictures ``first`` to ``last``, both included."""
+        part = (self.index >= first) & (self.index <= last)
+        return replace(
+            self,
+            time_s=self.time_s[part],
+            angle_rad=self.angle_rad[part],
+            index=self.index[part],
+            lost=self.lost[part],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class RateHistory:
+    """Rate from turn to turn, for a plate that does not turn steadily.
+
+    Attributes
+    ----------
+    time_s, rate_rad_s : array, shape (m,)
+        Mean rate over about one turn and the middle of it; signed.
+    angle : PlateAngle
+    phase_noise_rad : float
+        White noise of a single angle, from third differences, which no smooth motion enters.
+    """
+
+    time_s: FloatArray
+    rate_rad_s: FloatArray
+    angle: PlateAngle
+    phase_noise_rad: float
+
+    @property
+    def revolutions(self) -> float:
+        """Turns from the first picture to the last, unsigned."""
+        return float(abs(self.angle.angle_rad[-1] - self.angle.angle_rad[0]) / (2 * np.pi))
+
+
+def usable(track: PhaseTrack) -> BoolArray:
+    """Pictures on which the plate was seen well and which are no repetition, shape (f,)."""
+    seen = np.isfinite(track.phase_rad) & np.isfinite(track.quality)
+    usual = float(np.median(track.quality[seen])) if seen.any() else 0.0
+    return seen & (track.quality > POOR_MATCH * usual) & ~track.duplicate
+
+
+def rough_rate(track: PhaseTrack, time_s: FloatArray) -> float:
+    """Usual rate in rad/s, signed, the smallest of its aliases."""
+    good = np.flatnonzero(usable(track))
+    step_s, step = np.diff(time_s[good]), np.diff(track.phase_rad[good])
+    regular = np.abs(step_s - np.median(step_s)) < 0.1 * np.median(step_s)
+    step = step[regular] * track.symmetry
+    centre = np.angle(np.mean(np.exp(1j * step)))
+    around = centre + np.angle(np.exp(1j * (step - centre)))
+    return float(np.median(around) / track.symmetry / np.median(step_s[regular]))
+
+
+def plate_angle(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> PlateAngle:
+    """Make the angle continuous, near ``rate_rad_s``, and count lost pictures."""
+    good = np.flatnonzero(usable(track))
+    time, phase = time_s[good], track.phase_rad[good]
+    period = 2 * np.pi / track.symmetry
+    step_s = np.diff(time)
+    expected = rate_rad_s * step_s
+    surprise = np.diff(phase) - expected
+    step = expected + surprise - period * np.round(surprise / period)
+    frame_s = float(np.median(np.diff(time_s)))
+    lost = _lost(step, step_s, frame_s)
+    return PlateAngle(
+        time_s=time,
+        angle_rad=phase[0] + np.concatenate([[0.0], np.cumsum(step)]),
+        index=good,
+        lost=np.concatenate([[0], lost]),
+        frame_s=frame_s,
+    )
+
+
+def _lost(step: FloatArray, step_s: FloatArray, frame_s: float) -> NDArray[np.int64]:
+    """Whole frame times missing in each step, shape (u - 1,)."""
+    rate = _running_median(step / step_s)
+    jump = step - rate * step_s
+    noise = 1.4826 * float(np.median(np.abs(jump)))
+    whole = rate * frame_s
+    with np.errstate(divide="ignore", invalid="ignore"):
+        count = np.nan_to_num(np.round(jump / whole), posinf=0, neginf=0)
+        clear = (
+            (np.abs(jump - count * whole) < NEAR_WHOLE * np.abs(whole))
+            & (np.abs(whole) > CLEAR * noise)
+            & (count != 0)
+        )
+    # Only a repeated picture can take time away: more than one frame is a mismeasured angle.
+    clear &= count >= -1
+    lost = np.where(clear, count, 0).astype(np.int64)
+    # An angle that jumps there and back again was mismeasured once; no picture is missing.
+    back = np.flatnonzero(
+        (lost[:-1] != 0) & (np.abs(jump[:-1] + jump[1:]) < 0.5 * np.abs(whole[1:]))
+    )
+    lost[back] = 0
+    lost[back + 1] = 0
+    return lost
+
+
+def _running_median(values: FloatArray) -> FloatArray:
+    if len(values) <= LOCAL_STEPS:
+        return np.full_like(values, np.median(values))
+    half = LOCAL_STEPS // 2
+    padded = np.concatenate([values[:half][::-1], values, values[-half:][::-1]])
+    windows = np.lib.stride_tricks.sliding_window_view(padded, LOCAL_STEPS)
+    return np.asarray(np.median(windows, axis=1))
+
+
+def phase_noise(angle_rad: FloatArray) -> float:
+    """White noise of a single angle: robust size of third differences over √20."""
+    third = np.diff(angle_rad, 3)
+    return float(1.4826 * np.median(np.abs(third)) / np.sqrt(20.0))
+
+
+def rate_history(angle: PlateAngle) -> RateHistory:
+    """Mean rate over each turn (or over the clip, if that is less), half a turn apart.
+
+    Over a whole turn every error that repeats with the plate's angle drops out.
+    """
+    time, turned = angle.repaired_time_s, angle.angle_rad - angle.angle_rad[0]
+    sign = np.sign(turned[-1]) or 1.0
+    rising = np.maximum.accumulate(sign * turned)
+    # Where the plate stands, angle has no inverse: keep the first time of each angle.
+    keep = np.concatenate([[True], np.diff(rising) > 0])
+    half_turns = np.arange(0, rising[-1], np.pi)
+    noise = phase_noise(angle.angle_rad)
+    if len(half_turns) < 3 or keep.sum() < 3:
+        mean = turned[-1] / (time[-1] - time[0])
+        return RateHistory(np.array([time.mean()]), np.array([mean]), angle, noise)
+    at = np.interp(half_turns, rising[keep], time[keep])
+    return RateHistory(
+        0.5 * (at[2:] + at[:-2]), sign * 2 * np.pi / (at[2:] - at[:-2]), angle, noise
+    )

@@ -1,0 +1,75 @@
+"""Steady, drifting or stopping: whether one number can stand for the rate of a clip."""
+
+import numpy as np
+
+from vision.aliases import RPM
+from vision.errors import RateRefused
+from vision.geometry import FloatArray
+from vision.motion import RateHistory
+
+UNSTEADY = 0.01  # relative change of the rate within the clip that is refused
+UNEVEN = 0.001  # relative change worth a word
+STOPPED = 0.5  # of the fastest: slower at the end is a stop, at the start a run-up
+STEADY_WITHIN = 0.002  # relative; what counts as steady when looking for a usable stretch
+STEADY_TURNS = 3
+
+
+def variation(history: RateHistory) -> float:
+    """Relative change of the rate from turn to turn, single strays left out."""
+    rate = _without_strays(np.abs(history.rate_rad_s))
+    return float(np.ptp(rate) / np.median(rate))
+
+
+def refuse_unsteady(source: str, history: RateHistory) -> None:
+    """Raise ``RateRefused`` with the history if the rate is not constant."""
+    rate = _without_strays(np.abs(history.rate_rad_s))
+    if variation(history) < UNSTEADY:
+        return
+    first, last, fastest = rate[0] / RPM, rate[-1] / RPM, rate.max() / RPM
+    if last < STOPPED * fastest:
+        kind = "slows down"
+    elif first < STOPPED * fastest:
+        kind = "is still running up"
+    else:
+        kind = "does not turn steadily"
+    span = f"from {history.time_s[0]:.1f} s to {history.time_s[-1]:.1f} s"
+    raise RateRefused(
+        f"{source}: the plate {kind}: {span} it goes from {first:.2f} to {last:.2f} rpm "
+        f"(slowest {rate.min() / RPM:.2f}, fastest {fastest:.2f}) in {history.revolutions:.2f} "
+        f"turns, and no constant rate can stand for that; at most {UNSTEADY:.0%} of change is "
+        f"taken. {_advice(history, rate)}",
+        history,
+    )
+
+
+def _without_strays(rate: FloatArray) -> FloatArray:
+    if len(rate) < 5:
+        return rate
+    return np.median(np.lib.stride_tricks.sliding_window_view(rate, 3), axis=1)
+
+
+def _advice(history: RateHistory, rate: FloatArray) -> str:
+    """The longest stretch that could be used, if there is one."""
+    best = (0, 0)
+    start = 0
+    for stop in range(1, len(rate) + 1):
+        while np.ptp(rate[start:stop]) > STEADY_WITHIN * rate[start]:
+            start += 1
+        if stop - start > best[1] - best[0]:
+            best = (start, stop)
+    # The turn by turn values are half a turn apart.
+    if best[1] - best[0] < 2 * STEADY_TURNS:
+        return "Let the plate settle and film again."
+    low, high = history.time_s[best[0]], history.time_s[min(best[1], len(history.time_s)) - 1]
+    return f"It is steady from {low:.1f} s to {high:.1f} s: cut the clip to that part."
+
+
+def uneven_warning(source: str, history: RateHistory) -> tuple[str, ...]:
+    """A word on a rate that changes a little."""
+    change = variation(history)
+    if change < UNEVEN:
+        return ()
+    return (
+        f"{source}: the rate changes by {change:.2%} within the clip; the figure is its mean, and "
+        f"a sensor logged at another time may have seen another rate.",
+    )

@@ -1,0 +1,73 @@
+"""Which clock the rate is measured against.
+
+A rate is an angle over a time, and the time is the camera's. Its error is a pure scale of the
+rate that nothing in the film can show, so it is stated, never estimated.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from vision.errors import RateRefused
+from vision.geometry import FloatArray
+from vision.phase_track import PhaseTrack
+
+SLOWEST_FPS, FASTEST_FPS = 0.5, 2000.0
+
+
+@dataclass(frozen=True)
+class Timebase:
+    """Where the times of the pictures come from, and how well they are known.
+
+    Parameters
+    ----------
+    source : "container" or "constant"
+        The stamps in the file, or picture number over ``fps``.
+    fps : float, optional
+        Pictures per second when filmed; needed by "constant", not allowed with "container".
+    ppm : float
+        Standard deviation of the clock's rate, parts per million. A quartz in a camera or phone
+        keeps 20 to 100.
+    """
+
+    source: Literal["container", "constant"] = "container"
+    fps: float | None = None
+    ppm: float = 50.0
+
+    def __post_init__(self) -> None:
+        if self.source not in ("container", "constant"):
+            raise ValueError(f"timebase: source is '{self.source}', expected container or constant")
+        if (self.source == "constant") != (self.fps is not None):
+            raise ValueError("timebase: fps goes with source: constant, and only with it")
+        if self.fps is not None and not self.fps > 0:
+            raise ValueError(f"timebase: fps is {self.fps}, a positive number is expected")
+        if not self.ppm >= 0:
+            raise ValueError(f"timebase: ppm is {self.ppm}, zero or more is expected")
+
+    def times(self, track: PhaseTrack) -> FloatArray:
+        """Time of each picture in seconds, shape (f,).
+
+        Raises
+        ------
+        RateRefused
+            The container's stamps cannot be times of pictures.
+        """
+        if self.fps is not None:
+            return np.arange(len(track.time_s)) / self.fps
+        time = track.time_s
+        step = np.diff(time)
+        fps = 1 / max(float(np.median(step)), 1e-9)
+        standing = int((step <= 0).sum())
+        if standing or not SLOWEST_FPS <= fps <= FASTEST_FPS:
+            found = (
+                f"{standing} of {len(step)} steps from picture to picture do not go forward"
+                if standing
+                else f"they say {fps:.6g} pictures per second"
+            )
+            raise RateRefused(
+                f"{track.source}: the time stamps in the file cannot be those of a film: {found}. "
+                f"If the camera's frame rate is known, give it (timebase: {{source: constant, "
+                f"fps: ...}}); otherwise record into .mp4 or .mkv."
+            )
+        return time
