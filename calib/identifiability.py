@@ -23,6 +23,9 @@ combination of parameters is known twenty times worse than the best."""
 
 FEWEST_SPARE_ROWS = 1
 
+VISIBLE_SHARE = 0.02
+"""Share of its signal that a combination must keep when the rest of the model is projected out."""
+
 
 def scaled_condition(jacobian: FloatArray) -> tuple[float, FloatArray]:
     """Condition number of the column-scaled Jacobian and its weakest combination (p,)."""
@@ -47,8 +50,10 @@ def require_enough(equations: "Equations") -> None:
         )
 
 
-def require_determined(equations: "Equations", rows: "Rows") -> None:
+def require_determined(equations: "Equations", rows: "Rows", basis: FloatArray) -> None:
     """Refuse, in words, poses that cannot determine the model; ``rows`` at the solution.
+
+    ``basis`` (p, v) are the combinations of parameters that are fitted.
 
     Raises
     ------
@@ -57,7 +62,8 @@ def require_determined(equations: "Equations", rows: "Rows") -> None:
     """
     triad, model, poses = equations.poses.triad, equations.model, equations.poses
     data = rows.jacobian[: equations.data_count, : model.size]
-    condition, weakest = scaled_condition(data)
+    condition, weakest = scaled_condition(data @ basis)
+    weakest = np.abs(basis) @ np.abs(weakest)
     base_only = len(equations.reading_index) == model.size
     limit = CONDITION_LIMIT if base_only else CONDITION_LIMIT**2
     if condition <= limit:
@@ -90,3 +96,55 @@ def _advice(equations: "Equations") -> str:
     if len(missing) == 0:
         return "Every face and edge is covered: repeat the poses, or take an effect out."
     return f"Directions with no pose within 25°: {list_directions(missing, most=18)}. Add those."
+
+
+def visible_basis(equations: "Equations", rows: "Rows") -> FloatArray:
+    """Combinations of the parameters that the poses can see, shape (p, visible).
+
+    Bias, scale and misalignment are kept whole: what they lack is refused. Of every added effect
+    only the combinations are fitted that leave ``VISIBLE_SHARE`` or more of their signal after
+    everything before them; the others stay at zero, and no sd is stated for them. Cross-coupling
+    on wedge poses is the common case: x·y·z is zero in all of them.
+
+    Raises
+    ------
+    Undetermined
+        An added effect leaves nothing at all: these poses are blind to it.
+    """
+    model = equations.model
+    if len(equations.reading_index) == model.size:
+        return np.eye(model.size)
+    jacobian = rows.jacobian[: equations.data_count, : model.size]
+    known = _orthonormal(jacobian[:, equations.reading_index])
+    blocks = np.zeros((model.size, 0))
+    slices = model.slices()
+    for effect in model.effects:
+        where = slices[effect.name]
+        block = np.zeros((model.size, where.stop - where.start))
+        block[where] = np.eye(where.stop - where.start)
+        if effect.acts_on != "reading":
+            columns = jacobian[:, where]
+            norm = np.maximum(np.sqrt((columns**2).sum(axis=0)), 1e-300)
+            left = columns / norm - known @ (known.T @ (columns / norm))
+            _, share, combinations = np.linalg.svd(left, full_matrices=False)
+            seen = combinations[share > VISIBLE_SHARE].T / norm[:, None]
+            if seen.shape[1] == 0:
+                raise Undetermined(
+                    f"{equations.poses.triad}: these poses cannot see '{effect.name}': bias, "
+                    f"scale, misalignment and the effects before it take up all of it. What separates "
+                    f"it: {effect.page.separates}."
+                )
+            if seen.shape[1] < block.shape[1]:
+                block = np.zeros((model.size, seen.shape[1]))
+                block[where] = seen
+            known = np.hstack(
+                [known, _orthonormal(columns @ seen - known @ (known.T @ columns @ seen))]
+            )
+        blocks = np.hstack([blocks, block])
+    return blocks
+
+
+def _orthonormal(columns: FloatArray) -> FloatArray:
+    scale = np.maximum(np.sqrt((columns**2).sum(axis=0)), 1e-300)
+    u, singular, _ = np.linalg.svd(columns / scale, full_matrices=False)
+    return np.asarray(u[:, singular > RANK_TOLERANCE * max(float(singular.max(initial=0)), 1e-300)])

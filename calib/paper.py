@@ -201,4 +201,5 @@ def fit_paper(poses: PoseSet, model: Model, spec: TriadSpec) -> Fit:
     for i, name in enumerate(BASE):
         theta[model.slices()[name]] = linear[3 * i : 3 * i + 3]
     rows = equations.rows(theta, eta, {})
-    return finish(equations, theta, eta, rows, np.ones(len(rows.residual)), len(steps))
+    weight, basis = np.ones(len(rows.residual)), np.eye(model.size)
+    return finish(equations, theta, eta, rows, weight, basis, len(steps))

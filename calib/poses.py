@@ -86,7 +86,8 @@ class PoseSet:
     def conditions(self, vector: FloatArray) -> Conditions:
         """What effects are evaluated on, when the triad's vectors are ``vector`` (n, 3)."""
         before = self.before
-        previous = np.where((before >= 0)[:, None], vector[before], 0.0)
+        remembers = (before >= 0) & ~self.reference.is_null[before]  # rest leaves no memory
+        previous = np.where(remembers[:, None], vector[before], 0.0)
         return Conditions(
             vector=vector,
             magnitude=self.reference.magnitude,

@@ -12,7 +12,14 @@ import numpy as np
 
 from calib.equations import Equations
 from calib.errors import FitFailed
-from calib.solver import Fit, finish, fit_shapes_fixed, with_shape_sd
+from calib.solver import (
+    Fit,
+    basis_at,
+    finish,
+    fit_shapes_fixed,
+    with_common,
+    with_shape_sd,
+)
 
 GOLDEN = (math.sqrt(5) - 1) / 2
 LOG_TOLERANCE = 1e-4
@@ -40,11 +47,12 @@ def fit_with_shapes(equations: Equations, robust: bool) -> Fit:
     """Fit a model that has shape parameters; see :func:`calib.solver.fit` for errors."""
     shapes = {e.name: e.shape.starts[0] for e in equations.model.effects if e.shape}
     start = equations.start.theta(equations.model)
+    basis = basis_at(equations, start)
 
     def chi2_at(name: str, value: float) -> float:
         try:
             _, _, rows, weight, _ = fit_shapes_fixed(
-                equations, start, {**shapes, name: value}, robust
+                equations, start, {**shapes, name: value}, basis, robust
             )
         except FitFailed:
             return math.inf
@@ -60,8 +68,8 @@ def fit_with_shapes(equations: Equations, robust: bool) -> Fit:
         low = tried[best - 1] if best > 0 else effect.shape.bounds[0]
         high = tried[best + 1] if best + 1 < len(tried) else effect.shape.bounds[1]
         shapes[name] = minimise_log(lambda value, name=name: chi2_at(name, value), low, high)
-    theta, eta, rows, weight, iterations = fit_shapes_fixed(equations, start, shapes, robust)
-    found = finish(equations, theta, eta, rows, weight, iterations, shapes)
+    theta, eta, rows, weight, iterations = fit_shapes_fixed(equations, start, shapes, basis, robust)
+    found = finish(equations, theta, eta, rows, weight, basis, iterations, shapes)
     return _widen(found)
 
 
@@ -74,11 +82,13 @@ def _widen(found: Fit) -> Fit:
         up = equations.rows(found.theta, found.eta, {**found.shapes, name: value + step})
         down = equations.rows(found.theta, found.eta, {**found.shapes, name: value - step})
         columns.append((up.residual - down.residual) / (2 * step))
-    jacobian = np.column_stack([found.rows.jacobian, *columns]) * root[:, None]
+    full = with_common(found.basis, len(found.eta))
+    jacobian = np.column_stack([found.rows.jacobian @ full, *columns]) * root[:, None]
     scale = np.sqrt((jacobian**2).sum(axis=0))
     scale[scale == 0] = 1.0
     inverse = np.linalg.pinv(jacobian / scale) / scale[:, None]
     cov = inverse @ inverse.T
-    p, q = equations.model.size, len(found.eta)
-    sd = np.sqrt(np.diag(cov)[p + q :])
-    return with_shape_sd(found, cov[:p, :p], dict(zip(found.shapes, map(float, sd), strict=True)))
+    p, fitted = equations.model.size, full.shape[1]
+    sd = np.sqrt(np.diag(cov)[fitted:])
+    linear = (full @ cov[:fitted, :fitted] @ full.T)[:p, :p]
+    return with_shape_sd(found, linear, dict(zip(found.shapes, map(float, sd), strict=True)))

@@ -13,7 +13,7 @@ import numpy as np
 
 from calib.equations import Equations, Rows
 from calib.errors import FitFailed
-from calib.identifiability import require_determined, require_enough
+from calib.identifiability import require_determined, require_enough, visible_basis
 from calib.imu_log import FloatArray
 from calib.model import Model
 from calib.poses import PoseSet
@@ -34,7 +34,8 @@ class Fit:
 
     ``theta`` (p,), ``cov`` (p, p) from the stated sds, ``eta`` (q,) common errors of the
     references, ``shapes`` fitted shape parameters with their sd, ``rows`` at the solution,
-    ``weight`` (r,) what the robust loss left of each row (1 without it).
+    ``weight`` (r,) what the robust loss left of each row (1 without it), ``basis`` (p, v) the
+    combinations of parameters that these poses see and that were fitted.
     """
 
     poses: PoseSet
@@ -47,6 +48,7 @@ class Fit:
     equations: Equations
     rows: Rows
     weight: FloatArray
+    basis: FloatArray
     iterations: int
 
     @property
@@ -57,7 +59,7 @@ class Fit:
     @property
     def dof(self) -> int:
         """Data rows less parameters; the prior rows pay for the common errors."""
-        return self.equations.data_count - self.model.size - len(self.shapes)
+        return self.equations.data_count - self.basis.shape[1] - len(self.shapes)
 
     @property
     def residual_si(self) -> FloatArray:
@@ -70,10 +72,19 @@ class Fit:
         return float(np.sqrt(np.mean(self.residual_si**2)))
 
 
-def step_of(rows: Rows, weight: FloatArray) -> FloatArray:
-    """Gauss-Newton step for theta and eta, from column-scaled normal equations by QR."""
+def with_common(basis: FloatArray, common: int) -> FloatArray:
+    """``basis`` (p, v) extended by the ``common`` errors, which are always fitted."""
+    p, v = basis.shape
+    full = np.zeros((p + common, v + common))
+    full[:p, :v] = basis
+    full[p:, v:] = np.eye(common)
+    return full
+
+
+def step_of(rows: Rows, weight: FloatArray, basis: FloatArray) -> FloatArray:
+    """Gauss-Newton step for theta and eta along ``basis``, column-scaled, by QR."""
     root = np.sqrt(weight)
-    jacobian = rows.jacobian * root[:, None]
+    jacobian = (rows.jacobian @ basis) * root[:, None]
     scale = np.sqrt((jacobian**2).sum(axis=0))
     scale[scale == 0] = 1.0
     q, r = np.linalg.qr(jacobian / scale)
@@ -83,7 +94,7 @@ def step_of(rows: Rows, weight: FloatArray) -> FloatArray:
         step = np.linalg.lstsq(jacobian / scale, -rows.residual * root, rcond=1e-10)[0]
     else:
         step = np.linalg.solve(r, -(q.T @ (rows.residual * root)))
-    return np.asarray(step / scale)
+    return np.asarray(basis @ (step / scale))
 
 
 def iterate(
@@ -92,8 +103,9 @@ def iterate(
     eta: FloatArray,
     shapes: Mapping[str, float],
     weight: FloatArray,
+    basis: FloatArray,
 ) -> tuple[FloatArray, FloatArray, Rows, int]:
-    """Gauss-Newton with step halving from ``theta``, ``eta`` to the minimum.
+    """Gauss-Newton with step halving from ``theta``, ``eta`` to the minimum along ``basis``.
 
     Raises
     ------
@@ -101,10 +113,11 @@ def iterate(
         Not converged within ``ITERATIONS``, or no finite value was left.
     """
     p = equations.model.size
+    basis = with_common(basis, len(eta))
     rows = equations.rows(theta, eta, shapes)
     cost = float(weight @ rows.residual**2)
     for iteration in range(1, ITERATIONS + 1):
-        step = step_of(rows, weight)
+        step = step_of(rows, weight, basis)
         for _ in range(HALVINGS):
             try:
                 trial = equations.rows(theta + step[:p], eta + step[p:], shapes)
@@ -134,19 +147,23 @@ def huber_weight(residual: FloatArray) -> FloatArray:
 
 
 def fit_shapes_fixed(
-    equations: Equations, theta: FloatArray, shapes: Mapping[str, float], robust: bool
+    equations: Equations,
+    theta: FloatArray,
+    shapes: Mapping[str, float],
+    basis: FloatArray,
+    robust: bool,
 ) -> tuple[FloatArray, FloatArray, Rows, FloatArray, int]:
     """The minimum at given shape parameters; reweighted until steady with the robust loss."""
     eta = np.zeros(equations.common.shape[1])
     weight = np.ones(equations.data_count + len(eta))
-    theta, eta, rows, iterations = iterate(equations, theta, eta, shapes, weight)
+    theta, eta, rows, iterations = iterate(equations, theta, eta, shapes, weight, basis)
     if robust:
         for _ in range(ROBUST_ROUNDS):
             new = huber_weight(rows.residual)
             new[equations.data_count :] = 1.0
             change = float(np.abs(new - weight).max())
             weight = new
-            theta, eta, rows, more = iterate(equations, theta, eta, shapes, weight)
+            theta, eta, rows, more = iterate(equations, theta, eta, shapes, weight, basis)
             iterations += more
             if change < 1e-6:
                 break
@@ -179,8 +196,17 @@ def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
     if any(effect.shape for effect in model.effects):
         return fit_with_shapes(equations, robust)
     start = equations.start.theta(model)
-    theta, eta, rows, weight, iterations = fit_shapes_fixed(equations, start, {}, robust)
-    return finish(equations, theta, eta, rows, weight, iterations)
+    basis = basis_at(equations, start)
+    theta, eta, rows, weight, iterations = fit_shapes_fixed(equations, start, {}, basis, robust)
+    return finish(equations, theta, eta, rows, weight, basis, iterations)
+
+
+def basis_at(equations: Equations, theta: FloatArray) -> FloatArray:
+    """The combinations of parameters that the poses can see, judged at ``theta``, (p, v)."""
+    if len(equations.reading_index) == equations.model.size:
+        return np.eye(equations.model.size)
+    at_start = equations.rows(theta, np.zeros(equations.common.shape[1]), {})
+    return visible_basis(equations, at_start)
 
 
 def finish(
@@ -189,19 +215,21 @@ def finish(
     eta: FloatArray,
     rows: Rows,
     weight: FloatArray,
+    basis: FloatArray,
     iterations: int,
     shapes: Mapping[str, float] | None = None,
 ) -> Fit:
     """Check that the solution is determined and finite, and give it its covariance."""
     require_enough(equations)
-    require_determined(equations, rows)
+    require_determined(equations, rows, basis)
     p = equations.model.size
-    jacobian = rows.jacobian * np.sqrt(weight)[:, None]
+    full = with_common(basis, len(eta))
+    jacobian = (rows.jacobian @ full) * np.sqrt(weight)[:, None]
     scale = np.sqrt((jacobian**2).sum(axis=0))
     scale[scale == 0] = 1.0
     r = np.linalg.qr(jacobian / scale, mode="r")
     inverse = np.linalg.inv(r) / scale[:, None]
-    cov = (inverse @ inverse.T)[:p, :p]
+    cov = (full @ (inverse @ inverse.T) @ full.T)[:p, :p]
     if not (np.isfinite(theta).all() and np.isfinite(cov).all()):
         raise FitFailed(
             f"the fit of the {equations.poses.triad} ended without finite parameters. Check the "
@@ -218,6 +246,7 @@ def finish(
         equations=equations,
         rows=rows,
         weight=weight,
+        basis=basis,
         iterations=iterations,
     )
 

@@ -20,6 +20,9 @@ SHORTEST_POSE_S = 1.5
 STILL_RATIO = 4.0
 """Twice the noise amplitude at rest. From 4 to 20 the real logs give the same poses."""
 
+MARGIN_S = 0.25
+"""Cut off both ends of a stretch: a still window may hold the last of a movement."""
+
 
 def window_variance(values: FloatArray, window: int) -> FloatArray:
     """Variance of every run of ``window`` samples summed over the axes, shape (t - window + 1,)."""
@@ -57,6 +60,7 @@ def find_still(log: ImuLog) -> list[ImuLog]:
     """
     step_s = float(np.median(np.diff(log.time_s)))
     window = max(8, round(WINDOW_S / step_s))
+    margin = round(MARGIN_S / step_s)
     shortest = max(window, math.ceil(SHORTEST_POSE_S / step_s))
     if len(log.time_s) < 2 * shortest:
         raise Undetermined(
@@ -70,11 +74,11 @@ def find_still(log: ImuLog) -> list[ImuLog]:
     poses: list[ImuLog] = []
     free = 0  # a window that is still may begin inside the one before: samples are used once
     for first, last in zip(edges[::2], edges[1::2], strict=True):
-        start, stop = max(int(first), free), int(last) - 1 + window
+        start, stop = max(int(first), free) + margin, int(last) - 1 + window - margin
         if stop - start >= shortest:
             span = f"{log.time_s[start]:.1f}-{log.time_s[stop - 1]:.1f} s"
             poses.append(log.between(start, stop, f"{log.label} {span}"))
-            free = stop
+            free = stop + margin
     if not poses:
         raise Undetermined(
             f"{log.label}: no stretch of {SHORTEST_POSE_S:g} s or more is still. Let the sensor "

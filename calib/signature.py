@@ -1,0 +1,119 @@
+"""What an effect would leave in the residual of a fit, and what of it these poses can see.
+
+The columns of a candidate, whitened like the rows and with everything the fitted model can absorb
+projected out, are its signature. What has less than ``VISIBLE_SHARE`` of its size left is blind:
+the model would swallow it. Two effects whose signatures span the same space are aliases.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.compare import orthonormal_columns
+from calib.effects import Effect
+from calib.identifiability import VISIBLE_SHARE
+from calib.imu_log import FloatArray
+from calib.model import sensor_slope
+from calib.solver import Fit
+
+ALIAS_CORRELATION = 0.99
+
+
+@dataclass(frozen=True, eq=False)
+class Signature:
+    """The visible part of a set of columns after the fitted model is projected out.
+
+    Parameters
+    ----------
+    name : str
+    columns : array, shape (r, k)
+        Change of the whitened residual per unit of minus each parameter, nothing projected out.
+    basis : array, shape (r, v)
+        Orthonormal directions that are visible.
+    strength : array, shape (v,)
+        Root mean square signal over the rows along each, for columns of unit size.
+    """
+
+    name: str
+    columns: FloatArray
+    basis: FloatArray
+    strength: FloatArray
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether the fitted model swallows all of it."""
+        return len(self.strength) == 0
+
+    @property
+    def seen(self) -> int:
+        """Number of parameter combinations that these poses can see."""
+        return len(self.strength)
+
+
+class Projector:
+    """Projects the fitted model out of whitened rows."""
+
+    def __init__(self, fit: Fit) -> None:
+        root = np.sqrt(fit.weight)
+        self.root = root
+        self.model = orthonormal_columns(fit.rows.jacobian * root[:, None])
+        self.residual = self(fit.rows.residual * root)
+        self.data_count = fit.equations.data_count
+        self.dof = fit.dof
+
+    def __call__(self, rows: FloatArray) -> FloatArray:
+        return np.asarray(rows - self.model @ (self.model.T @ rows))
+
+    def signature(self, name: str, columns: FloatArray) -> Signature:
+        """The visible part of ``columns`` (d, k) over the data rows."""
+        full = np.zeros((len(self.residual), columns.shape[1]))
+        full[: len(columns)] = columns
+        full *= self.root[:, None]
+        norm = np.sqrt((full**2).sum(axis=0))
+        used = norm > 1e-9 * max(float(norm.max(initial=0.0)), 1e-300)
+        nothing = Signature(name, columns, np.zeros((len(full), 0)), np.zeros(0))
+        if not used.any():
+            return nothing
+        unit = full[:, used] / norm[used]
+        left = self(unit) * np.sqrt(self.data_count / used.sum())
+        basis, singular, _ = np.linalg.svd(left, full_matrices=False)
+        visible = singular > VISIBLE_SHARE * np.sqrt(self.data_count)
+        return Signature(name, columns, basis[:, visible], singular[visible])
+
+
+def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:
+    """Columns (d, k) of ``effect`` over the data rows of ``fit``, whitened.
+
+    Their sign is that of the effect: a residual of ``columns @ theta`` is what theta would leave.
+    """
+    equations = fit.equations
+    s = fit.rows.vector
+    at = fit.poses.conditions(s)
+    on_reading = effect.acts_on == "reading"
+    columns = effect.evaluate(equations.at if on_reading else at, shape)
+    turning, null = equations.magnitude, equations.null
+    if effect.acts_on == "reference":
+        at_rest = np.zeros((3 * len(null), columns.shape[1]))
+        return np.concatenate([-columns[turning] / equations.magnitude_sd[:, None], at_rest])
+    if equations.on_sensor:
+        theta = fit.theta[equations.sensor_index]
+        slope = sensor_slope(equations.on_sensor, theta, fit.shapes, at)
+        columns = np.linalg.solve(slope, columns)
+    return project_on_rows(fit, columns)
+
+
+def project_on_rows(fit: Fit, vectors: FloatArray) -> FloatArray:
+    """Whitened rows (d, k) of errors (n, 3, k) of the corrected vectors."""
+    equations, s = fit.equations, fit.rows.vector
+    turning, null = equations.magnitude, equations.null
+    n = s[turning] / np.linalg.norm(s[turning], axis=1, keepdims=True)
+    along = np.einsum("ni,nik->nk", n, vectors[turning]) / equations.magnitude_sd[:, None]
+    rest = (vectors[null] / equations.null_sd[:, :, None]).reshape(-1, vectors.shape[2])
+    return np.concatenate([along, rest])
+
+
+def are_aliases(a: Signature, b: Signature) -> bool:
+    """Whether two signatures span the same space: smallest canonical correlation over 0.99."""
+    if a.seen != b.seen or a.is_blind:
+        return False
+    return bool(np.linalg.svd(a.basis.T @ b.basis, compute_uv=False)[-1] > ALIAS_CORRELATION)
