@@ -116,7 +116,7 @@ def _whole_turns(log: ImuLog, rate_rad_s: float) -> int:
             f"{log.label}: lasts {log.time_s[-1] - log.time_s[0]:.1f} s, less than one turn of the "
             f"plate ({turn_s:.2f} s). Log at least three whole turns in every pose."
         )
-    return round(turns * turn_s / step_s)
+    return round(float(turns * turn_s / step_s))
 
 
 def _without_harmonics(values: FloatArray, time_s: FloatArray, rate_rad_s: float) -> FloatArray:

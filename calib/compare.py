@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.imu_log import FloatArray
+from calib.imu_log import FloatArray, IntArray
 from calib.solver import Fit
 
 LARGEST_LEVERAGE = 0.999
@@ -54,7 +54,7 @@ def orthonormal_columns(jacobian: FloatArray) -> FloatArray:
     return np.asarray(u[:, singular > 1e-9 * singular[0]])
 
 
-def left_out_residual(residual: FloatArray, jacobian: FloatArray, pose: np.ndarray) -> FloatArray:
+def left_out_residual(residual: FloatArray, jacobian: FloatArray, pose: IntArray) -> FloatArray:
     """Whitened residual of every data row when its whole pose is left out of the fit, (d,).
 
     ``pose`` (d,) numbers the poses of the data rows; prior rows may follow them in ``residual``

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.imu_log import FloatArray
+from calib.imu_log import FloatArray, IntArray
 from calib.model import Model, pick, sensor_slope, solve_sensor, stack_columns
 from calib.poses import PoseSet
 from calib.start import start_of
@@ -76,7 +76,7 @@ class Equations:
         self.common = reference.common[self.magnitude]
 
     @property
-    def row_pose(self) -> np.ndarray:
+    def row_pose(self) -> IntArray:
         """Pose of every data row (the prior rows left out), shape (r - q,)."""
         return np.concatenate([self.magnitude, np.repeat(self.null, 3)])
 

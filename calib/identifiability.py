@@ -131,8 +131,8 @@ def visible_basis(equations: "Equations", rows: "Rows") -> FloatArray:
             if seen.shape[1] == 0:
                 raise Undetermined(
                     f"{equations.poses.triad}: these poses cannot see '{effect.name}': bias, "
-                    f"scale, misalignment and the effects before it take up all of it. What separates "
-                    f"it: {effect.page.separates}."
+                    f"scale, misalignment and the effects before it take up all of it. What "
+                    f"separates it: {effect.page.separates}."
                 )
             if seen.shape[1] < block.shape[1]:
                 block = np.zeros((model.size, seen.shape[1]))

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from calib.errors import UnusableLog
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
 
 Triad = Literal["accelerometer", "gyroscope"]
 TRIADS: tuple[Triad, Triad] = ("accelerometer", "gyroscope")

@@ -9,6 +9,7 @@ With y the nominal reading and s the corrected vector:
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -134,7 +135,7 @@ def unavailable(effect: Effect, poses: PoseSet) -> str | None:
     if np.isfinite(effect.evaluate(at)).all():
         return None
     n = len(poses)
-    absent = {
+    absent: dict[str, dict[str, Any]] = {
         "the accelerometer was not logged in every pose": {
             "force": np.ones((n, 3)),
             "vibration": np.ones((n, 3)),

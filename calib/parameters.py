@@ -66,7 +66,8 @@ def base_theta(model: Model, theta: FloatArray, cov: FloatArray) -> tuple[FloatA
     """theta (9,) and cov (9, 9) of bias, scale and misalignment; NaN cov for what is absent."""
     full = np.zeros(BASE_SIZE)
     full_cov = np.full((BASE_SIZE, BASE_SIZE), np.nan)
-    index, source = [], []
+    index: list[int] = []
+    source: list[int] = []
     for i, name in enumerate(("bias", "scale", "misalignment")):
         where = model.slices().get(name)
         if where is not None:

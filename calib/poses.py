@@ -8,7 +8,7 @@ import numpy as np
 from calib.averaging import BATCHES, PoseMean
 from calib.effects import Conditions
 from calib.errors import Undetermined
-from calib.imu_log import AXES, FloatArray, Triad
+from calib.imu_log import AXES, FloatArray, IntArray, Triad
 from calib.reference import Reference, join_references
 
 OWN_DOF = BATCHES - 1
@@ -18,6 +18,9 @@ POOLED_DOF = 2 * OWN_DOF
 LARGEST_TYPICAL = 10.0
 """Poses noisier than this many times the typical variance were disturbed; they say nothing of the
 sensor's correlation."""
+
+SIMILAR_LENGTH = 1.3
+"""Runs whose poses differ by less than this factor in length share one correlation."""
 
 NOISE_DOF_PER_POSE = 2.0
 """Degrees of freedom that a pose adds to the estimate ``2 v3 - v6`` over three axes."""
@@ -76,7 +79,7 @@ class PoseSet:
         return NOISE_DOF_PER_POSE * len(self)
 
     @property
-    def before(self) -> np.ndarray:
+    def before(self) -> IntArray:
         """Index of the pose recorded before each pose, -1 for the first, shape (n,)."""
         order = np.argsort(self.time_s, kind="stable")
         before = np.full(len(self), -1)
@@ -120,8 +123,9 @@ def correlation_factor(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> floa
     Where samples stay correlated over a time short against the pose, batches of length L have
     ``V(L) = A/L - B/L²``, and cutting a pose in 6 and in 3 gives estimates v6 and v3 of the
     variance of its mean that fall short by 6 and 3 times the same amount, so that
-    ``V = 2 v3 - v6``. The ratio is a property of the sensor: it is taken over all its poses. The
-    last factor is Student's: an sd known with few degrees of freedom is wider than it says.
+    ``V = 2 v3 - v6``. The ratio belongs to the sensor and the length of the pose: it is taken over
+    all ``runs``, whose poses are alike in length. The last factor is Student's: an sd known with
+    few degrees of freedom is wider than it says.
     """
     fine, coarse = 0.0, 0.0
     for means in runs:
@@ -134,6 +138,20 @@ def correlation_factor(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> floa
     dof = NOISE_DOF_PER_POSE * sum(len(means) for means in runs)
     student = dof / max(dof - 2, 1.0)
     return student * max(1.0, 2 * coarse / fine - 1) if fine > 0 else 1.0
+
+
+def correlated_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
+    """Sd of every pose mean of all runs, one after another, correlation included, (n, 3)."""
+    length = [float(np.median([mean.duration_s for mean in means])) for means in runs]
+    parts = []
+    for means, own in zip(runs, length, strict=True):
+        alike = [
+            other
+            for other, its in zip(runs, length, strict=True)
+            if 1 / SIMILAR_LENGTH < its / own < SIMILAR_LENGTH
+        ]
+        parts.append(pooled_sd(means, triad) * np.sqrt(correlation_factor(alike, triad)))
+    return np.concatenate(parts)
 
 
 def check_alive(means: Sequence[PoseMean], triad: Triad, run: str) -> None:
@@ -185,14 +203,13 @@ def pose_set(
     overlap = (time_s - half)[order][1:] < (time_s + half)[order][:-1] - 1e-6
     if overlap.any():  # every file starts its own clock: the order of the poses is not known
         time_s = np.full(len(means), np.nan)
-    factor = correlation_factor([run.means for run in runs], triad)
     names = sorted(set.intersection(*(set(mean.columns) for mean in means)))
     poses = PoseSet(
         triad=triad,
         label=tuple(mean.label for mean in means),
         run=tuple(run.name for run in runs for _ in run.means),
         reading=np.array([getattr(mean, triad).mean for mean in means]),
-        sd=np.concatenate([pooled_sd(run.means, triad) for run in runs]) * np.sqrt(factor),
+        sd=correlated_sd([run.means for run in runs], triad),
         force=np.array([mean.accelerometer.mean for mean in means]),
         vibration=np.array([mean.accelerometer.scatter for mean in means]),
         spin_rad_s=np.concatenate([run.spin_rad_s for run in runs]),

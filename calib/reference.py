@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.imu_log import FloatArray
+from calib.imu_log import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +36,9 @@ class Reference:
         assert self.common.shape == (n, len(self.common_names))
 
     @property
-    def is_null(self) -> np.ndarray:
+    def is_null(self) -> BoolArray:
         """Which poses were taken with nothing to measure, shape (n,)."""
-        return self.magnitude == 0.0
+        return np.asarray(self.magnitude == 0.0)
 
 
 @dataclass(frozen=True)

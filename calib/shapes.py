@@ -7,6 +7,7 @@ uncertainty then enters the covariance through its own column.
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -67,7 +68,7 @@ def fit_with_shapes(equations: Equations, robust: bool) -> Fit:
         best = int(np.argmin(costs))
         low = tried[best - 1] if best > 0 else effect.shape.bounds[0]
         high = tried[best + 1] if best + 1 < len(tried) else effect.shape.bounds[1]
-        shapes[name] = minimise_log(lambda value, name=name: chi2_at(name, value), low, high)
+        shapes[name] = minimise_log(partial(chi2_at, name), low, high)
     theta, eta, rows, weight, iterations = fit_shapes_fixed(equations, start, shapes, basis, robust)
     found = finish(equations, theta, eta, rows, weight, basis, iterations, shapes)
     return _widen(found)

@@ -59,7 +59,7 @@ class Fit:
     @property
     def dof(self) -> int:
         """Data rows less parameters; the prior rows pay for the common errors."""
-        return self.equations.data_count - self.basis.shape[1] - len(self.shapes)
+        return int(self.equations.data_count - self.basis.shape[1] - len(self.shapes))
 
     @property
     def residual_si(self) -> FloatArray:
