@@ -17,7 +17,7 @@ from calib.effects import Effect
 from calib.hypotheses import Hypothesis, Weighed, weigh
 from calib.imu_log import FloatArray
 from calib.refit import ADEQUATE_P_VALUE, Refit, judge, refit_pairs, refit_singles
-from calib.signature import Projector, Signature, are_aliases
+from calib.signature import Projector, Signature, are_aliases, contains
 from calib.solver import Fit
 
 PRIOR_NONE, PRIOR_LISTED, PRIOR_UNKNOWN, PRIOR_GENERAL = 0.5, 0.35, 0.09, 0.02
@@ -98,14 +98,23 @@ def _key(hypothesis: Hypothesis) -> str:
 
 
 def _alias_names(of: Hypothesis, listed: Sequence[Hypothesis]) -> tuple[str, ...]:
-    return tuple(
-        h.name
-        for h in listed
-        if h.name != of.name
-        and h.signature is not None
-        and of.signature is not None
-        and are_aliases(of.signature, h.signature)
-    )
+    """Effects that look the same in these poses.
+
+    An error of the reference is the common part of an error of the sensor: where an effect of the
+    sensor holds all of it, equal sizes on all axes would be the same.
+    """
+    assert of.effect is not None
+    assert of.signature is not None
+    is_reference = of.effect.acts_on == "reference"
+    found = []
+    for h in listed:
+        if h.name == of.name or h.signature is None:
+            continue
+        if are_aliases(of.signature, h.signature) or (
+            is_reference and contains(h.signature, of.signature)
+        ):
+            found.append(h.name)
+    return tuple(found)
 
 
 def _predicted(signature: Signature, projector: Projector) -> tuple[FloatArray, FloatArray]:

@@ -65,19 +65,20 @@ def bias_drift(at: Conditions) -> FloatArray:
 
 
 @effect(
-    "common",
+    *AXES,
     unit="1/h",
     page=Page(
-        formula="e = d · t · s",
+        formula="e_k = d_k · t · s_k",
         typical={"MPU-6050": "0.1 %/h while warming", "MTi": "small"},
         source="IEEE Std 528 scale-factor drift",
-        confounded="reference_drift exactly: the plate slowing down looks the same",
+        confounded="reference_drift, as far as it is the same on all axes: the plate slowing down "
+        "looks like that",
         separates="one clip per pose, so that the reference is measured for each",
     ),
 )
 def scale_drift(at: Conditions) -> FloatArray:
-    """Gain of the whole triad that moves steadily through the session."""
-    return np.asarray((_hours(at) * at.vector)[:, :, None])
+    """Gain of each axis that moves steadily through the session."""
+    return per_axis(_hours(at) * at.vector)
 
 
 @effect(

@@ -10,10 +10,11 @@ rate into the scale, where it does not average down.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from calib.effects import Conditions
 from calib.imu_log import FloatArray, IntArray
 from calib.model import Model, pick, sensor_slope, solve_sensor, stack_columns
 from calib.poses import PoseSet
@@ -45,7 +46,6 @@ class Equations:
         self.poses, self.model = poses, model
         y = poses.reading
         reference = poses.reference
-        self.at = poses.conditions(y)
         self.magnitude = np.flatnonzero(~reference.is_null)
         self.null = np.flatnonzero(reference.is_null)
         self.on_reading = model.acting_on("reading")
@@ -54,13 +54,14 @@ class Equations:
         self.reading_index = pick(model, self.on_reading)
         self.sensor_index = pick(model, self.on_sensor)
         self.reference_index = pick(model, self.on_reference)
+        self.at_reading = poses.conditions(y)
         self.reading_columns = (
-            stack_columns(self.on_reading, self.at, {})
+            stack_columns(self.on_reading, self.at_reading, {})
             if self.on_reading
             else np.zeros((*y.shape, 0))
         )
         self.reference_columns = (
-            np.concatenate([e.evaluate(self.at) for e in self.on_reference], axis=1)
+            np.concatenate([e.evaluate(self.at_reading) for e in self.on_reference], axis=1)
             if self.on_reference
             else np.zeros((len(y), 0))
         )
@@ -68,6 +69,7 @@ class Equations:
         # takes them to true units. |s| has the sd of s along its own direction.
         self.start = start_of(poses)
         s = y @ self.start.matrix.T + self.start.offset
+        self.at_start = poses.conditions(s)
         direction = s / np.maximum(np.linalg.norm(s, axis=1, keepdims=True), 1e-300)
         along = (((direction @ self.start.matrix) * poses.sd) ** 2).sum(axis=1)
         across = poses.sd**2 @ (self.start.matrix**2).T
@@ -90,11 +92,19 @@ class Equations:
         """Number of data rows."""
         return len(self.magnitude) + 3 * len(self.null)
 
+    def conditions(self, vector: FloatArray) -> Conditions:
+        """What effects are evaluated on at ``vector``; the pose before stays as the start has it.
+
+        Rows so stay independent of each other, and a sign that flips with noise cannot make the
+        iteration jump.
+        """
+        return replace(self.at_start, vector=vector)
+
     def corrected(self, theta: FloatArray, shapes: Mapping[str, float]) -> FloatArray:
         """The corrected vectors s at ``theta``, shape (n, 3)."""
-        s = self.at.vector - self.reading_columns @ theta[self.reading_index]
+        s = self.at_reading.vector - self.reading_columns @ theta[self.reading_index]
         if self.on_sensor:
-            s = solve_sensor(self.on_sensor, theta[self.sensor_index], shapes, self.at, s)
+            s = solve_sensor(self.on_sensor, theta[self.sensor_index], shapes, self.at_start, s)
         return s
 
     def _vector_jacobian(
@@ -104,7 +114,7 @@ class Equations:
         jacobian = np.zeros((*s.shape, self.model.size))
         jacobian[:, :, self.reading_index] = -self.reading_columns
         if self.on_sensor:
-            at = self.poses.conditions(s)
+            at = self.conditions(s)
             jacobian[:, :, self.sensor_index] = -stack_columns(self.on_sensor, at, shapes)
             slope = sensor_slope(self.on_sensor, theta[self.sensor_index], shapes, at)
             jacobian = np.linalg.solve(slope, jacobian)

@@ -52,11 +52,12 @@ def reference_scale(at: Conditions) -> FloatArray:
     "drift",
     acts_on="reference",
     unit="1/h",
+    triads=("gyroscope",),
     page=Page(
         formula="m → m (1 + d · t)",
         typical={"record player": "0.1 to 1 % while the motor warms up"},
         source="motor drift",
-        confounded="scale_drift exactly",
+        confounded="a scale_drift that is the same on all axes, exactly, in every design",
         separates="one clip per pose",
     ),
 )

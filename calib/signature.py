@@ -17,6 +17,7 @@ from calib.model import sensor_slope
 from calib.solver import Fit
 
 ALIAS_CORRELATION = 0.99
+ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,10 +88,9 @@ def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> Floa
     Their sign is that of the effect: a residual of ``columns @ theta`` is what theta would leave.
     """
     equations = fit.equations
-    s = fit.rows.vector
-    at = fit.poses.conditions(s)
+    at = equations.conditions(fit.rows.vector)
     on_reading = effect.acts_on == "reading"
-    columns = effect.evaluate(equations.at if on_reading else at, shape)
+    columns = effect.evaluate(equations.at_reading if on_reading else at, shape)
     turning, null = equations.magnitude, equations.null
     if effect.acts_on == "reference":
         at_rest = np.zeros((3 * len(null), columns.shape[1]))
@@ -109,11 +109,21 @@ def project_on_rows(fit: Fit, vectors: FloatArray) -> FloatArray:
     n = s[turning] / np.linalg.norm(s[turning], axis=1, keepdims=True)
     along = np.einsum("ni,nik->nk", n, vectors[turning]) / equations.magnitude_sd[:, None]
     rest = (vectors[null] / equations.null_sd[:, :, None]).reshape(-1, vectors.shape[2])
-    return np.concatenate([along, rest])
+    rows = np.concatenate([along, rest])
+    # A rotation is perpendicular to every reading: what is left of it is rounding, not a signal.
+    whole = np.sqrt((vectors**2).sum(axis=(0, 1))) / float(np.median(equations.row_sd))
+    rows[:, np.sqrt((rows**2).sum(axis=0)) < ROUNDING * whole] = 0.0
+    return rows
+
+
+def contains(larger: Signature, smaller: Signature) -> bool:
+    """Whether all of ``smaller`` lies in the space that ``larger`` spans."""
+    if smaller.is_blind or larger.seen < smaller.seen:
+        return False
+    correlation = np.linalg.svd(smaller.basis.T @ larger.basis, compute_uv=False)
+    return bool(correlation[: smaller.seen].min() > ALIAS_CORRELATION)
 
 
 def are_aliases(a: Signature, b: Signature) -> bool:
     """Whether two signatures span the same space: smallest canonical correlation over 0.99."""
-    if a.seen != b.seen or a.is_blind:
-        return False
-    return bool(np.linalg.svd(a.basis.T @ b.basis, compute_uv=False)[-1] > ALIAS_CORRELATION)
+    return a.seen == b.seen and contains(a, b)
