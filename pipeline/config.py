@@ -23,8 +23,8 @@ from pipeline.config_sections import (
     Site,
     VideoRate,
 )
-from pipeline.config_values import OwnName, Section, Surroundings
-from pipeline.errors import ConfigError
+from pipeline.config_values import MISSING_FILE, OwnName, Section, Surroundings
+from pipeline.errors import ConfigError, MissingFiles
 from pipeline.units import UNITS
 from pipeline.yaml_reader import PathTo
 from pipeline.yaml_source import YamlSource, read_source
@@ -61,18 +61,27 @@ class Config(Section):
         return path.parent / (self.output or f"{path.stem}.run")
 
 
-def load_config(path: Path) -> Config:
+def load_config(path: Path, *, files_may_be_missing: bool = False) -> Config:
     """Read and check a configuration, and find the files it names.
+
+    Parameters
+    ----------
+    path : Path
+        The YAML file.
+    files_may_be_missing : bool
+        For commands that plan or record: names of files that are not there yet stand for none.
 
     Raises
     ------
+    MissingFiles
+        Nothing is wrong but that files it names are not there.
     ConfigError
         With one paragraph for every mistake in the file: line, keys, what was found, what was
         expected.
     """
     source = read_source(path)
     surroundings = Surroundings(
-        path.parent, _names(source, "rate"), _names(source, "effects")
+        path.parent, _names(source, "rate"), _names(source, "effects"), files_may_be_missing
     )
     config, error = None, None
     try:
@@ -80,12 +89,18 @@ def load_config(path: Path) -> Config:
     except ValidationError as found:
         error = found
     problems = problems_of(source, error, surroundings)
-    if config is not None:
+    if config is not None and not files_may_be_missing:
         problems += tuple(source.problem(path, says) for path, says in _clip_counts(config))
     if problems or config is None:
-        raise ConfigError(*problems)
+        raise (MissingFiles if _missing_files(error) == len(problems) else ConfigError)(*problems)
     config._source = source
     return config
+
+
+def _missing_files(error: ValidationError | None) -> int:
+    """How many of the mistakes are names of files that are not there."""
+    details = error.errors(include_url=False) if error else []
+    return sum(detail["type"] == MISSING_FILE for detail in details)
 
 
 def _names(source: YamlSource, section: str) -> tuple[str, ...]:

@@ -6,6 +6,10 @@ from pathlib import Path
 
 from pipeline.names import nearest_name
 
+class NoSuchFile(FileNotFoundError):
+    """Nothing has this name or matches this pattern; it may still be recorded."""
+
+
 #: How many names of a folder a message shows.
 NAMES_SHOWN = 6
 
@@ -37,8 +41,10 @@ def find_files(name: str, folder: Path) -> tuple[Path, ...]:
 
     Raises
     ------
-    FileNotFoundError
+    NoSuchFile
         Nothing is there; the message names the folder and what is in it.
+    FileNotFoundError
+        The name is a folder's.
     """
     literal = folder / name
     if literal.is_file():
@@ -48,14 +54,14 @@ def find_files(name: str, folder: Path) -> tuple[Path, ...]:
                                 f"'{name.rstrip('/')}/*.csv'. {_holds(literal)}")
     if not is_pattern(name):
         near = nearest_name(literal.name, _names(literal.parent))
-        raise FileNotFoundError(f"there is no file '{name}'{near}. {_holds(literal.parent)}")
+        raise NoSuchFile(f"there is no file '{name}'{near}. {_holds(literal.parent)}")
     # Path.glob refuses absolute patterns: start at the last folder without a sign in its name.
     fixed = tuple(takewhile(lambda part: not is_pattern(part), literal.parts))
     start = Path(*fixed)
     rest = str(Path(*literal.parts[len(fixed):]))
     found = [path for path in start.glob(rest) if path.is_file()] if start.is_dir() else []
     if not found:
-        raise FileNotFoundError(f"no file matches '{name}'. {_holds(start)}")
+        raise NoSuchFile(f"no file matches '{name}'. {_holds(start)}")
     return tuple(sorted(found, key=lambda path: natural_key(str(path))))
 
 

@@ -6,7 +6,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from pipeline.config_rules import broken_rules, empty_keys
-from pipeline.config_values import Surroundings
+from pipeline.config_values import MISSING_FILE, REFUSED, Surroundings
 from pipeline.names import nearest_names
 from pipeline.units import converted, same_quantity, split_unit
 from pipeline.yaml_reader import PathTo
@@ -132,7 +132,7 @@ def _wrong_value(detail: ErrorDetails) -> str:
     if kind == "missing":
         key = detail["loc"][-1]
         return f"entry {key + 1} is missing" if isinstance(key, int) else "is missing; add it"
-    if kind == "refused":
+    if kind in (REFUSED, MISSING_FILE):
         return detail["msg"]
     expected = EXPECTED[kind].format(**context) if kind in EXPECTED else detail["msg"]
     return f"found {_shown(detail['input'])}, expected {expected}"

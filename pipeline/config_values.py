@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final, Literal
 
 from pydantic import (
     AfterValidator,
@@ -17,7 +17,7 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from pipeline.config_files import find_files
+from pipeline.config_files import NoSuchFile, find_files
 from pipeline.names import nearest_name
 
 EFFECT_NAMES = (
@@ -42,6 +42,8 @@ class Surroundings:
         The configuration's folder.
     rates, own_effects : tuple of str
         Names given under ``rate:`` and ``effects:`` in the same file.
+    files_may_be_missing : bool
+        Names of files that are still to be recorded stand for no files, instead of a mistake.
     keys_of : dict
         Filled during validation: the keys that a mapping of the file may have, by its ``id``.
     """
@@ -49,6 +51,7 @@ class Surroundings:
     folder: Path
     rates: tuple[str, ...] = ()
     own_effects: tuple[str, ...] = ()
+    files_may_be_missing: bool = False
     keys_of: dict[int, tuple[str, ...]] = field(default_factory=dict)
 
 
@@ -57,9 +60,14 @@ def _around(info: ValidationInfo) -> Surroundings:
     return info.context if isinstance(info.context, Surroundings) else Surroundings(Path())
 
 
-def refusal(says: str) -> PydanticCustomError:
+#: Kinds of our own among pydantic's errors.
+REFUSED: Final = "refused"
+MISSING_FILE: Final = "missing_file"
+
+
+def refusal(says: str, kind: Literal["refused", "missing_file"] = REFUSED) -> PydanticCustomError:
     """The error a validator raises; ``says`` is the message."""
-    return PydanticCustomError("refused", "{says}", {"says": says})
+    return PydanticCustomError(kind, "{says}", {"says": says})
 
 
 def no_such(kind: str, name: str, right: tuple[str, ...]) -> PydanticCustomError:
@@ -117,8 +125,12 @@ def _files(names: object, info: ValidationInfo) -> tuple[Path, ...]:
                 raise FileNotFoundError(f"found {name!r}, a file's name or pattern is expected")
             found += find_files(name, _around(info).folder)
         except FileNotFoundError as fault:
+            missing = isinstance(fault, NoSuchFile)
+            if missing and _around(info).files_may_be_missing:
+                continue
             at = (i,) if isinstance(names, list) else ()
-            faults.append(InitErrorDetails(type=refusal(str(fault)), loc=at, input=name))
+            error = refusal(str(fault), MISSING_FILE if missing else REFUSED)
+            faults.append(InitErrorDetails(type=error, loc=at, input=name))
     if faults:
         raise ValidationError.from_exception_data("files", faults)
     if repeated := next((path for i, path in enumerate(found) if path in found[:i]), None):

@@ -44,6 +44,12 @@ class ConfigError(PipelineError):
         self.problems = problems
 
 
+class MissingFiles(ConfigError):
+    """The configuration is right, but files that it names are not there."""
+
+    exit_code = UNREADABLE
+
+
 class UnwritableOutput(PipelineError):
     """A result cannot be written where it was asked for."""
 

@@ -11,7 +11,7 @@ from calib.catalogue import EFFECTS
 from pipeline.config import Config, load_config, triad_spec
 from pipeline.config_sections import KnownRate, VideoRate
 from pipeline.config_values import EFFECT_NAMES
-from pipeline.errors import ConfigError
+from pipeline.errors import ConfigError, MissingFiles, exit_code_of
 from pipeline.template import template_text
 from pipeline.yaml_source import parse_source
 
@@ -249,6 +249,35 @@ def test_a_duplicate_key_is_named_with_both_lines(session: Path) -> None:
     (found,) = problems(session, GOOD + "title: other\n")
     assert found.startswith("config.yaml:34: title: the key 'title' is given twice, first in "
                             "line 1.")
+
+
+@pytest.mark.parametrize(("changes", "code"), [
+    ({"clip.mp4": "clop.mp4"}, 3), ({"clip.mp4": "clop.mp4", "acc/pose_*.csv": "no/*.csv"}, 3),
+    ({"clip.mp4": "acc"}, 2), ({"[gyr/b.csv, gyr/a.csv]": "[gyr/b.csv, 3]"}, 2),
+    ({"clip.mp4": "clop.mp4", "title:": "titel:"}, 2),
+    ({"clip.mp4": "clop.mp4", "    find: still\n": "    find: still\n      rate: stopped\n"}, 2),
+])
+def test_exit_code_3_when_nothing_but_files_is_missing(
+    session: Path, changes: dict[str, str], code: int
+) -> None:
+    text = GOOD
+    for old, new in changes.items():
+        text = text.replace(old, new)
+    with pytest.raises(ConfigError) as caught:
+        load(session, text)
+    assert exit_code_of(caught.value) == code
+    assert isinstance(caught.value, MissingFiles) == (code == 3)
+
+
+def test_files_still_to_be_recorded_may_be_missing(tmp_path: Path) -> None:
+    path = tmp_path / "config.yaml"
+    path.write_text(GOOD, encoding="utf-8")
+    config = load_config(path, files_may_be_missing=True)
+    assert config.accelerometer is not None
+    assert config.accelerometer.poses.files == ()
+    path.write_text(GOOD.replace("title:", "titel:"), encoding="utf-8")
+    with pytest.raises(ConfigError, match="did you mean 'title'"):
+        load_config(path, files_may_be_missing=True)
 
 
 def test_clips_must_pair_with_poses(session: Path) -> None:
