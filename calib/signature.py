@@ -17,7 +17,7 @@ from calib.model import sensor_slope
 from calib.solver import Fit
 
 ALIAS_CORRELATION = 0.99
-ROUNDING = 1e-9
+ROUNDING = 1e-3
 
 
 @dataclass(frozen=True, eq=False)

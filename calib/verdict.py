@@ -1,0 +1,124 @@
+"""The verdict on a ranking: is anything missing, what, and can these data tell.
+
+In this order: nothing; what joint refits of the leading effects decide; what the evidence decides;
+a shape that no listed effect has; and where several remain, all that are credible.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.hypotheses import Hypothesis
+from calib.ranking import PRIOR_NONE, Candidate, key_of
+from calib.refit import ADEQUATE_P_VALUE, Refit, refit_pairs, refit_singles
+from calib.solver import Fit
+
+MISFIT_P_VALUE = 1e-3
+SURE = 0.9
+CREDIBLE = 0.95
+STRONG = 4.0
+"""Above this chi-square per degree of freedom the columns, linearised at a biased fit, mislead."""
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """``code`` is one of nothing_missing, effect, ambiguous, unknown, bad_pose, noise.
+
+    ``name`` is the effect, column or pose it speaks of; ``group`` all that cannot be told from it,
+    or all that an ambiguous verdict leaves open; ``partner`` a second effect found with the first.
+    """
+
+    code: str
+    name: str | None = None
+    group: tuple[str, ...] = ()
+    partner: str | None = None
+    after: Refit | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """Decides on one ranking; see the module's docstring for the order of the questions."""
+
+    fit: Fit
+    every: Sequence[Hypothesis]
+    ranking: Sequence[Candidate]
+    log_p: dict[str, float]
+    p_value: float
+
+    def reach(self) -> Verdict:
+        none = float(np.exp(self.log_p["none"]))
+        if (none >= PRIOR_NONE and self.p_value > MISFIT_P_VALUE) or (
+            none > 1 - CREDIBLE and none == max(np.exp(v) for v in self.log_p.values())
+        ):
+            return Verdict("nothing_missing")
+        top = self.every[0]
+        if self.fit.chi2 > STRONG * self.fit.dof and none < 1 - SURE:
+            judged = self._by_refit()
+            if judged is not None:
+                return judged
+        if top.kind == "listed":
+            return self._by_evidence(top, none)
+        if top.kind in ("unknown", "jump"):
+            return self._unknown(top, none)
+        return Verdict(top.kind, top.detail or None)
+
+    def _group(self, name: str) -> tuple[str, ...]:
+        aliases = next(c.aliases for c in self.ranking if c.name == name and c.kind == "listed")
+        return (name, *aliases)
+
+    def _by_evidence(self, top: Hypothesis, none: float) -> Verdict:
+        group = self._group(top.name)
+        mass = sum(float(np.exp(self.log_p[name])) for name in group)
+        if mass >= SURE * (1 - none) and none < 1 - SURE:
+            return Verdict("effect", top.name, group)
+        return Verdict("ambiguous", group=self._credible(none))
+
+    def _credible(self, none: float) -> tuple[str, ...]:
+        """The smallest set of hypotheses that holds most of what is not "nothing"."""
+        names, mass = [], 0.0
+        for h in self.every:
+            names.append(key_of(h))
+            mass += float(np.exp(self.log_p[key_of(h)]))
+            if mass >= CREDIBLE * (1 - none):
+                break
+        return tuple(names)
+
+    def _unknown(self, top: Hypothesis, none: float) -> Verdict:
+        probability = float(np.exp(self.log_p[key_of(top)]))
+        if probability >= 0.5 * (1 - none):
+            return Verdict("unknown", top.name)
+        return Verdict("ambiguous", group=self._credible(none))
+
+    def _by_refit(self) -> Verdict | None:
+        """The verdict by joint refits of the leading listed effects, None where undecided."""
+        leading = [h for h in self.every if h.kind == "listed"]
+        singles = refit_singles(self.fit, leading)
+        if not singles:
+            return None
+        best = singles[0]
+        partner = None
+        if best.p_value < ADEQUATE_P_VALUE:
+            pairs = refit_pairs(self.fit, leading, singles)
+            if pairs and pairs[0].score < best.score - 2 * np.log(SURE / (1 - SURE)):
+                best, partner = self._stronger_of(pairs[0], singles)
+        if best.p_value < ADEQUATE_P_VALUE and self._unknown_wins():
+            return None
+        name = best.names[0]
+        group = self._group(name)
+        rivals = [r for r in singles if r.names[0] not in group and r.names[0] != partner]
+        if partner is None and rivals:
+            lead = 0.5 * (rivals[0].score - best.score)
+            if lead < np.log(SURE / (1 - SURE)):
+                return None
+        return Verdict("effect", name, group, partner, best)
+
+    def _stronger_of(self, pair: Refit, singles: Sequence[Refit]) -> tuple[Refit, str]:
+        """The member of a pair that explains more on its own comes first; the other is partner."""
+        order = [r for r in singles if r.names[0] in pair.names]
+        first, second = order[0], order[1]
+        return first, second.names[0]
+
+    def _unknown_wins(self) -> bool:
+        """Whether a shape that no listed effect has explains more than any of them."""
+        return self.every[0].kind != "listed"
