@@ -1,5 +1,6 @@
 """The model beside the measurements: residual of every pose, and its leave-one-out error."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,6 +55,19 @@ def orthonormal_columns(jacobian: FloatArray) -> FloatArray:
     return np.asarray(u[:, singular > 1e-9 * singular[0]])
 
 
+def pose_blocks(q: FloatArray, pose: IntArray) -> Iterator[tuple[IntArray, FloatArray]]:
+    """Rows (m, b) of the poses that have b rows each, and their blocks of ``I - H``, (m, b, b).
+
+    ``q`` (r, k) is an orthonormal basis of what was fitted, ``pose`` (d,) numbers the data rows'
+    poses; the rows of a pose stand together.
+    """
+    _, first, count = np.unique(pose, return_index=True, return_counts=True)
+    for size in np.unique(count):
+        rows = first[count == size][:, None] + np.arange(size)
+        part = q[rows]
+        yield rows, np.eye(size) - part @ part.transpose(0, 2, 1)
+
+
 def left_out_residual(residual: FloatArray, jacobian: FloatArray, pose: IntArray) -> FloatArray:
     """Whitened residual of every data row when its whole pose is left out of the fit, (d,).
 
@@ -61,40 +75,40 @@ def left_out_residual(residual: FloatArray, jacobian: FloatArray, pose: IntArray
     and ``jacobian``. Closed form: ``(I - H_bb)^-1 r_b`` for the rows b of a pose, H the hat matrix.
     """
     q = orthonormal_columns(jacobian)
-    out = residual[: len(pose)].copy()
-    leverage = (q[: len(pose)] ** 2).sum(axis=1)
-    rows_of_pose = np.bincount(pose)
-    single = rows_of_pose[pose] == 1
-    safe = np.maximum(1 - leverage, 1 - LARGEST_LEVERAGE)
-    out[single] = (out / safe)[single]
-    for k in np.flatnonzero(rows_of_pose > 1):
-        rows = np.flatnonzero(pose == k)
-        block = np.eye(len(rows)) - q[rows] @ q[rows].T
+    out = np.empty(len(pose))
+    for rows, block in pose_blocks(q, pose):
         values, vectors = np.linalg.eigh(block)
         values = np.maximum(values, 1 - LARGEST_LEVERAGE)
-        out[rows] = vectors @ ((vectors.T @ residual[rows]) / values)
-    return np.asarray(out)
+        turned = np.einsum("mji,mj->mi", vectors, residual[rows]) / values
+        out[rows] = np.einsum("mij,mj->mi", vectors, turned)
+    return out
 
 
 def compare(fit: Fit) -> Comparison:
     """Lay the fitted model beside every pose."""
     equations = fit.equations
     root = np.sqrt(fit.weight)
-    pose, sd = equations.row_pose, equations.row_sd
-    left_out = left_out_residual(fit.rows.residual * root, fit.rows.jacobian * root[:, None], pose)
-    left_out_si = left_out * sd
-    found = []
+    pose, sd, own = equations.row_pose, equations.row_sd, fit.residual_si
+    left_out = sd * left_out_residual(
+        fit.rows.residual * root, fit.rows.jacobian * root[:, None], pose
+    )
+    found: list[PoseResidual] = []
+    is_null = fit.poses.reference.is_null
+    squares = np.stack([own**2, left_out**2, sd**2])
+    lengths = np.sqrt(np.stack([np.bincount(pose, row, len(fit.poses)) for row in squares]))
+    signed = np.zeros((2, len(fit.poses)))
+    single = ~is_null[pose]
+    signed[:, pose[single]] = own[single], left_out[single]
     for k in range(len(fit.poses)):
-        rows = np.flatnonzero(pose == k)
-        own, out = fit.residual_si[rows], left_out_si[rows]
-        is_null = len(rows) > 1
+        residual, out = lengths[:2, k] if is_null[k] else signed[:, k]
         found.append(
             PoseResidual(
                 label=fit.poses.label[k],
                 run=fit.poses.run[k],
-                residual=float(np.linalg.norm(own)) if is_null else float(own[0]),
-                sd=float(np.sqrt(np.sum(sd[rows] ** 2))),
-                left_out=float(np.linalg.norm(out)) if is_null else float(out[0]),
+                residual=float(residual),
+                sd=float(lengths[2, k]),
+                left_out=float(out),
             )
         )
-    return Comparison(tuple(found), fit.residual_rms, float(np.sqrt(np.mean(left_out_si**2))))
+    loo_rms = float(np.sqrt(np.mean(left_out**2)))
+    return Comparison(tuple(found), fit.residual_rms, loo_rms)

@@ -43,7 +43,7 @@ class Conditions:
     time_s : array, shape (n,)
         Time since the session began.
     previous : array, shape (n, 3)
-        Vector of the pose recorded before this one; 0 for the first.
+        What each axis felt in the pose recorded before this one; 0 for the first.
     vibration : array, shape (n, 3)
         Variance of the accelerometer within the pose, (m/s²)².
     columns : mapping of name to array, shape (n,)

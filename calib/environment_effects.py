@@ -103,7 +103,7 @@ def warm_up(at: Conditions, tau_s: float) -> FloatArray:
     *AXES,
     unit="{u}",
     page=Page(
-        formula="e_k = h_k · sign(s_k of the pose before)",
+        formula="e_k = h_k · sign(what axis k felt in the pose before)",
         typical={"MPU-6050": "0.1 to 1 mg", "MTi": "< 0.1 mg"},
         source="IEEE Std 1293 hysteresis error",
         confounded="bias, when the pose order is systematic",

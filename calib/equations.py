@@ -69,7 +69,7 @@ class Equations:
         # takes them to true units. |s| has the sd of s along its own direction.
         self.start = start_of(poses)
         s = y @ self.start.matrix.T + self.start.offset
-        self.at_start = poses.conditions(s)
+        self.at_start = poses.conditions(s, pushed=y - self.start.bias)
         direction = s / np.maximum(np.linalg.norm(s, axis=1, keepdims=True), 1e-300)
         along = (((direction @ self.start.matrix) * poses.sd) ** 2).sum(axis=1)
         across = poses.sd**2 @ (self.start.matrix**2).T

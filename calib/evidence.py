@@ -59,6 +59,15 @@ def log_evidence(
     return log_mean_exp(inside.sum(axis=1) + outside)
 
 
+def log_evidences(strength: FloatArray, amplitude: FloatArray, chi2: float) -> FloatArray:
+    """:func:`log_evidence` without tolerance of many small hypotheses (m, v) at once, (m,)."""
+    variance = 1 + (TAUS[:, None, None] * strength) ** 2
+    gain = 0.5 * np.minimum(amplitude**2, chi2) * (1 - 1 / variance) - 0.5 * np.log(variance)
+    total = gain.sum(axis=2)
+    top = total.max(axis=0)
+    return np.asarray(top + np.log(np.mean(np.exp(total - top), axis=0)))
+
+
 def signature_evidence(
     signature: Signature, residual: FloatArray, dof: int, tolerance: FloatArray
 ) -> float:

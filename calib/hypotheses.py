@@ -10,11 +10,12 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
+from calib.compare import pose_blocks
 from calib.effects import EFFECTS, Effect, column_effect
 from calib.evidence import (
     LISTED_TOLERANCE,
     UNKNOWN_TOLERANCE,
-    log_evidence,
+    log_evidences,
     log_mean_exp,
     scatter_evidence,
     signature_evidence,
@@ -26,6 +27,8 @@ from calib.solver import Fit
 
 TIME_WAVES, COLUMN_WAVES = 8, 5
 JUMPS_TRIED = 16
+LEAST_LEFT = 1e-6
+"""Floor of what a pose keeps for itself after the fit; one that keeps nothing shows nothing."""
 JUMP_MARGIN = 3
 OWN_EFFECT_OF = {"temperature_c": "temperature_bias"}
 """Logged columns whose linear effect on the bias has a name of its own."""
@@ -153,21 +156,16 @@ def jump_hypothesis(fit: Fit, projector: Projector) -> Hypothesis | None:
 
 def bad_pose_hypothesis(fit: Fit, projector: Projector) -> Hypothesis | None:
     """One pose that has nothing to do with the others, averaged over which."""
-    q, pose = projector.model, fit.equations.row_pose
-    chi2 = float(projector.residual @ projector.residual)
-    root = np.sqrt(projector.data_count)
+    residual, pose = projector.residual, fit.equations.row_pose
+    chi2 = float(residual @ residual)
     found: list[tuple[float, int]] = []
-    for k in range(len(fit.poses)):
-        rows = np.flatnonzero(pose == k)
-        values, vectors = np.linalg.eigh(np.eye(len(rows)) - q[rows] @ q[rows].T)
-        seen = values > 1e-6
-        if not seen.any():
-            continue
-        left = np.sqrt(values[seen])
-        amplitude = (vectors[:, seen].T @ projector.residual[rows]) / left
-        strength = left * root / np.sqrt(len(rows))
-        evidence = log_evidence(strength, amplitude, chi2, projector.dof, np.zeros(1))
-        found.append((evidence, k))
+    for rows, block in pose_blocks(projector.model, pose):
+        values, vectors = np.linalg.eigh(block)
+        left = np.sqrt(np.maximum(values, LEAST_LEFT))
+        amplitude = np.einsum("mji,mj->mi", vectors, residual[rows]) / left
+        strength = left * np.sqrt(projector.data_count / rows.shape[1])
+        each = log_evidences(strength, amplitude, chi2)
+        found += [(float(e), int(pose[r])) for e, r in zip(each, rows[:, 0], strict=True)]
     if not found:
         return None
     _, k = max(found)

@@ -86,11 +86,16 @@ class PoseSet:
         before[order[1:]] = order[:-1]
         return before
 
-    def conditions(self, vector: FloatArray) -> Conditions:
-        """What effects are evaluated on, when the triad's vectors are ``vector`` (n, 3)."""
+    def conditions(self, vector: FloatArray, pushed: FloatArray | None = None) -> Conditions:
+        """What effects are evaluated on, when the triad's vectors are ``vector`` (n, 3).
+
+        ``pushed`` (n, 3) is what each axis itself felt, for the memory of the pose before;
+        ``vector`` where it is not given.
+        """
         before = self.before
         remembers = (before >= 0) & ~self.reference.is_null[before]  # rest leaves no memory
-        previous = np.where(remembers[:, None], vector[before], 0.0)
+        felt = vector if pushed is None else pushed
+        previous = np.where(remembers[:, None], felt[before], 0.0)
         return Conditions(
             vector=vector,
             magnitude=self.reference.magnitude,

@@ -16,7 +16,7 @@ from calib.errors import CalibrationError
 from calib.hypotheses import Hypothesis
 from calib.solver import Fit, fit
 
-SINGLES, PAIRED = 8, 5
+SINGLES, PAIRED = 6, 4
 ADEQUATE_P_VALUE = 0.005
 FEWEST_DOF = 4
 """A model that leaves fewer degrees of freedom explains anything and is not trusted."""
@@ -34,7 +34,11 @@ class Refit:
     fit: Fit
     score: float
     p_value: float
-    loo_rms: float
+
+    @property
+    def loo_rms(self) -> float:
+        """Leave-one-out error of the refitted model, SI."""
+        return compare(self.fit).loo_rms
 
 
 def judge(found: Fit, names: tuple[str, ...]) -> Refit:
@@ -44,7 +48,7 @@ def judge(found: Fit, names: tuple[str, ...]) -> Refit:
     scatter = max(1.0, found.chi2 / max(found.dof, 1))
     score = found.chi2 / scatter + n * np.log(scatter) + parameters * np.log(n)
     p_value = float(fdtrc(found.dof, found.poses.noise_dof, found.chi2 / found.dof))
-    return Refit(names, found, float(score), p_value, compare(found).loo_rms)
+    return Refit(names, found, float(score), p_value)
 
 
 def _refit(base: Fit, chosen: Sequence[Hypothesis], robust: bool) -> Refit | None:

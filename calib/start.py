@@ -58,6 +58,11 @@ class Start:
     matrix: FloatArray
     offset: FloatArray
 
+    @property
+    def bias(self) -> FloatArray:
+        """The nominal reading at which the corrected vector is zero, (3,)."""
+        return np.asarray(np.linalg.solve(self.matrix, -self.offset))
+
     def theta(self, model: Model) -> FloatArray:
         """Start values (p,): bias, scale and misalignment of the ellipsoid, 0 elsewhere."""
         upper = self.matrix
