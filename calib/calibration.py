@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import fdtrc
 
+from calib.correction import Correction
 from calib.effects import Conditions
 from calib.imu_log import FloatArray, Triad
-from calib.model import solve_sensor
 from calib.parameters import TriadParameters, triad_parameters
 from calib.sensor import TriadSpec
 from calib.solver import Fit
@@ -60,19 +60,14 @@ class TriadCalibration:
             found[effect.name] = (value, value_sd)
         return found
 
+    @property
+    def correction(self) -> Correction:
+        """What corrects readings, without the fit it came from."""
+        return Correction(self.spec, self.fit.model, self.fit.theta, self.fit.shapes)
+
     def correct(self, at: Conditions) -> FloatArray:
         """Corrected vectors for nominal readings ``at.vector`` and their conditions, (n, 3)."""
-        model, theta = self.fit.model, self.fit.theta
-        slices = model.slices()
-        reading = model.acting_on("reading")
-        s = at.vector
-        for effect in reading:
-            s = s - effect.evaluate(at) @ theta[slices[effect.name]]
-        sensor = model.acting_on("sensor")
-        if sensor:
-            values = np.concatenate([theta[slices[effect.name]] for effect in sensor])
-            s = solve_sensor(sensor, values, self.fit.shapes, at, s)
-        return s
+        return self.correction.correct(at)
 
 
 def calibrate_triad(fit: Fit, spec: TriadSpec) -> TriadCalibration:

@@ -7,8 +7,14 @@ pydantic) is imported inside the command's function or module, never here.
 
 #: name -> (arguments, one line of help), in the order in which ``pipeline --help`` shows them.
 COMMANDS: dict[str, tuple[str, str]] = {
+    "run": ("CONFIG", "Measure the rate, calibrate, diagnose; write the report."),
+    "rate": ("VIDEO...", "Measure a plate's rate from clips, nothing else."),
+    "diagnose": ("CONFIG", "Say what the model misses, and what to type next."),
+    "history": ("CONFIG", "Every run so far: model, errors, verdict."),
     "check": ("CONFIG", "Validate a configuration and find its files, nothing else."),
     "init": ("[DIR]", "Write a commented config.yaml to start from."),
+    "export": ("RESULTS", "Write the calibration for another program."),
+    "apply": ("RESULTS LOG", "Correct a log: counts in, SI units out."),
 }
 
 

@@ -1,0 +1,40 @@
+"""``pipeline apply RESULTS LOG``."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("results", type=click.Path(path_type=Path))
+@click.argument("log", type=click.Path(path_type=Path))
+@click.option("--output", type=click.Path(path_type=Path, dir_okay=False),
+              help="The file to write; by default LOG's name with .calibrated.csv, here.")
+@click.option("--columns", help="Names of the log's columns, with commas, where it has no header.")
+@click.option("--rate-hz", type=click.FloatRange(min=0, min_open=True),
+              help="Sample rate, where the log has no time.")
+@click.option("--session-clock", is_flag=True,
+              help="The log's time counts on the clock of the calibration session: correct drifts.")
+def command(
+    results: Path,
+    log: Path,
+    output: Path | None,
+    columns: str | None,
+    rate_hz: float | None,
+    session_clock: bool,
+) -> None:
+    """Correct LOG by RESULTS (results.json, or its folder) and write it as CSV in SI units."""
+    from pipeline.apply import applied_csv, apply_results
+    from pipeline.files import write_whole
+    from pipeline.logs import read_log
+    from pipeline.stored import load_results
+
+    stored = load_results(results)
+    names = None if columns is None else [name.strip() for name in columns.split(",")]
+    applied = apply_results(stored, read_log(log, names, rate_hz), session_clock)
+    for says in applied.left_out:
+        click.secho(f"warning: {says}", fg="yellow", err=True)
+    stem = log.name.removesuffix(".gz").removesuffix(log.with_suffix("").suffix or log.suffix)
+    path = output or Path(f"{stem}.calibrated.csv")
+    write_whole(path, applied_csv(applied))
+    click.echo(path)

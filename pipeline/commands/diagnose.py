@@ -1,0 +1,28 @@
+"""``pipeline diagnose CONFIG``."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("config", type=click.Path(path_type=Path))
+def command(config: Path) -> None:
+    """Say what the model in CONFIG misses, how sure that is, and what to type next.
+
+    Every stage is run; results and history are left as they are.
+    """
+    from pipeline.commands.watch import run_watched
+    from pipeline.config import load_config
+    from pipeline.screen import next_command, ranking_lines, verdict_lines
+
+    asked = load_config(config)
+    outcome = run_watched(asked, asked.output_folder)
+    for result in outcome.triads:
+        click.echo()
+        for line in verdict_lines(result):
+            click.secho(line, bold=True)
+        for line in ranking_lines(result):
+            click.echo(line)
+    click.echo()
+    click.echo(next_command(outcome, asked.output_folder))

@@ -1,0 +1,33 @@
+"""``pipeline export RESULTS --to FORMAT``."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("results", type=click.Path(path_type=Path))
+@click.option("--to", "form", required=True, metavar="FORMAT",
+              help="Program or format; a wrong one is answered with the list.")
+@click.option("--output", type=click.Path(path_type=Path, file_okay=False),
+              help="Folder for the files, instead of that of RESULTS.")
+def command(results: Path, form: str, output: Path | None) -> None:
+    """Write the calibration in RESULTS (results.json, or its folder) for another program."""
+    from pipeline.export import EXPORTERS
+    from pipeline.files import write_whole
+    from pipeline.names import nearest_name
+    from pipeline.stored import load_results
+
+    if form not in EXPORTERS:
+        raise click.UsageError(
+            f"no format is named '{form}'{nearest_name(form, EXPORTERS)}; there are: "
+            f"{', '.join(EXPORTERS)}"
+        )
+    stored = load_results(results)
+    made = EXPORTERS[form](stored)
+    for says in made.loses:
+        click.secho(f"note: {says}", fg="yellow", err=True)
+    for name, text in made.files.items():
+        path = (output or stored.folder) / name
+        write_whole(path, text)
+        click.echo(path)

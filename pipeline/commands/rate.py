@@ -1,0 +1,56 @@
+"""``pipeline rate VIDEO...``."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("videos", metavar="VIDEO...", nargs=-1, required=True,
+                type=click.Path(path_type=Path))
+@click.option("--fps", type=click.FloatRange(min=0, min_open=True),
+              help="Frame rate when filmed, where the file's time stamps are wrong.")
+@click.option("--nominal-rpm", type=click.FloatRange(min=0, min_open=True),
+              help="What the plate should do: a check, and the choice among aliases.")
+@click.option("--json", "as_json", is_flag=True,
+              help="Print rate.NAME of results.json for each clip, by the stem of its file.")
+def command(
+    videos: tuple[Path, ...], fps: float | None, nominal_rpm: float | None, as_json: bool
+) -> None:
+    """Measure the plate's rate in each VIDEO. Nothing is written."""
+    import json
+
+    from pipeline.commands.progress import clip_progress
+    from pipeline.config_sections import Timebase, VideoRate
+    from pipeline.rates import follow_clips, measure_setting
+    from pipeline.results import rate_json
+    from pipeline.screen import clip_lines, rate_line
+    from pipeline.workplace import Workplace
+
+    stems = [video.stem for video in videos]
+    if len(set(stems)) < len(stems):
+        twice = next(stem for i, stem in enumerate(stems) if stem in stems[:i])
+        raise click.UsageError(
+            f"two clips are called '{twice}', and results go by that name. Rename one, or measure "
+            f"them one after the other."
+        )
+    clock = Timebase() if fps is None else Timebase(source="constant", fps=fps)
+    with clip_progress() as on_progress:
+        tracks = follow_clips([(video, None) for video in videos], Workplace(None, on_progress))
+    rates = [
+        measure_setting(
+            stem, VideoRate(video=(video,), nominal_rpm=nominal_rpm, timebase=clock), [track]
+        )
+        for stem, video, track in zip(stems, videos, tracks, strict=True)
+    ]
+    for rate in rates:
+        for warning in rate.warnings:
+            click.secho(f"warning: {warning}", fg="yellow", err=True)
+    if as_json:
+        found = {rate.name: rate_json(rate) for rate in rates}
+        click.echo(json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False))
+        return
+    for rate in rates:
+        click.echo(rate_line(rate))
+        for line in clip_lines(rate):
+            click.echo(line)

@@ -1,0 +1,35 @@
+"""``pipeline run CONFIG``."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("config", type=click.Path(path_type=Path))
+@click.option("--output", type=click.Path(path_type=Path, file_okay=False),
+              help="Folder for the results, instead of the one in CONFIG.")
+def command(config: Path, output: Path | None) -> None:
+    """Run every stage in CONFIG and write results.json, report.html and a line of history.
+
+    Clips are followed once: later runs find their phase tracks in the results' folder.
+    """
+    from pipeline.commands.watch import run_watched
+    from pipeline.config import load_config
+    from pipeline.outputs import write_outputs
+    from pipeline.screen import next_command, parameter_lines, verdict_lines
+
+    asked = load_config(config)
+    folder = output or asked.output_folder
+    outcome = run_watched(asked, folder)
+    for result in outcome.triads:
+        click.echo()
+        for line in parameter_lines(result):
+            click.echo(line)
+    click.echo()
+    for result in outcome.triads:
+        for line in verdict_lines(result):
+            click.secho(line, bold=True)
+    report = write_outputs(outcome, folder)
+    click.echo(next_command(outcome, folder))
+    click.echo(report)

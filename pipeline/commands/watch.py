@@ -1,0 +1,29 @@
+"""Running the stages in front of a user: a line for each, warnings, progress of the clips."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from pipeline.commands.progress import clip_progress
+from pipeline.config import Config
+from pipeline.runner import Outcome, run_stages
+from pipeline.screen import stage_lines, stage_warnings
+from pipeline.workplace import Workplace
+
+CACHE_NAME = "cache"  #: folder of the phase tracks, in that of the results
+
+
+def show_stage(name: str, artefact: Any) -> None:
+    """Warnings of a stage to standard error, its lines to standard output."""
+    for warning in stage_warnings(artefact):
+        click.secho(f"warning: {warning}", fg="yellow", err=True)
+    for line in stage_lines(name, artefact):
+        click.echo(line)
+
+
+def run_watched(config: Config, folder: Path) -> Outcome:
+    """Run every stage of ``config``; phase tracks are kept in ``folder``."""
+    with clip_progress() as on_progress:
+        workplace = Workplace(folder / CACHE_NAME, on_progress)
+        return run_stages(config, workplace, show_stage)

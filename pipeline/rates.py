@@ -1,0 +1,182 @@
+"""The vision stage: every entry under ``rate:`` becomes the rate of one plate setting."""
+
+import threading
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from calib.runs import PlateRate
+from pipeline.config import Config
+from pipeline.config_sections import KnownRate, Plate, VideoRate
+from pipeline.workplace import Workplace
+
+if TYPE_CHECKING:
+    from vision.geometry import PlateOverride
+    from vision.phase_track import PhaseTrack
+    from vision.rate import RateMeasurement
+
+#: Clips followed at the same time. Decoding has threads of its own; more gain nothing.
+PARALLEL_CLIPS = 2
+
+
+@dataclass(frozen=True, eq=False)
+class SettingRate:
+    """The rate of one plate setting.
+
+    Parameters
+    ----------
+    name : str
+        Its key under ``rate:``.
+    plate : PlateRate
+        What the gyroscope is measured against: one rate, or one for each clip.
+    sources : tuple of str
+        What the clips are called; empty where the rate was stated.
+    clips : tuple of RateMeasurement
+        What was measured in each of them.
+    """
+
+    name: str
+    plate: PlateRate
+    sources: tuple[str, ...]
+    clips: "tuple[RateMeasurement, ...]"
+
+    @property
+    def rate_rad_s(self) -> float:
+        """Mean rate over the clips, positive."""
+        return float(self.plate.rate_rad_s.mean())
+
+    @property
+    def image_sd_rad_s(self) -> float:
+        """Sd of the mean rate without the clock's."""
+        sd = self.plate.sd_rad_s
+        return float(np.sqrt((sd**2).sum()) / len(sd))
+
+    @property
+    def timebase_sd_rad_s(self) -> float:
+        """Sd of the mean rate by the camera's clock, which all clips share."""
+        return self.rate_rad_s * self.plate.timebase_relative
+
+    @property
+    def sd_rad_s(self) -> float:
+        """Sd of the mean rate, all parts together."""
+        return float(np.hypot(self.image_sd_rad_s, self.timebase_sd_rad_s))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know about the clips, a paragraph each."""
+        return tuple(warning for clip in self.clips for warning in clip.warnings)
+
+
+def measure_rates(config: Config, workplace: Workplace) -> Mapping[str, SettingRate]:
+    """The rates of all plate settings, in the order of the file.
+
+    Raises
+    ------
+    UnreadableVideo, RateRefused
+        From :mod:`vision`, when a clip gives no honest rate.
+    """
+    filmed = {name: rate for name, rate in config.rate.items() if isinstance(rate, VideoRate)}
+    named = [(clip, rate.plate) for rate in filmed.values() for clip in rate.video]
+    clips = list(dict.fromkeys(named))
+    tracks = dict(zip(clips, follow_clips(clips, workplace), strict=True))
+    return {
+        name: _stated(name, rate)
+        if isinstance(rate, KnownRate)
+        else measure_setting(name, rate, [tracks[clip, rate.plate] for clip in rate.video])
+        for name, rate in config.rate.items()
+    }
+
+
+def _stated(name: str, rate: KnownRate) -> SettingRate:
+    plate = PlateRate(name, np.array([rate.rate_rad_s]), np.array([rate.sd_rad_s]))
+    return SettingRate(name, plate, (), ())
+
+
+def follow_clips(
+    clips: Sequence[tuple[Path, Plate | None]], workplace: Workplace
+) -> "list[PhaseTrack]":
+    """The phase track of each clip, from the cache where it is known, else several at a time.
+
+    The first clip that fails, in the order given, is the one reported.
+    """
+    from pipeline.artefacts import kept_track, track_key
+
+    stop = threading.Event()
+
+    def follow(clip: Path, plate: "PlateOverride | None") -> "PhaseTrack":
+        from vision.track import track_phase  # OpenCV, which known clips do not need
+
+        def on_progress(done: int, stated: int | None) -> None:
+            if stop.is_set():  # another clip was refused, or Ctrl-C: end this thread too
+                raise KeyboardInterrupt
+            workplace.on_progress(clip.name, done, stated)
+
+        return track_phase(clip, plate=plate, on_progress=on_progress)
+
+    def find(clip: Path, stated: Plate | None) -> "PhaseTrack":
+        plate = _override(stated)
+        return kept_track(workplace.cache, track_key(clip, plate), lambda: follow(clip, plate))
+
+    with ThreadPoolExecutor(PARALLEL_CLIPS) as pool:
+        waiting = [pool.submit(find, clip, plate) for clip, plate in clips]
+        try:
+            return [each.result() for each in waiting]
+        finally:
+            stop.set()
+            pool.shutdown(cancel_futures=True)
+
+
+def _override(plate: Plate | None) -> "PlateOverride | None":
+    """The ellipse as :mod:`vision` takes it: the longer radius first."""
+    if plate is None:
+        return None
+    from vision.geometry import PlateOverride
+
+    first, second = plate.radii_px
+    longer_first = first >= second
+    return PlateOverride(
+        centre_px=plate.centre_px,
+        radius_px=max(first, second),
+        minor_px=min(first, second),
+        angle_deg=plate.angle_deg if longer_first else plate.angle_deg + 90.0,
+    )
+
+
+def measure_setting(name: str, rate: VideoRate, tracks: "Sequence[PhaseTrack]") -> SettingRate:
+    """One rate for each clip of a plate setting.
+
+    Raises
+    ------
+    RateRefused
+        A clip gives no honest rate, or the clips turn both ways.
+    """
+    from vision.errors import RateRefused
+    from vision.rate import measure_rate
+    from vision.timebase import Timebase
+
+    stated = rate.timebase
+    timebase = Timebase(source=stated.source, fps=stated.fps, ppm=stated.relative_sd * 1e6)
+    clips = tuple(
+        measure_rate(track, timebase=timebase, nominal_rpm=rate.nominal_rpm, model=rate.model)
+        for track in tracks
+    )
+    ways = {clip.direction for clip in clips}
+    if len(ways) > 1:
+        odd = next(i for i, clip in enumerate(clips) if clip.direction != clips[0].direction)
+        raise RateRefused(
+            f"rate.{name}: {tracks[0].source} turns {clips[0].direction} and {tracks[odd].source} "
+            f"turns {clips[odd].direction}; one direction is expected in a plate setting. Give "
+            f"each direction an entry of its own under `rate:`."
+        )
+    plate = PlateRate(
+        name=name,
+        rate_rad_s=np.array([clip.rate_rad_s for clip in clips]),
+        sd_rad_s=np.array([clip.image_sd_rad_s for clip in clips]),
+        timebase_relative=stated.relative_sd,
+        direction=clips[0].direction,
+    )
+    return SettingRate(name, plate, tuple(track.source for track in tracks), clips)

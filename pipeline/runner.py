@@ -1,0 +1,52 @@
+"""Runs the stages of a configuration one after the other."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pipeline.config import Config
+from pipeline.rates import SettingRate
+from pipeline.recordings import Recordings
+from pipeline.stages import STAGES
+from pipeline.triads import TriadResult, require_fittable
+from pipeline.workplace import Workplace
+
+OnStage = Callable[[str, Any], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What a run has made: one artefact for each stage of :data:`pipeline.stages.STAGES`."""
+
+    config: Config
+    rates: Mapping[str, SettingRate]
+    recordings: Recordings
+    accelerometer: TriadResult | None
+    gyroscope: TriadResult | None
+
+    @property
+    def triads(self) -> tuple[TriadResult, ...]:
+        """The triads that were calibrated, accelerometer first."""
+        return tuple(each for each in (self.accelerometer, self.gyroscope) if each is not None)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know, a paragraph each, in the order of the stages."""
+        of_rates = tuple(w for rate in self.rates.values() for w in rate.warnings)
+        return of_rates + self.recordings.warnings
+
+
+def run_stages(config: Config, workplace: Workplace, on_stage: OnStage) -> Outcome:
+    """Run every stage; ``on_stage`` is told each artefact as soon as it is made.
+
+    Raises
+    ------
+    PipelineError, CalibrationError, VisionError
+        The first stage that refuses ends the run.
+    """
+    require_fittable(config)
+    made: dict[str, Any] = {}
+    for stage in STAGES:
+        made[stage.name] = stage.make(config, workplace, *(made[name] for name in stage.needs))
+        on_stage(stage.name, made[stage.name])
+    return Outcome(config, **made)

@@ -1,0 +1,171 @@
+"""What a run says on the terminal: a line for each stage, the parameters, the verdict."""
+
+import shlex
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from calib.imu_log import AXES, SI_UNIT
+from calib.parameters import TriadParameters
+from pipeline.display import DISPLAY, RPM, aligned, count, relative, with_sd
+from pipeline.rates import SettingRate
+from pipeline.recordings import Recordings
+from pipeline.runner import Outcome
+from pipeline.triads import TriadResult
+
+NAME_WIDTH = 15  #: of a stage's name at the beginning of its line
+RANKED = 6  #: candidates that `pipeline diagnose` shows
+
+
+def stage_lines(name: str, artefact: Any) -> Iterator[str]:
+    """The lines that a stage ends with; none for a stage that had nothing to do."""
+    if isinstance(artefact, TriadResult):
+        yield triad_line(artefact)
+    elif isinstance(artefact, Mapping):
+        yield from map(rate_line, artefact.values())
+    elif isinstance(artefact, Recordings):
+        poses = sum(len(recording.means) for recording in artefact.by_setting.values())
+        if poses:
+            yield f"{'logs':<{NAME_WIDTH}} {count(poses, 'pose')} averaged"
+    elif artefact is not None:
+        raise TypeError(f"no line is known for the stage {name}")
+
+
+def stage_warnings(artefact: Any) -> Iterator[str]:
+    """What the user should know of an artefact, a paragraph each."""
+    if isinstance(artefact, Mapping):
+        for rate in artefact.values():
+            yield from rate.warnings
+    elif isinstance(artefact, Recordings):
+        yield from artefact.warnings
+
+
+def rate_line(rate: SettingRate) -> str:
+    """``rate slow       16.667 rpm ± 12 ppm, 16.6 turns, ccw``."""
+    parts = [f"{rate.rate_rad_s / RPM:.4f} rpm ± {relative(rate.sd_rad_s / rate.rate_rad_s)}"]
+    if rate.clips:
+        parts.append(f"{sum(clip.revolutions for clip in rate.clips):.1f} turns")
+        parts.append(str(rate.plate.direction))
+        if len(rate.clips) > 1:
+            parts.append(count(len(rate.clips), "clip"))
+    else:
+        parts.append("stated")
+    return f"{f'rate {rate.name}':<{NAME_WIDTH}} {', '.join(parts)}"
+
+
+def clip_lines(rate: SettingRate) -> Iterator[str]:
+    """Of each clip: the rate by counting frames beside the measured one, and the diagnosis."""
+    for clip in rate.clips:
+        counted = clip.frame_count
+        if counted is not None:
+            away = counted.rate_rad_s / clip.rate_rad_s - 1
+            yield (
+                f"  by counting frames {counted.rate_rad_s / RPM:.4f} rpm "
+                f"± {relative(counted.sd_rad_s / counted.rate_rad_s)}, {away * 1e6:+.0f} ppm away"
+            )
+        if len(clip.aliases) > 1:
+            others = ", ".join(f"{abs(other) / RPM:.4g}" for other in clip.aliases[1:])
+            yield f"  {clip.alias_says} Others: {others} rpm."
+        yield f"  {clip.diagnosis.says}"
+
+
+def triad_line(result: TriadResult) -> str:
+    """Poses, residual, leave-one-out error and chi-square of a triad."""
+    unit, factor = DISPLAY[result.triad]
+    fit, comparison = result.calibration.fit, result.comparison
+    runs = len(set(fit.poses.run))
+    poses = count(len(fit.poses), "pose") + (f" in {runs} runs" if runs > 1 else "")
+    return (
+        f"{result.triad:<{NAME_WIDTH}} {poses}, residual {comparison.residual_rms * factor:.3g} "
+        f"{unit}, leave-one-out {comparison.loo_rms * factor:.3g} {unit}, chi²/dof "
+        f"{fit.chi2 / fit.dof:.2f}"
+    )
+
+
+def parameter_lines(result: TriadResult) -> list[str]:
+    """The parameters ± sd of a triad as an aligned table."""
+    rows = [[result.triad, *AXES]]
+    rows += base_rows(result.triad, result.calibration.parameters)
+    rows += effect_rows(result)
+    lines = aligned(rows, indent="")
+    if result.calibration.widening > 1:
+        lines.append(
+            f"  sds are {result.calibration.widening:.2g} times what the noise gives: the model "
+            f"does not explain the residual"
+        )
+    return lines
+
+
+def base_rows(triad: str, parameters: TriadParameters) -> list[list[str]]:
+    """Name with unit and three values of alpha, b and k⁻¹."""
+    values = (
+        ("misalignment [rad]", parameters.misalignment_rad),
+        ("bias [counts]", parameters.bias_counts),
+        (f"scale [counts/({SI_UNIT[triad]})]", parameters.scale_counts_per_unit),
+    )
+    return [
+        [f"  {title}", *(with_sd(v, s) for v, s in zip(value, sd, strict=True))]
+        for (title, value), sd in zip(values, parameters.sd, strict=True)
+    ]
+
+
+def effect_rows(result: TriadResult) -> list[list[str]]:
+    """Values of the added effects, up to three in a row, shape parameters in a row of their own."""
+    rows: list[list[str]] = []
+    model = {effect.name: effect for effect in result.calibration.fit.model.effects}
+    for name, (values, sds) in result.calibration.effect_values().items():
+        effect = model[name]
+        linear = len(effect.parameters)
+        texts = [with_sd(v, s) for v, s in zip(values, sds, strict=True)]
+        for i in range(0, linear, len(AXES)):
+            own = effect.parameters[i : i + len(AXES)]
+            axis = f" {own[0][0]}" if linear > len(AXES) else ""
+            unit = effect.unit_for(result.triad)
+            rows.append([f"  {name}{axis} [{unit}]", *texts[i : i + len(own)]])
+        if effect.shape is not None:
+            rows.append([f"  {name} {effect.shape.name} [{effect.shape.unit}]", texts[-1]])
+    return rows
+
+
+def verdict_lines(result: TriadResult) -> Iterator[str]:
+    """The diagnosis of a triad in words, and what to record next."""
+    yield f"{result.triad}: {result.diagnosis.says}"
+    if result.diagnosis.record_next:
+        yield f"  record next: {result.diagnosis.record_next}"
+
+
+def next_command(outcome: Outcome, folder: Path) -> str:
+    """What one would type next."""
+    config = shlex.quote(str(outcome.config.source.path))
+    for result in outcome.triads:
+        found = result.diagnosis
+        if found.verdict == "effect" and len(found.group) == 1:
+            return f"next: pipeline add {config} {result.triad}.{found.name}"
+    if any(result.diagnosis.verdict != "nothing_missing" for result in outcome.triads):
+        return f"next: pipeline diagnose {config}"
+    if outcome.triads:
+        return f"next: pipeline apply {shlex.quote(str(folder))} LOG"
+    return "next: add the sections accelerometer and gyroscope to the configuration"
+
+
+def ranking_lines(result: TriadResult) -> list[str]:
+    """The best candidates of a diagnosis, what each would do, and what these data cannot see."""
+    unit, factor = DISPLAY[result.triad]
+    found = result.diagnosis
+    rows = [["candidate", "log evidence", "chi² drop", f"RMS after [{unit}]", "leave-one-out",
+             "cannot be told from"]]
+    rows += [
+        [
+            each.name,
+            f"{each.log_evidence:+.1f}",
+            f"{each.chi2_drop:.1f}",
+            f"{each.rms_after * factor:.3g}",
+            f"{each.loo_after * factor:.3g}",
+            ", ".join(each.aliases),
+        ]
+        for each in found.ranking[:RANKED]
+    ]
+    lines = aligned(rows)
+    if found.blind:
+        lines.append(f"  these data cannot see: {', '.join(found.blind)}")
+    return lines

@@ -1,0 +1,127 @@
+"""The two calibration stages: averaged poses to a calibrated, compared and diagnosed triad."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from calib.calibration import TriadCalibration, calibrate_triad
+from calib.catalogue import BASE, find_effect
+from calib.compare import Comparison, compare
+from calib.diagnose import Diagnosis, diagnose
+from calib.imu_log import Triad
+from calib.model import Model
+from calib.paper import fit_paper
+from calib.poses import PoseSet, Run, pose_set
+from calib.runs import gravity_run, stopped_run, turning_run
+from calib.sensor import TriadSpec
+from calib.solver import fit
+from pipeline.config import Config, triad_spec
+from pipeline.config_sections import Accelerometer, Gyroscope
+from pipeline.config_values import STOPPED
+from pipeline.errors import ConfigError
+from pipeline.rates import SettingRate
+from pipeline.recordings import Recordings
+from pipeline.site import Gravity, gravity_of, latitude_of
+from pipeline.workplace import Workplace
+
+
+@dataclass(frozen=True, eq=False)
+class TriadResult:
+    """One triad: calibrated, laid beside its measurements, and what its model misses.
+
+    ``gravity`` is the reference of an accelerometer, None for a gyroscope.
+    """
+
+    calibration: TriadCalibration
+    comparison: Comparison
+    diagnosis: Diagnosis
+    gravity: Gravity | None = None
+
+    @property
+    def triad(self) -> Triad:
+        """Which one."""
+        return self.calibration.triad
+
+
+def require_fittable(config: Config) -> None:
+    """Refuse, before anything slow, a model that its triad or its solver does not have.
+
+    Raises
+    ------
+    ConfigError
+        With the line of every such model.
+    """
+    problems = []
+    sections: tuple[tuple[Triad, Accelerometer | Gyroscope | None], ...] = (
+        ("accelerometer", config.accelerometer), ("gyroscope", config.gyroscope)
+    )
+    for triad, section in sections:
+        if section is None:
+            continue
+        where = (triad, "model")
+        for name in section.model:
+            if name in config.effects:
+                problems.append(config.source.problem(where, (
+                    f"'{name}' is an effect of your own, and these are not fitted yet. Take it "
+                    f"out of the model")))
+            elif triad not in find_effect(name).triads:
+                problems.append(config.source.problem(where, (
+                    f"'{name}' is no effect of the {triad}; `pipeline effects {name}` says what "
+                    f"it acts on. Take it out of this model")))
+        if section.solver == "paper" and set(section.model) != set(BASE):
+            problems.append(config.source.problem((triad, "solver"), (
+                f"'paper' knows bias, scale and misalignment only, the model is "
+                f"[{', '.join(section.model)}]. Use `solver: default` with any other model")))
+    if problems:
+        raise ConfigError(*problems)
+
+
+def calibrate_accelerometer(
+    config: Config, _workplace: Workplace, recordings: Recordings
+) -> TriadResult | None:
+    """Calibrate the accelerometer to gravity; None where the file has no such section."""
+    if config.accelerometer is None:
+        return None
+    # The configuration's rules refuse an accelerometer without a site and a data sheet.
+    assert config.site is not None
+    assert config.sensor.accelerometer is not None
+    gravity = gravity_of(config.site)
+    means = recordings.of(config.accelerometer.poses).means
+    run = gravity_run(STOPPED, means, gravity.value_m_s2, gravity.sd_m_s2)
+    poses = pose_set("accelerometer", [run], recordings.origin_s)
+    spec = triad_spec(config.sensor.accelerometer)
+    return _calibrated(poses, config.accelerometer, spec, gravity)
+
+
+def calibrate_gyroscope(
+    config: Config,
+    _workplace: Workplace,
+    rates: Mapping[str, SettingRate],
+    recordings: Recordings,
+    accelerometer: TriadResult | None,
+) -> TriadResult | None:
+    """Calibrate the gyroscope to the plate's rates; None where the file has no such section."""
+    if config.gyroscope is None:
+        return None
+    assert config.sensor.gyroscope is not None
+    latitude = latitude_of(config.site)
+    runs: list[Run] = []
+    for asked in config.gyroscope.runs:
+        means = recordings.of(asked.poses, asked.rate).means
+        runs.append(
+            stopped_run(asked.rate, means, latitude)
+            if asked.rate == STOPPED
+            else turning_run(means, rates[asked.rate].plate, latitude)
+        )
+    correct = accelerometer.calibration.correct if accelerometer else None
+    poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
+    return _calibrated(poses, config.gyroscope, triad_spec(config.sensor.gyroscope), None)
+
+
+def _calibrated(
+    poses: PoseSet, section: Accelerometer | Gyroscope, spec: TriadSpec, gravity: Gravity | None
+) -> TriadResult:
+    model = Model.of(section.model)
+    found = fit_paper(poses, model, spec) if section.solver == "paper" else fit(poses, model)
+    return TriadResult(
+        calibrate_triad(found, spec), compare(found), diagnose(found), gravity
+    )
