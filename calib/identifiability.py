@@ -38,14 +38,14 @@ def scaled_condition(jacobian: FloatArray) -> tuple[float, FloatArray]:
     return float(singular[0] / singular[-1]), np.asarray(combinations[-1])
 
 
-def require_enough(equations: "Equations") -> None:
-    """Refuse poses too few to check the fit with; raises :class:`Undetermined`."""
+def require_enough(equations: "Equations", parameters: int) -> None:
+    """Refuse poses too few to check a fit of ``parameters`` with; raises :class:`Undetermined`."""
     triad, model, poses = equations.poses.triad, equations.model, equations.poses
-    if equations.data_count - model.size < FEWEST_SPARE_ROWS:
+    if equations.data_count - parameters < FEWEST_SPARE_ROWS:
         raise Undetermined(
-            f"{triad}: {len(poses)} poses give {equations.data_count} equations for {model.size} "
+            f"{triad}: {len(poses)} poses give {equations.data_count} equations for {parameters} "
             f"parameters ({', '.join(model.names)}), which leaves nothing to check the fit with; "
-            f"at least {model.size + FEWEST_SPARE_ROWS} are needed and 18 are recommended. "
+            f"at least {parameters + FEWEST_SPARE_ROWS} are needed and 18 are recommended. "
             f"{_advice(equations)}"
         )
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from calib.equations import Equations
 from calib.errors import CalibrationError, FitFailed
+from calib.identifiability import require_enough
 from calib.imu_log import FloatArray
 from calib.model import Model
 from calib.parameters import TriadParameters, theta_of
@@ -186,6 +187,7 @@ def fit_paper(poses: PoseSet, model: Model, spec: TriadSpec) -> Fit:
             f"[{', '.join(model.names)}]. Use `solver: default` with any other model."
         )
     equations = Equations(poses, model)
+    require_enough(equations, model.size)
     counts = poses.reading / spec.nominal_scale + spec.nominal_bias_counts
     steps, eta, stopped = iterations_from(data_sheet_start(spec), equations, counts)
     if not stopped:

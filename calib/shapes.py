@@ -13,6 +13,7 @@ import numpy as np
 
 from calib.equations import Equations
 from calib.errors import FitFailed
+from calib.identifiability import require_enough
 from calib.solver import (
     Fit,
     basis_at,
@@ -49,6 +50,7 @@ def fit_with_shapes(equations: Equations, robust: bool) -> Fit:
     shapes = {e.name: e.shape.starts[0] for e in equations.model.effects if e.shape}
     start = equations.start.theta(equations.model)
     basis = basis_at(equations, start)
+    require_enough(equations, basis.shape[1] + len(shapes))
 
     def chi2_at(name: str, value: float) -> float:
         try:

@@ -192,11 +192,11 @@ def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
     from calib.shapes import fit_with_shapes  # only models with a shape parameter need it
 
     equations = Equations(poses, model)
-    require_enough(equations)
     if any(effect.shape for effect in model.effects):
         return fit_with_shapes(equations, robust)
     start = equations.start.theta(model)
     basis = basis_at(equations, start)
+    require_enough(equations, basis.shape[1])
     theta, eta, rows, weight, iterations = fit_shapes_fixed(equations, start, {}, basis, robust)
     return finish(equations, theta, eta, rows, weight, basis, iterations)
 
@@ -220,7 +220,7 @@ def finish(
     shapes: Mapping[str, float] | None = None,
 ) -> Fit:
     """Check that the solution is determined and finite, and give it its covariance."""
-    require_enough(equations)
+    require_enough(equations, basis.shape[1] + len(shapes or {}))
     require_determined(equations, rows, basis)
     p = equations.model.size
     full = with_common(basis, len(eta))
