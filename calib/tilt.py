@@ -87,7 +87,7 @@ def roll_pitch(g: FloatArray, order: Order) -> tuple[float, float]:
     --------
     >>> roll, pitch = roll_pitch(np.array([-0.2235, 0.4937, 0.8330]), "xyz")
     >>> f"{math.degrees(roll):.4f} {math.degrees(pitch):.4f}"
-    '30.6545 13.0001'
+    '30.6543 12.9971'
     """
     x, y, z = (float(value) for value in g)
     if order == "xyz":
@@ -101,10 +101,10 @@ def roll_pitch_jacobian(g: FloatArray, order: Order) -> FloatArray:
     square = x * x + y * y + z * z
     if order == "xyz":
         r = math.hypot(y, z)
-        return np.array([[0.0, z / r**2, -y / r**2], [-r, x * y / r, x * z / r]]) / np.array(
-            [[1.0], [square]]
-        )
-    r = math.hypot(x, z)
-    return np.array([[-x * y / r, r, -y * z / r], [-z / r**2, 0.0, x / r**2]]) / np.array(
-        [[square], [1.0]]
-    )
+        of_roll = np.array([0.0, z, -y]) / r**2
+        of_pitch = np.array([-r, x * y / r, x * z / r]) / square
+    else:
+        r = math.hypot(x, z)
+        of_roll = np.array([-x * y / r, r, -y * z / r]) / square
+        of_pitch = np.array([-z, 0.0, x]) / r**2
+    return np.stack([of_roll, of_pitch])
