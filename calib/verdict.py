@@ -17,6 +17,9 @@ from calib.solver import Fit
 MISFIT_P_VALUE = 1e-3
 SURE = 0.9
 CREDIBLE = 0.95
+REFUTED = 20.0
+"""Difference of scores (as of chi-square) beyond which one alias is no longer believed."""
+
 STRONG = 4.0
 """Above this chi-square per degree of freedom the columns, linearised at a biased fit, mislead."""
 
@@ -105,13 +108,28 @@ class Judge:
         if best.p_value < ADEQUATE_P_VALUE and self._unknown_wins():
             return None
         name = best.names[0]
-        group = self._group(name)
+        group = self._told_apart(best, singles)
         rivals = [r for r in singles if r.names[0] not in group and r.names[0] != partner]
         if partner is None and rivals:
             lead = 0.5 * (rivals[0].score - best.score)
             if lead < np.log(SURE / (1 - SURE)):
                 return None
         return Verdict("effect", name, group, partner, best)
+
+    def _told_apart(self, best: Refit, singles: Sequence[Refit]) -> tuple[str, ...]:
+        """The group of ``best`` less the aliases that its size gives away.
+
+        Aliases agree to a few per cent of their signal. Where that is many times the noise and
+        the best of them explains the rows, a refit that falls far short is no alias any more.
+        """
+        if best.p_value < ADEQUATE_P_VALUE:
+            return self._group(best.names[0])
+        refuted = {
+            r.names[0]
+            for r in singles
+            if r.p_value < ADEQUATE_P_VALUE and r.score - best.score > REFUTED
+        }
+        return tuple(name for name in self._group(best.names[0]) if name not in refuted)
 
     def _stronger_of(self, pair: Refit, singles: Sequence[Refit]) -> tuple[Refit, str]:
         """The member of a pair that explains more on its own comes first; the other is partner."""
