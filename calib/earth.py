@@ -1,7 +1,25 @@
 """Gravity and Earth rate at a site.
 
-WGS84 normal gravity (Somigliana's formula with the second-order height correction) and the
-constants that define it; see data/published for the values it is tested against.
+WGS84 normal gravity (Somigliana's formula with the second-order height correction, NIMA
+TR8350.2) and the constants that define it; ``tests/calib/test_earth.py`` has the values it is
+tested against, the exact normal field among them.
+
+What real gravity adds to it, one sd each, as a share of an accelerometer's scale:
+
+==============================================  ==============  ==========
+anomaly (masses below and around)               5e-4 m/s²       51 ppm
+height wrong by 10 m                            3.1e-5 m/s²     3.1 ppm
+latitude wrong by 0.01° (1.1 km)                9e-6 m/s²       0.9 ppm
+tides of Moon and Sun, at most                  1.6e-6 m/s²     0.2 ppm
+truncation of the height series at 1000 m       1e-7 m/s²       0.01 ppm
+==============================================  ==============  ==========
+
+The anomaly (tens of mGal; over 100 mGal in mountains) dwarfs the rest and stands for all of them
+in ``NORMAL_GRAVITY_SD_M_S2``. The deflection of the vertical, 10 to 30 seconds of arc and up to a
+minute and more in mountains, tilts the plumb line by 0.003 to 0.02° against the ellipsoid's
+normal. It leaves the magnitude alone (1e-8 and less), and roll and pitch of an installation too,
+which are measured against the plumb line itself; only attitudes that are compared with a
+geodetic vertical contain it.
 """
 
 import math
@@ -14,7 +32,7 @@ EQUATOR_GRAVITY_M_S2 = 9.7803253359
 POLE_GRAVITY_M_S2 = 9.8321849378
 
 NORMAL_GRAVITY_SD_M_S2 = 5e-4
-"""How far real gravity strays from the normal field: anomalies of tens of mGal, 1 sd."""
+"""How far real gravity strays from the normal field, 1 sd: the budget above."""
 
 
 def normal_gravity(latitude_rad: float, height_m: float = 0.0) -> float:
