@@ -20,7 +20,6 @@ from calib.solver import Fit
 RECORD_SPEEDS_RAD_S = np.array([50 / 3, 100 / 3, 45.0, 78.0]) * np.pi / 30
 SAME_SPEED = 0.05
 SOAK_K = 20.0
-GAP_S = 120.0
 POSE_S = 30.0
 TEMPERATURE = "temperature_c"
 
@@ -54,7 +53,7 @@ def menu(fit: Fit) -> list[Block]:
             "soak",
             "the same poses warmed by about 20 °C and once more after they have cooled",
             6 * one,
-            ((1.0, SOAK_K, 1800.0), (1.0, 0.0, 1800.0)),
+            ((1.0, SOAK_K, 1800.0), (1.0, 0.0, 7200.0)),
         )
     ]
     corners = Block("corners", "the 8 corner poses", one / 2, ((1.0, 0.0, 0.0),), corners=True)
@@ -100,7 +99,27 @@ def _typical(values: FloatArray, like: BoolArray) -> FloatArray:
     return np.asarray(np.median(values[like] if like.any() else values, axis=0))
 
 
-def _pass(fit: Fit, block: Block, factor: float, warmth: float, start_s: float) -> PoseSet:
+def _course(
+    poses: PoseSet, n: int, warmth: float, delay_s: float
+) -> tuple[FloatArray, dict[str, FloatArray]]:
+    """Times (n,) and logged columns (n,) each of ``n`` hypothetical poses.
+
+    Without a soak they follow the course that time, temperature and every other column took in
+    the real session: poses added to it tell nothing new of what only went with the clock.
+    """
+    if delay_s == 0.0:
+        taken = np.linspace(0, len(poses) - 1, n).round().astype(int)
+        order = np.argsort(poses.time_s, kind="stable")[taken]
+        return poses.time_s[order], {name: v[order] for name, v in poses.columns.items()}
+    columns = {name: np.full(n, float(np.median(v))) for name, v in poses.columns.items()}
+    if TEMPERATURE in columns:
+        columns[TEMPERATURE] = columns[TEMPERATURE] + warmth
+    known = poses.time_s[np.isfinite(poses.time_s)]
+    start_s = (float(known.max()) if known.size else 0.0) + delay_s
+    return start_s + POSE_S * np.arange(n, dtype=float), columns
+
+
+def _pass(fit: Fit, block: Block, factor: float, warmth: float, delay_s: float) -> PoseSet:
     """One pass through the poses of ``block`` as a pose set at the fitted model."""
     poses = fit.poses
     up, axis = _vectors(fit, block)
@@ -120,9 +139,7 @@ def _pass(fit: Fit, block: Block, factor: float, warmth: float, start_s: float) 
     matrix, offset = fit.equations.start.matrix, fit.equations.start.offset
     like = poses.reference.is_null if factor == 0.0 else turning
     gravity = float(np.nanmedian(np.linalg.norm(poses.force, axis=1)))
-    columns = {name: np.full(n, float(np.median(v))) for name, v in poses.columns.items()}
-    if TEMPERATURE in columns:
-        columns[TEMPERATURE] = columns[TEMPERATURE] + warmth
+    time_s, columns = _course(poses, n, warmth, delay_s)
     names = poses.reference.common_names
     common = np.zeros((n, len(names)))
     for j, name in enumerate(names):
@@ -141,7 +158,7 @@ def _pass(fit: Fit, block: Block, factor: float, warmth: float, start_s: float) 
             (n, 1),
         ),
         spin_rad_s=np.full(n, direction * abs(factor) * spin_base),
-        time_s=start_s + POSE_S * np.arange(n, dtype=float),
+        time_s=time_s,
         expected=np.zeros((n, 3)),
         reference=Reference(
             np.full(n, size),
@@ -209,9 +226,7 @@ def with_block(fit: Fit, block: Block) -> Fit:
     """``fit`` as it would stand with the rows of ``block`` added, at the same parameters."""
     poses = fit.poses
     for factor, warmth, delay_s in block.parts:
-        known = poses.time_s[np.isfinite(poses.time_s)]
-        start_s = (float(known.max()) if known.size else 0.0) + GAP_S + delay_s
-        part = _pass(fit, block, factor, warmth, start_s)
+        part = _pass(fit, block, factor, warmth, delay_s)
         poses = _joined(poses, part)
         if factor:
             poses = _own_rate_error(poses, part)

@@ -27,7 +27,7 @@ from pipeline.config_values import MISSING_FILE, OwnName, Section, Surroundings
 from pipeline.errors import ConfigError, MissingFiles
 from pipeline.units import UNITS
 from pipeline.yaml_reader import PathTo
-from pipeline.yaml_source import YamlSource, read_source
+from pipeline.yaml_source import YamlSource, parse_source, read_source
 
 
 class Config(Section):
@@ -79,9 +79,17 @@ def load_config(path: Path, *, files_may_be_missing: bool = False) -> Config:
         With one paragraph for every mistake in the file: line, keys, what was found, what was
         expected.
     """
-    source = read_source(path)
+    return _checked(read_source(path), files_may_be_missing)
+
+
+def parse_config(path: Path, text: str) -> Config:
+    """Check ``text`` as if it stood in the file ``path``; errors as :func:`load_config`."""
+    return _checked(parse_source(path, text), False)
+
+
+def _checked(source: YamlSource, files_may_be_missing: bool) -> Config:
     surroundings = Surroundings(
-        path.parent, _names(source, "rate"), _names(source, "effects"), files_may_be_missing
+        source.path.parent, _names(source, "rate"), _names(source, "effects"), files_may_be_missing
     )
     config, error = None, None
     try:

@@ -203,8 +203,8 @@ class OwnEffect(Section):
 
     expression: str | None = None
     python: str | None = None
-    per: Literal["axis", "common"] = "axis"
-    unit: str = ""
+    per: Literal["axis", "common", "reference"] = "axis"
+    unit: str
     triad: Literal["accelerometer", "gyroscope"] | None = None
 
 

@@ -7,8 +7,11 @@ from calib.calibration import TriadCalibration, calibrate_triad
 from calib.catalogue import BASE, find_effect
 from calib.compare import Comparison, compare
 from calib.diagnose import Diagnosis, diagnose
+from calib.effects import Effect
+from calib.errors import Undetermined
 from calib.imu_log import Triad
 from calib.model import Model
+from calib.own_effects import check_own
 from calib.paper import fit_paper
 from calib.poses import PoseSet, Run, pose_set
 from calib.runs import gravity_run, stopped_run, turning_run
@@ -18,6 +21,7 @@ from pipeline.config import Config, triad_spec
 from pipeline.config_sections import Accelerometer, Gyroscope
 from pipeline.config_values import STOPPED
 from pipeline.errors import ConfigError
+from pipeline.own import own_effects
 from pipeline.rates import SettingRate
 from pipeline.recordings import Recordings
 from pipeline.site import Gravity, gravity_of, latitude_of
@@ -60,10 +64,8 @@ def require_fittable(config: Config) -> None:
         where = (triad, "model")
         for name in section.model:
             if name in config.effects:
-                problems.append(config.source.problem(where, (
-                    f"'{name}' is an effect of your own, and these are not fitted yet. Take it "
-                    f"out of the model")))
-            elif triad not in find_effect(name).triads:
+                continue
+            if triad not in find_effect(name).triads:
                 problems.append(config.source.problem(where, (
                     f"'{name}' is no effect of the {triad}; `pipeline effects {name}` says what "
                     f"it acts on. Take it out of this model")))
@@ -76,7 +78,7 @@ def require_fittable(config: Config) -> None:
 
 
 def calibrate_accelerometer(
-    config: Config, _workplace: Workplace, recordings: Recordings
+    config: Config, workplace: Workplace, recordings: Recordings
 ) -> TriadResult | None:
     """Calibrate the accelerometer to gravity; None where the file has no such section."""
     if config.accelerometer is None:
@@ -89,12 +91,13 @@ def calibrate_accelerometer(
     run = gravity_run(STOPPED, means, gravity.value_m_s2, gravity.sd_m_s2)
     poses = pose_set("accelerometer", [run], recordings.origin_s)
     spec = triad_spec(config.sensor.accelerometer)
-    return _calibrated(poses, config.accelerometer, spec, gravity)
+    own = own_effects(config, workplace.allow_python)
+    return _calibrated(poses, config.accelerometer, spec, own, gravity)
 
 
 def calibrate_gyroscope(
     config: Config,
-    _workplace: Workplace,
+    workplace: Workplace,
     rates: Mapping[str, SettingRate],
     recordings: Recordings,
     accelerometer: TriadResult | None,
@@ -114,14 +117,23 @@ def calibrate_gyroscope(
         )
     correct = accelerometer.calibration.correct if accelerometer else None
     poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
-    return _calibrated(poses, config.gyroscope, triad_spec(config.sensor.gyroscope), None)
+    own = own_effects(config, workplace.allow_python)
+    return _calibrated(poses, config.gyroscope, triad_spec(config.sensor.gyroscope), own, None)
 
 
 def _calibrated(
-    poses: PoseSet, section: Accelerometer | Gyroscope, spec: TriadSpec, gravity: Gravity | None
+    poses: PoseSet,
+    section: Accelerometer | Gyroscope,
+    spec: TriadSpec,
+    own: Mapping[str, Effect],
+    gravity: Gravity | None,
 ) -> TriadResult:
-    model = Model.of(section.model)
+    mine = {name: effect for name, effect in own.items() if poses.triad in effect.triads}
+    for name, effect in mine.items():
+        wrong = check_own(effect, poses.conditions(poses.reading))
+        if wrong is not None:
+            raise Undetermined(f"effects.{name}: the effect {wrong}.")
+    model = Model.of(section.model, mine)
     found = fit_paper(poses, model, spec) if section.solver == "paper" else fit(poses, model)
-    return TriadResult(
-        calibrate_triad(found, spec), compare(found), diagnose(found), gravity
-    )
+    diagnosis = diagnose(found, tuple(mine.values()))
+    return TriadResult(calibrate_triad(found, spec), compare(found), diagnosis, gravity)

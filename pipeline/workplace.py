@@ -22,7 +22,10 @@ class Workplace:
         Folder for phase tracks; None follows every clip anew and keeps nothing.
     on_progress : callable
         Told about the clips that are being followed; may be called from several threads.
+    allow_python : bool
+        Whether Python files that the configuration names for its own effects may run.
     """
 
     cache: Path | None = None
     on_progress: OnProgress = say_nothing
+    allow_python: bool = False

@@ -10,6 +10,8 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("CONFIG", "Measure the rate, calibrate, diagnose; write the report."),
     "rate": ("VIDEO...", "Measure a plate's rate from clips, nothing else."),
     "diagnose": ("CONFIG", "Say what the model misses, and what to type next."),
+    "add": ("CONFIG TARGET", "Put an effect into the model; before → after. Also --auto."),
+    "remove": ("CONFIG TARGET", "Take an effect out of the model again."),
     "history": ("CONFIG", "Every run so far: model, errors, verdict."),
     "check": ("CONFIG", "Validate a configuration and find its files, nothing else."),
     "init": ("[DIR]", "Write a commented config.yaml to start from."),

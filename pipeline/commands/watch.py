@@ -14,16 +14,28 @@ from pipeline.workplace import Workplace
 CACHE_NAME = "cache"  #: folder of the phase tracks, in that of the results
 
 
-def show_stage(name: str, artefact: Any) -> None:
-    """Warnings of a stage to standard error, its lines to standard output."""
+def show_warnings(_name: str, artefact: Any) -> None:
+    """Warnings of a stage to standard error."""
     for warning in stage_warnings(artefact):
         click.secho(f"warning: {warning}", fg="yellow", err=True)
+
+
+def show_stage(name: str, artefact: Any) -> None:
+    """Warnings of a stage to standard error, its lines to standard output."""
+    show_warnings(name, artefact)
     for line in stage_lines(name, artefact):
         click.echo(line)
 
 
-def run_watched(config: Config, folder: Path) -> Outcome:
+def run_watched(config: Config, folder: Path, allow_python: bool = False) -> Outcome:
     """Run every stage of ``config``; phase tracks are kept in ``folder``."""
     with clip_progress() as on_progress:
-        workplace = Workplace(folder / CACHE_NAME, on_progress)
+        workplace = Workplace(folder / CACHE_NAME, on_progress, allow_python)
         return run_stages(config, workplace, show_stage)
+
+
+def run_quietly(config: Config, folder: Path, allow_python: bool = False) -> Outcome:
+    """The same with warnings and progress only, for commands that show what they compare."""
+    with clip_progress() as on_progress:
+        workplace = Workplace(folder / CACHE_NAME, on_progress, allow_python)
+        return run_stages(config, workplace, show_warnings)
