@@ -6,6 +6,7 @@ from pathlib import Path
 
 from pipeline.names import nearest_name
 
+
 class NoSuchFile(FileNotFoundError):
     """Nothing has this name or matches this pattern; it may still be recorded."""
 

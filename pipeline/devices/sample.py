@@ -1,0 +1,79 @@
+"""One reading as a device sent it, and the clock that the device stamped it with."""
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+Triple = tuple[float, float, float]
+NOT_SENT: Triple = (math.nan, math.nan, math.nan)
+
+COUNTS = "counts"  #: unit of readings straight from the converter
+AS_LABELLED = "unit not stated"  #: unit of readings whose line does not tell
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """One reading.
+
+    Parameters
+    ----------
+    accelerometer, gyroscope : (float, float, float)
+        In the parser's ``unit``; NaN where the device does not send the triad.
+    ticks : int or None
+        The device's own clock or sample counter, wrapped as the device wraps it.
+    columns : tuple of (str, float)
+        What else it sent, by the name of the log's column, for example ``temperature_c``.
+    """
+
+    accelerometer: Triple
+    gyroscope: Triple
+    ticks: int | None = None
+    columns: tuple[tuple[str, float], ...] = ()
+
+
+@dataclass(frozen=True)
+class DeviceClock:
+    """How a device stamps its samples.
+
+    Parameters
+    ----------
+    name : str
+        In words, for the log's head.
+    tick_s : float or None
+        Length of a tick in seconds; None for a counter that steps once per sample.
+    modulus : int or None
+        The value at which it starts again from 0; None where it never does.
+    """
+
+    name: str
+    tick_s: float | None
+    modulus: int | None
+
+
+class Parser(Protocol):
+    """Bytes in, samples out.
+
+    Attributes
+    ----------
+    clock : DeviceClock or None
+        None where the device sends no time, or before the first sample.
+    unit : str
+        Unit of the readings, ``counts`` or a pair such as ``m/s², rad/s``.
+    bad : int
+        Damaged frames or lines so far.
+    advice : str
+        What to do where the stream is understood but of no use; empty otherwise.
+    """
+
+    clock: DeviceClock | None
+    unit: str
+    bad: int
+    advice: str
+
+    def feed(self, data: bytes) -> list[Sample]:
+        """The samples that ``data`` completes."""
+        ...
+
+    def finish(self) -> list[Sample]:
+        """The samples that the end of the stream completes."""
+        ...

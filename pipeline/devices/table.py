@@ -1,0 +1,67 @@
+"""The devices that ``record.device`` can name."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from pipeline.devices.line_pattern import LinePattern, LinePatternParser
+from pipeline.devices.mpu6050_binary import Mpu6050BinaryParser
+from pipeline.devices.mpu6050_text import Mpu6050TextParser
+from pipeline.devices.sample import Parser
+from pipeline.devices.xsens_mtdata import MtDataParser
+from pipeline.devices.xsens_mtdata2 import MtData2Parser
+
+
+@dataclass(frozen=True)
+class StreamSettings:
+    """What a parser must be told beforehand.
+
+    Parameters
+    ----------
+    pattern : str
+        The line format, for ``device: lines``.
+    counts_per_g : float
+        By the data sheet, for the binary stream of the MPU-6050.
+    """
+
+    pattern: str = ""
+    counts_per_g: float = 16384.0
+
+
+@dataclass(frozen=True)
+class Device:
+    """A kind of device.
+
+    Parameters
+    ----------
+    what : str
+        In words.
+    bauds : tuple of int
+        Usual speeds of its serial line, the usual one first.
+    begin : str or None
+        How it is set up, None for a device that streams by itself.
+    make : callable
+        Gives a new parser.
+    """
+
+    what: str
+    bauds: tuple[int, ...]
+    begin: Literal["mtdata", "mtdata2"] | None
+    make: Callable[[StreamSettings], Parser]
+
+
+ARDUINO_BAUDS = (115200, 38400, 9600, 57600, 250000, 230400, 19200)
+
+DEVICES: Mapping[str, Device] = {
+    "xsens-mti": Device("Xsens MTi, legacy protocol, raw readings", (115200, 460800, 230400),
+                        "mtdata", lambda _: MtDataParser()),
+    "xsens-mti-mtdata2": Device("Xsens MTi 1, 10, 100, 600 series, raw readings",
+                                (115200, 460800, 230400, 921600), "mtdata2",
+                                lambda _: MtData2Parser()),
+    "mpu-6050": Device("MPU-6050 on an Arduino, lines of text", ARDUINO_BAUDS, None,
+                       lambda _: Mpu6050TextParser()),
+    "mpu-6050-binary": Device("MPU-6050 on an Arduino, twelve bytes a sample", ARDUINO_BAUDS, None,
+                              lambda settings: Mpu6050BinaryParser(settings.counts_per_g)),
+    "lines": Device("any lines of text, described by `pattern`", ARDUINO_BAUDS, None,
+                    lambda settings: LinePatternParser(LinePattern.of(settings.pattern))),
+}

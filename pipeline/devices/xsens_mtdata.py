@@ -1,0 +1,66 @@
+"""Xsens MTi, legacy protocol: MTData (0x32) in the raw output mode 0x4000.
+
+The data are ten 16-bit words: accelerometer, gyroscope and magnetometer x, y, z unsigned, then the
+temperature as two's complement in 1/256 °C; an eleventh is the sample counter, if it is on.
+(MT0100P, p. 24 and 30; the driver that reads the temperature unsigned is wrong below 0 °C.)
+"""
+
+import struct
+
+from pipeline.devices.sample import COUNTS, DeviceClock, Sample
+from pipeline.devices.xbus import Message, XbusReader
+
+MTDATA = 0x32
+RAW = struct.Struct(">9Hh")
+RAW_COUNTED = struct.Struct(">9HhH")
+COUNTER = DeviceClock("sample counter", None, 1 << 16)
+TEMPERATURE_STEP_C = 1 / 256
+
+
+def raw_sample(words: tuple[int, ...], ticks: int | None) -> Sample:
+    """The sample in the ten words of the raw mode."""
+    a, b, c, d, e, f = words[:6]
+    temperature = (("temperature_c", words[9] * TEMPERATURE_STEP_C),)
+    return Sample((a, b, c), (d, e, f), ticks, temperature)
+
+
+class MtDataParser:
+    """Samples of a legacy MTi in raw mode; see :class:`pipeline.devices.sample.Parser`."""
+
+    unit = COUNTS
+
+    def __init__(self) -> None:
+        self.clock: DeviceClock | None = None
+        self.advice = ""
+        self._frames = XbusReader()
+
+    @property
+    def bad(self) -> int:
+        """Damaged stretches of the stream so far."""
+        return self._frames.bad
+
+    def feed(self, data: bytes) -> list[Sample]:
+        """The samples that ``data`` completes."""
+        return self._samples(self._frames.feed(data))
+
+    def finish(self) -> list[Sample]:
+        """The samples that the end of the stream completes."""
+        return self._samples(self._frames.finish())
+
+    def _samples(self, messages: list[Message]) -> list[Sample]:
+        found = []
+        for message in messages:
+            if message.mid != MTDATA:
+                continue
+            if len(message.data) == RAW_COUNTED.size:
+                words = RAW_COUNTED.unpack(message.data)
+                self.clock = COUNTER
+                found.append(raw_sample(words, words[10]))
+            elif len(message.data) == RAW.size:
+                found.append(raw_sample(RAW.unpack(message.data), None))
+            else:
+                self.advice = (
+                    f"the MTi sends MTData of {len(message.data)} bytes, which is no raw output "
+                    f"(20 or 22 bytes); set output mode 0x4000, or let `pipeline record` set it"
+                )
+        return found

@@ -1,0 +1,1 @@
+"""Guided recording: the serial line, the poses, the folder they are kept in."""
