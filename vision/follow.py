@@ -18,7 +18,7 @@ from vision.template import Template
 from vision.video import Luma
 
 SUBSTEPS = 8
-LINEAR = 0.25  # of a sample: steps below this are taken without looking again
+LINEAR = 0.75 / SUBSTEPS  # of a sample: steps below this are taken without looking again
 STEPS = 4
 GOOD_MATCH = 0.75  # of the usual correlation; below, the whole turn is searched
 NEAR_RAD = np.pi / 6
@@ -44,11 +44,12 @@ class Follower:
         slope = np.fft.irfft(1j * k * shifted, self._n, axis=-1)
         self._image = np.concatenate([image, image], axis=-1).astype(np.float32)
         self._filter = np.concatenate([weight * slope] * 2, axis=-1).astype(np.float32)
-        self._still = template.still * grid.seen
+        self._seen = grid.seen
+        self._still = template.still * self._seen
         self._weight = weight
         self._search = (weight * np.conj(spectrum)).astype(np.complex64)
         # Rings partly outside the picture: what the template itself gives, by angle.
-        seen = np.conj(np.fft.rfft(grid.seen, axis=1))
+        seen = np.conj(np.fft.rfft(self._seen, axis=1))
         self._information = _by_angle(weight * slope[0] ** 2, seen, self._n)
         self._offset = _by_angle(weight * slope[0] * image[0], seen, self._n)
         self._energy = _by_angle(weight * image[0] ** 2, seen, self._n)
@@ -65,7 +66,7 @@ class Follower:
         strip = self.template.grid.strip(picture)
         before, self._before = self._before, strip
         change = np.inf if before is None else _mean_change(strip, before)
-        difference = strip * self.template.grid.seen - self._still
+        difference = strip * self._seen - self._still
         expected = self._angle
         if self._time is not None:
             expected += self._rate * (time_s - self._time)

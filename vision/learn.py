@@ -14,12 +14,14 @@ from vision.video import Frame, Luma
 
 COARSE_AZIMUTHS = 256
 COARSE_RADII = np.linspace(0.1, 0.97, 20)
+COARSE_PICTURES = 150
 COARSE_ITERATIONS = 5
 COHERENT = 0.3  # share of the energy that must turn together for a proposal to count
-SMOOTH_RAD = 0.06  # median second difference of the angle: a plate has inertia
+AS_GOOD = 0.8  # of the highest turning energy
+SMOOTH_RAD = 0.06  # median second difference from the rough angle: a plate has inertia
 FINE_PICTURES = 48
 FINE_ITERATIONS = 3
-RING_SPACING_PX = 1.5
+RING_SPACING_PX = 1.0
 MOST_RINGS = 48
 KEPT_INFORMATION = 0.97
 ALIKE = 0.9  # correlation of the template with itself turned by a part of a turn
@@ -48,15 +50,25 @@ def learn(name: str, frames: list[Frame], given: View | None) -> Learned:
     still = median_picture(pictures)
     views = [given] if given is not None else proposals(still, pictures)
     tried = [(view, _spin(view, pictures, still, time)) for view in views]
-    turning = [(v, s) for v, s in tried if s.coherence > COHERENT]
-    turning.sort(key=lambda pair: -pair[1].energy * pair[0].radius_px ** 2)
-    for view, spin in turning:
+    turning = [(v, s.energy * v.radius_px**2, s) for v, s in tried if s.coherence > COHERENT]
+    most = max((energy for _, energy, _ in turning), default=0.0)
+    # Of outlines around the same turning picture the largest is the rim.
+    turning.sort(key=lambda item: (item[1] < AS_GOOD * most, -item[0].radius_px))
+    for view, _, spin in turning:
         grid = polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS, still.shape)
-        coarse = align(pictures, still, spin.angle_rad, grid, iterations=COARSE_ITERATIONS)
-        jerk = np.abs(np.diff(coarse.angle_rad, 2))
+        some = np.arange(0, len(frames), -(-len(frames) // COARSE_PICTURES))
+        coarse = align(
+            [pictures[i] for i in some],
+            still,
+            spin.angle_rad[some],
+            grid,
+            iterations=COARSE_ITERATIONS,
+            find_covered=True,
+        )
+        jerk = np.abs(np.diff(coarse.angle_rad - spin.angle_rad[some], 2))
         if np.median(jerk) < SMOOTH_RAD:
-            fine = _fine(coarse, pictures, still)
-            slope = np.diff(coarse.angle_rad) / np.maximum(np.diff(time), 1e-6)
+            fine = _fine(coarse, [pictures[i] for i in some], still)
+            slope = np.diff(coarse.angle_rad) / np.maximum(np.diff(time[some]), 1e-6)
             return Learned(fine.template, float(np.median(slope)), _symmetry(fine.template), ())
     best = max((s.coherence for _, s in tried), default=0.0)
     raise RateRefused(
@@ -77,9 +89,9 @@ def _spin(view: View, pictures: list[Luma], still: Luma, time_s: FloatArray) -> 
 def _fine(coarse: Alignment, pictures: list[Luma], still: Luma) -> Alignment:
     """The template again at the film's own resolution, on the rings that carry the angle."""
     view = coarse.template.grid.view
-    azimuths = 1024 if view.radius_px > 100 else 512
+    azimuths = 1024 if view.radius_px > 60 else 512
     radius = _worthwhile_rings(coarse.template, view)
-    grid = polar_grid(view, radius, azimuths, still.shape)
+    grid = coarse.template.grid.refined(radius, azimuths, still.shape)
     usable = np.flatnonzero(coarse.used)
     chosen = usable[np.unique(np.linspace(0, len(usable) - 1, FINE_PICTURES).astype(int))]
     return align(
@@ -88,11 +100,12 @@ def _fine(coarse: Alignment, pictures: list[Luma], still: Luma) -> Alignment:
         coarse.angle_rad[chosen],
         grid,
         iterations=FINE_ITERATIONS,
+        find_covered=False,
     )
 
 
 def _worthwhile_rings(template: Template, view: View) -> FloatArray:
-    """Radii, about one and a half pixels apart, that carry nearly all information on the angle."""
+    """Radii, about a pixel apart, that carry nearly all information on the angle."""
     spectrum = np.fft.rfft(template.turning, axis=1)
     slope = motion_basis(spectrum, template.grid.radius, template.grid.azimuths)[-1]
     information = (slope**2).sum(axis=1) * template.grid.weight()

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vision.geometry import FloatArray
 
 WINDOW = 48  # pictures
-ORDERS = 16  # angular orders 1 ... that are added up
+ORDERS = 8  # angular orders 1 ... that are added up
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ def find_spin(
     frames = len(time_s)
     window = min(WINDOW, frames)
     starts = np.unique(
-        np.linspace(0, frames - window, max(1, 2 * frames // window - 1)).astype(int)
+        np.linspace(0, frames - window, max(1, -(-frames // window))).astype(int)
     )
     limit = np.pi / max(float(np.median(np.diff(time_s))), 1e-4)
     rates, shares, energies, middles = [], [], [], []
@@ -68,7 +68,7 @@ def _without_strays(rate: FloatArray) -> FloatArray:
     if len(rate) < 3:
         return rate
     padded = np.concatenate([rate[:1], rate, rate[-1:]])
-    return np.median(np.stack([padded[:-2], padded[1:-1], padded[2:]]), axis=0)
+    return np.asarray(np.median(np.stack([padded[:-2], padded[1:-1], padded[2:]]), axis=0))
 
 
 def _window_rate(
@@ -88,8 +88,10 @@ def _window_rate(
     root = np.sqrt(weight)[None, :, None]
     weighted = varying * root
     power = np.zeros(len(trial))
+    once = np.exp(1j * np.outer(trial, time)).astype(np.complex64)
+    turn = np.ones_like(once)
     for k in range(1, orders + 1):
-        turn = np.exp(1j * k * np.outer(trial, time)).astype(np.complex64)
+        turn *= once
         power += (np.abs(turn @ weighted[:, :, k - 1]) ** 2).sum(axis=1)
     best = int(power.argmax())
     rate = float(trial[best])

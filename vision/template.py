@@ -16,7 +16,7 @@ no outline or calibration pattern is needed to find the axis: the motion shows w
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -29,6 +29,10 @@ Strips = NDArray[np.float32]  # (pictures, rings, azimuths)
 Spectra = NDArray[np.complex64]  # (pictures, rings, azimuths // 2 + 1)
 
 OUTLIER = 3.0  # times the median misfit: a hand, a flash
+NEIGHBOURHOOD = 3  # rings and azimuths
+TELLING = 0.3  # of the mean turning energy: where less passes, nothing can be said
+HIDDEN = 1.5  # times the turning energy: the misfit of a picture whose mark is covered is less
+SHOWN = 0.5  # of the expected change, below which a place counts as covered
 LARGEST_STEP = 0.05  # of the radius, per iteration of the view
 RIDGE = 1e-4  # relative; keeps parameters that the picture does not show at zero
 
@@ -42,8 +46,10 @@ class Grid:
     view : View
     radius : array, shape (r,)
     azimuths : int
-    seen : array, shape (r, n)
-        1 where the point is inside the picture, else 0.
+    x, y : array, shape (r, n)
+        Pixels of the samples.
+    inside, uncovered : array, shape (r, n)
+        1 where the point is inside the picture; where nothing stands in front of it; else 0.
     """
 
     view: View
@@ -51,7 +57,8 @@ class Grid:
     azimuths: int
     x: Strips
     y: Strips
-    seen: Strips
+    inside: Strips
+    uncovered: Strips
 
     def strip(self, picture: Luma) -> Luma:
         """The picture along the rings, shape (r, n)."""
@@ -60,6 +67,24 @@ class Grid:
     def strips(self, pictures: Sequence[Luma]) -> Strips:
         """Several pictures, in floating point."""
         return np.stack([self.strip(picture) for picture in pictures]).astype(np.float32)
+
+    def moved(self, view: View, shape: tuple[int, ...]) -> "Grid":
+        """The same rings in another view; what was covered stays covered."""
+        return replace(
+            polar_grid(view, self.radius, self.azimuths, shape), uncovered=self.uncovered
+        )
+
+    def refined(self, radius: FloatArray, azimuths: int, shape: tuple[int, ...]) -> "Grid":
+        """Other rings and azimuths of the same view, covered where this grid is."""
+        ring = np.abs(self.radius[None, :] - radius[:, None]).argmin(axis=1)
+        column = np.round(np.arange(azimuths) * self.azimuths / azimuths).astype(int)
+        uncovered = self.uncovered[ring][:, column % self.azimuths]
+        return replace(polar_grid(self.view, radius, azimuths, shape), uncovered=uncovered)
+
+    @property
+    def seen(self) -> Strips:
+        """1 where the point is inside the picture and not covered, else 0; shape (r, n)."""
+        return self.inside * self.uncovered
 
     def weight(self) -> NDArray[np.float32]:
         """Pixels of the film per sample of each ring, shape (r,), up to a factor: the radius."""
@@ -70,14 +95,15 @@ def polar_grid(view: View, radius: FloatArray, azimuths: int, shape: tuple[int, 
     """Sampling positions for pictures of the given shape."""
     azimuth = np.arange(azimuths) * 2 * np.pi / azimuths
     x, y = view.pixels(radius[:, None], azimuth[None, :])
-    seen = (x >= 0) & (y >= 0) & (x <= shape[1] - 1) & (y <= shape[0] - 1)
+    inside = (x >= 0) & (y >= 0) & (x <= shape[1] - 1) & (y <= shape[0] - 1)
     return Grid(
         view,
         radius,
         azimuths,
         x.astype(np.float32),
         y.astype(np.float32),
-        seen.astype(np.float32),
+        inside.astype(np.float32),
+        np.ones(x.shape, np.float32),
     )
 
 
@@ -118,7 +144,7 @@ def align(
     grid: Grid,
     *,
     iterations: int,
-    refine_view: bool = True,
+    find_covered: bool,
 ) -> Alignment:
     """Estimate S, T, the angles and the view in turn, starting from rough angles."""
     angle = angle_rad.copy()
@@ -138,17 +164,22 @@ def align(
         misfit -= correction
         energy = np.einsum("frn,r->f", misfit**2, grid.weight())
         used = energy < OUTLIER * np.median(energy)
-        if refine_view and iteration < iterations - 1:
+        if iteration < iterations - 1:
             change = _view_change(misfit[used], angle[used], turning, grid)
             limit = min(1.0, LARGEST_STEP / max(float(np.abs(change[:4]).max()), 1e-12))
             shape = pictures[0].shape
-            grid = polar_grid(grid.view.adjusted(limit * change), grid.radius, grid.azimuths, shape)
+            grid = grid.moved(grid.view.adjusted(limit * change), shape)
             still_strip = grid.strip(still).astype(np.float32) + correction
             strips = grid.strips(pictures) * grid.seen
-    varying = (strips - strips[used].mean(axis=0))[used]
+    if find_covered:
+        # A mark that is hidden is missing once; a hand adds more than that.
+        whole = np.einsum("frn,r->f", moved**2, grid.weight())
+        fair = energy < HIDDEN * whole
+        grid = _without_covered(grid, (strips - still_strip * grid.seen)[fair], moved[fair])
+    varying = (strips - strips[used].mean(axis=0))[used] * grid.seen
     weight = grid.weight()
     total = float(np.einsum("frn,r->", varying**2, weight))
-    left = float(np.einsum("frn,r->", misfit[used] ** 2, weight))
+    left = float(np.einsum("frn,r->", (misfit[used] * grid.seen) ** 2, weight))
     template = Template(
         grid,
         still_strip,
@@ -156,6 +187,23 @@ def align(
         1 - left / max(total, 1e-9),
     )
     return Alignment(template, angle, used)
+
+
+def _without_covered(grid: Grid, seen: Strips, expected: Strips) -> Grid:
+    """Leave out where the plate is covered: what should turn through there does not show.
+
+    The share of the expected picture that is seen, Σ seen·expected / Σ expected², over a
+    neighbourhood: 1 in the open, 0 under a tonearm.
+    """
+    around = (NEIGHBOURHOOD, NEIGHBOURHOOD)
+    passed = cv2.blur((expected**2).sum(axis=0), around)
+    shown = cv2.blur((seen * expected).sum(axis=0), around)
+    telling = passed > TELLING * passed.mean()
+    covered = (telling & (shown < SHOWN * passed)).astype(np.uint8)
+    # A single sample is noise.
+    covered = cv2.morphologyEx(covered, cv2.MORPH_OPEN, np.ones((2, 2), np.uint8))
+    covered = cv2.dilate(covered, np.ones(around, np.uint8))
+    return replace(grid, uncovered=(1 - covered).astype(np.float32))
 
 
 def _spectra(strips: Strips) -> Spectra:

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from vision.annotate import annotate
@@ -25,7 +24,7 @@ FEWEST = 12  # pictures from which anything can be said
 LEARN_FROM = 300  # pictures
 LEARN_BYTES = 96_000_000
 ATTEMPTS = 5  # stretches of the film in which a plate is looked for
-THUMBNAIL = (24, 18)
+THUMBNAIL = 20  # samples across the plate's surroundings, each way
 DUPLICATE = 0.2  # of the usual change between pictures
 
 
@@ -137,8 +136,7 @@ class _Rows:
         self._follower = Follower(found.template, self._mark, found.rate_rad_s)
         x, y = grid.view.pixels(np.ones(90), np.linspace(0, 2 * np.pi, 90))
         h, w = frames[0].luma.shape
-        self._left, self._right = (int(np.clip(v, 0, w)) for v in (x.min(), x.max() + 1))
-        self._top, self._bottom = (int(np.clip(v, 0, h)) for v in (y.min(), y.max() + 1))
+        self._columns, self._rows = _samples(x, w), _samples(y, h)
         self._still = median_picture([f.luma for f in frames])
         self._shown = frames[len(frames) // 2].luma
         self._shown_index = len(frames) // 2
@@ -147,9 +145,8 @@ class _Rows:
     def add(self, batch: list[Frame]) -> None:
         for frame in batch:
             angle, quality, seed, change = self._follower.angle(frame.time_s, frame.luma)
-            region = frame.luma[self._top : self._bottom, self._left : self._right]
-            small = cv2.resize(region, THUMBNAIL, interpolation=cv2.INTER_AREA)
-            self.values.append(_Row(frame.time_s, angle, quality, seed, change, small.ravel()))
+            thumbnail = frame.luma[self._rows, self._columns].copy()
+            self.values.append(_Row(frame.time_s, angle, quality, seed, change, thumbnail.ravel()))
 
     def track(
         self, name: str, film: Film, size: tuple[int, int], notes: tuple[str, ...]
@@ -185,6 +182,12 @@ class _Rows:
             ),
             notes=notes,
         )
+
+
+def _samples(reach: FloatArray, size: int) -> slice:
+    """Evenly spaced pixels across the plate, one coordinate."""
+    low, high = max(0, int(reach.min())), min(size, int(reach.max()) + 1)
+    return slice(low, high, max(1, (high - low) // THUMBNAIL))
 
 
 def _column(rows: list[_Row], name: str) -> FloatArray:
