@@ -22,6 +22,10 @@ BATCHES = 6
 COARSE_BATCHES = BATCHES // 2
 """Long enough stretches to hold most of the correlation, enough of them to tell a scatter."""
 
+SHORT_BATCHES = 2 * BATCHES
+MEDIAN_OF_NORMAL = 0.6745
+"""Median of the absolute value of a standard normal variable."""
+
 RAIL_SHARE = 1e-3
 HARMONICS = (1, 2)
 LARGEST_SHIFT_SD = 8.0
@@ -76,13 +80,15 @@ def batch_variance(values: FloatArray, count: int) -> FloatArray:
 def _halves(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Means of both halves and the sd their difference has by noise alone, each (k,).
 
-    That sd comes from the steps between neighbouring batches, which a motion hardly enters.
+    That sd comes from the median second difference of ``SHORT_BATCHES`` batch means, which neither
+    one jump nor a steady creep enters: measured by the motion itself, no motion would be large.
     """
     half = len(values) // 2
-    of_mean = np.sqrt(
-        (np.diff(batch_means(values, BATCHES), axis=0) ** 2).mean(axis=0) / 2 / BATCHES
+    second = np.diff(batch_means(values, SHORT_BATCHES), n=2, axis=0)
+    of_batch = np.median(np.abs(second), axis=0) / MEDIAN_OF_NORMAL / math.sqrt(6)
+    return values[:half].mean(axis=0), values[half:].mean(axis=0), of_batch * math.sqrt(
+        4 / SHORT_BATCHES
     )
-    return values[:half].mean(axis=0), values[half:].mean(axis=0), 2 * of_mean
 
 
 def _check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -> None:

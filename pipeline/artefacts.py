@@ -70,7 +70,7 @@ def _packed(track: PhaseTrack) -> bytes:
 def _load(path: Path) -> PhaseTrack | None:
     """The track in ``path``; None where it is missing or is not a whole track."""
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
             values = {field.name: stored[field.name] for field in fields(PhaseTrack)}
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None

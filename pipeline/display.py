@@ -39,8 +39,14 @@ def with_sd(value: float, sd: float | None) -> str:
 
 
 def relative(value: float) -> str:
-    """A relative size in the unit one would say: ppm, or per cent from 0.1 % on."""
-    return f"{value * 100:.2g} %" if value >= 1e-3 else f"{value * 1e6:.2g} ppm"
+    """A relative size in the unit one would say: ppm, or per cent from 0.1 % on.
+
+    >>> relative(1e-4), relative(2.34e-6), relative(0.0123)
+    ('100 ppm', '2.3 ppm', '1.2 %')
+    """
+    if value >= 1e-3:
+        return f"{value * 100:.2g} %"
+    return f"{value * 1e6:.0f} ppm" if value >= 1e-5 else f"{value * 1e6:.2g} ppm"
 
 
 def count(n: int, noun: str) -> str:

@@ -132,7 +132,6 @@ def report_html(outcome: Outcome, history: Sequence[Step]) -> str:
                 "name": result.triad,
                 "line": triad_line(result),
                 "says": result.diagnosis.says,
-                "record_next": result.diagnosis.record_next,
                 "model": ", ".join(result.calibration.fit.model.names),
                 "base": base_rows(result.triad, result.calibration.parameters),
                 "degrees": _degrees(result),

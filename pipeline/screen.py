@@ -97,16 +97,20 @@ def parameter_lines(result: TriadResult) -> list[str]:
 
 
 def base_rows(triad: str, parameters: TriadParameters) -> list[list[str]]:
-    """Name with unit and three values of alpha, b and k⁻¹."""
+    """Name with unit and three values of alpha, b and k⁻¹; what was not fitted is the sheet's."""
     values = (
         ("misalignment [rad]", parameters.misalignment_rad),
         ("bias [counts]", parameters.bias_counts),
         (f"scale [counts/({SI_UNIT[triad]})]", parameters.scale_counts_per_unit),
     )
     return [
-        [f"  {title}", *(with_sd(v, s) for v, s in zip(value, sd, strict=True))]
+        [f"  {title}", *(_fitted(v, s) for v, s in zip(value, sd, strict=True))]
         for (title, value), sd in zip(values, parameters.sd, strict=True)
     ]
+
+
+def _fitted(value: float, sd: float) -> str:
+    return with_sd(value, sd) if sd == sd else f"{value + 0.0:.6g} (not fitted)"  # NaN: no sd
 
 
 def effect_rows(result: TriadResult) -> list[list[str]]:
@@ -127,25 +131,32 @@ def effect_rows(result: TriadResult) -> list[list[str]]:
     return rows
 
 
-def verdict_lines(result: TriadResult) -> Iterator[str]:
-    """The diagnosis of a triad in words, and what to record next."""
-    yield f"{result.triad}: {result.diagnosis.says}"
-    if result.diagnosis.record_next:
-        yield f"  record next: {result.diagnosis.record_next}"
+def verdict_line(result: TriadResult) -> str:
+    """The diagnosis of a triad in words."""
+    return f"{result.triad}: {result.diagnosis.says}"
 
 
-def next_command(outcome: Outcome, folder: Path) -> str:
-    """What one would type next."""
+def next_step(outcome: Outcome, folder: Path, look: str = "pipeline diagnose {config}") -> str:
+    """What one would do next: a command, or what to record.
+
+    ``look`` is the command for a misfit that no single effect and no measurement would settle.
+    """
     config = shlex.quote(str(outcome.config.source.path))
-    for result in outcome.triads:
-        found = result.diagnosis
-        if found.verdict == "effect" and len(found.group) == 1:
-            return f"next: pipeline add {config} {result.triad}.{found.name}"
-    if any(result.diagnosis.verdict != "nothing_missing" for result in outcome.triads):
-        return f"next: pipeline diagnose {config}"
-    if outcome.triads:
+    found = {result.triad: result.diagnosis for result in outcome.triads}
+    for triad, diagnosis in found.items():
+        if diagnosis.verdict == "effect" and len(diagnosis.group) == 1:
+            return f"next: pipeline add {config} {triad}.{diagnosis.name}"
+    for diagnosis in found.values():
+        if diagnosis.record_next:
+            return (
+                f"next: record {diagnosis.record_next}; name the new logs in {config}, then: "
+                f"pipeline run {config}"
+            )
+    if any(diagnosis.verdict != "nothing_missing" for diagnosis in found.values()):
+        return f"next: {look.format(config=config)}"
+    if found:
         return f"next: pipeline apply {shlex.quote(str(folder))} LOG"
-    return "next: add the sections accelerometer and gyroscope to the configuration"
+    return f"next: add the sections accelerometer and gyroscope to {config}"
 
 
 def ranking_lines(result: TriadResult) -> list[str]:

@@ -14,15 +14,14 @@ def command(config: Path) -> None:
     """
     from pipeline.commands.watch import run_watched
     from pipeline.config import load_config
-    from pipeline.screen import next_command, ranking_lines, verdict_lines
+    from pipeline.screen import next_step, ranking_lines, verdict_line
 
     asked = load_config(config)
     outcome = run_watched(asked, asked.output_folder)
     for result in outcome.triads:
         click.echo()
-        for line in verdict_lines(result):
-            click.secho(line, bold=True)
+        click.secho(verdict_line(result), bold=True)
         for line in ranking_lines(result):
             click.echo(line)
     click.echo()
-    click.echo(next_command(outcome, asked.output_folder))
+    click.echo(next_step(outcome, asked.output_folder, look="pipeline effects"))

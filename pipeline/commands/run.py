@@ -17,7 +17,7 @@ def command(config: Path, output: Path | None) -> None:
     from pipeline.commands.watch import run_watched
     from pipeline.config import load_config
     from pipeline.outputs import write_outputs
-    from pipeline.screen import next_command, parameter_lines, verdict_lines
+    from pipeline.screen import next_step, parameter_lines, verdict_line
 
     asked = load_config(config)
     folder = output or asked.output_folder
@@ -28,8 +28,7 @@ def command(config: Path, output: Path | None) -> None:
             click.echo(line)
     click.echo()
     for result in outcome.triads:
-        for line in verdict_lines(result):
-            click.secho(line, bold=True)
+        click.secho(verdict_line(result), bold=True)
     report = write_outputs(outcome, folder)
-    click.echo(next_command(outcome, folder))
+    click.echo(next_step(outcome, folder))
     click.echo(report)

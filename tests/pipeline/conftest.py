@@ -1,0 +1,26 @@
+"""One session on disk, run once, that the tests of this folder look at from all sides."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from tests.sessions import pipeline, quick_session
+from tests.world.session import Session
+
+
+@dataclass(frozen=True, eq=False)
+class RunSession:
+    """A session that was run: its configuration, its results' folder, its truth."""
+
+    config: Path
+    folder: Path
+    truth: Session
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> RunSession:
+    """Never written to: tests that change something copy it."""
+    config, truth = quick_session(tmp_path_factory.mktemp("session"))
+    assert pipeline("run", config) == 0
+    return RunSession(config, config.with_suffix(".run"), truth)

@@ -1,0 +1,123 @@
+"""The vision stage: clips are followed once, and several of them make the rate of one setting."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vision.track
+from pipeline.artefacts import kept_track, track_key
+from pipeline.config_sections import Plate, Timebase, VideoRate
+from pipeline.rates import follow_clips, measure_setting
+from pipeline.workplace import Workplace
+from tests.sessions import ROOT
+from vision.errors import RateRefused, UnreadableVideo
+from vision.geometry import PlateOverride
+from vision.phase_track import PhaseTrack
+
+CLIP = ROOT / "data/example/video/17rpm.mp4"
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """A clip that was followed into a cache, and the names of all that were followed since."""
+
+    cache: Path
+    track: PhaseTrack
+    names: list[str]
+
+
+@pytest.fixture(scope="module")
+def followed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Followed]:
+    names: list[str] = []
+    real = vision.track.track_phase
+
+    def counting(path: Path, **settings: object) -> PhaseTrack:
+        names.append(path.name)
+        return real(path, **settings)  # type: ignore[arg-type]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(vision.track, "track_phase", counting)
+        cache = tmp_path_factory.mktemp("cache")
+        (track,) = follow_clips([(CLIP, None)], Workplace(cache))
+        yield Followed(cache, track, names)
+
+
+def test_a_clip_that_did_not_change_is_not_followed_again(followed: Followed) -> None:
+    before = len(followed.names)
+    (again,) = follow_clips([(CLIP, None)], Workplace(followed.cache))
+    assert len(followed.names) == before
+    for field in fields(PhaseTrack):
+        one, other = getattr(followed.track, field.name), getattr(again, field.name)
+        assert type(one) is type(other), field.name
+        np.testing.assert_array_equal(one, other)
+
+
+def test_a_damaged_track_in_the_cache_is_followed_anew(followed: Followed) -> None:
+    (kept,) = followed.cache.iterdir()
+    whole = kept.read_bytes()
+    kept.write_bytes(whole[: len(whole) // 2])
+    before = len(followed.names)
+    follow_clips([(CLIP, None)], Workplace(followed.cache))
+    assert len(followed.names) == before + 1
+    assert kept.read_bytes() == whole
+
+
+def test_another_ellipse_or_other_bytes_are_another_track(tmp_path: Path) -> None:
+    clip = tmp_path / "clip.mp4"
+    clip.write_bytes(b"one")
+    key = track_key(clip, None)
+    assert key == track_key(clip, None)
+    assert key != track_key(clip, PlateOverride((1.0, 2.0), 3.0))
+    clip.write_bytes(b"two")
+    assert key != track_key(clip, None)
+
+
+def test_without_a_cache_a_track_is_made_and_not_kept(followed: Followed, tmp_path: Path) -> None:
+    assert kept_track(None, "key", lambda: followed.track) is followed.track
+    assert kept_track(tmp_path, "key", lambda: followed.track) is followed.track
+    assert [path.name for path in tmp_path.iterdir()] == ["key.npz"]
+
+
+def test_clips_share_their_clock_and_nothing_else(followed: Followed) -> None:
+    asked = VideoRate(video=[str(CLIP)], timebase=Timebase(ppm=20.0))
+    one = measure_setting("slow", asked, [followed.track])
+    many = measure_setting("slow", asked, [followed.track] * 18)
+    assert many.plate.rate_rad_s.shape == (18,)
+    assert many.rate_rad_s == pytest.approx(one.rate_rad_s)
+    assert many.image_sd_rad_s == pytest.approx(one.image_sd_rad_s / np.sqrt(18))
+    assert many.timebase_sd_rad_s == one.timebase_sd_rad_s == pytest.approx(20e-6 * one.rate_rad_s)
+
+
+def test_clips_that_turn_both_ways_are_no_one_setting(followed: Followed) -> None:
+    back = replace(followed.track, phase_rad=-followed.track.phase_rad, source="back.mp4")
+    with pytest.raises(RateRefused, match=r"17rpm\.mp4 turns ccw and back\.mp4 turns cw"):
+        measure_setting("slow", VideoRate(video=[str(CLIP)]), [followed.track, back])
+
+
+def test_the_clip_reported_is_the_first_that_fails(tmp_path: Path) -> None:
+    for name in ("first.mp4", "second.mp4"):
+        (tmp_path / name).write_bytes(b"no film")
+    clips = [(tmp_path / "first.mp4", None), (tmp_path / "second.mp4", None)]
+    with pytest.raises(UnreadableVideo, match=r"first\.mp4"):
+        follow_clips(clips, Workplace(tmp_path / "cache"))
+    assert not (tmp_path / "cache").exists()
+
+
+@pytest.mark.parametrize("radii", [(300.0, 200.0), (200.0, 300.0)])
+def test_the_longer_radius_of_a_stated_ellipse_leads_whichever_is_given_first(
+    monkeypatch: pytest.MonkeyPatch, followed: Followed, radii: tuple[float, float]
+) -> None:
+    given: list[PlateOverride] = []
+
+    def taking(_path: Path, *, plate: PlateOverride, on_progress: object) -> PhaseTrack:
+        given.append(plate)
+        return followed.track
+
+    monkeypatch.setattr(vision.track, "track_phase", taking)
+    plate = Plate(centre_px=(1.0, 2.0), radii_px=radii, angle_deg=10.0)
+    follow_clips([(CLIP, plate)], Workplace())
+    assert (given[0].radius_px, given[0].minor_px) == (300.0, 200.0)
+    assert given[0].angle_deg == (10.0 if radii[0] > radii[1] else 100.0)
