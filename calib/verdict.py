@@ -17,6 +17,10 @@ from calib.solver import Fit
 MISFIT_P_VALUE = 1e-3
 SURE = 0.9
 CREDIBLE = 0.95
+FOLLOWS_TIME = ("time_s", "jump")
+NEAREST_LISTED = ("bias_drift", "warm_up")
+"""What a drift of unlisted shape is compared with in its group: the listed drifts of the bias."""
+
 REFUTED = 20.0
 """Difference of scores (as of chi-square) beyond which one alias is no longer believed."""
 
@@ -90,7 +94,8 @@ class Judge:
     def _unknown(self, top: Hypothesis, none: float) -> Verdict:
         probability = float(np.exp(self.log_p[key_of(top)]))
         if probability >= 0.5 * (1 - none):
-            return Verdict("unknown", top.name)
+            nearest = NEAREST_LISTED if top.name in FOLLOWS_TIME else ()
+            return Verdict("unknown", top.name, nearest)
         return Verdict("ambiguous", group=self._credible(none))
 
     def _by_refit(self) -> Verdict | None:

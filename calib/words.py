@@ -99,11 +99,13 @@ def _ambiguous(fit: Fit, verdict: Verdict, ranking: Sequence[Candidate], p_value
 
 def _unknown(fit: Fit, verdict: Verdict, ranking: Sequence[Candidate], p_value: float) -> str:
     assert verdict.name is not None
-    what = (
-        "the bias jumps once during the session"
-        if verdict.name == "jump"
-        else f"the residual follows {_covariate(verdict.name)}"
-    )
+    shape = {
+        "jump": "the bias drifts during the session, and a jump fits better than a straight line "
+        "(bias_drift) or a settling (warm_up)",
+        "time_s": "the residual drifts with time, along no straight line (bias_drift) and no "
+        "settling (warm_up)",
+    }
+    what = shape.get(verdict.name, f"the residual follows {_covariate(verdict.name)}")
     return (
         f"Something is missing that no listed effect explains: {what} ({_misfit(fit, p_value)}). "
         f"If you know its physics, write it as your own effect (`effects:` in the config)."

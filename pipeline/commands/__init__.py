@@ -12,6 +12,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "diagnose": ("CONFIG", "Say what the model misses, and what to type next."),
     "add": ("CONFIG TARGET", "Put an effect into the model; before → after. Also --auto."),
     "remove": ("CONFIG TARGET", "Take an effect out of the model again."),
+    "effects": ("[NAME]", "The catalogue of effects, or one effect's page."),
     "history": ("CONFIG", "Every run so far: model, errors, verdict."),
     "check": ("CONFIG", "Validate a configuration and find its files, nothing else."),
     "init": ("[DIR]", "Write a commented config.yaml to start from."),
