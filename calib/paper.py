@@ -18,6 +18,7 @@ import numpy as np
 
 from calib.equations import Equations
 from calib.errors import CalibrationError, FitFailed
+from calib.identifiability import require_determined
 from calib.identifiability import require_enough
 from calib.imu_log import FloatArray
 from calib.model import Model
@@ -191,6 +192,8 @@ def fit_paper(poses: PoseSet, model: Model, spec: TriadSpec) -> Fit:
     counts = poses.reading / spec.nominal_scale + spec.nominal_bias_counts
     steps, eta, stopped = iterations_from(data_sheet_start(spec), equations, counts)
     if not stopped:
+        start = equations.rows(equations.start.theta(model), np.zeros_like(eta), {})
+        require_determined(equations, start, np.eye(model.size))
         raise FitFailed(
             f"solver 'paper' did not converge for the {poses.triad} from the data-sheet values in "
             f"{ITERATIONS} iterations: they lie outside its convergence interval. Check the full "

@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 
 from calib.equations import Equations
-from calib.errors import FitFailed
+from calib.errors import FitFailed, Undetermined
 from calib.identifiability import require_enough
 from calib.solver import (
     Fit,
@@ -57,7 +57,7 @@ def fit_with_shapes(equations: Equations, robust: bool) -> Fit:
             _, _, rows, weight, _ = fit_shapes_fixed(
                 equations, start, {**shapes, name: value}, basis, robust
             )
-        except FitFailed:
+        except (FitFailed, Undetermined):
             return math.inf
         return float(weight @ rows.residual**2)
 

@@ -111,9 +111,11 @@ def iterate(
     ------
     FitFailed
         Not converged within ``ITERATIONS``, or no finite value was left.
+    Undetermined
+        The same, because the poses do not determine the model.
     """
     p = equations.model.size
-    basis = with_common(basis, len(eta))
+    parameters, basis = basis, with_common(basis, len(eta))
     rows = equations.rows(theta, eta, shapes)
     cost = float(weight @ rows.residual**2)
     for iteration in range(1, ITERATIONS + 1):
@@ -134,6 +136,7 @@ def iterate(
             return theta, eta, rows, iteration
     if np.isfinite(cost) and float(np.abs(rows.jacobian @ step).max()) < 1e-3:
         return theta, eta, rows, iteration
+    require_determined(equations, rows, parameters)
     raise FitFailed(
         f"the fit of the {equations.poses.triad} did not converge in {ITERATIONS} steps. The "
         f"data-sheet values may be far off (full scale, bits, encoding), or poses may be spoilt: "
