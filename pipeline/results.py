@@ -15,6 +15,7 @@ import numpy as np
 
 from calib.imu_log import FloatArray
 from calib.sensor import TriadSpec
+from pipeline.config_sections import OwnEffect
 from pipeline.files import write_whole
 from pipeline.rates import SettingRate
 from pipeline.runner import Outcome
@@ -47,7 +48,8 @@ def results_of(outcome: Outcome) -> Json:
         "installation": None,
         "warnings": list(outcome.warnings),
     }
-    return found | {result.triad: triad_json(result) for result in outcome.triads}
+    own = outcome.config.effects
+    return found | {result.triad: triad_json(result, own) for result in outcome.triads}
 
 
 def write_results(folder: Path, found: Json) -> Path:
@@ -157,8 +159,8 @@ def _phase_diagnosis(found: "PhaseDiagnosis") -> Json:
 # --- triads ------------------------------------------------------------------------------------
 
 
-def triad_json(result: TriadResult) -> Json:
-    """One calibrated triad."""
+def triad_json(result: TriadResult, own: Mapping[str, OwnEffect]) -> Json:
+    """One calibrated triad; ``own`` are the effects that the configuration defines."""
     calibration, comparison = result.calibration, result.comparison
     fit, parameters = calibration.fit, calibration.parameters
     misalignment_sd, bias_sd, scale_sd = parameters.sd
@@ -185,7 +187,7 @@ def triad_json(result: TriadResult) -> Json:
         "effects": _effects(result),
         "poses": _poses(result),
         "diagnosis": _diagnosis(result),
-        "correction": correction_json(result),
+        "correction": correction_json(result, own),
     }
     if result.triad == "gyroscope":
         found["frame_to_accelerometer_rad"] = None
@@ -273,14 +275,22 @@ def _blind(name: str) -> Json:
     }
 
 
-def correction_json(result: TriadResult) -> Json:
-    """What :mod:`pipeline.stored` needs to correct other logs: data sheet, model, parameters."""
+def correction_json(result: TriadResult, own: Mapping[str, OwnEffect]) -> Json:
+    """What :mod:`pipeline.stored` needs to correct other logs: data sheet, model, parameters.
+
+    Effects of the user's own are kept as they were defined; Python code by its file's name only.
+    """
     correction = result.calibration.correction
     return {
         "sheet": _sheet(correction.spec),
         "model": list(correction.model.names),
         "theta": numbers(correction.theta),
         "shapes": {name: float(value) for name, value in correction.shapes.items()},
+        "own_effects": {
+            name: own[name].model_dump(include={"expression", "python", "per", "unit"})
+            for name in correction.model.names
+            if name in own
+        },
     }
 
 

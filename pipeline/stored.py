@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from calib.correction import Correction
+from calib.effects import Effect
 from calib.errors import CalibrationError
 from calib.imu_log import TRIADS, FloatArray
 from calib.model import Model
@@ -106,7 +107,7 @@ def _triad(name: str, given: Mapping[str, Any]) -> StoredTriad:
     sheet = stored["sheet"]
     full_scale = math.inf if sheet["full_scale"] is None else float(sheet["full_scale"])
     spec = TriadSpec(full_scale, sheet["bits"], sheet["encoding"], sheet["si_per_unit"])
-    model = Model.of(stored["model"])
+    model = Model.of(stored["model"], _own_effects(stored["own_effects"]))
     theta = _array(stored["theta"])
     if len(theta) != model.size:
         raise ValueError(f"{name}: {len(theta)} parameters for a model of {model.size}")
@@ -121,6 +122,20 @@ def _triad(name: str, given: Mapping[str, Any]) -> StoredTriad:
         scale_sd=_array(sd["scale_counts_per_unit"]),
         effects=given["effects"],
     )
+
+
+def _own_effects(given: Mapping[str, Any]) -> dict[str, Effect]:
+    code = [name for name, own in given.items() if own["python"] is not None]
+    if code:
+        raise ValueError(
+            f"'{code[0]}' is Python code of the user's own, which results do not carry; state it "
+            f"as an expression to apply it elsewhere"
+        )
+    if not given:
+        return {}
+    from pipeline.own import stored_effects  # pydantic and all, which few calibrations need
+
+    return stored_effects(given)
 
 
 #: The keys of the nine parameters in results.json.
