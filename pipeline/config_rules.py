@@ -140,6 +140,15 @@ def own_effect(given: Given) -> Findings:
     yield from _one_of(given, "expression", "python")
 
 
+def record(given: Given) -> Findings:
+    """A line's pattern, where and only where lines are read by one."""
+    if given.get("device") == "lines" and "pattern" not in given:
+        yield "pattern", ("is missing; say what a line looks like, as in "
+                          "'{time_ms},{acc_x},{acc_y},{acc_z},{gyr_x},{gyr_y},{gyr_z}'")
+    if "pattern" in given and given.get("device") != "lines":
+        yield "pattern", "only for `device: lines`; the other devices are known. Delete it"
+
+
 #: Where each rule applies; ``*`` is any key or list position.
 RULES: tuple[tuple[PathTo, Callable[[Given], Findings]], ...] = (
     ((), whole_file),
@@ -156,6 +165,7 @@ RULES: tuple[tuple[PathTo, Callable[[Given], Findings]], ...] = (
     (("gyroscope", "runs", "*", "poses"), poses),
     (("installation",), columns),
     (("effects", "*"), own_effect),
+    (("record",), record),
 )
 
 

@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from pipeline.config_values import (
     Columns,
@@ -22,7 +22,10 @@ from pipeline.config_values import (
     Three,
     VisionTerms,
     no_such,
+    refusal,
 )
+from pipeline.devices.line_pattern import LinePattern
+from pipeline.devices.table import DEVICES
 from pipeline.presets import PRESETS
 
 # --- sensor and site ---------------------------------------------------------------------------
@@ -220,14 +223,32 @@ class Installation(Section):
     find: Literal["still"] | None = None
 
 
+def _device(name: str) -> str:
+    if name not in DEVICES:
+        raise no_such("device", name, tuple(DEVICES))
+    return name
+
+
+def _pattern(text: str) -> str:
+    try:
+        LinePattern.of(text)
+    except ValueError as error:
+        raise refusal(str(error)) from error
+    return text
+
+
 class Record(Section):
     """What ``pipeline record`` is to record, and from what."""
 
-    device: str
-    port: str | None = None
-    sample_rate_hz: Positive | None = None
-    poses: Count = 18
-    seconds_per_pose: Positive = 10.0
+    device: Annotated[str, AfterValidator(_device)]
+    port: str | None = None  #: the only USB serial port by default
+    baud: Count | None = None  #: the usual speeds of the device are tried by default
+    sample_rate_hz: Positive | None = None  #: an Xsens is set to it; others have their own
+    poses: Annotated[Count, Field(ge=6, le=26)] = 18  #: faces, edges, corners, in this order
+    seconds_per_pose: Annotated[Positive, Field(ge=2)] = 10.0
+    order: Literal["natural", "random"] = "natural"  #: random parts time from attitude
+    pattern: Annotated[str, AfterValidator(_pattern)] | None = None  #: of ``device: lines``
+    camera: Annotated[int, Field(strict=True, ge=0)] | None = None  #: films turning poses
 
 
 SensorOrPreset = Annotated[Sensor, BeforeValidator(_preset)]

@@ -103,7 +103,7 @@ class Mpu6050BinaryParser:
         means = [sum(column) / JUDGED for column in zip(*_samples(data, phase), strict=True)]
         size, rate = math.hypot(*means[:3]), max(map(abs, means[3:]))
         low, high = (share * self._counts_per_g for share in GRAVITY_SHARE)
-        return low < size < high and rate < REST_WORD
+        return bool(low < size < high and rate < REST_WORD)
 
     def _samples(self) -> list[Sample]:
         whole = len(self._buffer) // SAMPLE.size * SAMPLE.size
@@ -129,7 +129,7 @@ def _is_noisier_first(data: bytearray, phase: int) -> bool:
     """Whether each of the first three words changes more than any of the last three."""
     changes = [sorted(abs(x - y) for x, y in pairwise(column))[JUDGED // 2]
                for column in zip(*_samples(data, phase), strict=True)]
-    return min(changes[:3]) > NOISIER * max(changes[3:])
+    return bool(min(changes[:3]) > NOISIER * max(changes[3:]))
 
 
 def _roughness(data: bytearray, phase: int) -> float:

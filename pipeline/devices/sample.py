@@ -51,24 +51,27 @@ class DeviceClock:
 
 
 class Parser(Protocol):
-    """Bytes in, samples out.
+    """Bytes in, samples out."""
 
-    Attributes
-    ----------
-    clock : DeviceClock or None
-        None where the device sends no time, or before the first sample.
-    unit : str
-        Unit of the readings, ``counts`` or a pair such as ``m/s², rad/s``.
-    bad : int
-        Damaged frames or lines so far.
-    advice : str
-        What to do where the stream is understood but of no use; empty otherwise.
-    """
+    @property
+    def clock(self) -> DeviceClock | None:
+        """The device's clock; None where it sends no time, or before the first sample."""
+        ...
 
-    clock: DeviceClock | None
-    unit: str
-    bad: int
-    advice: str
+    @property
+    def unit(self) -> str:
+        """Unit of the readings: ``counts``, or a pair such as ``m/s², rad/s``."""
+        ...
+
+    @property
+    def bad(self) -> int:
+        """Damaged frames or lines so far."""
+        ...
+
+    @property
+    def advice(self) -> str:
+        """What to do where the stream is understood but of no use; empty otherwise."""
+        ...
 
     def feed(self, data: bytes) -> list[Sample]:
         """The samples that ``data`` completes."""

@@ -46,7 +46,7 @@ gyroscope:
 certificate:
   accelerometer: {bias_counts: [1, 2, 3], scale_counts_per_unit: [4, 5, 6]}
 effects:
-  mine: {expression: temperature_c ** 2, per: axis}
+  mine: {expression: temperature_c ** 2, per: axis, unit: m/s² per °C²}
 installation: {log: gyr/a.csv}
 record: {device: xsens-mti, port: COM3, poses: 18}
 """
@@ -201,7 +201,12 @@ MISTAKES = [
     ("[1, 2, 3]", "[1, 2, x]", 29, "found 'x', expected a number"),
     ("  mine:", "  bias:", 31, "'bias' cannot name an effect of your own"),
     ("installation: {log: gyr/a.csv}", "installation:", 32, "nothing stands after 'installation:'"),
-    ("poses: 18}", "poses: 1.5}", 33, "expected a whole number"),
+    ("poses: 18}", "poses: 7.5}", 33, "expected a whole number"),
+    ("poses: 18}", "poses: 27}", 33, "expected a number of at most 26"),
+    ("device: xsens-mti", "device: xsens", 33, "no device is named 'xsens' .did you mean 'xsens-m"),
+    ("device: xsens-mti", "device: lines", 33, "pattern: is missing"),
+    ("poses: 18}", "pattern: '{acc_x}'}", 33, "only for `device: lines`"),
+    ("xsens-mti, port: COM3", "lines, pattern: '{acc_x},{acc_y}'", 33, "acc_z missing"),
 ]
 
 

@@ -1,0 +1,193 @@
+"""The serial line: the only place that knows pyserial."""
+
+import errno
+import os
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import serial
+from serial.tools import list_ports
+
+from pipeline.errors import DeviceError
+
+READ_S = 0.05  #: longest wait for a byte; bytes that are there are taken at once
+MOST_AT_ONCE = 65536
+
+
+class LineLost(DeviceError):
+    """The device is gone from its port: unplugged, or switched off."""
+
+
+class Line(Protocol):
+    """A device's line, as the recording uses it."""
+
+    def read(self) -> bytes:
+        """What has come; empty after a short while without any.
+
+        Raises
+        ------
+        LineLost
+            The device is gone.
+        """
+        ...
+
+    def write(self, data: bytes) -> None:
+        """Send ``data``."""
+        ...
+
+    def set_baud(self, baud: int) -> None:
+        """Change the speed and drop what came at the old one."""
+        ...
+
+    def close(self) -> None:
+        """Give the port back."""
+        ...
+
+
+class SerialLine:
+    """A serial port; see :class:`Line`.
+
+    Opening it resets most Arduinos, which then greet and start anew; what the driver had kept from
+    before is dropped.
+
+    Raises
+    ------
+    DeviceError
+        There is no such port, it may not be opened, or another program has it.
+    """
+
+    def __init__(self, port: str, baud: int) -> None:
+        self.port = port
+        try:
+            self._serial = serial.Serial(port, baud, timeout=READ_S, exclusive=_exclusive())
+            self._serial.reset_input_buffer()
+        except serial.SerialException as error:
+            raise DeviceError(_why_not(port, error)) from error
+        except (OSError, ValueError) as error:
+            raise DeviceError(f"{port}: cannot be opened at {baud} baud ({error}). Check port and "
+                              "baud under record; `pipeline ports` lists the ports.") from error
+
+    def read(self) -> bytes:
+        """What has come; empty after ``READ_S`` without any."""
+        try:
+            first: bytes = self._serial.read(1)
+            if not first:
+                return b""
+            rest: bytes = self._serial.read(min(self._serial.in_waiting, MOST_AT_ONCE))
+            return first + rest
+        except (OSError, TypeError) as error:  # TypeError: pyserial, closed while it reads
+            raise self._lost(error) from error
+
+    def write(self, data: bytes) -> None:
+        """Send ``data``."""
+        try:
+            self._serial.write(data)
+        except OSError as error:
+            raise self._lost(error) from error
+
+    def _lost(self, error: Exception) -> LineLost:
+        return LineLost(f"{self.port}: the device is gone ({error}). Plug it in again.")
+
+    def set_baud(self, baud: int) -> None:
+        """Change the speed and drop what came at the old one."""
+        try:
+            self._serial.baudrate = baud
+            self._serial.reset_input_buffer()
+        except (OSError, ValueError) as error:
+            raise LineLost(f"{self.port}: does not take {baud} baud ({error}).") from error
+
+    def close(self) -> None:
+        """Give the port back."""
+        self._serial.close()
+
+
+def _exclusive() -> bool | None:
+    """Ask for sole use where the system can grant it (POSIX; Windows grants it anyway)."""
+    return True if os.name == "posix" else None
+
+
+def _why_not(port: str, error: serial.SerialException) -> str:
+    """Why a port does not open, and what to do, in one paragraph."""
+    text = str(error)
+    number = getattr(error, "errno", None)
+    if number == errno.ENOENT or "FileNotFound" in text or "No such file" in text:
+        there = ", ".join(found.name for found in find_ports()) or "none"
+        return (f"{port}: there is no such port; the ports here are: {there}. Plug the device in, "
+                "look with `pipeline ports`, and set record.port.")
+    if number in (errno.EACCES, errno.EPERM) or "PermissionError" in text:
+        return f"{port}: may not be opened. {permission_advice(port)}"
+    if number in (errno.EBUSY, errno.EWOULDBLOCK) or "exclusively lock" in text:
+        return (f"{port}: another program uses it. Close the Arduino Serial Monitor, MT Manager or "
+                "another `pipeline record`, then try again.")
+    return f"{port}: cannot be opened ({error}). Look with `pipeline ports`."
+
+
+def permission_advice(port: str) -> str:
+    """What to do where a port exists and may not be opened."""
+    if sys.platform.startswith("linux"):
+        group = _group_of(port) or "dialout"
+        return (f"Ports belong to the group '{group}': type `sudo usermod -aG {group} $USER`, log "
+                "out and in again, and try once more.")
+    if sys.platform == "darwin":
+        return "Use the /dev/cu.* name of the port, and close other programs that have it open."
+    return "Close other programs that have it open, such as the Arduino Serial Monitor."
+
+
+def _group_of(port: str) -> str | None:
+    try:
+        return Path(port).group()
+    except (OSError, KeyError, NotImplementedError):
+        return None
+
+
+@dataclass(frozen=True)
+class FoundPort:
+    """One serial port: its name, what it says of itself, what is probably behind it, access."""
+
+    name: str
+    description: str
+    probably: str
+    may_open: bool
+
+
+#: USB vendor ids of the serial chips on these boards.
+VENDORS = {
+    0x2639: "Xsens", 0x2341: "Arduino", 0x2A03: "Arduino", 0x1A86: "Arduino clone (CH340)",
+    0x10C4: "board with a CP210x", 0x0403: "board or Xsens cable with an FTDI chip",
+    0x239A: "Adafruit", 0x303A: "ESP32", 0x2E8A: "Raspberry Pi Pico",
+}
+
+
+def find_ports() -> list[FoundPort]:
+    """The serial ports there are, those on USB first."""
+    found = sorted(list_ports.comports(), key=lambda port: (port.vid is None, port.device))
+    return [
+        FoundPort(
+            port.device,
+            port.description if port.description not in (None, "n/a") else "",
+            VENDORS.get(port.vid, "USB device") if port.vid is not None else "",
+            os.name != "posix" or os.access(port.device, os.R_OK | os.W_OK),
+        )
+        for port in found
+    ]
+
+
+def only_port() -> str:
+    """The port to use where the configuration names none.
+
+    Raises
+    ------
+    DeviceError
+        There is no USB port, or more than one.
+    """
+    ports = [port for port in find_ports() if port.probably]
+    if len(ports) == 1:
+        return ports[0].name
+    if not ports:
+        raise DeviceError("record.port is not given, and no USB serial port is there. Plug the "
+                          "sensor in, or name its port; `pipeline ports` lists what there is.")
+    listed = ", ".join(f"{port.name} ({port.probably})" for port in ports)
+    raise DeviceError(f"record.port is not given, and there are {len(ports)} USB serial ports: "
+                      f"{listed}. Name one of them.")
