@@ -1,7 +1,7 @@
 """A fitted model put to work: nominal readings in, corrected vectors out."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -46,4 +46,4 @@ class Correction:
         if not sensor:
             return np.asarray(s)
         theta = self.theta[pick(self.model, sensor)]
-        return solve_sensor(sensor, theta, self.shapes, at, s)
+        return solve_sensor(sensor, theta, self.shapes, lambda v: replace(at, vector=v), s)

@@ -54,6 +54,7 @@ class Equations:
         self.reading_index = pick(model, self.on_reading)
         self.sensor_index = pick(model, self.on_sensor)
         self.reference_index = pick(model, self.on_reference)
+        self.is_null = reference.is_null
         self.at_reading = poses.conditions(y)
         self.reading_columns = (
             stack_columns(self.on_reading, self.at_reading, {})
@@ -93,18 +94,20 @@ class Equations:
         return len(self.magnitude) + 3 * len(self.null)
 
     def conditions(self, vector: FloatArray) -> Conditions:
-        """What effects are evaluated on at ``vector``; the pose before stays as the start has it.
+        """What effects are evaluated on at ``vector``.
 
-        Rows so stay independent of each other, and a sign that flips with noise cannot make the
-        iteration jump.
+        In a null pose that is what it should read, not what it reads: scaled by an effect, its
+        noise would look like a signal. The pose before stays as the start has it, so that rows
+        are independent and a sign that flips with noise cannot make the iteration jump.
         """
-        return replace(self.at_start, vector=vector)
+        held = np.where(self.is_null[:, None], self.poses.expected, vector)
+        return replace(self.at_start, vector=held)
 
     def corrected(self, theta: FloatArray, shapes: Mapping[str, float]) -> FloatArray:
         """The corrected vectors s at ``theta``, shape (n, 3)."""
         s = self.at_reading.vector - self.reading_columns @ theta[self.reading_index]
         if self.on_sensor:
-            s = solve_sensor(self.on_sensor, theta[self.sensor_index], shapes, self.at_start, s)
+            s = solve_sensor(self.on_sensor, theta[self.sensor_index], shapes, self.conditions, s)
         return s
 
     def _vector_jacobian(
@@ -117,6 +120,7 @@ class Equations:
             at = self.conditions(s)
             jacobian[:, :, self.sensor_index] = -stack_columns(self.on_sensor, at, shapes)
             slope = sensor_slope(self.on_sensor, theta[self.sensor_index], shapes, at)
+            slope[self.null] = np.eye(3)  # held at what a null pose should read
             jacobian = np.linalg.solve(slope, jacobian)
         return jacobian
 

@@ -7,7 +7,7 @@ With y the nominal reading and s the corrected vector:
     m + D theta_reference                 the reference magnitude
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -85,10 +85,12 @@ def solve_sensor(
     effects: Sequence[Effect],
     theta: FloatArray,
     shapes: Mapping[str, float],
-    at: Conditions,
+    conditions: Callable[[FloatArray], Conditions],
     linear: FloatArray,
 ) -> FloatArray:
     """The corrected vector s of ``s + F(s) theta = linear`` by fixed point, shape (n, 3).
+
+    ``conditions`` gives what the effects are evaluated on when the vectors are s (n, 3).
 
     Raises
     ------
@@ -98,7 +100,7 @@ def solve_sensor(
     s = linear
     largest = float(np.abs(linear).max()) + 1e-300
     for _ in range(FIXED_POINT_STEPS):
-        columns = stack_columns(effects, replace(at, vector=s), shapes)
+        columns = stack_columns(effects, conditions(s), shapes)
         following = linear - columns @ theta
         change = float(np.abs(following - s).max())
         s = following
@@ -118,7 +120,7 @@ def sensor_slope(
     effects: Sequence[Effect], theta: FloatArray, shapes: Mapping[str, float], at: Conditions
 ) -> FloatArray:
     """``I + d(F theta)/ds`` at ``at``, shape (n, 3, 3), by central differences in s."""
-    step = SLOPE_STEP * float(np.abs(at.vector).max())
+    step = SLOPE_STEP * (float(np.abs(at.vector).max()) or 1.0)
     slope = np.zeros((len(at.vector), 3, 3))
     for j in range(3):
         move = np.zeros(3)

@@ -18,8 +18,7 @@ import numpy as np
 
 from calib.equations import Equations
 from calib.errors import CalibrationError, FitFailed
-from calib.identifiability import require_determined
-from calib.identifiability import require_enough
+from calib.identifiability import require_determined, require_enough
 from calib.imu_log import FloatArray
 from calib.model import Model
 from calib.parameters import TriadParameters, theta_of

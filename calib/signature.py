@@ -98,6 +98,7 @@ def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> Floa
     if equations.on_sensor:
         theta = fit.theta[equations.sensor_index]
         slope = sensor_slope(equations.on_sensor, theta, fit.shapes, at)
+        slope[equations.null] = np.eye(3)
         columns = np.asarray(np.linalg.solve(slope, columns), dtype=float)
     return project_on_rows(fit, columns)
 
