@@ -22,8 +22,8 @@ def command(
 
     from pipeline.commands.progress import clip_progress
     from pipeline.config_sections import Timebase, VideoRate
+    from pipeline.rate_json import rate_json
     from pipeline.rates import follow_clips, measure_setting
-    from pipeline.results import rate_json
     from pipeline.screen import clip_lines, rate_line
     from pipeline.workplace import Workplace
 
