@@ -1,7 +1,7 @@
 """The two calibration stages: averaged poses to a calibrated, compared and diagnosed triad."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from calib.calibration import TriadCalibration, calibrate_triad
 from calib.catalogue import BASE, find_effect
@@ -9,6 +9,7 @@ from calib.compare import Comparison, compare
 from calib.diagnose import Diagnosis, diagnose
 from calib.effects import Effect
 from calib.errors import Undetermined
+from calib.frames import FrameRotation, frame_rotation
 from calib.imu_log import Triad
 from calib.model import Model
 from calib.own_effects import check_own
@@ -32,13 +33,15 @@ from pipeline.workplace import Workplace
 class TriadResult:
     """One triad: calibrated, laid beside its measurements, and what its model misses.
 
-    ``gravity`` is the reference of an accelerometer, None for a gyroscope.
+    ``gravity`` is the reference of an accelerometer, None for a gyroscope; ``frame`` its rotation
+    against the accelerometer, None for an accelerometer and where the poses do not show it.
     """
 
     calibration: TriadCalibration
     comparison: Comparison
     diagnosis: Diagnosis
     gravity: Gravity | None = None
+    frame: FrameRotation | None = None
 
     @property
     def triad(self) -> Triad:
@@ -118,7 +121,9 @@ def calibrate_gyroscope(
     correct = accelerometer.calibration.correct if accelerometer else None
     poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
     own = own_effects(config, workplace.allow_python)
-    return _calibrated(poses, config.gyroscope, triad_spec(config.sensor.gyroscope), own, None)
+    found = _calibrated(poses, config.gyroscope, triad_spec(config.sensor.gyroscope), own, None)
+    beside = accelerometer.calibration.fit if accelerometer else None
+    return replace(found, frame=frame_rotation(found.calibration.fit, beside))
 
 
 def _calibrated(
