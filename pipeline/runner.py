@@ -33,7 +33,8 @@ class Outcome:
     def warnings(self) -> tuple[str, ...]:
         """What the user should know, a paragraph each, in the order of the stages."""
         of_rates = tuple(w for rate in self.rates.values() for w in rate.warnings)
-        return of_rates + self.recordings.warnings
+        of_triads = tuple(w for triad in self.triads for w in triad.warnings)
+        return of_rates + self.recordings.warnings + of_triads
 
 
 def run_stages(config: Config, workplace: Workplace, on_stage: OnStage) -> Outcome:

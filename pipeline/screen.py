@@ -36,7 +36,7 @@ def stage_warnings(artefact: Any) -> Iterator[str]:
     if isinstance(artefact, Mapping):
         for rate in artefact.values():
             yield from rate.warnings
-    elif isinstance(artefact, Recordings):
+    elif isinstance(artefact, Recordings | TriadResult):
         yield from artefact.warnings
 
 
@@ -87,6 +87,9 @@ def parameter_lines(result: TriadResult) -> list[str]:
     rows = [[result.triad, *AXES]]
     rows += base_rows(result.triad, result.calibration.parameters)
     rows += effect_rows(result)
+    if result.frame is not None:
+        angles = zip(result.frame.angles_rad, result.frame.sd_rad, strict=True)
+        rows.append(["  to accelerometer [rad]", *(with_sd(v, s) for v, s in angles)])
     lines = aligned(rows, indent="")
     if result.calibration.widening > 1:
         lines.append(

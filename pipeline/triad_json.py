@@ -39,7 +39,10 @@ def triad_json(result: TriadResult, own: Mapping[str, OwnEffect]) -> Json:
         "correction": correction_json(result, own),
     }
     if result.triad == "gyroscope":
-        found["frame_to_accelerometer_rad"] = None
+        frame = result.frame
+        found["frame_to_accelerometer_rad"] = None if frame is None else numbers(frame.angles_rad)
+        found["frame_sd_rad"] = None if frame is None else numbers(frame.sd_rad)
+        found["lever_m"] = None if frame is None else numbers(frame.lever_m)
     if result.gravity is not None:
         found["gravity"] = {
             "value_m_s2": result.gravity.value_m_s2,

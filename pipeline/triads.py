@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from calib.calibration import TriadCalibration, calibrate_triad
 from calib.catalogue import BASE, find_effect
 from calib.compare import Comparison, compare
+from calib.crosscheck import direction_against_film, gain_off_the_sheet, turning_while_still
 from calib.diagnose import Diagnosis, diagnose
 from calib.effects import Effect
 from calib.errors import Undetermined
@@ -34,7 +35,8 @@ class TriadResult:
     """One triad: calibrated, laid beside its measurements, and what its model misses.
 
     ``gravity`` is the reference of an accelerometer, None for a gyroscope; ``frame`` its rotation
-    against the accelerometer, None for an accelerometer and where the poses do not show it.
+    against the accelerometer, None for an accelerometer and where the poses do not show it;
+    ``warnings`` what one stage knows that contradicts another.
     """
 
     calibration: TriadCalibration
@@ -42,6 +44,7 @@ class TriadResult:
     diagnosis: Diagnosis
     gravity: Gravity | None = None
     frame: FrameRotation | None = None
+    warnings: tuple[str, ...] = ()
 
     @property
     def triad(self) -> Triad:
@@ -123,7 +126,12 @@ def calibrate_gyroscope(
     own = own_effects(config, workplace.allow_python)
     found = _calibrated(poses, config.gyroscope, triad_spec(config.sensor.gyroscope), own, None)
     beside = accelerometer.calibration.fit if accelerometer else None
-    return replace(found, frame=frame_rotation(found.calibration.fit, beside))
+    filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
+    return replace(
+        found,
+        frame=frame_rotation(found.calibration.fit, beside),
+        warnings=(*found.warnings, *direction_against_film(poses, filmed)),
+    )
 
 
 def _calibrated(
@@ -140,5 +148,14 @@ def _calibrated(
             raise Undetermined(f"effects.{name}: the effect {wrong}.")
     model = Model.of(section.model, mine)
     found = fit_paper(poses, model, spec) if section.solver == "paper" else fit(poses, model)
-    diagnosis = diagnose(found, tuple(mine.values()))
-    return TriadResult(calibrate_triad(found, spec), compare(found), diagnosis, gravity)
+    calibration = calibrate_triad(found, spec)
+    return TriadResult(
+        calibration,
+        compare(found),
+        diagnose(found, tuple(mine.values())),
+        gravity,
+        warnings=(
+            *turning_while_still(poses),
+            *gain_off_the_sheet(calibration.parameters, spec, poses.triad),
+        ),
+    )
