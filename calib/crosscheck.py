@@ -9,8 +9,8 @@ from calib.parameters import TriadParameters
 from calib.poses import PoseSet
 from calib.sensor import TriadSpec
 
-SHEET_TOLERANCE = 0.1
-"""Gains of production parts lie within a few per cent of the data sheet."""
+SHEET_TOLERANCE = 0.3
+"""Gains lie within a few per cent of a data sheet of good faith; the paper's own MTi is 28 % off."""
 
 
 def turning_while_still(poses: PoseSet) -> Iterator[str]:
