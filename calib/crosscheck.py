@@ -10,7 +10,7 @@ from calib.poses import PoseSet
 from calib.sensor import TriadSpec
 
 SHEET_TOLERANCE = 0.3
-"""Gains lie within a few per cent of a data sheet of good faith; the paper's own MTi is 28 % off."""
+"""Gains lie within a few per cent of most data sheets; the paper's own MTi is 28 % off its own."""
 
 
 def turning_while_still(poses: PoseSet) -> Iterator[str]:
