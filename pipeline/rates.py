@@ -11,7 +11,7 @@ import numpy as np
 
 from calib.runs import PlateRate
 from pipeline.config import Config
-from pipeline.config_sections import KnownRate, Plate, VideoRate
+from pipeline.config_sections import KnownRate, Plate, Timebase, VideoRate
 from pipeline.workplace import Workplace
 
 if TYPE_CHECKING:
@@ -86,7 +86,13 @@ def measure_rates(config: Config, workplace: Workplace) -> Mapping[str, SettingR
     return {
         name: _stated(name, rate)
         if isinstance(rate, KnownRate)
-        else measure_setting(name, rate, [tracks[clip, rate.plate] for clip in rate.video])
+        else measure_setting(
+            name,
+            [tracks[clip, rate.plate] for clip in rate.video],
+            rate.timebase,
+            rate.nominal_rpm,
+            rate.model,
+        )
         for name, rate in config.rate.items()
     }
 
@@ -146,7 +152,13 @@ def _override(plate: Plate | None) -> "PlateOverride | None":
     )
 
 
-def measure_setting(name: str, rate: VideoRate, tracks: "Sequence[PhaseTrack]") -> SettingRate:
+def measure_setting(
+    name: str,
+    tracks: "Sequence[PhaseTrack]",
+    timebase: Timebase,
+    nominal_rpm: float | None = None,
+    model: Sequence[str] = ("constant_rate",),
+) -> SettingRate:
     """One rate for each clip of a plate setting.
 
     Raises
@@ -154,14 +166,14 @@ def measure_setting(name: str, rate: VideoRate, tracks: "Sequence[PhaseTrack]") 
     RateRefused
         A clip gives no honest rate, or the clips turn both ways.
     """
+    from vision import timebase as clock
     from vision.errors import RateRefused
     from vision.rate import measure_rate
-    from vision.timebase import Timebase
 
-    stated = rate.timebase
-    timebase = Timebase(source=stated.source, fps=stated.fps, ppm=stated.relative_sd * 1e6)
+    ppm = timebase.relative_sd * 1e6
+    times = clock.Timebase(source=timebase.source, fps=timebase.fps, ppm=ppm)
     clips = tuple(
-        measure_rate(track, timebase=timebase, nominal_rpm=rate.nominal_rpm, model=rate.model)
+        measure_rate(track, timebase=times, nominal_rpm=nominal_rpm, model=model)
         for track in tracks
     )
     ways = {clip.direction for clip in clips}
@@ -176,7 +188,7 @@ def measure_setting(name: str, rate: VideoRate, tracks: "Sequence[PhaseTrack]") 
         name=name,
         rate_rad_s=np.array([clip.rate_rad_s for clip in clips]),
         sd_rad_s=np.array([clip.image_sd_rad_s for clip in clips]),
-        timebase_relative=stated.relative_sd,
+        timebase_relative=timebase.relative_sd,
         direction=clips[0].direction,
     )
     return SettingRate(name, plate, tuple(track.source for track in tracks), clips)

@@ -14,6 +14,7 @@ from pipeline.runner import Outcome
 from pipeline.triads import TriadResult
 
 NAME_WIDTH = 15  #: of a stage's name at the beginning of its line
+WORST_POSES = 3  #: poses that `pipeline diagnose` names
 RANKED = 6  #: candidates that `pipeline diagnose` shows
 
 
@@ -64,8 +65,8 @@ def clip_lines(rate: SettingRate) -> Iterator[str]:
                 f"± {relative(counted.sd_rad_s / counted.rate_rad_s)}, {away * 1e6:+.0f} ppm away"
             )
         if len(clip.aliases) > 1:
-            others = ", ".join(f"{abs(other) / RPM:.4g}" for other in clip.aliases[1:])
-            yield f"  {clip.alias_says} Others: {others} rpm."
+            nearest = min(abs(other) for other in clip.aliases[1:])
+            yield f"  the pictures look the same at {nearest / RPM:.4g} rpm: {clip.alias_says}"
         yield f"  {clip.diagnosis.says}"
 
 
@@ -160,6 +161,18 @@ def next_step(outcome: Outcome, folder: Path, look: str = "pipeline diagnose {co
     if found:
         return f"next: pipeline apply {shlex.quote(str(folder))} LOG"
     return f"next: add the sections accelerometer and gyroscope to {config}"
+
+
+def comparison_lines(result: TriadResult) -> Iterator[str]:
+    """Where the model fails: the poses farthest from it, and what the misfit follows."""
+    unit, factor = DISPLAY[result.triad]
+    worst = ", ".join(
+        f"{pose.label} {pose.residual * factor:+.3g} {unit} ({pose.in_sd:+.1f} sd)"
+        for pose in result.comparison.worst(WORST_POSES)
+    )
+    yield f"  farthest from the model: {worst}"
+    if result.diagnosis.follows is not None:
+        yield f"  the misfit follows: {result.diagnosis.follows}"
 
 
 def ranking_lines(result: TriadResult) -> list[str]:

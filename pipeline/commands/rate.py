@@ -21,7 +21,7 @@ def command(
     import json
 
     from pipeline.commands.progress import clip_progress
-    from pipeline.config_sections import Timebase, VideoRate
+    from pipeline.config_sections import Timebase
     from pipeline.rate_json import rate_json
     from pipeline.rates import follow_clips, measure_setting
     from pipeline.screen import clip_lines, rate_line
@@ -38,10 +38,8 @@ def command(
     with clip_progress() as on_progress:
         tracks = follow_clips([(video, None) for video in videos], Workplace(None, on_progress))
     rates = [
-        measure_setting(
-            stem, VideoRate(video=(video,), nominal_rpm=nominal_rpm, timebase=clock), [track]
-        )
-        for stem, video, track in zip(stems, videos, tracks, strict=True)
+        measure_setting(stem, [track], clock, nominal_rpm)
+        for stem, track in zip(stems, tracks, strict=True)
     ]
     for rate in rates:
         for warning in rate.warnings:

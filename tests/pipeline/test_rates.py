@@ -9,7 +9,7 @@ import pytest
 
 import vision.track
 from pipeline.artefacts import kept_track, track_key
-from pipeline.config_sections import Plate, Timebase, VideoRate
+from pipeline.config_sections import Plate, Timebase
 from pipeline.rates import follow_clips, measure_setting
 from pipeline.workplace import Workplace
 from tests.sessions import ROOT
@@ -82,9 +82,8 @@ def test_without_a_cache_a_track_is_made_and_not_kept(followed: Followed, tmp_pa
 
 
 def test_clips_share_their_clock_and_nothing_else(followed: Followed) -> None:
-    asked = VideoRate(video=[str(CLIP)], timebase=Timebase(ppm=20.0))
-    one = measure_setting("slow", asked, [followed.track])
-    many = measure_setting("slow", asked, [followed.track] * 18)
+    one = measure_setting("slow", [followed.track], Timebase(ppm=20.0))
+    many = measure_setting("slow", [followed.track] * 18, Timebase(ppm=20.0))
     assert many.plate.rate_rad_s.shape == (18,)
     assert many.rate_rad_s == pytest.approx(one.rate_rad_s)
     assert many.image_sd_rad_s == pytest.approx(one.image_sd_rad_s / np.sqrt(18))
@@ -94,7 +93,7 @@ def test_clips_share_their_clock_and_nothing_else(followed: Followed) -> None:
 def test_clips_that_turn_both_ways_are_no_one_setting(followed: Followed) -> None:
     back = replace(followed.track, phase_rad=-followed.track.phase_rad, source="back.mp4")
     with pytest.raises(RateRefused, match=r"17rpm\.mp4 turns ccw and back\.mp4 turns cw"):
-        measure_setting("slow", VideoRate(video=[str(CLIP)]), [followed.track, back])
+        measure_setting("slow", [followed.track, back], Timebase())
 
 
 def test_the_clip_reported_is_the_first_that_fails(tmp_path: Path) -> None:
