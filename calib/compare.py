@@ -41,10 +41,9 @@ class Comparison:
     residual_rms: float
     loo_rms: float
 
-    @property
-    def worst(self) -> PoseResidual:
-        """The pose farthest from the model, in its own sds."""
-        return max(self.poses, key=lambda pose: abs(pose.in_sd))
+    def worst(self, count: int) -> list[PoseResidual]:
+        """The poses farthest from the model, in their own sds, the worst first."""
+        return sorted(self.poses, key=lambda pose: -abs(pose.in_sd))[:count]
 
 
 def orthonormal_columns(jacobian: FloatArray) -> FloatArray:

@@ -20,6 +20,8 @@ from calib.verdict import Judge, Verdict
 from calib.words import put_into_words
 
 RIVALS_COMPARED = 4
+FOLLOWS_EVIDENCE = 3.0
+"""Log Bayes factor, 20 to 1, from which the misfit is said to follow a covariate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +71,13 @@ class Diagnosis:
     def addable(self) -> bool:
         """Whether the verdict names one effect that can be added as it is."""
         return self.verdict == "effect" and len(self.group) == 1
+
+    @property
+    def follows(self) -> str | None:
+        """The covariate that the misfit follows best, whatever its physics; None where none."""
+        unknown = [c for c in self.ranking if c.kind == "unknown"]
+        best = max(unknown, key=lambda c: c.log_evidence, default=None)
+        return best.name if best is not None and best.log_evidence > FOLLOWS_EVIDENCE else None
 
     @property
     def record_next(self) -> str | None:

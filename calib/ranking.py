@@ -90,14 +90,20 @@ def _predicted(signature: Signature, projector: Projector) -> tuple[FloatArray, 
 
 
 def _after(fit: Fit, projector: Projector, signature: Signature) -> tuple[float, float, float]:
-    """Chi-square drop, RMS and leave-one-out RMS (SI) when the signature is projected out too."""
+    """Chi-square drop, RMS and leave-one-out RMS (SI) when the signature is projected out too.
+
+    The errors are NaN where the signature leaves no degree of freedom.
+    """
     amplitude = signature.basis.T @ projector.residual
+    drop = float(amplitude @ amplitude)
+    if signature.seen >= projector.dof:  # it passes through every row, and says nothing by that
+        return drop, float("nan"), float("nan")
     left = projector.residual - signature.basis @ amplitude
     d, sd = projector.data_count, fit.equations.row_sd
     leverage = (projector.model[:d] ** 2).sum(axis=1) + (signature.basis[:d] ** 2).sum(axis=1)
     out = left[:d] / np.maximum(1 - leverage, 1e-3)
     rms = float(np.sqrt(np.mean((left[:d] * sd) ** 2)))
-    return float(amplitude @ amplitude), rms, float(np.sqrt(np.mean((out * sd) ** 2)))
+    return drop, rms, float(np.sqrt(np.mean((out * sd) ** 2)))
 
 
 def _candidate(

@@ -70,7 +70,7 @@ def residual_chart(result: TriadResult) -> ResidualChart:
         for i, pose in enumerate(poses)
     )
     within = sum(abs(pose.in_sd) <= 1 for pose in poses)
-    worst = result.comparison.worst
+    worst = result.comparison.worst(1)[0]
     return ResidualChart(
         triad=result.triad,
         unit=unit,

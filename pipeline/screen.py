@@ -2,6 +2,7 @@
 
 import shlex
 from collections.abc import Iterator, Mapping
+from math import isnan
 from pathlib import Path
 from typing import Any
 
@@ -186,8 +187,7 @@ def ranking_lines(result: TriadResult) -> list[str]:
             each.name,
             f"{each.log_evidence:+.1f}",
             f"{each.chi2_drop:.1f}",
-            f"{each.rms_after * factor:.3g}",
-            f"{each.loo_after * factor:.3g}",
+            *("-" if isnan(e) else f"{e * factor:.3g}" for e in (each.rms_after, each.loo_after)),
             ", ".join(each.aliases),
         ]
         for each in found.ranking[:RANKED]

@@ -7,6 +7,8 @@ from pipeline.config_sections import OwnEffect
 from pipeline.json_values import Json, number, numbers
 from pipeline.triads import TriadResult
 
+WORST_POSES = 3
+
 
 def triad_json(result: TriadResult, own: Mapping[str, OwnEffect]) -> Json:
     """One calibrated triad; ``own`` are the effects that the configuration defines."""
@@ -34,6 +36,8 @@ def triad_json(result: TriadResult, own: Mapping[str, OwnEffect]) -> Json:
         },
         "sd_widened_by": calibration.widening,
         "effects": _effects(result),
+        "worst_poses": [pose.label for pose in comparison.worst(WORST_POSES)],
+        "misfit_follows": result.diagnosis.follows,
         "poses": _poses(result),
         "diagnosis": _diagnosis(result),
         "correction": correction_json(result, own),

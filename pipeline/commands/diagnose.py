@@ -14,14 +14,14 @@ def command(config: Path) -> None:
     """
     from pipeline.commands.watch import run_watched
     from pipeline.config import load_config
-    from pipeline.screen import next_step, ranking_lines, verdict_line
+    from pipeline.screen import comparison_lines, next_step, ranking_lines, verdict_line
 
     asked = load_config(config)
     outcome = run_watched(asked, asked.output_folder)
     for result in outcome.triads:
         click.echo()
         click.secho(verdict_line(result), bold=True)
-        for line in ranking_lines(result):
+        for line in [*comparison_lines(result), *ranking_lines(result)]:
             click.echo(line)
     click.echo()
     click.echo(next_step(outcome, asked.output_folder, look="pipeline effects"))
