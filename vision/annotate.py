@@ -31,7 +31,8 @@ def annotate(
     """
     scale = min(1.0, WIDEST / picture.shape[1])
     if scale < 1:
-        picture = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+        size = (round(picture.shape[1] * scale), round(picture.shape[0] * scale))
+        picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
     canvas = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR)
 
     def point(radius: float, azimuth: float) -> tuple[int, int]:

@@ -6,8 +6,8 @@ an independent residual,
 
     r ~ N(0, I + s² X Xᵀ),   log evidence = log mean over s of N(r | 0, I + s² X Xᵀ) / N(r | 0, I),
 
-closed form from one thin decomposition. The noise is that of the fullest model, lengthened by its
-correlation time, so that a wave which no term describes does not count as independent evidence.
+closed form from one thin decomposition. The noise is that of the fullest model, all hypotheses at
+once, raised by its correlation time.
 """
 
 from collections.abc import Sequence
@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.geometry import FloatArray
+from vision.regression import independent, least_squares
 from vision.terms import MEANING, TERMS, Regressors, columns, design
 
 SIZES = 2.0 ** np.arange(-5, 14)  # in units of the noise: the prior of an effect's size
@@ -82,9 +83,7 @@ class PhaseDiagnosis:
 def diagnose(
     model: Sequence[str],
     given: Regressors,
-    residual_rad: FloatArray,
-    noise_rad: float,
-    correlation_time: float,
+    angle_rad: FloatArray,
     lost: int,
 ) -> PhaseDiagnosis:
     """Judge what the stated model leaves.
@@ -95,22 +94,30 @@ def diagnose(
         Terms already in the model, besides the constant rate.
     given : Regressors
         On the rows of the residual.
-    residual_rad : array, shape (u,)
-        Of the stated model's own least squares.
-    noise_rad, correlation_time : float
-        Of the fullest model.
+    angle_rad : array, shape (u,)
+        The measured angle.
     lost : int
         Pictures found lost silently; without any there is no ``frame_steps`` to add.
     """
-    unit = noise_rad * np.sqrt(correlation_time)
+    shapes = _unlisted(given)
+    unit = _unit(given, angle_rad, shapes)
     base, _ = np.linalg.qr(design(model, given, given.stamp_s))
-    r = (residual_rad - base @ (base.T @ residual_rad)) / unit
+    r = _left(angle_rad - given.rate_rad_s * given.stamp_s, base) / unit
     listed = [t for t in TERMS if t not in model and (t != "frame_steps" or lost)]
     spans = {term: _left(columns(term, given), base) for term in listed}
     ranking = [_weigh(term, columns(term, given), spans, r, unit) for term in listed]
-    shapes = [_shape(name, x, base, r, unit) for name, x in _unlisted(given).items()]
+    odd = [_shape(name, x, base, r, unit) for name, x in shapes.items()]
     ranking.sort(key=lambda c: -c.log_evidence)
-    return _verdict(ranking, shapes, float((r**2).sum()), unit, len(r))
+    return _verdict(ranking, odd, float((r**2).sum()), unit, len(r))
+
+
+def _unit(given: Regressors, angle_rad: FloatArray, shapes: dict[str, FloatArray]) -> float:
+    """Noise of an independent residual of the fullest model: no hypothesis is in it."""
+    listed = design(("once_per_rev", "twice_per_rev", "rate_drift"), given, given.time_s)
+    # A fast plate has few pictures per turn, and some of the waves look alike on them.
+    basis = independent(np.concatenate([listed, *shapes.values()], axis=1))
+    fit = least_squares(basis, angle_rad - given.line_rad)
+    return float(fit.noise * np.sqrt(fit.correlation_time))
 
 
 def _left(x: FloatArray, base: FloatArray) -> FloatArray:
@@ -131,8 +138,8 @@ def _weigh(
     )
     evidence, drop = (-np.inf, 0.0) if blind else _evidence(left / rms, r)
     scaled = left / unit
-    size, *_ = np.linalg.lstsq(scaled, r)
-    sd = np.sqrt(np.diag(np.linalg.pinv(scaled.T @ scaled)))
+    size = np.asarray(np.linalg.lstsq(scaled, r)[0], float)
+    sd = np.asarray(np.sqrt(np.diag(np.linalg.pinv(scaled.T @ scaled))), float)
     after = unit * np.sqrt(((r - scaled @ size) ** 2).mean())
     return Candidate(term, evidence, drop, size, sd, float(after), blind, aliases)
 

@@ -7,6 +7,7 @@ with themselves over time. The highest peak near each multiple of a turn gives t
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
 from vision.phase_track import PhaseTrack
@@ -28,7 +29,7 @@ class LagRate:
 def lag_rate(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> LagRate | None:
     """Rate by autocorrelation near ``rate_rad_s``; None without a clear return.
 
-    Needs evenly spaced pictures; silently lost ones blur the peaks and are no reason to fail.
+    Needs evenly spaced pictures.
     """
     step = np.diff(time_s)
     frame_s = float(np.median(step))
@@ -53,15 +54,15 @@ def lag_rate(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> LagRat
         found.append((turns, peak + 0.5 * float((before - after) / (before - 2 * at + after))))
     if not found:
         return None
-    turns, lags = (np.array(column, float) for column in zip(*found, strict=True))
-    period = float((turns * lags).sum() / (turns**2).sum())
-    scatter = float(np.sqrt(((lags - turns * period) ** 2).sum() / max(len(lags) - 1, 1)))
-    sd = max(scatter, 0.05) / float(np.sqrt((turns**2).sum()))
+    count, lags = (np.array(column, float) for column in zip(*found, strict=True))
+    period = float((count * lags).sum() / (count**2).sum())
+    scatter = float(np.sqrt(((lags - count * period) ** 2).sum() / max(len(lags) - 1, 1)))
+    sd = max(scatter, 0.05) / float(np.sqrt((count**2).sum()))
     rate = 2 * np.pi / (period * frame_s)
-    return LagRate(rate, rate * sd / period, int(turns.max()))
+    return LagRate(rate, rate * sd / period, int(count.max()))
 
 
-def _autocorrelation(values: FloatArray) -> FloatArray:
+def _autocorrelation(values: NDArray[np.float32]) -> FloatArray:
     """Σ over pixels, normalised by the energy of the overlap, shape (f,)."""
     n = len(values)
     size = 1 << (2 * n - 1).bit_length()

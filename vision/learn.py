@@ -106,7 +106,7 @@ def _fine(coarse: Alignment, pictures: list[Luma], still: Luma) -> Alignment:
 
 def _worthwhile_rings(template: Template, view: View) -> FloatArray:
     """Radii, about a pixel apart, that carry nearly all information on the angle."""
-    spectrum = np.fft.rfft(template.turning, axis=1)
+    spectrum = np.fft.rfft(template.turning, axis=1).astype(np.complex64)
     slope = motion_basis(spectrum, template.grid.radius, template.grid.azimuths)[-1]
     information = (slope**2).sum(axis=1) * template.grid.weight()
     spacing = RING_SPACING_PX / view.radius_px

@@ -5,6 +5,7 @@ These are proposals. Which of them turns, and where exactly its axis is, the mot
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import cv2
 import numpy as np
@@ -58,7 +59,7 @@ def _edges(still: Luma) -> list[Ellipse]:
     low, high = np.percentile(smooth, (2, 98))
     found = []
     for level in np.linspace(low, high, LEVELS + 2)[1:-1]:
-        bright = cv2.compare(smooth, float(level), cv2.CMP_GT)
+        bright = np.where(smooth > level, 255, 0).astype(np.uint8)
         for area in (bright, cv2.bitwise_not(bright)):
             for opening in OPENINGS:
                 size = 2 * round(opening * min(still.shape) / 2) + 1
@@ -66,15 +67,15 @@ def _edges(still: Luma) -> list[Ellipse]:
                 opened = cv2.morphologyEx(area, cv2.MORPH_OPEN, kernel)
                 contours, _ = cv2.findContours(opened, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
                 found += [
-                    fit for c in contours if (fit := _ellipse_around(c, still.shape)) is not None
+                    fit
+                    for contour in contours
+                    if (fit := _ellipse_around(np.asarray(contour), still.shape)) is not None
                 ]
     found.sort(key=lambda item: item[0])
     return [ellipse for _, ellipse in found]
 
 
-def _ellipse_around(
-    contour: NDArray[np.int32], shape: tuple[int, ...]
-) -> tuple[float, Ellipse] | None:
+def _ellipse_around(contour: NDArray[Any], shape: tuple[int, ...]) -> tuple[float, Ellipse] | None:
     """Relative misfit and ellipse of the part of a contour that is not the picture's border."""
     if len(contour) < 40 or cv2.contourArea(contour) < SMALLEST_AREA * shape[0] * shape[1]:
         return None
@@ -87,9 +88,14 @@ def _ellipse_around(
     points = points[inside]
     if len(points) < 20:
         return None
-    ellipse = cv2.fitEllipseDirect(points.astype(np.float32))
+    ellipse = _fitted(points)
     misfit = np.sqrt(np.mean(_distance(ellipse, points) ** 2))
     return (float(misfit), ellipse) if _sound(ellipse, shape) and misfit < FIT_TOLERANCE else None
+
+
+def _fitted(points: NDArray[np.float64]) -> Ellipse:
+    (x, y), (a, b), degrees = cv2.fitEllipseDirect(points.astype(np.float32))
+    return (float(x), float(y)), (float(a), float(b)), float(degrees)
 
 
 def _sound(ellipse: Ellipse, shape: tuple[int, ...]) -> bool:
@@ -143,7 +149,7 @@ def _mark_tracks(still: Luma, pictures: Sequence[Luma]) -> list[Ellipse]:
     best: NDArray[np.bool_] = np.zeros(len(points), bool)
     for _ in range(TRACK_TRIALS):
         sample = points[rng.choice(len(points), 6, replace=False)]
-        ellipse = cv2.fitEllipseDirect(sample.astype(np.float32))
+        ellipse = _fitted(sample)
         if not _sound(ellipse, still.shape) or min(ellipse[1]) < 0.1 * min(still.shape):
             continue
         near = _distance(ellipse, points) < TRACK_TOLERANCE
@@ -151,5 +157,5 @@ def _mark_tracks(still: Luma, pictures: Sequence[Luma]) -> list[Ellipse]:
             best = near
     if best.sum() < max(10, TRACK_INLIERS * len(points)):
         return []
-    centre, axes, degrees = cv2.fitEllipseDirect(points[best].astype(np.float32))
+    centre, axes, degrees = _fitted(points[best])
     return [(centre, (axes[0] * RIM_OVER_TRACK, axes[1] * RIM_OVER_TRACK), degrees)]

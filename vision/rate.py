@@ -23,7 +23,7 @@ from vision.lags import LagRate, lag_rate
 from vision.motion import PlateAngle, RateHistory, plate_angle, rate_history, rough_rate, usable
 from vision.opinions import second_opinions
 from vision.phase_track import BoolArray, PhaseTrack
-from vision.regression import LeastSquares, least_squares
+from vision.regression import LeastSquares, independent, least_squares
 from vision.speed import SpeedFigures, speed_figures
 from vision.steadiness import refuse_unsteady, uneven_warning
 from vision.terms import (
@@ -164,22 +164,16 @@ def measure_rate(
         )
     refuse_unsteady(track.source, history)
 
-    fit, given = _fit_rate(track, angle, alias.rate_rad_s, with_drift="rate_drift" in stated)
+    fit, given, waves = _fit_rate(track, angle, alias.rate_rad_s, with_drift="rate_drift" in stated)
     rate = float(fit.beta[1])
     lost = int(angle.lost.clip(0).sum())
     values, residual = _fit_stated(track.source, stated, angle, given, fit.used)
-    diagnosis = diagnose(
-        stated,
-        given.rows(fit.used),
-        residual[fit.used],
-        fit.noise,
-        fit.correlation_time,
-        lost,
-    )
+    diagnosis = diagnose(stated, given.rows(fit.used), angle.angle_rad[fit.used], lost)
     image_sd = float(fit.sd[1])
     clock_sd = abs(rate) * timebase.ppm * 1e-6
     count = count_frames(angle, track.mark_rad, track.deck_mark_rad)
-    lags = lag_rate(track, stamps, rate)
+    # Where pictures are missing unseen, a lag in pictures is no time.
+    lags = None if angle.lost.any() else lag_rate(track, stamps, rate)
     warnings = (
         *track.notes,
         *alias.warnings,
@@ -209,7 +203,7 @@ def measure_rate(
         history=history,
         lost_frames=lost,
         duplicate_frames=int(track.duplicate.sum() - angle.lost.clip(None, 0).sum()),
-        speed=speed_figures(fit, given, angle.frame_s),
+        speed=speed_figures(fit, given, waves, angle.frame_s),
         diagnosis=diagnosis,
         warnings=warnings,
     )
@@ -228,14 +222,22 @@ def _stated_terms(model: Sequence[str]) -> tuple[str, ...]:
 
 def _fit_rate(
     track: PhaseTrack, angle: PlateAngle, rate_rad_s: float, *, with_drift: bool
-) -> tuple[LeastSquares, Regressors]:
+) -> tuple[LeastSquares, Regressors, tuple[str, ...]]:
     """The rate's own fit; twice, because the waves are placed by the line it finds."""
-    terms = (*ALWAYS, "rate_drift") if with_drift else ALWAYS
     for _ in range(2):
         given = regressors(track, angle, rate_rad_s)
+        terms: tuple[str, ...] = ()
+        for wave in ALWAYS:
+            # A fast plate has few pictures per turn, and the waves may look alike on them.
+            x = design((*terms, wave), given, given.time_s)
+            if independent(x).shape[1] == x.shape[1]:
+                terms = (*terms, wave)
+        waves = terms
+        if with_drift:
+            terms = (*terms, "rate_drift")
         fit = least_squares(design(terms, given, given.time_s), angle.angle_rad)
         rate_rad_s = float(fit.beta[1])
-    return fit, given
+    return fit, given, waves
 
 
 def _fit_stated(

@@ -9,6 +9,7 @@ from vision.phase_track import BoolArray
 
 OUTLIER = 5.0  # robust standard deviations
 ROUNDS = 8
+CLEAR_SPAN = 0.03  # relative singular value; two columns this close are one
 RANK_TOLERANCE = 1e-9  # relative singular value of the scaled columns
 
 
@@ -71,6 +72,13 @@ def least_squares(x: FloatArray, y: FloatArray) -> LeastSquares:
     scale = np.where(scale > 0, scale, 1.0)
     cov = noise**2 * time * inverse / np.outer(scale, scale)
     return LeastSquares(beta / scale, cov, residual, used, noise, time)
+
+
+def independent(x: FloatArray) -> FloatArray:
+    """An orthonormal basis of what the columns clearly span, shape (n, rank)."""
+    scale = np.sqrt((x**2).mean(axis=0))
+    u, singular, _ = np.linalg.svd(x / np.where(scale > 0, scale, 1.0), full_matrices=False)
+    return np.asarray(u[:, singular > CLEAR_SPAN * singular[0]])
 
 
 def correlation_time(residual: FloatArray) -> float:

@@ -4,6 +4,7 @@ A wave A cos(kθ) of the angle is a wave kA of the relative rate. What is seen o
 turn may also come from the view, so those two figures are upper limits.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +23,8 @@ class SpeedFigures:
     Attributes
     ----------
     once_per_rev, once_sd, twice_per_rev, twice_sd : float
-        Wow at one and two waves per turn (upper limits, see above).
+        Wow at one and two waves per turn (upper limits, see above); NaN where there are too few
+        pictures per turn to tell.
     flutter : float
         Strongest faster wave; 0 where none stands out.
     flutter_hz : float
@@ -41,10 +43,15 @@ class SpeedFigures:
     drift_sd: float
 
 
-def speed_figures(fit: LeastSquares, given: Regressors, frame_s: float) -> SpeedFigures:
-    """Take the figures from the rate's fit: constant, rate, cos θ, sin θ, cos 2θ, sin 2θ, …"""
-    wave = [float(np.hypot(*fit.beta[i : i + 2])) for i in (2, 4)]
-    sd = [float(np.sqrt((fit.sd[i : i + 2] ** 2).mean())) for i in (2, 4)]
+def speed_figures(
+    fit: LeastSquares, given: Regressors, waves: Sequence[str], frame_s: float
+) -> SpeedFigures:
+    """Take the figures from the rate's fit: constant, rate, cosine and sine of each wave, …"""
+    wave, sd = [], []
+    for name in ("once_per_rev", "twice_per_rev"):
+        at = 2 + 2 * waves.index(name) if name in waves else None
+        wave.append(np.nan if at is None else float(np.hypot(*fit.beta[at : at + 2])))
+        sd.append(np.nan if at is None else float(np.sqrt((fit.sd[at : at + 2] ** 2).mean())))
     drift = least_squares(
         np.concatenate(
             [np.ones((len(given.time_s), 1)), given.time_s[:, None], columns("rate_drift", given)],

@@ -34,4 +34,4 @@ def median_picture(pictures: Sequence[Luma]) -> Luma:
             np.minimum(chosen[i], chosen[i + 1], out=spare)
             np.maximum(chosen[i], chosen[i + 1], out=chosen[i + 1])
             chosen[i], spare = spare, chosen[i]
-    return chosen[n // 2]
+    return np.asarray(chosen[n // 2])

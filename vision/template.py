@@ -62,7 +62,7 @@ class Grid:
 
     def strip(self, picture: Luma) -> Luma:
         """The picture along the rings, shape (r, n)."""
-        return cv2.remap(picture, self.x, self.y, cv2.INTER_LINEAR)
+        return np.asarray(cv2.remap(picture, self.x, self.y, cv2.INTER_LINEAR), np.uint8)
 
     def strips(self, pictures: Sequence[Luma]) -> Strips:
         """Several pictures, in floating point."""
@@ -215,7 +215,7 @@ def _spectra(strips: Strips) -> Spectra:
 def _turns(angle_rad: FloatArray, orders: int) -> Spectra:
     """exp(ikθ), shape (pictures, 1, orders)."""
     k = np.arange(orders)
-    return np.exp(1j * k * angle_rad[:, None])[:, None, :].astype(np.complex64)
+    return np.asarray(np.exp(1j * k * angle_rad[:, None])[:, None, :], np.complex64)
 
 
 def _mean_turning(spectra: Spectra, angle_rad: FloatArray, grid: Grid) -> Spectra:

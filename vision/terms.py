@@ -85,7 +85,7 @@ def regressors(track: PhaseTrack, angle: PlateAngle, rate_rad_s: float) -> Regre
         time_s=time,
         stamp_s=angle.time_s - angle.time_s.mean(),
         line_rad=line,
-        steps_rad=rate_rad_s * angle.frame_s * np.cumsum(angle.lost),
+        steps_rad=np.asarray(rate_rad_s * angle.frame_s * np.cumsum(angle.lost), float),
         mark_row_px=(rows - view.centre_px[1]) * track.reduction,
         rate_rad_s=rate_rad_s,
     )

@@ -68,7 +68,7 @@ def track_phase(
                     f"needs a film of the turning plate, better of a minute."
                 )
             try:
-                found = learn(name, frames, plate and plate.view(film.reduction))
+                found = learn(name, frames, plate.view(film.reduction) if plate else None)
                 break
             except RateRefused as error:
                 refusal = refusal or error

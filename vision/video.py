@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 import cv2
 import numpy as np
@@ -111,7 +112,7 @@ class Film:
                 if not ok:
                     break
                 time_s = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3
-                batch.append(Frame(time_s, self._luma(picture)))
+                batch.append(Frame(time_s, self._luma(np.asarray(picture))))
                 if not sized:
                     batches = QUEUE_BYTES // (BATCH * batch[0].luma.nbytes)
                     for _ in range(max(1, batches) - 1):
@@ -129,15 +130,15 @@ class Film:
                 UnreadableVideo(f"{self.path}: the decoder failed ({error}); convert the film.")
             )
 
-    def _luma(self, picture: NDArray[np.uint8]) -> Luma:
+    def _luma(self, picture: NDArray[Any]) -> Luma:
         if picture.ndim == 3 and picture.shape[2] == 3:
-            picture = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+            picture = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY))
         elif picture.ndim == 3:
             picture = picture[:, :, 0]
         if picture.dtype != np.uint8:  # 10-bit films come as 16-bit samples
-            picture = cv2.convertScaleAbs(picture, alpha=255.0 / max(1, int(picture.max())))
+            picture = np.asarray(cv2.convertScaleAbs(picture, alpha=255 / np.iinfo(np.uint16).max))
         if self.reduction > 1:
             h, w = (n // self.reduction for n in picture.shape)
             picture = picture[: h * self.reduction, : w * self.reduction]
-            picture = cv2.resize(picture, (w, h), interpolation=cv2.INTER_AREA)
-        return picture
+            picture = np.asarray(cv2.resize(picture, (w, h), interpolation=cv2.INTER_AREA))
+        return np.asarray(picture, np.uint8)
