@@ -11,11 +11,11 @@ import numpy as np
 
 from calib.coverage import natural_directions
 from calib.equations import Equations
+from calib.fit import Fit
 from calib.imu_log import BoolArray, FloatArray
 from calib.poses import PoseSet
 from calib.reference import Reference
 from calib.runs import TIME_BASE
-from calib.solver import Fit
 
 RECORD_SPEEDS_RAD_S = np.array([50 / 3, 100 / 3, 45.0, 78.0]) * np.pi / 30
 SAME_SPEED = 0.05

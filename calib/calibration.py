@@ -7,10 +7,10 @@ from scipy.special import fdtrc
 
 from calib.correction import Correction
 from calib.effects import Conditions
+from calib.fit import Fit
 from calib.imu_log import FloatArray, Triad
 from calib.parameters import TriadParameters, triad_parameters
 from calib.sensor import TriadSpec
-from calib.solver import Fit
 
 MISFIT_P_VALUE = 0.01
 """Below it the stated sds do not explain the residual, and the parameters' sds are widened."""

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.fit import Fit
 from calib.imu_log import FloatArray, IntArray
-from calib.solver import Fit
 
 LARGEST_LEVERAGE = 0.999
 """A pose that the fit passes through exactly has no leave-one-out error to speak of."""

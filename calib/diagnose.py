@@ -10,12 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from calib.effects import Effect
+from calib.fit import Fit
 from calib.hypotheses import Hypothesis, weigh
 from calib.ranking import Candidate, log_posterior, rank
 from calib.refit import Refit, judge
 from calib.separate import Advice, Rival, best_block
 from calib.signature import Projector
-from calib.solver import Fit
 from calib.verdict import Judge, Verdict
 from calib.words import put_into_words
 

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.effects import Conditions
+from calib.fit import Fit
 from calib.imu_log import BoolArray, FloatArray
 from calib.model import pick, stack_columns
-from calib.solver import Fit
 
 FEWEST_POSES = 6
 ITERATIONS = 20

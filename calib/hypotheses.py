@@ -20,10 +20,10 @@ from calib.evidence import (
     scatter_evidence,
     signature_evidence,
 )
+from calib.fit import Fit
 from calib.imu_log import FloatArray
 from calib.model import unavailable
 from calib.signature import Projector, Signature, effect_columns, project_on_rows
-from calib.solver import Fit
 
 TIME_WAVES, COLUMN_WAVES = 8, 5
 JUMPS_TRIED = 16

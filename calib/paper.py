@@ -18,13 +18,13 @@ import numpy as np
 
 from calib.equations import Equations
 from calib.errors import CalibrationError, FitFailed
+from calib.fit import Fit, finish
 from calib.identifiability import require_determined, require_enough
 from calib.imu_log import FloatArray
 from calib.model import Model
 from calib.parameters import TriadParameters, theta_of
 from calib.poses import PoseSet
 from calib.sensor import TriadSpec
-from calib.solver import Fit, finish
 
 STOP_RULE = 0.0005
 ITERATIONS = 50

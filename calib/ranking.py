@@ -7,10 +7,10 @@ import numpy as np
 from scipy.special import chdtrc
 
 from calib.compare import compare
+from calib.fit import Fit
 from calib.hypotheses import Hypothesis, Weighed
 from calib.imu_log import FloatArray
 from calib.signature import Projector, Signature, are_aliases, contains
-from calib.solver import Fit
 
 PRIOR_NONE, PRIOR_LISTED, PRIOR_UNKNOWN, PRIOR_GENERAL = 0.5, 0.35, 0.09, 0.02
 

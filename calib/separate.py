@@ -13,9 +13,9 @@ import numpy as np
 from calib.blocks import hypothetical
 from calib.compare import orthonormal_columns
 from calib.effects import Effect
+from calib.fit import Fit
 from calib.imu_log import FloatArray
 from calib.signature import effect_columns
-from calib.solver import Fit
 
 ENOUGH_LAMBDA = 12.0
 BLIND_SIGNAL_SD = 5.0

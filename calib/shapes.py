@@ -13,15 +13,10 @@ import numpy as np
 
 from calib.equations import Equations
 from calib.errors import FitFailed, Undetermined
+from calib.fit import Fit, finish, with_shape_sd
+from calib.gauss_newton import minimise, with_common
 from calib.identifiability import require_enough
-from calib.solver import (
-    Fit,
-    basis_at,
-    finish,
-    fit_shapes_fixed,
-    with_common,
-    with_shape_sd,
-)
+from calib.imu_log import FloatArray
 
 GOLDEN = (math.sqrt(5) - 1) / 2
 LOG_TOLERANCE = 1e-4
@@ -45,16 +40,19 @@ def minimise_log(cost: Callable[[float], float], low: float, high: float) -> flo
     return math.exp((a + b) / 2)
 
 
-def fit_with_shapes(equations: Equations, robust: bool) -> Fit:
-    """Fit a model that has shape parameters; see :func:`calib.solver.fit` for errors."""
+def fit_with_shapes(
+    equations: Equations, start: FloatArray, basis: FloatArray, robust: bool
+) -> Fit:
+    """Fit a model that has shape parameters; see :func:`calib.solver.fit` for errors.
+
+    ``start`` (p,) are the linear parameters to start from, ``basis`` (p, v) what the poses see.
+    """
     shapes = {e.name: e.shape.starts[0] for e in equations.model.effects if e.shape}
-    start = equations.start.theta(equations.model)
-    basis = basis_at(equations, start)
     require_enough(equations, basis.shape[1] + len(shapes))
 
     def chi2_at(name: str, value: float) -> float:
         try:
-            _, _, rows, weight, _ = fit_shapes_fixed(
+            _, _, rows, weight, _ = minimise(
                 equations, start, {**shapes, name: value}, basis, robust
             )
         except (FitFailed, Undetermined):
@@ -71,7 +69,7 @@ def fit_with_shapes(equations: Equations, robust: bool) -> Fit:
         low = tried[best - 1] if best > 0 else effect.shape.bounds[0]
         high = tried[best + 1] if best + 1 < len(tried) else effect.shape.bounds[1]
         shapes[name] = minimise_log(partial(chi2_at, name), low, high)
-    theta, eta, rows, weight, iterations = fit_shapes_fixed(equations, start, shapes, basis, robust)
+    theta, eta, rows, weight, iterations = minimise(equations, start, shapes, basis, robust)
     found = finish(equations, theta, eta, rows, weight, basis, iterations, shapes)
     return _widen(found)
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from calib.compare import orthonormal_columns
 from calib.effects import Effect
+from calib.fit import Fit
 from calib.identifiability import VISIBLE_SHARE
 from calib.imu_log import FloatArray
 from calib.model import sensor_slope
-from calib.solver import Fit
 
 ALIAS_CORRELATION = 0.99
 ROUNDING = 1e-3

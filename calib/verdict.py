@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.fit import Fit
 from calib.hypotheses import Hypothesis
 from calib.ranking import PRIOR_NONE, Candidate, key_of
 from calib.refit import ADEQUATE_P_VALUE, Refit, refit_pairs, refit_singles
-from calib.solver import Fit
 
 MISFIT_P_VALUE = 1e-3
 SURE = 0.9

@@ -6,9 +6,9 @@ import numpy as np
 
 from calib.catalogue import find_effect
 from calib.errors import CalibrationError
+from calib.fit import Fit
 from calib.ranking import Candidate
 from calib.separate import Advice
-from calib.solver import Fit
 from calib.verdict import Verdict
 
 
