@@ -1,5 +1,6 @@
 """The vision stage: every entry under ``rate:`` becomes the rate of one plate setting."""
 
+import os
 import threading
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 #: Clips followed at the same time. Decoding has threads of its own; more gain nothing.
 PARALLEL_CLIPS = 2
+FFMPEG_QUIET = "-8"  #: AV_LOG_QUIET
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,6 +113,8 @@ def follow_clips(
     """
     from pipeline.artefacts import kept_track, track_key
 
+    # FFmpeg writes its own remarks on damaged files past Python; ours say what to do.
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", FFMPEG_QUIET)
     stop = threading.Event()
 
     def follow(clip: Path, plate: "PlateOverride | None") -> "PhaseTrack":

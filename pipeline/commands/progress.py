@@ -1,41 +1,72 @@
 """Progress of the clips on standard error, where that is a terminal."""
 
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+import threading
+from types import TracebackType
+from typing import TYPE_CHECKING
 
-from pipeline.workplace import OnProgress, say_nothing
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
 
 
-@contextmanager
-def clip_progress() -> Iterator[OnProgress]:
-    """Bars for the clips that are being followed; nothing where nobody watches."""
-    if not sys.stderr.isatty():
-        yield say_nothing
-        return
-    from rich.console import Console  # 70 ms that scripts need not wait for
+class ClipProgress:
+    """A bar for each clip that is being followed, from the first picture until :meth:`close`.
+
+    Clips are followed in several threads; nothing is shown, and rich is not even imported, where
+    nobody watches or every clip is known already.
+    """
+
+    def __init__(self) -> None:
+        self._bars: Progress | None = None
+        self._tasks: dict[str, TaskID] = {}
+        self._lock = threading.Lock()
+
+    def __enter__(self) -> "ClipProgress":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def __call__(self, clip: str, done: int, stated: int | None) -> None:
+        """Show that ``done`` pictures of ``clip`` are done, of those it is said to have."""
+        if not sys.stderr.isatty():
+            return
+        with self._lock:
+            if self._bars is None:
+                self._bars = _bars()
+                self._bars.start()
+            if clip not in self._tasks:
+                self._tasks[clip] = self._bars.add_task(clip, total=stated)
+            self._bars.update(self._tasks[clip], completed=done)
+
+    def close(self) -> None:
+        """Take the bars away, before anything else is written to the terminal."""
+        if self._bars is not None:
+            self._bars.stop()
+            self._bars = None
+
+
+def _bars() -> "Progress":
+    from rich.console import Console  # 70 ms
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
         Progress,
-        TaskID,
         TextColumn,
         TimeRemainingColumn,
     )
 
-    columns = (
+    return Progress(
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
         TextColumn("pictures"),
         TimeRemainingColumn(),
+        console=Console(stderr=True),
+        transient=True,
     )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bars:
-        tasks: dict[str, TaskID] = {}
-
-        def on_progress(clip: str, done: int, stated: int | None) -> None:
-            if clip not in tasks:
-                tasks[clip] = bars.add_task(clip, total=stated)
-            bars.update(tasks[clip], completed=done)
-
-        yield on_progress

@@ -20,7 +20,7 @@ def command(
     """Measure the plate's rate in each VIDEO. Nothing is written."""
     import json
 
-    from pipeline.commands.progress import clip_progress
+    from pipeline.commands.progress import ClipProgress
     from pipeline.config_sections import Timebase
     from pipeline.rate_json import rate_json
     from pipeline.rates import follow_clips, measure_setting
@@ -35,8 +35,8 @@ def command(
             f"them one after the other."
         )
     clock = Timebase() if fps is None else Timebase(source="constant", fps=fps)
-    with clip_progress() as on_progress:
-        tracks = follow_clips([(video, None) for video in videos], Workplace(None, on_progress))
+    with ClipProgress() as progress:
+        tracks = follow_clips([(video, None) for video in videos], Workplace(None, progress))
     rates = [
         measure_setting(stem, [track], clock, nominal_rpm)
         for stem, track in zip(stems, tracks, strict=True)

@@ -5,9 +5,9 @@ from typing import Any
 
 import click
 
-from pipeline.commands.progress import clip_progress
+from pipeline.commands.progress import ClipProgress
 from pipeline.config import Config
-from pipeline.runner import Outcome, run_stages
+from pipeline.runner import OnStage, Outcome, run_stages
 from pipeline.screen import stage_lines, stage_warnings
 from pipeline.workplace import Workplace
 
@@ -29,13 +29,20 @@ def show_stage(name: str, artefact: Any) -> None:
 
 def run_watched(config: Config, folder: Path, allow_python: bool = False) -> Outcome:
     """Run every stage of ``config``; phase tracks are kept in ``folder``."""
-    with clip_progress() as on_progress:
-        workplace = Workplace(folder / CACHE_NAME, on_progress, allow_python)
-        return run_stages(config, workplace, show_stage)
+    return _run(config, folder, allow_python, show_stage)
 
 
 def run_quietly(config: Config, folder: Path, allow_python: bool = False) -> Outcome:
     """The same with warnings and progress only, for commands that show what they compare."""
-    with clip_progress() as on_progress:
-        workplace = Workplace(folder / CACHE_NAME, on_progress, allow_python)
-        return run_stages(config, workplace, show_warnings)
+    return _run(config, folder, allow_python, show_warnings)
+
+
+def _run(config: Config, folder: Path, allow_python: bool, show: OnStage) -> Outcome:
+    with ClipProgress() as progress:
+
+        def on_stage(name: str, artefact: Any) -> None:
+            progress.close()
+            show(name, artefact)
+
+        workplace = Workplace(folder / CACHE_NAME, progress, allow_python)
+        return run_stages(config, workplace, on_stage)
