@@ -30,8 +30,7 @@ OUTPUT = {
     "accelerometer": (("acc_x_m_s2", "acc_y_m_s2", "acc_z_m_s2"), 6),
     "gyroscope": (("gyr_x_rad_s", "gyr_y_rad_s", "gyr_z_rad_s"), 8),
 }
-TIME_DECIMALS = 6
-COLUMN_DECIMALS = 6
+MOST_DECIMALS = 6  #: of time and of further columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +169,8 @@ def _rows(at: Conditions, rows: slice) -> Conditions:
 
 def applied_csv(applied: Applied) -> bytes:
     """The corrected log as CSV, units in the header, further columns as they were."""
-    names, columns, decimals = ["time_s"], [applied.time_s], [TIME_DECIMALS]
+    names, columns = ["time_s"], [applied.time_s]
+    decimals = [_fewest_decimals(applied.time_s)]
     for triad, vectors in applied.triads.items():
         titles, digits = OUTPUT[triad]
         names += titles
@@ -178,5 +178,15 @@ def applied_csv(applied: Applied) -> bytes:
         decimals += [digits] * 3
     names += list(applied.columns)
     columns += list(applied.columns.values())
-    decimals += [COLUMN_DECIMALS] * len(applied.columns)
+    decimals += [_fewest_decimals(values) for values in applied.columns.values()]
     return b"".join([",".join(names).encode() + b"\n", *csv_rows(columns, decimals)])
+
+
+def _fewest_decimals(values: FloatArray) -> int:
+    """How many decimals show all that was logged, within what a sixth decimal can."""
+    logged = values[np.isfinite(values)]
+    for decimals in range(MOST_DECIMALS):
+        scaled = logged * 10.0**decimals
+        if np.allclose(scaled, np.rint(scaled), rtol=1e-12, atol=1e-9):
+            return decimals
+    return MOST_DECIMALS

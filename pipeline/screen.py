@@ -160,7 +160,7 @@ def next_step(outcome: Outcome, folder: Path, look: str = "pipeline diagnose {co
     if any(diagnosis.verdict != "nothing_missing" for diagnosis in found.values()):
         return f"next: {look.format(config=config)}"
     if found:
-        return f"next: pipeline apply {shlex.quote(str(folder))} LOG"
+        return f"next: pipeline apply {shlex.quote(str(folder))} LOG --output FILE"
     return f"next: add the sections accelerometer and gyroscope to {config}"
 
 

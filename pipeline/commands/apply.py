@@ -9,7 +9,7 @@ import click
 @click.argument("results", type=click.Path(path_type=Path))
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option("--output", type=click.Path(path_type=Path, dir_okay=False),
-              help="The file to write; by default LOG's name with .calibrated.csv, here.")
+              help="The file to write, instead of standard output.")
 @click.option("--columns", help="Names of the log's columns, with commas, where it has no header.")
 @click.option("--rate-hz", type=click.FloatRange(min=0, min_open=True),
               help="Sample rate, where the log has no time.")
@@ -23,7 +23,7 @@ def command(
     rate_hz: float | None,
     session_clock: bool,
 ) -> None:
-    """Correct LOG by RESULTS (results.json, or its folder) and write it as CSV in SI units."""
+    """Correct LOG by RESULTS (results.json, or its folder): CSV in SI units."""
     from pipeline.apply import applied_csv, apply_results
     from pipeline.files import write_whole
     from pipeline.logs import read_log
@@ -34,7 +34,8 @@ def command(
     applied = apply_results(stored, read_log(log, names, rate_hz), session_clock)
     for says in applied.left_out:
         click.secho(f"warning: {says}", fg="yellow", err=True)
-    stem = log.name.removesuffix(".gz").removesuffix(log.with_suffix("").suffix or log.suffix)
-    path = output or Path(f"{stem}.calibrated.csv")
-    write_whole(path, applied_csv(applied))
-    click.echo(path)
+    if output is None:
+        click.echo(applied_csv(applied), nl=False)
+        return
+    write_whole(output, applied_csv(applied))
+    click.echo(output)
