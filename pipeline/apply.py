@@ -12,11 +12,11 @@ import numpy as np
 
 from calib.correction import Correction
 from calib.effects import Conditions, Effect
-from calib.errors import Undetermined
+from calib.errors import Undetermined, UnusableLog
 from calib.imu_log import FloatArray, ImuLog
 from calib.model import Model, pick
 from pipeline.stored import Stored, StoredTriad
-from pipeline.table_text import csv_rows
+from pipeline.table_text import LARGEST, csv_rows
 
 #: Effects of the bench, which a log taken elsewhere does not have.
 OF_THE_BENCH = ("lever_arm", "earth_rate")
@@ -64,7 +64,10 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
     ------
     Undetermined
         No triad is in both, or an effect needs what the log does not hold.
+    UnusableLog
+        A further column holds numbers that cannot be written out again.
     """
+    _require_writable(log)
     corrected: dict[str, FloatArray] = {}
     left_out: list[str] = []
     force = np.full((len(log.time_s), 3), np.nan)
@@ -102,6 +105,16 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
             f"gyr_z."
         )
     return Applied(log.time_s, corrected, log.columns, tuple(left_out))
+
+
+def _require_writable(log: ImuLog) -> None:
+    for name, values in log.columns.items():
+        largest = float(np.nanmax(np.abs(values), initial=0.0))
+        if not largest < LARGEST:
+            raise UnusableLog(
+                f"{log.label}: column {name} holds {largest:g}, numbers below {LARGEST:.0e} are "
+                f"expected. Delete the column from the log, or the rows in which it is wrong."
+            )
 
 
 def _of_the_sensor(stored: StoredTriad) -> Correction:

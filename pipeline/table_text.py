@@ -15,7 +15,7 @@ from calib.imu_log import FloatArray
 DIGITS = 4  #: that one look-up gives
 GROUP = 10**DIGITS
 MOST_DECIMALS = 8
-LARGEST = 2.0**53  #: of a number counted in its last decimal: integers are exact up to it
+LARGEST = 2.0**63  #: of a number counted in its last decimal
 BLOCK_ROWS = 20_000  #: few enough to stay in the processor's cache
 
 Bytes = NDArray[np.uint8]
@@ -44,7 +44,7 @@ def csv_rows(columns: Sequence[FloatArray], decimals: Sequence[int]) -> Iterator
     Raises
     ------
     ValueError
-        A number is infinite, or has more digits than a float holds.
+        A number is infinite, or :data:`LARGEST` or more in its last decimal.
     """
     for start in range(0, len(columns[0]), BLOCK_ROWS):
         fields: list[Bytes] = []
@@ -65,8 +65,8 @@ def _field(values: FloatArray, decimals: int) -> list[Bytes]:
     absent = np.isnan(values)
     scaled = np.rint(np.where(absent, 0.0, values) * 10.0**decimals)
     largest = float(np.abs(scaled).max(initial=0.0))
-    if not largest <= LARGEST:
-        raise ValueError(f"{largest:g}, in the last decimal, has more digits than a float holds")
+    if not largest < LARGEST:
+        raise ValueError(f"{largest:g}, in the last decimal, is too large to be written out")
     counted = np.abs(scaled).astype(np.uint64)
     whole = counted // np.uint64(10**decimals)
     sign = np.where(scaled < 0, ord("-"), ord(" ")).astype(np.uint8)[:, None]

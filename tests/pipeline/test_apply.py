@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from calib.errors import Undetermined
+from calib.errors import Undetermined, UnusableLog
 from calib.imu_log import ImuLog
 from pipeline.apply import applied_csv, apply_results
 from pipeline.stored import Stored, load_results
@@ -212,10 +212,22 @@ def test_blocks_join_without_a_seam() -> None:
     assert np.array_equal(table, np.column_stack([rows, -rows]))
 
 
-@pytest.mark.parametrize("value", [math.inf, 1e17])
-def test_what_has_more_digits_than_a_float_is_refused(value: float) -> None:
-    with pytest.raises(ValueError, match="more digits than a float holds"):
+def test_a_time_stamp_in_nanoseconds_keeps_every_digit_that_a_float_has() -> None:
+    assert b"".join(csv_rows([np.array([1.7e18])], [0])) == b"1700000000000000000\n"
+
+
+@pytest.mark.parametrize("value", [math.inf, 1e19])
+def test_what_is_too_large_is_not_written_wrongly(value: float) -> None:
+    with pytest.raises(ValueError, match="too large to be written out"):
         list(csv_rows([np.array([value])], [0]))
+
+
+@pytest.mark.parametrize("value", [math.inf, 1e19])
+def test_a_column_that_cannot_be_written_is_refused_by_name(
+    finished: RunSession, value: float
+) -> None:
+    with pytest.raises(UnusableLog, match=rf"drive\.csv: column odd holds {value:g}"):
+        apply_results(load_results(finished.folder), a_log(odd=np.full(500, value)))
 
 
 def test_a_log_s_csv_reads_back_to_the_last_decimal(finished: RunSession) -> None:
