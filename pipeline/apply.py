@@ -197,9 +197,11 @@ def applied_csv(applied: Applied) -> bytes:
 
 def _fewest_decimals(values: FloatArray) -> int:
     """How many decimals show all that was logged, within what a sixth decimal can."""
-    logged = values[np.isfinite(values)]
+    logged = np.abs(values[np.isfinite(values)])
+    largest = float(logged.max(initial=0.0))
     for decimals in range(MOST_DECIMALS):
         scaled = logged * 10.0**decimals
-        if np.allclose(scaled, np.rint(scaled), rtol=1e-12, atol=1e-9):
+        shown = np.allclose(scaled, np.rint(scaled), rtol=1e-12, atol=1e-9)
+        if shown or largest * 10.0 ** (decimals + 1) >= LARGEST:
             return decimals
     return MOST_DECIMALS

@@ -3,6 +3,7 @@
 import gzip
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -222,11 +223,18 @@ def test_what_is_too_large_is_not_written_wrongly(value: float) -> None:
         list(csv_rows([np.array([value])], [0]))
 
 
+@pytest.mark.parametrize("value", [1e18 / 7, 1e14 + 0.3, 1e-9, -0.125])
+def test_columns_of_any_size_are_written(finished: RunSession, value: float) -> None:
+    applied = apply_results(load_results(finished.folder), a_log(odd=np.full(500, value)))
+    last = applied_csv(applied).decode().splitlines()[-1].split(",")[-1]
+    assert float(last) == pytest.approx(value, rel=1e-15, abs=1e-6)
+
+
 @pytest.mark.parametrize("value", [math.inf, 1e19])
 def test_a_column_that_cannot_be_written_is_refused_by_name(
     finished: RunSession, value: float
 ) -> None:
-    with pytest.raises(UnusableLog, match=rf"drive\.csv: column odd holds {value:g}"):
+    with pytest.raises(UnusableLog, match=re.escape(f"drive.csv: column odd holds {value:g}")):
         apply_results(load_results(finished.folder), a_log(odd=np.full(500, value)))
 
 
