@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from calib.runs import PlateRate
 from pipeline.config import Config
@@ -39,12 +40,15 @@ class SettingRate:
         What the clips are called; empty where the rate was stated.
     clips : tuple of RateMeasurement
         What was measured in each of them.
+    pictures : tuple of array of uint8, shape (h, w, 3)
+        One picture of each clip, blue-green-red, with what was found drawn in.
     """
 
     name: str
     plate: PlateRate
     sources: tuple[str, ...]
     clips: "tuple[RateMeasurement, ...]"
+    pictures: tuple[NDArray[np.uint8], ...] = ()
 
     @property
     def rate_rad_s(self) -> float:
@@ -195,4 +199,10 @@ def measure_setting(
         timebase_relative=timebase.relative_sd,
         direction=clips[0].direction,
     )
-    return SettingRate(name, plate, tuple(track.source for track in tracks), clips)
+    return SettingRate(
+        name,
+        plate,
+        sources=tuple(track.source for track in tracks),
+        clips=clips,
+        pictures=tuple(track.annotated for track in tracks),
+    )
