@@ -16,7 +16,8 @@ COARSE_AZIMUTHS = 256
 COARSE_RADII = np.linspace(0.1, 0.97, 20)
 COARSE_PICTURES = 150
 COARSE_ITERATIONS = 5
-COHERENT = 0.3  # share of the energy that must turn together for a proposal to count
+PROMISING = 0.15  # share of the energy that turns together, for a proposal to be looked into
+COHERENT = 0.3  # the same about the refined axis, for it to be a plate
 AS_GOOD = 0.8  # of the highest turning energy
 SMOOTH_RAD = 0.06  # median second difference from the rough angle: a plate has inertia
 FINE_PICTURES = 48
@@ -50,27 +51,29 @@ def learn(name: str, frames: list[Frame], given: View | None) -> Learned:
     still = median_picture(pictures)
     views = [given] if given is not None else proposals(still, pictures)
     tried = [(view, _spin(view, pictures, still, time)) for view in views]
-    turning = [(v, s.energy * v.radius_px**2, s) for v, s in tried if s.coherence > COHERENT]
-    most = max((energy for _, energy, _ in turning), default=0.0)
+    promising = [(v, s.energy * v.radius_px**2, s) for v, s in tried if s.coherence > PROMISING]
+    most = max((energy for _, energy, _ in promising), default=0.0)
     # Of outlines around the same turning picture the largest is the rim.
-    turning.sort(key=lambda item: (item[1] < AS_GOOD * most, -item[0].radius_px))
-    for view, _, spin in turning:
-        grid = polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS, still.shape)
-        some = np.arange(0, len(frames), -(-len(frames) // COARSE_PICTURES))
+    promising.sort(key=lambda item: (item[1] < AS_GOOD * most, -item[0].radius_px))
+    best = max((spin.coherence for _, spin in tried), default=0.0)
+    some = np.arange(0, len(frames), -(-len(frames) // COARSE_PICTURES))
+    for view, _, spin in promising:
         coarse = align(
             [pictures[i] for i in some],
             still,
             spin.angle_rad[some],
-            grid,
+            polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS, still.shape),
             iterations=COARSE_ITERATIONS,
             find_covered=True,
         )
+        # Asked again about the refined axis: a steep view can hide most of it at first.
+        again = _spin(coarse.template.grid.view, pictures, still, time)
+        best = max(best, again.coherence)
         jerk = np.abs(np.diff(coarse.angle_rad - spin.angle_rad[some], 2))
-        if np.median(jerk) < SMOOTH_RAD:
+        if again.coherence > COHERENT and np.median(jerk) < SMOOTH_RAD:
             fine = _fine(coarse, [pictures[i] for i in some], still)
-            slope = np.diff(coarse.angle_rad) / np.maximum(np.diff(time[some]), 1e-6)
-            return Learned(fine.template, float(np.median(slope)), _symmetry(fine.template), ())
-    best = max((s.coherence for _, s in tried), default=0.0)
+            rate = np.median(np.diff(coarse.angle_rad) / np.maximum(np.diff(time[some]), 1e-6))
+            return Learned(fine.template, float(rate), _symmetry(fine.template), ())
     raise RateRefused(
         f"{name}: nothing in the picture turns about a fixed axis: {len(views)} round outline(s) "
         f"were tried, and at most {best:.0%} of what changes inside one turns together (a plate "

@@ -23,6 +23,7 @@ Luma = NDArray[np.uint8]
 
 LARGEST_SIDE = 1000  # pixels; a larger picture is reduced by a whole factor
 BATCH = 16  # pictures handed over at once
+LUMA_FIRST = (b"I420", b"NV12", b"Y800")  # 8 bits of luma per pixel, before anything else
 QUEUE_BYTES = 48_000_000
 
 
@@ -71,9 +72,11 @@ class Film:
             self._capture.get(cv2.CAP_PROP_FRAME_HEIGHT),
         )
         self.reduction = max(1, int(np.ceil(side / LARGEST_SIDE)))
-        # Luma as decoded, without the detour over colours; where the backend does not offer
-        # it, read() gives colours and _luma converts them.
-        self._capture.set(cv2.CAP_PROP_CONVERT_RGB, 0)
+        # Luma as decoded, without the detour over colours. Other formats (10 bits, packed) would
+        # come as they lie in memory; those are left to be converted to colours by read().
+        stored = int(self._capture.get(cv2.CAP_PROP_CODEC_PIXEL_FORMAT)) & 0xFFFFFFFF
+        if stored.to_bytes(4, "little") in LUMA_FIRST:
+            self._capture.set(cv2.CAP_PROP_CONVERT_RGB, 0)
         self._queue: queue.Queue[list[Frame] | BaseException | None] = queue.Queue()
         self._room = threading.Semaphore(1)
         self._stop = threading.Event()
@@ -135,8 +138,6 @@ class Film:
             picture = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY))
         elif picture.ndim == 3:
             picture = picture[:, :, 0]
-        if picture.dtype != np.uint8:  # 10-bit films come as 16-bit samples
-            picture = np.asarray(cv2.convertScaleAbs(picture, alpha=255 / np.iinfo(np.uint16).max))
         if self.reduction > 1:
             h, w = (n // self.reduction for n in picture.shape)
             picture = picture[: h * self.reduction, : w * self.reduction]
