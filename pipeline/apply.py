@@ -201,7 +201,7 @@ def _fewest_decimals(values: FloatArray) -> int:
     largest = float(logged.max(initial=0.0))
     for decimals in range(MOST_DECIMALS):
         scaled = logged * 10.0**decimals
-        shown = np.allclose(scaled, np.rint(scaled), rtol=1e-12, atol=1e-9)
+        shown = np.allclose(scaled, np.rint(scaled), rtol=1e-15, atol=1e-9)
         if shown or largest * 10.0 ** (decimals + 1) >= LARGEST:
             return decimals
     return MOST_DECIMALS
