@@ -82,13 +82,13 @@ def _halves(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
     That sd comes from the median second difference of ``SHORT_BATCHES`` batch means, which neither
     one jump nor a steady creep enters: measured by the motion itself, no motion would be large.
+    The axes share it, since a median of so few would often come out far too small.
     """
     half = len(values) // 2
     second = np.diff(batch_means(values, SHORT_BATCHES), n=2, axis=0)
     of_batch = np.median(np.abs(second), axis=0) / MEDIAN_OF_NORMAL / math.sqrt(6)
-    return values[:half].mean(axis=0), values[half:].mean(axis=0), of_batch * math.sqrt(
-        4 / SHORT_BATCHES
-    )
+    noise = np.full(len(of_batch), math.sqrt(np.mean(of_batch**2) * 4 / SHORT_BATCHES))
+    return values[:half].mean(axis=0), values[half:].mean(axis=0), noise
 
 
 def _check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -> None:
