@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from calib.coverage import list_directions, uncovered
+from calib.effects import Effect
 from calib.errors import Undetermined
-from calib.imu_log import FloatArray
+from calib.imu_log import BoolArray, FloatArray
 
 if TYPE_CHECKING:
     from calib.equations import Equations, Rows
@@ -25,6 +26,9 @@ FEWEST_SPARE_ROWS = 1
 
 VISIBLE_SHARE = 0.02
 """Share of its signal that a combination must keep when the rest of the model is projected out."""
+
+ROUNDING = 1e-3
+"""Share of an error vector below which its part along the reading is rounding, not a signal."""
 
 
 def scaled_condition(jacobian: FloatArray) -> tuple[float, FloatArray]:
@@ -123,7 +127,7 @@ def visible_basis(equations: "Equations", rows: "Rows") -> FloatArray:
         block = np.zeros((model.size, where.stop - where.start))
         block[where] = np.eye(where.stop - where.start)
         if effect.acts_on != "reading":
-            columns = jacobian[:, where]
+            columns = np.where(_is_rounding(equations, rows, effect), 0.0, jacobian[:, where])
             norm = np.maximum(np.sqrt((columns**2).sum(axis=0)), 1e-300)
             left = columns / norm - known @ (known.T @ (columns / norm))
             _, share, combinations = np.linalg.svd(left, full_matrices=False)
@@ -142,6 +146,18 @@ def visible_basis(equations: "Equations", rows: "Rows") -> FloatArray:
             )
         blocks = np.hstack([blocks, block])
     return blocks
+
+
+def _is_rounding(equations: "Equations", rows: "Rows", effect: Effect) -> BoolArray:
+    """Which parameters of ``effect`` (k,) only err across the readings: no length shows them."""
+    columns = effect.evaluate(equations.conditions(rows.vector))
+    if effect.acts_on == "reference":
+        return np.zeros(columns.shape[1], dtype=bool)
+    n = rows.vector / np.maximum(np.linalg.norm(rows.vector, axis=1, keepdims=True), 1e-300)
+    seen = np.einsum("ni,nik->nk", n, columns)
+    seen[equations.null] = np.linalg.norm(columns[equations.null], axis=1)
+    whole = np.sqrt((columns**2).sum(axis=(0, 1)))
+    return np.asarray(np.sqrt((seen**2).sum(axis=0)) < ROUNDING * whole)
 
 
 def _orthonormal(columns: FloatArray) -> FloatArray:

@@ -12,12 +12,11 @@ import numpy as np
 from calib.compare import orthonormal_columns
 from calib.effects import Effect
 from calib.fit import Fit
-from calib.identifiability import VISIBLE_SHARE
+from calib.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.imu_log import FloatArray
 from calib.model import sensor_slope
 
 ALIAS_CORRELATION = 0.99
-ROUNDING = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
