@@ -78,6 +78,20 @@ def test_the_report_needs_no_other_file_and_no_network(folder: Path) -> None:
     assert len(page) < 2_000_000
 
 
+def test_the_readme_shows_what_the_run_prints(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    shown = readme.split("<!-- run-output -->\n```text\n")[1].split("\n```")[0].splitlines()
+    assert pipeline("run", EXAMPLE, "--output", folder) == 0
+    printed = capsys.readouterr().out.splitlines()
+    assert shown[:-2] == printed[:-2]
+    assert shown[-2:] == [
+        "next: pipeline apply data/example/config.run LOG --output FILE",
+        "data/example/config.run/report.html",
+    ]
+
+
 def test_a_second_run_does_not_follow_the_clip_again(folder: Path) -> None:
     """In a process of its own: OpenCV is not even imported."""
     code = (
