@@ -102,8 +102,12 @@ def _rate_row(rate: SettingRate) -> list[str]:
         relative(rate.timebase_sd_rad_s / rate.rate_rad_s) if filmed else "",
         f"{sum(clip.revolutions for clip in rate.clips):.1f}" if filmed else "stated",
         rate.plate.direction or "",
-        "; ".join(clip.diagnosis.says for clip in rate.clips),
     ]
+
+
+def _phase_words(rate: SettingRate) -> list[str]:
+    """What the phase track of each clip says, once for clips that say the same."""
+    return list(dict.fromkeys(f"{rate.name}: {clip.diagnosis.says}" for clip in rate.clips))
 
 
 def _degrees(result: TriadResult) -> list[str]:
@@ -127,6 +131,7 @@ def report_html(outcome: Outcome, history: Sequence[Step]) -> str:
         title=outcome.config.title or outcome.config.source.path.stem,
         sensor=outcome.config.sensor.name,
         rates=[_rate_row(rate) for rate in outcome.rates.values()],
+        phases=[words for rate in outcome.rates.values() for words in _phase_words(rate)],
         triads=[
             {
                 "name": result.triad,
