@@ -53,6 +53,11 @@ class Fit:
         return np.asarray(self.rows.residual[: self.equations.data_count] * self.equations.row_sd)
 
     @property
+    def is_robust(self) -> bool:
+        """Whether the robust loss took weight off a row."""
+        return bool((self.weight < 1).any())
+
+    @property
     def residual_rms(self) -> float:
         """Root mean square of the data rows' residuals, SI."""
         return float(np.sqrt(np.mean(self.residual_si**2)))

@@ -51,13 +51,13 @@ def judge(found: Fit, names: tuple[str, ...]) -> Refit:
     return Refit(names, found, float(score), p_value)
 
 
-def _refit(base: Fit, chosen: Sequence[Hypothesis], robust: bool) -> Refit | None:
+def _refit(base: Fit, chosen: Sequence[Hypothesis]) -> Refit | None:
     model = base.model
     for hypothesis in chosen:
         assert hypothesis.effect is not None
         model = model + hypothesis.effect
     try:
-        found = fit(base.poses, model, robust=robust)
+        found = fit(base.poses, model, robust=base.is_robust)
     except CalibrationError:
         return None  # not determined together, or no true vector exists: no candidate
     if found.dof < FEWEST_DOF:
@@ -65,17 +65,15 @@ def _refit(base: Fit, chosen: Sequence[Hypothesis], robust: bool) -> Refit | Non
     return judge(found, tuple(hypothesis.name for hypothesis in chosen))
 
 
-def refit_singles(base: Fit, leading: Sequence[Hypothesis], robust: bool = False) -> list[Refit]:
+def refit_singles(base: Fit, leading: Sequence[Hypothesis]) -> list[Refit]:
     """Each of the leading candidates added on its own, best score first."""
-    tried = (_refit(base, (hypothesis,), robust) for hypothesis in leading[:SINGLES])
+    tried = (_refit(base, (hypothesis,)) for hypothesis in leading[:SINGLES])
     return sorted((r for r in tried if r is not None), key=lambda r: r.score)
 
 
-def refit_pairs(
-    base: Fit, leading: Sequence[Hypothesis], singles: Sequence[Refit], robust: bool = False
-) -> list[Refit]:
+def refit_pairs(base: Fit, leading: Sequence[Hypothesis], singles: Sequence[Refit]) -> list[Refit]:
     """The best singles added in pairs, best score first."""
     by_name = {hypothesis.name: hypothesis for hypothesis in leading}
     best = [by_name[refit.names[0]] for refit in singles[:PAIRED]]
-    tried = (_refit(base, pair, robust) for pair in combinations(best, 2))
+    tried = (_refit(base, pair) for pair in combinations(best, 2))
     return sorted((r for r in tried if r is not None), key=lambda r: r.score)

@@ -165,6 +165,7 @@ class Accelerometer(Section):
     poses: Poses
     model: Effects = ("bias", "scale", "misalignment")
     solver: Literal["default", "paper"] = "default"
+    loss: Literal["squares", "huber"] = "squares"
 
 
 class Run(Section):
@@ -180,6 +181,7 @@ class Gyroscope(Section):
     runs: Annotated[tuple[Run, ...], Field(min_length=1)]
     model: Effects = ("bias", "scale", "misalignment")
     solver: Literal["default", "paper"] = "default"
+    loss: Literal["squares", "huber"] = "squares"
 
 
 # --- the rest ----------------------------------------------------------------------------------

@@ -75,6 +75,9 @@ def require_fittable(config: Config) -> None:
                 problems.append(config.source.problem(where, (
                     f"'{name}' is no effect of the {triad}; `pipeline effects {name}` says what "
                     f"it acts on. Take it out of this model")))
+        if section.solver == "paper" and section.loss != "squares":
+            problems.append(config.source.problem((triad, "loss"), (
+                "'paper' knows plain least squares only. Use `solver: default` with another loss")))
         if section.solver == "paper" and set(section.model) != set(BASE):
             problems.append(config.source.problem((triad, "solver"), (
                 f"'paper' knows bias, scale and misalignment only, the model is "
@@ -147,7 +150,11 @@ def _calibrated(
         if wrong is not None:
             raise Undetermined(f"effects.{name}: the effect {wrong}.")
     model = Model.of(section.model, mine)
-    found = fit_paper(poses, model, spec) if section.solver == "paper" else fit(poses, model)
+    found = (
+        fit_paper(poses, model, spec)
+        if section.solver == "paper"
+        else fit(poses, model, robust=section.loss == "huber")
+    )
     calibration = calibrate_triad(found, spec)
     return TriadResult(
         calibration,
