@@ -70,10 +70,10 @@ def test_a_log_without_accelerometer_or_without_rest_is_refused() -> None:
         measure_installation([blank], calibration(), G)
 
 
-@pytest.mark.parametrize("first", [500, 1500, 2500])
-def test_a_vehicle_that_moves_by_a_third_of_a_degree_is_refused(first: int) -> None:
+@pytest.mark.parametrize(("first", "degrees"), [(500, 1.0), (1500, 0.5), (2500, 1.0)])
+def test_a_vehicle_that_moves_by_a_degree_or_less_is_refused(first: int, degrees: float) -> None:
     force = np.tile([0.0, 0.0, G], (3000, 1))
-    force[first:, 0] = G * math.radians(0.33)
+    force[first:, 0] = G * math.radians(degrees)
     with pytest.raises(Undetermined, match="moved: accelerometer x"):
         measure_installation([Mounted(TRIAD, np.eye(3)).log(force, 1)], calibration(), G)
 
