@@ -22,8 +22,7 @@ from pipeline.table_text import LARGEST, csv_rows
 OF_THE_BENCH = ("lever_arm", "earth_rate")
 #: Effects that follow the time since the calibration session began.
 OF_THE_SESSION = ("bias_drift", "scale_drift", "warm_up")
-#: Rows corrected at a time, so that the effects' columns stay small.
-BLOCK = 20_000
+BLOCK = 20_000  #: rows corrected at a time
 
 #: Name and decimals of the corrected columns: micrometres per second², 0.01 °/h.
 OUTPUT = {
@@ -70,7 +69,9 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
     _require_writable(log)
     corrected: dict[str, FloatArray] = {}
     left_out: list[str] = []
-    force = np.full((len(log.time_s), 3), np.nan)
+    n = len(log.time_s)
+    absent, absent_vector = np.broadcast_to(np.nan, n), np.broadcast_to(np.nan, (n, 3))
+    force = absent_vector
     origin_s = float(stored.found["session_start_s"] or 0.0)
     for each in stored.triads:
         if not log.has(each.triad):
@@ -85,12 +86,12 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
         counts = getattr(log, each.triad)
         at = Conditions(
             vector=correction.spec.nominal(counts),
-            magnitude=np.full(len(counts), np.nan),
+            magnitude=absent,
             force=force,
-            spin_rad_s=np.full(len(counts), np.nan),
-            time_s=log.time_s - origin_s if session_clock else np.full(len(counts), np.nan),
-            previous=np.full((len(counts), 3), np.nan),
-            vibration=np.full((len(counts), 3), np.nan),
+            spin_rad_s=absent,
+            time_s=log.time_s - origin_s if session_clock else absent,
+            previous=absent_vector,
+            vibration=absent_vector,
             columns=log.columns,
         )
         _require_columns(log.label, each.triad, correction, at)
@@ -159,9 +160,7 @@ def _lacking(effect: Effect) -> str:
 
 
 def _correct(correction: Correction, at: Conditions) -> FloatArray:
-    """Block by block; a model of bias, scale and misalignment alone is one product of matrices."""
-    if not correction.model.acting_on("sensor"):
-        return correction.correct(at)
+    """Block by block, which keeps the effects' columns small and in the processor's cache."""
     n = len(at.vector)
     blocks = [slice(start, start + BLOCK) for start in range(0, n, BLOCK)]
     return np.concatenate([correction.correct(_rows(at, block)) for block in blocks])
