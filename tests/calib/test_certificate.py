@@ -1,32 +1,22 @@
 """A certificate beside an estimate: what a frame hides is left out, what differs is seen."""
 
-import gzip
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from calib.averaging import average_pose
-from calib.calibration import TriadCalibration, calibrate_triad
 from calib.certificate import Certificate, compare_certificate, frame_free, rounding_sd
 from calib.errors import CalibrationError
-from calib.imu_log import ImuLog
-from calib.model import Model
 from calib.parameters import TriadParameters
-from calib.poses import pose_set
-from calib.runs import gravity_run
 from calib.sensor import TriadSpec
-from calib.solver import fit
-from calib.still import find_still
+from tests.calib.real_xsens import real_accelerometer
 from tests.world.imu import mti
 from tests.world.truth import parameters
 
 FloatArray = NDArray[np.float64]
 SPEC = TriadSpec(50.0, 16, "offset-binary")
-REAL = Path(__file__).parents[3] / "shared" / "real" / "imu_tk_xsens"
 
 # Printed for this very unit and log by calibrate.m of imu_tk_matlab, see the README of the data.
 XSENS = Certificate(
@@ -124,19 +114,6 @@ def test_certificates_that_cannot_be_meant_are_refused() -> None:
         replace(XSENS, alignment=415 * np.eye(3))
     with pytest.raises(CalibrationError, match="both given"):
         replace(XSENS, misalignment_rad=np.zeros(3))
-
-
-def real_accelerometer() -> TriadCalibration:
-    """The real Xsens log of imu_tk, whole still windows, its own g."""
-    if not REAL.is_dir():
-        pytest.skip("the real Xsens log is not there (../shared/real/imu_tk_xsens)")
-    with gzip.open(REAL / "xsens_acc.mat.gz", "rt") as text:
-        rows = np.loadtxt(text)
-    blank = np.full((len(rows), 3), np.nan)
-    stills = find_still(ImuLog("xsens_acc", rows[:, 0], rows[:, 1:], blank))
-    means = [average_pose(still, SPEC, None) for still in stills]
-    poses = pose_set("accelerometer", [gravity_run("still", means, 9.81744, 0.0)], 0.0)
-    return calibrate_triad(fit(poses, Model.of(["bias", "scale", "misalignment"])), SPEC)
 
 
 def test_the_real_xsens_agrees_with_its_factory_in_bias_and_alignment_not_in_scale() -> None:

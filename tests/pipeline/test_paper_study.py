@@ -9,15 +9,18 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from calib.paper import data_sheet_start
 from pipeline import paper_mounting, paper_published
 from pipeline.commands.paper import TABLES, command
 from pipeline.figures_paper import paper_figures
 from pipeline.paper_bench import leaning_axes, wedge_directions
 from pipeline.paper_errata import alpha_of, misordered, third_column
+from pipeline.paper_iteration import iterate_as_printed
 from pipeline.paper_published import ACCELEROMETER, TABLE_2
 from pipeline.paper_table1 import accelerometer, table_1
 from pipeline.paper_table2 import start_study, table_2
 from pipeline.paper_table3 import counted_turn, film, gyroscope, plate_rate, regressed, table_3
+from tests.calib.real_xsens import GRAVITY_M_S2, SPEC, real_accelerometer
 from tests.world import bench, imu, truth
 
 PUBLISHED = Path(__file__).parents[2] / "data" / "published"
@@ -134,6 +137,21 @@ def test_the_printed_stop_rule_ends_outside_the_interval_far_from_the_solution()
     assert printed.count == 2
     assert not study.is_right(printed.x[-1])
     assert study.is_right(study.as_printed(start, absolute=True).x[-1])
+
+
+def test_on_the_real_xsens_the_printed_rule_stops_early_and_the_printed_sign_diverges() -> None:
+    """Its range is ±79 m/s², the data sheet's start says ±50: k starts 37 % off."""
+    poses = real_accelerometer().fit.poses
+    counts = poses.reading / SPEC.nominal_scale + SPEC.nominal_bias_counts
+    start = data_sheet_start(SPEC)
+    printed = iterate_as_printed(start, counts, GRAVITY_M_S2)
+    assert printed.count == 2
+    assert printed.rms[-1] == pytest.approx(0.693, abs=0.002)
+    barred = iterate_as_printed(start, counts, GRAVITY_M_S2, absolute=True)
+    assert barred.count == 5
+    assert barred.rms[-1] == pytest.approx(0.00099, abs=0.00002)
+    sign = iterate_as_printed(start, counts, GRAVITY_M_S2, printed_sign=True, absolute=True, most=3)
+    assert sign.rms[1:] == pytest.approx([3.00, 3.73, 10.8], rel=0.01)
 
 
 def test_counting_a_turn_is_right_to_a_frame_and_the_phase_to_a_ten_thousandth() -> None:
