@@ -10,6 +10,7 @@ from vision.phase_track import BoolArray
 OUTLIER = 5.0  # robust standard deviations
 ROUNDS = 8
 CLEAR_SPAN = 0.03  # relative singular value; two columns this close are one
+BATCHES = 16  # of the residual, for its slow part
 RANK_TOLERANCE = 1e-9  # relative singular value of the scaled columns
 
 
@@ -82,9 +83,11 @@ def independent(x: FloatArray) -> FloatArray:
 
 
 def correlation_time(residual: FloatArray) -> float:
-    """1 + 2 Σ ρ_k, summed over pairs of lags while the pairs are positive; at least 1.
+    """How many successive residuals carry the information of one; at least 1.
 
-    Source: Geyer, Practical Markov chain Monte Carlo, 1992 (initial positive sequence).
+    The larger of two estimates: 1 + 2 Σ ρ_k, summed over pairs of lags while the pairs are
+    positive (Geyer, Practical Markov chain Monte Carlo, 1992), which sees short memory; and the
+    scatter of batch means against that of single residuals, which sees slow wandering.
     """
     n = len(residual)
     centred = residual - residual.mean()
@@ -96,4 +99,8 @@ def correlation_time(residual: FloatArray) -> float:
     pairs = rho[1 : n // 2 - 1 : 2] + rho[2 : n // 2 : 2]
     negative = np.flatnonzero(pairs < 0)
     stop = int(negative[0]) if negative.size else len(pairs)
-    return float(max(1.0, 1 + 2 * pairs[:stop].sum()))
+    short = 1 + 2 * float(pairs[:stop].sum())
+    length = max(1, n // BATCHES)
+    means = centred[: length * (n // length)].reshape(-1, length).mean(axis=1)
+    slow = float(means.var()) * length / float(covariance[0] / n)
+    return max(1.0, short, slow)
