@@ -59,7 +59,7 @@ def order_margins(g: FloatArray) -> dict[Order, float]:
     --------
     >>> found = order_margins(np.array([-0.2235, 0.4937, 0.8330]))
     >>> f"{found['xyz']:.6f} {found['yxz']:.6f}"
-    '0.031688 0.137541'
+    '0.031688 0.137538'
     """
     x, y, z = g
     return {"xyz": abs(math.hypot(y, z) - 1), "yxz": abs(math.hypot(x, z) - 1)}

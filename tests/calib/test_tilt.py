@@ -1,10 +1,14 @@
 """Promrit et al.'s equations and numbers, and where they slip."""
 
+import doctest
 import math
+from types import ModuleType
+from unittest.mock import ANY
 
 import numpy as np
 import pytest
 
+from calib import certificate, earth, tilt
 from calib.tilt import (
     ORDERS,
     Order,
@@ -94,3 +98,8 @@ def test_calibration_comes_before_rotation_whatever_the_paper_prints() -> None:
     printed = np.linalg.inv(np.eye(3) + errors) @ rotation.T @ reading
     assert ours == pytest.approx([0, 0, G])
     assert np.linalg.norm(printed - ours) > 0.05  # m/s²
+
+
+@pytest.mark.parametrize("module", [tilt, certificate, earth])
+def test_the_examples_in_the_documentation_are_right(module: ModuleType) -> None:
+    assert doctest.testmod(module) == doctest.TestResults(0, ANY)
