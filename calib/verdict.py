@@ -12,7 +12,7 @@ import numpy as np
 from calib.fit import Fit
 from calib.hypotheses import Hypothesis
 from calib.ranking import PRIOR_NONE, Candidate, key_of
-from calib.refit import ADEQUATE_P_VALUE, Refit, refit_pairs, refit_singles
+from calib.refit import ADEQUATE_P_VALUE, FEWEST_DOF, Refit, refit_pairs, refit_singles
 
 MISFIT_P_VALUE = 1e-3
 SURE = 0.9
@@ -23,6 +23,9 @@ NEAREST_LISTED = ("bias_drift", "warm_up")
 
 REFUTED = 20.0
 """Difference of scores (as of chi-square) beyond which one alias is no longer believed."""
+
+DOUBT = 2 * float(np.log(200.0))
+"""Difference of scores below which a rival is not ruled out: odds of 200 to 1."""
 
 STRONG = 4.0
 """Above this chi-square per degree of freedom the columns, linearised at a biased fit, mislead."""
@@ -60,12 +63,14 @@ class Judge:
         ):
             return Verdict("nothing_missing")
         top = self.every[0]
+        refits: list[Refit] = []
         if self.fit.chi2 > STRONG * self.fit.dof and none < 1 - SURE:
-            judged = self._by_refit()
+            refits = refit_singles(self.fit, self._listed)
+            judged = self._by_refit(refits) if refits else None
             if judged is not None:
                 return judged
         if top.kind == "listed":
-            return self._by_evidence(top, none)
+            return self._by_evidence(top, none, refits)
         if top.kind in ("unknown", "jump"):
             return self._unknown(top, none)
         return Verdict(top.kind, top.detail or None)
@@ -74,12 +79,29 @@ class Judge:
         aliases = next(c.aliases for c in self.ranking if c.name == name and c.kind == "listed")
         return (name, *aliases)
 
-    def _by_evidence(self, top: Hypothesis, none: float) -> Verdict:
+    @property
+    def _listed(self) -> list[Hypothesis]:
+        """The listed effects, the most probable first."""
+        return [h for h in self.every if h.kind == "listed"]
+
+    def _by_evidence(self, top: Hypothesis, none: float, refits: Sequence[Refit]) -> Verdict:
         group = self._group(top.name)
         mass = sum(float(np.exp(self.log_p[name])) for name in group)
-        if mass >= SURE * (1 - none) and none < 1 - SURE:
+        sure = mass >= SURE * (1 - none) and none < 1 - SURE
+        if sure and self._carried(top) and not self._refuted(top.name, refits):
             return Verdict("effect", top.name, group)
         return Verdict("ambiguous", group=self._credible(none))
+
+    def _carried(self, hypothesis: Hypothesis) -> bool:
+        """Whether a fit with this effect would leave something to check it with."""
+        assert hypothesis.signature is not None
+        shapes = 0 if hypothesis.shape is None else 1
+        return self.fit.dof - hypothesis.signature.seen - shapes >= FEWEST_DOF
+
+    def _refuted(self, name: str, refits: Sequence[Refit]) -> bool:
+        """Whether a joint refit with ``name`` falls short where another explains the rows."""
+        own = next((r for r in refits if r.names == (name,)), None)
+        return own is not None and not _is_rival(own, refits[0])
 
     def _credible(self, none: float) -> tuple[str, ...]:
         """The smallest set of hypotheses that holds most of what is not "nothing"."""
@@ -98,28 +120,31 @@ class Judge:
             return Verdict("unknown", top.name, nearest)
         return Verdict("ambiguous", group=self._credible(none))
 
-    def _by_refit(self) -> Verdict | None:
+    def _by_refit(self, singles: Sequence[Refit]) -> Verdict | None:
         """The verdict by joint refits of the leading listed effects, None where undecided."""
-        leading = [h for h in self.every if h.kind == "listed"]
-        singles = refit_singles(self.fit, leading)
-        if not singles:
-            return None
         best = singles[0]
-        partner = None
-        if best.p_value < ADEQUATE_P_VALUE:
-            pairs = refit_pairs(self.fit, leading, singles)
-            if pairs and pairs[0].score < best.score - 2 * np.log(SURE / (1 - SURE)):
-                best, partner = self._stronger_of(pairs[0], singles)
-        if best.p_value < ADEQUATE_P_VALUE and self._unknown_wins():
-            return None
-        name = best.names[0]
-        group = self._told_apart(best, singles)
-        rivals = [r for r in singles if r.names[0] not in group and r.names[0] != partner]
-        if partner is None and rivals:
-            lead = 0.5 * (rivals[0].score - best.score)
-            if lead < np.log(SURE / (1 - SURE)):
+        if not self._carried(self._listed[0]):
+            return None  # the likeliest has too many parameters for a refit that could clear it
+        if best.p_value >= ADEQUATE_P_VALUE:
+            group = self._told_apart(best, singles)
+            if any(r.names[0] not in group and _is_rival(r, best) for r in singles):
                 return None
-        return Verdict("effect", name, group, partner, best)
+            return Verdict("effect", best.names[0], group, None, best)
+        pairs = refit_pairs(self.fit, self._listed, singles)
+        if not pairs or pairs[0].p_value < ADEQUATE_P_VALUE:
+            return None
+        return self._by_pair(pairs, singles)
+
+    def _by_pair(self, pairs: Sequence[Refit], singles: Sequence[Refit]) -> Verdict | None:
+        """Two effects at once: both where no other pair would do, else the one all have."""
+        possible = [pair for pair in pairs if _is_rival(pair, pairs[0])]
+        common = set.intersection(*(set(pair.names) for pair in possible))
+        order = [r for r in singles if r.names[0] in common]  # more explained on its own: first
+        if not order:
+            return None
+        name = order[0].names[0]
+        partner = order[1].names[0] if len(order) > 1 else None
+        return Verdict("effect", name, self._group(name), partner, order[0])
 
     def _told_apart(self, best: Refit, singles: Sequence[Refit]) -> tuple[str, ...]:
         """The group of ``best`` less the aliases that its size gives away.
@@ -136,12 +161,7 @@ class Judge:
         }
         return tuple(name for name in self._group(best.names[0]) if name not in refuted)
 
-    def _stronger_of(self, pair: Refit, singles: Sequence[Refit]) -> tuple[Refit, str]:
-        """The member of a pair that explains more on its own comes first; the other is partner."""
-        order = [r for r in singles if r.names[0] in pair.names]
-        first, second = order[0], order[1]
-        return first, second.names[0]
 
-    def _unknown_wins(self) -> bool:
-        """Whether a shape that no listed effect has explains more than any of them."""
-        return self.every[0].kind != "listed"
+def _is_rival(refit: Refit, best: Refit) -> bool:
+    """Whether ``refit`` would do in place of ``best``: it explains the rows, or nearly as well."""
+    return refit.p_value >= ADEQUATE_P_VALUE or refit.score - best.score < DOUBT
