@@ -1,34 +1,41 @@
 """How often the diagnosis finds what is hidden: sessions of the simulated bench, counted.
 
-    python -m tests.bench.study_diagnosis rich gyroscope --sizes 2 5 10 --trials 20
+    python -m tests.bench.study_diagnosis listed rich gyroscope --sizes 2 5 10 --trials 40
+    python -m tests.bench.study_diagnosis nothing paper gyroscope --trials 200
+    python -m tests.bench.study_diagnosis two rich gyroscope --sizes 5 --trials 100
+    python -m tests.bench.study_diagnosis unlisted rich gyroscope --sizes 10 --trials 50
+    python -m tests.bench.study_diagnosis settle paper gyroscope --sizes 5 10 --trials 40
 
-prints, for every effect and size (root mean square over the pose equations, in noise units), the
-share of trials in which the true effect, or one that these poses cannot tell from it, was ranked
-first and was named, in which something else was named, and what the error fell to.
+``listed`` hides every listed effect in turn, in sizes given as root mean square over the pose
+equations in noise units, and prints the share of trials in which these poses see it at all, in
+which it (or one that these poses cannot tell from it) stood first in the ranking, was named, in
+which something else was named, what the errors fell to, and how many 2-sigma intervals held the
+truth. ``settle`` follows the advice of every verdict that leaves something open: it records the
+block that was asked for and diagnoses again. ``--list`` shows the trials that went wrong.
 """
 
 import argparse
+from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
-from calib.catalogue import BASE
-from calib.compare import compare
-from calib.diagnose import diagnose
-from calib.errors import CalibrationError
-from calib.model import Model
-from calib.poses import PoseSet
-from calib.solver import fit
-from tests.fitting import pose_sets
+from tests.bench.recorded_blocks import Settled, settle
+from tests.bench.trials import (
+    DESIGNS,
+    Outcome,
+    calibrates,
+    drawn,
+    follow_to_the_end,
+    poses_of,
+    run_trial,
+)
 from tests.world.bench import Design
-from tests.world.designs import paper_design, rich_design, soak_design
-from tests.world.hidden import GYROSCOPE_ONLY, Hidden
-from tests.world.session import simulate
-from tests.world.sizes import draw_effect
+from tests.world.hidden import Hidden
 
-DESIGNS = {"paper": paper_design, "rich": rich_design, "soak": soak_design}
 LISTED = (
+    "frame_rotation",
     "quadratic",
     "cubic",
     "asymmetry",
@@ -42,115 +49,240 @@ LISTED = (
     "vibration_rectification",
     "g_sensitivity",
     "g_squared_sensitivity",
+    "earth_rate",
     "reference_offset",
+    "reference_scale",
     "reference_drift",
     "direction_dependent_rate",
 )
-EQUIVALENT = {"reference_drift": "scale_drift"}
-"""A drift of the plate is a drift of all gains alike: finding one is finding the other."""
+COLUMNS = ("humidity_pct", "supply_v")
+UNLISTED = (
+    "column_squared:humidity_pct",
+    "column_squared:supply_v",
+    "jump",
+    "bad_pose",
+    "periodic",
+)
+ACCEPTED = {
+    "jump": {"jump", "time_s"},
+    "periodic": {"time_s"},
+    "bad_pose": {"bad_pose"},
+}
+"""What counts as finding an effect that no catalogue has; a column's square is its column."""
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """One trial: what was hidden, what was said, and the whitened errors before and after."""
-
-    hidden: str
-    size: float
-    visible: bool
-    first: bool
-    named: bool
-    named_wrong: bool
-    verdict: str
-    rms_before: float
-    rms_after: float
-    loo_after: float
+def hidden_of(names: Sequence[str], triad: str, size: float, design: Design, seed: int) -> (
+    list[Hidden] | None
+):
+    """Each of ``names`` at ``size``; None where one does not reach these pose equations."""
+    found = [drawn(name, triad, size, design, seed) for name in names]
+    return None if None in found else [h for h in found if h is not None]
 
 
-def poses_of(design: Design, seed: int, triad: str, hidden: Sequence[Hidden]) -> PoseSet:
-    """The poses of ``triad`` of one evening."""
-    accelerometer, gyroscope, _ = pose_sets(simulate(design, seed, tuple(hidden)))
-    return accelerometer if triad == "accelerometer" else gyroscope
+def share(values: Sequence[bool]) -> float:
+    return float(np.mean(values))
 
 
-def _whitened(rows: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(rows**2)))
+def verdict_counts(found: Sequence[Outcome]) -> str:
+    return ", ".join(f"{k} {v}" for k, v in Counter(o.verdict for o in found).most_common())
 
 
-def run_trial(design: Design, seed: int, triad: str, hidden: Sequence[Hidden]) -> Outcome:
-    """Hide, calibrate, diagnose, add what was named."""
-    poses = poses_of(design, seed, triad, hidden)
-    base = fit(poses, Model.of(BASE))
-    found = diagnose(base)
-    names = {h.name for h in hidden}
-    right = names | {EQUIVALENT[n] for n in names if n in EQUIVALENT}
-    listed = [c for c in found.ranking if c.kind == "listed"]
-    top = {listed[0].name, *listed[0].aliases} if listed else set()
-    is_named = found.verdict == "effect"
-    after = base
-    if is_named and found.name is not None:
-        try:
-            after = fit(poses, Model.of((*BASE, found.name)))
-        except CalibrationError:
-            after = base  # named, but these poses cannot carry it
-    return Outcome(
-        hidden="+".join(sorted(names)) or "none",
-        size=0.0,
-        visible=not names & set(found.blind),
-        first=bool(top & right),
-        named=is_named and bool(set(found.group) & right),
-        named_wrong=is_named and not set(found.group) & right,
-        verdict=found.verdict,
-        rms_before=_whitened(base.rows.residual),
-        rms_after=_whitened(after.rows.residual),
-        loo_after=compare(after).loo_rms / float(np.sqrt(np.mean(after.equations.row_sd**2))),
+HEAD = (
+    f"{'hidden':26s} size trials visible first named wrong   rms -> after (90 %)   loo (90 %)  "
+    f"2-sigma  verdicts"
+)
+
+
+def table_row(name: str, size: float, found: Sequence[Outcome]) -> str:
+    named = [o for o in found if o.named] or found
+    held, stated = sum(o.held for o in found), sum(o.stated for o in found)
+    after, loo = [o.rms_after for o in named], [o.loo_after for o in named]
+    interval = f"{held / stated:6.3f}" if stated else "     -"
+    return (
+        f"{name:26s} {size:4g} {len(found):6d} {share([o.visible for o in found]):7.3f} "
+        f"{share([o.first for o in found]):5.3f} {share([o.named for o in found]):5.3f} "
+        f"{share([o.named_wrong for o in found]):5.3f} "
+        f"{np.mean([o.rms_before for o in found]):6.2f} -> {np.mean(after):5.2f} "
+        f"({np.quantile(after, 0.9):5.2f})  {np.mean(loo):5.2f} ({np.quantile(loo, 0.9):5.2f}) "
+        f"{interval}   {verdict_counts(found)}"
     )
 
 
-def outcomes(
-    design_name: str, triad: str, names: Sequence[str], sizes: Sequence[float], trials: int
-) -> Iterator[tuple[str, float, list[Outcome]]]:
-    """The trials of every effect and size."""
-    design = DESIGNS[design_name]()
-    for name in names:
-        for size in sizes if name != "none" else (0.0,):
+def went_wrong(o: Outcome) -> bool:
+    return o.visible and (not o.first or not o.named or o.named_wrong)
+
+
+def listed(asked: argparse.Namespace) -> None:
+    """Every listed effect at every size."""
+    design = DESIGNS[asked.design]()
+    print(HEAD)
+    seen: dict[float, list[Outcome]] = {}
+    for name in asked.effects or LISTED:
+        if not calibrates(name, asked.triad):
+            continue
+        for size in asked.sizes:
+            found = list(trials_of([name], size, design, asked))
+            if not found:
+                continue
+            print(table_row(name, size, found), flush=True)
+            if share([o.visible for o in found]) > 0.5:
+                seen.setdefault(size, []).extend(found)
+            if asked.list:
+                for o in filter(went_wrong, found):
+                    print(f"    seed {o.seed}: {o.verdict} {'/'.join(o.says)}, first {o.top}")
+    for size, found in seen.items():
+        print(table_row("all that is visible", size, found), flush=True)
+
+
+def trials_of(
+    names: Sequence[str], size: float, design: Design, asked: argparse.Namespace
+) -> Iterator[Outcome]:
+    for seed in range(asked.first_seed, asked.first_seed + asked.trials):
+        hidden = hidden_of(names, asked.triad, size, design, seed)
+        if hidden is None:
+            return
+        yield run_trial(design, seed, asked.triad, hidden)
+
+
+def nothing(asked: argparse.Namespace) -> None:
+    """Sessions in which nothing is hidden."""
+    design = DESIGNS[asked.design]()
+    found = list(trials_of([], 0.0, design, asked))
+    quiet = share([o.verdict == "nothing_missing" for o in found])
+    named = share([o.verdict == "effect" for o in found])
+    print(
+        f"nothing hidden, {asked.design} {asked.triad}, {len(found)} trials: "
+        f"'nothing missing' {quiet:.4f}, an effect named {named:.4f}; {verdict_counts(found)}"
+    )
+    for o in found:
+        if asked.list and o.verdict != "nothing_missing":
+            print(f"    seed {o.seed}: {o.verdict} {'/'.join(o.says)}, first {o.top}")
+
+
+def two(asked: argparse.Namespace) -> None:
+    """Two effects at once, the pair drawn anew for every trial; the loop is run to its end."""
+    design = DESIGNS[asked.design]()
+    for size in asked.sizes:
+        both = exactly = one = wrong = 0
+        for seed in range(asked.first_seed, asked.first_seed + asked.trials):
+            hidden = draw_pair(design, seed, asked)
+            names = {h.name for h in hidden}
+            loop = follow_to_the_end(poses_of(design, seed, asked.triad, hidden))
+            accepted = names | ({"scale_drift"} if "reference_drift" in names else set())
+            # What stays open at the end still shows the effect where its group is named.
+            shown = set(loop.added) | set(loop.last.group if loop.last.verdict == "effect" else ())
+            right = len([n for n in names if n in shown or (
+                n == "reference_drift" and "scale_drift" in shown)])
+            both += right == 2
+            one += right >= 1
+            exactly += right == 2 and not set(loop.added) - accepted
+            wrong += bool(set(loop.added) - accepted)
+            if (asked.list and right < 2) or set(loop.added) - accepted:
+                print(f"    seed {seed}: {' + '.join(sorted(names))}: added "
+                      f"{', '.join(loop.added) or 'nothing'}; then {loop.last.verdict} "
+                      f"{'/'.join(loop.last.group)}")
+        n = asked.trials
+        print(f"two effects at {size:g}, {asked.design} {asked.triad}, {n} trials: both found "
+              f"{both / n:.3f}, exactly these {exactly / n:.3f}, one or more {one / n:.3f}, an "
+              f"innocent one added {wrong / n:.3f}", flush=True)
+
+
+def draw_pair(design: Design, seed: int, asked: argparse.Namespace) -> list[Hidden]:
+    """Two visible effects of the catalogue that are no part of each other."""
+    rng = np.random.default_rng([seed, 30])
+    names = [n for n in asked.effects or LISTED if calibrates(n, asked.triad)]
+    apart = [
+        pair
+        for pair in combinations(names, 2)
+        if not set(pair) & {"frame_rotation", "reference_scale"}
+        and set(pair) != {"scale_drift", "reference_drift"}
+    ]
+    while True:
+        pair = apart[int(rng.integers(len(apart)))]
+        hidden = hidden_of(pair, asked.triad, asked.sizes[0], design, seed)
+        if hidden is not None:
+            return hidden
+
+
+def unlisted(asked: argparse.Namespace) -> None:
+    """Effects that no catalogue has, and biases that follow a logged column."""
+    design = DESIGNS[asked.design]()
+    for name in asked.effects or (*(f"column:{c}" for c in COLUMNS), *UNLISTED):
+        kind, _, column = name.partition(":")
+        accepted = ACCEPTED.get(kind, {column, f"column:{column}"})
+        for size in asked.sizes:
+            found = list(trials_of([name], size, design, asked))
+            hit = share([o.verdict in ("unknown", "effect", "bad_pose") and (
+                bool(accepted & set(o.says)) or o.verdict in accepted) for o in found])
+            blamed = share([o.verdict == "effect" and not accepted & set(o.says) for o in found])
+            print(f"{name:28s} {size:4g}: found {hit:.3f}, a listed effect blamed {blamed:.3f}; "
+                  f"{verdict_counts(found)}", flush=True)
+            if asked.list:
+                for o in found:
+                    if not accepted & {*o.says, o.verdict}:
+                        print(f"    seed {o.seed}: {o.verdict} {'/'.join(o.says)}, first {o.top}")
+
+
+def settle_open(asked: argparse.Namespace) -> None:
+    """Verdicts that leave something open: record what is asked for, diagnose again."""
+    design = DESIGNS[asked.design]()
+    total: list[Settled] = []
+    for name in asked.effects or LISTED:
+        if not calibrates(name, asked.triad):
+            continue
+        for size in asked.sizes:
             found = []
-            for seed in range(trials):
-                try:
-                    hidden = (
-                        [] if name == "none" else [draw_effect(name, triad, size, design, seed)]
-                    )
-                except ValueError:  # does not reach these pose equations at all
+            for seed in range(asked.first_seed, asked.first_seed + asked.trials):
+                hidden = hidden_of([name], asked.triad, size, design, seed)
+                if hidden is None:
                     break
-                found.append(run_trial(design, seed, triad, hidden))
+                settled = settle(design, seed, asked.triad, hidden)
+                if settled is not None:
+                    found.append(settled)
             if found:
-                yield name, size, found
+                print(settled_row(name, size, found), flush=True)
+                if asked.list:
+                    for s in found:
+                        if not s.right:
+                            print(f"    seed {s.seed}: {'/'.join(s.before)}; after {s.block}: "
+                                  f"{s.verdict} {'/'.join(s.after)}")
+            total += found
+    if total:
+        print(settled_row("all that stayed open", 0, total))
+
+
+def settled_row(name: str, size: float, found: Sequence[Settled]) -> str:
+    advised = [s for s in found if s.block is not None]
+    right = share([s.right for s in advised]) if advised else float("nan")
+    blocks = ", ".join(f"{k} {v}" for k, v in Counter(s.block for s in found).most_common())
+    return (f"{name:26s} {size:4g}: {len(found)} open, {len(advised)} with a block to record, "
+            f"settled {right:.3f}; {blocks}")
+
+
+QUESTIONS = {
+    "listed": listed,
+    "nothing": nothing,
+    "two": two,
+    "unlisted": unlisted,
+    "settle": settle_open,
+}
 
 
 def main() -> None:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    """Ask one question and print its table."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("question", choices=QUESTIONS)
     parser.add_argument("design", choices=DESIGNS)
     parser.add_argument("triad", choices=("accelerometer", "gyroscope"))
-    parser.add_argument("--effects", nargs="+", default=["none", *LISTED])
-    parser.add_argument("--sizes", nargs="+", type=float, default=[2.0, 5.0, 10.0])
-    parser.add_argument("--trials", type=int, default=20)
+    parser.add_argument("--effects", nargs="+", default=None)
+    parser.add_argument("--sizes", nargs="+", type=float, default=[5.0])
+    parser.add_argument("--trials", type=int, default=40)
+    parser.add_argument("--first-seed", type=int, default=0)
+    parser.add_argument("--list", action="store_true", help="show the trials that went wrong")
     asked = parser.parse_args()
-    names = [n for n in asked.effects if asked.triad == "gyroscope" or n not in GYROSCOPE_ONLY]
-    print(f"{'hidden':26s} size visible first named wrong   rms -> after   loo  verdicts")
-    for name, size, found in outcomes(asked.design, asked.triad, names, asked.sizes, asked.trials):
-        share = {
-            key: np.mean([getattr(o, key) for o in found])
-            for key in ("visible", "first", "named", "named_wrong")
-        }
-        verdicts = {v: sum(o.verdict == v for o in found) for v in {o.verdict for o in found}}
-        print(
-            f"{name:26s} {size:4.0f} {share['visible']:7.2f} {share['first']:5.2f} "
-            f"{share['named']:5.2f} {share['named_wrong']:5.2f} "
-            f"{np.mean([o.rms_before for o in found]):6.2f} -> "
-            f"{np.mean([o.rms_after for o in found]):5.2f} "
-            f"{np.mean([o.loo_after for o in found]):5.2f}  {verdicts}",
-            flush=True,
-        )
+    QUESTIONS[asked.question](asked)
 
 
 if __name__ == "__main__":

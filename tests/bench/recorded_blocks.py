@@ -1,0 +1,140 @@
+"""The block of poses that a diagnosis asks for, recorded on the simulated bench.
+
+The evening goes on with the same unit and the same hidden physics; the new poses are joined to
+the old ones as one session, as a user does who names the new logs in the configuration.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.calibration import calibrate_triad
+from calib.catalogue import BASE
+from calib.diagnose import diagnose
+from calib.errors import Undetermined
+from calib.model import Model
+from calib.poses import PoseSet, Run, pose_set
+from calib.runs import PlateRate, gravity_run, stopped_run, turning_run
+from calib.solver import fit
+from tests.bench.trials import COMMON_PARTS, said_names
+from tests.fitting import averaged, spec_of
+from tests.world.bench import Design, corner_directions, wedge_directions
+from tests.world.bench import Run as BenchRun
+from tests.world.designs import FAST, SLOW, still_run
+from tests.world.designs import turning_run as turning
+from tests.world.hidden import Hidden
+from tests.world.plate import PlateMotion
+from tests.world.session import Session, simulate
+
+TILT_RAD = np.pi / 3
+SOAK_C = 20.0
+
+
+@dataclass(frozen=True)
+class Settled:
+    """An open verdict, the block that was recorded, and what was said then.
+
+    ``right`` says whether the hidden effect is named at last, alone or with what is part of it.
+    """
+
+    seed: int
+    before: tuple[str, ...]
+    block: str | None
+    verdict: str
+    after: tuple[str, ...]
+    right: bool
+
+
+def block_runs(code: str, triad: str) -> tuple[BenchRun, ...]:
+    """The runs that the advice ``code`` asks for."""
+    wedge = wedge_directions()
+    if triad == "accelerometer":
+        return {
+            "corners": (still_run(corner_directions(), "corners"),),
+            "repeat": (still_run(wedge, "repeat"),),
+            "soak": (
+                still_run(wedge, "warm", soak_c=SOAK_C, lead_s=1800.0),
+                still_run(wedge, "cooled", lead_s=5400.0),
+            ),
+        }[code]
+    slow, fast = PlateMotion(SLOW), PlateMotion(FAST)
+    return {
+        "stopped": (still_run(wedge, "rest"),),
+        "speed": (turning("another speed", fast, wedge),),
+        "direction": (turning("other way", PlateMotion(-SLOW), wedge),),
+        "tilt": (turning("tilted", slow, wedge),),
+        "repeat": (turning("repeat", slow, wedge),),
+        "corners": (turning("corners", slow, corner_directions()),),
+        "soak": (
+            replace(turning("warm", slow, wedge), soak_c=SOAK_C, lead_s=1800.0),
+            replace(turning("cooled", slow, wedge), lead_s=5400.0),
+        ),
+    }[code]
+
+
+def block_design(design: Design, code: str, triad: str) -> Design:
+    """The evening that goes on after ``design`` with the block ``code``."""
+    first, *rest = block_runs(code, triad)
+    first = replace(first, lead_s=first.lead_s + design.end_s)
+    table = design.turntable
+    if code == "tilt":
+        table = replace(table, tilt_rad=(TILT_RAD, 0.0))
+    return replace(design, runs=(first, *rest), turntable=table, rests_count_for_gyroscope=True)
+
+
+def joined_poses(sessions: Sequence[Session], triad: str) -> PoseSet:
+    """The poses of ``triad`` of several sessions with one unit, as one set."""
+    design = sessions[0].design
+    sensor, gravity = design.sensor, design.site.gravity_m_s2
+    latitude = float(np.radians(design.site.latitude_deg))
+    specs = (
+        spec_of(sensor.accelerometer, sensor.accelerometer.full_scale),
+        spec_of(sensor.gyroscope, sensor.gyroscope.full_scale),
+    )
+    still: list[Run] = []
+    of_gyro: list[Run] = []
+    for session in sessions:
+        for log in session.runs:
+            stated = session.rates.get(log.run.name)
+            means = averaged(log, specs, 0.0 if stated is None else abs(stated.rate_rad_s))
+            if stated is None:
+                still.append(gravity_run(log.run.name, means, gravity, 0.0))
+                if session.design.rests_count_for_gyroscope:
+                    of_gyro.append(stopped_run(log.run.name, means, latitude))
+                continue
+            rate, sd = np.array([abs(stated.rate_rad_s)]), np.array([stated.sd_rad_s])
+            of_gyro.append(turning_run(means, PlateRate(log.run.name, rate, sd), latitude))
+    accelerometer = pose_set("accelerometer", still, 0.0)
+    if triad == "accelerometer":
+        return accelerometer
+    correct = calibrate_triad(fit(accelerometer, Model.of(BASE)), specs[0]).correct
+    return pose_set("gyroscope", of_gyro, 0.0, correct)
+
+
+def settle(design: Design, seed: int, triad: str, hidden: Sequence[Hidden]) -> Settled | None:
+    """Diagnose; where it stays open, record what is advised and diagnose again. None if settled."""
+    session = simulate(design, seed, tuple(hidden))
+    found = diagnose(fit(joined_poses([session], triad), Model.of(BASE)))
+    if found.verdict not in ("effect", "ambiguous") or found.addable:
+        return None
+    if found.advice is None:
+        return Settled(seed, found.group, None, found.verdict, found.group, False)
+    more = simulate(block_design(design, found.advice.block, triad), seed, tuple(hidden))
+    try:
+        poses = joined_poses([session, more], triad)
+    except Undetermined:  # advice that this sensor cannot follow: a speed beyond its full scale
+        return Settled(seed, found.group, found.advice.block, "refused", (), False)
+    after = diagnose(fit(poses, Model.of(BASE)))
+    names = {h.name for h in hidden}
+    right = names.union(*(COMMON_PARTS.get(name, set()) for name in names))
+    said = said_names(after)
+    one = after.verdict == "effect" and (len(after.group) == 1 or set(after.group) <= right)
+    return Settled(
+        seed=seed,
+        before=found.group,
+        block=found.advice.block,
+        verdict=after.verdict,
+        after=said or after.group,
+        right=one and bool(set(said) & right),
+    )
