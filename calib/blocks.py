@@ -19,6 +19,9 @@ from calib.runs import TIME_BASE
 
 RECORD_SPEEDS_RAD_S = np.array([50 / 3, 100 / 3, 45.0, 78.0]) * np.pi / 30
 SAME_SPEED = 0.05
+HEADROOM = 0.9
+"""Share of the full scale up to which a rate is advised; gain and offset take the rest."""
+
 SOAK_K = 20.0
 POSE_S = 30.0
 TEMPERATURE = "temperature_c"
@@ -43,8 +46,11 @@ class Block:
 MINUTES_PER_PASS = 10.0
 
 
-def menu(fit: Fit) -> list[Block]:
-    """The blocks worth considering for the poses of ``fit``, cheapest first."""
+def menu(fit: Fit, full_scale: float = np.inf) -> list[Block]:
+    """The blocks worth considering for the poses of ``fit``, cheapest first.
+
+    No speed of the plate is among them that would saturate a gyro of ``full_scale`` (rad/s).
+    """
     poses = fit.poses
     has_temperature = TEMPERATURE in poses.columns
     one = MINUTES_PER_PASS
@@ -70,7 +76,8 @@ def menu(fit: Fit) -> list[Block]:
     if moving.size:
         slow = float(moving.min())
         for speed in RECORD_SPEEDS_RAD_S:
-            if (np.abs(moving / speed - 1) > SAME_SPEED).all():
+            new = bool((np.abs(moving / speed - 1) > SAME_SPEED).all())
+            if new and speed < HEADROOM * full_scale:
                 rpm = speed * 30 / np.pi
                 says = f"the same poses at another speed of the plate ({rpm:.3g} rpm)"
                 blocks.append(Block("speed", says, one, ((speed / slow, 0.0, 0.0),)))
@@ -243,7 +250,7 @@ def with_block(fit: Fit, block: Block) -> Fit:
     )
 
 
-def hypothetical(fit: Fit) -> Iterator[tuple[Block, Fit]]:
+def hypothetical(fit: Fit, full_scale: float = np.inf) -> Iterator[tuple[Block, Fit]]:
     """Every block of the menu with the fit as it would then stand."""
-    for block in menu(fit):
+    for block in menu(fit, full_scale):
         yield block, with_block(fit, block)

@@ -103,6 +103,13 @@ class Equations:
         held = np.where(self.is_null[:, None], self.poses.expected, vector)
         return replace(self.at_start, vector=held)
 
+    def whitened(self, vectors: FloatArray, s: FloatArray) -> FloatArray:
+        """Data rows (d, k) of errors ``vectors`` (n, 3, k) of the corrected vectors s (n, 3)."""
+        n = s[self.magnitude] / np.linalg.norm(s[self.magnitude], axis=1, keepdims=True)
+        along = np.einsum("ni,nik->nk", n, vectors[self.magnitude]) / self.magnitude_sd[:, None]
+        rest = vectors[self.null] / self.null_sd[:, :, None]
+        return np.concatenate([along, rest.reshape(-1, vectors.shape[2])])
+
     def corrected(self, theta: FloatArray, shapes: Mapping[str, float]) -> FloatArray:
         """The corrected vectors s at ``theta``, shape (n, 3)."""
         s = self.at_reading.vector - self.reading_columns @ theta[self.reading_index]

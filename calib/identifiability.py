@@ -5,6 +5,7 @@ leaves the residual small while the parameters run away. What counts are the num
 rank, and the condition number of the column-scaled Jacobian.
 """
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +14,7 @@ from calib.coverage import list_directions, uncovered
 from calib.effects import Effect
 from calib.errors import Undetermined
 from calib.imu_log import BoolArray, FloatArray
+from calib.model import stack_columns
 
 if TYPE_CHECKING:
     from calib.equations import Equations, Rows
@@ -65,7 +67,13 @@ def require_determined(equations: "Equations", rows: "Rows", basis: FloatArray) 
         A rank loss, or a condition number above ``CONDITION_LIMIT``.
     """
     triad, model, poses = equations.poses.triad, equations.model, equations.poses
-    data = rows.jacobian[: equations.data_count, : model.size]
+    data = rows.jacobian[: equations.data_count, : model.size].copy()
+    # Bias and scale look alike about a false origin that is far away; the same nine parameters
+    # about the corrected vector's own zero do not, and determine each other one to one.
+    if equations.on_reading:
+        at = replace(equations.at_reading, vector=rows.vector)
+        columns = stack_columns(equations.on_reading, at, {})
+        data[:, equations.reading_index] = equations.whitened(columns, rows.vector)
     condition, weakest = scaled_condition(data @ basis)
     weakest = np.abs(basis) @ np.abs(weakest)
     base_only = len(equations.reading_index) == model.size

@@ -105,11 +105,7 @@ def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> Floa
 def project_on_rows(fit: Fit, vectors: FloatArray) -> FloatArray:
     """Whitened rows (d, k) of errors (n, 3, k) of the corrected vectors."""
     equations, s = fit.equations, fit.rows.vector
-    turning, null = equations.magnitude, equations.null
-    n = s[turning] / np.linalg.norm(s[turning], axis=1, keepdims=True)
-    along = np.einsum("ni,nik->nk", n, vectors[turning]) / equations.magnitude_sd[:, None]
-    rest = (vectors[null] / equations.null_sd[:, :, None]).reshape(-1, vectors.shape[2])
-    rows = np.concatenate([along, rest])
+    rows = equations.whitened(vectors, s)
     # A rotation is perpendicular to every reading: what is left of it is rounding, not a signal.
     whole = np.sqrt((vectors**2).sum(axis=(0, 1))) / float(np.median(equations.row_sd))
     rows[:, np.sqrt((rows**2).sum(axis=0)) < ROUNDING * whole] = 0.0
