@@ -9,6 +9,8 @@ remain, the block of poses that would tell them apart is computed.
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from calib.effects import Effect
 from calib.fit import Fit
 from calib.hypotheses import Hypothesis, weigh
@@ -85,15 +87,18 @@ class Diagnosis:
         return None if self.advice is None else self.advice.says
 
 
-def diagnose(fit: Fit, own: Sequence[Effect] = ()) -> Diagnosis:
-    """Diagnose ``fit``; ``own`` are users' effects, weighed with the listed ones."""
+def diagnose(fit: Fit, own: Sequence[Effect] = (), full_scale: float = np.inf) -> Diagnosis:
+    """Diagnose ``fit``; ``own`` are users' effects, weighed with the listed ones.
+
+    ``full_scale`` of the triad, SI, keeps what to record next to what the sensor can measure.
+    """
     projector = Projector(fit)
     weighed = weigh(fit, projector, own)
     log_p = log_posterior(weighed)
     every, ranking = rank(fit, projector, weighed, log_p)
     p_value = judge(fit, ()).p_value
     verdict = Judge(fit, every, ranking, log_p, p_value).reach()
-    advice = _advise(fit, verdict, every, ranking)
+    advice = _advise(fit, verdict, every, ranking, full_scale)
     return Diagnosis(
         verdict=verdict.code,
         name=verdict.name,
@@ -110,7 +115,11 @@ def diagnose(fit: Fit, own: Sequence[Effect] = ()) -> Diagnosis:
 
 
 def _advise(
-    fit: Fit, verdict: Verdict, every: Sequence[Hypothesis], ranking: Sequence[Candidate]
+    fit: Fit,
+    verdict: Verdict,
+    every: Sequence[Hypothesis],
+    ranking: Sequence[Candidate],
+    full_scale: float,
 ) -> Advice | None:
     """The block that would settle an open verdict."""
     open_names = verdict.group if len(verdict.group) > 1 or verdict.code == "ambiguous" else ()
@@ -120,4 +129,4 @@ def _advise(
         for h in every
         if h.kind == "listed" and h.name in open_names and h.effect is not None
     ]
-    return best_block(fit, rivals[:RIVALS_COMPARED]) if rivals else None
+    return best_block(fit, rivals[:RIVALS_COMPARED], full_scale) if rivals else None

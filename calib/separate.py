@@ -63,8 +63,10 @@ def _signal(fit: Fit, rival: Rival, others: Sequence[Rival]) -> float:
     return float((left_unit**2).sum() / full.shape[1])
 
 
-def best_block(fit: Fit, rivals: Sequence[Rival]) -> Advice | None:
+def best_block(fit: Fit, rivals: Sequence[Rival], full_scale: float = np.inf) -> Advice | None:
     """The block that tells ``rivals`` apart (or makes a single one visible), per minute of work.
+
+    ``full_scale`` of the triad, SI, keeps it to what the sensor can measure.
 
     Returns
     -------
@@ -72,7 +74,7 @@ def best_block(fit: Fit, rivals: Sequence[Rival]) -> Advice | None:
         None where no block of the menu reaches ``ENOUGH_LAMBDA``.
     """
     found: list[tuple[float, Advice]] = []
-    for block, then in hypothetical(fit):
+    for block, then in hypothetical(fit, full_scale):
         powers = []
         for i, rival in enumerate(rivals):
             others = [[other] for j, other in enumerate(rivals) if j != i] or [[]]

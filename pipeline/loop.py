@@ -166,7 +166,9 @@ def _what_would_show(result: TriadResult, names: list[str]) -> str:
     except CalibrationError:  # a user's own effect has no page
         return "Record poses in which its columns change while everything else stays."
     advice = best_block(
-        result.calibration.fit, [Rival(effect, sizes.get(effect.name)) for effect in effects]
+        result.calibration.fit,
+        [Rival(effect, sizes.get(effect.name)) for effect in effects],
+        result.calibration.spec.full_scale,
     )
     if advice is not None:
         return f"What would allow it: record {advice.says}."

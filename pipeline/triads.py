@@ -159,7 +159,7 @@ def _calibrated(
     return TriadResult(
         calibration,
         compare(found),
-        diagnose(found, tuple(mine.values())),
+        diagnose(found, tuple(mine.values()), spec.full_scale),
         gravity,
         warnings=(
             *turning_while_still(poses),

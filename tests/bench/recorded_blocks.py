@@ -12,7 +12,6 @@ import numpy as np
 from calib.calibration import calibrate_triad
 from calib.catalogue import BASE
 from calib.diagnose import diagnose
-from calib.errors import Undetermined
 from calib.model import Model
 from calib.poses import PoseSet, Run, pose_set
 from calib.runs import PlateRate, gravity_run, stopped_run, turning_run
@@ -24,6 +23,7 @@ from tests.world.bench import Run as BenchRun
 from tests.world.designs import FAST, SLOW, still_run
 from tests.world.designs import turning_run as turning
 from tests.world.hidden import Hidden
+from tests.world.physics import triad_of
 from tests.world.plate import PlateMotion
 from tests.world.session import Session, simulate
 
@@ -115,17 +115,15 @@ def joined_poses(sessions: Sequence[Session], triad: str) -> PoseSet:
 def settle(design: Design, seed: int, triad: str, hidden: Sequence[Hidden]) -> Settled | None:
     """Diagnose; where it stays open, record what is advised and diagnose again. None if settled."""
     session = simulate(design, seed, tuple(hidden))
-    found = diagnose(fit(joined_poses([session], triad), Model.of(BASE)))
+    full_scale = triad_of(design, triad).full_scale
+    found = diagnose(fit(joined_poses([session], triad), Model.of(BASE)), (), full_scale)
     if found.verdict not in ("effect", "ambiguous") or found.addable:
         return None
     if found.advice is None:
         return Settled(seed, found.group, None, found.verdict, found.group, False)
     more = simulate(block_design(design, found.advice.block, triad), seed, tuple(hidden))
-    try:
-        poses = joined_poses([session, more], triad)
-    except Undetermined:  # advice that this sensor cannot follow: a speed beyond its full scale
-        return Settled(seed, found.group, found.advice.block, "refused", (), False)
-    after = diagnose(fit(poses, Model.of(BASE)))
+    poses = joined_poses([session, more], triad)
+    after = diagnose(fit(poses, Model.of(BASE)), (), full_scale)
     names = {h.name for h in hidden}
     right = names.union(*(COMMON_PARTS.get(name, set()) for name in names))
     said = said_names(after)
