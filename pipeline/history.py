@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -72,25 +72,35 @@ def _step(path: Path, number: int, line: str) -> Step:
         ) from error
 
 
-def add_step(folder: Path, found: Mapping[str, Any], when: datetime) -> Path:
-    """Put one line for the results ``found`` at the end of the history."""
+def with_step(
+    before: Sequence[Step], found: Mapping[str, Any], when: datetime
+) -> tuple[Step, ...]:
+    """The history ``before`` with one step more, for the results ``found``."""
+    triads = {triad: _triad_step(found[triad]) for triad in TRIADS if found[triad] is not None}
+    return (
+        *before, Step(when.isoformat(timespec="seconds"), found["config_sha256"], dict(triads))
+    )
+
+
+def write_history(folder: Path, steps: Sequence[Step]) -> Path:
+    """Write the history, a line for each run."""
     path = folder / HISTORY_NAME
-    read_history(folder)  # a damaged history is reported, never built upon
-    before = path.read_text(encoding="utf-8") if path.exists() else ""
-    line: dict[str, Any] = {
-        "when": when.isoformat(timespec="seconds"),
-        "config_sha256": found["config_sha256"],
-    }
-    line |= {triad: _line_of(found[triad]) for triad in TRIADS}
-    write_whole(path, before + json.dumps(line, ensure_ascii=False) + "\n")
+    write_whole(path, "".join(_line(step) + "\n" for step in steps))
     return path
 
 
-def _line_of(triad: Mapping[str, Any] | None) -> dict[str, Any] | None:
-    if triad is None:
-        return None
-    kept = {key: triad[key] for key in ("model", "residual_rms", "loo_rms", "chi2", "dof")}
-    return {**kept, "verdict": triad["diagnosis"]["verdict"]}
+def _triad_step(given: Mapping[str, Any]) -> TriadStep:
+    kept = {key: given[key] for key in ("residual_rms", "loo_rms", "chi2", "dof")}
+    return TriadStep(
+        model=tuple(given["model"]), verdict=given["diagnosis"]["verdict"], **kept
+    )
+
+
+def _line(step: Step) -> str:
+    line: dict[str, Any] = {"when": step.when, "config_sha256": step.config_sha256}
+    for triad in TRIADS:
+        line[triad] = asdict(step.triads[triad]) if triad in step.triads else None
+    return json.dumps(line, ensure_ascii=False)
 
 
 def history_rows(steps: Sequence[Step]) -> dict[str, list[tuple[str, ...]]]:

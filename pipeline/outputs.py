@@ -4,7 +4,7 @@ from datetime import datetime
 from pathlib import Path
 
 from pipeline.files import write_whole
-from pipeline.history import add_step, read_history
+from pipeline.history import read_history, with_step, write_history
 from pipeline.report import REPORT_NAME, report_html
 from pipeline.results import results_of, write_results
 from pipeline.runner import Outcome
@@ -13,17 +13,22 @@ from pipeline.runner import Outcome
 def write_outputs(outcome: Outcome, folder: Path) -> Path:
     """Write results, history and report into ``folder``; returns the report's path.
 
+    All three are made before the first is written.
+
     Raises
     ------
     UnwritableOutput
         A file cannot be written; it then is as it was before.
     UnreadableInput
-        The history there is damaged.
+        The history there is damaged; nothing is written.
     """
     found = results_of(outcome)
+    history = read_history(folder)
+    if outcome.triads:
+        history = with_step(history, found, datetime.now().astimezone())
+    report, page = folder / REPORT_NAME, report_html(outcome, history)
     write_results(folder, found)
     if outcome.triads:
-        add_step(folder, found, datetime.now().astimezone())
-    report = folder / REPORT_NAME
-    write_whole(report, report_html(outcome, read_history(folder)))
+        write_history(folder, history)
+    write_whole(report, page)
     return report

@@ -8,8 +8,10 @@ import hashlib
 import json
 from pathlib import Path
 
+from pipeline.certificates import certificate_json, compare_with_certificate
 from pipeline.files import write_whole
 from pipeline.json_values import Json
+from pipeline.mounting import mounting_json
 from pipeline.rate_json import rate_json
 from pipeline.runner import Outcome
 from pipeline.stored import FORMAT, RESULTS_NAME
@@ -32,11 +34,15 @@ def results_of(outcome: Outcome) -> Json:
         "rate": {name: rate_json(rate) for name, rate in outcome.rates.items()},
         "accelerometer": None,
         "gyroscope": None,
-        "installation": None,
+        "installation": mounting_json(outcome.installation) if outcome.installation else None,
         "warnings": list(outcome.warnings),
     }
-    own = outcome.config.effects
-    return found | {result.triad: triad_json(result, own) for result in outcome.triads}
+    for result in outcome.triads:
+        certificate = compare_with_certificate(outcome.config, result)
+        found[result.triad] = triad_json(result, outcome.config.effects) | {
+            "certificate": certificate_json(certificate) if certificate else None
+        }
+    return found
 
 
 def write_results(folder: Path, found: Json) -> Path:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from calib.installation import Installation
 from pipeline.config import Config
 from pipeline.rates import SettingRate
 from pipeline.recordings import Recordings
@@ -23,6 +24,7 @@ class Outcome:
     recordings: Recordings
     accelerometer: TriadResult | None
     gyroscope: TriadResult | None
+    installation: Installation | None
 
     @property
     def triads(self) -> tuple[TriadResult, ...]:
@@ -34,7 +36,8 @@ class Outcome:
         """What the user should know, a paragraph each, in the order of the stages."""
         of_rates = tuple(w for rate in self.rates.values() for w in rate.warnings)
         of_triads = tuple(w for triad in self.triads for w in triad.warnings)
-        return of_rates + self.recordings.warnings + of_triads
+        of_mounting = self.installation.notes if self.installation else ()
+        return of_rates + self.recordings.warnings + of_triads + of_mounting
 
 
 def run_stages(config: Config, workplace: Workplace, on_stage: OnStage) -> Outcome:

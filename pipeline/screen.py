@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from calib.imu_log import AXES, SI_UNIT
+from calib.installation import Installation
 from calib.parameters import TriadParameters
 from pipeline.display import DISPLAY, RPM, aligned, count, relative, with_sd
+from pipeline.mounting import mounting_text
 from pipeline.rates import SettingRate
 from pipeline.recordings import Recordings
 from pipeline.runner import Outcome
@@ -29,6 +31,8 @@ def stage_lines(name: str, artefact: Any) -> Iterator[str]:
         poses = sum(len(recording.means) for recording in artefact.by_setting.values())
         if poses:
             yield f"{'logs':<{NAME_WIDTH}} {count(poses, 'pose')} averaged"
+    elif isinstance(artefact, Installation):
+        yield f"{'installation':<{NAME_WIDTH}} {mounting_text(artefact)}"
     elif artefact is not None:
         raise TypeError(f"no line is known for the stage {name}")
 
@@ -40,6 +44,8 @@ def stage_warnings(artefact: Any) -> Iterator[str]:
             yield from rate.warnings
     elif isinstance(artefact, Recordings | TriadResult):
         yield from artefact.warnings
+    elif isinstance(artefact, Installation):
+        yield from artefact.notes
 
 
 def rate_line(rate: SettingRate) -> str:

@@ -2,8 +2,10 @@
 
     config.yaml ─┬─ rates ─────────┬──────────────────────────┐
                  │                 ▼                          ▼
-                 └──────────── recordings ─┬─ accelerometer ─ gyroscope
-                                           └──────────────────▲
+                 ├──────────── recordings ─┬─ accelerometer ─ gyroscope
+                 │                         └────────│─────────▲
+                 └──────────────────────────────────▼
+                                              installation
 
 A stage is a plain function ``(config, workplace, *needs)``. It returns its artefact, or None where
 the configuration has no section for it. The order of the table is the order of the run.
@@ -13,6 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from pipeline.mounting import measure_mounting
 from pipeline.rates import measure_rates
 from pipeline.recordings import average_recordings
 from pipeline.triads import calibrate_accelerometer, calibrate_gyroscope
@@ -32,4 +35,5 @@ STAGES = (
     Stage("recordings", ("rates",), average_recordings),
     Stage("accelerometer", ("recordings",), calibrate_accelerometer),
     Stage("gyroscope", ("rates", "recordings", "accelerometer"), calibrate_gyroscope),
+    Stage("installation", ("accelerometer",), measure_mounting),
 )

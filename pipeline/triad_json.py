@@ -70,7 +70,8 @@ def _effects(result: TriadResult) -> Json:
 
 
 def _poses(result: TriadResult) -> list[Json]:
-    poses = result.calibration.fit.poses
+    """Every pose: what was read, what the calibration makes of it, and what is left."""
+    poses, corrected = result.calibration.fit.poses, result.calibration.fit.rows.vector
     return [
         {
             "label": pose.label,
@@ -82,7 +83,7 @@ def _poses(result: TriadResult) -> list[Json]:
             "time_s": number(poses.time_s[i]),
             "reading": numbers(poses.reading[i]),
             "reading_sd": numbers(poses.sd[i]),
-            "force_m_s2": numbers(poses.force[i]),
+            "corrected": numbers(corrected[i]),
             "columns": {name: number(values[i]) for name, values in poses.columns.items()},
         }
         for i, pose in enumerate(result.comparison.poses)

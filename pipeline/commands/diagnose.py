@@ -7,7 +7,9 @@ import click
 
 @click.command()
 @click.argument("config", type=click.Path(path_type=Path))
-def command(config: Path) -> None:
+@click.option("--allow-python", is_flag=True,
+              help="Let Python files that CONFIG names for its own effects run.")
+def command(config: Path, allow_python: bool) -> None:
     """Say what the model in CONFIG misses, how sure that is, and what to type next.
 
     Every stage is run; results and history are left as they are.
@@ -17,7 +19,7 @@ def command(config: Path) -> None:
     from pipeline.screen import comparison_lines, next_step, ranking_lines, verdict_line
 
     asked = load_config(config)
-    outcome = run_watched(asked, asked.output_folder)
+    outcome = run_watched(asked, asked.output_folder, allow_python)
     for result in outcome.triads:
         click.echo()
         click.secho(verdict_line(result), bold=True)

@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 
-from pipeline.errors import UnreadableInput
-from pipeline.history import add_step, history_rows, read_history
+from pipeline.history import Step, history_rows, read_history, with_step, write_history
 from tests.pipeline.conftest import RunSession
 from tests.sessions import pipeline, results_in
 
@@ -38,8 +37,10 @@ def test_the_table_is_a_staircase_and_shows_equal_runs_once(
 ) -> None:
     found = results_in(finished.folder)
     base = ["bias", "scale", "misalignment"]
+    steps: tuple[Step, ...] = ()
     for model, rms in ((base, 0.009), (base, 0.009), ([*base, "quadratic"], 0.0005)):
-        add_step(tmp_path, with_model(found, model, rms), NOON)
+        steps = with_step(steps, with_model(found, model, rms), NOON)
+    write_history(tmp_path, steps)
     assert len(read_history(tmp_path)) == 3
     titles, *rows = history_rows(read_history(tmp_path))["accelerometer"]
     assert titles[:3] == ("when", "model", "RMS [mm/s²]")
@@ -67,12 +68,13 @@ def test_without_a_run_the_command_says_what_to_type(
 
 
 @pytest.mark.parametrize("line", ["{", "[]", json.dumps({"when": "now"})])
-def test_a_damaged_history_is_reported_with_its_line_and_never_built_upon(
-    finished: RunSession, tmp_path: Path, line: str
+def test_a_damaged_history_is_reported_with_its_line_and_nothing_is_written(
+    finished: RunSession, tmp_path: Path, line: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    history = add_step(tmp_path, results_in(finished.folder), NOON)
+    history = write_history(tmp_path, with_step((), results_in(finished.folder), NOON))
     whole = history.read_text(encoding="utf-8") + line + "\n"
     history.write_text(whole, encoding="utf-8")
-    with pytest.raises(UnreadableInput, match=r"history\.jsonl:2: is not a line"):
-        add_step(tmp_path, results_in(finished.folder), NOON)
+    assert pipeline("run", finished.config, "--output", tmp_path) == 3
+    assert f"{history}:2: is not a line" in capsys.readouterr().err
     assert history.read_text(encoding="utf-8") == whole
+    assert list(tmp_path.iterdir()) == [history]
