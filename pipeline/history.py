@@ -76,10 +76,10 @@ def with_step(
     before: Sequence[Step], found: Mapping[str, Any], when: datetime
 ) -> tuple[Step, ...]:
     """The history ``before`` with one step more, for the results ``found``."""
-    triads = {triad: _triad_step(found[triad]) for triad in TRIADS if found[triad] is not None}
-    return (
-        *before, Step(when.isoformat(timespec="seconds"), found["config_sha256"], dict(triads))
-    )
+    triads: dict[str, TriadStep] = {
+        triad: _triad_step(found[triad]) for triad in TRIADS if found[triad] is not None
+    }
+    return (*before, Step(when.isoformat(timespec="seconds"), found["config_sha256"], triads))
 
 
 def write_history(folder: Path, steps: Sequence[Step]) -> Path:
