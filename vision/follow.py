@@ -10,6 +10,7 @@ linearly, is below 0.03° and free of locking to the samples. Where the expected
 lead to a good match, the whole turn is searched by correlation.
 """
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,7 +36,8 @@ class Follower:
         self._rate = rate_rad_s
         grid = template.grid
         self._n = grid.azimuths
-        weight = grid.weight()[:, None]
+        self._weight = grid.weight()
+        weight = self._weight[:, None]
         spectrum = np.fft.rfft(template.turning, axis=1)
         k = np.arange(spectrum.shape[1])
         shifts = np.exp(-2j * np.pi * k * np.arange(SUBSTEPS)[:, None] / (SUBSTEPS * self._n))
@@ -45,8 +47,8 @@ class Follower:
         self._image = np.concatenate([image, image], axis=-1).astype(np.float32)
         self._filter = np.concatenate([weight * slope] * 2, axis=-1).astype(np.float32)
         self._seen = grid.seen
-        self._still = template.still * self._seen
-        self._weight = weight
+        self._partly = not bool(self._seen.all())
+        self._still = template.still
         self._search = (weight * np.conj(spectrum)).astype(np.complex64)
         # Rings partly outside the picture: what the template itself gives, by angle.
         seen = np.conj(np.fft.rfft(self._seen, axis=1))
@@ -66,11 +68,14 @@ class Follower:
         strip = self.template.grid.strip(picture)
         before, self._before = self._before, strip
         change = np.inf if before is None else _mean_change(strip, before)
-        difference = strip * self._seen - self._still
+        difference = cv2.subtract(strip, self._still, dtype=cv2.CV_32F)
+        if self._partly:
+            difference = difference * self._seen
         expected = self._angle
         if self._time is not None:
             expected += self._rate * (time_s - self._time)
-        size = float(np.sqrt(np.einsum("rn,rn,rj->", difference, difference, self._weight)))
+        energy = np.einsum("rn,rn->r", difference, difference) @ self._weight
+        size = float(np.sqrt(energy))
         angle, match = self._refine(difference, expected, size)
         if self._time is None or match < GOOD_MATCH * self._usual:
             searched, found = self._refine(difference, self._whole_turn(difference, expected), size)
@@ -116,7 +121,7 @@ class Follower:
             angle = held + step
             if abs(step) < LINEAR * sample:
                 break
-        like = np.einsum("rn,rn,rj->", self._image[part][:, column], difference, self._weight)
+        like = np.einsum("rn,rn->r", self._image[part][:, column], difference) @ self._weight
         return angle, float(like) / max(size * float(np.sqrt(self._energy[turn])), 1e-9)
 
     def _whole_turn(self, difference: NDArray[np.float32], expected_rad: float) -> float:
@@ -131,8 +136,7 @@ class Follower:
 
 
 def _mean_change(strip: Luma, before: Luma) -> float:
-    larger, smaller = np.maximum(strip, before), np.minimum(strip, before)
-    return float((larger - smaller).mean())
+    return cv2.norm(strip, before, cv2.NORM_L1) / strip.size
 
 
 def _by_angle(

@@ -73,7 +73,8 @@ def learn(name: str, frames: list[Frame], given: View | None) -> Learned:
         if again.coherence > COHERENT and np.median(jerk) < SMOOTH_RAD:
             fine = _fine(coarse, [pictures[i] for i in some], still)
             rate = np.median(np.diff(coarse.angle_rad) / np.maximum(np.diff(time[some]), 1e-6))
-            return Learned(fine.template, float(rate), _symmetry(fine.template), ())
+            notes = _others_turning(name, fine.template.grid.view, tried)
+            return Learned(fine.template, float(rate), _symmetry(fine.template), notes)
     raise RateRefused(
         f"{name}: nothing in the picture turns about a fixed axis: {len(views)} round outline(s) "
         f"were tried, and at most {best:.0%} of what changes inside one turns together (a plate "
@@ -87,6 +88,23 @@ def _spin(view: View, pictures: list[Luma], still: Luma, time_s: FloatArray) -> 
     strips = (grid.strips(pictures) - grid.strip(still)) * grid.seen
     spectra = np.fft.rfft(strips, axis=-1).astype(np.complex64)
     return find_spin(spectra, grid.weight(), time_s)
+
+
+def _others_turning(name: str, plate: View, tried: list[tuple[View, Spin]]) -> tuple[str, ...]:
+    """A word on turning things beside the plate."""
+    beside = [
+        view
+        for view, spin in tried
+        if spin.coherence > COHERENT
+        and float(plate.plate(*(np.array(c) for c in view.centre_px))[0]) > 1
+    ]
+    if not beside:
+        return ()
+    return (
+        f"{name}: more than one thing turns in the picture; the one around "
+        f"({plate.centre_px[0]:.0f}, {plate.centre_px[1]:.0f}) px was measured, as the annotated "
+        f"picture shows. For another give its rim (plate: centre_px, radius_px).",
+    )
 
 
 def _fine(coarse: Alignment, pictures: list[Luma], still: Luma) -> Alignment:

@@ -1,0 +1,116 @@
+"""Rendered films: plate found, angle followed, rate right, or an honest refusal."""
+
+import numpy as np
+import pytest
+
+from vision.errors import RateRefused
+from vision.rate import measure_rate
+from vision.timebase import Timebase
+from vision.track import track_phase
+
+pytest.importorskip("av", reason="rendering clips needs PyAV")
+
+from tests.world.film import Recorder, Scene
+from tests.world.plate import PlateMotion
+from tests.world.scene import Mark, homography
+from vision.geometry import View
+
+RPM = 2 * np.pi / 60
+CLOCK = Timebase(ppm=0.0)
+STRONG = Recorder(crf=30)
+
+
+def error_ppm(rate, motion):
+    signed = rate.rate_rad_s * (1 if rate.direction == "ccw" else -1)
+    return (signed / motion.rate_rad_s - 1) * 1e6
+
+
+SCENES = {
+    "seen from above": (33.3, Scene()),
+    "tilt of 40 degrees in true perspective": (
+        -33.3,
+        Scene(tilt_rad=np.radians(40), camera_distance=4.5, radius_px=135),
+    ),
+    "texture and no mark": (33.3, Scene(marks=(), label=False, sensor_box=False, texture=6.0)),
+    "label and sensor box and no mark": (-16.667, Scene(marks=(), glare=90)),
+    "tonearm over the plate": (45.0, Scene(tonearm=True)),
+    "hand for the first seconds": (33.3, Scene(hand_until_s=4.0)),
+    "dim and noisy": (16.667, Scene(light=0.3, noise=5.0)),
+    "rolling shutter and blur": (45.0, Scene(line_time_s=60e-6, exposure_s=1 / 25)),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_rate_is_right_within_its_sd_in_a_scene_with(name, render):
+    rpm, scene = SCENES[name]
+    motion = PlateMotion(rpm * RPM, wow=((1, 5e-4, 1.0),))
+    path, _ = render(motion, scene, seconds=16, recorder=STRONG)
+    rate = measure_rate(track_phase(path), timebase=CLOCK)
+    assert abs(error_ppm(rate, motion)) < 30
+    assert abs(error_ppm(rate, motion)) < 5 * rate.sd_rad_s / rate.rate_rad_s * 1e6
+
+
+def test_the_motion_shows_where_the_axis_is(render):
+    scene = Scene(tilt_rad=np.radians(35), camera_distance=4.5, tilt_azimuth_rad=-2.0)
+    path, _ = render(PlateMotion(16.7 * RPM), scene, seconds=16)
+    track = track_phase(path)
+    found, true = View(track.view), View(homography(scene))
+    assert found.centre_px == pytest.approx(true.centre_px, abs=1.0)
+    assert found.tilt_rad == pytest.approx(true.tilt_rad, abs=np.radians(1.5))
+    assert track.deck_mark_rad == pytest.approx(scene.deck_mark_azimuth_rad, abs=0.05)
+
+
+def test_frame_faults_of_a_recorder_are_found_counted_and_repaired(render):
+    motion = PlateMotion(33.3 * RPM)
+    path, truth = render(motion, seconds=20, recorder=Recorder(lost=0.02, duplicated=0.03))
+    rate = measure_rate(track_phase(path), timebase=CLOCK)
+    assert rate.lost_frames == truth.lost_before.sum() > 0
+    assert rate.duplicate_frames == truth.duplicate.sum() > 0
+    assert abs(error_ppm(rate, motion)) < 20
+
+
+def test_dropped_frames_with_true_stamps_and_jitter_cost_nothing(render):
+    motion = PlateMotion(-33.3 * RPM)
+    recorder = Recorder(dropped=0.06, jitter_s=4e-3)
+    path, truth = render(motion, seconds=16, recorder=recorder, suffix=".mkv")
+    track = track_phase(path)
+    assert np.abs(track.time_s - truth.stamp_s).max() < 0.6e-3  # mkv stores milliseconds
+    rate = measure_rate(track, timebase=CLOCK)
+    assert rate.lost_frames == 0
+    assert abs(error_ppm(rate, motion)) < 30
+
+
+def test_two_equal_marks_opposite_each_other_do_not_halve_the_turn(render):
+    marks = (Mark(), Mark(azimuth_rad=np.pi))
+    motion = PlateMotion(33.3 * RPM)
+    path, _ = render(motion, Scene(marks=marks, label=False, sensor_box=False), seconds=10)
+    track = track_phase(path)
+    assert track.symmetry == 2
+    assert abs(error_ppm(measure_rate(track, timebase=CLOCK), motion)) < 30
+
+
+def test_an_aliased_plate_lists_its_rates_and_takes_the_nominal_one(render):
+    motion = PlateMotion(600 * RPM)
+    path, _ = render(motion, Scene(exposure_s=1 / 500), seconds=10)
+    track = track_phase(path)
+    assert abs(error_ppm(measure_rate(track, timebase=CLOCK, nominal_rpm=600), motion)) < 20
+    blind = measure_rate(track, timebase=CLOCK)
+    assert blind.rate_rad_s / RPM == pytest.approx(300, abs=0.1)
+    assert blind.aliases[1] / RPM == pytest.approx(600, abs=0.1)
+
+
+def test_a_coasting_plate_is_refused_with_its_rate_against_time(render):
+    motion = PlateMotion(45 * RPM, coast_from_s=3, coast_s=8)
+    path, _ = render(motion, seconds=14)
+    with pytest.raises(RateRefused, match="slows down") as refused:
+        measure_rate(track_phase(path), timebase=CLOCK)
+    history = refused.value.history
+    inner = slice(1, -1)
+    truth = motion.rate(history.time_s[inner])
+    assert history.rate_rad_s[inner] == pytest.approx(truth, rel=0.02)
+
+
+def test_a_plate_at_rest_is_refused(render):
+    path, _ = render(PlateMotion(0.0), seconds=6)
+    with pytest.raises(RateRefused):
+        measure_rate(track_phase(path), timebase=CLOCK)
