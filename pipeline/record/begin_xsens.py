@@ -7,6 +7,7 @@ streams may overlook GoToConfig; a reset, answered with WakeUpAck, then brings i
 
 import time
 from collections.abc import Callable
+from typing import NamedTuple
 
 from pipeline.devices.xbus import Message, XbusReader, frame
 from pipeline.devices.xsens_mtdata import RAW_COUNTED
@@ -49,6 +50,13 @@ class XsensError(DeviceError):
         self.code = code
 
 
+class Begun(NamedTuple):
+    """A device that streams: samples per second, and the bytes in which its stream begins."""
+
+    rate_hz: float
+    first_bytes: bytes
+
+
 class Conversation:
     """Requests and their answers on a line.
 
@@ -57,11 +65,17 @@ class Conversation:
     line : Line
     keep : callable
         Told of every byte that comes, so that the raw file begins with the device's headers.
+
+    Attributes
+    ----------
+    last : bytes
+        What came together with the last answer: the stream may begin in it.
     """
 
     def __init__(self, line: Line, keep: Callable[[bytes], None]) -> None:
         self._line, self._keep = line, keep
         self._reader = XbusReader()
+        self.last = b""
 
     def ask(self, mid: int, data: bytes = b"") -> bytes:
         """Send a request and return the data of its answer.
@@ -87,7 +101,7 @@ class Conversation:
     def _wait_for(self, mid: int, asked: int) -> Message | None:
         until = time.monotonic() + ANSWER_S
         while time.monotonic() < until:
-            data = self._line.read()
+            data = self.last = self._line.read()
             self._keep(data)
             for message in self._reader.feed(data):
                 if message.mid == WAKE_UP:
@@ -110,8 +124,8 @@ class Conversation:
             self.ask(GO_TO_CONFIG)
 
 
-def begin_mtdata(line: Line, rate_hz: float, keep: Callable[[bytes], None]) -> float:
-    """Start raw output with the sample counter on a legacy MTi; return the rate it will have."""
+def begin_mtdata(line: Line, rate_hz: float, keep: Callable[[bytes], None]) -> Begun:
+    """Start raw output with the sample counter on a legacy MTi."""
     talk = Conversation(line, keep)
     talk.go_to_config()
     period = min(max(round(TICKS_PER_S / rate_hz), SHORTEST_PERIOD), LONGEST_PERIOD)
@@ -128,11 +142,11 @@ def begin_mtdata(line: Line, rate_hz: float, keep: Callable[[bytes], None]) -> f
             f"Switch it off and on, and try again."
         )
     talk.ask(GO_TO_MEASUREMENT)
-    return TICKS_PER_S / period / (skip + 1)
+    return Begun(TICKS_PER_S / period / (skip + 1), talk.last)
 
 
-def begin_mtdata2(line: Line, rate_hz: float, keep: Callable[[bytes], None]) -> float:
-    """Start raw output on a newer MTi; return the rate it will have.
+def begin_mtdata2(line: Line, rate_hz: float, keep: Callable[[bytes], None]) -> Begun:
+    """Start raw output on a newer MTi.
 
     Counter and time stamp are asked for as well; firmware that does not combine them with raw
     readings refuses, and the readings are asked for alone.
@@ -148,7 +162,7 @@ def begin_mtdata2(line: Line, rate_hz: float, keep: Callable[[bytes], None]) -> 
     talk.ask(GO_TO_MEASUREMENT)
     words = [int.from_bytes(stated[i : i + 2], "big") for i in range(0, len(stated), 2)]
     rates = dict(zip(words[::2], words[1::2], strict=False))
-    return float(rates.get(RAW_ALL) or round(rate_hz))
+    return Begun(float(rates.get(RAW_ALL) or round(rate_hz)), talk.last)
 
 
 def _outputs(*wanted: tuple[int, int]) -> bytes:

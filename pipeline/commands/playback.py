@@ -1,0 +1,45 @@
+"""``pipeline playback CONFIG``."""
+
+from pathlib import Path
+
+import click
+
+from pipeline.commands.playback_protocols import PROTOCOL_NAMES
+
+
+@click.command()
+@click.argument("config", type=click.Path(path_type=Path))
+@click.option("--protocol", type=click.Choice(PROTOCOL_NAMES), default="sketch",
+              show_default=True, help="What the device speaks.")
+@click.option("--hold", default=15.0, show_default=True, help="Seconds each pose is held.")
+@click.option("--speed", default=1.0, show_default=True, help="Times as fast as it was recorded.")
+@click.option("--lost", default=0.0, help="Share of samples that get lost on the line.")
+@click.option("--flipped", default=0.0, help="Share of samples with a bit flipped.")
+@click.option("--garbage", default=0.0, help="Share of samples with garbage before them.")
+@click.option("--unplug-every", type=float, help="Seconds after which the cable is pulled.")
+@click.option("--link", type=click.Path(path_type=Path), help="A lasting name for the port.")
+@click.option("--seed", default=0, help="Of the hand's motion and the faults.")
+def command(
+    config: Path, protocol: str, hold: float, speed: float, lost: float, flipped: float,
+    garbage: float, unplug_every: float | None, link: Path | None, seed: int,
+) -> None:
+    """Play the recorded poses of CONFIG as if their sensor were on a serial port.
+
+    The port's name is printed; record from it in another terminal, with a configuration of your
+    own: `pipeline record my.yaml --port NAME`. The poses come one after another, over and over,
+    with a hand's motion in between. Ctrl-C ends it.
+    """
+    from pipeline.config import load_config
+    from pipeline.record.playback import PROTOCOLS, Faults, PlaybackDevice
+    from pipeline.record.played_config import both_specs, played_poses
+    from pipeline.record.pseudo_port import PseudoPort
+
+    loaded = load_config(config)
+    poses, rate_hz = played_poses(loaded)
+    chosen = PROTOCOLS[PROTOCOL_NAMES.index(protocol)]
+    device = PlaybackDevice(chosen, poses, rate_hz, hold, both_specs(loaded), seed,
+                            Faults(lost, flipped, garbage))
+    port = PseudoPort(link)
+    click.echo(f"{link or port.name}")
+    click.echo(f"{len(poses)} poses, {rate_hz:g} samples/s, {protocol}; Ctrl-C ends it", err=True)
+    port.play(device, rate_hz * speed, unplug_every)

@@ -1,0 +1,109 @@
+"""What a guided recording shows: a live panel on a terminal, plain lines everywhere else."""
+
+import sys
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from rich.live import Live
+    from rich.table import Table
+
+    from pipeline.record.session import View
+
+MARK = {"taking": "green", "taken": "green", "moving": "yellow", "unsteady": "yellow",
+        "repeats": "cyan", "between": "cyan", "wrong": "red"}
+BAR = 30  #: characters of the bar that fills while a pose is taken
+
+
+def watcher() -> "LivePanel | PlainLines":
+    """The display that suits standard error."""
+    return LivePanel() if sys.stderr.isatty() else PlainLines()
+
+
+class PlainLines:
+    """A line for each change; see :class:`pipeline.record.session.Watcher`."""
+
+    def __init__(self) -> None:
+        self._last = ""
+
+    def say(self, text: str) -> None:
+        """A line that stays."""
+        click.echo(text, err=True)
+
+    def show(self, view: "View") -> None:
+        """A line where what the sensor does has changed."""
+        phase = view.status.phase
+        if phase != self._last and phase != "taken":
+            where = f" ({view.status.direction})" if view.status.direction else ""
+            click.echo(f"{phase}{where}: {view.status.says}", err=True)
+        self._last = phase
+
+    def taken(self, text: str) -> None:
+        """A pose was taken."""
+        click.echo(text, err=True)
+
+    def close(self) -> None:
+        """Nothing to take away."""
+
+
+class LivePanel:
+    """Readings, stillness, the directions and the next step, in place on the terminal."""
+
+    def __init__(self) -> None:
+        self._live: Live | None = None
+
+    def say(self, text: str) -> None:
+        """A line above the panel."""
+        if self._live is None:
+            click.echo(text, err=True)
+        else:
+            self._live.console.print(text, markup=False, highlight=False)
+
+    def show(self, view: "View") -> None:
+        """Draw the panel."""
+        if self._live is None:
+            from rich.console import Console
+            from rich.live import Live
+
+            self._live = Live(console=Console(stderr=True), refresh_per_second=8, transient=True)
+            self._live.start()
+        self._live.update(panel(view))
+
+    def taken(self, text: str) -> None:
+        """A line above the panel, and the terminal's bell."""
+        if self._live is not None:
+            self._live.console.bell()
+        self.say(text)
+
+    def close(self) -> None:
+        """Take the panel away."""
+        if self._live is not None:
+            self._live.stop()
+            self._live = None
+
+
+def panel(view: "View") -> "Table":
+    """The panel of one moment."""
+    from rich.table import Table
+    from rich.text import Text
+
+    from calib.coverage import direction_name
+
+    status, reading = view.status, view.status.reading
+    table = Table.grid(padding=(0, 2))
+    colour = MARK[status.phase]
+    bar = "█" * round(status.progress * BAR)
+    table.add_row("now", Text(f"{status.phase}  {bar}", style=colour))
+    table.add_row("", Text(status.says, style=colour))
+    table.add_row("up", status.direction or "?")
+    table.add_row("acc", "  ".join(f"{x:8.3f}" for x in reading[:3]) + "  m/s², by data sheet")
+    table.add_row("gyr", "  ".join(f"{x:8.4f}" for x in reading[3:]) + "  rad/s, by data sheet")
+    names = Text()
+    for i, direction in enumerate(view.wanted):
+        taken = i in view.covered
+        names.append(f"{'✓' if taken else '·'} {direction_name(direction)}   ",
+                     style="green" if taken else "dim")
+    table.add_row(f"{len(view.covered)}/{len(view.wanted)}", names)
+    table.add_row("line", f"{view.rate_hz:.1f} samples/s, {view.bad} damaged")
+    return table

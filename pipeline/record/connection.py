@@ -1,0 +1,194 @@
+"""From a port to a stream of rows: opening, setting up, finding the speed, keeping every byte."""
+
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from typing import Protocol
+
+from pipeline.config import Config
+from pipeline.config_sections import AccelerometerSheet, GyroscopeSheet, Record
+from pipeline.devices.mpu6050_text import Mpu6050TextParser
+from pipeline.devices.sample import AS_LABELLED, COUNTS, Parser
+from pipeline.devices.table import DEVICES, StreamSettings
+from pipeline.devices.text_dialects import G_AND_DEG, SI
+from pipeline.errors import ConfigError, DeviceError
+from pipeline.record.begin_xsens import Begun, XsensError, begin_mtdata, begin_mtdata2
+from pipeline.record.line import Line, LineLost
+from pipeline.record.store import RawFile, Store
+from pipeline.record.stream import Row, Stream
+
+LISTEN_S = 4.0  #: for first readings at one speed; an Arduino takes two seconds to start
+FIRST_SAMPLES = 3  #: by which a stream is recognised
+DEFAULT_RATE_HZ = 100.0
+SILENT_S = 3.0  #: without a reading, after which the user is told
+DEAD_S = 20.0  #: after which the line counts as lost
+SHOWN_BYTES = 48  #: of a stream nobody understands, in a message
+
+#: parser's unit -> the units that sensor.accelerometer and sensor.gyroscope then need.
+SHEET_UNITS = {COUNTS: (None, None), SI: ("m_s2", "rad_s"), G_AND_DEG: ("g", "deg_s")}
+
+OpenLine = Callable[[int], Line]
+
+
+class Tell(Protocol):
+    """Says a line to the user."""
+
+    def __call__(self, text: str) -> None: ...
+
+
+class Connection:
+    """A device that sends readings.
+
+    Parameters
+    ----------
+    config : Config
+        With a ``record`` section.
+    open_line : callable
+        Opens the port at a speed.
+    store : Store
+        Where every byte goes.
+    tell : callable
+        Says a line to the user.
+
+    Raises
+    ------
+    DeviceError
+        Silence, or bytes that are no readings of this device; what was found and what to do.
+    ConfigError
+        The device sends other units, or is set to another range, than the configuration says.
+    """
+
+    def __init__(self, config: Config, open_line: OpenLine, store: Store, tell: Tell) -> None:
+        assert config.record is not None
+        self._record: Record = config.record
+        self._config, self._store = config, store
+        self._device = DEVICES[self._record.device]
+        bauds = (self._record.baud,) if self._record.baud else self._device.bauds
+        self._line = open_line(bauds[0])
+        self._raw: RawFile = store.new_connection()
+        with ExitStack() as undo:
+            undo.callback(self.close)
+            self.stream = self._begin(bauds, tell)
+            check_units(config, self.stream.parser)
+            undo.pop_all()
+        self._last_row_s = store.now_s()
+
+    def _begin(self, bauds: tuple[int, ...], tell: Tell) -> Stream:
+        heard = b""
+        for i, baud in enumerate(bauds):
+            if i:
+                tell(f"nothing to understand at {bauds[i - 1]} baud, trying {baud}")
+                self._line.set_baud(baud)
+            begun = self._set_up(last=baud == bauds[-1])
+            if self._device.begin and begun is None:
+                continue
+            stream = Stream(self._parser(), begun.rate_hz if begun else self._record.sample_rate_hz)
+            if begun:
+                stream.feed(begun.first_bytes, self._store.now_s())
+            until = time.monotonic() + LISTEN_S
+            while time.monotonic() < until:
+                data = self._take()
+                heard = (heard + data)[-SHOWN_BYTES:]
+                stream.feed(data, self._store.now_s())
+                if stream.samples >= FIRST_SAMPLES:
+                    return stream
+            if stream.parser.advice:
+                raise DeviceError(f"The device answers, but: {stream.parser.advice}.")
+        raise DeviceError(self._why_nothing(heard, bauds))
+
+    def _set_up(self, last: bool) -> Begun | None:
+        """Set an Xsens up; None for a device that streams by itself.
+
+        An Xsens that does not answer gives None as well, while there are speeds left to try.
+        """
+        begin = {"mtdata": begin_mtdata, "mtdata2": begin_mtdata2, None: None}[self._device.begin]
+        if begin is None:
+            return None
+        wanted = self._record.sample_rate_hz or DEFAULT_RATE_HZ
+        try:
+            return begin(self._line, wanted, lambda data: self._raw.keep(
+                data, self._store.now_s()))
+        except (XsensError, LineLost):
+            raise
+        except DeviceError:
+            if last:
+                raise
+            return None
+
+    def _parser(self) -> Parser:
+        sheet = self._config.sensor.accelerometer
+        counts_per_g = 16384.0
+        if sheet is not None and sheet.full_scale_g is not None and sheet.bits is not None:
+            counts_per_g = 2 ** (sheet.bits - 1) / sheet.full_scale_g
+        return self._device.make(StreamSettings(self._record.pattern or "", counts_per_g))
+
+    def _why_nothing(self, heard: bytes, bauds: tuple[int, ...]) -> str:
+        tried = ", ".join(map(str, bauds))
+        if not heard:
+            return (f"The port is open, but nothing comes within {LISTEN_S:g} s (tried {tried} "
+                    f"baud). Is it the right port (`pipeline ports`), is the device powered, does "
+                    f"its sketch run?")
+        return (f"Bytes come, but no readings of device '{self._record.device}' (tried {tried} "
+                f"baud); the last are {heard!r}. Set record.baud to the speed of the sketch, or "
+                f"record.device to what the device is; any other line can be described with "
+                f"`device: lines` and `pattern`.")
+
+    def _take(self) -> bytes:
+        data = self._line.read()
+        self._raw.keep(data, self._store.now_s())
+        return data
+
+    def rows(self) -> list[Row]:
+        """The rows that have come; empty after a short while without any.
+
+        Raises
+        ------
+        LineLost
+            The device is gone, or has been silent for ``DEAD_S``.
+        """
+        data = self._take()
+        now = self._store.now_s()
+        rows = self.stream.feed(data, now)
+        if rows:
+            self._last_row_s = now
+        elif self.silent_s > DEAD_S:
+            raise LineLost(f"no reading for {DEAD_S:.0f} s. {self.stream.parser.advice}".strip())
+        return rows
+
+    @property
+    def silent_s(self) -> float:
+        """Time since the last reading."""
+        return self._store.now_s() - self._last_row_s
+
+    def close(self) -> None:
+        """Give the port back and close the files."""
+        self._line.close()
+        self._raw.close()
+
+
+def check_units(config: Config, parser: Parser) -> None:
+    """Refuse a device whose readings are not what the data sheet of the configuration describes.
+
+    Raises
+    ------
+    ConfigError
+        With the section to write instead.
+    """
+    sheets: tuple[tuple[str, AccelerometerSheet | GyroscopeSheet | None], ...] = (
+        ("accelerometer", config.sensor.accelerometer), ("gyroscope", config.sensor.gyroscope))
+    if parser.unit != AS_LABELLED:
+        for (triad, sheet), unit in zip(sheets, SHEET_UNITS[parser.unit], strict=True):
+            if sheet is not None and sheet.unit != unit:
+                wanted = (f"`{triad}: {{unit: {unit}}}`" if unit else
+                          f"`{triad}: {{full_scale_..., bits: ..., encoding: ...}}`")
+                raise ConfigError(config.source.problem(("sensor",), (
+                    f"the device sends readings in {parser.unit}, which the data sheet given here "
+                    f"does not describe. Write {wanted} under sensor.")))
+    settings = parser.settings if isinstance(parser, Mpu6050TextParser) else {}
+    for (triad, sheet), key in zip(sheets, ("fs_a", "fs_g"), strict=True):
+        stated = getattr(sheet, "full_scale_g" if key == "fs_a" else "full_scale_deg_s", None)
+        if key in settings and stated is not None and settings[key] != stated:
+            unit = "g" if key == "fs_a" else "°/s"
+            raise ConfigError(config.source.problem(("sensor",), (
+                f"the sketch has set the {triad} to ±{settings[key]:g} {unit}, the data sheet "
+                f"given here says ±{stated:g} {unit}. Change one of the two.")))

@@ -1,0 +1,281 @@
+"""A guided recording from the first pose to the last, through interruptions of every kind."""
+
+import random
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from calib.averaging import average_pose
+from calib.coverage import direction_name, natural_directions
+from calib.errors import CalibrationError
+from calib.imu_log import FloatArray, ImuLog
+from pipeline.config import Config, triad_spec
+from pipeline.errors import DeviceError
+from pipeline.record.connection import SILENT_S, Connection, OpenLine
+from pipeline.record.guide import Guide
+from pipeline.record.line import LineLost
+from pipeline.record.places import Block, Numbered, blocks_of
+from pipeline.record.store import Store
+from pipeline.record.stream import Row, Stream
+from pipeline.record.taken import Specs, rate_of_pose, rest_of, taken_poses
+from pipeline.record.task import Complete, Refused, Status, Task
+
+WEDGE = 18  #: faces and edges; more directions than that add the corners
+RETRY_S, GIVE_UP_S = 0.5, 120.0  #: after the device is gone
+LOST_SHARE = 0.02  #: of a pose's samples, from which on the loss is told
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """What a display shows: the block, how far it is, what the sensor does."""
+
+    block: Block
+    wanted: FloatArray
+    covered: frozenset[int]
+    status: Status
+    rate_hz: float
+    bad: int
+
+
+class Watcher(Protocol):
+    """Who looks on."""
+
+    def say(self, text: str) -> None:
+        """A line that stays."""
+        ...
+
+    def show(self, view: View) -> None:
+        """What is now; called several times a second."""
+        ...
+
+    def taken(self, text: str) -> None:
+        """A pose was taken: a line that stays, and a signal."""
+        ...
+
+
+class Filming(Protocol):
+    """A camera that films poses."""
+
+    def start(self, clip: Path) -> None:
+        """Begin a clip."""
+        ...
+
+    def stop(self, keep: bool) -> str:
+        """End the clip; what to say of it, empty where there is nothing to say."""
+        ...
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How many poses of a block are taken, of how many wanted."""
+
+    rate: str
+    taken: int
+    wanted: int
+
+
+def wanted_directions(config: Config, seed: int, block: int) -> FloatArray:
+    """The directions a block is to cover, (n, 3), in the order in which they are suggested."""
+    assert config.record is not None
+    count = config.record.poses
+    directions = natural_directions(corners=count > WEDGE)[:count]
+    if config.record.order == "random":
+        order = list(range(count))
+        random.Random(seed * 1000 + block).shuffle(order)
+        directions = directions[order]
+    return directions
+
+
+class Session:
+    """The recording that a configuration asks for.
+
+    Parameters
+    ----------
+    config : Config
+        Loaded with ``files_may_be_missing``; with a ``record`` section.
+    open_line : callable
+        Opens the port at a speed; called again after the device was gone.
+    watcher : Watcher
+    filming : Filming, optional
+        Films the poses on the turning plate.
+    sleep : callable
+        Waits between tries to reach a device that is gone.
+    """
+
+    def __init__(
+        self,
+        config: Config,
+        open_line: OpenLine,
+        watcher: Watcher,
+        filming: Filming | None = None,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        self._config, self._open_line, self._watcher = config, open_line, watcher
+        self._filming, self._sleep = filming, sleep
+        self._blocks = blocks_of(config)
+        self._specs: Specs = (
+            triad_spec(config.sensor.accelerometer) if config.sensor.accelerometer else None,
+            triad_spec(config.sensor.gyroscope) if config.sensor.gyroscope else None,
+        )
+        self._store = Store(config)
+        self._connection: Connection | None = None
+
+    def run(self) -> tuple[Progress, ...]:
+        """Record every block to its end; what is on disk already is not asked for again.
+
+        Raises
+        ------
+        DeviceError
+            The device does not answer, or did not come back.
+        """
+        self._store.clear_halves(self._blocks)
+        done, rest = [], None
+        try:
+            for i, block in enumerate(self._blocks):
+                wanted = wanted_directions(self._config, self._store.state.seed, i)
+                taken = taken_poses(block, wanted, self._specs, rest)
+                self._store.not_before(taken.end_s)
+                for says in taken.unusable:
+                    self._watcher.say(f"not counted: {says}")
+                if len(set(taken.covered)) < len(wanted):
+                    self._record(block, wanted, set(taken.covered), rest)
+                    taken = taken_poses(block, wanted, self._specs, rest)
+                if not block.turns:
+                    rest = rest_of(taken.means)
+                done.append(Progress(block.rate, len(set(taken.covered)), len(wanted)))
+        finally:
+            if self._connection is not None:
+                self._connection.close()
+        return tuple(done)
+
+    def _record(
+        self, block: Block, wanted: FloatArray, covered: set[int], rest: FloatArray | None
+    ) -> None:
+        """Record what is missing of one block, over as many connections as it takes."""
+        self._watcher.say(introduction(block, len(wanted) - len(covered), len(covered)))
+        task = Task(wanted, self._specs, block.seconds, block.rate_rad_s, rest)
+        while True:
+            try:
+                self._connection = self._connection or Connection(
+                    self._config, self._open_line, self._store, self._watcher.say)
+                self._on_connection(self._connection, block, task, covered)
+                return
+            except LineLost as lost:
+                self._stop_filming(keep=False)
+                self._watcher.say(f"{lost} What is taken is kept; waiting for the device.")
+                self._reconnect(lost)
+
+    def _reconnect(self, lost: LineLost) -> None:
+        """Wait until the device is back."""
+        if self._connection is not None:
+            self._connection.close()
+            self._connection = None
+        until = time.monotonic() + GIVE_UP_S
+        while time.monotonic() < until:
+            self._sleep(RETRY_S)
+            try:
+                self._connection = Connection(
+                    self._config, self._open_line, self._store, self._watcher.say)
+            except DeviceError:
+                continue
+            self._watcher.say("the device is back")
+            return
+        raise DeviceError(f"{lost} It did not come back within {GIVE_UP_S:.0f} s. Everything "
+                          "recorded is kept: type the same command to go on.") from lost
+
+    def _on_connection(
+        self, connection: Connection, block: Block, task: Task, covered: set[int]
+    ) -> None:
+        guide: Guide | None = None
+        phase = ""
+        while guide is None or guide.next_direction is not None:
+            rows = connection.rows()
+            rate_hz = connection.stream.rate_hz
+            if guide is None:
+                if rate_hz is None:
+                    continue
+                guide = Guide(task, rate_hz, tuple(covered))
+            for event in guide.feed(rows):
+                self._on_event(event, guide, connection.stream, block, task, covered)
+            phase, before = guide.status.phase, phase
+            if self._filming and block.turns and phase == "taking" and before != "taking":
+                self._filming.start(clip_of(block))
+            status = guide.status
+            if connection.silent_s > SILENT_S:
+                status = Status("wrong", f"no reading for {connection.silent_s:.0f} s: check the "
+                                "cable", "", 0.0, status.reading)
+            self._watcher.show(View(block, task.wanted, frozenset(covered), status,
+                                    rate_hz or 0.0, connection.stream.parser.bad))
+
+    def _on_event(
+        self, event: Refused | Complete, guide: Guide, stream: Stream, block: Block, task: Task,
+        covered: set[int],
+    ) -> None:
+        if isinstance(event, Refused):
+            self._stop_filming(keep=False)
+            self._watcher.say(f"not taken: {event.says}")
+            return
+        time_s = stream.times(event.rows)
+        path = block.poses.path(block.poses.free())
+        name = direction_name(task.wanted[event.direction])
+        try:
+            self._check(path.name, event.rows, time_s, block, task.rest_rad_s)
+        except CalibrationError as error:
+            self._stop_filming(keep=False)
+            guide.reject()
+            self._watcher.say(f"not taken: {error}")
+            return
+        filmed = self._stop_filming(keep=True)
+        comment = (f"pipeline record: {name}, plate {block.rate}, time by {stream.clock_name()}, "
+                   f"{stream.parser.bad} damaged so far")
+        self._store.write_pose(block, event.rows, time_s, comment)
+        guide.accept(event.direction)
+        covered.add(event.direction)
+        self._watcher.taken(
+            f"taken {len(covered)} of {len(task.wanted)}: {name} ({path.name}){filmed}"
+            f"{loss_of(event.rows, stream)}")
+
+    def _check(
+        self, label: str, rows: list[Row], time_s: FloatArray, block: Block,
+        rest: FloatArray | None,
+    ) -> None:
+        """Refuse a pose that the calibration would refuse."""
+        log = ImuLog(
+            label, time_s,
+            np.array([row.accelerometer for row in rows], dtype=float),
+            np.array([row.gyroscope for row in rows], dtype=float),
+        )
+        average_pose(log, *self._specs, rate_of_pose(block, log, self._specs[1], rest))
+
+    def _stop_filming(self, keep: bool) -> str:
+        return self._filming.stop(keep) if self._filming else ""
+
+
+def clip_of(block: Block) -> Path:
+    """The clip of the pose that is taken next."""
+    if isinstance(block.clips, Numbered):
+        return block.clips.path(block.poses.free())
+    assert block.clips is not None
+    return block.clips
+
+
+def introduction(block: Block, missing: int, there: int) -> str:
+    """What a block asks for, in a line."""
+    so_far = f", {there} are there" if there else ""
+    where = f"on the plate turning at '{block.rate}'" if block.turns else "with the plate stopped"
+    return f"{missing} poses of {block.seconds:g} s {where}{so_far}. Ctrl-C stops; nothing is lost."
+
+
+def loss_of(rows: list[Row], stream: Stream) -> str:
+    """What to say of samples lost within a pose; empty where it is nothing."""
+    first, last = rows[0].ticks, rows[-1].ticks
+    clock, rate_hz = stream.parser.clock, stream.rate_hz
+    if first is None or last is None or clock is None or rate_hz is None:
+        return ""
+    made = last - first + 1 if clock.tick_s is None else (last - first) * clock.tick_s * rate_hz + 1
+    lost = 1 - len(rows) / made
+    return f"; {100 * lost:.0f} % of its samples were lost on the line" if lost > LOST_SHARE else ""

@@ -1,0 +1,70 @@
+"""What a block asks for, and what the guide says of the sensor."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from calib.imu_log import FloatArray
+from calib.sensor import TriadSpec
+from pipeline.record.stream import Row
+
+Phase = Literal["moving", "unsteady", "taking", "repeats", "between", "wrong", "taken"]
+
+
+@dataclass(frozen=True, eq=False)
+class Status:
+    """What to show.
+
+    ``reading`` (6,) is the mean of the last hop in nominal SI units, ``direction`` names the side
+    that faces up, ``progress`` runs from 0 to 1 while a pose is taken.
+    """
+
+    phase: Phase
+    says: str
+    direction: str
+    progress: float
+    reading: FloatArray
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A pose that was begun and is not one; why, in words."""
+
+    says: str
+
+
+@dataclass(frozen=True)
+class Complete:
+    """The rows of a whole pose, and which of the wanted directions it covers."""
+
+    rows: list[Row]
+    direction: int
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What a block asks for.
+
+    Parameters
+    ----------
+    wanted : array, shape (n, 3)
+        Directions to be covered, in the order in which they are suggested.
+    specs : (TriadSpec or None, TriadSpec or None)
+        Data sheets of accelerometer and gyroscope.
+    seconds : float
+        Length of a pose.
+    rate_rad_s : float or None
+        0 at rest; else about how fast the plate turns, None where that is not known.
+    rest_rad_s : array, shape (3,), or None
+        What the gyroscope reads at rest, where poses at rest tell it.
+    """
+
+    wanted: FloatArray
+    specs: tuple[TriadSpec | None, TriadSpec | None]
+    seconds: float
+    rate_rad_s: float | None
+    rest_rad_s: FloatArray | None
+
+    @property
+    def turns(self) -> bool:
+        """Whether the plate is to turn."""
+        return self.rate_rad_s != 0.0
