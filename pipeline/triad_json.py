@@ -2,9 +2,11 @@
 
 from collections.abc import Mapping
 
+from calib.budget import uncertainty_budget
 from calib.sensor import TriadSpec
 from pipeline.config_sections import OwnEffect
 from pipeline.json_values import Json, number, numbers
+from pipeline.stored import PARAMETERS
 from pipeline.triads import TriadResult
 
 WORST_POSES = 3
@@ -35,6 +37,7 @@ def triad_json(result: TriadResult, own: Mapping[str, OwnEffect]) -> Json:
             "scale_counts_per_unit": numbers(scale_sd),
         },
         "sd_widened_by": calibration.widening,
+        "sd_parts": _sd_parts(result),
         "effects": _effects(result),
         "worst_poses": [pose.label for pose in comparison.worst(WORST_POSES)],
         "misfit_follows": result.diagnosis.follows,
@@ -54,6 +57,14 @@ def triad_json(result: TriadResult, own: Mapping[str, OwnEffect]) -> Json:
             "source": result.gravity.source,
         }
     return found
+
+
+def _sd_parts(result: TriadResult) -> Json:
+    """What each sd is made of, by cause; the squares add up."""
+    return {
+        cause: dict(zip(PARAMETERS, map(numbers, sds), strict=True))
+        for cause, sds in uncertainty_budget(result.calibration).items()
+    }
 
 
 def _effects(result: TriadResult) -> Json:

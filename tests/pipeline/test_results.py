@@ -77,6 +77,15 @@ def test_the_figures_are_those_of_the_poses(found: dict[str, Any]) -> None:
         assert np.ptp(away) < 1e-9
 
 
+def test_the_parts_of_every_sd_add_up_to_it(found: dict[str, Any]) -> None:
+    for triad in ("accelerometer", "gyroscope"):
+        for key, sd in found[triad]["sd"].items():
+            parts = [np.array(part[key]) for part in found[triad]["sd_parts"].values()]
+            assert np.sqrt(sum(part**2 for part in parts)) == pytest.approx(np.array(sd), rel=1e-9)
+    assert found["gyroscope"]["sd_parts"].keys() == {"noise", "rate 17rpm"}
+    assert found["accelerometer"]["sd_parts"].keys() == {"noise"}  # gravity was stated as exact
+
+
 def test_blind_effects_stand_last_and_without_numbers(found: dict[str, Any]) -> None:
     ranking = found["gyroscope"]["diagnosis"]["ranking"]
     blind = [each["name"] for each in ranking if each["blind"]]
