@@ -6,7 +6,7 @@ an independent residual,
 
     r ~ N(0, I + s² X Xᵀ),   log evidence = log mean over s of N(r | 0, I + s² X Xᵀ) / N(r | 0, I),
 
-closed form from one thin decomposition. The noise is that of the fullest model, all hypotheses at
+closed form from the decomposition of XᵀX. The noise is that of the fullest model, all hypotheses at
 once, raised by its correlation time.
 """
 
@@ -26,6 +26,7 @@ CLEAR_ODDS = 0.9
 PRIOR_NONE, PRIOR_LISTED, PRIOR_UNKNOWN = 0.5, 0.35, 0.15
 SMALLEST_SHARE = 0.02  # of the residual's variance: less is not worth a term
 SHAPE_SHARE = 0.2  # of the residual's variance, for an unlisted shape to be worth a verdict
+TINY = 1e-10  # relative; directions that waves too close to each other do not span
 ANGLE_ORDERS = range(3, 9)
 TIME_WAVES = range(1, 9)
 SEPARATE = {
@@ -152,9 +153,11 @@ def _canonical(one: FloatArray, other: FloatArray) -> float:
 
 def _evidence(x: FloatArray, r: FloatArray) -> tuple[float, float]:
     """Log evidence against nothing, and the fall of chi-square."""
-    u, strength, _ = np.linalg.svd(x, full_matrices=False)
-    z = u.T @ r
-    share = (SIZES[:, None] * strength) ** 2
+    squared, axes = np.linalg.eigh(x.T @ x)
+    clear = squared > TINY * squared[-1]
+    squared = squared[clear]
+    z = (x.T @ r) @ axes[:, clear] / np.sqrt(squared)  # along the singular vectors
+    share = SIZES[:, None] ** 2 * squared
     log = 0.5 * (z**2 * share / (1 + share) - np.log1p(share)).sum(axis=1)
     top = float(log.max())
     return top + float(np.log(np.exp(log - top).mean())), float((z**2).sum())

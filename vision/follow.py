@@ -68,7 +68,7 @@ class Follower:
         strip = self.template.grid.strip(picture)
         before, self._before = self._before, strip
         change = np.inf if before is None else _mean_change(strip, before)
-        difference = cv2.subtract(strip, self._still, dtype=cv2.CV_32F)
+        difference = np.asarray(cv2.subtract(strip, self._still, dtype=cv2.CV_32F), np.float32)
         if self._partly:
             difference = difference * self._seen
         expected = self._angle

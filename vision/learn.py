@@ -20,10 +20,10 @@ PROMISING = 0.15  # share of the energy that turns together, for a proposal to b
 COHERENT = 0.3  # the same about the refined axis, for it to be a plate
 AS_GOOD = 0.8  # of the highest turning energy
 SMOOTH_RAD = 0.06  # median second difference from the rough angle: a plate has inertia
-FINE_PICTURES = 48
+FINE_PICTURES = 40
 FINE_ITERATIONS = 3
 RING_SPACING_PX = 1.0
-MOST_RINGS = 48
+MOST_RINGS = 32
 KEPT_INFORMATION = 0.97
 ALIKE = 0.9  # correlation of the template with itself turned by a part of a turn
 

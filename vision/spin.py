@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from vision.geometry import FloatArray
 
 WINDOW = 48  # pictures
+BLOCK = 32  # trial rates at once: small products stay on one thread, beside the decoder's
 ORDERS = 8  # angular orders 1 ... that are added up
 
 
@@ -61,6 +62,17 @@ def find_spin(
     return Spin(angle, float(np.median(shares)), float(np.median(energies)))
 
 
+def _power(trial: FloatArray, time_s: FloatArray, weighted: NDArray[np.complex64]) -> FloatArray:
+    """P(ω) for some trial rates, from weighted coefficients of shape (orders, f, rings)."""
+    once = np.exp(1j * np.outer(trial, time_s)).astype(np.complex64)
+    turn = np.ones_like(once)
+    power = np.zeros(len(trial))
+    for coefficients in weighted:
+        turn *= once
+        power += (np.abs(turn @ coefficients) ** 2).sum(axis=1)
+    return power
+
+
 def _without_strays(rate: FloatArray) -> FloatArray:
     """Each rate replaced by the median with its neighbours."""
     if len(rate) < 3:
@@ -84,13 +96,11 @@ def _window_rate(
     # Half a cycle of the highest order across the window between trial rates.
     trial = np.arange(-limit, limit, np.pi / (orders * span))
     root = np.sqrt(weight)[None, :, None]
-    weighted = varying * root
-    power = np.zeros(len(trial))
-    once = np.exp(1j * np.outer(trial, time)).astype(np.complex64)
-    turn = np.ones_like(once)
-    for k in range(1, orders + 1):
-        turn *= once
-        power += (np.abs(turn @ weighted[:, :, k - 1]) ** 2).sum(axis=1)
+    # One contiguous matrix per order, or the products below leave the fast path.
+    weighted = np.ascontiguousarray(np.moveaxis(varying * root, 2, 0))
+    power = np.concatenate(
+        [_power(trial[i : i + BLOCK], time, weighted) for i in range(0, len(trial), BLOCK)]
+    )
     best = int(power.argmax())
     rate = float(trial[best])
     if 0 < best < len(trial) - 1:

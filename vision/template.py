@@ -292,7 +292,7 @@ def _view_change(misfit: Strips, angle_rad: FloatArray, turning: Spectra, grid: 
     normal = np.einsum("arn,brn->ab", weighted, basis).astype(float)
     spectra = np.fft.rfft(misfit, axis=-1) * _turns(angle_rad, turning.shape[-1])
     back = np.fft.irfft(spectra, grid.azimuths, axis=-1).astype(np.float32)
-    seen = -np.tensordot(back, weighted, axes=([1, 2], [1, 2])).astype(float)  # (f, 7)
+    seen = -np.einsum("frn,arn->fa", back, weighted).astype(float)  # (f, 7)
 
     view, own = slice(0, VIEW_PARAMETERS), VIEW_PARAMETERS
     coupling = normal[view, own] / normal[own, own]
