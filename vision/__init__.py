@@ -17,15 +17,27 @@ Modules
 ``video``         a film as luma pictures with their time stamps
 ``geometry``      the view: plate coordinates to pixels and back
 ``stillness``     what does not move, and where something does
+``spin``          whether and how fast something turns about a proposed axis
+``grid``          polar sampling of a picture about the spindle
 ``outline``       where a plate may be: ellipses of edges and of a moving mark
 ``template``      the plate as it would look standing still; refines the view by its own motion
+``learn``         chooses among the proposals and learns the plate
+``mark``          the mark on the plate, its centroid, and the fixed mark beside the plate
 ``follow``        plate angle of one picture after the other, against the template
 ``phase_track``   the result of all that: arrays only
 ``annotate``      one picture with plate, centre and marks drawn in
 ``track``         ``track_phase``: film to ``PhaseTrack``
-``terms``, ``regression``, ``counting``, ``lags``, ``diagnosis``
-                  what may be in a phase track, and how each is found
+``timebase``      which clock the rate is measured against
+``motion``        continuous angle, lost pictures, rate from turn to turn
+``aliases``       rates that give the same pictures, and the choice among them
+``steadiness``    steady, drifting or stopping
+``terms``         what a phase track may hold besides a constant rate
+``regression``    least squares with honest standard deviations
+``counting``, ``lags``, ``opinions``
+                  three more ways to the rate, and whether they agree
+``speed``         wow, flutter and drift
+``diagnosis``     which term the stated model misses
 ``rate``          ``measure_rate``: ``PhaseTrack`` to ``RateMeasurement``
 
-Only the first group needs OpenCV; ``rate`` and what it imports are NumPy alone.
+``rate`` and what it imports are NumPy alone; OpenCV is needed up to ``track``.
 """

@@ -230,6 +230,8 @@ def _verdict(
             "ambiguous", leader.name, names, says, "Film longer, over more turns.", everything
         )
     says = f"{leader.name} is missing ({MEANING[leader.name]}): with it {falls}."
+    for other in (c for c in ranking if c.name in leader.aliases):
+        says += f" {other.name} alone would leave {np.degrees(other.rms_after_rad):.3g}°."
     return PhaseDiagnosis("effect", leader.name, group, says, None, everything)
 
 

@@ -83,7 +83,7 @@ class Follower:
                 angle, match = searched, found
         seed = np.nan
         if self._mark is not None:
-            spot, _ = centroid(difference, self._mark, self._mark.azimuth_rad + angle)
+            spot = centroid(difference, self._mark, self._mark.azimuth_rad + angle)
             seed = spot - self._mark.azimuth_rad
         self._remember(time_s, angle, match)
         return angle, match, seed, change

@@ -6,10 +6,11 @@ import numpy as np
 
 from vision.errors import RateRefused
 from vision.geometry import FloatArray, View
+from vision.grid import polar_grid
 from vision.outline import proposals
 from vision.spin import Spin, find_spin
 from vision.stillness import median_picture
-from vision.template import Alignment, Template, align, motion_basis, polar_grid
+from vision.template import Alignment, Template, align, motion_basis
 from vision.video import Frame, Luma
 
 COARSE_AZIMUTHS = 256

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray, View
-from vision.template import Template, polar_grid
+from vision.grid import polar_grid
+from vision.template import Template
 from vision.video import Luma
 
 HALF = 0.5  # of the highest contrast: what belongs to the mark
@@ -85,9 +86,7 @@ def find_mark(template: Template) -> PlateMark | None:
     return PlateMark(**{**vars(mark), "unique": unique})
 
 
-def centroid(
-    difference: NDArray[np.float32], mark: PlateMark, expected_rad: float
-) -> tuple[float, float]:
+def centroid(difference: NDArray[np.float32], mark: PlateMark, expected_rad: float) -> float:
     """Azimuth of the mark in a strip of which the still part was taken off.
 
     Parameters
@@ -117,9 +116,9 @@ def centroid(
     floor = CENTROID_FLOOR * window.max()
     weight = np.maximum(window - floor, 0.0)
     if window.max() <= 0 or weight.sum() <= 0:
-        return np.nan, 0.0
+        return float("nan")
     offset = (weight * (np.arange(len(window)) - 2 * half)).sum() / weight.sum()
-    return float(np.angle(np.exp(1j * (peak + offset) * 2 * np.pi / n))), float(mean[peak])
+    return float(np.angle(np.exp(1j * (peak + offset) * 2 * np.pi / n)))
 
 
 def _azimuths(n: int) -> FloatArray:
