@@ -13,6 +13,9 @@ from calib.imu_log import FloatArray
 from calib.model import Model
 from calib.poses import PoseSet
 
+LARGEST_REFERENCE_ERROR = 2.0
+"""No plate turns, and no site has gravity, half or twice what was stated."""
+
 
 @dataclass(frozen=True, eq=False)
 class Fit:
@@ -89,6 +92,7 @@ def finish(
             f"the fit of the {equations.poses.triad} ended without finite parameters. Check the "
             f"log for poses that are not what they should be."
         )
+    require_size(equations, rows)
     return Fit(
         poses=equations.poses,
         model=equations.model,
@@ -103,6 +107,19 @@ def finish(
         basis=basis,
         iterations=iterations,
     )
+
+
+def require_size(equations: Equations, rows: Rows) -> None:
+    """Refuse the trivial solution: gains of nothing fit a reference that an effect took to zero."""
+    size = np.linalg.norm(rows.vector[equations.magnitude], axis=1)
+    stated = equations.poses.reference.magnitude[equations.magnitude]
+    share = float(np.median(size / stated)) if len(stated) else 1.0
+    if not 1 / LARGEST_REFERENCE_ERROR < share < LARGEST_REFERENCE_ERROR:
+        raise FitFailed(
+            f"the fit of the {equations.poses.triad} ended at {share:.2g} times the stated "
+            f"reference: an effect on the reference has taken the gains along with it. Remove it "
+            f"(`pipeline remove`); these poses do not tell it from the scale."
+        )
 
 
 def with_shape_sd(found: Fit, cov: FloatArray, shape_sd: Mapping[str, float]) -> Fit:

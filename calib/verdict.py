@@ -12,7 +12,14 @@ import numpy as np
 from calib.fit import Fit
 from calib.hypotheses import Hypothesis
 from calib.ranking import PRIOR_NONE, Candidate, key_of
-from calib.refit import ADEQUATE_P_VALUE, FEWEST_DOF, Refit, refit_pairs, refit_singles
+from calib.refit import (
+    ADEQUATE_P_VALUE,
+    FEWEST_DOF,
+    SINGLES,
+    Refit,
+    refit_pairs,
+    refit_singles,
+)
 
 MISFIT_P_VALUE = 1e-3
 SURE = 0.9
@@ -150,7 +157,8 @@ class Judge:
         """The group of ``best`` less the aliases that its size gives away.
 
         Aliases agree to a few per cent of their signal. Where that is many times the noise and
-        the best of them explains the rows, a refit that falls far short is no alias any more.
+        the best of them explains the rows, a refit that falls far short is no alias any more, and
+        neither is one that turned out to be no solution at all.
         """
         if best.p_value < ADEQUATE_P_VALUE:
             return self._group(best.names[0])
@@ -159,6 +167,7 @@ class Judge:
             for r in singles
             if r.p_value < ADEQUATE_P_VALUE and r.score - best.score > REFUTED
         }
+        refuted |= {h.name for h in self._listed[:SINGLES]} - {r.names[0] for r in singles}
         return tuple(name for name in self._group(best.names[0]) if name not in refuted)
 
 

@@ -168,16 +168,15 @@ def two(asked: argparse.Namespace) -> None:
             hidden = draw_pair(design, seed, asked)
             names = {h.name for h in hidden}
             loop = follow_to_the_end(poses_of(design, seed, asked.triad, hidden))
-            accepted = names | ({"scale_drift"} if "reference_drift" in names else set())
-            # What stays open at the end still shows the effect where its group is named.
-            shown = set(loop.added) | set(loop.last.group if loop.last.verdict == "effect" else ())
-            right = len([n for n in names if n in shown or (
-                n == "reference_drift" and "scale_drift" in shown)])
+            shown = set(loop.groups)
+            shown |= {"reference_drift"} if "scale_drift" in shown else set()
+            right = len(names & shown)
+            innocent = len(loop.added) > right
             both += right == 2
             one += right >= 1
-            exactly += right == 2 and not set(loop.added) - accepted
-            wrong += bool(set(loop.added) - accepted)
-            if (asked.list and right < 2) or set(loop.added) - accepted:
+            exactly += right == 2 and not innocent
+            wrong += innocent
+            if asked.list and (right < 2 or innocent):
                 print(f"    seed {seed}: {' + '.join(sorted(names))}: added "
                       f"{', '.join(loop.added) or 'nothing'}; then {loop.last.verdict} "
                       f"{'/'.join(loop.last.group)}")

@@ -226,25 +226,37 @@ def is_listed(name: str) -> bool:
 
 @dataclass(frozen=True)
 class Loop:
-    """Effects added one after the other until the diagnosis names no more."""
+    """Effects added one after the other until the diagnosis names no more.
+
+    ``groups`` are all that could not be told from one that was added, itself included.
+    """
 
     added: tuple[str, ...]
+    groups: tuple[str, ...]
     fit: Fit
     last: Diagnosis
 
 
 def follow_to_the_end(poses: PoseSet, most: int = 4) -> Loop:
-    """What ``pipeline add --auto`` does, without files: add what is named alone, ask again."""
+    """The loop without files: add what is named, ask again.
+
+    Of effects that look the same here the first is taken, as ``--although-aliased`` does.
+    """
     model = Model.of(BASE)
     added: list[str] = []
     found = fit(poses, model)
     said = diagnose(found)
-    while said.addable and said.name is not None and len(added) < most:
-        model = model + find_effect(said.name)
+    groups: list[str] = []
+    while said.verdict == "effect" and said.name is not None and len(added) < most:
+        try:
+            found = fit(poses, model + find_effect(said.name))
+        except CalibrationError:
+            break  # named, but these poses cannot carry it
+        model = found.model
         added.append(said.name)
-        found = fit(poses, model)
+        groups += said.group
         said = diagnose(found)
-    return Loop(tuple(added), found, said)
+    return Loop(tuple(added), tuple(groups), found, said)
 
 
 def without_columns(design: Design) -> Design:
