@@ -163,6 +163,22 @@ certificate:
 """
 
 
+def test_time_counts_from_the_start_of_the_session_whatever_the_logger_s_clock(
+    finished: RunSession, session: Path
+) -> None:
+    for pose in sorted(session.parent.rglob("pose_*.csv")):
+        table = np.loadtxt(pose, delimiter=",", skiprows=1)
+        table[:, 0] += 5000
+        _rewrite(pose, table)
+    assert pipeline("run", session) == 0
+    later, sooner = results_in(session.with_suffix(".run")), results_in(finished.folder)
+    assert later["session_start_s"] == pytest.approx(sooner["session_start_s"] + 5000)
+    for triad in ("accelerometer", "gyroscope"):
+        for one, other in zip(later[triad]["poses"], sooner[triad]["poses"], strict=True):
+            assert one["time_s"] == pytest.approx(other["time_s"], abs=1e-6)
+            assert one["time_s"] > 0
+
+
 # --- what is read how often ----------------------------------------------------------------------
 
 
