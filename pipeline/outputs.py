@@ -26,7 +26,7 @@ def write_outputs(outcome: Outcome, folder: Path) -> Path:
     history = read_history(folder)
     if outcome.triads:
         history = with_step(history, found, datetime.now().astimezone())
-    report, page = folder / REPORT_NAME, report_html(outcome, history)
+    report, page = folder / REPORT_NAME, report_html(outcome, history, folder)
     write_results(folder, found)
     if outcome.triads:
         write_history(folder, history)

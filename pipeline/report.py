@@ -11,6 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from pipeline.certificates import compare_with_certificate
 from pipeline.history import Step
 from pipeline.json_values import Json
+from pipeline.mounting import mounting_text
 from pipeline.own import own_effects
 from pipeline.report_added import added_variable_figure
 from pipeline.report_history import staircase
@@ -65,7 +66,7 @@ def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None =
         rates=[rate_view(rate) for rate in outcome.rates.values()],
         triads=views,
         warnings=outcome.warnings,
-        installation=None,
+        installation=_installation_view(outcome),
         payload=_script_json({
             "config": shlex.quote(str(outcome.config.source.path)),
             "triads": [view["payload"] for view in views],
@@ -104,6 +105,19 @@ def _triad_view(
         "coverage": coverage_figure(result),
         "added": added_variable_figure(result, payload),
         "staircase": staircase(result.triad, history),
+    }
+
+
+def _installation_view(outcome: Outcome) -> dict[str, Any] | None:
+    """What the page shows of the mounting; None where it was not measured."""
+    found = outcome.installation
+    if found is None:
+        return None
+    return {
+        "says": mounting_text(found),
+        "before": found.before.tolist(),
+        "after": found.after.tolist(),
+        "notes": found.notes,
     }
 
 

@@ -1,8 +1,10 @@
 """Charts of one triad's poses: where they point, and how far each lies from the model."""
 
+import math
 from collections.abc import Iterator, Mapping
 
 import numpy as np
+from scipy.special import gammainc
 
 from calib.coverage import NEAR_COSINE, list_directions, natural_directions
 from calib.imu_log import FloatArray
@@ -68,14 +70,26 @@ def residual_figure(result: TriadResult) -> Figure:
     stopped = " Poses with the plate stopped show the length of what is still read, never below " \
         "zero." if at_rest.any() else ""
     says = (
-        f"{within} of {len(poses)} poses lie within one sd (about two thirds are expected); the "
-        f"farthest is {worst.label}, {abs(worst.in_sd):.1f} sds away."
+        f"{within} of {len(poses)} poses lie within one sd, {_expected_within(result):.0f} are "
+        f"expected; the farthest is {worst.label}, {abs(worst.in_sd):.1f} sds away."
     )
     return _figure(
         chart, "Residual of every pose", says,
-        f"marks scatter about zero without a pattern, two of three inside their bar (one sd of the "
+        f"marks scatter about zero without a pattern, most of them inside their bar (one sd of the "
         f"pose's own noise).{stopped}",
     )
+
+
+def _expected_within(result: TriadResult) -> float:
+    """How many poses lie within one sd when the model is right.
+
+    The fit takes part of the noise: a residual's variance is ``dof / rows`` of what it would be.
+    """
+    fit = result.calibration.fit
+    left = max(fit.dof, 1) / fit.equations.data_count
+    null = int(fit.equations.is_null.sum())
+    inside = [math.erf(1 / math.sqrt(2 * left)), float(gammainc(1.5, 1.5 / left))]
+    return inside[0] * (len(fit.poses) - null) + inside[1] * null
 
 
 def covariate_figures(result: TriadResult) -> Iterator[Figure]:
@@ -84,6 +98,7 @@ def covariate_figures(result: TriadResult) -> Iterator[Figure]:
     candidates = {"time_s": poses.time_s, "spin_rad_s": poses.spin_rad_s}
     evidence = {c.name: c.log_evidence for c in result.diagnosis.ranking if c.kind == "unknown"}
     columns = sorted(poses.columns, key=lambda name: -evidence.get(name, -np.inf))
+    residuals = np.array([pose.residual for pose in result.comparison.poses])
     for name in columns[:MOST_COLUMNS]:
         candidates[name] = poses.columns[name]
     for name, values in candidates.items():
@@ -99,6 +114,9 @@ def covariate_figures(result: TriadResult) -> Iterator[Figure]:
             f"The misfit follows {short}: of all covariates this one explains it best."
             if follows else "",
             f"no slope, no bend and no step: what is left has nothing to do with {short}.",
+            f"{count(len(values), 'pose')} from {tick_text(np.min(values) * factor)} to "
+            f"{tick_text(np.max(values) * factor)}; the correlation of residual and {short} is "
+            f"{np.corrcoef(values, residuals)[0, 1]:+.2f}.",
         )
 
 
@@ -124,9 +142,10 @@ def _residual_chart(result: TriadResult, x: Scale, x_title: str) -> Chart:
     return chart
 
 
-def _figure(chart: Chart, title: str, says: str, good: str) -> Figure:
+def _figure(chart: Chart, title: str, says: str, good: str, shows: str = "") -> Figure:
+    """``shows`` stands for ``says`` where the chart cannot be seen."""
     attribute = f' class="residuals" data-top="{chart.y.end:g}" data-bottom="{chart.y.start:g}"'
-    return Figure(title, chart.svg(f"{title}. {says}", attribute), good, says)
+    return Figure(title, chart.svg(f"{title}. {says or shows}", attribute), good, says)
 
 
 def _marks(chart: Chart, result: TriadResult, xs: FloatArray, *, whole_title: bool) -> None:

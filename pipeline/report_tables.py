@@ -59,7 +59,7 @@ def _base_groups(
     off = (parameters.bias_counts - spec.nominal_bias_counts) / k * factor
     yield Group("bias", "counts", MEANING["bias"], tuple(
         Row(axis, _value(parameters.bias_counts[j], sd_bias[j]), f"{spec.nominal_bias_counts:g}",
-            f"{off[j]:+.3g} {unit}", *_certified(certificate, "bias", j))
+            f"{off[j]:+.4g} {unit}", *_certified(certificate, "bias", j))
         for j, axis in enumerate(AXES)))  # fmt: skip
     sheet = 1 / spec.nominal_scale
     yield Group("scale", f"counts per {SI_UNIT[result.triad]}", MEANING["scale"], tuple(

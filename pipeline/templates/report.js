@@ -5,6 +5,7 @@
   const VISIBLE_SHARE = 0.02;      // calib.identifiability: less than this left is blind
   const SMALLEST_BLOCK = 1e-3;     // calib.compare: 1 - largest leverage of a pose
   const MISFIT_P_VALUE = 0.01;     // calib.calibration: below it sds are widened
+  const FEWEST_DOF = 4;            // calib.refit: a model that leaves fewer explains anything
   const SHOWN_SD = 4;              // pipeline.report_poses: residual charts reach this far at least
   const NICE = [1, 1.5, 2, 3, 4, 6, 8, 10];
 
@@ -279,8 +280,9 @@
     }
 
     say(found, changed) {
-      this.out("words").textContent = !(found.dof > 0)
-        ? "There are as many parameters as equations: nothing is left to check the model with."
+      this.out("words").textContent = found.dof < FEWEST_DOF
+        ? `Only ${Math.max(found.dof, 0)} equations are left to check the model with: one with so `
+          + "many parameters explains anything. Record more poses before you add it."
         : found.p < MISFIT_P_VALUE
           ? "The noise of the poses does not explain yet what is left."
           : "What is left is what the noise of the poses lets one expect.";
