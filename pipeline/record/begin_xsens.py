@@ -64,7 +64,7 @@ class Conversation:
     ----------
     line : Line
     keep : callable
-        Told of every byte that comes, so that the raw file begins with the device's headers.
+        Told of all bytes that come, and when: the raw file begins with the device's headers.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class Conversation:
         What came together with the last answer: the stream may begin in it.
     """
 
-    def __init__(self, line: Line, keep: Callable[[bytes], None]) -> None:
+    def __init__(self, line: Line, keep: Callable[[bytes, float], None]) -> None:
         self._line, self._keep = line, keep
         self._reader = XbusReader()
         self.last = b""
@@ -101,8 +101,9 @@ class Conversation:
     def _wait_for(self, mid: int, asked: int) -> Message | None:
         until = time.monotonic() + ANSWER_S
         while time.monotonic() < until:
-            data = self.last = self._line.read()
-            self._keep(data)
+            data, heard_s = self._line.read()
+            self._keep(data, heard_s)
+            self.last = data
             for message in self._reader.feed(data):
                 if message.mid == WAKE_UP:
                     self._line.write(frame(WAKE_UP_ACK))
@@ -124,7 +125,7 @@ class Conversation:
             self.ask(GO_TO_CONFIG)
 
 
-def begin_mtdata(line: Line, rate_hz: float, keep: Callable[[bytes], None]) -> Begun:
+def begin_mtdata(line: Line, rate_hz: float, keep: Callable[[bytes, float], None]) -> Begun:
     """Start raw output with the sample counter on a legacy MTi."""
     talk = Conversation(line, keep)
     talk.go_to_config()
@@ -145,7 +146,7 @@ def begin_mtdata(line: Line, rate_hz: float, keep: Callable[[bytes], None]) -> B
     return Begun(TICKS_PER_S / period / (skip + 1), talk.last)
 
 
-def begin_mtdata2(line: Line, rate_hz: float, keep: Callable[[bytes], None]) -> Begun:
+def begin_mtdata2(line: Line, rate_hz: float, keep: Callable[[bytes, float], None]) -> Begun:
     """Start raw output on a newer MTi.
 
     Counter and time stamp are asked for as well; firmware that does not combine them with raw

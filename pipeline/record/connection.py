@@ -87,9 +87,9 @@ class Connection:
                 stream.feed(begun.first_bytes, self._store.now_s())
             until = time.monotonic() + LISTEN_S
             while time.monotonic() < until:
-                data = self._take()
+                data, heard_s = self._take()
                 heard = (heard + data)[-SHOWN_BYTES:]
-                stream.feed(data, self._store.now_s())
+                stream.feed(data, heard_s)
                 if stream.samples >= FIRST_SAMPLES:
                     return stream
             if stream.parser.advice:
@@ -106,8 +106,7 @@ class Connection:
             return None
         wanted = self._record.sample_rate_hz or DEFAULT_RATE_HZ
         try:
-            return begin(self._line, wanted, lambda data: self._raw.keep(
-                data, self._store.now_s()))
+            return begin(self._line, wanted, self._keep)
         except (XsensError, LineLost):
             raise
         except DeviceError:
@@ -133,10 +132,14 @@ class Connection:
                 f"record.device to what the device is; any other line can be described with "
                 f"`device: lines` and `pattern`.")
 
-    def _take(self) -> bytes:
-        data = self._line.read()
-        self._raw.keep(data, self._store.now_s())
-        return data
+    def _keep(self, data: bytes, heard_monotonic_s: float) -> None:
+        self._raw.keep(data, self._store.session_s(heard_monotonic_s))
+
+    def _take(self) -> tuple[bytes, float]:
+        """What has come, kept, and when on the session's clock."""
+        data, heard_monotonic_s = self._line.read()
+        self._keep(data, heard_monotonic_s)
+        return data, self._store.session_s(heard_monotonic_s)
 
     def rows(self) -> list[Row]:
         """The rows that have come; empty after a short while without any.
@@ -146,11 +149,10 @@ class Connection:
         LineLost
             The device is gone, or has been silent for ``DEAD_S``.
         """
-        data = self._take()
-        now = self._store.now_s()
-        rows = self.stream.feed(data, now)
+        data, heard_s = self._take()
+        rows = self.stream.feed(data, heard_s)
         if rows:
-            self._last_row_s = now
+            self._last_row_s = heard_s
         elif self.silent_s > DEAD_S:
             raise LineLost(f"no reading for {DEAD_S:.0f} s. {self.stream.parser.advice}".strip())
         return rows

@@ -2,7 +2,10 @@
 
 import errno
 import os
+import queue
 import sys
+import threading
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -23,8 +26,8 @@ class LineLost(DeviceError):
 class Line(Protocol):
     """A device's line, as the recording uses it."""
 
-    def read(self) -> bytes:
-        """What has come; empty after a short while without any.
+    def read(self) -> tuple[bytes, float]:
+        """What has come, and when on ``time.monotonic``; empty after a short while without any.
 
         Raises
         ------
@@ -63,22 +66,40 @@ class SerialLine:
         try:
             self._serial = serial.Serial(port, baud, timeout=READ_S, exclusive=_exclusive())
             self._serial.reset_input_buffer()
+            # A thread of its own takes the bytes off the system, whose buffer holds a tenth of a
+            # second at full speed, also while a pose is written to the disk.
+            self._heard: queue.SimpleQueue[tuple[bytes, float] | LineLost] = queue.SimpleQueue()
+            self._open = threading.Event()
+            self._open.set()
+            self._thread = threading.Thread(target=self._listen, daemon=True)
+            self._thread.start()
         except serial.SerialException as error:
             raise DeviceError(_why_not(port, error)) from error
         except (OSError, ValueError) as error:
             raise DeviceError(f"{port}: cannot be opened at {baud} baud ({error}). Check port and "
                               "baud under record; `pipeline ports` lists the ports.") from error
 
-    def read(self) -> bytes:
-        """What has come; empty after ``READ_S`` without any."""
+    def _listen(self) -> None:
+        """Take bytes as they come, stamped when they were there."""
+        while self._open.is_set():
+            try:
+                first: bytes = self._serial.read(1)
+                if first:
+                    rest: bytes = self._serial.read(min(self._serial.in_waiting, MOST_AT_ONCE))
+                    self._heard.put((first + rest, time.monotonic()))
+            except (OSError, TypeError) as error:  # TypeError: pyserial, closed while it reads
+                self._heard.put(self._lost(error))
+                return
+
+    def read(self) -> tuple[bytes, float]:
+        """What has come, and when; empty after ``READ_S`` without any."""
         try:
-            first: bytes = self._serial.read(1)
-            if not first:
-                return b""
-            rest: bytes = self._serial.read(min(self._serial.in_waiting, MOST_AT_ONCE))
-            return first + rest
-        except (OSError, TypeError) as error:  # TypeError: pyserial, closed while it reads
-            raise self._lost(error) from error
+            heard = self._heard.get(timeout=READ_S)
+        except queue.Empty:
+            return b"", time.monotonic()
+        if isinstance(heard, LineLost):
+            raise heard
+        return heard
 
     def write(self, data: bytes) -> None:
         """Send ``data``."""
@@ -95,11 +116,15 @@ class SerialLine:
         try:
             self._serial.baudrate = baud
             self._serial.reset_input_buffer()
+            while not self._heard.empty():
+                self._heard.get()
         except (OSError, ValueError) as error:
             raise LineLost(f"{self.port}: does not take {baud} baud ({error}).") from error
 
     def close(self) -> None:
         """Give the port back."""
+        self._open.clear()
+        self._thread.join()
         self._serial.close()
 
 

@@ -75,7 +75,11 @@ class Store:
 
     def now_s(self) -> float:
         """Seconds since the session began."""
-        return time.monotonic() + self._offset_s
+        return self.session_s(time.monotonic())
+
+    def session_s(self, monotonic_s: float) -> float:
+        """A reading of ``time.monotonic`` on the session's clock."""
+        return monotonic_s + self._offset_s
 
     def not_before(self, time_s: float) -> None:
         """Let the clock go on after ``time_s``, where the computer's clock was set back."""
