@@ -1,0 +1,209 @@
+"""The user's own words, tested: see where the model fails, learn what is missing, add it, and
+watch the error fall.
+
+Each session hides one effect, drawn at random, of a size drawn at random. The test does what a
+user does: it runs the command, reads what is printed and results.json, types the command that was
+printed, and looks whether the error fell. What was hidden is compared at the very end only.
+"""
+
+import re
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.bench.trials import COMMON_PARTS, drawn
+from tests.sessions import pipeline, results_in
+from tests.world.bench import Design
+from tests.world.designs import paper_design, rich_design
+from tests.world.hidden import Hidden
+from tests.world.session import simulate
+from tests.world.write import write_session
+
+RICH = rich_design().scaled(sample_rate=0.2)
+PAPER = paper_design().scaled(sample_rate=0.2)
+DRAWN_FROM = (
+    "quadratic",
+    "cubic",
+    "cross_quadratic",
+    "temperature_bias",
+    "temperature_scale",
+    "bias_drift",
+    "scale_drift",
+    "warm_up",
+    "hysteresis",
+    "vibration_rectification",
+    "g_sensitivity",
+    "g_squared_sensitivity",
+    "earth_rate",
+    "reference_drift",
+    "column:humidity_pct",
+)
+ADD = re.compile(r"^next: pipeline (add .*)$", re.MULTILINE)
+
+
+def one_at_random(seed: int) -> Hidden:
+    """An effect of the gyro and a size of 4 to 12 noise units that the test does not look at."""
+    rng = np.random.default_rng([seed, 41])
+    name = DRAWN_FROM[int(rng.integers(len(DRAWN_FROM)))]
+    hidden = drawn(name, "gyroscope", float(rng.uniform(4, 12)), RICH, seed)
+    assert hidden is not None
+    return hidden
+
+
+def session_with(folder: Path, design: Design, seed: int, *hidden: Hidden) -> Path:
+    """The files of an evening; what is hidden is nowhere in them."""
+    config = write_session(folder, simulate(design, seed, hidden), film=False).config
+    for effect in hidden:
+        assert effect.name.partition(":")[0] not in config.read_text(encoding="utf-8")
+    return config
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What the user has seen: the printed text and results.json of the gyro."""
+
+    printed: str
+    gyroscope: dict[str, Any]
+
+    @property
+    def verdict(self) -> str:
+        return str(self.gyroscope["diagnosis"]["verdict"])
+
+    @property
+    def whitened(self) -> float:
+        """Root of chi-square over its degrees of freedom."""
+        return float(np.sqrt(self.gyroscope["chi2"] / self.gyroscope["dof"]))
+
+
+def typed(capsys: pytest.CaptureFixture[str], config: Path, *arguments: str | Path) -> Seen:
+    """Type a command that must succeed, and look."""
+    assert pipeline(*arguments) == 0, capsys.readouterr().err
+    folder = config.with_suffix(".run")
+    return Seen(capsys.readouterr().out, results_in(folder)["gyroscope"])
+
+
+@pytest.mark.parametrize("seed", range(201, 209))
+def test_what_was_hidden_is_named_added_by_the_printed_command_and_the_error_falls(
+    seed: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    hidden = one_at_random(seed)
+    config = session_with(tmp_path, RICH, seed, hidden)
+
+    before = typed(capsys, config, "run", config)
+    assert before.verdict == "effect"
+    name = before.gyroscope["diagnosis"]["name"]
+    assert f"gyroscope: '{name}' is missing" in before.printed
+    command = ADD.search(before.printed)
+    assert command is not None, before.printed
+
+    after = typed(capsys, config, *shlex.split(command.group(1)))
+    assert after.gyroscope["model"] == ["bias", "scale", "misalignment", name]
+    assert after.whitened < 1.2 < before.whitened
+    assert after.gyroscope["residual_rms"] < 0.8 * before.gyroscope["residual_rms"]
+    assert after.gyroscope["loo_rms"] < 0.85 * before.gyroscope["loo_rms"]
+    size, sd = (np.array(after.gyroscope["effects"][name][k][:3]) for k in ("values", "sd"))
+    assert (np.abs(size) > 3 * sd).any()
+    assert after.verdict == "nothing_missing"
+    assert "next: pipeline apply" in after.printed
+
+    history = typed(capsys, config, "history", config).printed
+    rows = [line for line in history.splitlines() if "base" in line and name in line]
+    assert len(rows) == 1
+    assert name in {hidden.name} | COMMON_PARTS.get(hidden.name, set())
+
+
+def test_taking_it_out_again_leaves_the_file_as_it_was(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = session_with(tmp_path, RICH, 210, *_of("bias_drift", 8.0, RICH, 210))
+    text = config.read_bytes()
+    first = typed(capsys, config, "run", config)
+    typed(capsys, config, "add", config, "gyroscope.bias_drift")
+    assert config.read_bytes() != text
+    again = typed(capsys, config, "remove", config, "gyroscope.bias_drift")
+    assert config.read_bytes() == text
+    assert again.gyroscope == first.gyroscope
+
+
+def _of(name: str, size: float, design: Design, seed: int) -> tuple[Hidden]:
+    hidden = drawn(name, "gyroscope", size, design, seed)
+    assert hidden is not None
+    return (hidden,)
+
+
+def test_auto_goes_on_until_two_hidden_effects_are_in_the_model(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    both = (*_of("g_sensitivity", 8.0, RICH, 211), *_of("cubic", 6.0, RICH, 211))
+    config = session_with(tmp_path, RICH, 211, *both)
+    seen = typed(capsys, config, "add", config, "--auto")
+    assert set(seen.gyroscope["model"][3:]) == {"g_sensitivity", "cubic"}
+    assert seen.verdict == "nothing_missing"
+    falls = [float(x) for x in re.findall(r"^chi²/dof +([\d.e+]+) ", seen.printed, re.MULTILINE)]
+    assert falls == sorted(falls, reverse=True)
+    history = typed(capsys, config, "history", config).printed
+    assert history.count("base + ") >= 2
+
+
+def test_auto_adds_nothing_where_nothing_is_hidden(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = session_with(tmp_path, RICH, 212)
+    text = config.read_bytes()
+    seen = typed(capsys, config, "add", config, "--auto")
+    assert seen.verdict == "nothing_missing"
+    assert config.read_bytes() == text
+    assert "is as it was: nothing was added" in seen.printed
+
+
+def test_aliases_are_refused_with_the_measurement_that_tells_them_apart(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = session_with(tmp_path, PAPER, 213, *_of("quadratic", 12.0, PAPER, 213))
+    seen = typed(capsys, config, "run", config)
+    assert set(seen.gyroscope["diagnosis"]["group"]) == {
+        "quadratic",
+        "asymmetry",
+        "g_squared_sensitivity",
+    }
+    assert "next: record" in seen.printed
+    text = config.read_bytes()
+    assert pipeline("add", config, "gyroscope.quadratic") == 4
+    refusal = capsys.readouterr().err
+    assert "looks the same as" in refusal
+    assert "record the same poses with the plate stopped" in refusal
+    assert config.read_bytes() == text
+    after = typed(capsys, config, "add", config, "gyroscope.quadratic", "--although-aliased")
+    assert after.whitened < 0.5 * seen.whitened
+
+
+def test_a_blind_effect_is_refused_with_the_measurement_that_shows_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = session_with(tmp_path, PAPER, 214, *_of("g_sensitivity", 10.0, PAPER, 214))
+    seen = typed(capsys, config, "run", config)
+    assert seen.verdict == "nothing_missing"
+    assert "g_sensitivity" in seen.gyroscope["diagnosis"]["blind"]
+    text = config.read_bytes()
+    assert pipeline("add", config, "gyroscope.g_sensitivity") == 4
+    refusal = capsys.readouterr().err
+    assert "these data cannot see it" in refusal
+    assert "record the same poses with the plate stopped" in refusal
+    assert config.read_bytes() == text
+
+
+def test_diagnose_shows_the_ranking_and_changes_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = session_with(tmp_path, RICH, 215, *_of("hysteresis", 8.0, RICH, 215))
+    assert pipeline("diagnose", config) == 0
+    printed = capsys.readouterr().out
+    assert "'hysteresis' is missing" in printed
+    ranked = printed[printed.rindex("candidate") :].splitlines()
+    assert ranked[1].split()[0] == "hysteresis"
+    assert "these data cannot see: frame_rotation" in printed
+    assert not config.with_suffix(".run").exists()
