@@ -186,7 +186,7 @@ def coverage_figure(result: TriadResult) -> Figure:
     vectors = fit.rows.vector[turning]
     unit = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
     natural = natural_directions()
-    covered = (natural @ unit.T).max(axis=1) >= NEAR_COSINE
+    covered = (natural @ unit.T).max(axis=1, initial=-1.0) >= NEAR_COSINE  # none where all at rest
     parts: list[str] = []
     for centre, sign, name in zip(SPHERE_CENTRES, (1, -1), ("+z half", "−z half"), strict=True):
         parts += _hemisphere(centre, name)
