@@ -16,6 +16,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "history": ("CONFIG", "Every run so far: model, errors, verdict."),
     "ports": ("", "List serial ports, and what keeps you from opening them."),
     "record": ("CONFIG", "Record poses live, led through them; goes on where it stopped."),
+    "plan": ("CONFIG", "What the poses determine, before and after recording; what next."),
     "playback": ("CONFIG", "Play recorded poses as a serial device, to try `record`."),
     "check": ("CONFIG", "Validate a configuration and find its files, nothing else."),
     "init": ("[DIR]", "Write a commented config.yaml to start from."),

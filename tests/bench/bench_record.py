@@ -25,6 +25,7 @@ from tests.record.test_session import calibrated, record, record_with_kills
 
 BAUD, BITS_PER_BYTE = 460800, 10
 TICK_S = 0.004
+KILL_SPEED = 6.0  #: times as fast as in life: slow enough for every kill to find it running
 
 
 def fuzz_all(cases: int) -> None:
@@ -81,7 +82,7 @@ def kill(times: int) -> None:
         for name in ("undisturbed", "killed"):
             (Path(folder) / name).mkdir()
             configs.append(write_config(Path(folder) / name, session, "xsens-mti"))
-        with playing(session, "xsens-mti") as port:
+        with playing(session, "xsens-mti", speed=KILL_SPEED) as port:
             record(configs[0], port, onlooker())
             kills = record_with_kills(configs[1], port, times, seed=7)
         one, two = (calibrated(config) for config in configs)

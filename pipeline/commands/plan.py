@@ -1,0 +1,33 @@
+"""``pipeline plan CONFIG``."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("config", type=click.Path(path_type=Path))
+@click.option("--effect", "effects", multiple=True, metavar="NAME",
+              help="Say what to record to see this effect; may be given several times.")
+def command(config: Path, effects: tuple[str, ...]) -> None:
+    """Say what the poses of CONFIG determine, recorded and still to come, and what next.
+
+    Before the first pose it goes by the data sheet and the sensor's typical noise, then by the
+    poses that are there.
+    """
+    from calib.catalogue import find_effect
+    from pipeline.config import load_config, triad_spec
+    from pipeline.errors import ConfigError
+    from pipeline.plan import plan_of
+    from pipeline.plan_lines import plan_lines
+
+    loaded = load_config(config, files_may_be_missing=True)
+    if loaded.accelerometer is None and loaded.gyroscope is None:
+        raise ConfigError(f"{config}: names no poses to plan; add the section accelerometer, "
+                          "gyroscope or both.")
+    asked = [find_effect(name) for name in effects]
+    for plan in plan_of(loaded):
+        sheet = getattr(loaded.sensor, plan.triad)
+        mine = [effect for effect in asked if plan.triad in effect.triads]
+        for line in plan_lines(plan, mine, triad_spec(sheet).full_scale):
+            click.echo(line)

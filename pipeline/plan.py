@@ -1,0 +1,297 @@
+"""From a configuration to what its poses can determine, before and after they are recorded.
+
+Noise comes from the poses that are recorded, where there are any; else it is the typical noise of
+the sensor's preset; else no sds are stated.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from calib.averaging import PoseMean, average_pose
+from calib.coverage import NEAR_COSINE, natural_directions
+from calib.earth import EARTH_RATE_RAD_S, earth_rate_horizontal
+from calib.errors import CalibrationError
+from calib.fit import Fit
+from calib.imu_log import FloatArray, ImuLog, Triad
+from calib.model import Model
+from calib.plan import (
+    BestPose,
+    PlannedRun,
+    Prospect,
+    best_pose,
+    expected_widening,
+    ideal_poses,
+    one_second_sd,
+    prospect_of,
+)
+from calib.poses import PoseSet, Run, pose_set
+from calib.reference import CommonError
+from calib.runs import (
+    GRAVITY,
+    TIME_BASE,
+    PlateRate,
+    gravity_run,
+    stopped_run,
+    turning_run,
+)
+from calib.sensor import TriadSpec
+from calib.still import find_still
+from pipeline.config import Config, triad_spec
+from pipeline.config_sections import KnownRate, Poses, VideoRate
+from pipeline.config_values import STOPPED
+from pipeline.recordings import read_joined, read_labelled
+from pipeline.site import gravity_of, latitude_of
+
+RAD_S_PER_RPM = 2 * math.pi / 60
+PAUSE_S = 20.0  #: between two planned poses
+POSE_S = 10.0  #: of a pose, where the configuration has no ``record``
+TURNS = 3.0  #: of the plate in a pose at least
+WEDGE = 18
+HEADROOM = 0.9  #: of the full scale; gain and offset take the rest
+STANDARD_GRAVITY_M_S2 = 9.80665
+
+#: Sd of a mean over one second, SI, correlation included: the median axis of still stretches in
+#: public logs of these sensors (33 poses of an MTi, 53 stretches of an MPU-6050; see data/README).
+TYPICAL_SD: Mapping[str, Mapping[Triad, float]] = {
+    "Xsens MTi": {"accelerometer": 1.2e-3, "gyroscope": 2.5e-4},
+    "InvenSense MPU-6050": {"accelerometer": 3.2e-3, "gyroscope": 2.0e-4},
+}
+
+NoiseSource = Literal["measured", "typical", "unknown"]
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedSetting:
+    """Poses of one setting: what is recorded, what is still to come.
+
+    ``rate_rad_s`` is 0 at rest; ``unusable`` says of recorded poses why they are none.
+    """
+
+    name: str
+    rate_rad_s: float
+    relative_sd: float
+    rate_sd_rad_s: float
+    means: tuple[PoseMean, ...]
+    missing: FloatArray
+    seconds: float
+    unusable: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class TriadPlan:
+    """The outlook of one triad.
+
+    ``at_hand`` is judged on the recorded poses, ``complete`` with the missing ones added; either
+    is the words of a refusal where poses do not determine the model, or None where there are none.
+    """
+
+    triad: Triad
+    settings: tuple[PlannedSetting, ...]
+    noise: NoiseSource
+    noise_sd: FloatArray
+    at_hand: Prospect | str | None
+    complete: Prospect | str
+    next_pose: BestPose
+    saturates: tuple[str, ...]
+
+    @property
+    def recorded(self) -> int:
+        """Usable poses on disk."""
+        return sum(len(setting.means) for setting in self.settings)
+
+
+def plan_of(config: Config) -> Iterator[TriadPlan]:
+    """The outlook of every triad that the configuration fits."""
+    means: dict[tuple[Poses, str], PlannedSetting] = {}
+    if config.accelerometer:
+        yield _triad_plan(config, "accelerometer", [_setting(
+            config, config.accelerometer.poses, STOPPED, means)])
+    if config.gyroscope:
+        yield _triad_plan(config, "gyroscope", [
+            _setting(config, run.poses, run.rate, means) for run in config.gyroscope.runs])
+
+
+def _setting(
+    config: Config, poses: Poses, name: str, known: dict[tuple[Poses, str], PlannedSetting]
+) -> PlannedSetting:
+    """Read what is recorded of one setting; each set of files once."""
+    if (poses, name) not in known:
+        known[poses, name] = _read_setting(config, poses, name)
+    return known[poses, name]
+
+
+def _read_setting(config: Config, poses: Poses, name: str) -> PlannedSetting:
+    rate, stated = 0.0, config.rate.get(name)
+    relative, sd = 0.0, 0.0
+    if isinstance(stated, KnownRate):
+        rate, sd = stated.rate_rad_s, stated.sd_rad_s
+    elif isinstance(stated, VideoRate):
+        rate = (stated.nominal_rpm or math.nan) * RAD_S_PER_RPM
+        relative = stated.timebase.relative_sd
+    specs = _specs(config)
+    means, unusable = [], []
+    for log in _logs(config, poses):
+        if math.isnan(rate):
+            rate = _felt_rate(log, specs[1])
+        try:
+            means.append(average_pose(log, *specs, rate))
+        except CalibrationError as error:
+            unusable.append(str(error))
+    if math.isnan(rate):
+        rate = 100 / 3 * RAD_S_PER_RPM  # nothing tells it: the speed that every record player has
+    seconds = config.record.seconds_per_pose if config.record else POSE_S
+    seconds = max(seconds, TURNS * 2 * math.pi / rate) if rate else seconds
+    if means:
+        seconds = float(np.median([mean.duration_s for mean in means]))
+    return PlannedSetting(name, rate, relative, sd, tuple(means), _missing(config, means), seconds,
+                   tuple(unusable))
+
+
+def _logs(config: Config, poses: Poses) -> Iterator[ImuLog]:
+    folder = config.source.path.parent
+    if poses.log:
+        yield from find_still(read_joined(poses, folder))
+    for i, path in enumerate(poses.files):
+        yield read_labelled(path, poses, i, folder)
+
+
+def _felt_rate(log: ImuLog, spec: TriadSpec | None) -> float:
+    if spec is None or not log.has("gyroscope"):
+        return math.nan
+    return float(np.linalg.norm(spec.nominal(log.gyroscope).mean(axis=0)))
+
+
+def _specs(config: Config) -> tuple[TriadSpec | None, TriadSpec | None]:
+    sensor = config.sensor
+    return (triad_spec(sensor.accelerometer) if sensor.accelerometer else None,
+            triad_spec(sensor.gyroscope) if sensor.gyroscope else None)
+
+
+def _missing(config: Config, means: list[PoseMean]) -> FloatArray:
+    """Directions that ``record`` asks for and no recorded pose covers, (n, 3).
+
+    Without a ``record`` section nothing is missing once something is recorded.
+    """
+    count = config.record.poses if config.record else (0 if means else WEDGE)
+    wanted = natural_directions(corners=count > WEDGE)[:count]
+    force = np.array([mean.accelerometer.mean for mean in means]).reshape(-1, 3)
+    if len(force) == 0 or not np.isfinite(force).all():
+        return wanted[len(force) :]
+    unit = force / np.linalg.norm(force, axis=1, keepdims=True)
+    return np.asarray(wanted[(wanted @ unit.T).max(axis=1) < NEAR_COSINE])
+
+
+def _triad_plan(config: Config, triad: Triad, settings: list[PlannedSetting]) -> TriadPlan:
+    spec = _specs(config)[triad == "gyroscope"]
+    section = config.accelerometer if triad == "accelerometer" else config.gyroscope
+    assert spec is not None
+    assert section is not None
+    model = Model.of([name for name in section.model if name not in config.effects])
+    recorded = [setting.means for setting in settings if setting.means]
+    noise: NoiseSource = "unknown"
+    noise_sd = np.ones(3) * spec.nominal_scale if math.isfinite(spec.full_scale) else np.ones(3)
+    if recorded:
+        noise, noise_sd = "measured", one_second_sd(recorded, triad)
+    elif config.sensor.name in TYPICAL_SD:
+        noise, noise_sd = "typical", np.full(3, TYPICAL_SD[config.sensor.name][triad])
+        noise_sd = noise_sd * expected_widening(sum(len(each.missing) for each in settings))
+    at_hand: Prospect | str | None = None
+    real: Fit | None = None
+    if recorded:
+        try:
+            at_hand = prospect_of(_recorded_poses(config, triad, settings), model, spec)
+            real = at_hand.fit
+        except CalibrationError as error:
+            at_hand = str(error)
+    runs = [run for setting in settings for run in _runs(config, triad, setting, noise_sd, real)]
+    try:
+        start = real.equations.start if real is not None else None
+        complete: Prospect | str = prospect_of(ideal_poses(triad, runs, start), model, spec)
+    except CalibrationError as error:
+        complete = str(error)
+    return TriadPlan(triad, tuple(settings), noise, noise_sd, at_hand, complete,
+                     best_pose(triad, runs, model), tuple(_saturating(triad, settings, spec)))
+
+
+def _runs(
+    config: Config, triad: Triad, setting: PlannedSetting, noise_sd: FloatArray, real: Fit | None
+) -> Iterator[PlannedRun]:
+    """The setting's poses as a plan: those recorded, in their true directions, and the missing."""
+    recorded = [_recorded_up(triad, setting, real)] if setting.means else []
+    up: FloatArray = np.concatenate([*recorded, setting.missing])
+    if setting.means:  # on the turning plate noise may differ from that at rest
+        noise_sd = one_second_sd([setting.means], triad)
+    gravity = gravity_of(config.site) if config.site else None
+    force = gravity.value_m_s2 if gravity else STANDARD_GRAVITY_M_S2
+    latitude = latitude_of(config.site)
+    common: tuple[CommonError, ...] = ()
+    own, magnitude = 0.0, setting.rate_rad_s
+    if triad == "accelerometer":
+        magnitude = force
+        common = (CommonError(GRAVITY, gravity.sd_m_s2 if gravity else 0.0),)
+    elif setting.rate_rad_s:
+        common = (CommonError(TIME_BASE, setting.relative_sd * setting.rate_rad_s),
+                  CommonError(f"rate {setting.name}", setting.rate_sd_rad_s))
+    else:
+        own = (earth_rate_horizontal(latitude) / math.sqrt(2) if latitude is not None
+               else EARTH_RATE_RAD_S / math.sqrt(3))
+    if len(up):
+        yield PlannedRun(
+            setting.name, up, magnitude, setting.rate_rad_s,
+            noise_sd / math.sqrt(setting.seconds), own, common, force,
+            (setting.seconds + PAUSE_S) * np.arange(len(up), dtype=float))
+
+
+def _recorded_up(triad: Triad, setting: PlannedSetting, real: Fit | None) -> FloatArray:
+    """Sides (n, 3) that face up in recorded poses, corrected where the poses tell how."""
+    force = np.array([mean.accelerometer.mean for mean in setting.means])
+    if triad == "accelerometer" and real is not None:
+        force = real.rows.vector
+    if not np.isfinite(force).all():
+        force = np.array([mean.gyroscope.mean for mean in setting.means])
+    return np.asarray(force / np.linalg.norm(force, axis=1, keepdims=True))
+
+
+def _recorded_poses(config: Config, triad: Triad, settings: list[PlannedSetting]) -> PoseSet:
+    """The recorded poses as the calibration will see them; filmed rates at their nominal value."""
+    latitude = latitude_of(config.site)
+    runs: list[Run] = []
+    for setting in settings:
+        if not setting.means:
+            continue
+        if triad == "accelerometer":
+            assert config.site is not None
+            gravity = gravity_of(config.site)
+            runs.append(gravity_run(setting.name, setting.means, gravity.value_m_s2,
+                                    gravity.sd_m_s2))
+        elif setting.rate_rad_s:
+            plate = PlateRate(setting.name, np.array([setting.rate_rad_s]),
+                              np.array([setting.rate_sd_rad_s]), setting.relative_sd)
+            runs.append(turning_run(setting.means, plate, latitude))
+        else:
+            runs.append(stopped_run(setting.name, setting.means, latitude))
+    means = [mean for run in runs for mean in run.means]
+    return pose_set(triad, runs, min(mean.time_s for mean in means))
+
+
+def _saturating(triad: Triad, settings: list[PlannedSetting], spec: TriadSpec) -> Iterator[str]:
+    """Settings at which the sensor would stand at the end of its range."""
+    if triad == "accelerometer":
+        if spec.full_scale < STANDARD_GRAVITY_M_S2:
+            yield (f"gravity is beyond the accelerometer's ±{spec.full_scale:.3g} m/s²: choose a "
+                   f"larger range.")
+        return
+    full = math.degrees(spec.full_scale)
+    for setting in settings:
+        rate = math.degrees(setting.rate_rad_s)
+        if rate >= full:
+            yield (f"{setting.name}: the plate turns at {rate:.0f} °/s, the gyroscope ends at "
+                   f"±{full:.0f} °/s and saturates: choose a slower plate or a larger range.")
+        elif rate > HEADROOM * full:
+            yield (f"{setting.name}: the plate turns at {rate:.0f} °/s, within 10 % of the "
+                   f"gyroscope's ±{full:.0f} °/s: gain and offset may take it to the end of its "
+                   f"range.")
