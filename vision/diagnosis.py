@@ -23,6 +23,7 @@ SIZES = 2.0 ** np.arange(-5, 14)  # in units of the noise: the prior of an effec
 BLIND = 0.02  # share of a signature left after the stated model
 ALIAS = 0.99  # canonical correlation above which two terms are one group
 CLEAR_ODDS = 0.9
+CLEARLY_LESS = 1.25  # times the residual that an alias must leave to be ruled out
 PRIOR_NONE, PRIOR_LISTED, PRIOR_UNKNOWN = 0.5, 0.35, 0.15
 SMALLEST_SHARE = 0.02  # of the residual's variance: less is not worth a term
 SHAPE_SHARE = 0.2  # of the residual's variance, for an unlisted shape to be worth a verdict
@@ -236,6 +237,10 @@ def _verdict(
 
 
 def _much_better(leader: Candidate, ranking: list[Candidate]) -> bool:
-    """The leader explains what none of its aliases can."""
+    """The leader explains what none of its aliases can.
+
+    By the size of what is left, not by evidence: long clips would tell two nearly equal waves
+    apart by view errors far smaller than either.
+    """
     others = [c for c in ranking if c.name in leader.aliases]
-    return all(leader.log_evidence > c.log_evidence + np.log(1e3) for c in others)
+    return all(c.rms_after_rad > CLEARLY_LESS * leader.rms_after_rad for c in others)
