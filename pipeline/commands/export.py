@@ -4,11 +4,16 @@ from pathlib import Path
 
 import click
 
+from pipeline.export_formats import FORMATS
 
-@click.command()
+#: The list under the command's help; \b keeps its lines.
+LISTED = "\b\nFormats:\n" + "\n".join(f"  {name:<8}  {says}" for name, says in FORMATS.items())
+
+
+@click.command(epilog=LISTED)
 @click.argument("results", type=click.Path(path_type=Path))
 @click.option("--to", "form", required=True, metavar="FORMAT",
-              help="Program or format; a wrong one is answered with the list.")
+              help="Program or format, one of the list below.")
 @click.option("--output", type=click.Path(path_type=Path, file_okay=False),
               help="Folder for the files, instead of that of RESULTS.")
 def command(results: Path, form: str, output: Path | None) -> None:

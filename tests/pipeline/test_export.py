@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pipeline.export import EXPORTERS
+from pipeline.export_formats import FORMATS
 from pipeline.stored import Stored, load_results
 from tests.pipeline.conftest import RunSession
 from tests.pipeline.test_apply import with_effects
@@ -79,6 +80,15 @@ def test_the_command_writes_the_files_and_says_where(
     assert said.out.splitlines() == [str(path) for path in written]
     assert all(path.exists() for path in written)
     assert said.err.startswith("note: The uncertainties are not in it.")
+
+
+def test_the_help_lists_every_format_that_can_be_written(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert list(FORMATS) == list(EXPORTERS)
+    assert pipeline("export", "--help") == 0
+    said = capsys.readouterr().out
+    assert all(f"{name:<8}  {says}" in said for name, says in FORMATS.items())
 
 
 def test_a_wrong_format_is_answered_with_the_nearest_and_the_list(
