@@ -64,6 +64,7 @@ class Judge:
     p_value: float
 
     def reach(self) -> Verdict:
+        """The verdict, by the first of the module's questions that has an answer."""
         none = float(np.exp(self.log_p["none"]))
         if (none >= PRIOR_NONE and self.p_value > MISFIT_P_VALUE) or (
             none > 1 - CREDIBLE and none == max(np.exp(v) for v in self.log_p.values())

@@ -104,7 +104,6 @@ class Plate(Section):
     centre_px: tuple[Number, Number]
     radii_px: tuple[Positive, Positive]
     angle_deg: Number = 0.0
-    mark_radius: Annotated[Positive, Field(le=1.5)] | None = None  #: of the plate's radius
 
 
 class VideoRate(Section):

@@ -16,6 +16,20 @@ from pipeline.config import Config
 from pipeline.config_sections import OwnEffect
 from pipeline.errors import ConfigError
 
+RAISED_BY_USERS_CODE = (
+    ArithmeticError,
+    AttributeError,
+    ImportError,
+    LookupError,
+    NameError,
+    OSError,
+    RuntimeError,
+    SyntaxError,
+    TypeError,
+    ValueError,
+)
+"""What a user's own file can be expected to raise; it is named, like any other bad input."""
+
 ValueOf = Callable[[Conditions], FloatArray]
 
 
@@ -80,8 +94,7 @@ def _python_function(folder: Path, asked: OwnEffect, allow_python: bool) -> Valu
     try:
         spec.loader.exec_module(module)
         found = getattr(module, function)
-    # The user's own file may raise anything; it is named and left, like any other bad input.
-    except Exception as error:
+    except RAISED_BY_USERS_CODE as error:
         raise CalibrationError(f"{path} cannot be used: {type(error).__name__}: {error}") from error
     if not callable(found):
         raise CalibrationError(f"{path}: '{function}' is not a function")

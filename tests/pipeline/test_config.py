@@ -27,7 +27,7 @@ rate:
     nominal_rpm: 16.667
     timebase: {source: constant, fps: 15}
     model: [constant_rate, once_per_rev]
-    plate: {centre_px: [240, 180], radii_px: [150, 140.5], mark_radius: 0.8}
+    plate: {centre_px: [240, 180], radii_px: [150, 140.5]}
   33: {rate_rad_s: 3.4907, sd_rad_s: 2e-4}
 site: {latitude_deg: 40.85, height_m: 20, gravity_m_s2: 9.80267, sd_m_s2: 5e-5}
 accelerometer:
