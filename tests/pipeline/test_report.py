@@ -85,7 +85,7 @@ def test_the_verdict_and_the_commands_come_before_everything_else(
     verdict = text.index("The calibration is good")
     assert verdict < text.index("Is it good?") < text.index("What is wrong?")
     assert text.index("What to do next?") < text.index("Parameters")
-    assert f"pipeline apply {finished.folder} LOG.csv" in text
+    assert f"pipeline apply {finished.folder} LOG.csv --output" in text
 
 
 def test_every_picture_says_in_words_what_it_shows(page: Page) -> None:
