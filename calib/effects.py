@@ -108,6 +108,8 @@ class Effect:
     physics: str
     page: Page
     shape: Shape | None = None
+    follows: str | None = None
+    """Logged column that a bias follows from an origin of no meaning: 5 V, 1013 hPa."""
 
     def unit_for(self, triad: str) -> str:
         """Unit of the parameters when the effect acts on ``triad``."""
@@ -147,7 +149,9 @@ def effect(
 
 def per_axis(values: FloatArray) -> FloatArray:
     """Columns (n, 3, 3) of an effect whose axis k errs by ``values[:, k]`` times parameter k."""
-    return np.asarray(values[:, :, None] * np.eye(3))
+    columns = np.zeros((len(values), 3, 3))
+    columns[:, range(3), range(3)] = values
+    return columns
 
 
 def column_effect(name: str) -> Effect:
@@ -158,6 +162,7 @@ def column_effect(name: str) -> Effect:
         triads=TRIADS,
         parameters=AXES,
         unit=f"{{u}} per unit of {name}",
+        follows=name,
         columns=lambda at: per_axis(np.tile(at.column(name)[:, None], 3)),
         physics=f"Bias that moves in proportion to the logged column {name}.",
         page=Page(

@@ -136,7 +136,12 @@ def visible_basis(equations: "Equations", rows: "Rows") -> FloatArray:
         block[where] = np.eye(where.stop - where.start)
         if effect.acts_on != "reading":
             columns = np.where(_is_rounding(equations, rows, effect), 0.0, jacobian[:, where])
-            norm = np.maximum(np.sqrt((columns**2).sum(axis=0)), 1e-300)
+            varying = columns
+            if effect.follows is not None and "bias" in slices:
+                # From its mean on: the rest is a bias, and would make what varies look small.
+                mean = equations.at_reading.column(effect.follows).mean()
+                varying = columns - mean * jacobian[:, slices["bias"]]
+            norm = np.maximum(np.sqrt((varying**2).sum(axis=0)), 1e-300)
             left = columns / norm - known @ (known.T @ (columns / norm))
             _, share, combinations = np.linalg.svd(left, full_matrices=False)
             seen = combinations[share > VISIBLE_SHARE].T / norm[:, None]

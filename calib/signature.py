@@ -5,7 +5,7 @@ projected out, are its signature. What has less than ``VISIBLE_SHARE`` of its si
 the model would swallow it. Two effects whose signatures span the same space are aliases.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -88,6 +88,10 @@ def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> Floa
     """
     equations = fit.equations
     at = equations.conditions(fit.rows.vector)
+    if effect.follows is not None and "bias" in fit.model.names:
+        # From its mean on: the rest is a bias, and would make what varies look small.
+        logged = at.column(effect.follows)
+        at = replace(at, columns={**at.columns, effect.follows: logged - logged.mean()})
     on_reading = effect.acts_on == "reading"
     columns = effect.evaluate(equations.at_reading if on_reading else at, shape)
     turning, null = equations.magnitude, equations.null

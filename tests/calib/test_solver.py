@@ -271,3 +271,19 @@ def test_a_model_without_misalignment_is_fitted_as_such() -> None:
     parameters = calibrate_triad(found, SPECS["accelerometer"]).parameters
     assert np.isnan(parameters.sd[0]).all()
     assert parameters.misalignment_rad == pytest.approx(0, abs=0)
+
+
+# --- columns whose zero means nothing ----------------------------------------------------------
+
+
+@pytest.mark.parametrize(("mean", "spread"), [(5.0, 0.03), (1013.0, 4.0), (0.0, 1.0)])
+def test_a_bias_follows_a_column_whatever_the_columns_zero(mean: float, spread: float) -> None:
+    """A supply of 5 V that varies by 30 mV varies; six thousandths of its size are no blindness."""
+    model = Model.of((*BASE, "column:logged"))
+    poses = rich_poses("gyroscope")
+    logged = mean + spread * np.random.default_rng(2).standard_normal(len(poses))
+    poses = replace(poses, columns={**poses.columns, "logged": logged})
+    truth = base_theta(model, "gyroscope")
+    truth[9:] = np.array([1e-3, -2e-3, 5e-4]) / spread
+    found = fit(read_through(poses, model, truth), model)
+    assert found.theta[9:] == pytest.approx(truth[9:], rel=1e-6)
