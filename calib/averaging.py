@@ -28,7 +28,7 @@ MEDIAN_OF_NORMAL = 0.6745
 
 RAIL_SHARE = 1e-3
 HARMONICS = (1, 2)
-LARGEST_SHIFT_SD = 8.0
+LARGEST_SHIFT_SD = 10.0
 LARGEST_STILL_SHIFT = {"accelerometer": 0.02, "gyroscope": 0.02}
 """m/s² and rad/s: a tilt of 0.1°, a turn of 1°/s. Smaller shifts are drift, not motion."""
 
