@@ -139,3 +139,20 @@ def _clips(config: Config, path: PathTo) -> Numbered | Path:
         f"found {text!r}, from which no name of a new clip follows. Give one name, or a pattern "
         "with one star for a clip of every pose, as in video/17rpm_*.mkv."
     )))
+
+
+def require_clip_names(config: Config, blocks: tuple[Block, ...]) -> None:
+    """Refuse to film where the configuration has no name for the clip of every pose.
+
+    Raises
+    ------
+    ConfigError
+        With what to write instead.
+    """
+    for block in blocks:
+        clips = block.clips
+        if block.turns and not (isinstance(clips, Numbered) and clips.after.endswith(".mkv")):
+            raise ConfigError(config.source.problem(("rate", block.rate), (
+                "filming makes a clip of every pose, as Matroska, whose stamps are those of the "
+                f"pictures. Write `video: video/{block.rate}_*.mkv`, or record without a camera."
+            )))

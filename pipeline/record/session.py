@@ -18,7 +18,7 @@ from pipeline.errors import DeviceError
 from pipeline.record.connection import SILENT_S, Connection, OpenLine
 from pipeline.record.guide import Guide
 from pipeline.record.line import LineLost
-from pipeline.record.places import Block, Numbered, blocks_of
+from pipeline.record.places import Block, Numbered, blocks_of, require_clip_names
 from pipeline.record.store import Store
 from pipeline.record.stream import Row, Stream
 from pipeline.record.taken import Specs, rate_of_pose, rest_of, taken_poses
@@ -68,6 +68,14 @@ class Filming(Protocol):
         """End the clip; what to say of it, empty where there is nothing to say."""
         ...
 
+    def close(self) -> None:
+        """Give the camera back."""
+        ...
+
+
+#: Makes the camera that films on the session's clock.
+OpenCamera = Callable[[Callable[[], float]], Filming]
+
 
 @dataclass(frozen=True)
 class Progress:
@@ -100,8 +108,8 @@ class Session:
     open_line : callable
         Opens the port at a speed; called again after the device was gone.
     watcher : Watcher
-    filming : Filming, optional
-        Films the poses on the turning plate.
+    open_camera : callable, optional
+        Makes a camera on the session's clock; it films the poses on the turning plate.
     sleep : callable
         Waits between tries to reach a device that is gone.
     """
@@ -111,18 +119,21 @@ class Session:
         config: Config,
         open_line: OpenLine,
         watcher: Watcher,
-        filming: Filming | None = None,
+        open_camera: OpenCamera | None = None,
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
         self._config, self._open_line, self._watcher = config, open_line, watcher
-        self._filming, self._sleep = filming, sleep
+        self._sleep = sleep
         self._blocks = blocks_of(config)
+        if open_camera is not None:
+            require_clip_names(config, self._blocks)
         self._specs: Specs = (
             triad_spec(config.sensor.accelerometer) if config.sensor.accelerometer else None,
             triad_spec(config.sensor.gyroscope) if config.sensor.gyroscope else None,
         )
         self._store = Store(config)
         self._connection: Connection | None = None
+        self._filming = open_camera(self._store.now_s) if open_camera else None
 
     def run(self) -> tuple[Progress, ...]:
         """Record every block to its end; what is on disk already is not asked for again.
@@ -150,6 +161,8 @@ class Session:
         finally:
             if self._connection is not None:
                 self._connection.close()
+            if self._filming is not None:
+                self._filming.close()
         return tuple(done)
 
     def _record(
@@ -257,10 +270,8 @@ class Session:
 
 def clip_of(block: Block) -> Path:
     """The clip of the pose that is taken next."""
-    if isinstance(block.clips, Numbered):
-        return block.clips.path(block.poses.free())
-    assert block.clips is not None
-    return block.clips
+    assert isinstance(block.clips, Numbered)  # require_clip_names has seen to it
+    return block.clips.path(block.poses.free())
 
 
 def introduction(block: Block, missing: int, there: int) -> str:

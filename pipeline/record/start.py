@@ -1,11 +1,12 @@
 """A session from a configuration and the command line's options."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from pipeline.config import Config
 from pipeline.errors import ConfigError
 from pipeline.record.line import Line, SerialLine, only_port
-from pipeline.record.session import Filming, Session, Watcher
+from pipeline.record.session import Filming, OpenCamera, Session, Watcher
 
 
 def open_session(
@@ -14,8 +15,11 @@ def open_session(
     port: str | None = None,
     baud: int | None = None,
     camera: int | None = None,
+    camera_source: Path | None = None,
 ) -> Session:
     """The session of ``config``; options given here come before those of the file.
+
+    ``camera_source`` is a film that stands for the camera, for trials.
 
     Raises
     ------
@@ -41,8 +45,17 @@ def open_session(
     def open_line(speed: int) -> Line:
         return SerialLine(name, speed)
 
-    return Session(wanted, open_line, watcher, _filming(wanted))
+    return Session(wanted, open_line, watcher, _open_camera(
+        record.camera if camera_source is None else camera_source))
 
 
-def _filming(_config: Config) -> Filming | None:
-    return None
+def _open_camera(source: int | Path | None) -> OpenCamera | None:
+    if source is None:
+        return None
+
+    def open_camera(clock: Callable[[], float]) -> Filming:
+        from pipeline.record.filming import PoseCamera  # cv2, which few recordings need
+
+        return PoseCamera(source, clock)
+
+    return open_camera

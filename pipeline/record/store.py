@@ -25,7 +25,7 @@ from pipeline.columns import ACCELEROMETER, GYROSCOPE, TIME
 from pipeline.config import Config
 from pipeline.errors import UnreadableInput
 from pipeline.files import write_whole
-from pipeline.record.places import Block
+from pipeline.record.places import Block, Numbered
 from pipeline.record.stream import Row
 
 FORMAT = 1
@@ -107,11 +107,14 @@ class Store:
         return path
 
     def clear_halves(self, blocks: Sequence[Block]) -> None:
-        """Remove what a writer left that was killed: its temporary files in the poses' folders."""
+        """Remove what a writer left that was killed: half poses and half clips."""
         for block in blocks:
             places = block.poses
             for path in places.folder.glob(f".{places.before}*{places.after}.*"):
                 path.unlink(missing_ok=True)
+            if isinstance(block.clips, Numbered):
+                for path in block.clips.folder.glob(f".filming-{block.clips.before}*"):
+                    path.unlink(missing_ok=True)
 
 
 def pose_text(rows: Sequence[Row], time_s: FloatArray, comment: str) -> str:
