@@ -97,7 +97,7 @@ def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> Floa
     turning, null = equations.magnitude, equations.null
     if effect.acts_on == "reference":
         at_rest = np.zeros((3 * len(null), columns.shape[1]))
-        return np.concatenate([-columns[turning] / equations.magnitude_sd[:, None], at_rest])
+        return np.concatenate([columns[turning] / equations.magnitude_sd[:, None], at_rest])
     if equations.on_sensor:
         theta = fit.theta[equations.sensor_index]
         slope = sensor_slope(equations.on_sensor, theta, fit.shapes, at)
