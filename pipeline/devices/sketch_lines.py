@@ -19,7 +19,7 @@ POLYNOMIAL = 0x07
 
 _WORD = r"(-?\d{1,5})"
 _LINE = re.compile(rf"(S,(\d{{1,10}}),(\d{{1,10}}),{','.join([_WORD] * 7)})\*([0-9A-Fa-f]{{2}})")
-_SETTING = re.compile(r"(\w+)=([0-9.]+)")
+_SETTING = re.compile(r"(\w+)=([0-9.]+)(?!\S)")
 
 
 def _crc_table() -> tuple[int, ...]:
