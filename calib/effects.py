@@ -15,7 +15,7 @@ Three places where an effect can act, and the vector its columns are evaluated o
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -120,6 +120,10 @@ class Effect:
         if self.shape is None:
             return self.columns(at)
         return self.columns(at, self.shape.starts[0] if shape is None else shape)
+
+    def at_shape(self, value: float) -> "Effect":
+        """The same effect with its shape parameter held at ``value``."""
+        return replace(self, columns=lambda at: self.columns(at, value), shape=None)
 
 
 EFFECTS: dict[str, Effect] = {}
