@@ -54,11 +54,19 @@ def judge(found: Fit, names: tuple[str, ...]) -> Refit:
     return Refit(names, found, float(score), p_value)
 
 
+def parameters_of(hypothesis: Hypothesis) -> int:
+    """Parameters that a fit with this listed effect has more, as far as these poses see them."""
+    assert hypothesis.signature is not None
+    return hypothesis.signature.seen + (0 if hypothesis.shape is None else 1)
+
+
 def _refit(base: Fit, chosen: Sequence[Hypothesis], held: bool = False) -> Refit | None:
     """``chosen`` added and everything refitted; None where that is no candidate.
 
     ``held`` keeps a shape parameter at the best of its starts, which takes a twentieth of the time.
     """
+    if base.dof - sum(map(parameters_of, chosen)) < FEWEST_DOF:
+        return None
     model = base.model
     for hypothesis in chosen:
         assert hypothesis.effect is not None

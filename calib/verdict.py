@@ -17,6 +17,7 @@ from calib.refit import (
     FEWEST_DOF,
     SINGLES,
     Refit,
+    parameters_of,
     refit_pairs,
     refit_singles,
 )
@@ -102,9 +103,7 @@ class Judge:
 
     def _carried(self, hypothesis: Hypothesis) -> bool:
         """Whether a fit with this effect would leave something to check it with."""
-        assert hypothesis.signature is not None
-        shapes = 0 if hypothesis.shape is None else 1
-        return self.fit.dof - hypothesis.signature.seen - shapes >= FEWEST_DOF
+        return self.fit.dof - parameters_of(hypothesis) >= FEWEST_DOF
 
     def _refuted(self, name: str, refits: Sequence[Refit]) -> bool:
         """Whether a joint refit with ``name`` falls short where another explains the rows."""

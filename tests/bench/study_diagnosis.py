@@ -21,6 +21,7 @@ from itertools import combinations
 
 import numpy as np
 
+from calib.errors import CalibrationError
 from tests.bench.recorded_blocks import Settled, settle
 from tests.bench.trials import (
     DESIGNS,
@@ -141,7 +142,10 @@ def trials_of(
         hidden = hidden_of(names, asked.triad, size, design, seed)
         if hidden is None:
             return
-        yield run_trial(design, seed, asked.triad, hidden)
+        try:
+            yield run_trial(design, seed, asked.triad, hidden)
+        except CalibrationError as error:  # a session that is refused is no trial, but told
+            print(f"    seed {seed} is refused: {error}")
 
 
 def nothing(asked: argparse.Namespace) -> None:

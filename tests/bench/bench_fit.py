@@ -1,0 +1,116 @@
+"""How long a fit takes, beside scipy.optimize.least_squares on the same problem in the same run.
+
+    python -m tests.bench.bench_fit
+
+18 poses with covariance; and, where the measured data stand beside the project, still intervals
+and both fits of the 51 175-row log of an Xsens MTi. Medians of wall time.
+"""
+
+import gzip
+import time
+from collections.abc import Callable
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from calib.averaging import average_pose
+from calib.calibration import calibrate_triad
+from calib.catalogue import BASE
+from calib.equations import Equations
+from calib.imu_log import FloatArray, ImuLog
+from calib.model import Model
+from calib.poses import pose_set
+from calib.runs import gravity_run
+from calib.sensor import TriadSpec
+from calib.solver import fit
+from calib.still import find_still
+from tests.fitting import pose_sets
+from tests.sessions import SHARED
+from tests.world.designs import paper_design
+from tests.world.session import simulate
+
+XSENS = SHARED / "real" / "imu_tk_xsens"
+GRAVITY = 9.81744
+MTI = TriadSpec(50.0, 16, "offset-binary")
+
+
+def median_ms(task: Callable[[], object], times: int) -> float:
+    """Median wall time of ``task`` in milliseconds, after one run to warm up."""
+    task()
+    taken = []
+    for _ in range(times):
+        start = time.perf_counter()
+        task()
+        taken.append(time.perf_counter() - start)
+    return 1e3 * float(np.median(taken))
+
+
+def plain_residual(equations: Equations) -> Callable[[FloatArray], FloatArray]:
+    """The same whitened rows as a function that knows nothing but numpy."""
+    y, sd = equations.poses.reading, equations.magnitude_sd
+    m, common = equations.poses.reference.magnitude, equations.common
+
+    def residual(x: FloatArray) -> FloatArray:
+        bias, scale, (mx, my, mz), eta = x[:3], x[3:6], x[6:9], x[9:]
+        s = y * (1 - scale) - bias
+        s[:, 0] -= mz * y[:, 1] + my * y[:, 2]
+        s[:, 1] -= mx * y[:, 2]
+        rows = (np.sqrt((s**2).sum(axis=1)) - m - common @ eta) / sd
+        return np.concatenate([rows, eta])
+
+    return residual
+
+
+def by_scipy(residual: Callable[[FloatArray], FloatArray], size: int) -> tuple[FloatArray, object]:
+    """Solution and covariance by scipy's trust region from the data sheet, its usual way."""
+    found = least_squares(residual, np.zeros(size), x_scale="jac")
+    return found.x, np.linalg.inv(found.jac.T @ found.jac)
+
+
+def xsens_log() -> ImuLog:
+    """The accelerometer's log as an ImuLog."""
+    with gzip.open(next(XSENS.glob("*acc*.gz")), "rt") as stream:
+        table = np.loadtxt(stream)
+    nothing = np.full((len(table), 3), np.nan)
+    return ImuLog("xsens_acc", table[:, 0], table[:, 1:4], nothing)
+
+
+def fit_long_log(log: ImuLog) -> tuple[int, float]:
+    """Still intervals, means, fit; the number of poses and the residual's root mean square."""
+    means = [average_pose(pose, MTI, None) for pose in find_still(log)]
+    poses = pose_set("accelerometer", [gravity_run("still", means, GRAVITY, 0.0)], 0.0)
+    found = calibrate_triad(fit(poses, Model.of(BASE)), MTI)
+    return len(poses), found.fit.residual_rms
+
+
+def main() -> None:
+    """Print the table."""
+    accelerometer, gyroscope, specs = pose_sets(simulate(paper_design(), 1))
+    model = Model.of(BASE)
+    for poses, spec in ((accelerometer, specs[0]), (gyroscope, specs[1])):
+        equations = Equations(poses, model)
+        size = 9 + equations.common.shape[1]
+        residual = plain_residual(equations)
+        ours = median_ms(lambda p=poses: fit(p, model), 300)  # type: ignore[misc]
+        whole = median_ms(lambda p=poses, s=spec: calibrate_triad(fit(p, model), s), 300)  # type: ignore[misc]
+        theirs = median_ms(lambda r=residual, n=size: by_scipy(r, n), 100)  # type: ignore[misc]
+        apart = np.abs(by_scipy(residual, size)[0][:9] - fit(poses, model).theta).max()
+        print(
+            f"{poses.triad}, {len(poses)} poses: fit with covariance {ours:.3f} ms, with the "
+            f"paper's parameters {whole:.3f} ms; scipy.optimize.least_squares {theirs:.2f} ms; "
+            f"solutions apart by {apart:.1e}"
+        )
+    if not XSENS.is_dir():
+        print("the measured log is not beside the project: long log not timed")
+        return
+    log = xsens_log()
+    poses_found, rms = fit_long_log(log)
+    taken = median_ms(lambda: fit_long_log(log), 7)
+    print(
+        f"{len(log.time_s)} rows: still intervals, means and fit {taken:.0f} ms; {poses_found} "
+        f"poses, residual {1e3 * rms:.2f} mm/s²"
+    )
+
+
+if __name__ == "__main__":
+    main()
