@@ -16,7 +16,7 @@ from vision.video import Frame, Luma
 COARSE_AZIMUTHS = 256
 COARSE_RADII = np.linspace(0.1, 0.97, 20)
 COARSE_PICTURES = 150
-COARSE_ITERATIONS = 5
+COARSE_ITERATIONS = 8
 PROMISING = 0.15  # share of the energy that turns together, for a proposal to be looked into
 COHERENT = 0.3  # the same about the refined axis, for it to be a plate
 AS_GOOD = 0.8  # of the highest turning energy

@@ -192,7 +192,8 @@ def measure_rate(
         phase_rms_rad=float(np.sqrt((residual[fit.used] ** 2).mean())),
         frame_count=count,
         lag_rate=lags,
-        aliases=alias.aliases,
+        # Alike to the picture, so at the same distances from the measured rate.
+        aliases=tuple(rate + other - alias.rate_rad_s for other in alias.aliases),
         alias_says=alias.says,
         model=(CONSTANT_RATE, *stated),
         terms=values,

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from vision.geometry import FloatArray
 
 WINDOW = 48  # pictures
+FAVOUR_SLOW = 0.1  # share of the power taken off the fastest trial rate
 BLOCK = 32  # trial rates at once: small products stay on one thread, beside the decoder's
 ORDERS = 8  # angular orders 1 ... that are added up
 
@@ -101,7 +102,8 @@ def _window_rate(
     power = np.concatenate(
         [_power(trial[i : i + BLOCK], time, weighted) for i in range(0, len(trial), BLOCK)]
     )
-    best = int(power.argmax())
+    # A plate that looks the same twice per turn ties with its aliases; take the slowest always.
+    best = int((power * (1 - FAVOUR_SLOW * np.abs(trial) / limit)).argmax())
     rate = float(trial[best])
     if 0 < best < len(trial) - 1:
         low, at, high = power[best - 1 : best + 2]

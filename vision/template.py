@@ -81,6 +81,8 @@ def align(
     still_strip = grid.strip(still).astype(np.float32)
     used = np.ones(len(pictures), bool)
     strips = grid.strips(pictures) * grid.seen
+    beyond_median = np.zeros_like(still_strip)
+    best, best_view, view, settled = np.inf, grid.view, grid.view, False
     for iteration in range(iterations):
         spectra = _spectra(strips - still_strip * grid.seen)
         turning = _mean_turning(spectra[used], angle[used], grid)
@@ -91,20 +93,28 @@ def align(
         # What the model leaves, averaged over all angles, stood still after all.
         correction = misfit[used].mean(axis=0)
         still_strip = still_strip + correction
+        beyond_median = beyond_median + correction
         misfit -= correction
         energy = np.einsum("frn,r->f", misfit**2, grid.weight())
-        used = energy < OUTLIER * np.median(energy)
-        if iteration < iterations - 1:
+        used = energy <= OUTLIER * np.median(energy)
+        if iteration == iterations - 1:
+            break
+        typical = float(np.median(energy))
+        if typical > best:
+            # What does not turn with the plate (a hand) pulls the view away; go back and stay.
+            view, settled = best_view, True
+        elif not settled:
+            best, best_view = typical, grid.view
             change = _view_change(misfit[used], angle[used], turning, grid)
             limit = min(1.0, LARGEST_STEP / max(float(np.abs(change[:4]).max()), 1e-12))
-            shape = pictures[0].shape
-            grid = grid.moved(grid.view.adjusted(limit * change), shape)
-            still_strip = grid.strip(still).astype(np.float32) + correction
-            strips = grid.strips(pictures) * grid.seen
+            view = grid.view.adjusted(limit * change)
+        grid = grid.moved(view, pictures[0].shape)
+        still_strip = grid.strip(still).astype(np.float32) + beyond_median
+        strips = grid.strips(pictures) * grid.seen
     if find_covered:
         # A mark that is hidden is missing once; a hand adds more than that.
         whole = np.einsum("frn,r->f", moved**2, grid.weight())
-        fair = energy < HIDDEN * whole
+        fair = energy <= HIDDEN * whole
         grid = _without_covered(grid, (strips - still_strip * grid.seen)[fair], moved[fair])
     varying = (strips - strips[used].mean(axis=0))[used] * grid.seen
     weight = grid.weight()

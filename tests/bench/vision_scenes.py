@@ -147,7 +147,9 @@ def main() -> None:
         print(
             f"{row.seed:3d} error {row.error_ppm:9.3f} ppm = "
             f"{row.error_ppm / row.image_sd_ppm:6.2f} sd (sd {row.image_sd_ppm:6.3f} ppm), phase "
-            f"noise {row.noise_over_bound:5.2f} x bound ({row.noise_over_white_bound:5.2f} x white), {row.seconds:5.2f} s  {row.says[:150]}",
+            f"noise {row.noise_over_bound:5.2f} x bound "
+            f"({row.noise_over_white_bound:5.2f} x white), "
+            f"{row.seconds:5.2f} s  {row.says[:150]}",
             flush=True,
         )
     error = np.abs([row.error_ppm for row in rows])

@@ -54,8 +54,8 @@ def test_the_motion_shows_where_the_axis_is(render):
     path, _ = render(PlateMotion(16.7 * RPM), scene, seconds=16)
     track = track_phase(path)
     found, true = View(track.view), View(homography(scene))
-    assert found.centre_px == pytest.approx(true.centre_px, abs=1.0)
-    assert found.tilt_rad == pytest.approx(true.tilt_rad, abs=np.radians(1.5))
+    assert found.centre_px == pytest.approx(true.centre_px, abs=0.1)
+    assert found.tilt_rad == pytest.approx(true.tilt_rad, abs=np.radians(0.3))
     assert track.deck_mark_rad == pytest.approx(scene.deck_mark_azimuth_rad, abs=0.05)
 
 

@@ -163,6 +163,7 @@ def _encode(
         stream.pix_fmt = recorder.pixel_format
         if recorder.codec == "libx264":
             stream.options = {"crf": str(recorder.crf), "preset": "veryfast"}
+        stream.codec_context.thread_count = 1  # the same film, byte for byte, on any machine
         stream.codec_context.time_base = Fraction(1, TICKS_PER_S)
         stream.time_base = Fraction(1, TICKS_PER_S)
         for planes, stamp in zip(frames, stamp_s, strict=True):
