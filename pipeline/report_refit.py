@@ -69,12 +69,12 @@ def refit_json(result: TriadResult, own: Mapping[str, Effect]) -> Json:
         if box.theta is not None:
             y = y + _padded(box.columns, len(y)) * root[:, None] @ box.theta
     d = equations.data_count
-    si = equations.row_sd / np.maximum(root[:d], 1e-12)
     return {
         "triad": result.triad,
         "unit": unit,
         "y": _rounded(y),
-        "row_unit": _rounded(si * factor),  # of one whitened unit, as shown
+        "row_unit": _rounded(equations.row_sd * factor),  # sd of every data row, as shown
+        "root": _rounded(root),  # of the weight that the robust loss left every row
         "row_pose": equations.row_pose.tolist(),
         "labels": list(fit.poses.label),
         "is_null": [bool(null) for null in equations.is_null],
@@ -119,8 +119,15 @@ def _columns(fit: Fit, model: Model, effect: Effect, shape: float | None) -> Flo
     theta = np.zeros(model.size)
     theta[: fit.model.size] = fit.theta
     shapes = {**fit.shapes, **({} if shape is None else {effect.name: shape})}
-    where = model.slices()[effect.name]
-    return -equations.rows(theta, fit.eta, shapes).jacobian[: equations.data_count, where]
+    slices = model.slices()
+    jacobian = equations.rows(theta, fit.eta, shapes).jacobian[: equations.data_count]
+    columns = -jacobian[:, slices[effect.name]]
+    if effect.follows is not None and "bias" in slices:
+        # From its mean on, as the solver judges what is seen of it: the rest is a bias, which
+        # takes it up and leaves the effect's own parameters as they are.
+        mean = equations.at_reading.column(effect.follows).mean()
+        columns = columns + mean * jacobian[:, slices["bias"]]
+    return columns
 
 
 def _with_derivative(

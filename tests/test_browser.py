@@ -196,6 +196,25 @@ def test_what_pipeline_add_makes_is_what_the_box_promised_and_back(
     assert without["commands"] == f"pipeline remove {config} gyroscope.g_sensitivity"
 
 
+def test_rows_that_a_robust_loss_weighted_down_count_as_in_the_results(
+    opened: Opened, tmp_path: Path
+) -> None:
+    text = opened.config.read_text(encoding="utf-8")
+    head, _, tail = text.rpartition("model: [bias, scale, misalignment]")
+    config = opened.config.with_name("huber.yaml")
+    config.write_text(f"{head}loss: huber\n  model: [bias, scale, misalignment]{tail}", "utf-8")
+    outcome = run_stages(load_config(config), Workplace(), lambda *_: None)
+    result = outcome.gyroscope
+    assert result is not None
+    own = result.calibration.fit
+    assert own.weight.min() < 0.5
+    shown = ask(report_html(outcome, ()), tmp_path, READ)["gyroscope"][""]
+    assert shown["rms"] == pytest.approx(own.residual_rms * SHOWN["gyroscope"], rel=1e-4)
+    assert shown["loo"] == pytest.approx(
+        result.comparison.loo_rms * SHOWN["gyroscope"], rel=1e-3)
+    assert shown["chi2_dof"] == pytest.approx(own.chi2 / own.dof, rel=1e-3)
+
+
 def test_the_residuals_move_with_a_tick(opened: Opened) -> None:
     seen = opened.seen["gyroscope"]
     moved = sum(a != b for a, b in zip(seen[""]["marks"], seen["g_sensitivity"]["marks"],

@@ -137,17 +137,19 @@
     };
     const beta = solve(z), inverse = [];
     for (let j = 0; j < n; j++) inverse.push(solve(z.map((_, i) => (i === j ? 1 : 0))));
-    const chi2 = dot(left, left);
+    // What a robust loss has weighted down counts whole again, as in the results.
+    const own = left.map((value, i) => value / Math.max(triad.root[i], 1e-12));
+    const chi2 = dot(own, own);
     const dof = d - (n - (triad.base.length - triad.base_fitted));
     const p = dof > 0 ? fTail(chi2 / dof, dof, triad.noise_dof) : NaN;
     const widening = p < MISFIT_P_VALUE ? Math.sqrt(chi2 / dof) : 1;
     let squares = 0;
-    for (let i = 0; i < d; i++) squares += (left[i] * triad.row_unit[i]) ** 2;
+    for (let i = 0; i < d; i++) squares += (own[i] * triad.row_unit[i]) ** 2;
     const out = leaveOneOut(triad, q, left);
     let outSquares = 0;
     for (let i = 0; i < d; i++) outSquares += (out[i] * triad.row_unit[i]) ** 2;
     return {
-      chi2, dof, p, left, unseen, rms: Math.sqrt(squares / d), loo: Math.sqrt(outSquares / d),
+      chi2, dof, p, own, unseen, rms: Math.sqrt(squares / d), loo: Math.sqrt(outSquares / d),
       sizes: parts.flatMap((part) => sizes(part, beta, inverse, widening)),
     };
   }
@@ -331,7 +333,7 @@
       const value = new Float64Array(labels.length), squares = new Float64Array(labels.length);
       const variance = new Float64Array(labels.length);
       pose.forEach((k, i) => {
-        value[k] = found.left[i] * unit[i];
+        value[k] = found.own[i] * unit[i];
         squares[k] += value[k] ** 2;
         variance[k] += unit[i] ** 2;
       });
