@@ -3,7 +3,7 @@
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,9 +20,14 @@ from tests.world.session import Session, simulate
 SPEED = 20.0  #: times as fast as in life
 
 
-def evening(sensor: Sensor | None = None, seed: int = 4) -> Session:
-    """18 poses at rest and 18 on the plate, in the world of tests/world."""
-    return simulate(paper_design(sensor), seed)
+def evening(sensor: Sensor | None = None, seed: int = 4, faces_only: bool = False) -> Session:
+    """18 poses at rest and 18 on the plate, or 6 and 6, in the world of tests/world."""
+    design = paper_design(sensor)
+    if faces_only:
+        faces = np.vstack([np.eye(3), -np.eye(3)])
+        design = replace(design, runs=tuple(replace(run, directions=faces)
+                                            for run in design.runs))
+    return simulate(design, seed)
 
 
 def specs_of(session: Session) -> tuple[TriadSpec, TriadSpec]:

@@ -105,7 +105,7 @@ def test_an_absent_camera_is_told() -> None:
 def test_each_pose_on_the_plate_has_its_clip_on_the_same_clock(
     uneven_film: Path, tmp_path: Path
 ) -> None:
-    session = evening()
+    session = evening(faces_only=True)
     config = write_config(tmp_path, session, "xsens-mti", turning=True, more=", poses: 6")
     rate = "{video: video/slow_*.mkv, nominal_rpm: 16.667}"
     lines = [f"  slow: {rate}" if line.startswith("  slow:") else line

@@ -40,6 +40,11 @@ def mpu_evening() -> Session:
     return evening(mpu6050())
 
 
+@pytest.fixture(scope="module")
+def six_faces() -> Session:
+    return evening(faces_only=True)
+
+
 def record(config: Path, port: str, watcher: Onlooker | None = None) -> Onlooker:
     watcher = watcher or onlooker()
     open_session(load_config(config, files_may_be_missing=True), watcher, port=port).run()
@@ -89,9 +94,9 @@ def test_eighteen_poses_are_recorded_and_calibrate_to_the_truth(
     assert_true(calibrated(config), session)
 
 
-def test_all_bytes_and_both_clocks_are_kept(tmp_path: Path, mti_evening: Session) -> None:
-    config = write_config(tmp_path, mti_evening, "xsens-mti", more=", poses: 6")
-    with playing(mti_evening, "xsens-mti") as port:
+def test_all_bytes_and_both_clocks_are_kept(tmp_path: Path, six_faces: Session) -> None:
+    config = write_config(tmp_path, six_faces, "xsens-mti", more=", poses: 6")
+    with playing(six_faces, "xsens-mti") as port:
         record(config, port)
     from pipeline.devices.xsens_mtdata import MtDataParser
 
@@ -130,18 +135,18 @@ def test_an_unplugged_device_is_waited_for(tmp_path: Path, mpu_evening: Session)
     assert len(list((tmp_path / "acc").glob("pose_*.csv"))) == 6
 
 
-def test_on_the_plate_poses_hold_three_turns(tmp_path: Path, mti_evening: Session) -> None:
-    config = write_config(tmp_path, mti_evening, "xsens-mti", turning=True, more=", poses: 6")
-    with playing(mti_evening, "xsens-mti", hold_s=14.0, turning=True) as port:
+def test_on_the_plate_poses_hold_three_turns(tmp_path: Path, six_faces: Session) -> None:
+    config = write_config(tmp_path, six_faces, "xsens-mti", turning=True, more=", poses: 6")
+    with playing(six_faces, "xsens-mti", hold_s=14.0, turning=True) as port:
         record(config, port)
     for path in (tmp_path / "gyr").glob("pose_*.csv"):
         assert np.ptp(read_log(path).time_s) > 3 * 2 * np.pi / 1.7454 - 0.02
     assert len(list((tmp_path / "gyr").glob("pose_*.csv"))) == 6
 
 
-def test_what_is_taken_is_not_asked_for_again(tmp_path: Path, mti_evening: Session) -> None:
-    config = write_config(tmp_path, mti_evening, "xsens-mti", more=", poses: 6")
-    with playing(mti_evening, "xsens-mti") as port:
+def test_what_is_taken_is_not_asked_for_again(tmp_path: Path, six_faces: Session) -> None:
+    config = write_config(tmp_path, six_faces, "xsens-mti", more=", poses: 6")
+    with playing(six_faces, "xsens-mti") as port:
         record(config, port)
         before = {path: path.read_bytes() for path in (tmp_path / "acc").iterdir()}
         (tmp_path / "acc" / "pose_03.csv").unlink()
