@@ -139,6 +139,22 @@ def test_a_steady_plate_makes_a_pose(rng: np.random.Generator) -> None:
     assert isinstance(pose, Complete)
 
 
+def test_a_tilted_plate_that_was_at_rest_before_makes_a_pose(rng: np.random.Generator) -> None:
+    """Its readings swing with every turn, and are noisier than those at rest were."""
+    guide = Guide(task(PLATE), RATE_HZ)
+    at_rest = rows(WEDGE[0], 20, rng, acc_sd=0.01, gyr_sd=0.001)
+    seconds = np.arange(800) / RATE_HZ
+    swing = 0.15 * np.cos(PLATE * seconds)[:, None] * WEDGE[2] / SPECS[0].nominal_scale
+    turning = [
+        Row(row.index, row.ticks, row.heard_s, tuple(np.add(row.accelerometer, extra)),
+            row.gyroscope, ())
+        for row, extra in zip(rows(WEDGE[0], 8, rng, PLATE), swing, strict=True)
+    ]
+    assert guide.feed(at_rest) == []
+    (pose,) = guide.feed(hand(1, rng) + turning)
+    assert isinstance(pose, Complete)
+
+
 def test_at_rest_a_turning_plate_is_told(rng: np.random.Generator) -> None:
     guide = Guide(task(0.0, np.zeros(3)), RATE_HZ)
     assert guide.feed(rows(WEDGE[0], 6, rng, PLATE)) == []
