@@ -23,7 +23,7 @@ TWO_SD = 2.0
 
 
 def subject_of(result: TriadResult) -> str | None:
-    """The effect worth a plot: the one that is missing, or the one that was added last."""
+    """The effect worth a plot: the one that is missing, the one added last, or the best guess."""
     found = result.diagnosis
     listed = [c.name for c in found.ranking if c.kind == "listed"]
     if found.verdict == "effect" and found.name in listed:
@@ -32,7 +32,7 @@ def subject_of(result: TriadResult) -> str | None:
     if added:
         return added[-1]
     open_names = [name for name in found.group if name in listed]
-    return open_names[0] if open_names else None
+    return next(iter([*open_names, *listed]), None)
 
 
 def added_variable_figure(result: TriadResult, payload: Json) -> Figure | None:
@@ -71,7 +71,9 @@ def added_variable_figure(result: TriadResult, payload: Json) -> Figure | None:
         chart.mark(x, one, 0, "mark before")
         chart.mark(x, other, 1, "mark after")
     outside = int((np.abs(after) > TWO_SD).sum())
+    idle = result.diagnosis.verdict == "nothing_missing" and not entry["in_model"]
     says = (
+        f"{'The strongest suspect, though nothing is missing. ' if idle else ''}"
         f"Root mean square {np.sqrt(np.mean(before**2)):.3g} sd without {name} and "
         f"{np.sqrt(np.mean(after**2)):.3g} sd with it; afterwards {outside} of "
         f"{count(d, 'equation')} lie beyond two sds."
