@@ -220,7 +220,8 @@ def _hemisphere(centre: float, name: str) -> list[str]:
         f'<circle class="rim" cx="{centre:g}" cy="{middle:g}" r="{r:g}"/>',
         f'<path class="grid" d="M{centre - r:g} {middle:g}h{2 * r:g}M{centre:g} '
         f'{middle - r:g}v{2 * r:g}"/>',
-        f'<text class="tick" x="{centre + r - 2:g}" y="{middle + 18:g}" text-anchor="end">+x</text>',
+        f'<text class="tick" x="{centre + r - 2:g}" y="{middle + 18:g}" text-anchor="end">'
+        "+x</text>",
         f'<text class="tick" x="{centre + 11:g}" y="{middle - r - 3:g}">+y</text>',
         f'<text class="title" x="{centre:g}" y="{SPHERE_HEIGHT - 10:g}" text-anchor="middle">'
         f"{name}</text>",

@@ -170,7 +170,8 @@ def _next(result: TriadResult, config: str, folder: str) -> tuple[str, tuple[str
     run = f"pipeline run {config}"
     if found.verdict == "nothing_missing":
         return "Correct a log, or hand the calibration to another program:", (
-            f"pipeline apply {folder} {LOG} --output calibrated.csv", f"pipeline export {folder} --to arduino"
+            f"pipeline apply {folder} {LOG} --output calibrated.csv",
+            f"pipeline export {folder} --to arduino",
         )
     if found.verdict == "effect" and len(found.group) == 1:
         return "Add it; everything is refitted together and the error shown before and after:", (
