@@ -23,7 +23,7 @@ from pipeline.report_poses import (
 )
 from pipeline.report_rates import rate_view
 from pipeline.report_refit import refit_json
-from pipeline.report_tables import parameter_groups
+from pipeline.report_tables import budget_rows, parameter_groups
 from pipeline.report_words import Answer, answer_for, overall_verdict
 from pipeline.runner import Outcome
 from pipeline.screen import triad_line
@@ -95,6 +95,7 @@ def _triad_view(
         "model": ", ".join(calibration.fit.model.names),
         "groups": parameter_groups(result, certificate),
         "certified": certificate is not None,
+        "budget": budget_rows(result),
         "widening": calibration.widening,
         "gravity": result.gravity,
         "payload": payload,

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.budget import NOISE, uncertainty_budget
 from calib.certificate import CertificateComparison
 from calib.imu_log import AXES, SI_UNIT
-from pipeline.display import DISPLAY, with_sd
+from pipeline.display import DISPLAY, relative, with_sd
 from pipeline.triads import TriadResult
 
 #: What each group of parameters means, for the table.
@@ -47,6 +48,28 @@ def parameter_groups(
 ) -> tuple[Group, ...]:
     """Bias, scale and misalignment, then every added effect."""
     return (*_base_groups(result, certificate), *_effect_groups(result), *_frame(result))
+
+
+def budget_rows(result: TriadResult) -> tuple[tuple[str, str, str, str], ...]:
+    """Cause, and the sds it gives to misalignment, bias and scale: means over the axes."""
+    scale = result.calibration.parameters.scale_counts_per_unit
+    rows = []
+    for cause, sds in uncertainty_budget(result.calibration).items():
+        misalignment, bias, gain = np.sqrt(np.mean([sds[0] ** 2, sds[1] ** 2,
+                                                    (sds[2] / scale) ** 2], axis=1))
+        said = "noise and misfit" if cause == NOISE and result.calibration.widening > 1 else cause
+        rows.append((
+            said,
+            _known(f"{math.degrees(misalignment):.2g}°"),
+            _known(f"{bias:.2g} counts"),
+            _known(relative(gain)),
+        ))  # fmt: skip
+    return tuple(rows)
+
+
+def _known(text: str) -> str:
+    """A dash for the sd of what was not fitted."""
+    return "–" if "nan" in text else text
 
 
 def _base_groups(

@@ -11,6 +11,7 @@ from pipeline.report import report_html
 from pipeline.report_added import added_variable_figure, subject_of
 from pipeline.report_rates import rate_view
 from pipeline.report_refit import refit_json
+from pipeline.report_tables import budget_rows
 from pipeline.runner import Outcome, run_stages
 from pipeline.workplace import Workplace
 from tests.pipeline.conftest import RunSession
@@ -81,6 +82,17 @@ def test_a_shape_parameter_has_a_column_of_its_own(outcome: Outcome) -> None:
     assert len(warm_up["columns"]) == 4
     assert warm_up["start"][:3] == [0.0, 0.0, 0.0]
     assert warm_up["start"][3] > 0
+
+
+def test_the_causes_of_an_uncertainty_add_up_to_it(outcome: Outcome) -> None:
+    result = outcome.gyroscope
+    assert result is not None
+    rows = budget_rows(result)
+    assert rows[0][0] == "noise"
+    assert "time base of the camera" not in dict(r[:2] for r in rows)  # the rate was stated
+    by_cause = [float(row[2].split()[0]) for row in rows]
+    sd = result.calibration.parameters.sd[1]
+    assert sum(v**2 for v in by_cause) == pytest.approx(float((sd**2).mean()), rel=0.1)
 
 
 # --- plate settings ----------------------------------------------------------------------------
