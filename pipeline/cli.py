@@ -28,6 +28,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run_command(typed: list[str]) -> int:
     """Hand ``typed`` to click; expected errors become one paragraph and an exit code."""
+    # The matrices here are small: threads of the linear algebra only compete with the decoder.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     import click
 
     from calib.errors import CalibrationError

@@ -167,7 +167,8 @@ def test_the_table_of_effects_is_the_catalogue() -> None:
 
 SECTIONS: tuple[type[BaseModel], ...] = (
     Config, Accelerometer, Gyroscope, Sensor, AccelerometerSheet, GyroscopeSheet, Site, VideoRate,
-    KnownRate, Timebase, Plate, Poses, Run, Installation, Certificate, TriadCertificate, OwnEffect, Record,
+    KnownRate, Timebase, Plate, Poses, Run, Installation, Certificate, TriadCertificate, OwnEffect,
+    Record,
 )  # fmt: skip
 
 
