@@ -11,7 +11,8 @@ effect, ticked or not. With the model's own effects ticked the result is the fit
 else is linear about it. Columns are scaled to unit length and rounded to ``DIGITS``.
 
 An effect with a shape parameter (the time constant of a warm-up) is taken at the value that fits
-best here, found by its profile, and carries one column more: the derivative with respect to it.
+best here, found by its profile, and carries one column more: the derivative with respect to it,
+zero where that value is at a bound.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -34,6 +35,7 @@ from pipeline.triads import TriadResult
 
 DIGITS = 7
 SHAPE_STEP = 1e-3  #: relative step of the derivative with respect to a shape parameter
+AT_BOUND = 1e-3  #: relative distance within which a shape parameter is at its bound
 BLIND_REASON = (
     "these poses cannot see it: bias, scale, misalignment and the effects in the model take up all "
     "of it"
@@ -47,11 +49,13 @@ class Box:
     ``columns`` (d, k) are the change of the whitened data rows per unit of minus each parameter,
     the shape parameter's last; ``start`` (k,) what is added to the fitted coefficients to give the
     parameters: 0 but for the shape. ``theta`` (k,) are the coefficients of an effect that is in
-    the model.
+    the model. ``judged`` are the columns, without the shape's, by which the solver judges what the
+    poses see: those at the first start of the shape parameter.
     """
 
     effect: Effect
     columns: FloatArray
+    judged: FloatArray
     start: FloatArray
     theta: FloatArray | None
 
@@ -134,14 +138,25 @@ def _with_derivative(
     fit: Fit, model: Model, effect: Effect, shape: float | None, theta: FloatArray, in_model: bool
 ) -> Box:
     columns = _columns(fit, model, effect, shape)
+    judged = columns if effect.shape is None else _columns(
+        fit, model, effect, effect.shape.starts[0])
     start = np.zeros(len(theta))
     if shape is not None:
         step = SHAPE_STEP * shape
         up, down = (_columns(fit, model, effect, shape + by) for by in (step, -step))
         derivative = (up - down) @ theta / (2 * step)
+        if not _inside(effect, shape):
+            derivative = np.zeros_like(derivative)  # the solver does not go beyond the bound
         columns = np.column_stack([columns, derivative])
         start, theta = np.append(start, shape), np.append(theta, 0.0)
-    return Box(effect, columns, start, theta if in_model else None)
+    return Box(effect, columns, judged, start, theta if in_model else None)
+
+
+def _inside(effect: Effect, shape: float) -> bool:
+    """Whether a shape parameter is off the bounds within which it is sought."""
+    assert effect.shape is not None
+    low, high = effect.shape.bounds
+    return low * (1 + AT_BOUND) < shape < high * (1 - AT_BOUND)
 
 
 def _left(fit: Fit, columns: FloatArray) -> FloatArray:
@@ -180,6 +195,7 @@ def _best_shape(fit: Fit, model: Model, effect: Effect) -> float | None:
 def _box_json(box: Box, root: FloatArray, result: TriadResult) -> Json:
     effect = box.effect
     unit, norm = _unit(box.columns * root[:, None])
+    judged, judged_norm = _unit(box.judged * root[:, None])
     own_unit = effect.unit_for(result.triad)
     parameters = [{"name": name, "unit": own_unit} for name in effect.parameters]
     if effect.shape is not None:
@@ -198,6 +214,9 @@ def _box_json(box: Box, root: FloatArray, result: TriadResult) -> Json:
         "parameters": parameters,
         "norm": _rounded(norm),
         "columns": [_rounded(column) for column in unit.T],
+        # Only where they are not the columns themselves.
+        "judged": [_rounded(column) for column in judged.T] if effect.shape else None,
+        "judged_norm": _rounded(judged_norm) if effect.shape else None,
         "reason": None,
     }
 

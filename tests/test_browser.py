@@ -21,7 +21,7 @@ from pipeline.config import load_config
 from pipeline.report import report_html
 from pipeline.runner import Outcome, run_stages
 from pipeline.workplace import Workplace
-from tests.sessions import pipeline, results_in
+from tests.sessions import pipeline, quick_session, results_in
 from tests.world.designs import rich_design
 from tests.world.session import simulate
 from tests.world.sizes import draw_effect
@@ -134,8 +134,22 @@ def test_without_a_tick_the_page_shows_the_fit_itself(opened: Opened, triad: str
     assert shown["p"] == pytest.approx(result.calibration.p_value, rel=1e-3, abs=1e-12)
 
 
+@pytest.fixture(scope="module")
+def quiet(tmp_path_factory: pytest.TempPathFactory) -> Opened:
+    """A session of the paper's size in which nothing is missing."""
+    folder = tmp_path_factory.mktemp("quiet")
+    config, _ = quick_session(folder, seed=2)
+    outcome = run_stages(load_config(config), Workplace(), lambda *_: None)
+    page = report_html(outcome, ())
+    return Opened(config, outcome, page, ask(page, folder, TICK_EACH))
+
+
 @pytest.mark.parametrize("triad", ["accelerometer", "gyroscope"])
-def test_every_box_gives_what_the_exact_refit_gives(opened: Opened, triad: str) -> None:
+@pytest.mark.parametrize("session", ["opened", "quiet"])
+def test_every_box_gives_what_the_exact_refit_gives(
+    session: str, triad: str, request: pytest.FixtureRequest
+) -> None:
+    opened: Opened = request.getfixturevalue(session)
     base, compared = opened.fit_of(triad), 0
     for name, shown in opened.seen[triad].items():
         if not name:

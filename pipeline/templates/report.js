@@ -110,19 +110,27 @@
   function refit(triad, ticked) {
     const d = triad.row_pose.length, rows = triad.y.length;
     const columns = triad.base.slice(), parts = [], unseen = [];
+    let held = 0;                  // shape parameters that count although their column is not seen
     let known = qr(triad.base.slice(0, triad.base_fitted).map((c) => c.slice(0, d))).q;
     for (const effect of ticked) {
       const linear = effect.has_shape ? effect.columns.slice(0, -1) : effect.columns;
-      const weights = visible(linear, known);
-      if (weights.length === 0) { unseen.push(effect.name); continue; }
+      const judged = effect.has_shape ? effect.judged : linear;
+      const seen = visible(judged, known);
+      if (seen.length === 0) { unseen.push(effect.name); continue; }
+      known = qr([...known, ...seen.map((w) => combine(judged, w))]).q;
+      // Judged and fitted columns are scaled each to their own length: the parameters count.
+      const whole = seen.length === linear.length;
+      const weights = whole || !effect.has_shape ? seen
+        : seen.map((w) => w.map((v, k) => v * effect.norm[k] / effect.judged_norm[k]));
       const own = weights.map((w) => combine(linear, w));
       if (effect.has_shape) {
-        const shape = visible(effect.columns.slice(-1), qr([...known, ...own]).q);
+        const fitted = qr(columns.map((c) => c.slice(0, d)).concat(own)).q;
+        const shape = visible(effect.columns.slice(-1), fitted);
         if (shape.length) own.push(effect.columns[effect.columns.length - 1]);
+        else held += 1;
       }
       parts.push({ effect, weights, first: columns.length, count: own.length });
       own.forEach((c) => { const full = new Float64Array(rows); full.set(c); columns.push(full); });
-      known = qr([...known, ...own]).q;
     }
     const { q, r } = qr(columns), n = columns.length;
     const left = Float64Array.from(triad.y), z = new Float64Array(n);
@@ -140,7 +148,7 @@
     // What a robust loss has weighted down counts whole again, as in the results.
     const own = left.map((value, i) => value / Math.max(triad.root[i], 1e-12));
     const chi2 = dot(own, own);
-    const dof = d - (n - (triad.base.length - triad.base_fitted));
+    const dof = d - (n - (triad.base.length - triad.base_fitted)) - held;
     const p = dof > 0 ? fTail(chi2 / dof, dof, triad.noise_dof) : NaN;
     const widening = p < MISFIT_P_VALUE ? Math.sqrt(chi2 / dof) : 1;
     let squares = 0;
