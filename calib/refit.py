@@ -13,10 +13,14 @@ from scipy.special import fdtrc
 
 from calib.compare import compare
 from calib.errors import CalibrationError
-from calib.hypotheses import Hypothesis
+from calib.hypotheses import Hypothesis, weigh
+from calib.signature import Projector
 from calib.solver import Fit, fit
 
 SINGLES, PAIRED = 6, 4
+FOLLOWED, SECONDS = 2, 2
+"""So many of the best singles are each followed by so many that explain what they leave."""
+
 SHAPED = 2
 """So many of the best refits get their shape parameters fitted; farther down none can win by it."""
 
@@ -99,7 +103,17 @@ def refit_singles(base: Fit, leading: Sequence[Hypothesis]) -> list[Refit]:
 
 
 def refit_pairs(base: Fit, leading: Sequence[Hypothesis], singles: Sequence[Refit]) -> list[Refit]:
-    """The best singles added in pairs, best score first."""
+    """The best singles added in pairs, and with what best explains the rest, best score first.
+
+    An effect that another one hides scores nothing on its own; it shows once that one is fitted.
+    """
     by_name = {hypothesis.name: hypothesis for hypothesis in leading}
     best = [by_name[refit.names[0]] for refit in singles[:PAIRED]]
-    return _refits(base, list(combinations(best, 2)))
+    pairs = {frozenset((a.name, b.name)): (a, b) for a, b in combinations(best, 2)}
+    for refit in singles[:FOLLOWED]:
+        listed = weigh(refit.fit, Projector(refit.fit)).listed
+        first = by_name[refit.names[0]]
+        for h in sorted(listed, key=lambda h: -h.log_evidence)[:SECONDS]:
+            if h.name in by_name:
+                pairs.setdefault(frozenset((first.name, h.name)), (first, by_name[h.name]))
+    return _refits(base, list(pairs.values()))

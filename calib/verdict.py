@@ -150,7 +150,7 @@ class Judge:
         if not order:
             return None
         name = order[0].names[0]
-        partner = order[1].names[0] if len(order) > 1 else None
+        partner = next(iter(common - {name}), None)
         return Verdict("effect", name, self._group(name), partner, order[0])
 
     def _told_apart(self, best: Refit, singles: Sequence[Refit]) -> tuple[str, ...]:
