@@ -6,7 +6,7 @@ gives about 90 % power. Nothing is looked up; every block is computed at the fit
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -63,6 +63,14 @@ def _signal(fit: Fit, rival: Rival, others: Sequence[Rival]) -> float:
     return float((left_unit**2).sum() / full.shape[1])
 
 
+def _in_all_shapes(rival: Rival) -> list[Rival]:
+    """``rival`` with every shape it could take in another's place: a slow warm-up is a drift."""
+    shape = rival.effect.shape
+    if shape is None:
+        return [rival]
+    return [replace(rival, shape=value) for value in (*shape.starts, shape.bounds[1])]
+
+
 def best_block(fit: Fit, rivals: Sequence[Rival], full_scale: float = np.inf) -> Advice | None:
     """The block that tells ``rivals`` apart (or makes a single one visible), per minute of work.
 
@@ -77,7 +85,9 @@ def best_block(fit: Fit, rivals: Sequence[Rival], full_scale: float = np.inf) ->
     for block, then in hypothetical(fit, full_scale):
         powers = []
         for i, rival in enumerate(rivals):
-            others = [[other] for j, other in enumerate(rivals) if j != i] or [[]]
+            others = [
+                [each] for j, other in enumerate(rivals) if j != i for each in _in_all_shapes(other)
+            ] or [[]]
             powers += [_signal(then, rival, other) for other in others]
         power = min(powers)
         if np.isfinite(power) and power >= ENOUGH_LAMBDA:
