@@ -20,6 +20,9 @@ from calib.model import Model, pick, sensor_slope, solve_sensor, stack_columns
 from calib.poses import PoseSet
 from calib.start import start_of
 
+NO_LENGTH = 1e-300
+"""A vector of no length has no direction; what a fit makes of it is refused at its end."""
+
 
 @dataclass(frozen=True, eq=False)
 class Rows:
@@ -105,7 +108,8 @@ class Equations:
 
     def whitened(self, vectors: FloatArray, s: FloatArray) -> FloatArray:
         """Data rows (d, k) of errors ``vectors`` (n, 3, k) of the corrected vectors s (n, 3)."""
-        n = s[self.magnitude] / np.linalg.norm(s[self.magnitude], axis=1, keepdims=True)
+        size = np.linalg.norm(s[self.magnitude], axis=1, keepdims=True)
+        n = s[self.magnitude] / np.maximum(size, NO_LENGTH)
         along = np.einsum("ni,nik->nk", n, vectors[self.magnitude]) / self.magnitude_sd[:, None]
         rest = vectors[self.null] / self.null_sd[:, :, None]
         return np.concatenate([along, rest.reshape(-1, vectors.shape[2])])
@@ -141,7 +145,7 @@ class Equations:
 
         s_turning = s[self.magnitude]
         size = np.sqrt((s_turning**2).sum(axis=1))
-        n = s_turning / size[:, None]
+        n = s_turning / np.maximum(size, NO_LENGTH)[:, None]
         reference = self.poses.reference.magnitude[self.magnitude] + self.common @ eta
         residual[:k] = (size - reference) / self.magnitude_sd
         jacobian[:k, :p] = np.einsum("ni,nip->np", n, ds[self.magnitude])
