@@ -56,7 +56,7 @@ def _effect(fit: Fit, verdict: Verdict, ranking: Sequence[Candidate], p_value: f
     share = 100 * best.chi2_drop / fit.chi2
     says = f"'{verdict.name}' is missing: {_physics(verdict.name)} "
     says += f"The misfit is {_misfit(fit, p_value)}; it explains {share:.0f} % of chi². "
-    largest = int(np.argmax(np.abs(best.size / best.sd))) if best.size.size else 0
+    largest = int(np.argmax(np.abs(best.size))) if best.size.size else 0
     if best.size.size:
         says += (
             f"Its largest part is about {best.size[largest]:.3g} ± {best.sd[largest]:.2g} "
