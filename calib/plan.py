@@ -233,12 +233,14 @@ def d_efficiency(found: Fit) -> float:
     take = np.full(len(WEDGE), at)
     sign = float(np.sign(poses.spin_rad_s[at]) or 1.0) if poses.triad == "gyroscope" else 1.0
     reference = poses.reference
+    matrix = found.equations.start.matrix  # from the data sheet's units to true ones
+    typical_sd = np.sqrt(np.median(poses.sd[like] ** 2, axis=0) @ (matrix**2).T)
     wedge = replace(
         poses,
         label=tuple(f"wedge {i + 1}" for i in range(len(WEDGE))),
         run=(first,) * len(WEDGE),
         reading=sign * reference.magnitude[at] * WEDGE,
-        sd=poses.sd[take],
+        sd=np.tile(typical_sd, (len(WEDGE), 1)),
         force=np.linalg.norm(poses.force[at]) * WEDGE,
         vibration=poses.vibration[take],
         spin_rad_s=poses.spin_rad_s[take],
