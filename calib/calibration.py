@@ -46,9 +46,12 @@ class TriadCalibration:
         return misfit_p_value(self.fit)
 
     def effect_values(self) -> dict[str, tuple[FloatArray, FloatArray]]:
-        """Value and sd of each added effect's parameters, the shape parameter last."""
+        """Value and sd of each added effect's parameters, the shape parameter last.
+
+        A parameter that these poses see only in combination with others has no sd of its own (NaN).
+        """
         found = {}
-        sd = np.sqrt(np.diag(self.fit.cov))
+        sd = np.where(self.fit.determined, np.sqrt(np.diag(self.fit.cov)), np.nan)
         for effect in self.fit.model.effects:
             if effect.acts_on == "reading":
                 continue

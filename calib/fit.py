@@ -9,12 +9,16 @@ from calib.equations import Equations, Rows
 from calib.errors import FitFailed
 from calib.gauss_newton import with_common
 from calib.identifiability import require_determined, require_enough
-from calib.imu_log import FloatArray
+from calib.imu_log import BoolArray, FloatArray
 from calib.model import Model
 from calib.poses import PoseSet
 
 LARGEST_REFERENCE_ERROR = 2.0
 """No plate turns, and no site has gravity, half or twice what was stated."""
+
+
+UNDETERMINED_SHARE = 0.02
+"""A parameter is seen by itself when no more of it than this lies outside what was fitted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +58,13 @@ class Fit:
     def residual_si(self) -> FloatArray:
         """Residual of every data row in SI units, (r - q,)."""
         return np.asarray(self.rows.residual[: self.equations.data_count] * self.equations.row_sd)
+
+    @property
+    def determined(self) -> BoolArray:
+        """Which parameters the poses see by themselves, not only in combination, (p,)."""
+        scale = np.maximum(np.sqrt((self.basis**2).sum(axis=0)), 1e-300)
+        q, _ = np.linalg.qr(self.basis / scale)
+        return np.asarray((q**2).sum(axis=1) > 1 - UNDETERMINED_SHARE)
 
     @property
     def is_robust(self) -> bool:

@@ -131,7 +131,10 @@ def effect_rows(result: TriadResult) -> list[list[str]]:
     for name, (values, sds) in result.calibration.effect_values().items():
         effect = model[name]
         linear = len(effect.parameters)
-        texts = [with_sd(v, s) for v, s in zip(values, sds, strict=True)]
+        texts = [
+            f"{v:.3g} (not seen alone)" if isnan(s) else with_sd(v, s)
+            for v, s in zip(values, sds, strict=True)
+        ]
         for i in range(0, linear, len(AXES)):
             own = effect.parameters[i : i + len(AXES)]
             axis = f" {own[0][0]}" if linear > len(AXES) else ""
