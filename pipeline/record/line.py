@@ -163,7 +163,7 @@ def permission_advice(port: str) -> str:
 def _group_of(port: str) -> str | None:
     try:
         return Path(port).group()
-    except (OSError, KeyError, NotImplementedError):
+    except (OSError, KeyError, NotImplementedError):  # the last where files have no groups: Windows
         return None
 
 

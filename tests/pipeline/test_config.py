@@ -1,7 +1,6 @@
 """The configuration: every key is read, every mistake is named with its line."""
 
 import math
-import time
 from pathlib import Path
 
 import pytest
@@ -13,7 +12,6 @@ from pipeline.config_sections import KnownRate, VideoRate
 from pipeline.config_values import EFFECT_NAMES
 from pipeline.errors import ConfigError, MissingFiles, exit_code_of
 from pipeline.template import template_text
-from pipeline.yaml_source import parse_source
 
 GOOD = """\
 title: MTi on a 16 rpm record player
@@ -290,72 +288,6 @@ def test_clips_must_pair_with_poses(session: Path) -> None:
         (session / f"clip_{i}.mp4").touch()
     (found,) = problems(session, GOOD.replace("clip.mp4", "clip_*.mp4"))
     assert "'slow' has 3 clips for 2 poses" in found
-
-
-@pytest.mark.parametrize(("text", "says"), [
-    ("", "the file is empty"),
-    ("- a\n- b", "a list at the top level"),
-    ("just words", "the text 'just words' at the top level"),
-    ("a: &x [1]\nb: [*x, *x]", "anchors"),
-    ("a: !!python/object/apply:os.system [ls]", "the tag"),
-    ("title: a\n---\ntitle: b", "a second document"),
-    ("a:\n\tb: 1", "config.yaml:2: .*a tab"),
-    ("a: [1, 2\nb: 3", "config.yaml:2: .*bracket"),
-    ('a: "x', "quote"),
-    ("poses: *.csv", "must be quoted"),
-    ("[" * 3000, "nested deeper"),
-    ("a: b: c", "colon"),
-    ("a: \x07", "cannot stand in a YAML file"),
-    ("x" * 300_000, "larger than 200 kB"),
-])
-def test_text_that_is_no_configuration_is_refused_in_one_paragraph(
-    tmp_path: Path, text: str, says: str
-) -> None:
-    with pytest.raises(ConfigError, match=says) as caught:
-        load(tmp_path, text)
-    assert "\n" not in str(caught.value)
-
-
-def test_a_yaml_bomb_is_refused_at_once(tmp_path: Path) -> None:
-    bomb = "a: &a [x, x]\n" + "".join(
-        f"{b}: &{b} [*{a}, *{a}, *{a}]\n" for a, b in zip("abcdefgh", "bcdefghi", strict=True))
-    begun = time.perf_counter()
-    with pytest.raises(ConfigError, match=r"config.yaml:1: anchors"):
-        load(tmp_path, bomb)
-    assert time.perf_counter() - begun < 0.5
-
-
-def test_bytes_that_are_no_text_are_refused(tmp_path: Path) -> None:
-    path = tmp_path / "config.yaml"
-    path.write_bytes(b"title: x\nsensor: \xff\n")
-    with pytest.raises(ConfigError, match=r"config.yaml:2: byte 0xff"):
-        load_config(path)
-    with pytest.raises(ConfigError, match="cannot be read"):
-        load_config(tmp_path / "absent.yaml")
-
-
-def test_yaml_1_1_traps_read_as_people_mean_them() -> None:
-    source = parse_source(Path("c.yaml"), "a: 1e-3\nb: no\nc: 12:30:00\nd: 010\n33: '1'\ne: ~\n")
-    assert source.values == {"a": 0.001, "b": "no", "c": "12:30:00", "d": 10, "33": "1", "e": None}
-
-
-def test_spans_allow_a_value_to_be_replaced_with_comments_kept() -> None:
-    text = ("a:\n  model: [bias, scale ]  # terms\n  list:\n    - one   # first\n    - 'two'\n"
-            "\nb: 1\n")
-    source = parse_source(Path("c.yaml"), text)
-
-    def at(*path: str | int) -> str:
-        span = source.span(path)
-        return text[span.start : span.end]
-
-    assert at("a", "model") == "[bias, scale ]"
-    assert at("a", "model", 1) == "scale"
-    assert at("a", "list") == "- one   # first\n    - 'two'"
-    assert at("a", "list", 1) == "'two'"
-    assert source.span(("a", "model")).flow
-    assert not source.span(("a", "list")).flow
-    assert source.line(("a", "list", 1)) == 5
-    assert source.line(("a", "absent")) == 1
 
 
 def test_the_template_is_a_valid_configuration_once_its_files_are_there(tmp_path: Path) -> None:
