@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.catalogue import BASE
 from calib.equations import Equations
 from calib.errors import CalibrationError, FitFailed
 from calib.fit import Fit, finish
@@ -34,8 +35,6 @@ AT_REST_SD = 1e-8
 
 NOISE_FREE = 1e-24
 """Below this, per row, the misclosure is rounding, and the rule would divide by it."""
-
-BASE = ("bias", "scale", "misalignment")
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.catalogue import BASE
 from calib.imu_log import FloatArray
 from calib.model import Model
 from calib.sensor import TriadSpec
@@ -68,7 +69,7 @@ def base_theta(model: Model, theta: FloatArray, cov: FloatArray) -> tuple[FloatA
     full_cov = np.full((BASE_SIZE, BASE_SIZE), np.nan)
     index: list[int] = []
     source: list[int] = []
-    for i, name in enumerate(("bias", "scale", "misalignment")):
+    for i, name in enumerate(BASE):
         where = model.slices().get(name)
         if where is not None:
             index += range(3 * i, 3 * i + 3)

@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
+from calib.catalogue import BASE
 from pipeline.config_values import (
     Columns,
     Count,
@@ -162,7 +163,7 @@ class Accelerometer(Section):
     """What to fit to the accelerometer's poses."""
 
     poses: Poses
-    model: Effects = ("bias", "scale", "misalignment")
+    model: Effects = BASE
     solver: Literal["default", "paper"] = "default"
     loss: Literal["squares", "huber"] = "squares"
 
@@ -178,7 +179,7 @@ class Gyroscope(Section):
     """What to fit to the gyroscope's poses, all runs jointly."""
 
     runs: Annotated[tuple[Run, ...], Field(min_length=1)]
-    model: Effects = ("bias", "scale", "misalignment")
+    model: Effects = BASE
     solver: Literal["default", "paper"] = "default"
     loss: Literal["squares", "huber"] = "squares"
 

@@ -1,7 +1,6 @@
 """Logs: every readable form gives the same readings, every fault is named with its line."""
 
 import gzip
-import time
 from pathlib import Path
 
 import numpy as np
@@ -208,19 +207,14 @@ def test_the_same_triad_twice_is_refused() -> None:
 
 
 @pytest.mark.skipif(not REAL.exists(), reason="the shared real logs are not here")
-def test_the_real_xsens_log_is_read_in_a_blink() -> None:
+def test_both_files_of_the_real_xsens_log_are_read_and_joined() -> None:
     folder = REAL / "imu_tk_xsens"
-    best = np.inf
-    for _ in range(3):
-        begun = time.perf_counter()
-        accelerometer = read_log(folder / "xsens_acc.mat.gz", NAMES[:4])
-        best = min(best, time.perf_counter() - begun)
+    accelerometer = read_log(folder / "xsens_acc.mat.gz", NAMES[:4])
     gyroscope = read_log(folder / "xsens_gyro.mat.gz", [NAMES[0], *NAMES[4:]])
     joined = join_logs([accelerometer, gyroscope])
     assert joined.accelerometer.shape == (51175, 3)
     np.testing.assert_array_equal(joined.accelerometer[0], [33108, 33329, 36429])
     np.testing.assert_array_equal(joined.gyroscope[0], [32786, 32429, 32499])
-    assert best < 0.25  # 0.05 s on an idle machine
 
 
 @pytest.mark.skipif(not REAL.exists(), reason="the shared real logs are not here")
