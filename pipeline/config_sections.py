@@ -28,6 +28,7 @@ from pipeline.config_values import (
 from pipeline.devices.line_pattern import LinePattern
 from pipeline.devices.table import DEVICES
 from pipeline.presets import PRESETS
+from pipeline.rates import CLOCK_PPM
 
 # --- sensor and site ---------------------------------------------------------------------------
 
@@ -80,11 +81,6 @@ class Site(Section):
 
 # --- rates -------------------------------------------------------------------------------------
 
-#: Sd of a camera clock, parts per million, where ``ppm`` is not given: crystals are good to
-#: 20-100; a stated frame rate ("15 fps") is often a rounded or nominal one.
-PPM_DEFAULT = {"container": 100.0, "constant": 500.0}
-
-
 class Timebase(Section):
     """Where a clip's time comes from: its own stamps, or a constant frame rate."""
 
@@ -95,7 +91,7 @@ class Timebase(Section):
     @property
     def relative_sd(self) -> float:
         """One standard deviation of the clock's rate, as a fraction."""
-        ppm = PPM_DEFAULT[self.source] if self.ppm is None else self.ppm
+        ppm = CLOCK_PPM[self.source] if self.ppm is None else self.ppm
         return ppm * 1e-6
 
 

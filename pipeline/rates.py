@@ -1,8 +1,12 @@
-"""The vision stage: every entry under ``rate:`` becomes the rate of one plate setting."""
+"""The rate of one plate setting: its clips are followed, and each gives a rate.
+
+Nothing here knows of configurations: ``pipeline rate`` measures clips without one, and its time is
+to be that of decoding them, not of imports.
+"""
 
 import os
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,18 +16,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.runs import PlateRate
-from pipeline.config import Config
-from pipeline.config_sections import KnownRate, Plate, Timebase, VideoRate
 from pipeline.workplace import Workplace
 
 if TYPE_CHECKING:
     from vision.geometry import PlateOverride
     from vision.phase_track import PhaseTrack
     from vision.rate import RateMeasurement
+    from vision.timebase import Timebase
 
 #: Clips followed at the same time. Decoding has threads of its own; more gain nothing.
 PARALLEL_CLIPS = 2
 FFMPEG_QUIET = "-8"  #: AV_LOG_QUIET
+#: Sd of a camera's clock, parts per million, where nobody states it: crystals are good to 20-100;
+#: a stated frame rate ("15 fps") is often a rounded or nominal one.
+CLOCK_PPM = {"container": 100.0, "constant": 500.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,39 +83,8 @@ class SettingRate:
         return tuple(warning for clip in self.clips for warning in clip.warnings)
 
 
-def measure_rates(config: Config, workplace: Workplace) -> Mapping[str, SettingRate]:
-    """The rates of all plate settings, in the order of the file.
-
-    Raises
-    ------
-    UnreadableVideo, RateRefused
-        From :mod:`vision`, when a clip gives no honest rate.
-    """
-    filmed = {name: rate for name, rate in config.rate.items() if isinstance(rate, VideoRate)}
-    named = [(clip, rate.plate) for rate in filmed.values() for clip in rate.video]
-    clips = list(dict.fromkeys(named))
-    tracks = dict(zip(clips, follow_clips(clips, workplace), strict=True))
-    return {
-        name: _stated(name, rate)
-        if isinstance(rate, KnownRate)
-        else measure_setting(
-            name,
-            [tracks[clip, rate.plate] for clip in rate.video],
-            rate.timebase,
-            rate.nominal_rpm,
-            rate.model,
-        )
-        for name, rate in config.rate.items()
-    }
-
-
-def _stated(name: str, rate: KnownRate) -> SettingRate:
-    plate = PlateRate(name, np.array([rate.rate_rad_s]), np.array([rate.sd_rad_s]))
-    return SettingRate(name, plate, (), ())
-
-
 def follow_clips(
-    clips: Sequence[tuple[Path, Plate | None]], workplace: Workplace
+    clips: "Sequence[tuple[Path, PlateOverride | None]]", workplace: Workplace
 ) -> "list[PhaseTrack]":
     """The phase track of each clip, from the cache where it is known, else several at a time.
 
@@ -131,8 +106,7 @@ def follow_clips(
 
         return track_phase(clip, plate=plate, on_progress=on_progress)
 
-    def find(clip: Path, stated: Plate | None) -> "PhaseTrack":
-        plate = _override(stated)
+    def find(clip: Path, plate: "PlateOverride | None") -> "PhaseTrack":
         return kept_track(workplace.cache, track_key(clip, plate), lambda: follow(clip, plate))
 
     with ThreadPoolExecutor(PARALLEL_CLIPS) as pool:
@@ -144,26 +118,10 @@ def follow_clips(
             pool.shutdown(cancel_futures=True)
 
 
-def _override(plate: Plate | None) -> "PlateOverride | None":
-    """The ellipse as :mod:`vision` takes it: the longer radius first."""
-    if plate is None:
-        return None
-    from vision.geometry import PlateOverride
-
-    first, second = plate.radii_px
-    longer_first = first >= second
-    return PlateOverride(
-        centre_px=plate.centre_px,
-        radius_px=max(first, second),
-        minor_px=min(first, second),
-        angle_deg=plate.angle_deg if longer_first else plate.angle_deg + 90.0,
-    )
-
-
 def measure_setting(
     name: str,
     tracks: "Sequence[PhaseTrack]",
-    timebase: Timebase,
+    timebase: "Timebase",
     nominal_rpm: float | None = None,
     model: Sequence[str] = ("constant_rate",),
 ) -> SettingRate:
@@ -174,14 +132,11 @@ def measure_setting(
     RateRefused
         A clip gives no honest rate, or the clips turn both ways.
     """
-    from vision import timebase as clock
     from vision.errors import RateRefused
     from vision.rate import measure_rate
 
-    ppm = timebase.relative_sd * 1e6
-    times = clock.Timebase(source=timebase.source, fps=timebase.fps, ppm=ppm)
     clips = tuple(
-        measure_rate(track, timebase=times, nominal_rpm=nominal_rpm, model=model)
+        measure_rate(track, timebase=timebase, nominal_rpm=nominal_rpm, model=model)
         for track in tracks
     )
     ways = {clip.direction for clip in clips}
@@ -196,7 +151,7 @@ def measure_setting(
         name=name,
         rate_rad_s=np.array([clip.rate_rad_s for clip in clips]),
         sd_rad_s=np.array([clip.image_sd_rad_s for clip in clips]),
-        timebase_relative=timebase.relative_sd,
+        timebase_relative=timebase.ppm * 1e-6,
         direction=clips[0].direction,
     )
     return SettingRate(

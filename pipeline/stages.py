@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipeline.mounting import measure_mounting
-from pipeline.rates import measure_rates
+from pipeline.plate_settings import measure_rates
 from pipeline.recordings import average_recordings
 from pipeline.triads import calibrate_accelerometer, calibrate_gyroscope
 

@@ -1,6 +1,7 @@
 """``pipeline rate VIDEO...``."""
 
 from pathlib import Path
+from typing import Literal
 
 import click
 
@@ -21,11 +22,11 @@ def command(
     import json
 
     from pipeline.commands.progress import ClipProgress
-    from pipeline.config_sections import Timebase
     from pipeline.rate_json import rate_json
-    from pipeline.rates import follow_clips, measure_setting
-    from pipeline.screen import clip_lines, rate_line
+    from pipeline.rate_lines import clip_lines, rate_line
+    from pipeline.rates import CLOCK_PPM, follow_clips, measure_setting
     from pipeline.workplace import Workplace
+    from vision.timebase import Timebase
 
     stems = [video.stem for video in videos]
     if len(set(stems)) < len(stems):
@@ -34,7 +35,8 @@ def command(
             f"two clips are called '{twice}', and results go by that name. Rename one, or measure "
             f"them one after the other."
         )
-    clock = Timebase() if fps is None else Timebase(source="constant", fps=fps)
+    source: Literal["container", "constant"] = "container" if fps is None else "constant"
+    clock = Timebase(source=source, fps=fps, ppm=CLOCK_PPM[source])
     with ClipProgress() as progress:
         tracks = follow_clips([(video, None) for video in videos], Workplace(None, progress))
     rates = [

@@ -45,6 +45,17 @@ def test_no_command_s_help_loads_anything_heavy() -> None:
         assert not set(done.stdout.splitlines()[-1].split()) & set(HEAVY), name
 
 
+def test_measuring_a_clip_loads_nothing_that_only_configurations_and_fits_need() -> None:
+    code = ("import sys, pipeline.cli; pipeline.cli.main(['rate', 'data/example/video/17rpm.mp4']);"
+            " print(*sys.modules)")
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, text=True, capture_output=True,
+                          check=True)
+    assert "rpm" in done.stdout
+    loaded = set(done.stdout.splitlines()[-1].split())
+    assert "vision.track" in loaded
+    assert not loaded & {*HEAVY} - {"numpy", "cv2"}
+
+
 def test_every_command_of_the_table_is_there_and_on_the_front_page() -> None:
     page = run("--help").stdout
     for name, (arguments, says) in COMMANDS.items():

@@ -9,13 +9,15 @@ import pytest
 
 import vision.track
 from pipeline.artefacts import kept_track, track_key
-from pipeline.config_sections import Plate, Timebase
+from pipeline.config_sections import Plate
+from pipeline.plate_settings import rim
 from pipeline.rates import follow_clips, measure_setting
 from pipeline.workplace import Workplace
 from tests.sessions import ROOT
 from vision.errors import RateRefused, UnreadableVideo
 from vision.geometry import PlateOverride
 from vision.phase_track import PhaseTrack
+from vision.timebase import Timebase
 
 CLIP = ROOT / "data/example/video/17rpm.mp4"
 
@@ -107,7 +109,15 @@ def test_the_clip_reported_is_the_first_that_fails(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("radii", [(300.0, 200.0), (200.0, 300.0)])
 def test_the_longer_radius_of_a_stated_ellipse_leads_whichever_is_given_first(
-    monkeypatch: pytest.MonkeyPatch, followed: Followed, radii: tuple[float, float]
+    radii: tuple[float, float],
+) -> None:
+    given = rim(Plate(centre_px=(1.0, 2.0), radii_px=radii, angle_deg=10.0))
+    assert (given.radius_px, given.minor_px) == (300.0, 200.0)
+    assert given.angle_deg == (10.0 if radii[0] > radii[1] else 100.0)
+
+
+def test_a_stated_ellipse_reaches_the_film(
+    monkeypatch: pytest.MonkeyPatch, followed: Followed
 ) -> None:
     given: list[PlateOverride] = []
 
@@ -116,7 +126,6 @@ def test_the_longer_radius_of_a_stated_ellipse_leads_whichever_is_given_first(
         return followed.track
 
     monkeypatch.setattr(vision.track, "track_phase", taking)
-    plate = Plate(centre_px=(1.0, 2.0), radii_px=radii, angle_deg=10.0)
-    follow_clips([(CLIP, plate)], Workplace())
-    assert (given[0].radius_px, given[0].minor_px) == (300.0, 200.0)
-    assert given[0].angle_deg == (10.0 if radii[0] > radii[1] else 100.0)
+    stated = PlateOverride((1.0, 2.0), 3.0)
+    follow_clips([(CLIP, stated)], Workplace())
+    assert given == [stated]

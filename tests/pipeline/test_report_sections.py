@@ -5,7 +5,6 @@ import shutil
 import pytest
 
 from pipeline.config import load_config
-from pipeline.config_sections import Timebase
 from pipeline.rates import measure_setting
 from pipeline.report import report_html
 from pipeline.report_added import added_variable_figure, subject_of
@@ -17,6 +16,7 @@ from pipeline.workplace import Workplace
 from tests.pipeline.conftest import RunSession
 from tests.pipeline.test_report import Page
 from tests.vision.phase_tracks import phase_track, steady
+from vision.timebase import Timebase
 
 MORE = """
 certificate:

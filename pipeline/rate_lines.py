@@ -1,0 +1,35 @@
+"""What a measured rate says on the terminal: a line for the setting, a few for each clip."""
+
+from collections.abc import Iterator
+
+from pipeline.display import NAME_WIDTH, RPM, count, relative
+from pipeline.rates import SettingRate
+
+
+def rate_line(rate: SettingRate) -> str:
+    """``rate slow       16.667 rpm ± 12 ppm, 16.6 turns, ccw``."""
+    parts = [f"{rate.rate_rad_s / RPM:.4f} rpm ± {relative(rate.sd_rad_s / rate.rate_rad_s)}"]
+    if rate.clips:
+        parts.append(f"{sum(clip.revolutions for clip in rate.clips):.1f} turns")
+        parts.append(str(rate.plate.direction))
+        if len(rate.clips) > 1:
+            parts.append(count(len(rate.clips), "clip"))
+    else:
+        parts.append("stated")
+    return f"{f'rate {rate.name}':<{NAME_WIDTH}} {', '.join(parts)}"
+
+
+def clip_lines(rate: SettingRate) -> Iterator[str]:
+    """Of each clip: the rate by counting frames beside the measured one, and the diagnosis."""
+    for clip in rate.clips:
+        counted = clip.frame_count
+        if counted is not None:
+            away = counted.rate_rad_s / clip.rate_rad_s - 1
+            yield (
+                f"  by counting frames {counted.rate_rad_s / RPM:.4f} rpm "
+                f"± {relative(counted.sd_rad_s / counted.rate_rad_s)}, {away * 1e6:+.0f} ppm away"
+            )
+        if len(clip.aliases) > 1:
+            nearest = min(abs(other) for other in clip.aliases[1:])
+            yield f"  the pictures look the same at {nearest / RPM:.4g} rpm: {clip.alias_says}"
+        yield f"  {clip.diagnosis.says}"
