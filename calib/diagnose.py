@@ -7,7 +7,7 @@ remain, the block of poses that would tell them apart is computed.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,10 +15,10 @@ from calib.effects import Effect
 from calib.fit import Fit
 from calib.hypotheses import Hypothesis, weigh
 from calib.ranking import Candidate, log_posterior, rank
-from calib.refit import Refit, judge
+from calib.refit import judge, refitted
 from calib.separate import Advice, Rival, best_block
 from calib.signature import Projector
-from calib.verdict import Judge, Verdict
+from calib.verdict import Judge, Verdict, is_nothing
 from calib.words import put_into_words
 
 RIVALS_COMPARED = 4
@@ -53,8 +53,6 @@ class Diagnosis:
         Listed effects that could not be evaluated, and why.
     p_value : float
         Whether the poses' own noise explains the residual.
-    after : Refit or None
-        The joint refit with ``name`` added, where one was made.
     """
 
     verdict: str
@@ -67,7 +65,6 @@ class Diagnosis:
     blind: tuple[str, ...]
     unavailable: dict[str, str]
     p_value: float
-    after: Refit | None = field(default=None, repr=False)
 
     @property
     def addable(self) -> bool:
@@ -95,9 +92,12 @@ def diagnose(fit: Fit, own: Sequence[Effect] = (), full_scale: float = np.inf) -
     projector = Projector(fit)
     weighed = weigh(fit, projector, own)
     log_p = log_posterior(weighed)
+    p_value = judge(fit).p_value
+    if not is_nothing(log_p, p_value):
+        weighed = refitted(fit, weighed)
+        log_p = log_posterior(weighed)
     every, ranking = rank(fit, projector, weighed, log_p)
-    p_value = judge(fit, ()).p_value
-    verdict = Judge(fit, every, ranking, log_p, p_value).reach()
+    verdict = Judge(fit, every, ranking, log_p, p_value, own).reach()
     advice = _advise(fit, verdict, every, ranking, full_scale)
     return Diagnosis(
         verdict=verdict.code,
@@ -110,7 +110,6 @@ def diagnose(fit: Fit, own: Sequence[Effect] = (), full_scale: float = np.inf) -
         blind=weighed.blind,
         unavailable=weighed.unavailable,
         p_value=p_value,
-        after=verdict.after,
     )
 
 

@@ -43,9 +43,13 @@ class Rows:
 
 
 class Equations:
-    """The rows of one pose set under one model; holds what does not change between iterations."""
+    """The rows of one pose set under one model; holds what does not change between iterations.
 
-    def __init__(self, poses: PoseSet, model: Model) -> None:
+    ``pushed`` (n, 3) is what each axis felt in its pose, for the memory of the pose before; the
+    start's bias taken off the readings where it is not given.
+    """
+
+    def __init__(self, poses: PoseSet, model: Model, pushed: FloatArray | None = None) -> None:
         self.poses, self.model = poses, model
         y = poses.reading
         reference = poses.reference
@@ -73,7 +77,7 @@ class Equations:
         # takes them to true units. |s| has the sd of s along its own direction.
         self.start = start_of(poses)
         s = y @ self.start.matrix.T + self.start.offset
-        self.at_start = poses.conditions(s, pushed=y - self.start.bias)
+        self.at_start = poses.conditions(s, y - self.start.bias if pushed is None else pushed)
         direction = s / np.maximum(np.linalg.norm(s, axis=1, keepdims=True), 1e-300)
         along = (((direction @ self.start.matrix) * poses.sd) ** 2).sum(axis=1)
         across = poses.sd**2 @ (self.start.matrix**2).T

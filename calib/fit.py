@@ -55,6 +55,17 @@ class Fit:
         return int(self.equations.data_count - self.basis.shape[1] - len(self.shapes))
 
     @property
+    def pushed(self) -> FloatArray:
+        """What each axis itself felt in every pose, all errors taken off, SI, (n, 3).
+
+        ``M^-1 s``, with M of the linear form ``M y + c``, which is affine in the readings y.
+        """
+        y, equations = self.poses.reading, self.equations
+        linear = y - equations.reading_columns @ self.theta[equations.reading_index]
+        affine = np.linalg.lstsq(np.column_stack([y, np.ones(len(y))]), linear)[0]
+        return np.asarray(np.linalg.solve(affine[:3].T, self.rows.vector.T).T)
+
+    @property
     def residual_si(self) -> FloatArray:
         """Residual of every data row in SI units, (r - q,)."""
         return np.asarray(self.rows.residual[: self.equations.data_count] * self.equations.row_sd)

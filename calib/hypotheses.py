@@ -39,7 +39,8 @@ class Hypothesis:
     """A hypothesis with its evidence against "nothing is missing".
 
     ``kind``: listed, unknown, jump, bad_pose or noise. ``shape`` is the best of the shape values
-    tried. ``detail`` names the pose of a jump or a bad pose.
+    tried. ``detail`` names the pose of a jump or a bad pose. ``after`` is the joint refit with the
+    effect added, where one was made.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Hypothesis:
     effect: Effect | None = None
     shape: float | None = None
     detail: str = ""
+    after: Fit | None = None
 
 
 def candidate_effects(fit: Fit, own: Sequence[Effect] = ()) -> Iterator[Effect]:

@@ -17,11 +17,12 @@ PRIOR_NONE, PRIOR_LISTED, PRIOR_UNKNOWN, PRIOR_GENERAL = 0.5, 0.35, 0.09, 0.02
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """One hypothesis in the ranking, judged without a refit.
+    """One hypothesis in the ranking.
 
-    ``size`` and ``sd`` (k,) are predicted for its parameters; ``chi2_drop`` is what adding it
-    would take off chi-square, ``p_value`` that of the score test, ``rms_after`` and ``loo_after``
-    the errors left, SI. ``aliases`` look the same in these poses.
+    ``size`` and ``sd`` (k,) of its parameters, ``chi2_drop``, what adding it takes off chi-square,
+    and ``rms_after`` and ``loo_after``, the errors left, SI, are those of the joint refit where
+    one was made, and predicted from the score otherwise; ``p_value`` is that of the score test.
+    ``aliases`` look the same in these poses.
     """
 
     name: str
@@ -123,6 +124,11 @@ def _candidate(
         if h.effect is not None:
             size, sd = _predicted(h.signature, projector)
             unit = h.effect.unit_for(fit.poses.triad)
+    if h.after is not None:
+        where = h.after.model.slices()[h.name]
+        size, sd = h.after.theta[where], np.sqrt(np.diag(h.after.cov)[where])
+        drop, rms = fit.chi2 - h.after.chi2, h.after.residual_rms
+        loo = compare(h.after).loo_rms
     return Candidate(
         name=h.name,
         kind=h.kind,

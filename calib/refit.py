@@ -1,19 +1,21 @@
 """The leading candidates judged by a joint refit, single and in pairs.
 
-Scores before the refit also accuse innocent effects, the more so the stronger the missing one is,
-and two effects at once read as one wrong one. Here everything is fitted jointly, nonlinearly.
+Scores before the refit also accuse innocent effects, the more so the stronger the missing one is:
+the columns are linearised at a fit that the missing effect has biased. Here everything is fitted
+jointly, nonlinearly, and the evidence is asked for again at that solution. Two effects at once read
+as one wrong one until they are fitted in pairs.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 from scipy.special import fdtrc
 
-from calib.compare import compare
+from calib.effects import Effect
 from calib.errors import CalibrationError
-from calib.hypotheses import Hypothesis, weigh
+from calib.hypotheses import Hypothesis, Weighed, listed_hypothesis, weigh
 from calib.signature import Projector
 from calib.solver import Fit, fit
 
@@ -22,7 +24,11 @@ FOLLOWED, SECONDS = 2, 2
 """So many of the best singles are each followed by so many that explain what they leave."""
 
 SHAPED = 2
-"""So many of the best refits get their shape parameters fitted; farther down none can win by it."""
+"""So many of the best pairs get their shape parameters fitted; farther down none can win by it."""
+
+BEHIND, BEHIND_SHARE = 12.0, 0.3
+"""Log evidence behind the best, or share of it, beyond which no refit makes a candidate the best:
+what the biased linearisation costs grows with the effect."""
 
 ADEQUATE_P_VALUE = 0.005
 FEWEST_DOF = 4
@@ -42,13 +48,8 @@ class Refit:
     score: float
     p_value: float
 
-    @property
-    def loo_rms(self) -> float:
-        """Leave-one-out error of the refitted model, SI."""
-        return compare(self.fit).loo_rms
 
-
-def judge(found: Fit, names: tuple[str, ...]) -> Refit:
+def judge(found: Fit, names: tuple[str, ...] = ()) -> Refit:
     """Score a fit; see :class:`Refit`."""
     n = found.equations.data_count
     parameters = n - found.dof
@@ -64,10 +65,10 @@ def parameters_of(hypothesis: Hypothesis) -> int:
     return hypothesis.signature.seen + (0 if hypothesis.shape is None else 1)
 
 
-def _refit(base: Fit, chosen: Sequence[Hypothesis], held: bool = False) -> Refit | None:
+def _fit_with(base: Fit, chosen: Sequence[Hypothesis], held: bool = False) -> Fit | None:
     """``chosen`` added and everything refitted; None where that is no candidate.
 
-    ``held`` keeps a shape parameter at the best of its starts, which takes a twentieth of the time.
+    ``held`` keeps a shape parameter at the best of its starts, which takes a tenth of the time.
     """
     if base.dof - sum(map(parameters_of, chosen)) < FEWEST_DOF:
         return None
@@ -80,40 +81,68 @@ def _refit(base: Fit, chosen: Sequence[Hypothesis], held: bool = False) -> Refit
         found = fit(base.poses, model, robust=base.is_robust)
     except CalibrationError:
         return None  # not determined together, or no true vector exists: no candidate
-    if found.dof < FEWEST_DOF:
-        return None
-    return judge(found, tuple(hypothesis.name for hypothesis in chosen))
+    return found if found.dof >= FEWEST_DOF else None
 
 
-def _refits(base: Fit, tried: Sequence[Sequence[Hypothesis]]) -> list[Refit]:
-    """Refits of ``tried``, best score first; shape parameters are fitted where it matters."""
-    found = [(chosen, _refit(base, chosen, held=True)) for chosen in tried]
-    judged = [(chosen, refit) for chosen, refit in found if refit is not None]
-    judged.sort(key=lambda item: item[1].score)
-    refits = []
-    for place, (chosen, refit) in enumerate(judged):
-        shaped = any(hypothesis.shape is not None for hypothesis in chosen)
-        refits.append(_refit(base, chosen) if shaped and place < SHAPED else refit)
-    return sorted((r for r in refits if r is not None), key=lambda r: r.score)
+def _leading(listed: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """The listed hypotheses that could be the best after a refit, the best first."""
+    order = sorted(listed, key=lambda h: -h.log_evidence)
+    if not order:
+        return []
+    best = order[0].log_evidence
+    return [h for h in order if h.log_evidence > best - max(BEHIND, BEHIND_SHARE * best)][:SINGLES]
 
 
-def refit_singles(base: Fit, leading: Sequence[Hypothesis]) -> list[Refit]:
-    """Each of the leading candidates added on its own, best score first."""
-    return _refits(base, [(hypothesis,) for hypothesis in leading[:SINGLES]])
+def _at_refit(base: Fit, hypothesis: Hypothesis) -> Hypothesis:
+    """``hypothesis`` with its evidence at the joint refit instead of at the biased base fit."""
+    assert hypothesis.effect is not None
+    found = _fit_with(base, (hypothesis,), held=True)
+    if found is None:
+        return hypothesis
+    at_refit = Projector(found, hypothesis.name)
+    again = listed_hypothesis(found, at_refit, hypothesis.effect)
+    # "Nothing" leaves another chi-square along these columns than where it was fitted.
+    nothing = (Projector(base).chi2 - at_refit.chi2) / 2
+    evidence = again.log_evidence + nothing
+    return replace(hypothesis, log_evidence=evidence, shape=again.shape, after=found)
 
 
-def refit_pairs(base: Fit, leading: Sequence[Hypothesis], singles: Sequence[Refit]) -> list[Refit]:
-    """The best singles added in pairs, and with what best explains the rest, best score first.
+def refitted(base: Fit, weighed: Weighed) -> Weighed:
+    """``weighed`` with the leading listed effects judged at their joint refits.
+
+    A shape parameter is held at its likeliest start for that, and fitted for the best alone.
+    """
+    leading = {h.name for h in _leading(weighed.listed)}
+    listed = [_at_refit(base, h) if h.name in leading else h for h in weighed.listed]
+    best = max(listed, key=lambda h: h.log_evidence, default=None)
+    if best is not None and best.after is not None and best.shape is not None:
+        listed[listed.index(best)] = replace(best, after=_fit_with(base, (best,)) or best.after)
+    return replace(weighed, listed=tuple(listed))
+
+
+def refit_pairs(
+    base: Fit, singles: Sequence[Hypothesis], own: Sequence[Effect] = ()
+) -> list[Refit]:
+    """The refitted ``singles``, best first, in pairs and with what best explains what they leave.
 
     An effect that another one hides scores nothing on its own; it shows once that one is fitted.
+    The best score comes first.
     """
-    by_name = {hypothesis.name: hypothesis for hypothesis in leading}
-    best = [by_name[refit.names[0]] for refit in singles[:PAIRED]]
-    pairs = {frozenset((a.name, b.name)): (a, b) for a, b in combinations(best, 2)}
-    for refit in singles[:FOLLOWED]:
-        listed = weigh(refit.fit, Projector(refit.fit)).listed
-        first = by_name[refit.names[0]]
+    pairs = {frozenset((a.name, b.name)): (a, b) for a, b in combinations(singles[:PAIRED], 2)}
+    for first in singles[:FOLLOWED]:
+        assert first.after is not None
+        listed = weigh(first.after, Projector(first.after), own).listed
         for h in sorted(listed, key=lambda h: -h.log_evidence)[:SECONDS]:
-            if h.name in by_name:
-                pairs.setdefault(frozenset((first.name, h.name)), (first, by_name[h.name]))
-    return _refits(base, list(pairs.values()))
+            pairs.setdefault(frozenset((first.name, h.name)), (first, h))
+    held = [(pair, _fit_with(base, pair, held=True)) for pair in pairs.values()]
+    judged = [(pair, judge(found, _names(pair))) for pair, found in held if found is not None]
+    judged.sort(key=lambda item: item[1].score)
+    for place, (pair, _) in enumerate(judged[:SHAPED]):
+        whole = _fit_with(base, pair) if any(h.shape is not None for h in pair) else None
+        if whole is not None:
+            judged[place] = pair, judge(whole, _names(pair))
+    return sorted((refit for _, refit in judged), key=lambda refit: refit.score)
+
+
+def _names(pair: Sequence[Hypothesis]) -> tuple[str, ...]:
+    return tuple(hypothesis.name for hypothesis in pair)

@@ -1,43 +1,33 @@
 """Fit of effects whose columns hold a nonlinear shape parameter (the warm-up time constant).
 
-The shape is found by profile: for each trial value everything else is fitted, and a golden-section
-search on its logarithm follows the chi-square down from the best of the effect's starts. Its
-uncertainty then enters the covariance through its own column.
+Variable projection (Golub & Pereyra 1973, in Kaufman's form): everything else is fitted at each
+trial value, and the part of the residual's derivative by the logarithm of the shape that the rest
+of the model cannot take up gives the Gauss-Newton step. It begins at the most promising of the
+effect's starts. The uncertainty then enters the covariance through the shape's own column.
 """
 
-import math
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Mapping
+from itertools import product
 
 import numpy as np
 
-from calib.equations import Equations
-from calib.errors import FitFailed, Undetermined
+from calib.compare import orthonormal_columns
+from calib.equations import Equations, Rows
+from calib.errors import FitFailed
 from calib.fit import Fit, finish, with_shape_sd
 from calib.gauss_newton import minimise, with_common
 from calib.identifiability import require_enough
 from calib.imu_log import FloatArray
 
-GOLDEN = (math.sqrt(5) - 1) / 2
-LOG_TOLERANCE = 1e-4
+STEPS = 40
+HALVINGS = 8
+LONGEST_STEP = 1.0
+"""Of the logarithm: a factor of e."""
+
+STEP_SD = 1e-5
+"""Converged once the step moves no row by more than this part of its sd."""
+
 DIFFERENCE_STEP = 1e-4
-
-
-def minimise_log(cost: Callable[[float], float], low: float, high: float) -> float:
-    """The minimum of a unimodal ``cost`` over ``low`` .. ``high`` (> 0), by golden section."""
-    a, b = math.log(low), math.log(high)
-    c, d = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
-    at_c, at_d = cost(math.exp(c)), cost(math.exp(d))
-    while b - a > LOG_TOLERANCE:
-        if at_c < at_d:
-            b, d, at_d = d, c, at_c
-            c = b - GOLDEN * (b - a)
-            at_c = cost(math.exp(c))
-        else:
-            a, c, at_c = c, d, at_d
-            d = a + GOLDEN * (b - a)
-            at_d = cost(math.exp(d))
-    return math.exp((a + b) / 2)
 
 
 def fit_with_shapes(
@@ -47,44 +37,75 @@ def fit_with_shapes(
 
     ``start`` (p,) are the linear parameters to start from, ``basis`` (p, v) what the poses see.
     """
-    shapes = {e.name: e.shape.starts[0] for e in equations.model.effects if e.shape}
-    require_enough(equations, basis.shape[1] + len(shapes))
+    shaped = {effect.name: effect.shape for effect in equations.model.effects if effect.shape}
+    require_enough(equations, basis.shape[1] + len(shaped))
+    low, high = np.log([shape.bounds for shape in shaped.values()]).T
 
-    def chi2_at(name: str, value: float) -> float:
-        try:
-            _, _, rows, weight, _ = minimise(
-                equations, start, {**shapes, name: value}, basis, robust
-            )
-        except (FitFailed, Undetermined):
-            return math.inf
-        return float(weight @ rows.residual**2)
+    def named(log_shape: FloatArray) -> dict[str, float]:
+        return dict(zip(shaped, map(float, np.exp(log_shape)), strict=True))
 
-    for effect in equations.model.effects:
-        if effect.shape is None:
-            continue
-        name = effect.name
-        tried = sorted(effect.shape.starts)
-        costs = [chi2_at(name, value) for value in tried]
-        best = int(np.argmin(costs))
-        low = tried[best - 1] if best > 0 else effect.shape.bounds[0]
-        high = tried[best + 1] if best + 1 < len(tried) else effect.shape.bounds[1]
-        shapes[name] = minimise_log(partial(chi2_at, name), low, high)
-    theta, eta, rows, weight, iterations = minimise(equations, start, shapes, basis, robust)
-    found = finish(equations, theta, eta, rows, weight, basis, iterations, shapes)
+    first = {name: shape.starts[0] for name, shape in shaped.items()}
+    theta, eta, rows, weight, _ = minimise(equations, start, first, basis, robust)
+
+    def promise(values: tuple[float, ...]) -> float:
+        at = equations.rows(theta, eta, dict(zip(shaped, values, strict=True)))
+        return float((_left(at, weight, basis, at.residual[:, None]) ** 2).sum())
+
+    starts = product(*(shape.starts for shape in shaped.values()))
+    x = np.log(min(starts, key=promise))
+    best = minimise(equations, theta, named(x), basis, robust)
+    for _ in range(STEPS):
+        theta, eta, rows, weight, _ = best
+        slope = _left(rows, weight, basis, _shape_columns(equations, theta, eta, named(x)))
+        step = np.linalg.lstsq(slope, -np.sqrt(weight) * rows.residual)[0]
+        step = np.clip(x + np.clip(step, -LONGEST_STEP, LONGEST_STEP), low, high) - x
+        if float(np.abs(slope @ step).max()) < STEP_SD:
+            break
+        cost = float(weight @ rows.residual**2)
+        for _ in range(HALVINGS):
+            try:
+                trial = minimise(equations, theta, named(x + step), basis, robust)
+            except FitFailed:
+                step = step / 2
+                continue
+            if float(trial[3] @ trial[2].residual ** 2) < cost:
+                break
+            step = step / 2
+        else:
+            break
+        x, best = x + step, trial
+    theta, eta, rows, weight, iterations = best
+    found = finish(equations, theta, eta, rows, weight, basis, iterations, named(x))
     return _widen(found)
+
+
+def _left(rows: Rows, weight: FloatArray, basis: FloatArray, columns: FloatArray) -> FloatArray:
+    """Weighted ``columns`` (r, k) less what the fitted parameters can take up."""
+    root = np.sqrt(weight)[:, None]
+    full = with_common(basis, rows.jacobian.shape[1] - len(basis))
+    q = orthonormal_columns(rows.jacobian @ full * root)
+    return np.asarray(columns * root - q @ (q.T @ (columns * root)))
+
+
+def _shape_columns(
+    equations: Equations, theta: FloatArray, eta: FloatArray, shapes: Mapping[str, float]
+) -> FloatArray:
+    """Derivative of the residual by the logarithm of every shape parameter, (r, k)."""
+    columns = []
+    for name, value in shapes.items():
+        up = equations.rows(theta, eta, {**shapes, name: value * (1 + DIFFERENCE_STEP)})
+        down = equations.rows(theta, eta, {**shapes, name: value * (1 - DIFFERENCE_STEP)})
+        columns.append((up.residual - down.residual) / (2 * DIFFERENCE_STEP))
+    return np.stack(columns, axis=1)
 
 
 def _widen(found: Fit) -> Fit:
     """Covariance with the shape parameters as further unknowns."""
     equations, root = found.equations, np.sqrt(found.weight)
-    columns = []
-    for name, value in found.shapes.items():
-        step = DIFFERENCE_STEP * value
-        up = equations.rows(found.theta, found.eta, {**found.shapes, name: value + step})
-        down = equations.rows(found.theta, found.eta, {**found.shapes, name: value - step})
-        columns.append((up.residual - down.residual) / (2 * step))
+    value = np.array(list(found.shapes.values()))
+    columns = _shape_columns(equations, found.theta, found.eta, found.shapes) / value
     full = with_common(found.basis, len(found.eta))
-    jacobian = np.column_stack([found.rows.jacobian @ full, *columns]) * root[:, None]
+    jacobian = np.column_stack([found.rows.jacobian @ full, columns]) * root[:, None]
     scale = np.sqrt((jacobian**2).sum(axis=0))
     scale[scale == 0] = 1.0
     inverse = np.linalg.pinv(jacobian / scale) / scale[:, None]

@@ -51,15 +51,26 @@ class Signature:
 
 
 class Projector:
-    """Projects the fitted model out of whitened rows."""
+    """Projects the fitted model out of whitened rows.
 
-    def __init__(self, fit: Fit) -> None:
+    ``tested`` names an effect of the model that is on trial: its columns are left in, and what it
+    explained is put back into the residual.
+    """
+
+    def __init__(self, fit: Fit, tested: str | None = None) -> None:
         root = np.sqrt(fit.weight)
+        residual, jacobian, dof = fit.rows.residual, fit.rows.jacobian, fit.dof
+        if tested is not None:
+            where = fit.model.slices()[tested]
+            residual = residual - jacobian[:, where] @ fit.theta[where]
+            jacobian = np.delete(jacobian, where, axis=1)
+            dof += int(np.linalg.matrix_rank(fit.basis[where]))
         self.root = root
-        self.model = orthonormal_columns(fit.rows.jacobian * root[:, None])
-        self.residual = self(fit.rows.residual * root)
+        self.model = orthonormal_columns(jacobian * root[:, None])
+        self.residual = self(residual * root)
+        self.chi2 = float(self.residual @ self.residual)
         self.data_count = fit.equations.data_count
-        self.dof = fit.dof
+        self.dof = dof
 
     def __call__(self, rows: FloatArray) -> FloatArray:
         return np.asarray(rows - self.model @ (self.model.T @ rows))

@@ -19,6 +19,10 @@ from calib.shapes import fit_with_shapes
 
 __all__ = ["Fit", "fit"]
 
+MEMORY_ROUNDS = 3
+"""What a pose remembers of the one before is a sign, judged at the start; it is judged again at the
+solution, where readings near zero may have changed theirs."""
+
 
 def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
     """Fit ``model`` to ``poses`` from the ellipsoid start.
@@ -39,7 +43,25 @@ def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
     FitFailed
         The iteration did not converge.
     """
-    equations = Equations(poses, model)
+    found = _fit(Equations(poses, model), robust)
+    for _ in range(MEMORY_ROUNDS):
+        again = Equations(poses, model, pushed=found.pushed)
+        if same_memory(again, found.equations):
+            return found
+        found = _fit(again, robust)
+    return found
+
+
+def same_memory(a: Equations, b: Equations) -> bool:
+    """Whether the effects of the model remember the poses before alike in ``a`` and ``b``."""
+    return all(
+        np.array_equal(effect.evaluate(a.at_start), effect.evaluate(b.at_start))
+        for effect in a.on_sensor
+    )
+
+
+def _fit(equations: Equations, robust: bool) -> Fit:
+    model = equations.model
     start = equations.start.theta(model)
     basis = basis_at(equations, start)
     if any(effect.shape for effect in model.effects):

@@ -17,9 +17,9 @@ zero where that value is at a bound.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from calib.catalogue import UnknownEffect, find_effect
 from calib.effects import Effect
@@ -28,7 +28,6 @@ from calib.fit import Fit
 from calib.hypotheses import candidate_effects
 from calib.imu_log import FloatArray
 from calib.model import Model
-from calib.shapes import minimise_log
 from pipeline.display import DISPLAY
 from pipeline.json_values import Json
 from pipeline.triads import TriadResult
@@ -189,7 +188,8 @@ def _best_shape(fit: Fit, model: Model, effect: Effect) -> float | None:
     best = int(np.argmin([cost(value) for value in tried]))
     low = tried[best - 1] if best > 0 else effect.shape.bounds[0]
     high = tried[best + 1] if best + 1 < len(tried) else effect.shape.bounds[1]
-    return minimise_log(partial(cost), low, high)
+    found = minimize_scalar(lambda x: cost(np.exp(x)), bounds=np.log((low, high)), method="bounded")
+    return float(np.exp(found.x))
 
 
 def _box_json(box: Box, root: FloatArray, result: TriadResult) -> Json:

@@ -16,7 +16,7 @@ from calib.runs import PlateRate, gravity_run, stopped_run, turning_run
 from calib.sensor import TriadSpec
 from calib.solver import Fit, fit
 from tests.world.imu import Triad
-from tests.world.session import RunLog, Session
+from tests.world.session import RunLog, Session, StatedRate
 
 
 def spec_of(triad: Triad, full_scale: float) -> TriadSpec:
@@ -40,6 +40,12 @@ def averaged(run: RunLog, specs: tuple[TriadSpec, TriadSpec], rate: float) -> li
         )
         for pose in run.poses
     ]
+
+
+def plate_rate(name: str, stated: StatedRate) -> PlateRate:
+    """A stated rate as the vision stage would hand it on."""
+    rate, sd = np.array([abs(stated.rate_rad_s)]), np.array([stated.own_sd_rad_s])
+    return PlateRate(name, rate, sd, stated.clock_relative)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,10 +79,7 @@ def pose_sets(session: Session) -> tuple[PoseSet, PoseSet, tuple[TriadSpec, Tria
             if session.design.rests_count_for_gyroscope:
                 gyro_runs.append(stopped_run(run.run.name, means, latitude))
         else:
-            plate = PlateRate(
-                run.run.name, np.array([abs(stated.rate_rad_s)]), np.array([stated.sd_rad_s])
-            )
-            gyro_runs.append(turning_run(means, plate, latitude))
+            gyro_runs.append(turning_run(means, plate_rate(run.run.name, stated), latitude))
     accelerometer = pose_set("accelerometer", gravity_runs, 0.0)
     base = calibrate_triad(fit(accelerometer, Model.of(BASE)), specs[0])
     gyroscope = pose_set("gyroscope", gyro_runs, 0.0, base.correct) if gyro_runs else accelerometer

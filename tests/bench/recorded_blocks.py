@@ -14,10 +14,10 @@ from calib.catalogue import BASE
 from calib.diagnose import diagnose
 from calib.model import Model
 from calib.poses import PoseSet, Run, pose_set
-from calib.runs import PlateRate, gravity_run, stopped_run, turning_run
+from calib.runs import gravity_run, stopped_run, turning_run
 from calib.solver import fit
 from tests.bench.trials import COMMON_PARTS, said_names
-from tests.fitting import averaged, spec_of
+from tests.fitting import averaged, plate_rate, spec_of
 from tests.world.bench import Design, corner_directions, wedge_directions
 from tests.world.bench import Run as BenchRun
 from tests.world.designs import FAST, SLOW, still_run
@@ -103,8 +103,7 @@ def joined_poses(sessions: Sequence[Session], triad: str) -> PoseSet:
                 if session.design.rests_count_for_gyroscope:
                     of_gyro.append(stopped_run(log.run.name, means, latitude))
                 continue
-            rate, sd = np.array([abs(stated.rate_rad_s)]), np.array([stated.sd_rad_s])
-            of_gyro.append(turning_run(means, PlateRate(log.run.name, rate, sd), latitude))
+            of_gyro.append(turning_run(means, plate_rate(log.run.name, stated), latitude))
     accelerometer = pose_set("accelerometer", still, 0.0)
     if triad == "accelerometer":
         return accelerometer

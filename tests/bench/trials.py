@@ -66,6 +66,7 @@ the plate is a drift of all gains alike."""
 class Outcome:
     """One trial, errors in noise units.
 
+    ``first``: of the listed effects in the ranking, the hidden one or an alias stood first.
     ``held`` and ``stated`` count the parameters of the hidden effects whose 2-sigma interval held
     the truth, and all that had one; ``top`` is what the ranking shows first.
     """
@@ -190,7 +191,7 @@ def run_trial(design: Design, seed: int, triad: str, hidden: Sequence[Hidden]) -
     found = diagnose(base)
     names = {h.name for h in hidden}
     right = names.union(*(COMMON_PARTS.get(n, set()) for n in names)) if names else set()
-    top = found.ranking[0]
+    top = next(c for c in found.ranking if c.kind == "listed")
     said = set(said_names(found))
     after = base
     if found.verdict == "effect" and found.name is not None:
@@ -205,12 +206,12 @@ def run_trial(design: Design, seed: int, triad: str, hidden: Sequence[Hidden]) -
         seed=seed,
         hidden=tuple(sorted(names)),
         visible=not names & set(found.blind),
-        first=bool({top.name, *top.aliases} & right) and top.kind == "listed",
+        first=bool({top.name, *top.aliases} & right),
         named=bool(said & right),
         named_wrong=bool(said) and not said & right,
         verdict=found.verdict,
         says=said_names(found) or ((found.name,) if found.name else found.group),
-        top=top.name,
+        top=found.ranking[0].name,
         rms_before=whitened_rms(base),
         rms_after=whitened_rms(after),
         loo_after=whitened_loo(after),

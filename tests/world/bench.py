@@ -181,6 +181,7 @@ class Design:
 
     ``rate_sd_relative`` is the uncertainty of the plate's rate where a session states it without
     a clip; the stated value is off by a random amount of that size, common to all poses of a run.
+    ``clock_sd_relative`` comes on top: the clock by which all of them were measured.
     ``rests_count_for_gyroscope`` says whether the poses at rest are a run of the gyroscopes too.
     """
 
@@ -195,6 +196,7 @@ class Design:
     temperature: Course = WARM_UP
     columns: dict[str, Course] = field(default_factory=dict)
     rate_sd_relative: float = 50e-6
+    clock_sd_relative: float = 0.0
     rests_count_for_gyroscope: bool = True
 
     @property

@@ -44,7 +44,10 @@ def paper_design(sensor: Sensor | None = None, motion: PlateMotion | None = None
 
 
 def rich_design(sensor: Sensor | None = None) -> Design:
-    """18 poses, two speeds, both directions, plate stopped: 126 gyroscope rows."""
+    """18 poses, two speeds, both directions, plate stopped: 126 gyroscope rows.
+
+    The rates are known as one camera measures them: its clock to 50 ppm, each clip to 5 ppm.
+    """
     wedge = wedge_directions()
     speeds = {"17rpm": SLOW, "m17rpm": -SLOW, "33rpm": FAST, "m33rpm": -FAST}
     return Design(
@@ -56,6 +59,8 @@ def rich_design(sensor: Sensor | None = None) -> Design:
         ),
         columns={"supply_v": SUPPLY_V, "humidity_pct": HUMIDITY},
         jitter_deg=3.0,
+        rate_sd_relative=5e-6,
+        clock_sd_relative=50e-6,
     )
 
 

@@ -54,13 +54,20 @@ class RunLog:
 class StatedRate:
     """Rate of the plate in a run, signed (positive counter-clockwise from above), in rad/s.
 
-    ``rate_rad_s`` and ``sd_rad_s`` are what a session without a clip states; ``true_rad_s`` is the
-    mean over whole turns of the undisturbed plate.
+    ``rate_rad_s`` and ``sd_rad_s`` are what a session without a clip states, ``clock_relative`` the
+    part of that sd that all its rates have in common; ``true_rad_s`` is the mean over whole turns
+    of the undisturbed plate.
     """
 
     rate_rad_s: float
     sd_rad_s: float
     true_rad_s: float
+    clock_relative: float = 0.0
+
+    @property
+    def own_sd_rad_s(self) -> float:
+        """Sd of this rate without the clock's."""
+        return float(np.sqrt(self.sd_rad_s**2 - (self.clock_relative * self.true_rad_s) ** 2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,12 +97,13 @@ def simulate(design: Design, seed: int, hidden: tuple[Hidden, ...] = ()) -> Sess
             RunLog(physics.run, physics.time_s, columns=_log(design, physics, logging), **counts)
         )
     stating = np.random.default_rng([seed, 13])
+    clock = float(stating.standard_normal()) if design.clock_sd_relative else 0.0
     return Session(
         design=design,
         hidden=hidden,
         runs=tuple(runs),
         rates={
-            run.name: state_rate(run, design.rate_sd_relative, stating)
+            run.name: state_rate(run, design, clock, stating)
             for run in design.runs
             if run.motion is not None
         },
@@ -115,11 +123,15 @@ def _log(design: Design, physics: RunPhysics, rng: np.random.Generator) -> dict[
     return logged
 
 
-def state_rate(run: Run, sd_relative: float, rng: np.random.Generator) -> StatedRate:
-    """What is known of the plate's rate without a clip: the truth, off by a draw of its sd."""
+def state_rate(run: Run, design: Design, clock: float, rng: np.random.Generator) -> StatedRate:
+    """What is known of the plate's rate without a clip: the truth, off by a draw of its sd.
+
+    ``clock`` is the error of the clock in units of its own sd, the same for all runs.
+    """
     true = whole_turn_rate(run.motion)
-    sd = abs(true) * sd_relative
-    return StatedRate(true + sd * float(rng.standard_normal()), sd, true)
+    own, common = design.rate_sd_relative, design.clock_sd_relative
+    off = own * float(rng.standard_normal()) + common * clock
+    return StatedRate(true * (1 + off), abs(true) * float(np.hypot(own, common)), true, common)
 
 
 def whole_turn_rate(motion: PlateMotion, seconds: float = 60.0) -> float:

@@ -1,8 +1,9 @@
 """Draws hidden effects of a wanted strength, in noise units over the pose equations.
 
 The strength of an effect is the root mean square, over all pose equations of its triad, of what
-the effect adds to them, divided by the standard deviation that the sensor's own noise gives them.
-It counts everything, also the part that other parameters of a calibration can take up.
+the effect adds to them, divided by their standard deviation: that of the sensor's own noise and,
+on the turning plate, of the rate (less the clock's, which all rates share: that is pure scale). It
+counts everything, also the part that other parameters of a calibration can take up.
 """
 
 from collections.abc import Mapping
@@ -13,6 +14,7 @@ from tests.world.bench import Design, Run
 from tests.world.hidden import EFFECTS, GYROSCOPE_ONLY, Hidden, TriadName
 from tests.world.imu import FloatArray
 from tests.world.physics import live_through, triad_of
+from tests.world.session import whole_turn_rate
 
 THIN = 0.1  # share of the samples that the noiseless rehearsals take
 WARM_UP_TAU_S = (300.0, 1200.0)
@@ -43,8 +45,14 @@ def pose_equations(
         else:
             length = np.linalg.norm(vector, axis=1)
             along = vector / length[:, None]
-            rows.append(length / np.sqrt(along**2 @ sd**2))
+            reference_sd = _reference_sd(design, physics.run)
+            rows.append(length / np.sqrt(along**2 @ sd**2 + reference_sd**2))
     return np.concatenate(rows)
+
+
+def _reference_sd(design: Design, run: Run) -> float:
+    """Sd of the stated plate rate, rad/s; gravity is stated without one."""
+    return 0.0 if run.motion is None else design.rate_sd_relative * abs(whole_turn_rate(run.motion))
 
 
 def _calibrates(design: Design, run: Run, triad: TriadName) -> bool:
