@@ -23,8 +23,8 @@ SINGLES, PAIRED = 6, 4
 FOLLOWED, SECONDS = 2, 2
 """So many of the best singles are each followed by so many that explain what they leave."""
 
-SHAPED = 2
-"""So many of the best pairs get their shape parameters fitted; farther down none can win by it."""
+SHAPED = 3
+"""So many of the best pairs with a shape parameter get it fitted; farther down none wins by it."""
 
 BEHIND, BEHIND_SHARE = 12.0, 0.3
 """Log evidence behind the best, or share of it, beyond which no refit makes a candidate the best:
@@ -137,8 +137,10 @@ def refit_pairs(
     held = [(pair, _fit_with(base, pair, held=True)) for pair in pairs.values()]
     judged = [(pair, judge(found, _names(pair))) for pair, found in held if found is not None]
     judged.sort(key=lambda item: item[1].score)
-    for place, (pair, _) in enumerate(judged[:SHAPED]):
-        whole = _fit_with(base, pair) if any(h.shape is not None for h in pair) else None
+    shaped = [i for i, (pair, _) in enumerate(judged) if any(h.shape is not None for h in pair)]
+    for place in shaped[:SHAPED]:
+        pair, _ = judged[place]
+        whole = _fit_with(base, pair)
         if whole is not None:
             judged[place] = pair, judge(whole, _names(pair))
     return sorted((refit for _, refit in judged), key=lambda refit: refit.score)

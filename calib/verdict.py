@@ -13,7 +13,7 @@ from calib.effects import Effect
 from calib.fit import Fit
 from calib.hypotheses import Hypothesis
 from calib.ranking import PRIOR_NONE, Candidate, key_of
-from calib.refit import ADEQUATE_P_VALUE, FEWEST_DOF, Refit, judge, parameters_of, refit_pairs
+from calib.refit import ADEQUATE_P_VALUE, FEWEST_DOF, judge, parameters_of, refit_pairs
 
 MISFIT_P_VALUE = 1e-3
 SURE = 0.9
@@ -136,7 +136,7 @@ class Judge:
         pairs = refit_pairs(self.fit, singles, self.own)
         if not pairs or pairs[0].p_value < ADEQUATE_P_VALUE:
             return None
-        possible = [pair for pair in pairs if _is_rival(pair, pairs[0])]
+        possible = [pair for pair in pairs if pair.score - pairs[0].score < DOUBT]
         common = set.intersection(*(set(pair.names) for pair in possible))
         order = [h for h in self._listed if h.name in common]  # explains more on its own: first
         if not order:
@@ -154,8 +154,3 @@ def is_nothing(log_p: dict[str, float], p_value: float) -> bool:
 
 def _explains(found: Fit) -> bool:
     return judge(found).p_value >= ADEQUATE_P_VALUE
-
-
-def _is_rival(refit: Refit, best: Refit) -> bool:
-    """Whether ``refit`` would do in place of ``best``: it explains the rows, or nearly as well."""
-    return refit.p_value >= ADEQUATE_P_VALUE or refit.score - best.score < DOUBT
