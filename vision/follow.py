@@ -60,12 +60,13 @@ class Follower:
         self._usual = 0.0
         self._before: Luma | None = None
 
-    def angle(self, time_s: float, picture: Luma) -> tuple[float, float, float, float]:
+    def angle(self, time_s: float, strip: Luma) -> tuple[float, float, float, float]:
         """Angle, correlation, centroid angle and mean change since the picture before.
+
+        ``strip`` is the picture along the rings of the template's grid.
 
         Angles in radians, continuous as far as the expectation goes; NaN where nothing matches.
         """
-        strip = self.template.grid.strip(picture)
         before, self._before = self._before, strip
         change = np.inf if before is None else _mean_change(strip, before)
         difference = np.asarray(cv2.subtract(strip, self._still, dtype=cv2.CV_32F), np.float32)

@@ -17,9 +17,10 @@ COARSE_AZIMUTHS = 256
 COARSE_RADII = np.linspace(0.1, 0.97, 20)
 COARSE_PICTURES = 150
 COARSE_ITERATIONS = 8
+COARSE_STEP = 2e-4  # of the radius: what is left of the view's error is for the fine template
 PROMISING = 0.15  # share of the energy that turns together, for a proposal to be looked into
 COHERENT = 0.3  # the same about the refined axis, for it to be a plate
-AS_GOOD = 0.8  # of the highest turning energy
+AS_GOOD = 0.8  # of the highest varying energy
 SMOOTH_RAD = 0.06  # median second difference from the rough angle: a plate has inertia
 FINE_PICTURES = 40
 FINE_ITERATIONS = 3
@@ -52,9 +53,10 @@ def learn(name: str, frames: list[Frame], given: View | None) -> Learned:
     still = median_picture(pictures)
     views = [given] if given is not None else proposals(still, pictures)
     tried = [(view, _spin(view, pictures, still, time)) for view in views]
-    promising = [(v, s.energy * v.radius_px**2, s) for v, s in tried if s.coherence > PROMISING]
+    promising = [(v, s.varying * v.radius_px**2, s) for v, s in tried if s.coherence > PROMISING]
     most = max((energy for _, energy, _ in promising), default=0.0)
-    # Of outlines around the same turning picture the largest is the rim.
+    # Of outlines around the same turning picture the largest is the rim. How much turns together
+    # is no measure yet: about an axis that is off, a large outline loses more of it than a small.
     promising.sort(key=lambda item: (item[1] < AS_GOOD * most, -item[0].radius_px))
     best = max((spin.coherence for _, spin in tried), default=0.0)
     some = np.arange(0, len(frames), -(-len(frames) // COARSE_PICTURES))
@@ -65,6 +67,7 @@ def learn(name: str, frames: list[Frame], given: View | None) -> Learned:
             spin.angle_rad[some],
             polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS, still.shape),
             iterations=COARSE_ITERATIONS,
+            smallest_step=COARSE_STEP,
             find_covered=True,
         )
         # Asked again about the refined axis: a steep view can hide most of it at first.
@@ -122,6 +125,7 @@ def _fine(coarse: Alignment, pictures: list[Luma], still: Luma) -> Alignment:
         coarse.angle_rad[chosen],
         grid,
         iterations=FINE_ITERATIONS,
+        smallest_step=0.0,
         find_covered=False,
     )
 

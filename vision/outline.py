@@ -15,7 +15,7 @@ from vision.geometry import View, view_of_ellipse
 from vision.stillness import spread_choice
 from vision.video import Luma
 
-EDGE_SIDE = 400  # pixels; a proposal needs no more
+LARGEST_SIDE = 400  # pixels; a proposal needs no more
 LEVELS = 9  # brightness thresholds tried
 SMALLEST_AREA = 0.015  # of the picture
 FLATTEST = 0.2  # minor over major axis; flatter is more than 78° of tilt
@@ -34,17 +34,36 @@ Ellipse = tuple[tuple[float, float], tuple[float, float], float]  # centre, full
 
 def proposals(still: Luma, pictures: Sequence[Luma]) -> list[View]:
     """Views of possible plates, the unit circle on the rim (about), largest first."""
+    factor = -(-max(still.shape) // LARGEST_SIDE)
+    small = _reduced(still, factor)
+    some = [
+        _reduced(pictures[i], factor) for i in spread_choice(len(pictures), TRACK_PICTURES)
+    ]
     found: list[Ellipse] = []
-    for ellipse in (*_edges(still), *_mark_tracks(still, pictures)):
+    for ellipse in (*_edges(small), *_mark_tracks(small, some)):
         if not any(_same(ellipse, other) for other in found):
             found.append(ellipse)
     found.sort(key=lambda e: -e[1][0] * e[1][1])
-    return [_view(ellipse) for ellipse in found[:MOST]]
+    return [_view(ellipse, factor) for ellipse in found[:MOST]]
 
 
-def _view(ellipse: Ellipse) -> View:
-    centre, axes, degrees = ellipse
-    return view_of_ellipse(centre, (axes[0] / 2, axes[1] / 2), np.radians(degrees))
+def _reduced(picture: Luma, factor: int) -> Luma:
+    if factor == 1:
+        return picture
+    h, w = (n // factor for n in picture.shape)
+    whole = picture[: h * factor, : w * factor]
+    return np.asarray(cv2.resize(whole, (w, h), interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def _view(ellipse: Ellipse, factor: int) -> View:
+    """View of an ellipse in a picture that was reduced by a factor."""
+    (x, y), (a, b), degrees = ellipse
+    middle = (factor - 1) / 2
+    return view_of_ellipse(
+        (factor * x + middle, factor * y + middle),
+        (factor * a / 2, factor * b / 2),
+        np.radians(degrees),
+    )
 
 
 def _same(one: Ellipse, other: Ellipse) -> bool:
@@ -56,12 +75,6 @@ def _same(one: Ellipse, other: Ellipse) -> bool:
 
 def _edges(still: Luma) -> list[Ellipse]:
     """Ellipses around connected areas brighter or darker than one of several levels."""
-    if max(still.shape) > EDGE_SIDE:
-        half = cv2.resize(still, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
-        return [
-            ((2 * x + 0.5, 2 * y + 0.5), (2 * a, 2 * b), degrees)
-            for (x, y), (a, b), degrees in _edges(np.asarray(half, np.uint8))
-        ]
     smooth = cv2.GaussianBlur(still, (5, 5), 0)
     low, high = np.percentile(smooth, (2, 98))
     found = []
@@ -137,8 +150,8 @@ def _distance(ellipse: Ellipse, points: NDArray[np.float64]) -> NDArray[np.float
 def _mark_tracks(still: Luma, pictures: Sequence[Luma]) -> list[Ellipse]:
     """The ellipse along which the most conspicuous moving spot runs, grown to the rim."""
     spots = []
-    for i in spread_choice(len(pictures), TRACK_PICTURES):
-        change = cv2.GaussianBlur(cv2.absdiff(pictures[i], still), (7, 7), 0)
+    for picture in pictures:
+        change = cv2.GaussianBlur(cv2.absdiff(picture, still), (5, 5), 0)
         _, peak, _, (x, y) = cv2.minMaxLoc(change)
         box = change[max(y - 8, 0) : y + 9, max(x - 8, 0) : x + 9].astype(float)
         box[box < peak / 2] = 0

@@ -74,9 +74,14 @@ def align(
     grid: Grid,
     *,
     iterations: int,
+    smallest_step: float,
     find_covered: bool,
 ) -> Alignment:
-    """Estimate S, T, the angles and the view in turn, starting from rough angles."""
+    """Estimate S, T, the angles and the view in turn, starting from rough angles.
+
+    Ends after the iterations, or where the view would change by less than ``smallest_step`` of
+    the radius.
+    """
     angle = angle_rad.copy()
     still_strip = grid.strip(still).astype(np.float32)
     used = np.ones(len(pictures), bool)
@@ -84,18 +89,19 @@ def align(
     beyond_median = np.zeros_like(still_strip)
     best, best_view, view, settled = np.inf, grid.view, grid.view, False
     for iteration in range(iterations):
-        spectra = _spectra(strips - still_strip * grid.seen)
-        turning = _mean_turning(spectra[used], angle[used], grid)
+        difference = strips - still_strip * grid.seen
+        spectra = _spectra(difference)
+        turning = _mean_turning(spectra, angle, used, grid)
         angle = _correlate(spectra, turning, grid, angle)
-        turning = _mean_turning(spectra[used], angle[used], grid)
-        moved = _turned(turning, angle, grid.azimuths)
-        misfit = strips - still_strip * grid.seen - moved * grid.seen
+        turning = _mean_turning(spectra, angle, used, grid)
+        moved = _turned(turning, angle, grid)
+        misfit = np.subtract(difference, moved, out=difference)
         # What the model leaves, averaged over all angles, stood still after all.
         correction = misfit[used].mean(axis=0)
         still_strip = still_strip + correction
         beyond_median = beyond_median + correction
         misfit -= correction
-        energy = np.einsum("frn,r->f", misfit**2, grid.weight())
+        energy = _energy(misfit, grid)
         used = energy <= OUTLIER * np.median(energy)
         if iteration == iterations - 1:
             break
@@ -106,20 +112,20 @@ def align(
         elif not settled:
             best, best_view = typical, grid.view
             change = _view_change(misfit[used], angle[used], turning, grid)
+            if float(np.abs(change).max()) < smallest_step:
+                break
             limit = min(1.0, LARGEST_STEP / max(float(np.abs(change[:4]).max()), 1e-12))
             view = grid.view.adjusted(limit * change)
-        grid = grid.moved(view, pictures[0].shape)
-        still_strip = grid.strip(still).astype(np.float32) + beyond_median
-        strips = grid.strips(pictures) * grid.seen
+        if view is not grid.view:
+            grid = grid.moved(view, pictures[0].shape)
+            still_strip = grid.strip(still).astype(np.float32) + beyond_median
+            strips = grid.strips(pictures) * grid.seen
     if find_covered:
         # A mark that is hidden is missing once; a hand adds more than that.
-        whole = np.einsum("frn,r->f", moved**2, grid.weight())
-        fair = energy <= HIDDEN * whole
+        fair = energy <= HIDDEN * _energy(moved, grid)
         grid = _without_covered(grid, (strips - still_strip * grid.seen)[fair], moved[fair])
-    varying = (strips - strips[used].mean(axis=0))[used] * grid.seen
-    weight = grid.weight()
-    total = float(np.einsum("frn,r->", varying**2, weight))
-    left = float(np.einsum("frn,r->", (misfit[used] * grid.seen) ** 2, weight))
+    total = float(_energy((strips[used] - strips[used].mean(axis=0)) * grid.seen, grid).sum())
+    left = float(_energy(misfit[used] * grid.seen, grid).sum())
     template = Template(
         grid,
         still_strip,
@@ -149,7 +155,7 @@ def _without_covered(grid: Grid, seen: Strips, expected: Strips) -> Grid:
 def _spectra(strips: Strips) -> Spectra:
     spectra = np.fft.rfft(strips, axis=-1)
     spectra[..., 0] = 0  # the mean of a ring has no angle
-    return spectra.astype(np.complex64)
+    return spectra.astype(np.complex64, copy=False)
 
 
 def _turns(angle_rad: FloatArray, orders: int) -> Spectra:
@@ -158,21 +164,32 @@ def _turns(angle_rad: FloatArray, orders: int) -> Spectra:
     return np.asarray(np.exp(1j * k * angle_rad[:, None])[:, None, :], np.complex64)
 
 
-def _mean_turning(spectra: Spectra, angle_rad: FloatArray, grid: Grid) -> Spectra:
+def _energy(strips: Strips, grid: Grid) -> NDArray[np.float32]:
+    """Weighted sum of squares of each strip, shape (f,)."""
+    return np.asarray(np.einsum("frn,frn->fr", strips, strips) @ grid.weight())
+
+
+def _mean_turning(
+    spectra: Spectra, angle_rad: FloatArray, used: NDArray[np.bool_], grid: Grid
+) -> Spectra:
     """Spectrum of T, shape (r, k): the mean of the pictures turned back, where they were seen."""
     turns = _turns(angle_rad, spectra.shape[-1])
     if grid.seen.all():
-        return np.asarray((spectra * turns).mean(axis=0))
-    back = np.fft.irfft(spectra * turns, grid.azimuths, axis=-1)
+        turned_back = np.einsum("frk,fk->rk", spectra, turns[:, 0] * used[:, None])
+        return np.asarray(turned_back / used.sum(), np.complex64)
+    turns = turns[used]
+    back = np.fft.irfft(spectra[used] * turns, grid.azimuths, axis=-1)
     seen = np.fft.irfft(np.fft.rfft(grid.seen, axis=-1)[None] * turns, grid.azimuths, axis=-1)
     mean = back.sum(axis=0) / np.maximum(seen.sum(axis=0), 1.0)
     return np.asarray(_spectra(mean.astype(np.float32)))
 
 
-def _turned(turning: Spectra, angle_rad: FloatArray, azimuths: int) -> Strips:
-    """T(φ - θ_i) for every picture."""
+def _turned(turning: Spectra, angle_rad: FloatArray, grid: Grid) -> Strips:
+    """T(φ - θ_i) for every picture, where it can be seen."""
     turns = np.conj(_turns(angle_rad, turning.shape[-1]))
-    return np.fft.irfft(turning[None] * turns, azimuths, axis=-1).astype(np.float32)
+    turned = np.fft.irfft(turning[None] * turns, grid.azimuths, axis=-1)
+    turned *= grid.seen
+    return np.asarray(turned, np.float32)
 
 
 NEAR_ENOUGH = 0.8  # of the highest peak: then the peak next to the expected angle is taken
@@ -182,18 +199,16 @@ def _correlate(
     spectra: Spectra, turning: Spectra, grid: Grid, expected_rad: FloatArray
 ) -> FloatArray:
     """Angle of each picture against T, the peak near the expected angle preferred."""
-    cross = np.einsum("frk,rk,r->fk", spectra, np.conj(turning), grid.weight())
+    cross = np.einsum("frk,rk->fk", spectra, np.conj(turning) * grid.weight()[:, None])
     n = 4 * grid.azimuths
     correlation = np.fft.irfft(cross, n, axis=-1)
-    index = (np.arange(n) * 2 * np.pi / n)[None, :]
-    distance = np.abs(np.angle(np.exp(1j * (index - expected_rad[:, None]))))
-    near = np.where(distance < np.pi / 6, correlation, -np.inf)
-    peak = np.where(
-        near.max(axis=1) > NEAR_ENOUGH * correlation.max(axis=1),
-        near.argmax(axis=1),
-        correlation.argmax(axis=1),
-    )
-    rows = np.arange(len(peak))
+    rows = np.arange(len(correlation))
+    highest = correlation.argmax(axis=1)
+    middle = np.round(expected_rad * n / (2 * np.pi)).astype(np.intp)
+    near = (middle[:, None] + np.arange(-(n // 12), n // 12 + 1)) % n  # within π/6
+    nearest = near[rows, correlation[rows[:, None], near].argmax(axis=1)]
+    enough = correlation[rows, nearest] > NEAR_ENOUGH * correlation[rows, highest]
+    peak = np.where(enough, nearest, highest)
     before, at, after = (correlation[rows, (peak + s) % n] for s in (-1, 0, 1))
     with np.errstate(invalid="ignore", divide="ignore"):
         offset = np.nan_to_num(0.5 * (before - after) / (before - 2 * at + after))
@@ -231,8 +246,8 @@ def _view_change(misfit: Strips, angle_rad: FloatArray, turning: Spectra, grid: 
     weighted = basis * grid.weight()[:, None]
     normal = np.einsum("arn,brn->ab", weighted, basis).astype(float)
     spectra = np.fft.rfft(misfit, axis=-1) * _turns(angle_rad, turning.shape[-1])
-    back = np.fft.irfft(spectra, grid.azimuths, axis=-1).astype(np.float32)
-    seen = -np.einsum("frn,arn->fa", back, weighted).astype(float)  # (f, 7)
+    back = np.fft.irfft(spectra, grid.azimuths, axis=-1)
+    seen = -np.tensordot(back, weighted, axes=((1, 2), (1, 2))).astype(float)  # (f, 7)
 
     view, own = slice(0, VIEW_PARAMETERS), VIEW_PARAMETERS
     coupling = normal[view, own] / normal[own, own]
@@ -244,7 +259,7 @@ def _view_change(misfit: Strips, angle_rad: FloatArray, turning: Spectra, grid: 
         c, s = np.cos(order * angle_rad), np.sin(order * angle_rad)
         turn[:, first, first], turn[:, first, first + 1] = c, s
         turn[:, first + 1, first], turn[:, first + 1, first + 1] = -s, c
-    left = np.einsum("fai,ab,fbj->ij", turn, reduced, turn)
+    left = np.einsum("fai,faj->ij", turn, reduced @ turn)
     right = np.einsum("fai,fa->i", turn, pull)
     left += RIDGE * np.trace(left) / VIEW_PARAMETERS * np.eye(VIEW_PARAMETERS)
     return np.linalg.solve(left, right)

@@ -5,6 +5,7 @@ follow are then measured as they come, so that memory does not grow with the fil
 """
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from vision.learn import Learned, learn
 from vision.mark import find_deck_mark, find_mark
 from vision.phase_track import PhaseTrack
 from vision.stillness import median_picture
-from vision.video import Film, Frame, Luma
+from vision.video import BATCH, Film, Frame, Luma
 
 FEWEST = 12  # pictures from which anything can be said
 LEARN_FROM = 300  # pictures
@@ -83,8 +84,8 @@ def track_phase(
         h, w = frames[0].luma.shape
         size = (w * film.reduction, h * film.reduction)
         rows = _Rows(found, frames)
-        for batch in _chain(frames, batches):
-            rows.add(batch)
+        for samples in _ahead(_chain(frames, batches), rows.sample):
+            rows.add(samples)
             if on_progress is not None:
                 on_progress(skipped + len(rows.values), film.frames_stated)
         notes = list(found.notes)
@@ -111,9 +112,34 @@ def _first(batches: Iterator[list[Frame]]) -> list[Frame]:
 
 
 def _chain(first: list[Frame], rest: Iterator[list[Frame]]) -> Iterator[list[Frame]]:
-    yield first
-    first.clear()
+    while first:
+        yield first[:BATCH]
+        del first[:BATCH]
     yield from rest
+
+
+@dataclass(frozen=True, eq=False)
+class _Sample:
+    """What is needed of a picture: along the rings, and in small."""
+
+    time_s: float
+    strip: Luma
+    thumbnail: Luma
+
+
+def _ahead(
+    batches: Iterator[list[Frame]], sample: Callable[[list[Frame]], list[_Sample]]
+) -> Iterator[list[_Sample]]:
+    """The batches sampled in a thread of its own, one ahead of the one that is measured."""
+    with ThreadPoolExecutor(1) as pool:
+        waiting: Future[list[_Sample]] | None = None
+        for batch in batches:
+            coming = pool.submit(sample, batch)
+            if waiting is not None:
+                yield waiting.result()
+            waiting = coming
+        if waiting is not None:
+            yield waiting.result()
 
 
 @dataclass(frozen=True)
@@ -142,11 +168,17 @@ class _Rows:
         self._shown_index = len(frames) // 2
         self.values: list[_Row] = []
 
-    def add(self, batch: list[Frame]) -> None:
-        for frame in batch:
-            angle, quality, seed, change = self._follower.angle(frame.time_s, frame.luma)
-            thumbnail = frame.luma[self._rows, self._columns].copy()
-            self.values.append(_Row(frame.time_s, angle, quality, seed, change, thumbnail.ravel()))
+    def sample(self, batch: list[Frame]) -> list[_Sample]:
+        grid = self._found.template.grid
+        return [
+            _Sample(f.time_s, grid.strip(f.luma), f.luma[self._rows, self._columns].ravel())
+            for f in batch
+        ]
+
+    def add(self, samples: list[_Sample]) -> None:
+        for each in samples:
+            angle, quality, seed, change = self._follower.angle(each.time_s, each.strip)
+            self.values.append(_Row(each.time_s, angle, quality, seed, change, each.thumbnail))
 
     def track(
         self, name: str, film: Film, size: tuple[int, int], notes: tuple[str, ...]

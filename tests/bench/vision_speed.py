@@ -1,16 +1,20 @@
-"""Wall time of the vision stage against a bare decoding loop over the same clip, and its memory.
+"""Wall time of ``pipeline rate`` against a bare decoding loop over the same clip, and its memory.
 
-    python -m tests.bench.vision_speed [--seconds 60] [--minutes 10] [--keep DIR]
+    python -m tests.bench.vision_speed [--seconds 60] [--minutes 10] [--rounds 5] [--keep DIR]
 
-Both are whole processes, started in turn, best of three. The long clip is the short one repeated
-(copied without encoding again), for the memory.
+All are whole processes, started in turn: the loop, the vision stage by itself, and the command as
+a user types it. The figures are the best of the rounds. CPU time is printed beside wall time: on a
+machine that does other work as well, it says how much of the ratio is ours. The long clip is the
+short one repeated (copied without encoding again), for the memory.
 """
 
 import argparse
+import os
 import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 import av
@@ -33,11 +37,11 @@ from vision.timebase import Timebase
 from vision.track import track_phase
 rate = measure_rate(track_phase(sys.argv[1]), timebase=Timebase())
 """
-PEAK = """
-import resource
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3)
-"""
-ROUNDS = 3
+PROCESSES = {
+    "bare cv2 loop": ("-c", BARE),
+    "vision stage": ("-c", STAGE),
+    "pipeline rate": ("-m", "pipeline", "rate"),
+}
 RATE = 2 * np.pi / 3  # a whole number of turns in 60 s: the clip repeats without a seam
 
 
@@ -73,13 +77,28 @@ def repeated(source: Path, times: int) -> Path:
     return path
 
 
-def timed(code: str, path: Path) -> tuple[float, str]:
-    """Wall seconds of a Python process, and what it prints."""
+@dataclass(frozen=True)
+class Cost:
+    """What a process took."""
+
+    wall_s: float
+    cpu_s: float
+    peak_mb: float
+
+
+def cost(arguments: tuple[str, ...], path: Path) -> Cost:
+    """Run Python with these arguments and the clip."""
     start = time.perf_counter()
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(path)], check=True, capture_output=True, text=True
+    process = subprocess.Popen(
+        [sys.executable, *arguments, str(path)],
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )
-    return time.perf_counter() - start, done.stdout
+    _, status, used = os.wait4(process.pid, 0)
+    wall_s = time.perf_counter() - start
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        raise subprocess.CalledProcessError(process.returncode, process.args)
+    return Cost(wall_s, used.ru_utime + used.ru_stime, used.ru_maxrss / 1e3)
 
 
 def main() -> None:
@@ -87,22 +106,28 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--minutes", type=int, default=10)
+    parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--keep", type=Path)
     options = parser.parse_args()
     folder = options.keep or Path(tempfile.mkdtemp(prefix="speed_"))
     short = clip(folder, options.seconds)
     long = repeated(short, round(options.minutes * 60 / options.seconds))
     for path in (short, long):
-        bare, stage = [], []
-        for _ in range(ROUNDS):
-            bare.append(timed(BARE, path)[0])
-            stage.append(timed(STAGE, path)[0])
-        peak = float(timed(STAGE + PEAK, path)[1])
-        print(
-            f"{path.name}: bare cv2 loop {min(bare):.2f} s, vision stage {min(stage):.2f} s, "
-            f"ratio {min(stage) / min(bare):.2f}, peak memory {peak:.0f} MB",
-            flush=True,
-        )
+        rounds = [
+            {name: cost(arguments, path) for name, arguments in PROCESSES.items()}
+            for _ in range(options.rounds)
+        ]
+        bare_s = min(each["bare cv2 loop"].wall_s for each in rounds)
+        print(path.name)
+        for name in PROCESSES:
+            costs = [each[name] for each in rounds]
+            wall_s = min(each.wall_s for each in costs)
+            print(
+                f"  {name:15s} {wall_s:6.2f} s wall, {min(c.cpu_s for c in costs):6.2f} s CPU, "
+                f"ratio {wall_s / bare_s:5.2f}, "
+                f"peak memory {max(c.peak_mb for c in costs):4.0f} MB",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":
