@@ -125,6 +125,11 @@ class Effect:
         """The same effect with its shape parameter held at ``value``."""
         return replace(self, columns=lambda at: self.columns(at, value), shape=None)
 
+    def from_shape(self, value: float) -> "Effect":
+        """The same effect with its shape parameter fitted from ``value`` on."""
+        assert self.shape is not None
+        return replace(self, shape=replace(self.shape, starts=(value,)))
+
 
 EFFECTS: dict[str, Effect] = {}
 """Every listed effect by name, in the order of the catalogue."""

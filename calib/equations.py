@@ -11,12 +11,13 @@ rate into the scale, where it does not average down.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from calib.effects import Conditions
 from calib.imu_log import FloatArray, IntArray
-from calib.model import Model, pick, sensor_slope, solve_sensor, stack_columns
+from calib.model import Model, follows_vector, pick, sensor_slope, solve_sensor, stack_columns
 from calib.poses import PoseSet
 from calib.start import start_of
 
@@ -84,6 +85,13 @@ class Equations:
         self.magnitude_sd = np.sqrt(along + reference.sd**2)[self.magnitude]
         self.null_sd = np.sqrt(across + reference.sd[:, None] ** 2)[self.null]
         self.common = reference.common[self.magnitude]
+        self.varying = tuple(e for e in self.on_sensor if follows_vector(e, self.at_start))
+        self.varying_index = pick(model, self.varying)
+
+    @cached_property
+    def typical_sd(self) -> float:
+        """Median of :attr:`row_sd`, SI."""
+        return float(np.median(self.row_sd))
 
     @property
     def row_pose(self) -> IntArray:
@@ -134,10 +142,17 @@ class Equations:
         if self.on_sensor:
             at = self.conditions(s)
             jacobian[:, :, self.sensor_index] = -stack_columns(self.on_sensor, at, shapes)
-            slope = sensor_slope(self.on_sensor, theta[self.sensor_index], shapes, at)
-            slope[self.null] = np.eye(3)  # held at what a null pose should read
-            jacobian = np.linalg.solve(slope, jacobian)
+            if self.varying:
+                jacobian = np.linalg.solve(self.slope(theta, shapes, at), jacobian)
         return jacobian
+
+    def slope(
+        self, theta: FloatArray, shapes: Mapping[str, float], at: Conditions
+    ) -> FloatArray:
+        """``I + d(F theta)/ds``, shape (n, 3, 3); null poses are held at what they should read."""
+        slope = sensor_slope(self.varying, theta[self.varying_index], shapes, at)
+        slope[self.null] = np.eye(3)
+        return slope
 
     def rows(self, theta: FloatArray, eta: FloatArray, shapes: Mapping[str, float]) -> Rows:
         """Whitened residual and exact Jacobian at ``theta`` (p,), ``eta`` (q,)."""

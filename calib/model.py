@@ -116,6 +116,12 @@ def solve_sensor(
     )
 
 
+def follows_vector(effect: Effect, at: Conditions) -> bool:
+    """Whether the columns of ``effect`` change with the vector, not only with the conditions."""
+    elsewhere = replace(at, vector=1.1 * at.vector + 0.1)
+    return not np.array_equal(effect.evaluate(at), effect.evaluate(elsewhere))
+
+
 def sensor_slope(
     effects: Sequence[Effect], theta: FloatArray, shapes: Mapping[str, float], at: Conditions
 ) -> FloatArray:

@@ -26,7 +26,7 @@ FOLLOWED, SECONDS = 2, 2
 SHAPED = 3
 """So many of the best pairs with a shape parameter get it fitted; farther down none wins by it."""
 
-BEHIND, BEHIND_SHARE = 12.0, 0.3
+BEHIND, BEHIND_SHARE = 12.0, 0.1
 """Log evidence behind the best, or share of it, beyond which no refit makes a candidate the best:
 what the biased linearisation costs grows with the effect."""
 
@@ -76,7 +76,9 @@ def _fit_with(base: Fit, chosen: Sequence[Hypothesis], held: bool = False) -> Fi
     for hypothesis in chosen:
         assert hypothesis.effect is not None
         effect, shape = hypothesis.effect, hypothesis.shape
-        model = model + (effect.at_shape(shape) if held and shape is not None else effect)
+        if shape is not None:
+            effect = effect.at_shape(shape) if held else effect.from_shape(shape)
+        model = model + effect
     try:
         found = fit(base.poses, model, robust=base.is_robust)
     except CalibrationError:

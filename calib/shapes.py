@@ -44,16 +44,18 @@ def fit_with_shapes(
     def named(log_shape: FloatArray) -> dict[str, float]:
         return dict(zip(shaped, map(float, np.exp(log_shape)), strict=True))
 
-    first = {name: shape.starts[0] for name, shape in shaped.items()}
-    theta, eta, rows, weight, _ = minimise(equations, start, first, basis, robust)
+    first, *others = product(*(shape.starts for shape in shaped.values()))
+    x = np.log(first)
+    best = minimise(equations, start, named(x), basis, robust)
+    if others:
+        theta, eta, _, weight, _ = best
 
-    def promise(values: tuple[float, ...]) -> float:
-        at = equations.rows(theta, eta, dict(zip(shaped, values, strict=True)))
-        return float((_left(at, weight, basis, at.residual[:, None]) ** 2).sum())
+        def promise(values: tuple[float, ...]) -> float:
+            at = equations.rows(theta, eta, dict(zip(shaped, values, strict=True)))
+            return float((_left(at, weight, basis, at.residual[:, None]) ** 2).sum())
 
-    starts = product(*(shape.starts for shape in shaped.values()))
-    x = np.log(min(starts, key=promise))
-    best = minimise(equations, theta, named(x), basis, robust)
+        x = np.log(min((first, *others), key=promise))
+        best = minimise(equations, theta, named(x), basis, robust)
     for _ in range(STEPS):
         theta, eta, rows, weight, _ = best
         slope = _left(rows, weight, basis, _shape_columns(equations, theta, eta, named(x)))

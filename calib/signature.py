@@ -14,7 +14,6 @@ from calib.effects import Effect
 from calib.fit import Fit
 from calib.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.imu_log import FloatArray
-from calib.model import sensor_slope
 
 ALIAS_CORRELATION = 0.99
 
@@ -109,10 +108,8 @@ def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> Floa
     if effect.acts_on == "reference":
         at_rest = np.zeros((3 * len(null), columns.shape[1]))
         return np.concatenate([columns[turning] / equations.magnitude_sd[:, None], at_rest])
-    if equations.on_sensor:
-        theta = fit.theta[equations.sensor_index]
-        slope = sensor_slope(equations.on_sensor, theta, fit.shapes, at)
-        slope[equations.null] = np.eye(3)
+    if equations.varying:
+        slope = equations.slope(fit.theta, fit.shapes, at)
         columns = np.asarray(np.linalg.solve(slope, columns), dtype=float)
     return project_on_rows(fit, columns)
 
@@ -122,7 +119,7 @@ def project_on_rows(fit: Fit, vectors: FloatArray) -> FloatArray:
     equations, s = fit.equations, fit.rows.vector
     rows = equations.whitened(vectors, s)
     # A rotation is perpendicular to every reading: what is left of it is rounding, not a signal.
-    whole = np.sqrt((vectors**2).sum(axis=(0, 1))) / float(np.median(equations.row_sd))
+    whole = np.sqrt((vectors**2).sum(axis=(0, 1))) / equations.typical_sd
     rows[:, np.sqrt((rows**2).sum(axis=0)) < ROUNDING * whole] = 0.0
     return rows
 
@@ -131,7 +128,10 @@ def contains(larger: Signature, smaller: Signature) -> bool:
     """Whether all of ``smaller`` lies in the space that ``larger`` spans."""
     if smaller.is_blind or larger.seen < smaller.seen:
         return False
-    correlation = np.linalg.svd(smaller.basis.T @ larger.basis, compute_uv=False)
+    overlap = smaller.basis.T @ larger.basis
+    if (overlap**2).sum() < smaller.seen - 1 + ALIAS_CORRELATION**2:  # the sum of the squares
+        return False
+    correlation = np.linalg.svd(overlap, compute_uv=False)
     return bool(correlation[: smaller.seen].min() > ALIAS_CORRELATION)
 
 

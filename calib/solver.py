@@ -45,18 +45,22 @@ def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
     """
     found = _fit(Equations(poses, model), robust)
     for _ in range(MEMORY_ROUNDS):
-        again = Equations(poses, model, pushed=found.pushed)
-        if same_memory(again, found.equations):
-            return found
-        found = _fit(again, robust)
+        if remembers_alike(found):
+            break
+        found = _fit(Equations(poses, model, pushed=found.pushed), robust)
     return found
 
 
-def same_memory(a: Equations, b: Equations) -> bool:
-    """Whether the effects of the model remember the poses before alike in ``a`` and ``b``."""
+def remembers_alike(found: Fit) -> bool:
+    """Whether at the solution every effect remembers the poses before as it did at the start."""
+    equations = found.equations
+    if not equations.on_sensor:
+        return True
+    before = equations.at_start
+    after = found.poses.conditions(before.vector, found.pushed)
     return all(
-        np.array_equal(effect.evaluate(a.at_start), effect.evaluate(b.at_start))
-        for effect in a.on_sensor
+        np.array_equal(effect.evaluate(before), effect.evaluate(after))
+        for effect in equations.on_sensor
     )
 
 

@@ -80,7 +80,10 @@ def test_three_soaks_name_what_an_accelerometer_hides(name: str) -> None:
     hidden = drawn(name, "accelerometer", 5.0, SOAK, 105)
     assert hidden is not None
     found = run_trial(SOAK, 105, "accelerometer", [hidden])
-    assert found.named, f"{found.verdict} {found.says}"
+    # Asymmetry and quadratic look alike in 26 poses: there it may stay open between the two.
+    assert found.first
+    assert name in found.says, f"{found.verdict} {found.says}"
+    assert found.named or set(found.says) == {"quadratic", "asymmetry"}
     assert found.rms_after < 1.25
 
 
