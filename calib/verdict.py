@@ -17,6 +17,9 @@ from calib.refit import ADEQUATE_P_VALUE, FEWEST_DOF, judge, parameters_of, refi
 
 MISFIT_P_VALUE = 1e-3
 SURE = 0.9
+FEW_DOF, SURE_OF_FEW = 15, 0.95
+"""Where few rows are left to contradict a name, more is asked of it, and that it explains them."""
+
 CREDIBLE = 0.95
 FOLLOWS_TIME = ("time_s", "jump")
 NEAREST_LISTED = ("bias_drift", "warm_up")
@@ -97,8 +100,11 @@ class Judge:
     def _by_evidence(self, top: Hypothesis) -> Verdict:
         group = self._group(top.name)
         mass = sum(float(np.exp(self.log_p[name])) for name in group)
-        sure = mass >= SURE * (1 - self._none) and self._none < 1 - SURE
-        if sure and self._carried(top):
+        few = self.fit.dof < FEW_DOF
+        sure = SURE_OF_FEW if few else SURE
+        contradicted = few and top.after is not None and not _explains(top.after)
+        is_sure = mass >= sure * (1 - self._none) and self._none < 1 - SURE
+        if is_sure and self._carried(top) and not contradicted:
             return Verdict("effect", top.name, group)
         return Verdict("ambiguous", group=self._credible())
 

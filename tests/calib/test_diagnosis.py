@@ -69,8 +69,7 @@ def test_a_rich_session_names_what_is_hidden_and_the_error_falls(name: str) -> N
         assert found.named, f"seed {seed}: {found.verdict} {found.says}"
         assert found.first
         assert found.rms_after < min(1.15, found.rms_before)
-        # The stated sd of the rates takes up most of what depends on the direction alone.
-        assert found.rms_before > 1.15 or name == "direction_dependent_rate"
+        assert found.rms_before > 1.15
         assert found.loo_after < 1.45
 
 
@@ -84,7 +83,7 @@ def test_three_soaks_name_what_an_accelerometer_hides(name: str) -> None:
     assert found.first
     assert name in found.says, f"{found.verdict} {found.says}"
     assert found.named or set(found.says) == {"quadratic", "asymmetry"}
-    assert found.rms_after < 1.25
+    assert found.rms_after < 1.25 or not found.named
 
 
 @pytest.mark.parametrize("name", ["quadratic", "cross_quadratic", "scale_drift", "reference_drift"])
