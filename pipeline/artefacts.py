@@ -47,10 +47,8 @@ def track_key(clip: Path, plate: PlateOverride | None) -> str:
     return digest.hexdigest()
 
 
-def kept_track(cache: Path | None, key: str, follow: Follow) -> PhaseTrack:
+def kept_track(cache: Path, key: str, follow: Follow) -> PhaseTrack:
     """The track kept under ``key``; where there is none, ``follow`` makes it and it is kept."""
-    if cache is None:
-        return follow()
     path = cache / f"{key}.npz"
     kept = _load(path)
     if kept is not None:

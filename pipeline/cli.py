@@ -23,7 +23,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if typed in ([], ["-h"], ["--help"]):
         print(front_page())
         return 0
-    return _run_command(typed)
+    try:
+        return _run_command(typed)
+    except KeyboardInterrupt:  # during the imports; click turns it into Abort later
+        from pipeline.errors import INTERRUPTED, INTERRUPTED_SAYS
+
+        print(INTERRUPTED_SAYS, file=sys.stderr)
+        return INTERRUPTED
 
 
 def _run_command(typed: list[str]) -> int:

@@ -107,6 +107,8 @@ def follow_clips(
         return track_phase(clip, plate=plate, on_progress=on_progress)
 
     def find(clip: Path, plate: "PlateOverride | None") -> "PhaseTrack":
+        if workplace.cache is None:
+            return follow(clip, plate)
         return kept_track(workplace.cache, track_key(clip, plate), lambda: follow(clip, plate))
 
     with ThreadPoolExecutor(PARALLEL_CLIPS) as pool:

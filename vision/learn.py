@@ -1,5 +1,6 @@
 """Finds the plate among the proposals and learns what it looks like, from the first pictures."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,8 +41,10 @@ class Learned:
     notes: tuple[str, ...]
 
 
-def learn(name: str, frames: list[Frame], given: View | None) -> Learned:
-    """Find and learn the plate.
+def learn(
+    name: str, frames: list[Frame], given: View | None, on_step: Callable[[], None]
+) -> Learned:
+    """Find and learn the plate; ``on_step`` is called often, and ends it by raising.
 
     Raises
     ------
@@ -51,8 +54,12 @@ def learn(name: str, frames: list[Frame], given: View | None) -> Learned:
     pictures = [frame.luma for frame in frames]
     time = np.array([frame.time_s for frame in frames])
     still = median_picture(pictures)
+    on_step()
     views = [given] if given is not None else proposals(still, pictures)
-    tried = [(view, _spin(view, pictures, still, time)) for view in views]
+    tried = []
+    for view in views:
+        on_step()
+        tried.append((view, _spin(view, pictures, still, time)))
     promising = [(v, s.varying * v.radius_px**2, s) for v, s in tried if s.coherence > PROMISING]
     most = max((energy for _, energy, _ in promising), default=0.0)
     # Of outlines around the same turning picture the largest is the rim. How much turns together
@@ -69,13 +76,14 @@ def learn(name: str, frames: list[Frame], given: View | None) -> Learned:
             iterations=COARSE_ITERATIONS,
             smallest_step=COARSE_STEP,
             find_covered=True,
+            on_step=on_step,
         )
         # Asked again about the refined axis: a steep view can hide most of it at first.
         again = _spin(coarse.template.grid.view, pictures, still, time)
         best = max(best, again.coherence)
         jerk = np.abs(np.diff(coarse.angle_rad - spin.angle_rad[some], 2))
         if again.coherence > COHERENT and np.median(jerk) < SMOOTH_RAD:
-            fine = _fine(coarse, [pictures[i] for i in some], still)
+            fine = _fine(coarse, [pictures[i] for i in some], still, on_step)
             rate = np.median(np.diff(coarse.angle_rad) / np.maximum(np.diff(time[some]), 1e-6))
             notes = _others_turning(name, fine.template.grid.view, tried)
             return Learned(fine.template, float(rate), _symmetry(fine.template), notes)
@@ -111,7 +119,9 @@ def _others_turning(name: str, plate: View, tried: list[tuple[View, Spin]]) -> t
     )
 
 
-def _fine(coarse: Alignment, pictures: list[Luma], still: Luma) -> Alignment:
+def _fine(
+    coarse: Alignment, pictures: list[Luma], still: Luma, on_step: Callable[[], None]
+) -> Alignment:
     """The template again at the film's own resolution, on the rings that carry the angle."""
     view = coarse.template.grid.view
     azimuths = 1024 if view.radius_px > 60 else 512
@@ -127,6 +137,7 @@ def _fine(coarse: Alignment, pictures: list[Luma], still: Luma) -> Alignment:
         iterations=FINE_ITERATIONS,
         smallest_step=0.0,
         find_covered=False,
+        on_step=on_step,
     )
 
 

@@ -15,7 +15,7 @@ per unit of each parameter, does not depend on i, so that one small matrix serve
 no outline or calibration pattern is needed to find the axis: the motion shows where it is.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import cv2
@@ -76,11 +76,12 @@ def align(
     iterations: int,
     smallest_step: float,
     find_covered: bool,
+    on_step: Callable[[], None],
 ) -> Alignment:
     """Estimate S, T, the angles and the view in turn, starting from rough angles.
 
     Ends after the iterations, or where the view would change by less than ``smallest_step`` of
-    the radius.
+    the radius. ``on_step`` is called before each iteration.
     """
     angle = angle_rad.copy()
     still_strip = grid.strip(still).astype(np.float32)
@@ -89,6 +90,7 @@ def align(
     beyond_median = np.zeros_like(still_strip)
     best, best_view, view, settled = np.inf, grid.view, grid.view, False
     for iteration in range(iterations):
+        on_step()
         difference = strips - still_strip * grid.seen
         spectra = _spectra(difference)
         turning = _mean_turning(spectra, angle, used, grid)

@@ -43,6 +43,7 @@ def track_phase(
     plate : PlateOverride, optional
         The rim as the user measured it, instead of looking for it.
     on_progress : callable (pictures done, pictures stated or None), optional
+        Called often, also while the plate is being learned; what it raises ends the work.
 
     Raises
     ------
@@ -59,8 +60,13 @@ def track_phase(
         frames: list[Frame] = []
         found: Learned | None = None
         size = (0, 0)
+
+        def on_step() -> None:
+            if on_progress is not None:
+                on_progress(skipped, film.frames_stated)
+
         for _ in range(ATTEMPTS):
-            frames = _first(batches)
+            frames = _first(batches, on_step)
             if not frames:
                 break
             if len(frames) < FEWEST and refusal is None:
@@ -69,7 +75,8 @@ def track_phase(
                     f"needs a film of the turning plate, better of a minute."
                 )
             try:
-                found = learn(name, frames, plate.view(film.reduction) if plate else None)
+                given = plate.view(film.reduction) if plate else None
+                found = learn(name, frames, given, on_step)
                 break
             except RateRefused as error:
                 refusal = refusal or error
@@ -102,9 +109,10 @@ def track_phase(
         return rows.track(name, film, size, tuple(notes))
 
 
-def _first(batches: Iterator[list[Frame]]) -> list[Frame]:
+def _first(batches: Iterator[list[Frame]], on_step: Callable[[], None]) -> list[Frame]:
     frames: list[Frame] = []
     for batch in batches:
+        on_step()
         frames += batch
         if len(frames) >= LEARN_FROM or len(frames) * frames[0].luma.nbytes > LEARN_BYTES:
             break

@@ -49,12 +49,7 @@ class Film:
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
-        if not self.path.is_file():
-            raise UnreadableVideo(f"{path}: there is no such file; check the path of the video.")
-        if self.path.stat().st_size == 0:
-            raise UnreadableVideo(
-                f"{path}: the file is empty (0 bytes); copy it from the camera again."
-            )
+        _refuse_unreadable(self.path)
         # The decoder reports every oddity of a file; what matters is said by our own messages.
         cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
         self._capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
@@ -143,3 +138,23 @@ class Film:
             picture = picture[: h * self.reduction, : w * self.reduction]
             picture = np.asarray(cv2.resize(picture, (w, h), interpolation=cv2.INTER_AREA))
         return np.asarray(picture, np.uint8)
+
+
+def _refuse_unreadable(path: Path) -> None:
+    """What the system says of a file; the decoder would only say that it found no film."""
+    try:
+        with path.open("rb") as file:
+            empty = not file.read(1)
+    except FileNotFoundError as error:
+        raise UnreadableVideo(
+            f"{path}: there is no such file; check the path of the video."
+        ) from error
+    except OSError as error:
+        raise UnreadableVideo(
+            f"{path}: the video cannot be read ({error.strerror}). Check that it is a file, and "
+            f"that you may read it."
+        ) from error
+    if empty:
+        raise UnreadableVideo(
+            f"{path}: the file is empty (0 bytes); copy it from the camera again."
+        )

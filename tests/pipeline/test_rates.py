@@ -1,5 +1,8 @@
 """The vision stage: clips are followed once, and several of them make the rate of one setting."""
 
+import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -77,8 +80,13 @@ def test_another_ellipse_or_other_bytes_are_another_track(tmp_path: Path) -> Non
     assert key != track_key(clip, None)
 
 
-def test_without_a_cache_a_track_is_made_and_not_kept(followed: Followed, tmp_path: Path) -> None:
-    assert kept_track(None, "key", lambda: followed.track) is followed.track
+def test_a_track_is_kept_where_there_is_a_cache_and_only_there(
+    followed: Followed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(vision.track, "track_phase", lambda *_, **__: followed.track)
+    monkeypatch.chdir(tmp_path)
+    assert follow_clips([(CLIP, None)], Workplace(None)) == [followed.track]
+    assert not list(tmp_path.iterdir())
     assert kept_track(tmp_path, "key", lambda: followed.track) is followed.track
     assert [path.name for path in tmp_path.iterdir()] == ["key.npz"]
 
@@ -105,6 +113,30 @@ def test_the_clip_reported_is_the_first_that_fails(tmp_path: Path) -> None:
     with pytest.raises(UnreadableVideo, match=r"first\.mp4"):
         follow_clips(clips, Workplace(tmp_path / "cache"))
     assert not (tmp_path / "cache").exists()
+
+
+def test_ctrl_c_while_the_plate_is_being_learned_ends_at_once() -> None:
+    code = """if True:
+        import sys, time, pipeline.cli, vision.track
+        def learn(name, frames, given, on_step):
+            print("learning", flush=True)
+            while True:
+                on_step()
+                time.sleep(0.01)
+        vision.track.learn = learn
+        sys.exit(pipeline.cli.main(["rate", *sys.argv[1:]]))
+    """
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, str(CLIP)], cwd=ROOT, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "learning\n"
+    process.send_signal(signal.SIGINT)
+    said, complained = process.communicate(timeout=10)
+    assert (process.returncode, said) == (130, "")
+    assert complained.strip().startswith("Interrupted")
+    assert "Traceback" not in complained
 
 
 @pytest.mark.parametrize("radii", [(300.0, 200.0), (200.0, 300.0)])

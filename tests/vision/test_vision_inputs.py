@@ -1,5 +1,6 @@
 """Files that are no good film of a plate: a right answer or a clear refusal, never a traceback."""
 
+import threading
 from fractions import Fraction
 
 import cv2
@@ -61,6 +62,11 @@ def test_an_empty_file_says_so(tmp_path):
     (tmp_path / "empty.mp4").touch()
     with pytest.raises(UnreadableVideo, match="empty"):
         track_phase(tmp_path / "empty.mp4")
+
+
+def test_a_folder_is_no_film(tmp_path):
+    with pytest.raises(UnreadableVideo, match=r"cannot be read \(Is a directory\)"):
+        track_phase(tmp_path)
 
 
 def test_a_text_file_is_no_film(tmp_path):
@@ -165,6 +171,25 @@ def test_progress_is_reported_to_the_last_picture(clip):
     track = track_phase(clip, on_progress=lambda done, stated: calls.append((done, stated)))
     assert calls[-1] == (len(track.time_s), 120)
     assert [done for done, _ in calls] == sorted(done for done, _ in calls)
+
+
+def test_the_work_can_be_ended_at_every_step_also_while_the_plate_is_learned(clip):
+    calls = []
+    track_phase(clip, on_progress=lambda done, stated: calls.append(done))
+    learning = calls.count(0)
+    assert learning > 10
+    for last in (1, learning // 2, learning, learning + 2):
+        heard = []
+
+        def end(done, stated, heard=heard, last=last):
+            heard.append(done)
+            if len(heard) == last:
+                raise KeyboardInterrupt
+
+        with pytest.raises(KeyboardInterrupt):
+            track_phase(clip, on_progress=end)
+        assert heard == calls[:last]
+        assert threading.active_count() == 1
 
 
 def test_the_annotated_picture_shows_plate_and_centre(clip):
