@@ -18,12 +18,10 @@ from calib.ranking import Candidate, log_posterior, rank
 from calib.refit import judge, refitted
 from calib.separate import Advice, Rival, best_block
 from calib.signature import Projector
-from calib.verdict import Judge, Verdict, is_nothing
+from calib.verdict import FOLLOWS_EVIDENCE, Judge, Verdict, is_nothing
 from calib.words import put_into_words
 
 RIVALS_COMPARED = 4
-FOLLOWS_EVIDENCE = 3.0
-"""Log Bayes factor, 20 to 1, from which the misfit is said to follow a covariate."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,9 +11,10 @@ import numpy as np
 
 from calib.effects import Effect
 from calib.fit import Fit
-from calib.hypotheses import Hypothesis
+from calib.hypotheses import Hypothesis, jump_hypothesis, unknown_hypotheses
 from calib.ranking import PRIOR_NONE, Candidate, key_of
 from calib.refit import ADEQUATE_P_VALUE, FEWEST_DOF, judge, parameters_of, refit_pairs
+from calib.signature import Projector
 
 MISFIT_P_VALUE = 1e-3
 SURE = 0.9
@@ -21,9 +22,13 @@ FEW_DOF, SURE_OF_FEW = 15, 0.95
 """Where few rows are left to contradict a name, more is asked of it, and that it explains them."""
 
 CREDIBLE = 0.95
+FOLLOWS_EVIDENCE = 3.0
+"""Log Bayes factor, 20 to 1, from which a misfit is said to follow a covariate."""
+
 FOLLOWS_TIME = ("time_s", "jump")
 NEAREST_LISTED = ("bias_drift", "warm_up")
-"""What a drift of unlisted shape is compared with in its group: the listed drifts of the bias."""
+"""What a drift of unlisted shape is compared with in its group: the listed drifts of the bias, the
+likelier first."""
 
 REFUTED = 10.0
 """Log evidence by which an alias falls short, at its own refit, to be no longer believed."""
@@ -123,10 +128,16 @@ class Judge:
         return tuple(names)
 
     def _unknown(self, top: Hypothesis) -> Verdict:
+        """A shape that no listed effect has; a drift of the bias has it where it leaves none."""
         probability = float(np.exp(self.log_p[key_of(top)]))
         if probability >= 0.5 * (1 - self._none):
-            nearest = NEAREST_LISTED if top.name in FOLLOWS_TIME else ()
-            return Verdict("unknown", top.name, nearest)
+            if top.name not in FOLLOWS_TIME:
+                return Verdict("unknown", top.name)
+            drifts = [h for h in self._listed if h.name in NEAREST_LISTED]
+            enough = next((h for h in drifts if _leaves_no_drift(h)), None)
+            if enough is not None and self._carried(enough):
+                return Verdict("effect", enough.name, self._group(enough.name))
+            return Verdict("unknown", top.name, tuple(h.name for h in drifts))
         return Verdict("ambiguous", group=self._credible())
 
     def _by_pair(self) -> Verdict | None:
@@ -156,6 +167,16 @@ def is_nothing(log_p: dict[str, float], p_value: float) -> bool:
     none = log_p["none"]
     likely = none >= np.log(PRIOR_NONE) and p_value > MISFIT_P_VALUE
     return bool(likely or (none > np.log(1 - CREDIBLE) and none == max(log_p.values())))
+
+
+def _leaves_no_drift(listed: Hypothesis) -> bool:
+    """Whether nothing follows time any more once this drift is fitted: then it has the shape."""
+    if listed.after is None or listed.log_evidence < FOLLOWS_EVIDENCE:
+        return False
+    projector = Projector(listed.after)
+    left = [h for h in unknown_hypotheses(listed.after, projector) if h.name in FOLLOWS_TIME]
+    jump = jump_hypothesis(listed.after, projector)
+    return all(h.log_evidence < FOLLOWS_EVIDENCE for h in (*left, *([jump] if jump else [])))
 
 
 def _explains(found: Fit) -> bool:

@@ -5,11 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from calib.catalogue import find_effect
+from calib.compare import compare
 from calib.errors import CalibrationError
 from calib.fit import Fit
 from calib.ranking import Candidate
 from calib.separate import Advice
 from calib.verdict import Verdict
+
+LEAST_FALL_PERCENT = 5.0
+"""Fall of the leave-one-out error from which the nearest listed effect is worth trying."""
 
 
 def put_into_words(
@@ -108,7 +112,22 @@ def _unknown(fit: Fit, verdict: Verdict, ranking: Sequence[Candidate], p_value: 
     what = shape.get(verdict.name, f"the residual follows {_covariate(verdict.name)}")
     return (
         f"Something is missing that no listed effect explains: {what} ({_misfit(fit, p_value)}). "
+        f"{_nearest(fit, verdict, ranking)}"
         f"If you know its physics, write it as your own effect (`effects:` in the config)."
+    )
+
+
+def _nearest(fit: Fit, verdict: Verdict, ranking: Sequence[Candidate]) -> str:
+    """What the nearest listed effect would do for an error of unlisted shape."""
+    if not verdict.group:
+        return ""
+    nearest = next(c for c in ranking if c.name == verdict.group[0] and c.kind == "listed")
+    share = 100 * (1 - nearest.loo_after / compare(fit).loo_rms)
+    if not share >= LEAST_FALL_PERCENT:
+        return ""
+    return (
+        f"The nearest listed one, '{nearest.name}', would take {share:.0f} % off the "
+        f"leave-one-out error. "
     )
 
 
