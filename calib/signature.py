@@ -129,7 +129,7 @@ def contains(larger: Signature, smaller: Signature) -> bool:
     if smaller.is_blind or larger.seen < smaller.seen:
         return False
     overlap = smaller.basis.T @ larger.basis
-    if (overlap**2).sum() < smaller.seen - 1 + ALIAS_CORRELATION**2:  # the sum of the squares
+    if (overlap**2).sum() < smaller.seen * ALIAS_CORRELATION**2:  # the correlations, squared
         return False
     correlation = np.linalg.svd(overlap, compute_uv=False)
     return bool(correlation[: smaller.seen].min() > ALIAS_CORRELATION)
