@@ -68,6 +68,15 @@ def test_the_mti_s_sds_are_those_of_autocorrelated_noise(xsens: Path) -> None:
     assert found["sd"]["bias_counts"] == pytest.approx([0.3, 0.15, 0.2], rel=0.6)
 
 
+def test_the_mti_s_accelerometer_drifts_and_has_no_curvature(xsens: Path) -> None:
+    """A slow drift of the bias is the only effect that peers' figures support too."""
+    found = results_in(xsens)["accelerometer"]["diagnosis"]
+    assert found["verdict"] == "effect"
+    assert set(found["group"]) == {"warm_up", "bias_drift"}
+    (own,) = (c for c in found["ranking"] if c["name"] == found["name"])
+    assert own["loo_after"] < 0.9 * results_in(xsens)["accelerometer"]["loo_rms"]
+
+
 def test_the_same_preset_runs_without_the_gyroscope_s_columns(tmp_path: Path) -> None:
     config = write(tmp_path, f"""
 sensor: xsens-mti
