@@ -1,7 +1,11 @@
 """Files that are no good film of a plate: a right answer or a clear refusal, never a traceback."""
 
+import struct
+import subprocess
+import sys
 import threading
 from fractions import Fraction
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -26,6 +30,35 @@ CLOCK = Timebase(ppm=0.0)
 @pytest.fixture(scope="module")
 def clip(render):
     return render(MOTION, seconds=8)[0]
+
+
+INDEX_FIRST = {"movflags": "faststart"}
+PEAK = """if True:
+    import sys
+    from vision.rate import measure_rate
+    from vision.timebase import Timebase
+    from vision.track import track_phase
+    rate = measure_rate(track_phase(sys.argv[1]), timebase=Timebase())
+    peak_kb = next(line for line in open("/proc/self/status") if line.startswith("VmHWM"))
+    print(rate.rate_rad_s, int(peak_kb.split()[1]) / 1e3)
+"""
+
+
+def shown_turned(mp4, quarters):
+    """An MP4 file whose track header says to show it turned clockwise by quarters of a turn.
+
+    ISO 14496-12, 8.3.2: the matrix (a b u, c d v, x y w) takes picture points to the display, its
+    first two columns in 16.16 and the last in 2.30 fixed point, 40 bytes into the box.
+    """
+    h, w = Scene().height_px, Scene().width_px
+    a, b, c, d, x, y = {
+        1: (0, 1, -1, 0, h, 0), 2: (-1, 0, 0, -1, w, h), 3: (0, -1, 1, 0, 0, w)
+    }[quarters]
+    matrix = struct.pack(
+        ">9i", a << 16, b << 16, 0, c << 16, d << 16, 0, x << 16, y << 16, 1 << 30
+    )
+    at = mp4.index(b"tkhd") + 4 + 40
+    return mp4[:at] + matrix + mp4[at + len(matrix):]
 
 
 def rate_of(path, **how):
@@ -88,6 +121,24 @@ def test_a_file_cut_short_is_refused_or_measured_with_a_note(clip, tmp_path):
     assert any("cut short" in note for note in track.notes)
 
 
+def test_a_file_that_ends_before_its_first_picture_says_so(clip, tmp_path):
+    """The recorder wrote the index first, and the copy was broken off."""
+    path = tmp_path / "index_only.mp4"
+    with av.open(str(clip)) as old, av.open(str(path), "w", options=INDEX_FIRST) as new:
+        stream = new.add_stream_from_template(old.streams.video[0])
+        for packet in old.demux(video=0):
+            if packet.dts is not None:
+                packet.stream = stream
+                new.mux(packet)
+    whole = path.read_bytes()
+    pictures = whole.index(b"mdat")
+    path.write_bytes(whole[: pictures + 40])
+    with pytest.raises(UnreadableVideo, match="not one picture could be decoded"):
+        track_phase(path)
+    path.write_bytes(whole[: pictures + (len(whole) - pictures) * 6 // 10])
+    assert any("cut short" in note for note in track_phase(path).notes)
+
+
 def test_sound_without_pictures_is_no_film(tmp_path):
     path = tmp_path / "sound.mp4"
     with av.open(str(path), "w") as container:
@@ -132,6 +183,37 @@ def test_a_large_film_is_reduced_and_gives_the_same_rate(clip, tmp_path):
     assert track.reduction == 2
     assert track.size_px == (1920, 1440)
     rate = measure_rate(track, timebase=CLOCK)
+    assert abs(rate.rate_rad_s / MOTION.rate_rad_s - 1) < 1e-4
+
+
+def test_a_4k_film_takes_little_more_memory_than_a_small_one(render, tmp_path):
+    if not Path("/proc/self/status").exists():
+        pytest.skip("the peak memory of a process is read from /proc")
+    wide = (0, 0, 80, 80, cv2.BORDER_REPLICATE)  # to 16:9
+    small, _ = render(MOTION, seconds=3)
+    large = again(small, tmp_path / "4k.mp4", size=(3840, 2160),
+                  change=lambda i, picture: cv2.copyMakeBorder(picture, *wide))
+    peak_mb = {}
+    for path in (small, large):
+        done = subprocess.run([sys.executable, "-c", PEAK, str(path)], capture_output=True,
+                              text=True, check=True)
+        rate_rad_s, peak_mb[path] = map(float, done.stdout.split())
+        assert abs(rate_rad_s / MOTION.rate_rad_s - 1) < 5e-4
+    # The decoder holds a dozen pictures of 12 MB; all 45 as they come would be 370 MB of luma.
+    assert peak_mb[large] - peak_mb[small] < 200
+
+
+@pytest.mark.parametrize("quarters", [1, 2, 3])
+def test_a_film_with_a_rotation_flag_turns_as_it_is_shown(quarters, clip, tmp_path):
+    """A phone writes the pictures as its sensor lies, and how to turn them for display."""
+    path = tmp_path / "phone.mp4"
+    path.write_bytes(shown_turned(clip.read_bytes(), quarters))
+    plain, turned = track_phase(clip), track_phase(path)
+    assert turned.size_px == (plain.size_px[::-1] if quarters % 2 else plain.size_px)
+    away = turned.deck_mark_rad - plain.deck_mark_rad + quarters * np.pi / 2
+    assert abs(np.angle(np.exp(1j * away))) < 0.03
+    rate = measure_rate(turned, timebase=CLOCK)
+    assert rate.direction == "ccw"
     assert abs(rate.rate_rad_s / MOTION.rate_rad_s - 1) < 1e-4
 
 
