@@ -30,6 +30,9 @@ def clip_lines(rate: SettingRate) -> Iterator[str]:
                 f"± {relative(counted.sd_rad_s / counted.rate_rad_s)}, {away * 1e6:+.0f} ppm away"
             )
         if len(clip.aliases) > 1:
-            nearest = min(abs(other) for other in clip.aliases[1:])
-            yield f"  the pictures look the same at {nearest / RPM:.4g} rpm: {clip.alias_says}"
+            others = ", ".join(
+                f"{abs(other) / RPM:.4g} {'ccw' if other > 0 else 'cw'}"
+                for other in clip.aliases[1:]
+            )
+            yield f"  the pictures look the same at {others} rpm: {clip.alias_says}"
         yield f"  {clip.diagnosis.says}"

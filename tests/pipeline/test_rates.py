@@ -1,5 +1,6 @@
 """The vision stage: clips are followed once, and several of them make the rate of one setting."""
 
+import re
 import signal
 import subprocess
 import sys
@@ -14,6 +15,7 @@ import vision.track
 from pipeline.artefacts import kept_track, track_key
 from pipeline.config_sections import Plate
 from pipeline.plate_settings import rim
+from pipeline.rate_lines import clip_lines
 from pipeline.rates import follow_clips, measure_setting
 from pipeline.workplace import Workplace
 from tests.sessions import ROOT
@@ -98,6 +100,15 @@ def test_clips_share_their_clock_and_nothing_else(followed: Followed) -> None:
     assert many.rate_rad_s == pytest.approx(one.rate_rad_s)
     assert many.image_sd_rad_s == pytest.approx(one.image_sd_rad_s / np.sqrt(18))
     assert many.timebase_sd_rad_s == one.timebase_sd_rad_s == pytest.approx(20e-6 * one.rate_rad_s)
+
+
+def test_all_rates_that_give_the_same_pictures_are_printed(followed: Followed) -> None:
+    rate = measure_setting("slow", [followed.track], Timebase())
+    (line,) = (line for line in clip_lines(rate) if "look the same" in line)
+    printed = [(float(rpm), way) for rpm, way in re.findall(r"([\d.]+) (ccw|cw)", line)]
+    # 15 pictures per second: 900 rpm apart, three to either side of 16.667.
+    assert printed == [(883.3, "cw"), (916.7, "ccw"), (1783, "cw"), (1817, "ccw"), (2683, "cw"),
+                       (2717, "ccw")]
 
 
 def test_clips_that_turn_both_ways_are_no_one_setting(followed: Followed) -> None:

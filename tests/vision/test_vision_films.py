@@ -98,6 +98,22 @@ def test_an_aliased_plate_lists_its_rates_and_takes_the_nominal_one(render):
     assert blind.aliases[1] / RPM == pytest.approx(600, abs=0.1)
 
 
+@pytest.mark.parametrize("rpm", [45.0, -78.26])
+def test_an_ordinary_speed_at_15_pictures_per_second_is_no_alias(rpm, render):
+    motion = PlateMotion(rpm * RPM)
+    path, _ = render(motion, Scene(exposure_s=1 / 200), seconds=8)
+    track = track_phase(path)
+    for nominal_rpm in (None, abs(rpm)):
+        rate = measure_rate(track, timebase=CLOCK, nominal_rpm=nominal_rpm)
+        assert abs(error_ppm(rate, motion)) < 30
+        assert rate.warnings == ()
+    # Fifteen turns a second more or less give the same pictures.
+    listed = np.array(rate.aliases) / RPM
+    assert sorted(np.abs(listed))[:3] == pytest.approx(
+        [abs(rpm), 900 - abs(rpm), 900 + abs(rpm)], abs=0.01
+    )
+
+
 def test_a_coasting_plate_is_refused_with_its_rate_against_time(render):
     motion = PlateMotion(45 * RPM, coast_from_s=3, coast_s=8)
     path, _ = render(motion, seconds=14)
