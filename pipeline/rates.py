@@ -9,6 +9,7 @@ import threading
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -113,6 +114,7 @@ def follow_clips(
 
     with ThreadPoolExecutor(PARALLEL_CLIPS) as pool:
         waiting = [pool.submit(find, clip, plate) for clip, plate in clips]
+        import_module("vision.rate")  # needed next; meanwhile the clips are decoded
         try:
             return [each.result() for each in waiting]
         finally:

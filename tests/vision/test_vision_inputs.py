@@ -177,6 +177,28 @@ def test_motion_jpeg_in_avi_gives_the_same_rate(clip, tmp_path):
     assert abs(rate_of(path).rate_rad_s / MOTION.rate_rad_s - 1) < 1e-4
 
 
+def test_a_mark_that_is_seen_by_its_colour_alone_is_refused_with_what_helps(tmp_path):
+    path, rng = tmp_path / "colour.mp4", np.random.default_rng(0)
+    y, x = np.mgrid[:360, :480]
+    deck_and_plate = np.where(np.hypot(x - 231, y - 183) < 143, 60.0, 100.0)
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("libx264", rate=15)
+        stream.width, stream.height, stream.pix_fmt = 480, 360, "yuv420p"
+        for i in range(60):
+            angle = MOTION.rate_rad_s * i / 15
+            luma = deck_and_plate + rng.normal(0, 2, x.shape)
+            blue, red = np.full((2, 180, 240), 128)
+            mark = 231 + 120 * np.cos(angle), 183 - 120 * np.sin(angle)
+            red[np.hypot(x - mark[0], y - mark[1])[::2, ::2] < 14] = 180
+            planes = np.vstack([luma, blue.reshape(90, 480), red.reshape(90, 480)])
+            frame = av.VideoFrame.from_ndarray(planes.astype(np.uint8), format="yuv420p")
+            frame.pts, frame.time_base = i, Fraction(1, 15)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    with pytest.raises(RateRefused, match="only brightness is looked at, not colour"):
+        track_phase(path)
+
+
 def test_a_large_film_is_reduced_and_gives_the_same_rate(clip, tmp_path):
     path = again(clip, tmp_path / "large.mp4", size=(1920, 1440))
     track = track_phase(path)
