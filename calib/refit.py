@@ -26,7 +26,7 @@ FOLLOWED, SECONDS = 2, 2
 SHAPED = 3
 """So many of the best pairs with a shape parameter get it fitted; farther down none wins by it."""
 
-BEHIND, BEHIND_SHARE = 12.0, 0.1
+BEHIND, BEHIND_SHARE = 3.0, 0.1
 """Log evidence behind the best, or share of it, beyond which no refit makes a candidate the best:
 what the biased linearisation costs grows with the effect."""
 
