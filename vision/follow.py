@@ -50,11 +50,10 @@ class Follower:
         self._partly = not bool(self._seen.all())
         self._still = template.still
         self._search = (weight * np.conj(spectrum)).astype(np.complex64)
-        # Rings partly outside the picture: what the template itself gives, by angle.
-        seen = np.conj(np.fft.rfft(self._seen, axis=1))
-        self._information = _by_angle(weight * slope[0] ** 2, seen, self._n)
-        self._offset = _by_angle(weight * slope[0] * image[0], seen, self._n)
-        self._energy = _by_angle(weight * image[0] ** 2, seen, self._n)
+        # Rings partly hidden or outside the picture: what the template itself gives, by angle.
+        self._information = _by_angle(weight * slope**2, self._seen)
+        self._offset = _by_angle(weight * slope * image, self._seen)
+        self._energy = _by_angle(weight * image**2, self._seen)
         self._time: float | None = None
         self._angle = 0.0
         self._usual = 0.0
@@ -117,13 +116,13 @@ class Follower:
             held = fine * sample / SUBSTEPS
             pull = np.einsum("rn,rn->", self._filter[part][:, column], difference)
             # T(φ - θ) falls by ∂T/∂φ as θ grows.
-            step = -float(pull - self._offset[turn]) / float(self._information[turn])
+            step = -float(pull - self._offset[part, turn]) / float(self._information[part, turn])
             step = float(np.clip(step, -8 * sample, 8 * sample))
             angle = held + step
             if abs(step) < LINEAR * sample:
                 break
         like = np.einsum("rn,rn->r", self._image[part][:, column], difference) @ self._weight
-        return angle, float(like) / max(size * float(np.sqrt(self._energy[turn])), 1e-9)
+        return angle, float(like) / max(size * float(np.sqrt(self._energy[part, turn])), 1e-9)
 
     def _whole_turn(self, difference: NDArray[np.float32], expected_rad: float) -> float:
         """The best angle of the whole turn; a nearly equal one near the expected is preferred."""
@@ -140,9 +139,10 @@ def _mean_change(strip: Luma, before: Luma) -> float:
     return cv2.norm(strip, before, cv2.NORM_L1) / strip.size
 
 
-def _by_angle(
-    plate: NDArray[np.float64], seen: NDArray[np.complex128], n: int
-) -> NDArray[np.float64]:
-    """Σ over the seen part of a plate-fixed image, for every turn by whole samples."""
-    cross = (np.conj(np.fft.rfft(plate, axis=1)) * np.conj(seen)).sum(axis=0)
-    return np.fft.irfft(cross, n)
+def _by_angle(plate: NDArray[np.float64], seen: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Σ over the seen part of plate-fixed images (steps, r, n), for every turn by whole samples.
+
+    Shape (steps, n): one row for each of the images, which are a part of a sample apart.
+    """
+    cross = np.einsum("srk,rk->sk", np.conj(np.fft.rfft(plate, axis=2)), np.fft.rfft(seen, axis=1))
+    return np.fft.irfft(cross, plate.shape[2], axis=1)

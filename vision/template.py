@@ -30,7 +30,8 @@ Spectra = NDArray[np.complex64]  # (pictures, rings, azimuths // 2 + 1)
 
 OUTLIER = 3.0  # times the median misfit: a hand, a flash
 NEIGHBOURHOOD = 3  # rings and azimuths
-TELLING = 0.3  # of the mean turning energy: where less passes, nothing can be said
+MARGIN = 5  # rings and azimuths left out about a covered place: its edges tell nothing themselves
+TELLING = 0.15  # standard deviation of the share seen, above which nothing can be said
 HIDDEN = 1.5  # times the turning energy: the misfit of a picture whose mark is covered is less
 SHOWN = 0.5  # of the expected change, below which a place counts as covered
 LARGEST_STEP = 0.05  # of the radius, per iteration of the view
@@ -141,16 +142,19 @@ def _without_covered(grid: Grid, seen: Strips, expected: Strips) -> Grid:
     """Leave out where the plate is covered: what should turn through there does not show.
 
     The share of the expected picture that is seen, Σ seen·expected / Σ expected², over a
-    neighbourhood: 1 in the open, 0 under a tonearm.
+    neighbourhood: 1 in the open, 0 under a tonearm, with the variance σ² / Σ expected² from the
+    picture noise σ.
     """
     around = (NEIGHBOURHOOD, NEIGHBOURHOOD)
-    passed = cv2.blur((expected**2).sum(axis=0), around)
-    shown = cv2.blur((seen * expected).sum(axis=0), around)
-    telling = passed > TELLING * passed.mean()
+    passed = cv2.boxFilter((expected**2).sum(axis=0), -1, around, normalize=False)
+    shown = cv2.boxFilter((seen * expected).sum(axis=0), -1, around, normalize=False)
+    noise = float(((seen - expected) ** 2).mean())
+    telling = passed * TELLING**2 > noise
     covered = (telling & (shown < SHOWN * passed)).astype(np.uint8)
-    # A single sample is noise.
+    # A single sample is noise. The strip closes on itself in azimuth.
+    covered = np.pad(covered, ((0, 0), (MARGIN, MARGIN)), mode="wrap")
     covered = cv2.morphologyEx(covered, cv2.MORPH_OPEN, np.ones((2, 2), np.uint8))
-    covered = cv2.dilate(covered, np.ones(around, np.uint8))
+    covered = cv2.dilate(covered, np.ones((MARGIN, MARGIN), np.uint8))[:, MARGIN:-MARGIN]
     return replace(grid, uncovered=(1 - covered).astype(np.float32))
 
 
