@@ -6,6 +6,10 @@ A pinhole camera maps the plane of the plate by a homography,
 
 with the spindle at u = v = 0 and the rim at √(u² + v²) = 1. Turning and scaling the plate leaves
 six numbers that matter: the two of the centre, two of the foreshortening, two of the perspective.
+
+Most cameras read a picture row by row, and the plate turns meanwhile: what stands at azimuth φ in
+the row of the spindle appears at φ + λ (y - y_spindle) in row y, with λ the rate times the time
+per row. That is the seventh number.
 """
 
 from dataclasses import dataclass, replace
@@ -15,7 +19,8 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-VIEW_PARAMETERS = 6
+VIEW_PARAMETERS = 7
+READOUT_ROUNDS = 3  # of the row of a point, which its own lag moves: exact to λ³ times the radius³
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,9 +31,17 @@ class View:
     ----------
     matrix : array, shape (3, 3)
         H of the module's equation.
+    lag_rad_px : float
+        λ, how far the plate turns from one row to the next.
     """
 
     matrix: FloatArray
+    lag_rad_px: float = 0.0
+
+    @property
+    def at_rest(self) -> "View":
+        """The view of what does not turn: the read-out does not move it."""
+        return replace(self, lag_rad_px=0.0)
 
     @property
     def centre_px(self) -> tuple[float, float]:
@@ -55,6 +68,16 @@ class View:
 
     def pixels(self, radius: FloatArray, azimuth_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Pixel (x, y) of points given in polar plate coordinates (broadcast together)."""
+        x, y = self._project(radius, azimuth_rad)
+        if self.lag_rad_px:
+            spindle = self.centre_px[1]
+            for _ in range(READOUT_ROUNDS):
+                x, y = self._project(radius, azimuth_rad + self.lag_rad_px * (y - spindle))
+        return x, y
+
+    def _project(
+        self, radius: FloatArray, azimuth_rad: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         u, v = radius * np.cos(azimuth_rad), radius * np.sin(azimuth_rad)
         x, y, n = (row[0] * u + row[1] * v + row[2] for row in self.matrix)
         return x / n, y / n
@@ -62,17 +85,25 @@ class View:
     def plate(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Polar plate coordinates (radius, azimuth) of pixels."""
         u, v, n = (row[0] * x + row[1] * y + row[2] for row in np.linalg.inv(self.matrix))
-        return np.hypot(u / n, v / n), np.arctan2(v / n, u / n)
+        azimuth = np.arctan2(v / n, u / n) - self.lag_rad_px * (y - self.centre_px[1])
+        return np.hypot(u / n, v / n), azimuth
+
+    @property
+    def down(self) -> FloatArray:
+        """Direction on the plate that runs down the picture, times its pixels, shape (2,)."""
+        return np.asarray(self.jacobian_at_centre()[1])
 
     def adjusted(self, change: FloatArray) -> "View":
-        """The view after a small change, shape (6,): shift u, v; stretch; shear; perspective u, v.
+        """The view after a small change, shape (7,).
 
-        A point (u, v) moves to (u, v) + shift + stretch (u, -v) + shear (v, u), over
+        Shift u, v; stretch; shear; perspective u, v; lag over as many rows as a radius down the
+        picture has. A point (u, v) moves to (u, v) + shift + stretch (u, -v) + shear (v, u), over
         1 + p_u u + p_v v.
         """
-        du, dv, stretch, shear, pu, pv = change
+        du, dv, stretch, shear, pu, pv, lag = change
         step = np.array([[1 + stretch, shear, du], [shear, 1 - stretch, dv], [pu, pv, 1.0]])
-        return replace(self, matrix=self.matrix @ step)
+        rows = float(np.hypot(*self.down))
+        return View(self.matrix @ step, self.lag_rad_px + lag / rows)
 
     def scaled(self, factor: float) -> "View":
         """The view whose unit radius is ``factor`` times the present one."""

@@ -76,6 +76,7 @@ def learn(
             iterations=COARSE_ITERATIONS,
             smallest_step=COARSE_STEP,
             find_covered=True,
+            find_readout=False,
             on_step=on_step,
         )
         # Asked again about the refined axis: a steep view can hide most of it at first.
@@ -109,7 +110,7 @@ def _others_turning(name: str, plate: View, tried: list[tuple[View, Spin]]) -> t
         view
         for view, spin in tried
         if spin.coherence > COHERENT
-        and float(plate.plate(*(np.array(c) for c in view.centre_px))[0]) > 1
+        and float(plate.at_rest.plate(*(np.array(c) for c in view.centre_px))[0]) > 1
     ]
     if not beside:
         return ()
@@ -138,6 +139,7 @@ def _fine(
         iterations=FINE_ITERATIONS,
         smallest_step=0.0,
         find_covered=False,
+        find_readout=True,
         on_step=on_step,
     )
 

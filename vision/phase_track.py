@@ -5,9 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.geometry import FloatArray
+from vision.geometry import FloatArray, View
 
 BoolArray = NDArray[np.bool_]
+
+USUAL_MARK_RADIUS = 0.7
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,8 +23,8 @@ class PhaseTrack:
     time_s : array, shape (f,)
         Time stamps of the container, seconds from the first picture.
     phase_rad : array, shape (f,)
-        Refined plate angle in (-π, π], zero where the template has its azimuth zero; NaN where
-        the plate was not seen.
+        Refined plate angle in (-π, π], zero where the template has its azimuth zero, at the time
+        when the row of the mark was read; NaN where the plate was not seen.
     seed_rad : array, shape (f,)
         Angle of the mark's centroid, in (-π, π], on its own zero; NaN without a mark.
     quality : array, shape (f,)
@@ -75,3 +77,14 @@ class PhaseTrack:
     fps_stated: float
     annotated: NDArray[np.uint8]
     notes: tuple[str, ...]
+
+    def mark_row_px(self, angle_rad: FloatArray) -> FloatArray:
+        """How far below the spindle the mark stands at plate angles, pixels of the picture.
+
+        Without a mark, that of a place on the plate where one would be.
+        """
+        azimuth = 0.0 if np.isnan(self.mark_rad) else self.mark_rad
+        radius = USUAL_MARK_RADIUS if np.isnan(self.mark_radius) else self.mark_radius
+        view = View(self.view)
+        _, rows = view.pixels(np.full_like(angle_rad, radius), angle_rad + azimuth)
+        return rows - view.centre_px[1]

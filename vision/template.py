@@ -5,8 +5,8 @@ In polar plate coordinates picture i is what stands still plus what turns,
     D_i(r, φ) = S(r, φ) + T(r, φ - θ_i).
 
 S, T and the angles θ_i are estimated in turn. Where the view is wrong by a small change p (shift,
-stretch, perspective: ``View.adjusted``) the picture differs from the model, in the frame of the
-plate, by
+stretch, perspective, read-out: ``View.adjusted``) the picture differs from the model, in the frame
+of the plate, by
 
     e_i = d_i - T = -Σ_j B_j (R(θ_i) p)_j - δθ_i ∂T/∂φ,
 
@@ -30,7 +30,7 @@ Spectra = NDArray[np.complex64]  # (pictures, rings, azimuths // 2 + 1)
 
 OUTLIER = 3.0  # times the median misfit: a hand, a flash
 NEIGHBOURHOOD = 3  # rings and azimuths
-MARGIN = 5  # rings and azimuths left out about a covered place: its edges tell nothing themselves
+MARGIN = (5, 9)  # rings and azimuths left out about a covered place, whose edges tell too little
 TELLING = 0.15  # standard deviation of the share seen, above which nothing can be said
 HIDDEN = 1.5  # times the turning energy: the misfit of a picture whose mark is covered is less
 SHOWN = 0.5  # of the expected change, below which a place counts as covered
@@ -77,12 +77,14 @@ def align(
     iterations: int,
     smallest_step: float,
     find_covered: bool,
+    find_readout: bool,
     on_step: Callable[[], None],
 ) -> Alignment:
     """Estimate S, T, the angles and the view in turn, starting from rough angles.
 
     Ends after the iterations, or where the view would change by less than ``smallest_step`` of
-    the radius. ``on_step`` is called before each iteration.
+    the radius. The lag of the read-out looks much like an axis that is off, so it is to be found
+    only once the axis is nearly right. ``on_step`` is called before each iteration.
     """
     angle = angle_rad.copy()
     still_strip = grid.strip(still).astype(np.float32)
@@ -114,7 +116,8 @@ def align(
             view, settled = best_view, True
         elif not settled:
             best, best_view = typical, grid.view
-            change = _view_change(misfit[used], angle[used], turning, grid)
+            free = VIEW_PARAMETERS if find_readout else VIEW_PARAMETERS - 1
+            change = _view_change(misfit[used], angle[used], turning, grid, free)
             if float(np.abs(change).max()) < smallest_step:
                 break
             limit = min(1.0, LARGEST_STEP / max(float(np.abs(change[:4]).max()), 1e-12))
@@ -152,9 +155,10 @@ def _without_covered(grid: Grid, seen: Strips, expected: Strips) -> Grid:
     telling = passed * TELLING**2 > noise
     covered = (telling & (shown < SHOWN * passed)).astype(np.uint8)
     # A single sample is noise. The strip closes on itself in azimuth.
-    covered = np.pad(covered, ((0, 0), (MARGIN, MARGIN)), mode="wrap")
+    ends = MARGIN[1]
+    covered = np.pad(covered, ((0, 0), (ends, ends)), mode="wrap")
     covered = cv2.morphologyEx(covered, cv2.MORPH_OPEN, np.ones((2, 2), np.uint8))
-    covered = cv2.dilate(covered, np.ones((MARGIN, MARGIN), np.uint8))[:, MARGIN:-MARGIN]
+    covered = cv2.dilate(covered, np.ones(MARGIN, np.uint8))[:, ends:-ends]
     return replace(grid, uncovered=(1 - covered).astype(np.float32))
 
 
@@ -224,7 +228,10 @@ def _correlate(
 
 
 def motion_basis(turning: Spectra, radius: FloatArray, azimuths: int) -> NDArray[np.float32]:
-    """Change of T per unit of each view parameter and of the angle, shape (7, r, n)."""
+    """Change of T per unit of each distortion and of the angle, shape (9, r, n).
+
+    Shift, stretch, perspective and a turn that grows along a direction, two of each.
+    """
     k = np.arange(turning.shape[-1])
     image = np.fft.irfft(turning, azimuths, axis=-1)
     by_angle = np.fft.irfft(1j * k * turning, azimuths, axis=-1)
@@ -241,31 +248,45 @@ def motion_basis(turning: Spectra, radius: FloatArray, azimuths: int) -> NDArray
             by_radius * r * s2 + by_angle * c2,
             -(r**2) * c * by_radius,
             -(r**2) * s * by_radius,
+            by_angle * r * c,
+            by_angle * r * s,
             by_angle,
         ]
     ).astype(np.float32)
 
 
-def _view_change(misfit: Strips, angle_rad: FloatArray, turning: Spectra, grid: Grid) -> FloatArray:
-    """Least-squares change of the view, shape (6,), each picture's own angle left free."""
+def _view_change(
+    misfit: Strips, angle_rad: FloatArray, turning: Spectra, grid: Grid, free: int
+) -> FloatArray:
+    """Least-squares change of the view, shape (7,), each picture's own angle left free.
+
+    Only the first ``free`` of the view's parameters change.
+    """
     basis = motion_basis(turning, grid.radius, grid.azimuths)
     weighted = basis * grid.weight()[:, None]
     normal = np.einsum("arn,brn->ab", weighted, basis).astype(float)
     spectra = np.fft.rfft(misfit, axis=-1) * _turns(angle_rad, turning.shape[-1])
     back = np.fft.irfft(spectra, grid.azimuths, axis=-1)
-    seen = -np.tensordot(back, weighted, axes=((1, 2), (1, 2))).astype(float)  # (f, 7)
+    seen = -np.tensordot(back, weighted, axes=((1, 2), (1, 2))).astype(float)  # (f, 9)
 
-    view, own = slice(0, VIEW_PARAMETERS), VIEW_PARAMETERS
-    coupling = normal[view, own] / normal[own, own]
-    reduced = normal[view, view] - np.outer(coupling, normal[own, view])
-    pull = seen[:, view] - seen[:, own, None] * coupling  # (f, 6)
+    field, own = slice(0, len(basis) - 1), len(basis) - 1
+    coupling = normal[field, own] / normal[own, own]
+    reduced = normal[field, field] - np.outer(coupling, normal[own, field])
+    pull = seen[:, field] - seen[:, own, None] * coupling  # (f, 8)
 
-    turn = np.zeros((len(angle_rad), VIEW_PARAMETERS, VIEW_PARAMETERS))
-    for first, order in ((0, 1), (2, 2), (4, 1)):  # shift, stretch, perspective
+    turn = np.zeros((len(angle_rad), own, own))
+    for first, order in ((0, 1), (2, 2), (4, 1), (6, 1)):
         c, s = np.cos(order * angle_rad), np.sin(order * angle_rad)
         turn[:, first, first], turn[:, first, first + 1] = c, s
         turn[:, first + 1, first], turn[:, first + 1, first + 1] = -s, c
+    # Pictures are read out downwards: of the last two distortions one direction is possible.
+    possible = np.zeros((own, VIEW_PARAMETERS))
+    possible[:6, :6] = np.eye(6)
+    possible[6:, 6] = grid.view.down / np.hypot(*grid.view.down)
+    turn = turn @ possible[:, :free]
     left = np.einsum("fai,faj->ij", turn, reduced @ turn)
     right = np.einsum("fai,fa->i", turn, pull)
-    left += RIDGE * np.trace(left) / VIEW_PARAMETERS * np.eye(VIEW_PARAMETERS)
-    return np.linalg.solve(left, right)
+    left += RIDGE * np.trace(left) / free * np.eye(free)
+    change = np.zeros(VIEW_PARAMETERS)
+    change[:free] = np.linalg.solve(left, right)
+    return change

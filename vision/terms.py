@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vision.geometry import FloatArray, View
+from vision.geometry import FloatArray
 from vision.motion import PlateAngle
 from vision.phase_track import BoolArray, PhaseTrack
 
@@ -77,16 +77,12 @@ def regressors(track: PhaseTrack, angle: PlateAngle, rate_rad_s: float) -> Regre
     """Evaluate them for a rate."""
     time = angle.repaired_time_s - angle.repaired_time_s.mean()
     line = rate_rad_s * time + angle.angle_rad.mean()
-    mark = 0.0 if np.isnan(track.mark_rad) else track.mark_rad
-    radius = 0.7 if np.isnan(track.mark_radius) else track.mark_radius
-    view = View(track.view)
-    _, rows = view.pixels(np.full_like(line, radius), line + mark)
     return Regressors(
         time_s=time,
         stamp_s=angle.time_s - angle.time_s.mean(),
         line_rad=line,
         steps_rad=np.asarray(rate_rad_s * angle.frame_s * np.cumsum(angle.lost), float),
-        mark_row_px=(rows - view.centre_px[1]) * track.reduction,
+        mark_row_px=track.mark_row_px(line) * track.reduction,
         rate_rad_s=rate_rad_s,
     )
 

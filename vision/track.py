@@ -6,7 +6,7 @@ follow are then measured as they come, so that memory does not grow with the fil
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -194,12 +194,12 @@ class _Rows:
         grid = self._found.template.grid
         phase = _column(self.values, "angle_rad")
         change = _column(self.values, "change")
-        mark = self._mark
-        deck = find_deck_mark(self._still, grid.view)
+        mark, resting = self._mark, grid.view.at_rest
+        deck = find_deck_mark(self._still, resting)
         at = None
         if mark is not None:
             at = (mark.radius, mark.azimuth_rad + phase[self._shown_index])
-        return PhaseTrack(
+        track = PhaseTrack(
             source=name,
             time_s=_column(self.values, "time_s"),
             phase_rad=_wrapped(phase),
@@ -218,9 +218,16 @@ class _Rows:
             explained=self._found.template.explained,
             fps_stated=film.fps_stated,
             annotated=annotate(
-                self._shown, grid.view, (float(grid.radius[0]), float(grid.radius[-1])), at, deck
+                self._shown, resting, (float(grid.radius[0]), float(grid.radius[-1])), at, deck
             ),
             notes=notes,
+        )
+        # The template holds for the row of the spindle; every picture is stamped for its own mark.
+        turned_on = grid.view.lag_rad_px * track.mark_row_px(phase)
+        return replace(
+            track,
+            phase_rad=_wrapped(phase + turned_on),
+            seed_rad=_wrapped(track.seed_rad + turned_on),
         )
 
 
