@@ -30,8 +30,8 @@ Spectra = NDArray[np.complex64]  # (pictures, rings, azimuths // 2 + 1)
 
 OUTLIER = 3.0  # times the median misfit: a hand, a flash
 NEIGHBOURHOOD = 3  # rings and azimuths
-MARGIN = (5, 9)  # rings and azimuths left out about a covered place, whose edges tell too little
-TELLING = 0.15  # standard deviation of the share seen, above which nothing can be said
+MARGIN = (3, 5)  # rings and azimuths left out about a covered place, whose edges tell too little
+TELLING = 0.08  # standard deviation of the share seen, above which nothing can be said
 HIDDEN = 1.5  # times the turning energy: the misfit of a picture whose mark is covered is less
 SHOWN = 0.5  # of the expected change, below which a place counts as covered
 LARGEST_STEP = 0.05  # of the radius, per iteration of the view
