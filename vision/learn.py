@@ -21,7 +21,9 @@ COARSE_ITERATIONS = 8
 COARSE_STEP = 2e-4  # of the radius: what is left of the view's error is for the fine template
 PROMISING = 0.15  # share of the energy that turns together, for a proposal to be looked into
 COHERENT = 0.3  # the same about the refined axis, for it to be a plate
+CERTAIN = 0.8  # the same, for no other proposal to be looked into
 AS_GOOD = 0.8  # of the highest varying energy
+GROWN = 1.4  # times the outline's radius, or less by as much: the view has run away
 SMOOTH_RAD = 0.06  # median second difference from the rough angle: a plate has inertia
 FINE_PICTURES = 40
 FINE_ITERATIONS = 3
@@ -67,6 +69,8 @@ def learn(
     promising.sort(key=lambda item: (item[1] < AS_GOOD * most, -item[0].radius_px))
     best = max((spin.coherence for _, spin in tried), default=0.0)
     some = np.arange(0, len(frames), -(-len(frames) // COARSE_PICTURES))
+    found: Alignment | None = None
+    coherence = 0.0
     for view, _, spin in promising:
         coarse = align(
             [pictures[i] for i in some],
@@ -79,15 +83,21 @@ def learn(
             find_readout=False,
             on_step=on_step,
         )
+        if not 1 / GROWN < coarse.template.grid.view.radius_px / view.radius_px < GROWN:
+            continue
         # Asked again about the refined axis: a steep view can hide most of it at first.
         again = _spin(coarse.template.grid.view, pictures, still, time)
         best = max(best, again.coherence)
         jerk = np.abs(np.diff(coarse.angle_rad - spin.angle_rad[some], 2))
-        if again.coherence > COHERENT and np.median(jerk) < SMOOTH_RAD:
-            fine = _fine(coarse, [pictures[i] for i in some], still, on_step)
-            rate = np.median(np.diff(coarse.angle_rad) / np.maximum(np.diff(time[some]), 1e-6))
-            notes = _others_turning(name, fine.template.grid.view, tried)
-            return Learned(fine.template, float(rate), _symmetry(fine.template), notes)
+        if again.coherence > max(COHERENT, coherence) and np.median(jerk) < SMOOTH_RAD:
+            found, coherence = coarse, again.coherence
+            if coherence > CERTAIN:
+                break
+    if found is not None:
+        fine = _fine(found, [pictures[i] for i in some], still, on_step)
+        rate = np.median(np.diff(found.angle_rad) / np.maximum(np.diff(time[some]), 1e-6))
+        notes = _others_turning(name, fine.template.grid.view, tried)
+        return Learned(fine.template, float(rate), _symmetry(fine.template), notes)
     raise RateRefused(
         f"{name}: nothing in the picture turns about a fixed axis: {len(views)} round outline(s) "
         f"were tried, and at most {best:.0%} of what changes inside one turns together (a plate "

@@ -14,6 +14,8 @@ from vision.geometry import FloatArray
 from vision.phase_track import BoolArray, PhaseTrack
 
 POOR_MATCH = 0.6  # of the usual correlation with the template; poorer pictures are left out
+UNEXPLAINED = 3.0  # times the usual share that the template leaves; more is something in the way
+SMALLEST_LEFT = 0.01  # share left in a picture without noise to speak of
 NEAR_WHOLE = 0.25  # of rate x frame time: how close to a multiple a jump must be
 CLEAR = 6.0  # times the noise of one step, for a jump to be told from it
 LOCAL_STEPS = 31  # pictures over which the usual step is taken
@@ -87,7 +89,9 @@ def usable(track: PhaseTrack) -> BoolArray:
     """Pictures on which the plate was seen well and which are no repetition, shape (f,)."""
     seen = np.isfinite(track.phase_rad) & np.isfinite(track.quality)
     usual = float(np.median(track.quality[seen])) if seen.any() else 0.0
-    return seen & (track.quality > POOR_MATCH * usual) & ~track.duplicate
+    left = 1 - track.quality**2
+    clear = left <= UNEXPLAINED * max(1 - usual**2, SMALLEST_LEFT)
+    return seen & clear & (track.quality > POOR_MATCH * usual) & ~track.duplicate
 
 
 def rough_rate(track: PhaseTrack, time_s: FloatArray) -> float:

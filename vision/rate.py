@@ -236,7 +236,9 @@ def _fit_rate(
         waves = terms
         if with_drift:
             terms = (*terms, "rate_drift")
-        fit = least_squares(design(terms, given, given.time_s), angle.angle_rad)
+        fit = least_squares(
+            design(terms, given, given.time_s), angle.angle_rad, turn_rad=given.line_rad
+        )
         rate_rad_s = float(fit.beta[1])
     return fit, given, waves
 
