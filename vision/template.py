@@ -129,7 +129,8 @@ def align(
     if find_covered:
         # A mark that is hidden is missing once; a hand adds more than that.
         fair = energy <= HIDDEN * _energy(moved, grid)
-        grid = _without_covered(grid, (strips - still_strip * grid.seen)[fair], moved[fair])
+        if fair.any():
+            grid = _without_covered(grid, (strips - still_strip * grid.seen)[fair], moved[fair])
     total = float(_energy((strips[used] - strips[used].mean(axis=0)) * grid.seen, grid).sum())
     left = float(_energy(misfit[used] * grid.seen, grid).sum())
     template = Template(
