@@ -74,7 +74,7 @@ class Follower:
         expected = self._angle
         if self._time is not None:
             expected += self._rate * (time_s - self._time)
-        energy = np.einsum("rn,rn->r", difference, difference) @ self._weight
+        energy = np.vecdot(difference, difference) @ self._weight
         size = float(np.sqrt(energy))
         angle, match = self._refine(difference, expected, size)
         if self._time is None or match < GOOD_MATCH * self._usual:
@@ -114,14 +114,14 @@ class Follower:
             turn = whole % self._n
             column = slice(self._n - turn, 2 * self._n - turn)
             held = fine * sample / SUBSTEPS
-            pull = np.einsum("rn,rn->", self._filter[part][:, column], difference)
+            pull = np.vecdot(self._filter[part][:, column], difference).sum()
             # T(φ - θ) falls by ∂T/∂φ as θ grows.
             step = -float(pull - self._offset[part, turn]) / float(self._information[part, turn])
             step = float(np.clip(step, -8 * sample, 8 * sample))
             angle = held + step
             if abs(step) < LINEAR * sample:
                 break
-        like = np.einsum("rn,rn->r", self._image[part][:, column], difference) @ self._weight
+        like = np.vecdot(self._image[part][:, column], difference) @ self._weight
         return angle, float(like) / max(size * float(np.sqrt(self._energy[part, turn])), 1e-9)
 
     def _whole_turn(self, difference: NDArray[np.float32], expected_rad: float) -> float:
