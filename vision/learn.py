@@ -25,6 +25,8 @@ CERTAIN = 0.8  # the same, for no other proposal to be looked into
 AS_GOOD = 0.8  # of the highest varying energy
 GROWN = 1.4  # times the outline's radius, or less by as much: the view has run away
 SMOOTH_RAD = 0.06  # median second difference from the rough angle: a plate has inertia
+WHOLE = 0.95  # of the rim inside the picture
+GRAZING_RAD = np.radians(75)
 FINE_PICTURES = 40
 FINE_ITERATIONS = 3
 RING_SPACING_PX = 1.0
@@ -101,10 +103,27 @@ def learn(
     raise RateRefused(
         f"{name}: nothing in the picture turns about a fixed axis: {len(views)} round outline(s) "
         f"were tried, and at most {best:.0%} of what changes inside one turns together (a plate "
-        f"gives 50 to 100 %). Film the whole plate from above with the camera on a stand, put a "
+        f"gives 50 to 100 %).{_partly_seen(tried, still.shape)} Film the whole plate from above with the camera on a stand, put a "
         f"mark on it that is brighter or darker than the plate (only brightness is looked at, "
         f"not colour), or give the rim yourself (plate: centre_px, radius_px)."
     )
+
+
+def _partly_seen(tried: list[tuple[View, Spin]], shape: tuple[int, ...]) -> str:
+    """A sentence where the likeliest outline is not seen whole, or nearly from the side."""
+    if not tried:
+        return ""
+    view = max(tried, key=lambda item: item[1].coherence)[0]
+    x, y = view.pixels(np.ones(180), np.linspace(0, 2 * np.pi, 180, endpoint=False))
+    inside = float(((x >= 0) & (y >= 0) & (x < shape[1]) & (y < shape[0])).mean())
+    faults = []
+    if inside < WHOLE:
+        faults.append(f"lies to {1 - inside:.0%} outside the picture")
+    if view.tilt_rad > GRAZING_RAD:
+        faults.append(f"is seen {np.degrees(view.tilt_rad):.0f}° away from straight above")
+    if not faults:
+        return ""
+    return f" The likeliest outline {' and '.join(faults)}: the plate is not fully seen."
 
 
 def _spin(view: View, pictures: list[Luma], still: Luma, time_s: FloatArray) -> Spin:

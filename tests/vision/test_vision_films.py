@@ -129,3 +129,26 @@ def test_a_plate_at_rest_is_refused(render):
     path, _ = render(PlateMotion(0.0), seconds=6)
     with pytest.raises(RateRefused):
         measure_rate(track_phase(path), timebase=CLOCK)
+
+
+def test_a_sheared_view_and_its_inverse_agree():
+    view = View(homography(Scene(tilt_rad=0.5)), lag_rad_px=2e-4)
+    radius, azimuth = np.array([0.3, 0.9, 0.9]), np.array([0.5, 2.0, -1.2])
+    assert view.plate(*view.pixels(radius, azimuth)) == (
+        pytest.approx(radius),
+        pytest.approx(azimuth, abs=1e-6),
+    )
+
+
+def test_the_read_out_time_of_the_camera_is_measured(render):
+    """It was half of the truth, the label and the marks disagreeing, when no view had it."""
+    motion = PlateMotion(45 * RPM * 1.004)
+    marks = (Mark(radius=0.85), Mark(radius=0.45, azimuth_rad=2.1))
+    scene = Scene(marks=marks, tonearm=True, line_time_s=60e-6, exposure_s=1 / 200)
+    path, _ = render(motion, scene, seconds=16)
+    rate = measure_rate(
+        track_phase(path), timebase=CLOCK, model=("constant_rate", "rolling_shutter")
+    )
+    (term,) = rate.terms
+    assert term.value[0] == pytest.approx(60e-6, rel=0.02)
+    assert rate.phase_rms_rad < 4e-4

@@ -53,6 +53,12 @@ def test_what_is_no_whole_plate_gives_no_number(name):
         measure_rate(track_phase(film(f"real_video/{name}")), timebase=Timebase())
 
 
+def test_a_plate_cut_by_the_edge_of_the_picture_is_refused_for_that():
+    path = film("real_video/turntable_33_grazing/turntable.mp4")
+    with pytest.raises(RateRefused, match=r"outside the picture .*the plate is not fully seen"):
+        track_phase(path)
+
+
 @pytest.mark.parametrize("name", ["a/video/17rpm.mp4", "b/video/m33rpm.mp4"])
 def test_bench_clips_agree_with_counted_frames(name):
     rate = measure_rate(track_phase(film(f"bench/{name}")), timebase=Timebase())
