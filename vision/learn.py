@@ -103,9 +103,10 @@ def learn(
     raise RateRefused(
         f"{name}: nothing in the picture turns about a fixed axis: {len(views)} round outline(s) "
         f"were tried, and at most {best:.0%} of what changes inside one turns together (a plate "
-        f"gives 50 to 100 %).{_partly_seen(tried, still.shape)} Film the whole plate from above with the camera on a stand, put a "
-        f"mark on it that is brighter or darker than the plate (only brightness is looked at, "
-        f"not colour), or give the rim yourself (plate: centre_px, radius_px)."
+        f"gives 50 to 100 %).{_partly_seen(tried, still.shape)} Film the whole plate from above "
+        f"with the camera on a stand, put a mark on it that is brighter or darker than the plate "
+        f"(only brightness is looked at, not colour), or give the rim yourself (plate: centre_px, "
+        f"radius_px)."
     )
 
 
