@@ -12,6 +12,9 @@ from calib.hypotheses import Hypothesis, Weighed
 from calib.imu_log import FloatArray
 from calib.signature import Projector, Signature, are_aliases, contains
 
+SEEN_SHARE = 1e-3
+"""Of the best seen combination of parameters; those seen less have no size of their own."""
+
 PRIOR_NONE, PRIOR_LISTED, PRIOR_UNKNOWN, PRIOR_GENERAL = 0.5, 0.35, 0.09, 0.02
 
 
@@ -86,8 +89,9 @@ def _predicted(signature: Signature, projector: Projector) -> tuple[FloatArray, 
     columns *= projector.root[:, None]
     norm = np.maximum(np.sqrt((columns**2).sum(axis=0)), 1e-300)
     left = projector(columns / norm)
-    inverse = np.linalg.pinv(left, rcond=1e-3)
-    return inverse @ projector.residual / norm, np.sqrt((inverse**2).sum(axis=1)) / norm
+    covariance = np.linalg.pinv(left.T @ left, rcond=SEEN_SHARE**2, hermitian=True)
+    size = covariance @ (left.T @ projector.residual)
+    return size / norm, np.sqrt(np.diag(covariance)) / norm
 
 
 def _after(fit: Fit, projector: Projector, signature: Signature) -> tuple[float, float, float]:

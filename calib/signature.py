@@ -86,9 +86,11 @@ class Projector:
             return nothing
         unit = full[:, used] / norm[used]
         left = self(unit) * np.sqrt(self.data_count / used.sum())
-        basis, singular, _ = np.linalg.svd(left, full_matrices=False)
-        visible = singular > VISIBLE_SHARE * np.sqrt(self.data_count)
-        return Signature(name, columns, basis[:, visible], singular[visible])
+        # What is below VISIBLE_SHARE is dropped, so that squaring in leftᵀ left loses nothing.
+        squared, directions = np.linalg.eigh(left.T @ left)
+        visible = squared > VISIBLE_SHARE**2 * self.data_count
+        strength = np.sqrt(squared[visible])
+        return Signature(name, columns, left @ (directions[:, visible] / strength), strength)
 
 
 def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:
