@@ -24,7 +24,7 @@ HALVINGS = 8
 LONGEST_STEP = 1.0
 """Of the logarithm: a factor of e."""
 
-STEP_SD = 1e-5
+STEP_SD = 1e-4
 """Converged once the step moves no row by more than this part of its sd."""
 
 DIFFERENCE_STEP = 1e-4

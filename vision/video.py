@@ -24,7 +24,7 @@ Luma = NDArray[np.uint8]
 LARGEST_SIDE = 1000  # pixels; a larger picture is reduced by a whole factor
 BATCH = 16  # pictures handed over at once
 LUMA_FIRST = (b"I420", b"NV12", b"Y800")  # 8 bits of luma per pixel, before anything else
-QUEUE_BYTES = 96_000_000  # decoded ahead while the plate is being learned
+QUEUE_BYTES = 128_000_000  # decoded ahead while the plate is being learned
 
 
 @dataclass(frozen=True, eq=False)
