@@ -11,6 +11,7 @@ from pipeline.rates import SettingRate
 
 if TYPE_CHECKING:
     from vision.diagnosis import PhaseDiagnosis
+    from vision.motion import RateHistory
     from vision.rate import RateMeasurement
 
 
@@ -36,6 +37,25 @@ def rate_json(rate: SettingRate) -> Json:
         "source": "video" if filmed else "stated",
         "diagnosis": None if worst is None else _phase_diagnosis(worst.diagnosis),
         "clips": [_clip(*each) for each in zip(rate.sources, rate.clips, strict=True)],
+    }
+
+
+def history_json(history: "RateHistory", refusal: str) -> Json:
+    """What is known of a clip without a constant rate: rate against time, and every angle."""
+    angle = history.angle
+    return {
+        "refused": refusal,
+        "revolutions": history.revolutions,
+        "phase_noise_rad": number(history.phase_noise_rad),
+        "history": {
+            "time_s": numbers(history.time_s),
+            "rate_rad_s": numbers(history.rate_rad_s),
+        },
+        "pictures": {
+            "frame": angle.index.tolist(),
+            "time_s": numbers(angle.time_s),
+            "angle_rad": numbers(angle.angle_rad),
+        },
     }
 
 

@@ -1,9 +1,17 @@
 """What a measured rate says on the terminal: a line for the setting, a few for each clip."""
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from pipeline.display import NAME_WIDTH, RPM, count, relative
 from pipeline.rates import SettingRate
+
+if TYPE_CHECKING:
+    from vision.motion import RateHistory
+
+MOST_ROWS = 20
 
 
 def rate_line(rate: SettingRate) -> str:
@@ -36,3 +44,11 @@ def clip_lines(rate: SettingRate) -> Iterator[str]:
             )
             yield f"  the pictures look the same at {others} rpm: {clip.alias_says}"
         yield f"  {clip.diagnosis.says}"
+
+
+def history_lines(name: str, history: "RateHistory") -> Iterator[str]:
+    """Rate against time of a plate that does not turn steadily, at most ``MOST_ROWS`` rows."""
+    yield f"{f'rate {name}':<{NAME_WIDTH}} not constant; time [s], rate [rpm], mean over a turn:"
+    count = len(history.time_s)
+    for i in np.unique(np.linspace(0, count - 1, min(count, MOST_ROWS)).round().astype(int)):
+        yield f"  {history.time_s[i]:8.2f}  {history.rate_rad_s[i] / RPM:+9.3f}"

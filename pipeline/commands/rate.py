@@ -1,14 +1,24 @@
-"""``pipeline rate VIDEO...``."""
+"""``pipeline rate VIDEO...``, or ``pipeline rate --camera N``."""
 
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 
 import click
 
+FILMED_S = 60.0
+
 
 @click.command()
-@click.argument("videos", metavar="VIDEO...", nargs=-1, required=True,
-                type=click.Path(path_type=Path))
+@click.argument("videos", metavar="[VIDEO...]", nargs=-1, type=click.Path(path_type=Path))
+@click.option("--camera", type=click.IntRange(min=0), metavar="N",
+              help="Film the plate with this camera (0 is the first), and measure that.")
+@click.option("--seconds", type=click.FloatRange(min=1), default=FILMED_S, show_default=True,
+              help="How long --camera films.")
+@click.option("--keep", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE.mkv",
+              help="Keep the clip that --camera films; it is deleted otherwise.")
 @click.option("--fps", type=click.FloatRange(min=0, min_open=True),
               help="Frame rate when filmed, where the file's time stamps are wrong.")
 @click.option("--nominal-rpm", type=click.FloatRange(min=0, min_open=True),
@@ -16,16 +26,54 @@ import click
 @click.option("--json", "as_json", is_flag=True,
               help="Print rate.NAME of results.json for each clip, by the stem of its file.")
 def command(
+    videos: tuple[Path, ...],
+    camera: int | None,
+    seconds: float,
+    keep: Path | None,
+    fps: float | None,
+    nominal_rpm: float | None,
+    as_json: bool,
+) -> None:
+    """Measure the plate's rate in each VIDEO, or in what a camera films now.
+
+    Nothing is written but the clip that --keep asks for. Of a plate that does not turn steadily
+    the rate against time is printed, and no constant one.
+    """
+    if (camera is None) == (not videos):
+        raise click.UsageError("name one or more clips, or a camera (--camera 0), not both.")
+    if keep is not None and (camera is None or keep.suffix != ".mkv"):
+        raise click.UsageError("--keep FILE.mkv names the clip that --camera films.")
+    with _filmed(camera, seconds, keep) as clip:
+        _measure(videos if clip is None else (clip,), fps, nominal_rpm, as_json)
+
+
+@contextmanager
+def _filmed(camera: int | None, seconds: float, keep: Path | None) -> Iterator[Path | None]:
+    """The clip of the camera, deleted at the end unless it is to be kept; None without one."""
+    if camera is None:
+        yield None
+        return
+    from pipeline.commands.progress import ClipProgress
+    from pipeline.live_clip import film_clip
+
+    with tempfile.TemporaryDirectory(prefix="pipeline-") as folder:
+        clip = keep or Path(folder) / f"camera_{camera}.mkv"
+        with ClipProgress() as progress:
+            film_clip(camera, seconds, clip, progress)
+        yield clip
+
+
+def _measure(
     videos: tuple[Path, ...], fps: float | None, nominal_rpm: float | None, as_json: bool
 ) -> None:
-    """Measure the plate's rate in each VIDEO. Nothing is written."""
     import json
 
     from pipeline.commands.progress import ClipProgress
-    from pipeline.rate_json import rate_json
-    from pipeline.rate_lines import clip_lines, rate_line
+    from pipeline.rate_json import history_json, rate_json
+    from pipeline.rate_lines import clip_lines, history_lines, rate_line
     from pipeline.rates import CLOCK_PPM, follow_clips, measure_setting
     from pipeline.workplace import Workplace
+    from vision.errors import RateRefused
     from vision.timebase import Timebase
 
     stems = [video.stem for video in videos]
@@ -39,10 +87,18 @@ def command(
     clock = Timebase(source=source, fps=fps, ppm=CLOCK_PPM[source])
     with ClipProgress() as progress:
         tracks = follow_clips([(video, None) for video in videos], Workplace(None, progress))
-    rates = [
-        measure_setting(stem, [track], clock, nominal_rpm)
-        for stem, track in zip(stems, tracks, strict=True)
-    ]
+    rates = []
+    for stem, track in zip(stems, tracks, strict=True):
+        try:
+            rates.append(measure_setting(stem, [track], clock, nominal_rpm))
+        except RateRefused as refused:
+            if refused.history is not None and as_json:
+                told = {stem: history_json(refused.history, str(refused))}
+                click.echo(json.dumps(told, indent=1, ensure_ascii=False, allow_nan=False))
+            elif refused.history is not None:
+                for line in history_lines(stem, refused.history):
+                    click.echo(line)
+            raise
     for rate in rates:
         for warning in rate.warnings:
             click.secho(f"warning: {warning}", fg="yellow", err=True)

@@ -1,0 +1,50 @@
+"""A clip of the turning plate from a live camera, to be measured like any other."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from pipeline.errors import DeviceError
+from vision.camera import Camera, CameraFailed
+
+LOOK_S = 0.1
+
+
+def film_clip(
+    source: int | Path,
+    seconds: float,
+    clip: Path,
+    on_progress: Callable[[str, int, int | None], None],
+) -> Path:
+    """Film for ``seconds``; ``source`` is a camera's number, or a film that stands for one.
+
+    Parameters
+    ----------
+    clip : path
+        The Matroska file (.mkv) to write; its time stamps stand beside it as ``.times.csv``.
+    on_progress : callable (name, seconds done, seconds in all)
+
+    Raises
+    ------
+    DeviceError
+        No such camera, or it stops giving pictures.
+    """
+    try:
+        camera = Camera(source)
+        try:
+            camera.start(clip)
+            begun = time.monotonic()
+            while (done := time.monotonic() - begun) < seconds:
+                on_progress(clip.stem, int(done), round(seconds))
+                time.sleep(min(LOOK_S, seconds - done))
+            kept = camera.stop(keep=True)
+        finally:
+            camera.close()
+    except CameraFailed as error:
+        raise DeviceError(str(error)) from error
+    if kept is None:
+        raise DeviceError(
+            f"camera {source} gave fewer than two pictures in {seconds:g} s. Close other programs "
+            f"that use it, or choose another camera (--camera)."
+        )
+    return kept.path
