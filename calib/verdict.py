@@ -145,12 +145,12 @@ class Judge:
 
         Both are named where no other pair would do, else the one that all such pairs have.
         """
+        refits = [(h, h.after) for h in self._listed if h.after is not None]
+        if not refits or any(_explains(found) for _, found in refits):
+            return None
         if not self._carried(self._listed[0]):
             return None  # the likeliest has too many parameters for a refit that could clear it
-        singles = [h for h in self._listed if h.after is not None]
-        if not singles or any(_explains(h.after) for h in singles if h.after is not None):
-            return None
-        pairs = refit_pairs(self.fit, singles, self.own)
+        pairs = refit_pairs(self.fit, [h for h, _ in refits], self.own)
         if not pairs or pairs[0].p_value < ADEQUATE_P_VALUE:
             return None
         possible = [pair for pair in pairs if pair.score - pairs[0].score < DOUBT]
