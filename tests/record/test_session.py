@@ -191,11 +191,11 @@ def record_with_kills(config: Path, port: str, kills: int, seed: int) -> int:
 
 
 def assert_same(one: TriadCalibration, two: TriadCalibration) -> None:
-    """Parameters that differ by less than their sd: samples differ by where a pose began."""
+    """Parameters that agree within twice their sd: samples differ by where a pose began."""
     for name, sd in zip(("misalignment_rad", "bias_counts", "scale_counts_per_unit"),
                         one.parameters.sd, strict=True):
         a, b = getattr(one.parameters, name), getattr(two.parameters, name)
-        assert np.abs((a - b) / sd).max() < 1.0, name
+        assert np.abs((a - b) / sd).max() < 2.0, name
 
 
 @pytest.mark.parametrize(("protocol", "device", "more", "says"), [
