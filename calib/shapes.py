@@ -13,7 +13,7 @@ import numpy as np
 
 from calib.compare import orthonormal_columns
 from calib.equations import Equations, Rows
-from calib.errors import FitFailed
+from calib.errors import FitFailed, Undetermined
 from calib.fit import Fit, finish, with_shape_sd
 from calib.gauss_newton import minimise, with_common
 from calib.identifiability import require_enough
@@ -67,7 +67,7 @@ def fit_with_shapes(
         for _ in range(HALVINGS):
             try:
                 trial = minimise(equations, theta, named(x + step), basis, robust)
-            except FitFailed:
+            except (FitFailed, Undetermined):
                 step = step / 2
                 continue
             if float(trial[3] @ trial[2].residual ** 2) < cost:
