@@ -10,10 +10,15 @@ linearly, is below 0.03° and free of locking to the samples. Where the expected
 lead to a good match, the whole turn is searched by correlation.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.geometry import FloatArray
+from vision.grid import ring_spectra
 from vision.mark import PlateMark, centroid
 from vision.template import Template
 from vision.video import Luma
@@ -27,8 +32,30 @@ NEAR_ENOUGH = 0.8  # of the highest peak, for a peak near the expected angle to 
 MEMORY = 0.05  # weight of the newest picture in the running rate and the usual correlation
 
 
+@dataclass(frozen=True, eq=False)
+class Angles:
+    """The plate in some pictures, each array of shape (f,).
+
+    Attributes
+    ----------
+    angle_rad : array
+        Continuous as far as the expectation goes.
+    match : array
+        Correlation with the template at that angle.
+    seed_rad : array
+        Angle by the centroid of the mark alone; NaN where no spot stands out.
+    change : array
+        Mean change of luma since the picture before; infinite for the very first.
+    """
+
+    angle_rad: FloatArray
+    match: FloatArray
+    seed_rad: FloatArray
+    change: FloatArray
+
+
 class Follower:
-    """Keeps the expectation from picture to picture; ``angle`` is called once per picture."""
+    """Keeps the expectation from picture to picture, which have to come in order."""
 
     def __init__(self, template: Template, mark: PlateMark | None, rate_rad_s: float) -> None:
         self.template = template
@@ -49,6 +76,7 @@ class Follower:
         self._seen = grid.seen
         self._partly = not bool(self._seen.all())
         self._still = template.still
+        self._difference = np.empty_like(template.still)
         self._search = (weight * np.conj(spectrum)).astype(np.complex64)
         # Rings partly hidden or outside the picture: what the template itself gives, by angle.
         self._information = _by_angle(weight * slope**2, self._seen)
@@ -59,18 +87,33 @@ class Follower:
         self._usual = 0.0
         self._before: Luma | None = None
 
-    def angle(self, time_s: float, strip: Luma) -> tuple[float, float, float, float]:
-        """Angle, correlation, centroid angle and mean change since the picture before.
+    def angles(self, time_s: FloatArray, strips: Sequence[Luma]) -> Angles:
+        """The plate angle in the next pictures, each given along the template's rings."""
+        f = len(time_s)
+        angle, match, change = np.empty(f), np.empty(f), np.empty(f)
+        along_mark = np.empty((f, self._n), np.float32)
+        for i, strip in enumerate(strips):
+            before, self._before = self._before, strip
+            change[i] = np.inf if before is None else cv2.norm(strip, before, cv2.NORM_L1)
+            difference = self._beyond_still(strip)
+            angle[i], match[i] = self._angle_of(difference, float(time_s[i]))
+            if self._mark is not None:
+                rings = difference[self._mark.first_ring : self._mark.last_ring]
+                np.sum(rings, axis=0, out=along_mark[i])
+        seed = np.full(f, np.nan)
+        if self._mark is not None:
+            at = self._mark.azimuth_rad
+            seed = centroid(along_mark, self._mark, at + angle) - at
+        return Angles(angle, match, seed, change / self._seen.size)
 
-        ``strip`` is the picture along the rings of the template's grid.
-
-        Angles in radians, continuous as far as the expectation goes; NaN where nothing matches.
-        """
-        before, self._before = self._before, strip
-        change = np.inf if before is None else _mean_change(strip, before)
-        difference = np.asarray(cv2.subtract(strip, self._still, dtype=cv2.CV_32F), np.float32)
+    def _beyond_still(self, strip: Luma) -> NDArray[np.float32]:
+        cv2.subtract(strip, self._still, dst=self._difference, dtype=cv2.CV_32F)
         if self._partly:
-            difference = difference * self._seen
+            self._difference *= self._seen
+        return self._difference
+
+    def _angle_of(self, difference: NDArray[np.float32], time_s: float) -> tuple[float, float]:
+        """Angle of one picture and its correlation with the template there."""
         expected = self._angle
         if self._time is not None:
             expected += self._rate * (time_s - self._time)
@@ -81,12 +124,8 @@ class Follower:
             searched, found = self._refine(difference, self._whole_turn(difference, expected), size)
             if found > match:
                 angle, match = searched, found
-        seed = np.nan
-        if self._mark is not None:
-            spot = centroid(difference, self._mark, self._mark.azimuth_rad + angle)
-            seed = spot - self._mark.azimuth_rad
         self._remember(time_s, angle, match)
-        return angle, match, seed, change
+        return angle, match
 
     def _remember(self, time_s: float, angle: float, match: float) -> None:
         if self._time is None:
@@ -126,17 +165,13 @@ class Follower:
 
     def _whole_turn(self, difference: NDArray[np.float32], expected_rad: float) -> float:
         """The best angle of the whole turn; a nearly equal one near the expected is preferred."""
-        cross = (np.fft.rfft(difference, axis=1) * self._search).sum(axis=0)
+        cross = (ring_spectra(difference) * self._search).sum(axis=0)
         correlation = np.fft.irfft(cross, self._n)
         azimuth = np.arange(self._n) * 2 * np.pi / self._n
         distance = np.angle(np.exp(1j * (azimuth - expected_rad)))
         near = np.where(np.abs(distance) < NEAR_RAD, correlation, -np.inf)
         best = near if near.max() > NEAR_ENOUGH * correlation.max() else correlation
         return float(expected_rad + distance[int(best.argmax())])
-
-
-def _mean_change(strip: Luma, before: Luma) -> float:
-    return cv2.norm(strip, before, cv2.NORM_L1) / strip.size
 
 
 def _by_angle(plate: NDArray[np.float64], seen: NDArray[np.float32]) -> NDArray[np.float64]:

@@ -11,6 +11,7 @@ from vision.geometry import FloatArray, View
 from vision.video import Luma
 
 Strips = NDArray[np.float32]  # (pictures, rings, azimuths), or of one picture (rings, azimuths)
+Spectra = NDArray[np.complex64]  # (pictures, rings, azimuths // 2 + 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +41,14 @@ class Grid:
         """The picture along the rings, shape (r, n)."""
         return np.asarray(cv2.remap(picture, self.x, self.y, cv2.INTER_LINEAR), np.uint8)
 
-    def strips(self, pictures: Sequence[Luma]) -> Strips:
-        """Several pictures, in floating point."""
-        return np.stack([self.strip(picture) for picture in pictures]).astype(np.float32)
+    def beyond(self, still: Strips, pictures: Sequence[Luma]) -> Strips:
+        """What the pictures show beyond a strip, 0 where nothing is seen; shape (f, r, n)."""
+        differences = np.empty((len(pictures), *self.x.shape), np.float32)
+        seen = self.seen
+        for difference, picture in zip(differences, pictures, strict=True):
+            np.subtract(self.strip(picture), still, out=difference)
+            difference *= seen
+        return differences
 
     def moved(self, view: View, shape: tuple[int, ...]) -> "Grid":
         """The same rings in another view; what was covered stays covered."""
@@ -81,3 +87,17 @@ def polar_grid(view: View, radius: FloatArray, azimuths: int, shape: tuple[int, 
         inside.astype(np.float32),
         np.ones(x.shape, np.float32),
     )
+
+
+def ring_spectra(strips: Strips) -> Spectra:
+    """Fourier coefficients along the rings, orders 0 to n / 2 of an even number n of azimuths.
+
+    OpenCV's transform, four times as fast as NumPy's in single precision, packs the real
+    coefficients Re 0, Re 1, Im 1, ..., Re n/2 into n numbers.
+    """
+    n = strips.shape[-1]
+    packed = cv2.dft(strips.reshape(-1, n), flags=cv2.DFT_ROWS)
+    pairs = np.zeros((len(packed), n + 2), np.float32)
+    pairs[:, 0] = packed[:, 0]
+    pairs[:, 2:-1] = packed[:, 1:]
+    return pairs.view(np.complex64).reshape(*strips.shape[:-1], n // 2 + 1)

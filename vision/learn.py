@@ -7,7 +7,7 @@ import numpy as np
 
 from vision.errors import RateRefused
 from vision.geometry import FloatArray, View
-from vision.grid import polar_grid
+from vision.grid import polar_grid, ring_spectra
 from vision.outline import proposals
 from vision.spin import Spin, find_spin
 from vision.stillness import median_picture
@@ -18,16 +18,16 @@ COARSE_AZIMUTHS = 256
 COARSE_RADII = np.linspace(0.1, 0.97, 20)
 COARSE_PICTURES = 150
 COARSE_ITERATIONS = 8
-COARSE_STEP = 2e-4  # of the radius: what is left of the view's error is for the fine template
+COARSE_STEP = 1e-3  # of the radius: what is left of the view's error is for the fine template
 PROMISING = 0.15  # share of the energy that turns together, for a proposal to be looked into
-COHERENT = 0.3  # the same about the refined axis, for it to be a plate
+COHERENT = 0.4  # the same about the refined axis, and by the template, for it to be a plate
 CERTAIN = 0.8  # the same, for no other proposal to be looked into
 AS_GOOD = 0.8  # of the highest varying energy
 GROWN = 1.4  # times the outline's radius, or less by as much: the view has run away
 SMOOTH_RAD = 0.06  # median second difference from the rough angle: a plate has inertia
 WHOLE = 0.95  # of the rim inside the picture
 GRAZING_RAD = np.radians(75)
-FINE_PICTURES = 40
+FINE_PICTURES = 28
 FINE_ITERATIONS = 3
 RING_SPACING_PX = 1.0
 MOST_RINGS = 32
@@ -37,8 +37,11 @@ ALIKE = 0.9  # correlation of the template with itself turned by a part of a tur
 
 @dataclass(frozen=True, eq=False)
 class Learned:
-    """The plate: template on the rings worth looking at, rough rate, symmetry, notes."""
+    """The plate: what stands still, template on the rings worth looking at, rough rate, symmetry,
+    notes.
+    """
 
+    still: Luma
     template: Template
     rate_rad_s: float
     symmetry: int
@@ -87,19 +90,22 @@ def learn(
         )
         if not 1 / GROWN < coarse.template.grid.view.radius_px / view.radius_px < GROWN:
             continue
-        # Asked again about the refined axis: a steep view can hide most of it at first.
-        again = _spin(coarse.template.grid.view, pictures, still, time)
-        best = max(best, again.coherence)
+        again = spin
+        if spin.coherence < CERTAIN:
+            # Asked again about the refined axis: a steep view can hide most of it at first.
+            again = _spin(coarse.template.grid.view, pictures, still, time)
+        together = min(again.coherence, coarse.template.explained)
+        best = max(best, together)
         jerk = np.abs(np.diff(coarse.angle_rad - spin.angle_rad[some], 2))
-        if again.coherence > max(COHERENT, coherence) and np.median(jerk) < SMOOTH_RAD:
-            found, coherence = coarse, again.coherence
+        if together > max(COHERENT, coherence) and np.median(jerk) < SMOOTH_RAD:
+            found, coherence = coarse, together
             if coherence > CERTAIN:
                 break
     if found is not None:
         fine = _fine(found, [pictures[i] for i in some], still, on_step)
         rate = np.median(np.diff(found.angle_rad) / np.maximum(np.diff(time[some]), 1e-6))
         notes = _others_turning(name, fine.template.grid.view, tried)
-        return Learned(fine.template, float(rate), _symmetry(fine.template), notes)
+        return Learned(still, fine.template, float(rate), _symmetry(fine.template), notes)
     raise RateRefused(
         f"{name}: nothing in the picture turns about a fixed axis: {len(views)} round outline(s) "
         f"were tried, and at most {best:.0%} of what changes inside one turns together (a plate "
@@ -129,9 +135,8 @@ def _partly_seen(tried: list[tuple[View, Spin]], shape: tuple[int, ...]) -> str:
 
 def _spin(view: View, pictures: list[Luma], still: Luma, time_s: FloatArray) -> Spin:
     grid = polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS // 2, still.shape)
-    strips = (grid.strips(pictures) - grid.strip(still)) * grid.seen
-    spectra = np.fft.rfft(strips, axis=-1).astype(np.complex64)
-    return find_spin(spectra, grid.weight(), time_s)
+    strips = grid.beyond(grid.strip(still).astype(np.float32), pictures)
+    return find_spin(ring_spectra(strips), grid.weight(), time_s)
 
 
 def _others_turning(name: str, plate: View, tried: list[tuple[View, Spin]]) -> tuple[str, ...]:
@@ -176,7 +181,7 @@ def _fine(
 
 def _worthwhile_rings(template: Template, view: View) -> FloatArray:
     """Radii, about a pixel apart, that carry nearly all information on the angle."""
-    spectrum = np.fft.rfft(template.turning, axis=1).astype(np.complex64)
+    spectrum = ring_spectra(template.turning)
     slope = motion_basis(spectrum, template.grid.radius, template.grid.azimuths)[-1]
     information = (slope**2).sum(axis=1) * template.grid.weight()
     spacing = RING_SPACING_PX / view.radius_px
@@ -192,7 +197,7 @@ def _worthwhile_rings(template: Template, view: View) -> FloatArray:
 
 def _symmetry(template: Template) -> int:
     """How many times per turn the plate looks the same."""
-    power = np.abs(np.fft.rfft(template.turning, axis=1)) ** 2
+    power = np.abs(ring_spectra(template.turning)) ** 2
     power = (power * template.grid.weight()[:, None]).sum(axis=0)
     correlation = np.fft.irfft(power, template.grid.azimuths)
     for fold in range(12, 1, -1):

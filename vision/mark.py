@@ -86,39 +86,43 @@ def find_mark(template: Template) -> PlateMark | None:
     return PlateMark(**{**vars(mark), "unique": unique})
 
 
-def centroid(difference: NDArray[np.float32], mark: PlateMark, expected_rad: float) -> float:
-    """Azimuth of the mark in a strip of which the still part was taken off.
+def centroid(
+    along: NDArray[np.float32], mark: PlateMark, expected_rad: FloatArray
+) -> FloatArray:
+    """Azimuth of the mark in some pictures.
 
     Parameters
     ----------
-    difference : array, shape (r, n)
+    along : array, shape (f, n)
+        The pictures less what stands still, summed over the rings of the mark.
     mark : PlateMark
-    expected_rad : float
+    expected_rad : array, shape (f,)
         Where the mark should be; only an ambiguous mark needs it.
 
     Returns
     -------
-    azimuth_rad : float
+    azimuth_rad : array, shape (f,)
         NaN where no spot stands out.
     """
-    n = difference.shape[1]
-    profile = mark.sign * difference[mark.first_ring : mark.last_ring].sum(axis=0)
+    n = along.shape[1]
+    profile = mark.sign * along
     half = max(2, round(mark.width_rad / 2 * n / (2 * np.pi)))
-    padded = np.concatenate([profile[-3 * half :], profile, profile[: 3 * half]])
-    running = np.concatenate([[0.0], np.cumsum(padded, dtype=float)])
-    mean = running[2 * half + 1 :] - running[: -2 * half - 1]
-    mean = mean[2 * half : 2 * half + n]
+    padded = np.hstack([profile[:, -3 * half :], profile, profile[:, : 3 * half]])
+    running = np.cumsum(padded, axis=1, dtype=float)
+    around = running[:, 4 * half : 4 * half + n] - running[:, 2 * half - 1 : 2 * half - 1 + n]
     if not mark.unique:
-        distance = np.abs(np.angle(np.exp(1j * (_azimuths(n) - expected_rad))))
-        mean = np.where(distance < mark.width_rad, mean, -np.inf)
-    peak = int(mean.argmax())
-    window = padded[peak + half : peak + 5 * half + 1]
-    floor = CENTROID_FLOOR * window.max()
-    weight = np.maximum(window - floor, 0.0)
-    if window.max() <= 0 or weight.sum() <= 0:
-        return float("nan")
-    offset = (weight * (np.arange(len(window)) - 2 * half)).sum() / weight.sum()
-    return float(np.angle(np.exp(1j * (peak + offset) * 2 * np.pi / n)))
+        distance = np.abs(np.angle(np.exp(1j * (_azimuths(n) - expected_rad[:, None]))))
+        around = np.where(distance < mark.width_rad, around, -np.inf)
+    peak = around.argmax(axis=1)
+    nearby = np.arange(-2 * half, 2 * half + 1)
+    window = np.take_along_axis(padded, (peak + 3 * half)[:, None] + nearby, axis=1)
+    highest = window.max(axis=1)
+    weight = np.maximum(window - CENTROID_FLOOR * highest[:, None], 0.0)
+    total = weight.sum(axis=1)
+    clear = (highest > 0) & (total > 0)
+    offset = (weight * nearby).sum(axis=1) / np.where(clear, total, 1.0)
+    azimuth = np.angle(np.exp(1j * (peak + offset) * 2 * np.pi / n))
+    return np.where(clear, azimuth, np.nan)
 
 
 def _azimuths(n: int) -> FloatArray:

@@ -25,6 +25,7 @@ SAME = 0.06  # proposals closer than this in centre and axes (of the axes) are o
 MOST = 8
 TRACK_PICTURES = 120
 TRACK_TRIALS = 300
+TRACK_MISSED = 1e-4  # probability at which trials end that not one of them was free of strays
 TRACK_INLIERS = 0.4
 TRACK_TOLERANCE = 0.03  # of the ellipse's mean axis
 RIM_OVER_TRACK = 1.15  # a mark is put near the rim
@@ -167,7 +168,10 @@ def _mark_tracks(still: Luma, pictures: Sequence[Luma]) -> list[Ellipse]:
         return []
     rng = np.random.default_rng(0)  # the same film gives the same proposals
     best: NDArray[np.bool_] = np.zeros(len(points), bool)
-    for _ in range(TRACK_TRIALS):
+    needed = float(TRACK_TRIALS)
+    for trial in range(TRACK_TRIALS):
+        if trial >= needed:
+            break
         sample = points[rng.choice(len(points), 6, replace=False)]
         ellipse = _fitted(sample)
         if not _sound(ellipse, still.shape) or min(ellipse[1]) < 0.1 * min(still.shape):
@@ -175,6 +179,7 @@ def _mark_tracks(still: Luma, pictures: Sequence[Luma]) -> list[Ellipse]:
         near = _distance(ellipse, points) < TRACK_TOLERANCE
         if near.sum() > best.sum():
             best = near
+            needed = np.log(TRACK_MISSED) / np.log1p(-min(best.mean() ** len(sample), 0.99))
     if best.sum() < max(10, TRACK_INLIERS * len(points)):
         return []
     centre, axes, degrees = _fitted(points[best])

@@ -23,10 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import VIEW_PARAMETERS, FloatArray
-from vision.grid import Grid, Strips
+from vision.grid import Grid, Spectra, Strips, ring_spectra
 from vision.video import Luma
-
-Spectra = NDArray[np.complex64]  # (pictures, rings, azimuths // 2 + 1)
 
 OUTLIER = 3.0  # times the median misfit: a hand, a flash
 NEIGHBOURHOOD = 3  # rings and azimuths
@@ -89,23 +87,23 @@ def align(
     angle = angle_rad.copy()
     still_strip = grid.strip(still).astype(np.float32)
     used = np.ones(len(pictures), bool)
-    strips = grid.strips(pictures) * grid.seen
+    difference = grid.beyond(still_strip, pictures)
     beyond_median = np.zeros_like(still_strip)
     best, best_view, view, settled = np.inf, grid.view, grid.view, False
     for iteration in range(iterations):
         on_step()
-        difference = strips - still_strip * grid.seen
         spectra = _spectra(difference)
         turning = _mean_turning(spectra, angle, used, grid)
         angle = _correlate(spectra, turning, grid, angle)
         turning = _mean_turning(spectra, angle, used, grid)
         moved = _turned(turning, angle, grid)
-        misfit = np.subtract(difference, moved, out=difference)
+        misfit = difference - moved
         # What the model leaves, averaged over all angles, stood still after all.
         correction = misfit[used].mean(axis=0)
         still_strip = still_strip + correction
         beyond_median = beyond_median + correction
         misfit -= correction
+        difference -= correction
         energy = _energy(misfit, grid)
         used = energy <= OUTLIER * np.median(energy)
         if iteration == iterations - 1:
@@ -125,13 +123,14 @@ def align(
         if view is not grid.view:
             grid = grid.moved(view, pictures[0].shape)
             still_strip = grid.strip(still).astype(np.float32) + beyond_median
-            strips = grid.strips(pictures) * grid.seen
+            difference = grid.beyond(still_strip, pictures)
     if find_covered:
         # A mark that is hidden is missing once; a hand adds more than that.
         fair = energy <= HIDDEN * _energy(moved, grid)
         if fair.any():
-            grid = _without_covered(grid, (strips - still_strip * grid.seen)[fair], moved[fair])
-    total = float(_energy((strips[used] - strips[used].mean(axis=0)) * grid.seen, grid).sum())
+            grid = _without_covered(grid, difference[fair], moved[fair])
+    varying = (difference[used] - difference[used].mean(axis=0)) * grid.seen
+    total = float(_energy(varying, grid).sum())
     left = float(_energy(misfit[used] * grid.seen, grid).sum())
     template = Template(
         grid,
@@ -164,9 +163,9 @@ def _without_covered(grid: Grid, seen: Strips, expected: Strips) -> Grid:
 
 
 def _spectra(strips: Strips) -> Spectra:
-    spectra = np.fft.rfft(strips, axis=-1)
+    spectra = ring_spectra(strips)
     spectra[..., 0] = 0  # the mean of a ring has no angle
-    return spectra.astype(np.complex64, copy=False)
+    return spectra
 
 
 def _turns(angle_rad: FloatArray, orders: int) -> Spectra:
@@ -190,7 +189,7 @@ def _mean_turning(
         return np.asarray(turned_back / used.sum(), np.complex64)
     turns = turns[used]
     back = np.fft.irfft(spectra[used] * turns, grid.azimuths, axis=-1)
-    seen = np.fft.irfft(np.fft.rfft(grid.seen, axis=-1)[None] * turns, grid.azimuths, axis=-1)
+    seen = np.fft.irfft(ring_spectra(grid.seen)[None] * turns, grid.azimuths, axis=-1)
     mean = back.sum(axis=0) / np.maximum(seen.sum(axis=0), 1.0)
     return np.asarray(_spectra(mean.astype(np.float32)))
 
@@ -266,9 +265,10 @@ def _view_change(
     basis = motion_basis(turning, grid.radius, grid.azimuths)
     weighted = basis * grid.weight()[:, None]
     normal = np.einsum("arn,brn->ab", weighted, basis).astype(float)
-    spectra = np.fft.rfft(misfit, axis=-1) * _turns(angle_rad, turning.shape[-1])
+    spectra = ring_spectra(misfit) * _turns(angle_rad, turning.shape[-1])
     back = np.fft.irfft(spectra, grid.azimuths, axis=-1)
-    seen = -np.tensordot(back, weighted, axes=((1, 2), (1, 2))).astype(float)  # (f, 9)
+    # Ring by ring: a product so small stays on one thread, beside the decoder's.
+    seen = -np.vecdot(back[:, None], weighted).sum(axis=-1).astype(float)  # (f, 9)
 
     field, own = slice(0, len(basis) - 1), len(basis) - 1
     coupling = normal[field, own] / normal[own, own]

@@ -24,6 +24,7 @@ Luma = NDArray[np.uint8]
 LARGEST_SIDE = 1000  # pixels; a larger picture is reduced by a whole factor
 BATCH = 16  # pictures handed over at once
 LUMA_FIRST = (b"I420", b"NV12", b"Y800")  # 8 bits of luma per pixel, before anything else
+SMALL = 500_000  # pixels of a picture
 QUEUE_BYTES = 128_000_000  # decoded ahead while the plate is being learned
 
 
@@ -52,7 +53,7 @@ class Film:
         _refuse_unreadable(self.path)
         # The decoder reports every oddity of a file; what matters is said by our own messages.
         cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
-        self._capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+        self._capture = _opened(path)
         if not self._capture.isOpened():
             raise UnreadableVideo(
                 f"{path}: no video stream that can be decoded was found in the file. Expected a "
@@ -138,6 +139,16 @@ class Film:
             picture = picture[: h * self.reduction, : w * self.reduction]
             picture = np.asarray(cv2.resize(picture, (w, h), interpolation=cv2.INTER_AREA))
         return np.asarray(picture, np.uint8)
+
+
+def _opened(path: Path | str) -> cv2.VideoCapture:
+    """The film, small pictures decoded by one thread: several lose more by waiting for each other.
+
+    The number of threads can only be asked for while opening.
+    """
+    one = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG, [cv2.CAP_PROP_N_THREADS, 1])
+    pixels = one.get(cv2.CAP_PROP_FRAME_WIDTH) * one.get(cv2.CAP_PROP_FRAME_HEIGHT)
+    return one if pixels <= SMALL else cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
 
 
 def _refuse_unreadable(path: Path) -> None:

@@ -1,0 +1,98 @@
+"""What is measured in every picture; together, a phase track."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from vision.annotate import annotate
+from vision.follow import Follower
+from vision.geometry import FloatArray
+from vision.learn import Learned
+from vision.mark import find_deck_mark, find_mark
+from vision.phase_track import PhaseTrack
+from vision.video import Film, Frame, Luma
+
+THUMBNAIL = 20  # samples across the plate's surroundings, each way
+DUPLICATE = 0.2  # of the usual change between pictures
+
+
+class Rows:
+    """One row per picture, and what is needed to measure the next."""
+
+    def __init__(self, found: Learned, frames: list[Frame]) -> None:
+        self._found = found
+        grid = found.template.grid
+        self._mark = find_mark(found.template)
+        self._follower = Follower(found.template, self._mark, found.rate_rad_s)
+        x, y = grid.view.pixels(np.ones(90), np.linspace(0, 2 * np.pi, 90))
+        h, w = frames[0].luma.shape
+        self._columns, self._rows = _samples(x, w), _samples(y, h)
+        self._shown = frames[len(frames) // 2].luma
+        self._shown_index = len(frames) // 2
+        self._thumbnails: list[Luma] = []
+        self._measured: list[FloatArray] = []
+
+    def __len__(self) -> int:
+        return len(self._thumbnails)
+
+    def add(self, frames: list[Frame]) -> None:
+        """Measure the next pictures."""
+        time_s = np.array([frame.time_s for frame in frames])
+        strips = [self._found.template.grid.strip(frame.luma) for frame in frames]
+        found = self._follower.angles(time_s, strips)
+        self._measured.append(
+            np.array([time_s, found.angle_rad, found.seed_rad, found.match, found.change])
+        )
+        self._thumbnails += [f.luma[self._rows, self._columns].ravel() for f in frames]
+
+    def track(
+        self, name: str, film: Film, size: tuple[int, int], notes: tuple[str, ...]
+    ) -> PhaseTrack:
+        """Everything measured so far."""
+        grid = self._found.template.grid
+        time_s, phase, seed, quality, change = np.hstack(self._measured)
+        mark, resting = self._mark, grid.view.at_rest
+        deck = find_deck_mark(self._found.still, resting)
+        at = None
+        if mark is not None:
+            at = (mark.radius, mark.azimuth_rad + phase[self._shown_index])
+        track = PhaseTrack(
+            source=name,
+            time_s=time_s,
+            phase_rad=_wrapped(phase),
+            seed_rad=_wrapped(seed),
+            quality=quality,
+            duplicate=change < DUPLICATE * np.median(change),
+            thumbnail=np.stack(self._thumbnails),
+            symmetry=self._found.symmetry,
+            mark_rad=np.nan if mark is None else mark.azimuth_rad,
+            mark_radius=np.nan if mark is None else mark.radius,
+            deck_mark_rad=np.nan if deck is None else deck[1],
+            deck_mark_radius=np.nan if deck is None else deck[0],
+            view=grid.view.matrix,
+            size_px=size,
+            reduction=film.reduction,
+            explained=self._found.template.explained,
+            fps_stated=film.fps_stated,
+            annotated=annotate(
+                self._shown, resting, (float(grid.radius[0]), float(grid.radius[-1])), at, deck
+            ),
+            notes=notes,
+        )
+        # The template holds for the row of the spindle; every picture is stamped for its own mark.
+        turned_on = grid.view.lag_rad_px * track.mark_row_px(phase)
+        return replace(
+            track,
+            phase_rad=_wrapped(phase + turned_on),
+            seed_rad=_wrapped(track.seed_rad + turned_on),
+        )
+
+
+def _samples(reach: FloatArray, size: int) -> slice:
+    """Evenly spaced pixels across the plate, one coordinate."""
+    low, high = max(0, int(reach.min())), min(size, int(reach.max()) + 1)
+    return slice(low, high, max(1, (high - low) // THUMBNAIL))
+
+
+def _wrapped(angle_rad: FloatArray) -> FloatArray:
+    return np.asarray(np.angle(np.exp(1j * angle_rad)))
