@@ -29,6 +29,7 @@ class Rows:
         self._columns, self._rows = _samples(x, w), _samples(y, h)
         self._shown = frames[len(frames) // 2].luma
         self._shown_index = len(frames) // 2
+        self._picture = np.empty((h, w), np.uint8)
         self._thumbnails: list[Luma] = []
         self._measured: list[FloatArray] = []
 
@@ -38,12 +39,18 @@ class Rows:
     def add(self, frames: list[Frame]) -> None:
         """Measure the next pictures."""
         time_s = np.array([frame.time_s for frame in frames])
-        strips = [self._found.template.grid.strip(frame.luma) for frame in frames]
+        strips = [self._strip(frame.luma) for frame in frames]
         found = self._follower.angles(time_s, strips)
         self._measured.append(
             np.array([time_s, found.angle_rad, found.seed_rad, found.match, found.change])
         )
-        self._thumbnails += [f.luma[self._rows, self._columns].ravel() for f in frames]
+
+    def _strip(self, picture: Luma) -> Luma:
+        # Copied into the processor's cache as a whole: the rings jump about in a picture, which
+        # was decoded some time ago, and each jump would wait for the memory.
+        self._picture[:] = picture
+        self._thumbnails.append(self._picture[self._rows, self._columns].ravel())
+        return self._found.template.grid.strip(self._picture)
 
     def track(
         self, name: str, film: Film, size: tuple[int, int], notes: tuple[str, ...]

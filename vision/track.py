@@ -5,22 +5,25 @@ follow are then measured as they come, so that memory does not grow with the fil
 """
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import cv2
 
 from vision.errors import RateRefused, UnreadableVideo
 from vision.geometry import PlateOverride
-from vision.learn import Learned, learn
-from vision.phase_track import PhaseTrack
-from vision.rows import Rows
 from vision.video import BATCH, Film, Frame
+
+if TYPE_CHECKING:
+    from vision.learn import Learned
+    from vision.phase_track import PhaseTrack
 
 FEWEST = 12  # pictures from which anything can be said
 LEARN_FOR_S = 7.2  # two turns of the slowest plate
 LEARN_FROM = (150, 300)  # pictures, at least and at most
 LEARN_BYTES = 96_000_000
-ATTEMPTS = 5  # stretches of the film in which a plate is looked for
+ATTEMPTS = 12  # stretches of the film in which a plate is looked for
 
 
 def track_phase(
@@ -28,7 +31,7 @@ def track_phase(
     *,
     plate: PlateOverride | None = None,
     on_progress: Callable[[int, int | None], None] | None = None,
-) -> PhaseTrack:
+) -> "PhaseTrack":
     """Follow the plate of a film.
 
     Parameters
@@ -49,47 +52,19 @@ def track_phase(
     name = Path(path).name
     cv2.setNumThreads(1)  # the other cores decode
     with Film(path) as film:
-        batches = iter(film)
-        skipped = 0
-        refusal: RateRefused | None = None
-        frames: list[Frame] = []
-        found: Learned | None = None
-        size = (0, 0)
+        from vision.rows import Rows  # while the first pictures are decoded
 
-        def on_step() -> None:
+        def on_done(pictures: int) -> None:
             if on_progress is not None:
-                on_progress(skipped, film.frames_stated)
+                on_progress(pictures, film.frames_stated)
 
-        for _ in range(ATTEMPTS):
-            frames = _first(batches, on_step)
-            if not frames:
-                break
-            if len(frames) < FEWEST and refusal is None:
-                raise UnreadableVideo(
-                    f"{path}: {len(frames)} picture(s) found, at least {FEWEST} expected; a rate "
-                    f"needs a film of the turning plate, better of a minute."
-                )
-            try:
-                given = plate.view(film.reduction) if plate else None
-                found = learn(name, frames, given, on_step)
-                break
-            except RateRefused as error:
-                refusal = refusal or error
-                skipped += len(frames)
-        if found is None:
-            if refusal is not None:
-                raise refusal
-            raise UnreadableVideo(
-                f"{path}: the file has a video stream, but not one picture could be decoded; "
-                f"copy it from the camera again or convert it to H.264."
-            )
+        batches = iter(film)
+        found, frames, skipped = _find(path, film, batches, plate, on_done)
         h, w = frames[0].luma.shape
-        size = (w * film.reduction, h * film.reduction)
         rows = Rows(found, frames)
         for batch in _chain(frames, batches):
             rows.add(batch)
-            if on_progress is not None:
-                on_progress(skipped + len(rows), film.frames_stated)
+            on_done(skipped + len(rows))
         notes = list(found.notes)
         if skipped:
             notes.append(
@@ -101,10 +76,45 @@ def track_phase(
                 f"The file states {film.frames_stated} pictures, {skipped + len(rows)} "
                 f"could be decoded: it is damaged or was cut short."
             )
+        size = (w * film.reduction, h * film.reduction)
         return rows.track(name, film, size, tuple(notes))
 
 
-def _first(batches: Iterator[list[Frame]], on_step: Callable[[], None]) -> list[Frame]:
+def _find(
+    path: Path | str,
+    film: Film,
+    batches: Iterator[list[Frame]],
+    plate: PlateOverride | None,
+    on_done: Callable[[int], None],
+) -> "tuple[Learned, list[Frame], int]":
+    """The plate, the pictures it was learned from, and how many were in vain before them."""
+    from vision.learn import learn
+
+    given = plate.view(film.reduction) if plate else None
+    skipped = 0
+    refusal: RateRefused | None = None
+    for _ in range(ATTEMPTS):
+        frames = _first(batches, partial(on_done, skipped))
+        if not frames:
+            break
+        if len(frames) < FEWEST and refusal is None:
+            raise UnreadableVideo(
+                f"{path}: {len(frames)} picture(s) found, at least {FEWEST} expected; a rate "
+                f"needs a film of the turning plate, better of a minute."
+            )
+        try:
+            found = learn(Path(path).name, frames, given, partial(on_done, skipped))
+            return found, frames, skipped
+        except RateRefused as error:
+            refusal = refusal or error
+            skipped += len(frames)
+    raise refusal or UnreadableVideo(
+        f"{path}: the file has a video stream, but not one picture could be decoded; copy it from "
+        f"the camera again or convert it to H.264."
+    )
+
+
+def _first(batches: Iterator[list[Frame]], on_step: Callable[[], object]) -> list[Frame]:
     frames: list[Frame] = []
     for batch in batches:
         on_step()

@@ -25,7 +25,7 @@ LARGEST_SIDE = 1000  # pixels; a larger picture is reduced by a whole factor
 BATCH = 16  # pictures handed over at once
 LUMA_FIRST = (b"I420", b"NV12", b"Y800")  # 8 bits of luma per pixel, before anything else
 SMALL = 500_000  # pixels of a picture
-QUEUE_BYTES = 128_000_000  # decoded ahead while the plate is being learned
+QUEUE_BYTES = 160_000_000  # decoded ahead while the plate is being learned
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +79,7 @@ class Film:
         self._thread = threading.Thread(target=self._decode, daemon=True)
 
     def __enter__(self) -> "Film":
+        self._thread.start()
         return self
 
     def __exit__(
@@ -89,13 +90,11 @@ class Film:
     ) -> None:
         self._stop.set()
         self._room.release()
-        if self._thread.is_alive():
-            self._thread.join()
+        self._thread.join()
         self._capture.release()
 
     def __iter__(self) -> Iterator[list[Frame]]:
         """Batches of pictures, at least one picture each."""
-        self._thread.start()
         while (item := self._queue.get()) is not None:
             if isinstance(item, BaseException):
                 raise item
