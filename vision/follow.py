@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
-from vision.grid import row_spectra
+from vision.grid import ring_spectra
 from vision.mark import PlateMark, centroid
 from vision.template import Template
 from vision.video import Luma
@@ -165,7 +165,7 @@ class Follower:
 
     def _whole_turn(self, difference: NDArray[np.float32], expected_rad: float) -> float:
         """The best angle of the whole turn; a nearly equal one near the expected is preferred."""
-        cross = (row_spectra(difference) * self._search).sum(axis=0)
+        cross = (ring_spectra(difference) * self._search).sum(axis=0)
         correlation = np.fft.irfft(cross, self._n)
         azimuth = np.arange(self._n) * 2 * np.pi / self._n
         distance = np.angle(np.exp(1j * (azimuth - expected_rad)))

@@ -89,15 +89,15 @@ def polar_grid(view: View, radius: FloatArray, azimuths: int, shape: tuple[int, 
     )
 
 
-def row_spectra(rows: Strips) -> Spectra:
-    """Fourier coefficients along the last axis, orders 0 to n / 2 of an even number n of samples.
+def ring_spectra(strips: Strips) -> Spectra:
+    """Fourier coefficients along the rings, orders 0 to n / 2 of an even number n of azimuths.
 
     OpenCV's transform, four times as fast as NumPy's in single precision, packs the real
     coefficients Re 0, Re 1, Im 1, ..., Re n/2 into n numbers.
     """
-    n = rows.shape[-1]
-    packed = cv2.dft(rows.reshape(-1, n), flags=cv2.DFT_ROWS)
+    n = strips.shape[-1]
+    packed = cv2.dft(strips.reshape(-1, n), flags=cv2.DFT_ROWS)
     pairs = np.zeros((len(packed), n + 2), np.float32)
     pairs[:, 0] = packed[:, 0]
     pairs[:, 2:-1] = packed[:, 1:]
-    return pairs.view(np.complex64).reshape(*rows.shape[:-1], n // 2 + 1)
+    return pairs.view(np.complex64).reshape(*strips.shape[:-1], n // 2 + 1)

@@ -10,13 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
-from vision.grid import row_spectra
 from vision.phase_track import PhaseTrack
 
 CLEAR_PEAK = 0.25  # correlation a return must reach
 AROUND = 0.06  # of a turn, to both sides of where the return is expected
 LONGEST = 4000  # pictures looked at
-BLOCK = 16  # pixels transformed at once
 
 
 @dataclass(frozen=True)
@@ -69,10 +67,8 @@ def _autocorrelation(values: NDArray[np.float32]) -> FloatArray:
     n = len(values)
     size = 1 << (2 * n - 1).bit_length()
     power = np.zeros(size // 2 + 1)
-    for first in range(0, values.shape[1], BLOCK):
-        pixels = values[:, first : first + BLOCK].T
-        padded = np.pad(pixels, ((0, 0), (0, size - n)))
-        power += (np.abs(row_spectra(padded)) ** 2).sum(axis=0)
+    for pixel in values.T:
+        power += np.abs(np.fft.rfft(pixel, size)) ** 2
     lagged = np.fft.irfft(power, size)[:n]
     energy = np.concatenate([[0.0], np.cumsum((values.astype(float) ** 2).sum(axis=1))])
     lag = np.arange(n)

@@ -7,7 +7,7 @@ import numpy as np
 
 from vision.errors import RateRefused
 from vision.geometry import FloatArray, View
-from vision.grid import polar_grid, row_spectra
+from vision.grid import polar_grid, ring_spectra
 from vision.outline import proposals
 from vision.spin import Spin, find_spin
 from vision.stillness import median_picture
@@ -136,7 +136,7 @@ def _partly_seen(tried: list[tuple[View, Spin]], shape: tuple[int, ...]) -> str:
 def _spin(view: View, pictures: list[Luma], still: Luma, time_s: FloatArray) -> Spin:
     grid = polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS // 2, still.shape)
     strips = grid.beyond(grid.strip(still).astype(np.float32), pictures)
-    return find_spin(row_spectra(strips), grid.weight(), time_s)
+    return find_spin(ring_spectra(strips), grid.weight(), time_s)
 
 
 def _others_turning(name: str, plate: View, tried: list[tuple[View, Spin]]) -> tuple[str, ...]:
@@ -181,7 +181,7 @@ def _fine(
 
 def _worthwhile_rings(template: Template, view: View) -> FloatArray:
     """Radii, about a pixel apart, that carry nearly all information on the angle."""
-    spectrum = row_spectra(template.turning)
+    spectrum = ring_spectra(template.turning)
     slope = motion_basis(spectrum, template.grid.radius, template.grid.azimuths)[-1]
     information = (slope**2).sum(axis=1) * template.grid.weight()
     spacing = RING_SPACING_PX / view.radius_px
@@ -197,7 +197,7 @@ def _worthwhile_rings(template: Template, view: View) -> FloatArray:
 
 def _symmetry(template: Template) -> int:
     """How many times per turn the plate looks the same."""
-    power = np.abs(row_spectra(template.turning)) ** 2
+    power = np.abs(ring_spectra(template.turning)) ** 2
     power = (power * template.grid.weight()[:, None]).sum(axis=0)
     correlation = np.fft.irfft(power, template.grid.azimuths)
     for fold in range(12, 1, -1):

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import VIEW_PARAMETERS, FloatArray
-from vision.grid import Grid, Spectra, Strips, row_spectra
+from vision.grid import Grid, Spectra, Strips, ring_spectra
 from vision.video import Luma
 
 OUTLIER = 3.0  # times the median misfit: a hand, a flash
@@ -163,7 +163,7 @@ def _without_covered(grid: Grid, seen: Strips, expected: Strips) -> Grid:
 
 
 def _spectra(strips: Strips) -> Spectra:
-    spectra = row_spectra(strips)
+    spectra = ring_spectra(strips)
     spectra[..., 0] = 0  # the mean of a ring has no angle
     return spectra
 
@@ -189,7 +189,7 @@ def _mean_turning(
         return np.asarray(turned_back / used.sum(), np.complex64)
     turns = turns[used]
     back = np.fft.irfft(spectra[used] * turns, grid.azimuths, axis=-1)
-    seen = np.fft.irfft(row_spectra(grid.seen)[None] * turns, grid.azimuths, axis=-1)
+    seen = np.fft.irfft(ring_spectra(grid.seen)[None] * turns, grid.azimuths, axis=-1)
     mean = back.sum(axis=0) / np.maximum(seen.sum(axis=0), 1.0)
     return np.asarray(_spectra(mean.astype(np.float32)))
 
@@ -265,7 +265,7 @@ def _view_change(
     basis = motion_basis(turning, grid.radius, grid.azimuths)
     weighted = basis * grid.weight()[:, None]
     normal = np.einsum("arn,brn->ab", weighted, basis).astype(float)
-    spectra = row_spectra(misfit) * _turns(angle_rad, turning.shape[-1])
+    spectra = ring_spectra(misfit) * _turns(angle_rad, turning.shape[-1])
     back = np.fft.irfft(spectra, grid.azimuths, axis=-1)
     # Ring by ring: a product so small stays on one thread, beside the decoder's.
     seen = -np.vecdot(back[:, None], weighted).sum(axis=-1).astype(float)  # (f, 9)
