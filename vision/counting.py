@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from vision.motion import PlateAngle
 
 END_SD = 1 / np.sqrt(6.0)  # frames: the difference of two ends rounded to whole frames
+GAP = 1.5  # frames between the pictures before and after an alignment; more is a gap
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,12 +24,15 @@ class FrameCount:
     Attributes
     ----------
     rate_rad_s, sd_rad_s : float
+    turns : int
+        Whole turns from the first alignment seen to the last.
     alignments : array of int
         Pictures in which the marks are aligned.
     """
 
     rate_rad_s: float
     sd_rad_s: float
+    turns: int
     alignments: NDArray[np.intp]
 
 
@@ -49,11 +53,15 @@ def count_frames(angle: PlateAngle, mark_rad: float, deck_mark_rad: float) -> Fr
     sign = 1.0 if turns[-1] >= turns[0] else -1.0
     progress = np.maximum.accumulate(sign * turns)
     whole = np.arange(np.ceil(progress[0]), np.floor(progress[-1]) + 1)
+    after = np.searchsorted(progress, whole).clip(1, len(progress) - 1)
+    # Nobody sees an alignment that falls where pictures are left out.
+    seen = np.diff(angle.time_s)[after - 1] < GAP * angle.frame_s
+    whole, after = whole[seen], after[seen]
     if len(whole) < 2:
         return None
-    after = np.searchsorted(progress, whole).clip(1, len(progress) - 1)
     nearer = np.abs(progress[after - 1] - whole) < np.abs(progress[after] - whole)
     aligned = np.where(nearer, after - 1, after)
     time = angle.repaired_time_s[aligned[-1]] - angle.repaired_time_s[aligned[0]]
-    rate = 2 * np.pi * (len(whole) - 1) / float(time)
-    return FrameCount(rate, rate * END_SD * angle.frame_s / float(time), angle.index[aligned])
+    rate = 2 * np.pi * (whole[-1] - whole[0]) / float(time)
+    sd = rate * END_SD * angle.frame_s / float(time)
+    return FrameCount(rate, sd, int(whole[-1] - whole[0]), angle.index[aligned])

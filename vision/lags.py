@@ -15,6 +15,7 @@ from vision.phase_track import PhaseTrack
 CLEAR_PEAK = 0.25  # correlation a return must reach
 AROUND = 0.06  # of a turn, to both sides of where the return is expected
 LONGEST = 4000  # pictures looked at
+READ_OFF = 0.2  # frames: the parabola through a narrow peak leans to the whole frame
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ def lag_rate(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> LagRat
     count, lags = (np.array(column, float) for column in zip(*found, strict=True))
     period = float((count * lags).sum() / (count**2).sum())
     scatter = float(np.sqrt(((lags - count * period) ** 2).sum() / max(len(lags) - 1, 1)))
-    sd = max(scatter, 0.05) / float(np.sqrt((count**2).sum()))
+    sd = max(scatter, READ_OFF) / float(np.sqrt((count**2).sum()))
     rate = 2 * np.pi / (period * frame_s)
     return LagRate(rate, rate * sd / period, int(count.max()))
 

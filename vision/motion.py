@@ -16,8 +16,10 @@ from vision.phase_track import BoolArray, PhaseTrack
 POOR_MATCH = 0.6  # of the usual correlation with the template; poorer pictures are left out
 UNEXPLAINED = 3.0  # times the usual share that the template leaves; more is something in the way
 SMALLEST_LEFT = 0.01  # share left in a picture without noise to speak of
+AT_REST = 0.75  # of the usual step: slower before or after pictures that repeat is a plate at rest
 NEAR_WHOLE = 0.25  # of rate x frame time: how close to a multiple a jump must be
 CLEAR = 6.0  # times the noise of one step, for a jump to be told from it
+REST = 2.5  # times a neighbouring half turn; one that takes longer is no half turn but a rest
 LOCAL_STEPS = 31  # pictures over which the usual step is taken
 
 
@@ -91,7 +93,26 @@ def usable(track: PhaseTrack) -> BoolArray:
     usual = float(np.median(track.quality[seen])) if seen.any() else 0.0
     left = 1 - track.quality**2
     clear = left <= UNEXPLAINED * max(1 - usual**2, SMALLEST_LEFT)
-    return seen & clear & (track.quality > POOR_MATCH * usual) & ~track.duplicate
+    return seen & clear & (track.quality > POOR_MATCH * usual) & ~_repeated(track, seen)
+
+
+def _repeated(track: PhaseTrack, seen: BoolArray) -> BoolArray:
+    """Pictures delivered again, shape (f,).
+
+    A plate at rest repeats itself too, and must not vanish: before and after its rest it is slow.
+    A picture that is delivered again stands between pictures of a plate at its usual rate.
+    """
+    turn = np.abs(np.angle(np.exp(1j * np.diff(track.phase_rad, prepend=np.nan))))
+    moving = turn[seen & ~track.duplicate]
+    slow = AT_REST * float(np.nanmedian(moving)) if np.isfinite(moving).any() else 0.0
+    repeated = track.duplicate.copy()
+    edges = np.flatnonzero(np.diff(track.duplicate.astype(int), prepend=0, append=0))
+    for start, stop in edges.reshape(-1, 2):
+        # Not the step out of the run itself: that is a jump where the recorder caught up.
+        around = turn[[i for i in (start - 1, stop + 1) if 0 < i < len(turn)]]
+        if (around < slow).any():
+            repeated[start:stop] = False
+    return repeated
 
 
 def rough_rate(track: PhaseTrack, time_s: FloatArray) -> float:
@@ -168,7 +189,8 @@ def phase_noise(angle_rad: FloatArray) -> float:
 def rate_history(angle: PlateAngle) -> RateHistory:
     """Mean rate over each turn (or over the clip, if that is less), half a turn apart.
 
-    Over a whole turn every error that repeats with the plate's angle drops out.
+    Over a whole turn every error that repeats with the plate's angle drops out. Where the plate
+    stands or turns back there are no half turns; the time of the last one takes their place.
     """
     time, turned = angle.repaired_time_s, angle.angle_rad - angle.angle_rad[0]
     sign = np.sign(turned[-1]) or 1.0
@@ -177,10 +199,24 @@ def rate_history(angle: PlateAngle) -> RateHistory:
     keep = np.concatenate([[True], np.diff(rising) > 0])
     half_turns = np.arange(0, rising[-1], np.pi)
     noise = phase_noise(angle.angle_rad)
-    if len(half_turns) < 3 or keep.sum() < 3:
+    at = np.interp(half_turns, rising[keep], time[keep])
+    at = _with_rests(at, float(time[-1]))
+    if len(at) < 3:
         mean = turned[-1] / (time[-1] - time[0])
         return RateHistory(np.array([time.mean()]), np.array([mean]), angle, noise)
-    at = np.interp(half_turns, rising[keep], time[keep])
-    return RateHistory(
-        0.5 * (at[2:] + at[:-2]), sign * 2 * np.pi / (at[2:] - at[:-2]), angle, noise
-    )
+    angle_at = np.interp(at, time, turned)
+    rate = (angle_at[2:] - angle_at[:-2]) / (at[2:] - at[:-2])
+    return RateHistory(0.5 * (at[2:] + at[:-2]), rate, angle, noise)
+
+
+def _with_rests(at_s: FloatArray, end_s: float) -> FloatArray:
+    """Times of half turns, and times as far apart where the next half turn does not come."""
+    lasts = np.diff(at_s)
+    times = [at_s]
+    for i, (start, stop) in enumerate(zip(at_s, [*at_s[1:], end_s], strict=True)):
+        beside = lasts[max(i - 1, 0) : i + 2]
+        usual = float(np.min(beside, initial=np.inf, where=beside > 0))
+        if stop - start > REST * usual:
+            pieces = int((stop - start) / usual)
+            times.append(np.linspace(start, stop, pieces + 1)[1 : None if stop == end_s else -1])
+    return np.sort(np.concatenate(times))

@@ -35,7 +35,7 @@ def second_opinions(
     if (text := _centroid(track, angle, rate_rad_s, sd_rad_s)) is not None:
         says.append(text)
     if count is not None:
-        frames = 2 * np.pi * (len(count.alignments) - 1) / count.rate_rad_s / angle.frame_s
+        frames = 2 * np.pi * count.turns / count.rate_rad_s / angle.frame_s
         if abs(count.rate_rad_s / rate - 1) * frames > COUNT_APART:
             says.append(
                 f"{track.source}: counting frames between alignments gives "

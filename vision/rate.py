@@ -156,14 +156,13 @@ def measure_rate(
     alias = choose_alias(track, stamps, rough_rate(track, stamps), nominal_rpm)
     angle = plate_angle(track, stamps, alias.rate_rad_s)
     history = rate_history(angle)
+    refuse_unsteady(track.source, history)
     if history.revolutions < FEWEST_TURNS:
         raise RateRefused(
             f"{track.source}: the plate makes {history.revolutions:.2f} of a turn in the clip, at "
             f"least one is needed to tell the rate from an off-centre view; film for a minute.",
             history,
         )
-    refuse_unsteady(track.source, history)
-
     fit, given, waves = _fit_rate(track, angle, alias.rate_rad_s, with_drift="rate_drift" in stated)
     rate = float(fit.beta[1])
     lost = int(angle.lost.clip(0).sum())

@@ -16,17 +16,19 @@ STEADY_TURNS = 3
 
 def variation(history: RateHistory) -> float:
     """Relative change of the rate from turn to turn, single strays left out."""
-    rate = _without_strays(np.abs(history.rate_rad_s))
-    return float(np.ptp(rate) / np.median(rate))
+    rate = _forward(history)
+    return float(np.ptp(rate) / max(abs(np.median(rate)), 1e-9))
 
 
 def refuse_unsteady(source: str, history: RateHistory) -> None:
     """Raise ``RateRefused`` with the history if the rate is not constant."""
-    rate = _without_strays(np.abs(history.rate_rad_s))
+    rate = _forward(history)
     if variation(history) < UNSTEADY:
         return
     first, last, fastest = rate[0] / RPM, rate[-1] / RPM, rate.max() / RPM
-    if last < STOPPED * fastest:
+    if rate.min() < -STOPPED * rate.max():
+        kind = "changes its direction"
+    elif last < STOPPED * fastest:
         kind = "slows down"
     elif first < STOPPED * fastest:
         kind = "is still running up"
@@ -42,6 +44,12 @@ def refuse_unsteady(source: str, history: RateHistory) -> None:
     )
 
 
+def _forward(history: RateHistory) -> FloatArray:
+    """Rates from turn to turn, positive in the direction of most of them, without strays."""
+    rate = _without_strays(history.rate_rad_s)
+    return rate * (np.sign(np.median(rate)) or 1.0)
+
+
 def _without_strays(rate: FloatArray) -> FloatArray:
     if len(rate) < 5:
         return rate
@@ -53,7 +61,7 @@ def _advice(history: RateHistory, rate: FloatArray) -> str:
     best = (0, 0)
     start = 0
     for stop in range(1, len(rate) + 1):
-        while np.ptp(rate[start:stop]) > STEADY_WITHIN * rate[start]:
+        while np.ptp(rate[start:stop]) > STEADY_WITHIN * abs(rate[start]):
             start += 1
         if stop - start > best[1] - best[0]:
             best = (start, stop)
