@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.geometry import FloatArray
-from vision.motion import usable
+from vision.motion import frame_time, usable
 from vision.phase_track import PhaseTrack
 
 REACH = 3  # aliases looked at to either side
@@ -58,7 +58,7 @@ def choose_alias(
     """
     good = np.flatnonzero(usable(track))
     step_s, step = np.diff(time_s[good]), np.diff(track.phase_rad[good])
-    spacing = 2 * np.pi / (track.symmetry * float(np.median(step_s)))
+    spacing = 2 * np.pi / (track.symmetry * frame_time(time_s[good]))
     rates = rough_rad_s + spacing * np.arange(-REACH, REACH + 1)
     period = 2 * np.pi / track.symmetry
     scatter = []

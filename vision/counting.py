@@ -24,15 +24,12 @@ class FrameCount:
     Attributes
     ----------
     rate_rad_s, sd_rad_s : float
-    turns : int
-        Whole turns from the first alignment seen to the last.
     alignments : array of int
         Pictures in which the marks are aligned.
     """
 
     rate_rad_s: float
     sd_rad_s: float
-    turns: int
     alignments: NDArray[np.intp]
 
 
@@ -55,7 +52,8 @@ def count_frames(angle: PlateAngle, mark_rad: float, deck_mark_rad: float) -> Fr
     whole = np.arange(np.ceil(progress[0]), np.floor(progress[-1]) + 1)
     after = np.searchsorted(progress, whole).clip(1, len(progress) - 1)
     # Nobody sees an alignment that falls where pictures are left out.
-    seen = np.diff(angle.time_s)[after - 1] < GAP * angle.frame_s
+    frame_s = float(np.median(np.diff(angle.time_s)))
+    seen = np.diff(angle.time_s)[after - 1] < GAP * frame_s
     whole, after = whole[seen], after[seen]
     if len(whole) < 2:
         return None
@@ -63,5 +61,5 @@ def count_frames(angle: PlateAngle, mark_rad: float, deck_mark_rad: float) -> Fr
     aligned = np.where(nearer, after - 1, after)
     time = angle.repaired_time_s[aligned[-1]] - angle.repaired_time_s[aligned[0]]
     rate = 2 * np.pi * (whole[-1] - whole[0]) / float(time)
-    sd = rate * END_SD * angle.frame_s / float(time)
-    return FrameCount(rate, sd, int(whole[-1] - whole[0]), angle.index[aligned])
+    sd = rate * END_SD * frame_s / float(time)
+    return FrameCount(rate, sd, angle.index[aligned])

@@ -119,9 +119,10 @@ class Follower:
             expected += self._rate * (time_s - self._time)
         energy = np.vecdot(difference, difference) @ self._weight
         size = float(np.sqrt(energy))
-        angle, match = self._refine(difference, expected, size)
-        if self._time is None or match < GOOD_MATCH * self._usual:
-            searched, found = self._refine(difference, self._whole_turn(difference, expected), size)
+        angle, match, settled = self._refine(difference, expected, size)
+        if self._time is None or not settled or match < GOOD_MATCH * self._usual:
+            start = self._whole_turn(difference, expected)
+            searched, found, _ = self._refine(difference, start, size)
             if found > match:
                 angle, match = searched, found
         self._remember(time_s, angle, match)
@@ -143,10 +144,14 @@ class Follower:
 
     def _refine(
         self, difference: NDArray[np.float32], start_rad: float, size: float
-    ) -> tuple[float, float]:
-        """Newton's zero of g(θ) from a start; angle and correlation there."""
+    ) -> tuple[float, float, bool]:
+        """Newton's zero of g(θ) from a start; angle and correlation there, and if it came to rest.
+
+        The clearer a mark stands out, the nearer to it Newton's method must begin.
+        """
         sample = 2 * np.pi / self._n
         angle = start_rad
+        settled = False
         for _ in range(STEPS):
             fine = round(angle / sample * SUBSTEPS)
             whole, part = divmod(fine, SUBSTEPS)
@@ -158,10 +163,11 @@ class Follower:
             step = -float(pull - self._offset[part, turn]) / float(self._information[part, turn])
             step = float(np.clip(step, -8 * sample, 8 * sample))
             angle = held + step
-            if abs(step) < LINEAR * sample:
+            if settled := abs(step) < LINEAR * sample:
                 break
         like = np.vecdot(self._image[part][:, column], difference) @ self._weight
-        return angle, float(like) / max(size * float(np.sqrt(self._energy[part, turn])), 1e-9)
+        match = float(like) / max(size * float(np.sqrt(self._energy[part, turn])), 1e-9)
+        return angle, match, settled
 
     def _whole_turn(self, difference: NDArray[np.float32], expected_rad: float) -> float:
         """The best angle of the whole turn; a nearly equal one near the expected is preferred."""

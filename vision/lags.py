@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
+from vision.motion import frame_time
 from vision.phase_track import PhaseTrack
 
 CLEAR_PEAK = 0.25  # correlation a return must reach
 AROUND = 0.06  # of a turn, to both sides of where the return is expected
+FEWEST_RETURNS = 2  # one alone may be chance
 LONGEST = 4000  # pictures looked at
 READ_OFF = 0.2  # frames: the parabola through a narrow peak leans to the whole frame
 
@@ -28,12 +30,12 @@ class LagRate:
 
 
 def lag_rate(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> LagRate | None:
-    """Rate by autocorrelation near ``rate_rad_s``; None without a clear return.
+    """Rate by autocorrelation near ``rate_rad_s``; None without clear returns.
 
     Needs evenly spaced pictures.
     """
     step = np.diff(time_s)
-    frame_s = float(np.median(step))
+    frame_s = frame_time(time_s)
     if np.abs(step - frame_s).max() > 0.05 * frame_s:
         return None
     values = track.thumbnail[:LONGEST].astype(np.float32)
@@ -53,7 +55,7 @@ def lag_rate(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> LagRat
             continue
         before, at, after = correlation[peak - 1 : peak + 2]
         found.append((turns, peak + 0.5 * float((before - after) / (before - 2 * at + after))))
-    if not found:
+    if len(found) < FEWEST_RETURNS:
         return None
     count, lags = (np.array(column, float) for column in zip(*found, strict=True))
     period = float((count * lags).sum() / (count**2).sum())

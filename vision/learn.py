@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -10,10 +11,11 @@ from vision.geometry import FloatArray, View
 from vision.grid import polar_grid, ring_spectra
 from vision.outline import proposals
 from vision.spin import Spin, find_spin
-from vision.stillness import median_picture
+from vision.stillness import median_picture, repeated
 from vision.template import Alignment, Template, align, motion_basis
 from vision.video import Frame, Luma
 
+GLANCE = 4  # pixels apart, to see whether a picture is the one before again
 COARSE_AZIMUTHS = 256
 COARSE_RADII = np.linspace(0.1, 0.97, 20)
 COARSE_PICTURES = 150
@@ -24,7 +26,10 @@ COHERENT = 0.4  # the same about the refined axis, and by the template, for it t
 CERTAIN = 0.8  # the same, for no other proposal to be looked into
 AS_GOOD = 0.8  # of the highest varying energy
 GROWN = 1.4  # times the outline's radius, or less by as much: the view has run away
-SMOOTH_RAD = 0.06  # median second difference from the rough angle: a plate has inertia
+SMOOTH_RAD = 0.06  # median second difference from the rough angle: a plate has inertia,
+SMOOTH_STEP = 0.5  # or this share of the usual step, where stamps and pictures go by jerks
+JERKY_RAD = 0.25  # but no more than this
+SLIPPING = 0.5  # of the usual step: what stands or goes slowly took the place of the plate
 WHOLE = 0.95  # of the rim inside the picture
 GRAZING_RAD = np.radians(75)
 FINE_PICTURES = 28
@@ -33,6 +38,7 @@ RING_SPACING_PX = 1.0
 MOST_RINGS = 32
 KEPT_INFORMATION = 0.97
 ALIKE = 0.9  # correlation of the template with itself turned by a part of a turn
+APART = 0.5  # the same, where a mark does not overlap itself any more
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +64,7 @@ def learn(
     RateRefused
         No proposal turns about a fixed axis.
     """
+    frames = _without_repeated(frames)
     pictures = [frame.luma for frame in frames]
     time = np.array([frame.time_s for frame in frames])
     still = median_picture(pictures)
@@ -75,6 +82,7 @@ def learn(
     best = max((spin.coherence for _, spin in tried), default=0.0)
     some = np.arange(0, len(frames), -(-len(frames) // COARSE_PICTURES))
     found: Alignment | None = None
+    jumping: Alignment | None = None
     coherence = 0.0
     for view, _, spin in promising:
         coarse = align(
@@ -82,6 +90,7 @@ def learn(
             still,
             spin.angle_rad[some],
             polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS, still.shape),
+            first=(some >= spin.clearest.start) & (some < spin.clearest.stop),
             iterations=COARSE_ITERATIONS,
             smallest_step=COARSE_STEP,
             find_covered=True,
@@ -96,16 +105,21 @@ def learn(
             again = _spin(coarse.template.grid.view, pictures, still, time)
         together = min(again.coherence, coarse.template.explained)
         best = max(best, together)
-        jerk = np.abs(np.diff(coarse.angle_rad - spin.angle_rad[some], 2))
-        if together > max(COHERENT, coherence) and np.median(jerk) < SMOOTH_RAD:
-            found, coherence = coarse, together
-            if coherence > CERTAIN:
-                break
+        if together <= max(COHERENT, coherence):
+            continue
+        if not _smooth(coarse, spin.angle_rad[some]):
+            jumping = jumping or coarse
+            continue
+        found, coherence = coarse, together
+        if coherence > CERTAIN:
+            break
     if found is not None:
         fine = _fine(found, [pictures[i] for i in some], still, on_step)
         rate = np.median(np.diff(found.angle_rad) / np.maximum(np.diff(time[some]), 1e-6))
         notes = _others_turning(name, fine.template.grid.view, tried)
         return Learned(still, fine.template, float(rate), _symmetry(fine.template), notes)
+    if jumping is not None:
+        raise RateRefused(f"{name}: {_why_it_jumps(jumping)}")
     raise RateRefused(
         f"{name}: nothing in the picture turns about a fixed axis: {len(views)} round outline(s) "
         f"were tried, and at most {best:.0%} of what changes inside one turns together (a plate "
@@ -114,6 +128,42 @@ def learn(
         f"(only brightness is looked at, not colour), or give the rim yourself (plate: centre_px, "
         f"radius_px)."
     )
+
+
+def _smooth(found: Alignment, rough_rad: FloatArray) -> bool:
+    """The refined angle goes with the rough one, without jumps."""
+    jerk = float(np.median(np.abs(np.diff(found.angle_rad - rough_rad, 2))))
+    step = float(np.median(np.abs(np.diff(rough_rad))))
+    slip = abs(float(np.median(np.diff(found.angle_rad - rough_rad))))
+    return jerk < np.clip(SMOOTH_STEP * step, SMOOTH_RAD, JERKY_RAD) and slip < SLIPPING * step
+
+
+def _why_it_jumps(found: Alignment) -> str:
+    """Something turns together, and yet its angle does not go on evenly."""
+    alike = _likeness(found.template)
+    beside = int(np.argmax(alike < APART))
+    if alike[beside : len(alike) - beside].max() > ALIKE:
+        return (
+            "the pattern of the plate repeats itself around it (strobe dots, ribs of a mat), and "
+            "how many of them pass from picture to picture cannot be seen. Put one mark on the "
+            "plate that stands out from the pattern (paper, tape) and film again."
+        )
+    return (
+        "what turns in the picture goes by jumps from picture to picture, as where pictures are "
+        "missing, their time stamps are wrong, or the pattern of the plate repeats itself. Record "
+        "into .mp4 or .mkv in good light, with one bold mark on the plate."
+    )
+
+
+def _without_repeated(frames: list[Frame]) -> list[Frame]:
+    """The pictures that are not the one before again: a camera slower than its film repeats some.
+
+    With them the plate would seem to go by jerks.
+    """
+    small = [frame.luma[::GLANCE, ::GLANCE].astype(np.int16) for frame in frames]
+    change = np.array([float(np.abs(b - a).mean()) for a, b in pairwise(small)])
+    fresh = np.concatenate([[True], ~repeated(change)])
+    return [frame for frame, new in zip(frames, fresh, strict=True) if new]
 
 
 def _partly_seen(tried: list[tuple[View, Spin]], shape: tuple[int, ...]) -> str:
@@ -171,6 +221,7 @@ def _fine(
         still,
         coarse.angle_rad[chosen],
         grid,
+        first=np.ones(len(chosen), bool),
         iterations=FINE_ITERATIONS,
         smallest_step=0.0,
         find_covered=False,
@@ -197,11 +248,17 @@ def _worthwhile_rings(template: Template, view: View) -> FloatArray:
 
 def _symmetry(template: Template) -> int:
     """How many times per turn the plate looks the same."""
+    alike = _likeness(template)
+    for fold in range(12, 1, -1):
+        at = round(template.grid.azimuths / fold)
+        if alike[at - 1 : at + 2].max() > ALIKE:
+            return fold
+    return 1
+
+
+def _likeness(template: Template) -> FloatArray:
+    """Correlation of the template with itself turned by 0, 1, 2, … samples, shape (n,)."""
     power = np.abs(ring_spectra(template.turning)) ** 2
     power = (power * template.grid.weight()[:, None]).sum(axis=0)
     correlation = np.fft.irfft(power, template.grid.azimuths)
-    for fold in range(12, 1, -1):
-        at = round(template.grid.azimuths / fold)
-        if correlation[at - 1 : at + 2].max() > ALIKE * correlation[0]:
-            return fold
-    return 1
+    return np.asarray(correlation / max(float(correlation[0]), 1e-9))

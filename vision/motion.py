@@ -20,6 +20,7 @@ AT_REST = 0.75  # of the usual step: slower before or after pictures that repeat
 NEAR_WHOLE = 0.25  # of rate x frame time: how close to a multiple a jump must be
 CLEAR = 6.0  # times the noise of one step, for a jump to be told from it
 REST = 2.5  # times a neighbouring half turn; one that takes longer is no half turn but a rest
+REGULAR = 0.1  # of the usual step: what belongs to it
 LOCAL_STEPS = 31  # pictures over which the usual step is taken
 
 
@@ -34,8 +35,7 @@ class PlateAngle:
     index : array of int, shape (u,)
         Picture number.
     lost : array of int, shape (u,)
-        Pictures lost silently between the one before and this one; negative where a picture was
-        put in that has no time of its own.
+        Pictures lost silently between the one before and this one.
     frame_s : float
         Usual time from picture to picture.
     """
@@ -102,28 +102,39 @@ def _repeated(track: PhaseTrack, seen: BoolArray) -> BoolArray:
     A plate at rest repeats itself too, and must not vanish: before and after its rest it is slow.
     A picture that is delivered again stands between pictures of a plate at its usual rate.
     """
-    turn = np.abs(np.angle(np.exp(1j * np.diff(track.phase_rad, prepend=np.nan))))
-    moving = turn[seen & ~track.duplicate]
-    slow = AT_REST * float(np.nanmedian(moving)) if np.isfinite(moving).any() else 0.0
+    fresh = np.flatnonzero(seen & ~track.duplicate)
+    if len(fresh) < 2:
+        return track.duplicate
+    step = np.abs(np.angle(np.exp(1j * np.diff(track.phase_rad[fresh]))))
+    slow = step < AT_REST * np.median(step)
     repeated = track.duplicate.copy()
     edges = np.flatnonzero(np.diff(track.duplicate.astype(int), prepend=0, append=0))
     for start, stop in edges.reshape(-1, 2):
-        # Not the step out of the run itself: that is a jump where the recorder caught up.
-        around = turn[[i for i in (start - 1, stop + 1) if 0 < i < len(turn)]]
-        if (around < slow).any():
+        # Not the step across the run itself: that is a jump where the recorder caught up.
+        after = int(np.searchsorted(fresh, start))
+        around = [i for i in (after - 2, after) if 0 <= i < len(slow)]
+        if slow[around].any():
             repeated[start:stop] = False
     return repeated
+
+
+def frame_time(time_s: FloatArray) -> float:
+    """Usual time from picture to picture, finer than the stamps: Matroska rounds them to 1 ms."""
+    step = np.diff(time_s)
+    usual = float(np.median(step))
+    return float(step[np.abs(step - usual) <= REGULAR * usual].mean())
 
 
 def rough_rate(track: PhaseTrack, time_s: FloatArray) -> float:
     """Usual rate in rad/s, signed, the smallest of its aliases."""
     good = np.flatnonzero(usable(track))
     step_s, step = np.diff(time_s[good]), np.diff(track.phase_rad[good])
-    regular = np.abs(step_s - np.median(step_s)) < 0.1 * np.median(step_s)
+    usual = frame_time(time_s[good])
+    regular = np.abs(step_s - usual) < REGULAR * usual
     step = step[regular] * track.symmetry
     centre = np.angle(np.mean(np.exp(1j * step)))
     around = centre + np.angle(np.exp(1j * (step - centre)))
-    return float(np.median(around) / track.symmetry / np.median(step_s[regular]))
+    return float(np.median(around) / track.symmetry / usual)
 
 
 def plate_angle(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> PlateAngle:
@@ -135,7 +146,7 @@ def plate_angle(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> Pla
     expected = rate_rad_s * step_s
     surprise = np.diff(phase) - expected
     step = expected + surprise - period * np.round(surprise / period)
-    frame_s = float(np.median(np.diff(time_s)))
+    frame_s = frame_time(time_s)
     lost = _lost(step, step_s, frame_s)
     return PlateAngle(
         time_s=time,
@@ -159,7 +170,7 @@ def _lost(step: FloatArray, step_s: FloatArray, frame_s: float) -> NDArray[np.in
             & (np.abs(whole) > CLEAR * noise)
             & (count != 0)
         )
-    # Only a repeated picture can take time away: more than one frame is a mismeasured angle.
+    # More than one frame too few is a mismeasured angle.
     clear &= count >= -1
     lost = np.where(clear, count, 0).astype(np.int64)
     # An angle that jumps there and back again was mismeasured once; no picture is missing.
@@ -168,7 +179,9 @@ def _lost(step: FloatArray, step_s: FloatArray, frame_s: float) -> NDArray[np.in
     )
     lost[back] = 0
     lost[back + 1] = 0
-    return lost
+    # One too few is a picture shown again. It has its time: recorders put it in where the camera is
+    # slower than the film, and taken out it would leave the plate as much too fast.
+    return lost.clip(0)
 
 
 def _running_median(values: FloatArray) -> FloatArray:
@@ -198,11 +211,13 @@ def rate_history(angle: PlateAngle) -> RateHistory:
     # Where the plate stands, angle has no inverse: keep the first time of each angle.
     keep = np.concatenate([[True], np.diff(rising) > 0])
     half_turns = np.arange(0, rising[-1], np.pi)
-    noise = phase_noise(angle.angle_rad)
+    mean = turned[-1] / (time[-1] - time[0])
+    # Off the line, so that uneven times are no noise where their stamps tell them, and are noise
+    # where these are wrong.
+    noise = phase_noise(turned - mean * time)
     at = np.interp(half_turns, rising[keep], time[keep])
     at = _with_rests(at, float(time[-1]))
     if len(at) < 3:
-        mean = turned[-1] / (time[-1] - time[0])
         return RateHistory(np.array([time.mean()]), np.array([mean]), angle, noise)
     angle_at = np.interp(at, time, turned)
     rate = (angle_at[2:] - angle_at[:-2]) / (at[2:] - at[:-2])

@@ -7,7 +7,7 @@ after whole turns. They are compared with the rate, not averaged with it.
 import numpy as np
 
 from vision.aliases import RPM
-from vision.counting import FrameCount
+from vision.counting import END_SD, FrameCount
 from vision.geometry import FloatArray
 from vision.lags import LagRate
 from vision.motion import PlateAngle
@@ -35,8 +35,8 @@ def second_opinions(
     if (text := _centroid(track, angle, rate_rad_s, sd_rad_s)) is not None:
         says.append(text)
     if count is not None:
-        frames = 2 * np.pi * count.turns / count.rate_rad_s / angle.frame_s
-        if abs(count.rate_rad_s / rate - 1) * frames > COUNT_APART:
+        frames = abs(count.rate_rad_s - rate) / count.sd_rad_s * END_SD
+        if frames > COUNT_APART:
             says.append(
                 f"{track.source}: counting frames between alignments gives "
                 f"{count.rate_rad_s / RPM:.4f} ± {count.sd_rad_s / RPM:.4f} rpm, the regression "

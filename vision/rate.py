@@ -160,12 +160,13 @@ def measure_rate(
     if history.revolutions < FEWEST_TURNS:
         raise RateRefused(
             f"{track.source}: the plate makes {history.revolutions:.2f} of a turn in the clip, at "
-            f"least one is needed to tell the rate from an off-centre view; film for a minute.",
+            f"least one is needed to tell the rate from an off-centre view. Does it turn? Then "
+            f"film for a minute.",
             history,
         )
     fit, given, waves = _fit_rate(track, angle, alias.rate_rad_s, with_drift="rate_drift" in stated)
     rate = float(fit.beta[1])
-    lost = int(angle.lost.clip(0).sum())
+    lost = int(angle.lost.sum())
     values, residual = _fit_stated(track.source, stated, angle, given, fit.used)
     diagnosis = diagnose(stated, given.rows(fit.used), angle.angle_rad[fit.used], lost)
     image_sd = float(fit.sd[1])
@@ -202,7 +203,7 @@ def measure_rate(
         used=fit.used,
         history=history,
         lost_frames=lost,
-        duplicate_frames=int(track.duplicate.sum() - angle.lost.clip(None, 0).sum()),
+        duplicate_frames=int(track.duplicate.sum()),
         speed=speed_figures(fit, given, waves, angle.frame_s),
         diagnosis=diagnosis,
         warnings=warnings,
@@ -269,14 +270,11 @@ def _fit_stated(
 
 
 def _lost_warning(track: PhaseTrack, angle: PlateAngle) -> tuple[str, ...]:
-    lost, extra = int(angle.lost.clip(0).sum()), int(-angle.lost.clip(None, 0).sum())
-    if not lost and not extra:
+    lost = int(angle.lost.sum())
+    if not lost:
         return ()
-    what = " and ".join(
-        f"{n} picture(s) {how}" for n, how in ((lost, "were lost"), (extra, "repeated")) if n
-    )
-    share = (lost + extra) / len(track.time_s)
     return (
-        f"{track.source}: {what} without a trace in the time stamps ({share:.1%}): the angle jumps "
-        f"by whole frame times. Their time was put back, so the rate stands.",
+        f"{track.source}: {lost} picture(s) were lost without a trace in the time stamps "
+        f"({lost / len(track.time_s):.1%}): the angle jumps by whole frame times. Their time was "
+        f"put back, so the rate stands.",
     )

@@ -10,10 +10,10 @@ from vision.geometry import FloatArray
 from vision.learn import Learned
 from vision.mark import find_deck_mark, find_mark
 from vision.phase_track import PhaseTrack
+from vision.stillness import repeated
 from vision.video import Film, Frame, Luma
 
 THUMBNAIL = 20  # samples across the plate's surroundings, each way
-DUPLICATE = 0.2  # of the usual change between pictures
 
 
 class Rows:
@@ -35,6 +35,11 @@ class Rows:
 
     def __len__(self) -> int:
         return len(self._thumbnails)
+
+    @property
+    def last_s(self) -> float:
+        """Stamp of the latest picture."""
+        return float(self._measured[-1][0, -1])
 
     def add(self, frames: list[Frame]) -> None:
         """Measure the next pictures."""
@@ -69,7 +74,7 @@ class Rows:
             phase_rad=_wrapped(phase),
             seed_rad=_wrapped(seed),
             quality=quality,
-            duplicate=change < DUPLICATE * np.median(change),
+            duplicate=repeated(change),
             thumbnail=np.stack(self._thumbnails),
             symmetry=self._found.symmetry,
             mark_rad=np.nan if mark is None else mark.azimuth_rad,

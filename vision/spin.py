@@ -34,11 +34,15 @@ class Spin:
         Share of the varying energy that turns together, median over the windows, 0 to 1.
     varying : float
         Energy that varies, whether it turns or not: luma steps squared times the samples' weight.
+    clearest : slice
+        Pictures of the window that turns together best. Between windows pictures may be missing,
+        and the angle with them.
     """
 
     angle_rad: FloatArray
     coherence: float
     varying: float
+    clearest: slice
 
 
 def find_spin(
@@ -60,7 +64,13 @@ def find_spin(
     rate_at = np.interp(time_s, middles, _without_strays(np.array(rates)))
     step = 0.5 * (rate_at[1:] + rate_at[:-1]) * np.diff(time_s)
     angle = np.concatenate([[0.0], np.cumsum(step)])
-    return Spin(angle, float(np.median(shares)), float(np.median(energies)))
+    clearest = int(starts[int(np.argmax(shares))])
+    return Spin(
+        angle,
+        float(np.median(shares)),
+        float(np.median(energies)),
+        slice(clearest, clearest + window),
+    )
 
 
 def _power(trial: FloatArray, time_s: FloatArray, weighted: NDArray[np.complex64]) -> FloatArray:

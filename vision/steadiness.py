@@ -12,18 +12,20 @@ UNEVEN = 0.001  # relative change worth a word
 STOPPED = 0.5  # of the fastest: slower at the end is a stop, at the start a run-up
 STEADY_WITHIN = 0.002  # relative; what counts as steady when looking for a usable stretch
 STEADY_TURNS = 3
+PEAK_TO_PEAK = 8.0  # standard deviations, of a hundred that overlap
+NOISE_SHARE = 0.5  # of what is refused, that noise may reach
+FEWEST_STRETCHES = 3  # that a clip is averaged in
 
 
-def variation(history: RateHistory) -> float:
-    """Relative change of the rate from turn to turn, single strays left out."""
-    rate = _forward(history)
+def _variation(rate: FloatArray) -> float:
+    """Relative change from turn to turn."""
     return float(np.ptp(rate) / max(abs(np.median(rate)), 1e-9))
 
 
 def refuse_unsteady(source: str, history: RateHistory) -> None:
     """Raise ``RateRefused`` with the history if the rate is not constant."""
-    rate = _forward(history)
-    if variation(history) < UNSTEADY:
+    rate, _ = _forward(history)
+    if _variation(rate) < UNSTEADY:
         return
     first, last, fastest = rate[0] / RPM, rate[-1] / RPM, rate.max() / RPM
     if rate.min() < -STOPPED * rate.max():
@@ -44,10 +46,21 @@ def refuse_unsteady(source: str, history: RateHistory) -> None:
     )
 
 
-def _forward(history: RateHistory) -> FloatArray:
-    """Rates from turn to turn, positive in the direction of most of them, without strays."""
+def _forward(history: RateHistory) -> tuple[FloatArray, float]:
+    """Rates from turn to turn, and how far apart noise alone would spread them, relative.
+
+    Positive in the direction of most of them; without strays; averaged over as many turns as it
+    takes to see an unsteady plate through the noise of single pictures: stamps that come a few
+    milliseconds early or late are no change of the rate.
+    """
     rate = _without_strays(history.rate_rad_s)
-    return rate * (np.sign(np.median(rate)) or 1.0)
+    # The mean over n windows of a turn, half a turn apart, leaves the noise of two pictures at
+    # either end, over n half turns.
+    spread = PEAK_TO_PEAK * 2 * history.phase_noise_rad / (2 * np.pi)
+    wanted = int(np.ceil(spread / (NOISE_SHARE * UNSTEADY)))
+    span = min(wanted, len(rate) // FEWEST_STRETCHES) or 1
+    rate = np.lib.stride_tricks.sliding_window_view(rate, span).mean(axis=1)
+    return rate * (np.sign(np.median(rate)) or 1.0), float(spread / span)
 
 
 def _without_strays(rate: FloatArray) -> FloatArray:
@@ -58,6 +71,8 @@ def _without_strays(rate: FloatArray) -> FloatArray:
 
 def _advice(history: RateHistory, rate: FloatArray) -> str:
     """The longest stretch that could be used, if there is one."""
+    lead = (len(history.time_s) - len(rate)) // 2
+    time_s = history.time_s[lead : lead + len(rate)]
     best = (0, 0)
     start = 0
     for stop in range(1, len(rate) + 1):
@@ -68,14 +83,15 @@ def _advice(history: RateHistory, rate: FloatArray) -> str:
     # The turn by turn values are half a turn apart.
     if best[1] - best[0] < 2 * STEADY_TURNS:
         return "Let the plate settle and film again."
-    low, high = history.time_s[best[0]], history.time_s[min(best[1], len(history.time_s)) - 1]
+    low, high = time_s[best[0]], time_s[best[1] - 1]
     return f"It is steady from {low:.1f} s to {high:.1f} s: cut the clip to that part."
 
 
 def uneven_warning(source: str, history: RateHistory) -> tuple[str, ...]:
     """A word on a rate that changes a little."""
-    change = variation(history)
-    if change < UNEVEN:
+    rate, spread = _forward(history)
+    change = _variation(rate)
+    if change < max(UNEVEN, spread):
         return ()
     return (
         f"{source}: the rate changes by {change:.2%} within the clip; the figure is its mean, and "

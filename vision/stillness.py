@@ -5,9 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.geometry import FloatArray
+from vision.phase_track import BoolArray
 from vision.video import Luma
 
 MEDIAN_OF = 31  # pictures; something in the way for a third of them leaves the median alone
+REPEATED = 0.1  # of the usual change between pictures: less is the same picture again
+USUAL = 0.75  # quantile of the changes: a camera slower than its film repeats every other picture
 GOLDEN = (np.sqrt(5) - 1) / 2
 
 
@@ -20,6 +24,11 @@ def spread_choice(available: int, wanted: int) -> NDArray[np.intp]:
     if available <= wanted:
         return np.arange(available)
     return np.unique((np.mod(np.arange(wanted) * GOLDEN, 1.0) * available).astype(np.intp))
+
+
+def repeated(change: FloatArray) -> BoolArray:
+    """Which pictures are the one before again, by their mean change since that one."""
+    return np.asarray(change < REPEATED * np.quantile(change, USUAL))
 
 
 def median_picture(pictures: Sequence[Luma]) -> Luma:

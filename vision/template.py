@@ -72,6 +72,7 @@ def align(
     angle_rad: FloatArray,
     grid: Grid,
     *,
+    first: NDArray[np.bool_],
     iterations: int,
     smallest_step: float,
     find_covered: bool,
@@ -80,13 +81,17 @@ def align(
 ) -> Alignment:
     """Estimate S, T, the angles and the view in turn, starting from rough angles.
 
+    The ``first`` pictures make the first template, to which the others are turned: rough angles
+    hold among neighbours only, and where pictures are missing between them two images of the plate
+    would lie over each other for good.
+
     Ends after the iterations, or where the view would change by less than ``smallest_step`` of
     the radius. The lag of the read-out looks much like an axis that is off, so it is to be found
     only once the axis is nearly right. ``on_step`` is called before each iteration.
     """
     angle = angle_rad.copy()
     still_strip = grid.strip(still).astype(np.float32)
-    used = np.ones(len(pictures), bool)
+    used = first
     difference = grid.beyond(still_strip, pictures)
     beyond_median = np.zeros_like(still_strip)
     best, best_view, view, settled = np.inf, grid.view, grid.view, False
@@ -95,6 +100,7 @@ def align(
         spectra = _spectra(difference)
         turning = _mean_turning(spectra, angle, used, grid)
         angle = _correlate(spectra, turning, grid, angle)
+        used = used if iteration else np.ones(len(pictures), bool)
         turning = _mean_turning(spectra, angle, used, grid)
         moved = _turned(turning, angle, grid)
         misfit = difference - moved

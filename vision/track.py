@@ -24,6 +24,7 @@ LEARN_FOR_S = 7.2  # two turns of the slowest plate
 LEARN_FROM = (150, 300)  # pictures, at least and at most
 LEARN_BYTES = 96_000_000
 ATTEMPTS = 12  # stretches of the film in which a plate is looked for
+WHOLE_CLIP = 0.9  # of the stated length; less was cut short
 
 
 def track_phase(
@@ -71,10 +72,11 @@ def track_phase(
                 f"The plate was not seen turning in the first {skipped} pictures, which are "
                 f"left out."
             )
-        if film.frames_stated and skipped + len(rows) < 0.9 * film.frames_stated:
+        # By the time, not the count: containers without one state duration times frame rate.
+        if film.seconds_stated and rows.last_s < WHOLE_CLIP * film.seconds_stated:
             notes.append(
-                f"The file states {film.frames_stated} pictures, {skipped + len(rows)} "
-                f"could be decoded: it is damaged or was cut short."
+                f"The file states {film.seconds_stated:.1f} s, {rows.last_s:.1f} s could be "
+                f"decoded: it is damaged or was cut short."
             )
         size = (w * film.reduction, h * film.reduction)
         return rows.track(name, film, size, tuple(notes))

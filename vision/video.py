@@ -46,6 +46,8 @@ class Film:
     frames_stated : int or None
         What the container says about its length, often wrong, good for a progress bar.
     fps_stated : float
+    seconds_stated : float or None
+        Length by these two.
     """
 
     def __init__(self, path: Path | str) -> None:
@@ -63,6 +65,7 @@ class Film:
         stated = int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT))
         self.frames_stated = stated if stated > 0 else None
         self.fps_stated = float(self._capture.get(cv2.CAP_PROP_FPS))
+        self.seconds_stated = stated / self.fps_stated if stated > 0 < self.fps_stated else None
         side = max(
             self._capture.get(cv2.CAP_PROP_FRAME_WIDTH),
             self._capture.get(cv2.CAP_PROP_FRAME_HEIGHT),

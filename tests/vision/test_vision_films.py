@@ -79,6 +79,46 @@ def test_dropped_frames_with_true_stamps_and_jitter_cost_nothing(render):
     assert abs(error_ppm(rate, motion)) < 30
 
 
+def test_a_recorder_that_stalls_does_not_lay_two_plates_over_each_other(render):
+    """The rough angle knows nothing of the turn that is missing; a plate of two marks came out."""
+    motion = PlateMotion(33.3 * RPM)
+    path, truth = render(motion, seconds=18, recorder=Recorder(stalled_s=(8.0, 9.3)))
+    track = track_phase(path)
+    away = np.angle(np.exp(1j * (track.phase_rad - truth.angle_rad)))
+    assert np.ptp(away) < 0.01
+    with pytest.raises(RateRefused, match="It is steady from"):
+        measure_rate(track, timebase=CLOCK)
+
+
+def test_a_clip_of_uneven_frame_rate_is_not_taken_for_a_damaged_one(render):
+    """Matroska states no count; length times frame rate is far from it."""
+    path, _ = render(PlateMotion(33.3 * RPM), seconds=8, suffix=".mkv",
+                     recorder=Recorder(dropped=0.4))
+    assert track_phase(path).notes == ()
+
+
+@pytest.mark.parametrize("camera_fps", [24.0, 15.0])
+def test_pictures_shown_twice_do_not_hide_the_plate(camera_fps, render):
+    """As of a webcam in the dark, in a film of 30 pictures per second."""
+    motion, camera = PlateMotion(33.3 * RPM), Recorder(camera_fps=camera_fps)
+    path, truth = render(motion, fps=30, seconds=10, recorder=camera)
+    track = track_phase(path)
+    assert track.notes == ()
+    assert (track.duplicate == truth.duplicate).mean() > 0.98
+    rate = measure_rate(track, timebase=CLOCK)
+    assert abs(error_ppm(rate, motion)) < min(300, 3 * rate.sd_rad_s / rate.rate_rad_s * 1e6)
+
+
+def test_stamps_that_come_late_do_not_lead_the_follower_astray(render):
+    """Newton's method ended beside the mark, and three pictures in ten were left out."""
+    motion = PlateMotion(33.3 * RPM)
+    path, _ = render(motion, Scene(label=False, sensor_box=False), seconds=12, suffix=".mkv",
+                     recorder=Recorder(late_s=8e-3))
+    track = track_phase(path)
+    assert np.median(track.quality) - track.quality.min() < 0.05
+    assert measure_rate(track, timebase=CLOCK).frames == len(track.time_s)
+
+
 def test_two_equal_marks_opposite_each_other_do_not_halve_the_turn(render):
     marks = (Mark(), Mark(azimuth_rad=np.pi))
     motion = PlateMotion(33.3 * RPM)

@@ -36,8 +36,14 @@ class Recorder:
         Frames missing, stamps of the others true.
     lost : float
         Frames missing, the others stamped as if none were.
+    stalled_s : (float, float)
+        No frames between these times; the others are stamped as if none were missing.
     duplicated : float
         Frames whose picture is that of the frame before.
+    camera_fps : float or None
+        The camera is slower than the film: a frame shows what the camera took last.
+    late_s : float
+        Standard deviation of the stamps about the frame times.
     clock_ppm : float
         The recorder's clock runs fast by this much: stamps are too large.
     codec, pixel_format, options
@@ -48,7 +54,10 @@ class Recorder:
     jitter_s: float = 0.0
     dropped: float = 0.0
     lost: float = 0.0
+    stalled_s: tuple[float, float] = (0.0, 0.0)
     duplicated: float = 0.0
+    camera_fps: float | None = None
+    late_s: float = 0.0
     clock_ppm: float = 0.0
     codec: str = "libx264"
     pixel_format: str = "yuv420p"
@@ -105,11 +114,19 @@ def film(
         time = time + np.clip(rng.normal(0, recorder.jitter_s, n), -0.4 / fps, 0.4 / fps)
         time += max(0.0, scene.exposure_s - time[0])
     kept = rng.random(n) >= recorder.dropped + recorder.lost
+    kept &= (nominal < recorder.stalled_s[0]) | (nominal >= recorder.stalled_s[1])
     kept[0] = True
     duplicate = (rng.random(n) < recorder.duplicated) & kept
+    if recorder.camera_fps is not None:
+        time = start_s + np.floor(nominal * recorder.camera_fps + 1e-6) / recorder.camera_fps
+        duplicate |= np.diff(time, prepend=-1.0) == 0
     duplicate[0] = False
     index = np.flatnonzero(kept)
-    stamp = nominal[: index.size] if recorder.lost else time[index] - time[index[0]]
+    untold = recorder.lost > 0 or recorder.stalled_s[1] > 0
+    told = nominal if recorder.camera_fps is not None else time
+    stamp = nominal[: index.size] if untold else told[index] - told[index[0]]
+    if recorder.late_s:
+        stamp = stamp + np.clip(rng.normal(0, recorder.late_s, len(stamp)), -0.4 / fps, 0.4 / fps)
     stamp = stamp * (1 + 1e-6 * recorder.clock_ppm)
     picture = Picture(scene, seed)
     truth = FilmTruth(
@@ -118,7 +135,7 @@ def film(
         angle_rad=motion.angle(time[index]),
         motion=motion,
         picture=picture,
-        lost_before=np.diff(index, prepend=-1) - 1 if recorder.lost else np.zeros(len(index), int),
+        lost_before=np.diff(index, prepend=-1) - 1 if untold else np.zeros(len(index), int),
         duplicate=duplicate[index],
     )
     _encode(path, _frames(truth, rng), truth.stamp_s, scene, fps, recorder)
