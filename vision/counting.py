@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.motion import PlateAngle
+from vision.motion import PlateAngle, frame_time
 
 END_SD = 1 / np.sqrt(6.0)  # frames: the difference of two ends rounded to whole frames
 GAP = 1.5  # frames between the pictures before and after an alignment; more is a gap
@@ -52,7 +52,7 @@ def count_frames(angle: PlateAngle, mark_rad: float, deck_mark_rad: float) -> Fr
     whole = np.arange(np.ceil(progress[0]), np.floor(progress[-1]) + 1)
     after = np.searchsorted(progress, whole).clip(1, len(progress) - 1)
     # Nobody sees an alignment that falls where pictures are left out.
-    frame_s = float(np.median(np.diff(angle.time_s)))
+    frame_s = frame_time(angle.time_s)
     seen = np.diff(angle.time_s)[after - 1] < GAP * frame_s
     whole, after = whole[seen], after[seen]
     if len(whole) < 2:

@@ -20,6 +20,7 @@ AT_REST = 0.75  # of the usual step: slower before or after pictures that repeat
 NEAR_WHOLE = 0.25  # of rate x frame time: how close to a multiple a jump must be
 CLEAR = 6.0  # times the noise of one step, for a jump to be told from it
 REST = 2.5  # times a neighbouring half turn; one that takes longer is no half turn but a rest
+BURST = 8.0  # times the usual step, that two steps take; else they take two
 REGULAR = 0.1  # of the usual step: what belongs to it
 LOCAL_STEPS = 31  # pictures over which the usual step is taken
 
@@ -122,6 +123,9 @@ def frame_time(time_s: FloatArray) -> float:
     """Usual time from picture to picture, finer than the stamps: Matroska rounds them to 1 ms."""
     step = np.diff(time_s)
     usual = float(np.median(step))
+    pair = float(np.median(time_s[2:] - time_s[:-2]))
+    if pair > BURST * usual:  # two pictures come at once, then none for long
+        return pair / 2
     return float(step[np.abs(step - usual) <= REGULAR * usual].mean())
 
 
@@ -130,7 +134,8 @@ def rough_rate(track: PhaseTrack, time_s: FloatArray) -> float:
     good = np.flatnonzero(usable(track))
     step_s, step = np.diff(time_s[good]), np.diff(track.phase_rad[good])
     usual = frame_time(time_s[good])
-    regular = np.abs(step_s - usual) < REGULAR * usual
+    regular = np.abs(step_s - usual) <= REGULAR * usual
+    regular |= not regular.any()
     step = step[regular] * track.symmetry
     centre = np.angle(np.mean(np.exp(1j * step)))
     around = centre + np.angle(np.exp(1j * (step - centre)))

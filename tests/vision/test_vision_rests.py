@@ -147,3 +147,13 @@ def test_stamps_in_whole_milliseconds_are_as_good_as_exact_ones(fps):
 def test_one_return_of_the_picture_is_no_second_opinion():
     time, angle = steady(33.3, seconds=3.7)  # two turns, the second cut short
     assert measure_rate(phase_track(time, angle, noise_rad=NOISE), timebase=CLOCK).lag_rate is None
+
+
+def test_stamps_in_bursts_do_not_make_the_plate_a_hundred_times_as_fast():
+    """Two pictures come from the camera at once; most steps between stamps are 2 ms."""
+    time, angle = steady(33.3, fps=30.0, seconds=20.0)
+    burst = time.copy()
+    burst[1::2] = time[::2] + 2e-3
+    rate = measure_rate(phase_track(burst, angle, noise_rad=NOISE), timebase=CLOCK)
+    assert abs(rate.rate_rad_s - FAST) < 3 * rate.sd_rad_s
+    assert rate.sd_rad_s < 1e-3 * FAST
