@@ -99,7 +99,8 @@ def test_clips_share_their_clock_and_nothing_else(followed: Followed) -> None:
     assert many.plate.rate_rad_s.shape == (18,)
     assert many.rate_rad_s == pytest.approx(one.rate_rad_s)
     assert many.image_sd_rad_s == pytest.approx(one.image_sd_rad_s / np.sqrt(18))
-    assert many.timebase_sd_rad_s == one.timebase_sd_rad_s == pytest.approx(20e-6 * one.rate_rad_s)
+    for rate in (one, many):  # the mean of eighteen equal numbers may differ in its last digit
+        assert rate.timebase_sd_rad_s == pytest.approx(20e-6 * one.rate_rad_s)
 
 
 def test_all_rates_that_give_the_same_pictures_are_printed(followed: Followed) -> None:
