@@ -114,7 +114,8 @@ def follow_clips(
 
     with ThreadPoolExecutor(PARALLEL_CLIPS) as pool:
         waiting = [pool.submit(find, clip, plate) for clip, plate in clips]
-        import_module("vision.rate")  # needed next; meanwhile the clips are decoded
+        for needed_next in ("numpy.ma", "vision.rate"):  # np.unique needs the first
+            import_module(needed_next)  # meanwhile the first pictures are decoded
         try:
             return [each.result() for each in waiting]
         finally:

@@ -5,6 +5,7 @@ These are proposals. Which of them turns, and where exactly its axis is, the mot
 """
 
 from collections.abc import Sequence
+from random import Random
 from typing import Any
 
 import cv2
@@ -166,13 +167,13 @@ def _mark_tracks(still: Luma, pictures: Sequence[Luma]) -> list[Ellipse]:
     points = np.array(spots)
     if len(points) < 12:
         return []
-    rng = np.random.default_rng(0)  # the same film gives the same proposals
+    rng = Random(0)  # the same film gives the same proposals
     best: NDArray[np.bool_] = np.zeros(len(points), bool)
     needed = float(TRACK_TRIALS)
     for trial in range(TRACK_TRIALS):
         if trial >= needed:
             break
-        sample = points[rng.choice(len(points), 6, replace=False)]
+        sample = points[rng.sample(range(len(points)), 6)]
         ellipse = _fitted(sample)
         if not _sound(ellipse, still.shape) or min(ellipse[1]) < 0.1 * min(still.shape):
             continue
