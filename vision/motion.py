@@ -122,7 +122,7 @@ def _repeated(track: PhaseTrack, seen: BoolArray) -> BoolArray:
 def frame_time(time_s: FloatArray) -> float:
     """Usual time from picture to picture, finer than the stamps: Matroska rounds them to 1 ms."""
     step = np.diff(time_s)
-    usual = float(np.median(step))
+    usual = float(np.quantile(step, 0.5, method="lower"))  # one of the steps, never between two
     pair = float(np.median(time_s[2:] - time_s[:-2]))
     if pair > BURST * usual:  # two pictures come at once, then none for long
         return pair / 2
