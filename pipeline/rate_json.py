@@ -73,6 +73,7 @@ def _clip(source: str, clip: "RateMeasurement") -> Json:
         "rate_rad_s": clip.rate_rad_s,
         "sd_rad_s": clip.sd_rad_s,
         "direction": clip.direction,
+        "channel": clip.channel,
         "revolutions": clip.revolutions,
         "frames": clip.frames,
         "phase_rms_rad": clip.phase_rms_rad,

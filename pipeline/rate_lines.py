@@ -7,6 +7,7 @@ import numpy as np
 
 from pipeline.display import NAME_WIDTH, RPM, count, relative
 from pipeline.rates import SettingRate
+from vision.phase_track import LUMA
 
 if TYPE_CHECKING:
     from vision.motion import RateHistory
@@ -30,6 +31,8 @@ def rate_line(rate: SettingRate) -> str:
 def clip_lines(rate: SettingRate) -> Iterator[str]:
     """Of each clip: the rate by counting frames beside the measured one, and the diagnosis."""
     for clip in rate.clips:
+        if clip.channel != LUMA:
+            yield f"  followed by its colour, {clip.channel}: nothing turns in the brightness"
         counted = clip.frame_count
         if counted is not None:
             away = counted.rate_rad_s / clip.rate_rad_s - 1

@@ -11,6 +11,7 @@ from pipeline.display import RPM, count, relative
 from pipeline.rates import SettingRate
 from pipeline.report_charts import Chart, Figure, across, nice_limit, thinned, upward
 from pipeline.report_picture import picture_address
+from vision.phase_track import LUMA
 
 MOST_DOTS = 500  #: of a chart of the phase; a minute of film has twice to four times as many
 ANGLE_BINS = 36
@@ -82,6 +83,9 @@ def _facts(rate: SettingRate) -> Iterator[tuple[str, str]]:
     lost = sum(clip.lost_frames for clip in rate.clips)
     if lost:
         yield "pictures lost without a trace", str(lost)
+    coloured = sorted({clip.channel for clip in rate.clips} - {LUMA})
+    if coloured:
+        yield "followed by colour", ", ".join(coloured)
     rms = math.sqrt(float(np.mean([clip.phase_rms_rad**2 for clip in rate.clips])))
     yield "phase residual", f"{math.degrees(rms):.3g}°"
 

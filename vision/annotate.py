@@ -5,14 +5,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import View
-from vision.video import Luma
 
 WIDEST = 640
 PLATE, CENTRE, MARK, DECK = (80, 220, 80), (60, 60, 255), (255, 200, 0), (0, 200, 255)  # BGR
 
 
 def annotate(
-    picture: Luma,
+    picture: NDArray[np.uint8],
     view: View,
     rings: tuple[float, float],
     mark: tuple[float, float] | None,
@@ -22,7 +21,8 @@ def annotate(
 
     Parameters
     ----------
-    picture : luma (h, w)
+    picture : array of uint8, shape (h, w, 3)
+        Blue-green-red.
     view : View
     rings : (inner, outer)
         Radii between which the angle was measured.
@@ -33,7 +33,7 @@ def annotate(
     if scale < 1:
         size = (round(picture.shape[1] * scale), round(picture.shape[0] * scale))
         picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
-    canvas = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR)
+    canvas = picture.copy()
 
     def point(radius: float, azimuth: float) -> tuple[int, int]:
         x, y = view.pixels(np.array(radius), np.array(azimuth))

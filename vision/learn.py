@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from vision.colour import Brightness, Channel, channels
 from vision.errors import RateRefused
 from vision.geometry import FloatArray, View
 from vision.grid import polar_grid, ring_spectra
@@ -43,10 +44,11 @@ APART = 0.5  # the same, where a mark does not overlap itself any more
 
 @dataclass(frozen=True, eq=False)
 class Learned:
-    """The plate: what stands still, template on the rings worth looking at, rough rate, symmetry,
-    notes.
+    """The plate: what of the pictures was followed, what stands still in brightness, template on
+    the rings worth looking at, rough rate, symmetry, notes.
     """
 
+    channel: Channel
     still: Luma
     template: Template
     rate_rad_s: float
@@ -62,14 +64,35 @@ def learn(
     Raises
     ------
     RateRefused
-        No proposal turns about a fixed axis.
+        No proposal turns about a fixed axis, in any channel of the frames.
     """
-    frames = _without_repeated(frames)
-    pictures = [frame.luma for frame in frames]
+    refusal = RateRefused(f"{name}: the film has no colour that changes.")
+    for channel in channels(frames):
+        try:
+            return _learn(name, frames, channel, given, on_step)
+        except RateRefused as error:
+            refusal = error
+    raise refusal
+
+
+def _learn(
+    name: str,
+    frames: list[Frame],
+    channel: Channel,
+    given: View | None,
+    on_step: Callable[[], None],
+) -> Learned:
+    frames = _without_repeated(frames, channel)
+    pictures = [channel(frame) for frame in frames]
     time = np.array([frame.time_s for frame in frames])
     still = median_picture(pictures)
     on_step()
     views = [given] if given is not None else proposals(still, pictures)
+    outlined = still
+    if not isinstance(channel, Brightness):  # the rim may have no colour of its own
+        bright = [frame.luma for frame in frames]
+        outlined = median_picture(bright)
+        views += proposals(outlined, bright) if given is None else []
     tried = []
     for view in views:
         on_step()
@@ -117,16 +140,17 @@ def learn(
         fine = _fine(found, [pictures[i] for i in some], still, on_step)
         rate = np.median(np.diff(found.angle_rad) / np.maximum(np.diff(time[some]), 1e-6))
         notes = _others_turning(name, fine.template.grid.view, tried)
-        return Learned(still, fine.template, float(rate), _symmetry(fine.template), notes)
+        return Learned(
+            channel, outlined, fine.template, float(rate), _symmetry(fine.template), notes
+        )
     if jumping is not None:
         raise RateRefused(f"{name}: {_why_it_jumps(jumping)}")
     raise RateRefused(
         f"{name}: nothing in the picture turns about a fixed axis: {len(views)} round outline(s) "
         f"were tried, and at most {best:.0%} of what changes inside one turns together (a plate "
         f"gives 50 to 100 %).{_partly_seen(tried, still.shape)} Film the whole plate from above "
-        f"with the camera on a stand, put a mark on it that is brighter or darker than the plate "
-        f"(only brightness is looked at, not colour), or give the rim yourself (plate: centre_px, "
-        f"radius_px)."
+        f"with the camera on a stand, put a mark on it that differs from the plate in brightness "
+        f"or colour, or give the rim yourself (plate: centre_px, radius_px)."
     )
 
 
@@ -155,12 +179,12 @@ def _why_it_jumps(found: Alignment) -> str:
     )
 
 
-def _without_repeated(frames: list[Frame]) -> list[Frame]:
+def _without_repeated(frames: list[Frame], channel: Channel) -> list[Frame]:
     """The pictures that are not the one before again: a camera slower than its film repeats some.
 
     With them the plate would seem to go by jerks.
     """
-    small = [frame.luma[::GLANCE, ::GLANCE].astype(np.int16) for frame in frames]
+    small = [channel(frame)[::GLANCE, ::GLANCE].astype(np.int16) for frame in frames]
     change = np.array([float(np.abs(b - a).mean()) for a, b in pairwise(small)])
     fresh = np.concatenate([[True], ~repeated(change)])
     return [frame for frame, new in zip(frames, fresh, strict=True) if new]

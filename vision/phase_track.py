@@ -10,6 +10,7 @@ from vision.geometry import FloatArray, View
 BoolArray = NDArray[np.bool_]
 
 USUAL_MARK_RADIUS = 0.7
+LUMA = "luma"  # the usual channel
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +57,8 @@ class PhaseTrack:
         One picture, blue-green-red, with plate, centre, marks and radii drawn in.
     notes : tuple of str
         What the user should know about how the track was found.
+    channel : str
+        What of the pictures was followed: "luma", or an axis of colour, "0.99 Cr + 0.12 Cb".
     """
 
     source: str
@@ -77,6 +80,13 @@ class PhaseTrack:
     fps_stated: float
     annotated: NDArray[np.uint8]
     notes: tuple[str, ...]
+    channel: str
+
+    @property
+    def apparent_turns(self) -> float:
+        """Turns from the first picture to the last, the shortest way from each to the next."""
+        phase = np.unwrap(self.phase_rad[np.isfinite(self.phase_rad)])
+        return float(abs(phase[-1] - phase[0]) / (2 * np.pi)) if phase.size else 0.0
 
     def mark_row_px(self, angle_rad: FloatArray) -> FloatArray:
         """How far below the spindle the mark stands at plate angles, pixels of the picture.

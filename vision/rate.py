@@ -90,6 +90,8 @@ class RateMeasurement:
     lost_frames, duplicate_frames : int
     speed : SpeedFigures
     diagnosis : PhaseDiagnosis
+    channel : str
+        What of the pictures was followed, as in the track.
     warnings : tuple of str
         A paragraph each.
     """
@@ -117,6 +119,7 @@ class RateMeasurement:
     duplicate_frames: int
     speed: SpeedFigures
     diagnosis: PhaseDiagnosis
+    channel: str
     warnings: tuple[str, ...]
 
 
@@ -206,6 +209,7 @@ def measure_rate(
         duplicate_frames=int(track.duplicate.sum()),
         speed=speed_figures(fit, given, waves, angle.frame_s),
         diagnosis=diagnosis,
+        channel=track.channel,
         warnings=warnings,
     )
 

@@ -27,7 +27,7 @@ class Rows:
         x, y = grid.view.pixels(np.ones(90), np.linspace(0, 2 * np.pi, 90))
         h, w = frames[0].luma.shape
         self._columns, self._rows = _samples(x, w), _samples(y, h)
-        self._shown = frames[len(frames) // 2].luma
+        self._shown = frames[len(frames) // 2].bgr
         self._shown_index = len(frames) // 2
         self._picture = np.empty((h, w), np.uint8)
         self._thumbnails: list[Luma] = []
@@ -44,7 +44,7 @@ class Rows:
     def add(self, frames: list[Frame]) -> None:
         """Measure the next pictures."""
         time_s = np.array([frame.time_s for frame in frames])
-        strips = [self._strip(frame.luma) for frame in frames]
+        strips = [self._strip(self._found.channel(frame)) for frame in frames]
         found = self._follower.angles(time_s, strips)
         self._measured.append(
             np.array([time_s, found.angle_rad, found.seed_rad, found.match, found.change])
@@ -90,6 +90,7 @@ class Rows:
                 self._shown, resting, (float(grid.radius[0]), float(grid.radius[-1])), at, deck
             ),
             notes=notes,
+            channel=str(self._found.channel),
         )
         # The template holds for the row of the spindle; every picture is stamped for its own mark.
         turned_on = grid.view.lag_rad_px * track.mark_row_px(phase)

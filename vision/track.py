@@ -7,7 +7,7 @@ follow are then measured as they come, so that memory does not grow with the fil
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeGuard
 
 import cv2
 
@@ -23,6 +23,7 @@ FEWEST = 12  # pictures from which anything can be said
 LEARN_FOR_S = 7.2  # two turns of the slowest plate
 LEARN_FROM = (150, 300)  # pictures, at least and at most
 LEARN_BYTES = 96_000_000
+FEWEST_TURNS = 1.0  # apparent ones; with less, a mark of colour may be the better one
 ATTEMPTS = 12  # stretches of the film in which a plate is looked for
 WHOLE_CLIP = 0.9  # of the stated length; less was cut short
 
@@ -33,7 +34,7 @@ def track_phase(
     plate: PlateOverride | None = None,
     on_progress: Callable[[int, int | None], None] | None = None,
 ) -> "PhaseTrack":
-    """Follow the plate of a film.
+    """Follow the plate of a film, by its colour where the brightness shows nothing that turns.
 
     Parameters
     ----------
@@ -48,11 +49,46 @@ def track_phase(
     UnreadableVideo
         Not a film, or fewer than a dozen pictures.
     RateRefused
-        Nothing in the film turns about a fixed axis.
+        Nothing in the film turns about a fixed axis, in brightness or in colour.
     """
-    name = Path(path).name
     cv2.setNumThreads(1)  # the other cores decode
-    with Film(path) as film:
+    by_luma = _tried(path, plate, on_progress, colours=False)
+    if _turns(by_luma):
+        return by_luma
+    by_colour = _tried(path, plate, on_progress, colours=True)
+    if _turns(by_colour):
+        return by_colour
+    if isinstance(by_luma, RateRefused):
+        raise by_luma
+    return by_luma
+
+
+def _turns(found: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
+    return not isinstance(found, RateRefused) and found.apparent_turns >= FEWEST_TURNS
+
+
+def _tried(
+    path: Path | str,
+    plate: PlateOverride | None,
+    on_progress: Callable[[int, int | None], None] | None,
+    *,
+    colours: bool,
+) -> "PhaseTrack | RateRefused":
+    try:
+        return _followed(path, plate, on_progress, colours=colours)
+    except RateRefused as refusal:
+        return refusal
+
+
+def _followed(
+    path: Path | str,
+    plate: PlateOverride | None,
+    on_progress: Callable[[int, int | None], None] | None,
+    *,
+    colours: bool,
+) -> "PhaseTrack":
+    name = Path(path).name
+    with Film(path, colours=colours) as film:
         from vision.rows import Rows  # while the first pictures are decoded
 
         def on_done(pictures: int) -> None:
@@ -71,6 +107,12 @@ def track_phase(
             notes.append(
                 f"The plate was not seen turning in the first {skipped} pictures, which are "
                 f"left out."
+            )
+        if film.orientation.mirrored:
+            notes.append(
+                f"{name}: the file has its pictures shown mirrored, as front cameras do, and the "
+                f"sense of rotation is that of the displayed picture. If writing in it reads "
+                f"backwards, the plate itself turns the other way."
             )
         # By the time, not the count: containers without one state duration times frame rate.
         if film.seconds_stated and rows.last_s < WHOLE_CLIP * film.seconds_stated:
@@ -125,7 +167,7 @@ def _first(batches: Iterator[list[Frame]], on_step: Callable[[], object]) -> lis
         fewest, most = LEARN_FROM
         if len(frames) >= (fewest if span_s >= LEARN_FOR_S else most):
             break
-        if len(frames) * frames[0].luma.nbytes > LEARN_BYTES:
+        if len(frames) * frames[0].nbytes > LEARN_BYTES:
             break
     return frames
 

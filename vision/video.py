@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.errors import UnreadableVideo
+from vision.orientation import Orientation, stated_orientation
 
 Luma = NDArray[np.uint8]
 
@@ -25,22 +26,46 @@ LARGEST_SIDE = 1000  # pixels; a larger picture is reduced by a whole factor
 BATCH = 16  # pictures handed over at once
 LUMA_FIRST = (b"I420", b"NV12", b"Y800")  # 8 bits of luma per pixel, before anything else
 SMALL = 500_000  # pixels of a picture
+NO_CHROMA = np.zeros((0, 0, 2), np.uint8)
 QUEUE_BYTES = 160_000_000  # decoded ahead while the plate is being learned
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One picture: stamp in seconds from the first, and luma (h, w)."""
+    """One picture: stamp in seconds from the first, luma (h, w), Cr and Cb (h, w, 2) or none."""
 
     time_s: float
     luma: Luma
+    chroma: NDArray[np.uint8]
+
+    @property
+    def nbytes(self) -> int:
+        """Memory it takes."""
+        return self.luma.nbytes + self.chroma.nbytes
+
+    @property
+    def bgr(self) -> NDArray[np.uint8]:
+        """The picture to look at, blue-green-red, grey without chroma; shape (h, w, 3)."""
+        if self.chroma is NO_CHROMA:
+            return np.asarray(cv2.cvtColor(self.luma, cv2.COLOR_GRAY2BGR), np.uint8)
+        planes = np.dstack([self.luma, self.chroma])
+        return np.asarray(cv2.cvtColor(planes, cv2.COLOR_YCrCb2BGR), np.uint8)
 
 
 class Film:
     """The pictures of a file in order; use as a context manager and iterate once.
 
+    Parameters
+    ----------
+    path : path
+    colours : bool
+        The frames carry chroma. It has half the luma's resolution in most films, and pictures are
+        reduced to that.
+
     Attributes
     ----------
+    orientation : Orientation
+        How the stored pictures are turned, where we do that and not the decoder.
     reduction : int
         Whole factor by which the pictures are reduced.
     frames_stated : int or None
@@ -50,7 +75,7 @@ class Film:
         Length by these two.
     """
 
-    def __init__(self, path: Path | str) -> None:
+    def __init__(self, path: Path | str, *, colours: bool = False) -> None:
         self.path = Path(path)
         _refuse_unreadable(self.path)
         # The decoder reports every oddity of a file; what matters is said by our own messages.
@@ -70,11 +95,17 @@ class Film:
             self._capture.get(cv2.CAP_PROP_FRAME_WIDTH),
             self._capture.get(cv2.CAP_PROP_FRAME_HEIGHT),
         )
-        self.reduction = max(1, int(np.ceil(side / LARGEST_SIDE)))
+        self.reduction = max(1, int(np.ceil(side / LARGEST_SIDE))) * (2 if colours else 1)
+        # Older versions of the decoder turn pictures the wrong way or not; none mirrors them.
+        orientation = stated_orientation(self.path)
+        if orientation is not None:
+            self._capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
+        self.orientation = orientation or Orientation()
+        self._colours = colours
         # Luma as decoded, without the detour over colours. Other formats (10 bits, packed) would
         # come as they lie in memory; those are left to be converted to colours by read().
         stored = int(self._capture.get(cv2.CAP_PROP_CODEC_PIXEL_FORMAT)) & 0xFFFFFFFF
-        if stored.to_bytes(4, "little") in LUMA_FIRST:
+        if not colours and stored.to_bytes(4, "little") in LUMA_FIRST:
             self._capture.set(cv2.CAP_PROP_CONVERT_RGB, 0)
         self._queue: queue.Queue[list[Frame] | BaseException | None] = queue.Queue()
         self._room = threading.Semaphore(1)
@@ -113,9 +144,9 @@ class Film:
                 if not ok:
                     break
                 time_s = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3
-                batch.append(Frame(time_s, self._luma(np.asarray(picture))))
+                batch.append(self._frame(time_s, np.asarray(picture)))
                 if not sized:
-                    batches = QUEUE_BYTES // (BATCH * batch[0].luma.nbytes)
+                    batches = QUEUE_BYTES // (BATCH * batch[0].nbytes)
                     for _ in range(max(1, batches) - 1):
                         self._room.release()
                     sized = True
@@ -131,16 +162,24 @@ class Film:
                 UnreadableVideo(f"{self.path}: the decoder failed ({error}); convert the film.")
             )
 
-    def _luma(self, picture: NDArray[Any]) -> Luma:
+    def _frame(self, time_s: float, picture: NDArray[Any]) -> Frame:
+        if self._colours:
+            picture = np.asarray(cv2.cvtColor(self._displayed(picture), cv2.COLOR_BGR2YCrCb))
+            return Frame(time_s, picture[:, :, 0].copy(), picture[:, :, 1:].copy())
         if picture.ndim == 3 and picture.shape[2] == 3:
             picture = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY))
         elif picture.ndim == 3:
             picture = picture[:, :, 0]
+        return Frame(time_s, np.asarray(self._displayed(picture), np.uint8), NO_CHROMA)
+
+    def _displayed(self, picture: NDArray[Any]) -> NDArray[Any]:
+        """Turned as it is to be shown, and reduced."""
+        picture = self.orientation.displayed(picture)
         if self.reduction > 1:
-            h, w = (n // self.reduction for n in picture.shape)
+            h, w = (n // self.reduction for n in picture.shape[:2])
             picture = picture[: h * self.reduction, : w * self.reduction]
             picture = np.asarray(cv2.resize(picture, (w, h), interpolation=cv2.INTER_AREA))
-        return np.asarray(picture, np.uint8)
+        return picture
 
 
 def _opened(path: Path | str) -> cv2.VideoCapture:

@@ -15,8 +15,10 @@ import vision.track
 from pipeline.artefacts import kept_track, track_key
 from pipeline.config_sections import Plate
 from pipeline.plate_settings import rim
+from pipeline.rate_json import rate_json
 from pipeline.rate_lines import clip_lines
 from pipeline.rates import follow_clips, measure_setting
+from pipeline.report_rates import rate_view
 from pipeline.workplace import Workplace
 from tests.sessions import ROOT
 from vision.errors import RateRefused, UnreadableVideo
@@ -112,6 +114,17 @@ def test_all_rates_that_give_the_same_pictures_are_printed(followed: Followed) -
                        (2717, "ccw")]
 
 
+def test_a_clip_followed_by_its_colour_says_which(followed: Followed) -> None:
+    plain = measure_setting("slow", [followed.track], Timebase())
+    assert rate_json(plain)["clips"][0]["channel"] == "luma"
+    assert not any("colour" in line for line in clip_lines(plain))
+    coloured = replace(followed.track, channel="0.98 Cr - 0.20 Cb")
+    rate = measure_setting("slow", [coloured], Timebase())
+    assert rate_json(rate)["clips"][0]["channel"] == "0.98 Cr - 0.20 Cb"
+    assert any("followed by its colour, 0.98 Cr - 0.20 Cb" in line for line in clip_lines(rate))
+    assert ("followed by colour", "0.98 Cr - 0.20 Cb") in rate_view(rate).facts
+
+
 def test_clips_that_turn_both_ways_are_no_one_setting(followed: Followed) -> None:
     back = replace(followed.track, phase_rad=-followed.track.phase_rad, source="back.mp4")
     with pytest.raises(RateRefused, match=r"17rpm\.mp4 turns ccw and back\.mp4 turns cw"):
@@ -129,13 +142,13 @@ def test_the_clip_reported_is_the_first_that_fails(tmp_path: Path) -> None:
 
 def test_ctrl_c_while_the_plate_is_being_learned_ends_at_once() -> None:
     code = """if True:
-        import sys, time, pipeline.cli, vision.track
+        import sys, time, pipeline.cli, vision.learn
         def learn(name, frames, given, on_step):
             print("learning", flush=True)
             while True:
                 on_step()
                 time.sleep(0.01)
-        vision.track.learn = learn
+        vision.learn.learn = learn
         sys.exit(pipeline.cli.main(["rate", *sys.argv[1:]]))
     """
     process = subprocess.Popen(

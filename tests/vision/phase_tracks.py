@@ -3,7 +3,7 @@
 import numpy as np
 
 from vision.geometry import view_of_ellipse
-from vision.phase_track import PhaseTrack
+from vision.phase_track import LUMA, PhaseTrack
 
 RPM = 2 * np.pi / 60
 
@@ -38,6 +38,7 @@ def phase_track(time_s, angle_rad, *, noise_rad=0.0, seed=0, **changes):
         "fps_stated": 15.0,
         "annotated": np.zeros((4, 4, 3), np.uint8),
         "notes": (),
+        "channel": LUMA,
     }
     return PhaseTrack(**{**values, **changes})
 

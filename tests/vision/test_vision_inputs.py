@@ -1,10 +1,8 @@
 """Files that are no good film of a plate: a right answer or a clear refusal, never a traceback."""
 
-import struct
 import subprocess
 import sys
 import threading
-from fractions import Fraction
 from pathlib import Path
 
 import cv2
@@ -19,6 +17,7 @@ from vision.track import track_phase
 
 av = pytest.importorskip("av", reason="rendering clips needs PyAV")
 
+from tests.vision.editing import again  # noqa: E402
 from tests.world.film import Recorder, Scene  # noqa: E402
 from tests.world.plate import PlateMotion  # noqa: E402
 
@@ -44,46 +43,8 @@ PEAK = """if True:
 """
 
 
-def shown_turned(mp4, quarters):
-    """An MP4 file whose track header says to show it turned clockwise by quarters of a turn.
-
-    ISO 14496-12, 8.3.2: the matrix (a b u, c d v, x y w) takes picture points to the display, its
-    first two columns in 16.16 and the last in 2.30 fixed point, 40 bytes into the box.
-    """
-    h, w = Scene().height_px, Scene().width_px
-    a, b, c, d, x, y = {
-        1: (0, 1, -1, 0, h, 0), 2: (-1, 0, 0, -1, w, h), 3: (0, -1, 1, 0, 0, w)
-    }[quarters]
-    matrix = struct.pack(
-        ">9i", a << 16, b << 16, 0, c << 16, d << 16, 0, x << 16, y << 16, 1 << 30
-    )
-    at = mp4.index(b"tkhd") + 4 + 40
-    return mp4[:at] + matrix + mp4[at + len(matrix):]
-
-
 def rate_of(path, **how):
     return measure_rate(track_phase(path, **how), timebase=CLOCK)
-
-
-def again(source, target, *, size=None, pixel_format="yuv420p", codec="libx264", change=None):
-    """Decode a film and encode it otherwise."""
-    with av.open(str(source)) as old, av.open(str(target), "w") as new:
-        stream = new.add_stream(codec, rate=15)
-        for i, frame in enumerate(old.decode(video=0)):
-            picture = frame.to_ndarray(format="bgr24")
-            if change is not None:
-                picture = change(i, picture)
-            if size is not None:
-                picture = cv2.resize(picture, size)
-            if i == 0:
-                stream.height, stream.width = picture.shape[:2]
-                stream.pix_fmt = pixel_format
-                stream.options = {"preset": "ultrafast"} if codec == "libx264" else {}
-            made = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="bgr24")
-            made.pts, made.time_base = i, Fraction(1, 15)
-            new.mux(stream.encode(made))
-        new.mux(stream.encode())
-    return target
 
 
 def test_a_missing_file_says_so(tmp_path):
@@ -177,28 +138,6 @@ def test_motion_jpeg_in_avi_gives_the_same_rate(clip, tmp_path):
     assert abs(rate_of(path).rate_rad_s / MOTION.rate_rad_s - 1) < 1e-4
 
 
-def test_a_mark_that_is_seen_by_its_colour_alone_is_refused_with_what_helps(tmp_path):
-    path, rng = tmp_path / "colour.mp4", np.random.default_rng(0)
-    y, x = np.mgrid[:360, :480]
-    deck_and_plate = np.where(np.hypot(x - 231, y - 183) < 143, 60.0, 100.0)
-    with av.open(str(path), "w") as container:
-        stream = container.add_stream("libx264", rate=15)
-        stream.width, stream.height, stream.pix_fmt = 480, 360, "yuv420p"
-        for i in range(60):
-            angle = MOTION.rate_rad_s * i / 15
-            luma = deck_and_plate + rng.normal(0, 2, x.shape)
-            blue, red = np.full((2, 180, 240), 128)
-            mark = 231 + 120 * np.cos(angle), 183 - 120 * np.sin(angle)
-            red[np.hypot(x - mark[0], y - mark[1])[::2, ::2] < 14] = 180
-            planes = np.vstack([luma, blue.reshape(90, 480), red.reshape(90, 480)])
-            frame = av.VideoFrame.from_ndarray(planes.astype(np.uint8), format="yuv420p")
-            frame.pts, frame.time_base = i, Fraction(1, 15)
-            container.mux(stream.encode(frame))
-        container.mux(stream.encode())
-    with pytest.raises(RateRefused, match="only brightness is looked at, not colour"):
-        track_phase(path)
-
-
 def test_a_large_film_is_reduced_and_gives_the_same_rate(clip, tmp_path):
     path = again(clip, tmp_path / "large.mp4", size=(1920, 1440))
     track = track_phase(path)
@@ -223,20 +162,6 @@ def test_a_4k_film_takes_little_more_memory_than_a_small_one(render, tmp_path):
         assert abs(rate_rad_s / MOTION.rate_rad_s - 1) < 5e-4
     # The decoder holds a dozen pictures of 12 MB; all 45 as they come would be 370 MB of luma.
     assert peak_mb[large] - peak_mb[small] < 200
-
-
-@pytest.mark.parametrize("quarters", [1, 2, 3])
-def test_a_film_with_a_rotation_flag_turns_as_it_is_shown(quarters, clip, tmp_path):
-    """A phone writes the pictures as its sensor lies, and how to turn them for display."""
-    path = tmp_path / "phone.mp4"
-    path.write_bytes(shown_turned(clip.read_bytes(), quarters))
-    plain, turned = track_phase(clip), track_phase(path)
-    assert turned.size_px == (plain.size_px[::-1] if quarters % 2 else plain.size_px)
-    away = turned.deck_mark_rad - plain.deck_mark_rad + quarters * np.pi / 2
-    assert abs(np.angle(np.exp(1j * away))) < 0.03
-    rate = measure_rate(turned, timebase=CLOCK)
-    assert rate.direction == "ccw"
-    assert abs(rate.rate_rad_s / MOTION.rate_rad_s - 1) < 1e-4
 
 
 def test_a_portrait_film_turns_as_it_is_shown(clip, tmp_path):

@@ -157,13 +157,21 @@ def _frames(
             rows = motion.angle(np.maximum(time + row_delay, 0.0))
             swept = float(motion.rate(np.array([time]))[0]) * scene.exposure_s
             luma = truth.picture.luma(rows, swept, time)
-            i, j = rng.integers(0, 256, 2)
-            luma = luma + scene.noise * stock[i : i + h, j : j + w]
+            luma = luma + scene.noise * _piece(stock, (h, w), rng)
+            chroma = truth.picture.chroma(rows, swept, time)
+            if scene.chroma_noise:
+                chroma = tuple(p + scene.chroma_noise * _piece(stock, p.shape, rng) for p in chroma)
             planes = tuple(
-                np.clip(np.rint(p), 0, 255).astype(np.uint8)
-                for p in (luma, *truth.picture.chroma(rows))
+                np.clip(np.rint(p), 0, 255).astype(np.uint8) for p in (luma, *chroma)
             )
         yield planes
+
+
+def _piece(
+    stock: NDArray[np.float32], shape: tuple[int, ...], rng: np.random.Generator
+) -> NDArray[np.float32]:
+    i, j = rng.integers(0, 256, 2)
+    return stock[i : i + shape[0], j : j + shape[1]]
 
 
 def _encode(

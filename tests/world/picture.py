@@ -21,10 +21,14 @@ Image = NDArray[np.float32]
 
 AZIMUTHS = 4096  # columns of the polar image: 0.2 pixel at the rim of a plate of 140 pixels
 OVERSAMPLING = 2
+HAND_LUMA, HAND_CHROMA = 165.0, (-12.0, 20.0)
 
 
 class Picture:
-    """Renders ``scene`` at given plate angles: luma (h, w) and chroma (h/2, w/2), without noise."""
+    """Renders ``scene`` at given plate angles: luma (h, w) and chroma (h/2, w/2), without noise.
+
+    The chroma of a scene without coloured marks is only for the eye: sharp, and in even light.
+    """
 
     def __init__(self, scene: Scene, seed: int = 0) -> None:
         self.scene = scene
@@ -38,13 +42,14 @@ class Picture:
         self._deck = _deck(scene, rng)
         self._shade, self._glare = _light(scene)
         self._arm = _tonearm(scene) if scene.tonearm else None
-        self._blurred: dict[float, Image] = {}
+        self._blurred: dict[float, tuple[Image, ...]] = {}
 
     def luma(self, angle_by_row: FloatArray, swept_rad: float, time_s: float = 0.0) -> Image:
         """Luma at the plate angle of each picture row (h,), blurred over ``swept_rad``."""
         scene = self.scene
         rows = np.repeat(angle_by_row, OVERSAMPLING).astype(np.float64)
-        plate = self._look_up(self._blur(abs(swept_rad)), self._radius, self._azimuth, rows)
+        soft = self._blur(abs(swept_rad))[0]
+        plate = self._look_up(soft, self._radius, self._azimuth, rows)
         plate = _average(plate * self._inside)
         cover = _average(self._inside)
         picture = plate + (1 - cover) * self._deck
@@ -52,18 +57,33 @@ class Picture:
             picture = picture * (1 - self._arm) + 150.0 * self._arm
         picture = (picture - 16) * self._shade + 16 + self._glare * cover
         if time_s < scene.hand_until_s:
-            picture = _hand(picture, time_s, scene)
-        gain = scene.light * (1 + scene.flicker * np.sin(2 * np.pi * scene.flicker_hz * time_s))
-        return ((picture - 16) * gain + 16).astype(np.float32)
+            hand = _hand(scene, time_s)
+            picture = np.asarray(picture * (1 - hand) + HAND_LUMA * hand, np.float32)
+        return ((picture - 16) * self._gain(time_s) + 16).astype(np.float32)
 
-    def chroma(self, angle_by_row: FloatArray) -> tuple[Image, Image]:
-        """Both chroma planes; not blurred by the exposure."""
+    def chroma(
+        self, angle_by_row: FloatArray, swept_rad: float, time_s: float = 0.0
+    ) -> tuple[Image, Image]:
+        """Both chroma planes, seen as :meth:`luma` is."""
+        scene = self.scene
         rows = angle_by_row[::2][: self._radius_c.shape[0]]
+        planes = self._blur(abs(swept_rad))[1:] if scene.coloured_marks else self._chroma_plate
         cb, cr = (
-            128 + self._inside_c * self._look_up(plane, self._radius_c, self._azimuth_c, rows)
-            for plane in self._chroma_plate
+            self._inside_c * self._look_up(plane, self._radius_c, self._azimuth_c, rows)
+            for plane in planes
         )
-        return cb.astype(np.float32), cr.astype(np.float32)
+        if scene.coloured_marks:
+            shown = _halved(self._shade) * self._gain(time_s)
+            if self._arm is not None:
+                shown = shown * _halved(1 - self._arm)
+            cb, cr = cb * shown, cr * shown
+            if time_s < scene.hand_until_s:
+                cover = _halved(_hand(scene, time_s))
+                cb, cr = (
+                    plane * (1 - cover) + skin * cover
+                    for plane, skin in zip((cb, cr), HAND_CHROMA, strict=True)
+                )
+        return (128 + cb).astype(np.float32), (128 + cr).astype(np.float32)
 
     def phase_information(self, angle_rad: float, swept_rad: float) -> float:
         """Σ(∂luma/∂θ)² over the picture: phase variance is at least noise² over this."""
@@ -78,16 +98,29 @@ class Picture:
         column = azimuth - shift[:, None] + AZIMUTHS  # the polar image holds two turns
         return cv2.remap(polar, column, radius * _rows_per_radius(self.scene), cv2.INTER_LINEAR)
 
-    def _blur(self, swept_rad: float) -> Image:
-        """The polar image averaged over the exposure, width rounded to 1/4 column."""
+    def _gain(self, time_s: float) -> np.float64:
+        """How bright the light is."""
+        scene = self.scene
+        wave = np.sin(2 * np.pi * scene.flicker_hz * time_s)
+        return np.float64(scene.light * (1 + scene.flicker * wave))
+
+    def _blur(self, swept_rad: float) -> tuple[Image, ...]:
+        """The polar images averaged over the exposure, width rounded to 1/4 column.
+
+        Luma, and where marks are coloured both chroma planes.
+        """
         columns = round(swept_rad * AZIMUTHS / (2 * np.pi) * 4) / 4
         if columns not in self._blurred:
             self._blurred.clear()
             half = np.arange(AZIMUTHS // 2 + 1)
             transfer = np.sinc(half * columns / AZIMUTHS)
-            one_turn = self._luma_plate[:, :AZIMUTHS]
-            soft = np.fft.irfft(np.fft.rfft(one_turn, axis=1) * transfer, AZIMUTHS, axis=1)
-            self._blurred[columns] = _two_turns(soft)
+            chroma = self._chroma_plate if self.scene.coloured_marks else ()
+            self._blurred[columns] = tuple(
+                _two_turns(np.fft.irfft(
+                    np.fft.rfft(plane[:, :AZIMUTHS], axis=1) * transfer, AZIMUTHS, axis=1
+                ))
+                for plane in (self._luma_plate, *chroma)
+            )
         return self._blurred[columns]
 
 
@@ -104,6 +137,12 @@ def _average(samples: Image) -> Image:
     """Mean of the samples of each pixel."""
     h, w = samples.shape
     return cv2.resize(samples, (w // OVERSAMPLING, h // OVERSAMPLING), interpolation=cv2.INTER_AREA)
+
+
+def _halved(plane: FloatArray) -> Image:
+    h, w = plane.shape
+    small = cv2.resize(plane, (w // 2, h // 2), interpolation=cv2.INTER_AREA)
+    return np.asarray(small, np.float32)
 
 
 def _two_turns(polar: FloatArray) -> Image:
@@ -166,7 +205,8 @@ def _polar_plate(scene: Scene, rng: np.random.Generator) -> tuple[Image, tuple[I
         paint(cable, 22)
     for mark in scene.marks:
         cx, cy = mark.radius * np.cos(mark.azimuth_rad), mark.radius * np.sin(mark.azimuth_rad)
-        paint(box(cx, cy, mark.azimuth_rad, mark.length, mark.width), mark.luma)
+        paint(box(cx, cy, mark.azimuth_rad, mark.length, mark.width), mark.luma,
+              mark.blue, mark.red)
     paint(_ramp(px * (0.02 - radius)) * np.ones_like(x), 180)
     if not scene.colour:
         cb[:], cr[:] = 0, 0
@@ -211,11 +251,10 @@ def _tonearm(scene: Scene) -> Image:
     return _ramp(0.035 * r - np.hypot(x - foot[0] - s * along[0], y - foot[1] - s * along[1]))
 
 
-def _hand(picture: Image, time_s: float, scene: Scene) -> Image:
-    """A hand that lies on the rim and draws back."""
+def _hand(scene: Scene, time_s: float) -> Image:
+    """Coverage of a hand that lies on the rim and draws back."""
     y, x = np.mgrid[: scene.height_px, : scene.width_px].astype(float)
     cx, cy, r = *scene.centre_px, scene.radius_px
     away = max(0.0, time_s / scene.hand_until_s - 0.3) * 1.2
     px, py = cx + (0.95 + away) * r, cy + (0.35 + 0.2 * np.sin(3 * time_s)) * r
-    inside = _ramp(0.02 * r * (1 - ((x - px) / (0.4 * r)) ** 2 - ((y - py) / (0.25 * r)) ** 2) * 20)
-    return np.asarray(picture * (1 - inside) + 165 * inside, np.float32)
+    return _ramp(0.02 * r * (1 - ((x - px) / (0.4 * r)) ** 2 - ((y - py) / (0.25 * r)) ** 2) * 20)

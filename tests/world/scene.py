@@ -4,7 +4,7 @@ The plate lies in the plane z = 0 with unit radius; x points right and y up in a
 so that a positive angle turns counter-clockwise as filmed.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +14,18 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Mark:
-    """A rectangle of tape: centre radius and azimuth on the plate, size along radius and across."""
+    """A rectangle of tape: centre radius and azimuth on the plate, size along radius and across.
+
+    Grey unless ``blue`` or ``red``, its Cb and Cr less those of grey, are given.
+    """
 
     radius: float = 0.88
     azimuth_rad: float = 0.0
     length: float = 0.16
     width: float = 0.09
     luma: float = 225.0
+    blue: float = 0.0
+    red: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -55,7 +60,13 @@ class Scene:
     noise: float = 2.0  # standard deviation per pixel and frame, luma steps
     exposure_s: float = 1 / 60
     line_time_s: float = 0.0  # rolling shutter: delay from one picture row to the next
+    chroma_noise: float = 0.0  # the same in Cb and Cr
     colour: bool = True
+
+    @property
+    def coloured_marks(self) -> bool:
+        """The plate is to be followed by its colour, which then is rendered with all care."""
+        return any(mark.blue or mark.red for mark in self.marks)
 
 
 def random_scene(rng: np.random.Generator) -> Scene:
@@ -94,6 +105,33 @@ def random_scene(rng: np.random.Generator) -> Scene:
         noise=rng.uniform(1, 5),
         exposure_s=rng.uniform(1 / 250, 1 / 25),
         line_time_s=rng.uniform(0, 30e-3) / 360 if rng.random() < 0.5 else 0.0,
+    )
+
+
+def colour_scene(rng: np.random.Generator) -> Scene:
+    """Such a picture in which only marks of colour turn, as bright as the plate."""
+    scene = random_scene(rng)
+    marks = []
+    for _ in range(rng.choice([1, 1, 2, 3])):
+        hue, saturation = rng.uniform(0, 2 * np.pi), rng.uniform(15, 70)
+        marks.append(
+            Mark(
+                radius=rng.uniform(0.7, 0.9),
+                azimuth_rad=rng.uniform(0, 2 * np.pi),
+                length=rng.uniform(0.1, 0.18),
+                width=rng.uniform(0.06, 0.12),
+                luma=scene.plate_luma,
+                blue=saturation * np.cos(hue),
+                red=saturation * np.sin(hue),
+            )
+        )
+    return replace(
+        scene,
+        marks=tuple(marks),
+        label=False,
+        sensor_box=False,
+        texture=0.0,
+        chroma_noise=rng.uniform(0.5, 3),
     )
 
 
