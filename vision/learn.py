@@ -23,7 +23,7 @@ COARSE_PICTURES = 150
 COARSE_ITERATIONS = 8
 COARSE_STEP = 1e-3  # of the radius: what is left of the view's error is for the fine template
 PROMISING = 0.15  # share of the energy that turns together, for a proposal to be looked into
-COHERENT = 0.4  # the same about the refined axis, and by the template, for it to be a plate
+COHERENT = 0.3  # the same about the refined axis, and by the template, for it to be a plate
 CERTAIN = 0.8  # the same, for no other proposal to be looked into
 AS_GOOD = 0.8  # of the highest varying energy
 GROWN = 1.4  # times the outline's radius, or less by as much: the view has run away
@@ -126,14 +126,13 @@ def _learn(
         if spin.coherence < CERTAIN:
             # Asked again about the refined axis: a steep view can hide most of it at first.
             again = _spin(coarse.template.grid.view, pictures, still, time)
-        together = min(again.coherence, coarse.template.explained)
-        best = max(best, together)
-        if together <= max(COHERENT, coherence):
+        best = max(best, again.coherence)
+        if again.coherence <= max(COHERENT, coherence) or coarse.template.explained < COHERENT:
             continue
         if not _smooth(coarse, spin.angle_rad[some]):
             jumping = jumping or coarse
             continue
-        found, coherence = coarse, together
+        found, coherence = coarse, again.coherence
         if coherence > CERTAIN:
             break
     if found is not None:
