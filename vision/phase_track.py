@@ -34,6 +34,9 @@ class PhaseTrack:
         The picture repeats the one before.
     thumbnail : array of uint8, shape (f, m)
         The plate's surroundings at a few hundred pixels, for the opinion without a plate model.
+    roll_rad : array, shape (f,)
+        Roll of the camera as what lies around the plate shows it, counter-clockwise as filmed; NaN
+        in the pictures, most of them, that were not asked.
     symmetry : int
         The plate looks the same after a turn of 2π/symmetry.
     mark_rad : float
@@ -68,6 +71,7 @@ class PhaseTrack:
     quality: FloatArray
     duplicate: BoolArray
     thumbnail: NDArray[np.uint8]
+    roll_rad: FloatArray
     symmetry: int
     mark_rad: float
     mark_radius: float

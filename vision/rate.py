@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.aliases import choose_alias
+from vision.camera_roll import CameraRoll, camera_roll
 from vision.counting import FrameCount, count_frames
 from vision.diagnosis import PhaseDiagnosis, diagnose
 from vision.errors import RateRefused
@@ -172,7 +173,9 @@ def measure_rate(
     lost = int(angle.lost.sum())
     values, residual = _fit_stated(track.source, stated, angle, given, fit.used)
     diagnosis = diagnose(stated, given.rows(fit.used), angle.angle_rad[fit.used], lost)
-    image_sd = float(fit.sd[1])
+    roll = camera_roll(track, stamps)
+    # Which part of a roll the plate's own angle took up is not known well; all of it is doubt.
+    image_sd = float(np.hypot(fit.sd[1], roll.rate_rad_s if roll else 0.0))
     clock_sd = abs(rate) * timebase.ppm * 1e-6
     count = count_frames(angle, track.mark_rad, track.deck_mark_rad)
     # Where pictures are missing unseen, a lag in pictures is no time.
@@ -182,6 +185,7 @@ def measure_rate(
         *alias.warnings,
         *uneven_warning(track.source, history),
         *_lost_warning(track, angle),
+        *_roll_warning(track, roll, rate),
         *second_opinions(track, angle, rate, image_sd, count, lags),
     )
     return RateMeasurement(
@@ -281,4 +285,14 @@ def _lost_warning(track: PhaseTrack, angle: PlateAngle) -> tuple[str, ...]:
         f"{track.source}: {lost} picture(s) were lost without a trace in the time stamps "
         f"({lost / len(track.time_s):.1%}): the angle jumps by whole frame times. Their time was "
         f"put back, so the rate stands.",
+    )
+
+
+def _roll_warning(track: PhaseTrack, roll: CameraRoll | None, rate: float) -> tuple[str, ...]:
+    if roll is None:
+        return ()
+    return (
+        f"{track.source}: the camera rolled by {np.degrees(roll.range_rad):.1f}° while it filmed, "
+        f"as what lies around the plate shows. Of the rate {abs(roll.rate_rad_s / rate) * 1e6:.0f} "
+        f"ppm may be the camera's own; the sd has them. Fix the camera to a stand and film again.",
     )

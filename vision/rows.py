@@ -11,6 +11,7 @@ from vision.learn import Learned
 from vision.mark import find_deck_mark, find_mark
 from vision.phase_track import PhaseTrack
 from vision.stillness import repeated
+from vision.surroundings import Surroundings
 from vision.video import Film, Frame, Luma
 
 THUMBNAIL = 20  # samples across the plate's surroundings, each way
@@ -27,6 +28,7 @@ class Rows:
         x, y = grid.view.pixels(np.ones(90), np.linspace(0, 2 * np.pi, 90))
         h, w = frames[0].luma.shape
         self._columns, self._rows = _samples(x, w), _samples(y, h)
+        self._surroundings = Surroundings(grid.view, found.still)
         self._shown = frames[len(frames) // 2].bgr
         self._shown_index = len(frames) // 2
         self._picture = np.empty((h, w), np.uint8)
@@ -46,8 +48,10 @@ class Rows:
         time_s = np.array([frame.time_s for frame in frames])
         strips = [self._strip(self._found.channel(frame)) for frame in frames]
         found = self._follower.angles(time_s, strips)
+        roll = np.full(len(frames), np.nan)
+        roll[0] = self._surroundings.roll(frames[0].luma)  # a camera moves slowly
         self._measured.append(
-            np.array([time_s, found.angle_rad, found.seed_rad, found.match, found.change])
+            np.array([time_s, found.angle_rad, found.seed_rad, found.match, found.change, roll])
         )
 
     def _strip(self, picture: Luma) -> Luma:
@@ -62,7 +66,7 @@ class Rows:
     ) -> PhaseTrack:
         """Everything measured so far."""
         grid = self._found.template.grid
-        time_s, phase, seed, quality, change = np.hstack(self._measured)
+        time_s, phase, seed, quality, change, roll = np.hstack(self._measured)
         mark, resting = self._mark, grid.view.at_rest
         deck = find_deck_mark(self._found.still, resting)
         at = None
@@ -76,6 +80,7 @@ class Rows:
             quality=quality,
             duplicate=repeated(change),
             thumbnail=np.stack(self._thumbnails),
+            roll_rad=roll,
             symmetry=self._found.symmetry,
             mark_rad=np.nan if mark is None else mark.azimuth_rad,
             mark_radius=np.nan if mark is None else mark.radius,

@@ -26,6 +26,7 @@ def phase_track(time_s, angle_rad, *, noise_rad=0.0, seed=0, **changes):
         "quality": np.full(n, 0.99),
         "duplicate": np.zeros(n, bool),
         "thumbnail": np.rint(pattern).astype(np.uint8),
+        "roll_rad": np.full(n, np.nan),
         "symmetry": 1,
         "mark_rad": 0.0,
         "mark_radius": 0.9,

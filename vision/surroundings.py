@@ -1,0 +1,77 @@
+"""Whether the camera itself turns: what surrounds the plate stands still, unless the camera moves.
+
+A camera that rolls adds its own rate to the plate's, and the plate cannot tell them apart; what
+lies around it can. Against the still picture S, each picture of the surroundings is, for a small
+roll α about the spindle and a small shift (u, v),
+
+    P - S = -α t·∇S - u ∂S/∂x - v ∂S/∂y + g S + h,        t = (-(y - y₀), x - x₀),
+
+with the light allowed to change by g and h. Large motions are followed step by step: a picture is
+first moved back by what the one before it gave.
+"""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.geometry import View
+from vision.video import Luma
+
+LARGEST_SIDE = 160  # pixels; the surroundings are large
+BEYOND = 1.06  # plate radii, from which on nothing turns with the plate
+BORDER = 4  # pixels; what moves in there from outside is unknown
+STRAY = 12.0  # steps of luma; more is something in the way and counts as this much
+ITERATIONS = 2
+BACK = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+STEP_OF_LUMA = 2.0  # noise of a picture
+SEEN_RAD = np.radians(0.1)  # sd of the roll, above which the surroundings show too little
+
+
+class Surroundings:
+    """The still picture around the plate, to measure the camera's roll against."""
+
+    def __init__(self, view: View, still: Luma) -> None:
+        self._factor = -(-max(still.shape) // LARGEST_SIDE)
+        self._still = self._reduced(still)
+        h, w = self._still.shape
+        middle = (self._factor - 1) / 2
+        y, x = np.mgrid[0:h, 0:w].astype(float)
+        radius, _ = view.at_rest.plate(x * self._factor + middle, y * self._factor + middle)
+        self._around = radius > BEYOND
+        self._around[:BORDER] = self._around[-BORDER:] = False
+        self._around[:, :BORDER] = self._around[:, -BORDER:] = False
+        self._spindle = [(c - middle) / self._factor for c in view.at_rest.centre_px]
+        by_x = cv2.Sobel(self._still, cv2.CV_32F, 1, 0, scale=1 / 8)
+        by_y = cv2.Sobel(self._still, cv2.CV_32F, 0, 1, scale=1 / 8)
+        roll = by_y * (x - self._spindle[0]) - by_x * (y - self._spindle[1])
+        parts = (-roll, -by_x, -by_y, self._still, np.ones_like(self._still))
+        self._basis = np.stack([part[self._around] for part in parts]).astype(np.float32)
+        self._normal = (self._basis @ self._basis.T).astype(float)
+        told = np.linalg.matrix_rank(self._normal) == len(parts)
+        self._told = told and STEP_OF_LUMA * np.sqrt(np.linalg.inv(self._normal)[0, 0]) < SEEN_RAD
+        self._moved = np.zeros(3)  # α, u, v of the latest picture
+
+    def roll(self, picture: Luma) -> float:
+        """Angle in rad by which the surroundings seem to turn, counter-clockwise as filmed.
+
+        NaN where they show nothing that could tell. Pictures have to come in order.
+        """
+        if not self._told:
+            return float("nan")
+        reduced = self._reduced(picture)
+        h, w = reduced.shape
+        for _ in range(ITERATIONS):
+            alpha, u, v = self._moved
+            c, s = np.cos(alpha), np.sin(alpha)
+            x0, y0 = self._spindle
+            back = np.array([[c, -s, x0 - c * x0 + s * y0 + u], [s, c, y0 - s * x0 - c * y0 + v]])
+            moved = cv2.warpAffine(reduced, back, (w, h), flags=BACK)
+            beyond = np.clip((moved - self._still)[self._around], -STRAY, STRAY)
+            self._moved = self._moved + np.linalg.solve(self._normal, self._basis @ beyond)[:3]
+        return -float(self._moved[0])
+
+    def _reduced(self, picture: Luma) -> NDArray[np.float32]:
+        h, w = (n // self._factor for n in picture.shape)
+        whole = picture[: h * self._factor, : w * self._factor]
+        small = cv2.resize(whole, (w, h), interpolation=cv2.INTER_AREA)
+        return np.asarray(cv2.GaussianBlur(small.astype(np.float32), (3, 3), 0))
