@@ -32,6 +32,9 @@ class PhaseTrack:
         Correlation of the picture with the template, -1 to 1.
     duplicate : array of bool, shape (f,)
         The picture repeats the one before.
+    coding : array of uint8, shape (f,)
+        ASCII code of I, P or B: coded by itself, predicted from pictures before it, or from both
+        sides; any other where that is not known.
     thumbnail : array of uint8, shape (f, m)
         The plate's surroundings at a few hundred pixels, for the opinion without a plate model.
     roll_rad : array, shape (f,)
@@ -70,6 +73,7 @@ class PhaseTrack:
     seed_rad: FloatArray
     quality: FloatArray
     duplicate: BoolArray
+    coding: NDArray[np.uint8]
     thumbnail: NDArray[np.uint8]
     roll_rad: FloatArray
     symmetry: int
@@ -91,6 +95,12 @@ class PhaseTrack:
         """Turns from the first picture to the last, the shortest way from each to the next."""
         phase = np.unwrap(self.phase_rad[np.isfinite(self.phase_rad)])
         return float(abs(phase[-1] - phase[0]) / (2 * np.pi)) if phase.size else 0.0
+
+    @property
+    def forward(self) -> BoolArray:
+        """Pictures predicted from those before, no neighbour being from both sides; shape (f,)."""
+        both = np.pad(self.coding == ord("B"), 1)
+        return np.asarray((self.coding == ord("P")) & ~both[:-2] & ~both[2:])
 
     def mark_row_px(self, angle_rad: FloatArray) -> FloatArray:
         """How far below the spindle the mark stands at plate angles, pixels of the picture.

@@ -1,8 +1,9 @@
 """From a phase track to the plate's rate, with an uncertainty that can be trusted.
 
 The rate is the slope of the angle against time, fitted together with a once- and a
-twice-per-revolution wave (left out, they bias the slope through the partial last turn) and with
-the time of silently lost pictures put back. That treatment is always on. The *stated* model is
+twice-per-revolution wave (left out, they bias the slope through the partial last turn), with the
+lag of pictures that the encoder predicted from earlier ones alone, and with the time of silently
+lost pictures put back. That treatment is always on. The *stated* model is
 ``constant_rate`` and the terms the user added: residual, its size and the diagnosis refer to it,
 so that adding the right term shows, while the rate does not hang on it. Only ``rate_drift`` enters
 the rate's own fit when it is added; it leaves the mean rate alone and takes the drift out of the
@@ -19,12 +20,13 @@ from vision.camera_roll import CameraRoll, camera_roll
 from vision.counting import FrameCount, count_frames
 from vision.diagnosis import PhaseDiagnosis, diagnose
 from vision.errors import RateRefused
+from vision.fit import fit_rate, without_lag
 from vision.geometry import FloatArray
 from vision.lags import LagRate, lag_rate
 from vision.motion import PlateAngle, RateHistory, plate_angle, rate_history, rough_rate, usable
 from vision.opinions import second_opinions
 from vision.phase_track import BoolArray, PhaseTrack
-from vision.regression import LeastSquares, independent, least_squares
+from vision.regression import least_squares
 from vision.speed import SpeedFigures, speed_figures
 from vision.steadiness import refuse_unsteady, uneven_warning
 from vision.terms import (
@@ -34,11 +36,9 @@ from vision.terms import (
     Regressors,
     columns,
     design,
-    regressors,
 )
 from vision.timebase import Timebase
 
-ALWAYS = ("once_per_rev", "twice_per_rev")
 FEWEST_USABLE = 12
 FEWEST_TURNS = 1.0
 
@@ -168,7 +168,9 @@ def measure_rate(
             f"film for a minute.",
             history,
         )
-    fit, given, waves = _fit_rate(track, angle, alias.rate_rad_s, with_drift="rate_drift" in stated)
+    drift = "rate_drift" in stated
+    fit, given, always = fit_rate(track, angle, alias.rate_rad_s, with_drift=drift)
+    angle = without_lag(angle, fit, given, always)
     rate = float(fit.beta[1])
     lost = int(angle.lost.sum())
     values, residual = _fit_stated(track.source, stated, angle, given, fit.used)
@@ -211,7 +213,7 @@ def measure_rate(
         history=history,
         lost_frames=lost,
         duplicate_frames=int(track.duplicate.sum()),
-        speed=speed_figures(fit, given, waves, angle.frame_s),
+        speed=speed_figures(fit, given, always, angle.frame_s),
         diagnosis=diagnosis,
         channel=track.channel,
         warnings=warnings,
@@ -227,28 +229,6 @@ def _stated_terms(model: Sequence[str]) -> tuple[str, ...]:
                 f"{', '.join(TERMS)}"
             )
     return tuple(dict.fromkeys(name for name in model if name != CONSTANT_RATE))
-
-
-def _fit_rate(
-    track: PhaseTrack, angle: PlateAngle, rate_rad_s: float, *, with_drift: bool
-) -> tuple[LeastSquares, Regressors, tuple[str, ...]]:
-    """The rate's own fit; twice, because the waves are placed by the line it finds."""
-    for _ in range(2):
-        given = regressors(track, angle, rate_rad_s)
-        terms: tuple[str, ...] = ()
-        for wave in ALWAYS:
-            # A fast plate has few pictures per turn, and the waves may look alike on them.
-            x = design((*terms, wave), given, given.time_s)
-            if independent(x).shape[1] == x.shape[1]:
-                terms = (*terms, wave)
-        waves = terms
-        if with_drift:
-            terms = (*terms, "rate_drift")
-        fit = least_squares(
-            design(terms, given, given.time_s), angle.angle_rad, turn_rad=given.line_rad
-        )
-        rate_rad_s = float(fit.beta[1])
-    return fit, given, waves
 
 
 def _fit_stated(

@@ -33,6 +33,7 @@ class Rows:
         self._shown_index = len(frames) // 2
         self._picture = np.empty((h, w), np.uint8)
         self._thumbnails: list[Luma] = []
+        self._coding: list[int] = []
         self._measured: list[FloatArray] = []
 
     def __len__(self) -> int:
@@ -47,6 +48,7 @@ class Rows:
         """Measure the next pictures."""
         time_s = np.array([frame.time_s for frame in frames])
         strips = [self._strip(self._found.channel(frame)) for frame in frames]
+        self._coding += [frame.coding for frame in frames]
         found = self._follower.angles(time_s, strips)
         roll = np.full(len(frames), np.nan)
         roll[0] = self._surroundings.roll(frames[0].luma)  # a camera moves slowly
@@ -79,6 +81,7 @@ class Rows:
             seed_rad=_wrapped(seed),
             quality=quality,
             duplicate=repeated(change),
+            coding=np.array(self._coding).astype(np.uint8),
             thumbnail=np.stack(self._thumbnails),
             roll_rad=roll,
             symmetry=self._found.symmetry,

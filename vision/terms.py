@@ -4,6 +4,11 @@
 
 ``columns`` gives X for a term by name. The angle in the columns is that of the line, not the
 measured one, so that the noise of an angle does not enter its own regressor.
+
+``forward_prediction`` is no matter of the plate and not offered to the user: an encoder that
+predicts picture after picture from the one before carries faint texture along by coarse motion, and
+it lags, by up to some mrad at strong compression. Beside pictures predicted from both sides it does
+not, and encoders change between the two within a film.
 """
 
 from collections.abc import Sequence
@@ -17,6 +22,7 @@ from vision.phase_track import BoolArray, PhaseTrack
 
 CONSTANT_RATE = "constant_rate"
 TERMS = ("once_per_rev", "twice_per_rev", "rate_drift", "frame_steps", "rolling_shutter")
+FORWARD_PREDICTION = "forward_prediction"
 UNITS = {
     "once_per_rev": "rad",
     "twice_per_rev": "rad",
@@ -49,6 +55,8 @@ class Regressors:
         Angle of the fitted line.
     steps_rad : array, shape (u,)
         Angle turned in the time of the pictures lost so far.
+    forward : array, shape (u,)
+        1 where the picture is one of a run predicted from the pictures before, else 0.
     mark_row_px : array, shape (u,)
         How far below the spindle the mark stands, pixels of the film.
     rate_rad_s : float
@@ -58,6 +66,7 @@ class Regressors:
     stamp_s: FloatArray
     line_rad: FloatArray
     steps_rad: FloatArray
+    forward: FloatArray
     mark_row_px: FloatArray
     rate_rad_s: float
 
@@ -68,6 +77,7 @@ class Regressors:
             self.stamp_s[used],
             self.line_rad[used],
             self.steps_rad[used],
+            self.forward[used],
             self.mark_row_px[used],
             self.rate_rad_s,
         )
@@ -82,6 +92,7 @@ def regressors(track: PhaseTrack, angle: PlateAngle, rate_rad_s: float) -> Regre
         stamp_s=angle.time_s - angle.time_s.mean(),
         line_rad=line,
         steps_rad=np.asarray(rate_rad_s * angle.frame_s * np.cumsum(angle.lost), float),
+        forward=track.forward[angle.index].astype(float),
         mark_row_px=track.mark_row_px(line) * track.reduction,
         rate_rad_s=rate_rad_s,
     )
@@ -99,6 +110,8 @@ def columns(term: str, given: Regressors) -> FloatArray:
     if term == "frame_steps":
         # Against the times as stamped; one per unit is one for every picture counted as lost.
         return given.steps_rad[:, None]
+    if term == FORWARD_PREDICTION:
+        return given.forward[:, None]
     if term == "rolling_shutter":
         # A row lower is read later, when the plate has turned on.
         return np.asarray(given.rate_rad_s * given.mark_row_px[:, None])

@@ -32,11 +32,14 @@ QUEUE_BYTES = 160_000_000  # decoded ahead while the plate is being learned
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One picture: stamp in seconds from the first, luma (h, w), Cr and Cb (h, w, 2) or none."""
+    """One picture: stamp in seconds from the first, luma (h, w), Cr and Cb (h, w, 2) or none, and
+    how it is coded: the ASCII code of I, P or B, any other where the decoder does not say.
+    """
 
     time_s: float
     luma: Luma
     chroma: NDArray[np.uint8]
+    coding: int = 0
 
     @property
     def nbytes(self) -> int:
@@ -144,7 +147,8 @@ class Film:
                 if not ok:
                     break
                 time_s = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3
-                batch.append(self._frame(time_s, np.asarray(picture)))
+                coding = int(self._capture.get(cv2.CAP_PROP_FRAME_TYPE))
+                batch.append(self._frame(time_s, coding, np.asarray(picture)))
                 if not sized:
                     batches = QUEUE_BYTES // (BATCH * batch[0].nbytes)
                     for _ in range(max(1, batches) - 1):
@@ -162,15 +166,15 @@ class Film:
                 UnreadableVideo(f"{self.path}: the decoder failed ({error}); convert the film.")
             )
 
-    def _frame(self, time_s: float, picture: NDArray[Any]) -> Frame:
+    def _frame(self, time_s: float, coding: int, picture: NDArray[Any]) -> Frame:
         if self._colours:
             picture = np.asarray(cv2.cvtColor(self._displayed(picture), cv2.COLOR_BGR2YCrCb))
-            return Frame(time_s, picture[:, :, 0].copy(), picture[:, :, 1:].copy())
+            return Frame(time_s, picture[:, :, 0].copy(), picture[:, :, 1:].copy(), coding)
         if picture.ndim == 3 and picture.shape[2] == 3:
             picture = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY))
         elif picture.ndim == 3:
             picture = picture[:, :, 0]
-        return Frame(time_s, np.asarray(self._displayed(picture), np.uint8), NO_CHROMA)
+        return Frame(time_s, np.asarray(self._displayed(picture), np.uint8), NO_CHROMA, coding)
 
     def _displayed(self, picture: NDArray[Any]) -> NDArray[Any]:
         """Turned as it is to be shown, and reduced."""

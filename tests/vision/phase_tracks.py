@@ -25,6 +25,7 @@ def phase_track(time_s, angle_rad, *, noise_rad=0.0, seed=0, **changes):
         "seed_rad": np.angle(np.exp(1j * (phase + noise_rad * rng.standard_normal(n)))),
         "quality": np.full(n, 0.99),
         "duplicate": np.zeros(n, bool),
+        "coding": np.full(n, ord("B"), np.uint8),
         "thumbnail": np.rint(pattern).astype(np.uint8),
         "roll_rad": np.full(n, np.nan),
         "symmetry": 1,

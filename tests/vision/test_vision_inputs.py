@@ -135,6 +135,7 @@ def test_other_pixel_formats_give_the_same_rate(pixel_format, render):
 
 def test_motion_jpeg_in_avi_gives_the_same_rate(clip, tmp_path):
     path = again(clip, tmp_path / "webcam.avi", pixel_format="yuvj420p", codec="mjpeg")
+    assert set(track_phase(path).coding) == {ord("I")}
     assert abs(rate_of(path).rate_rad_s / MOTION.rate_rad_s - 1) < 1e-4
 
 
@@ -193,6 +194,13 @@ def test_the_rim_given_by_hand_is_used(clip):
     assert abs(rate_of(clip, plate=given).rate_rad_s / MOTION.rate_rad_s - 1) < 1e-4
     with pytest.raises(RateRefused, match="turns about a fixed axis"):
         track_phase(clip, plate=PlateOverride(centre_px=(60.0, 60.0), radius_px=40.0))
+
+
+def test_how_each_picture_is_coded_is_read_from_the_file(clip):
+    with av.open(str(clip)) as container:
+        coded = ["?IPB"[int(frame.pict_type)] for frame in container.decode(video=0)]
+    assert len(set(coded)) == 3
+    assert bytes(track_phase(clip).coding).decode() == "".join(coded)
 
 
 def test_progress_is_reported_to_the_last_picture(clip):

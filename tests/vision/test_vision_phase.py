@@ -70,6 +70,34 @@ def test_a_wave_once_per_turn_does_not_bias_the_rate_of_a_partial_turn():
     assert abs(plain / (16.667 * RPM) - 1) > 100e-6  # what the line alone would have said
 
 
+def test_a_film_whose_encoder_changes_its_prediction_keeps_its_rate():
+    """Runs of pictures predicted from the one before lag; others do not."""
+    time, angle = steady(16.9)
+    coding = np.tile(np.frombuffer(b"BBBP", np.uint8), len(time) // 4)
+    coding[600:] = ord("P")
+    lagging = angle - 1.5e-3 * (np.arange(len(time)) > 600)
+    pulls = []
+    for seed in range(20):
+        track = phase_track(time, lagging, noise_rad=NOISE, seed=seed, coding=coding)
+        rate = measure_rate(track, timebase=CLOCK)
+        pulls.append((rate.rate_rad_s - 16.9 * RPM) / rate.sd_rad_s)
+        assert rate.diagnosis.verdict == "nothing_missing"
+    assert 0.6 < np.std(pulls) < 1.4
+    assert abs(np.mean(pulls)) < 4 / np.sqrt(len(pulls))
+    untold = measure_rate(phase_track(time, lagging, noise_rad=NOISE), timebase=CLOCK)
+    assert abs(untold.rate_rad_s / (16.9 * RPM) - 1) > 10e-6
+
+
+def test_a_film_of_one_kind_of_prediction_has_no_lag_to_fit():
+    time, angle = steady(16.9)
+    for letters in (b"P", b"I", b"?"):
+        coding = np.full(len(time), letters[0], np.uint8)
+        one = measure_rate(phase_track(time, angle, noise_rad=NOISE, coding=coding), timebase=CLOCK)
+        both = measure_rate(phase_track(time, angle, noise_rad=NOISE), timebase=CLOCK)
+        assert one.rate_rad_s == both.rate_rad_s
+        assert one.sd_rad_s == both.sd_rad_s
+
+
 def test_the_time_base_enters_the_sd_and_nothing_else():
     time, angle = steady()
     track = phase_track(time, angle, noise_rad=NOISE)
