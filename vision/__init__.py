@@ -20,7 +20,8 @@ Modules
 ``spin``          whether and how fast something turns about a proposed axis
 ``grid``          polar sampling of a picture about the spindle
 ``outline``       where a plate may be: ellipses of edges and of a moving mark
-``template``      the plate as it would look standing still; refines the view by its own motion
+``template``      the plate as it would look standing still
+``distortion``    how wrong the view is, from the plate's own motion
 ``learn``         chooses among the proposals and learns the plate
 ``mark``          the mark on the plate, its centroid, and the fixed mark beside the plate
 ``follow``        plate angle of one picture after the other, against the template
@@ -33,6 +34,7 @@ Modules
 ``steadiness``    steady, drifting or stopping
 ``terms``         what a phase track may hold besides a constant rate
 ``regression``    least squares with honest standard deviations
+``fit``           the line, and what is always fitted together with it
 ``counting``, ``lags``, ``opinions``
                   three more ways to the rate, and whether they agree
 ``speed``         wow, flutter and drift

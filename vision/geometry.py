@@ -105,9 +105,22 @@ class View:
         rows = float(np.hypot(*self.down))
         return View(self.matrix @ step, self.lag_rad_px + lag / rows)
 
-    def scaled(self, factor: float) -> "View":
-        """The view whose unit radius is ``factor`` times the present one."""
-        return replace(self, matrix=self.matrix @ np.diag([factor, factor, 1.0]))
+    def about(self, x: float, y: float) -> "View":
+        """The view with the same rim whose spindle appears at a pixel inside it.
+
+        The projective maps that keep the unit circle carry its centre to any point p inside:
+        (u, v, 1) ∝ (I + (γ-1) p̂p̂ᵀ, γp; γpᵀ, γ) (u', v', 1) with γ = 1/√(1-p²).
+        """
+        radius, azimuth = self.at_rest.plate(np.array(x), np.array(y))
+        if not radius < 1:
+            raise ValueError(f"the pixel ({x}, {y}) is outside the rim")
+        towards = np.array([np.cos(azimuth), np.sin(azimuth)])
+        gamma = 1 / np.sqrt(1 - radius**2)
+        step = np.eye(3)
+        step[:2, :2] += (gamma - 1) * np.outer(towards, towards)
+        step[:2, 2] = step[2, :2] = gamma * radius * towards
+        step[2, 2] = gamma
+        return replace(self, matrix=self.matrix @ step)
 
 
 def view_of_ellipse(

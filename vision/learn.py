@@ -7,13 +7,14 @@ from itertools import pairwise
 import numpy as np
 
 from vision.colour import Brightness, Channel, channels
+from vision.distortion import motion_basis
 from vision.errors import RateRefused
 from vision.geometry import FloatArray, View
 from vision.grid import polar_grid, ring_spectra
 from vision.outline import proposals
-from vision.spin import Spin, find_spin
-from vision.stillness import median_picture, repeated
-from vision.template import Alignment, Template, align, motion_basis
+from vision.spin import Spin, find_spin, same_spindle, seek_spindle
+from vision.stillness import every_nth, median_picture, repeated, spread_choice
+from vision.template import Alignment, Template, align
 from vision.video import Frame, Luma
 
 GLANCE = 4  # pixels apart, to see whether a picture is the one before again
@@ -26,6 +27,7 @@ PROMISING = 0.15  # share of the energy that turns together, for a proposal to b
 COHERENT = 0.3  # the same about the refined axis, and by the template, for it to be a plate
 CERTAIN = 0.8  # the same, for no other proposal to be looked into
 AS_GOOD = 0.8  # of the highest varying energy
+MORE = 1.2  # times as much energy turns in a plate as in its label, for the plate to be taken
 GROWN = 1.4  # times the outline's radius, or less by as much: the view has run away
 SMOOTH_RAD = 0.06  # median second difference from the rough angle: a plate has inertia,
 SMOOTH_STEP = 0.5  # or this share of the usual step, where stamps and pictures go by jerks
@@ -93,20 +95,22 @@ def _learn(
         bright = [frame.luma for frame in frames]
         outlined = median_picture(bright)
         views += proposals(outlined, bright) if given is None else []
-    tried = []
-    for view in views:
+
+    def spin_about(view: View) -> Spin:
         on_step()
-        tried.append((view, _spin(view, pictures, still, time)))
+        return _spin(view, pictures, still, time)
+
+    tried = [seek_spindle(view, spin_about, CERTAIN) for view in views]
     promising = [(v, s.varying * v.radius_px**2, s) for v, s in tried if s.coherence > PROMISING]
     most = max((energy for _, energy, _ in promising), default=0.0)
     # Of outlines around the same turning picture the largest is the rim. How much turns together
     # is no measure yet: about an axis that is off, a large outline loses more of it than a small.
     promising.sort(key=lambda item: (item[1] < AS_GOOD * most, -item[0].radius_px))
     best = max((spin.coherence for _, spin in tried), default=0.0)
-    some = np.arange(0, len(frames), -(-len(frames) // COARSE_PICTURES))
+    some = every_nth(len(frames), -(-len(frames) // COARSE_PICTURES))
     found: Alignment | None = None
     jumping: Alignment | None = None
-    coherence = 0.0
+    coherence = turning_found = 0.0
     for view, _, spin in promising:
         coarse = align(
             [pictures[i] for i in some],
@@ -129,14 +133,19 @@ def _learn(
         best = max(best, again.coherence)
         if again.coherence <= max(COHERENT, coherence) or coarse.template.explained < COHERENT:
             continue
+        refined = coarse.template.grid.view
+        turning = again.coherence * again.varying * refined.radius_px**2
+        part_of_it = found is not None and same_spindle(refined, found.template.grid.view)
+        if part_of_it and MORE * turning < turning_found:
+            continue
         if not _smooth(coarse, spin.angle_rad[some]):
             jumping = jumping or coarse
             continue
-        found, coherence = coarse, again.coherence
+        found, coherence, turning_found = coarse, again.coherence, turning
         if coherence > CERTAIN:
             break
-    if found is not None:
-        fine = _fine(found, [pictures[i] for i in some], still, on_step)
+    fine = None if found is None else _fine(found, [pictures[i] for i in some], still, on_step)
+    if found is not None and fine is not None and fine.template.turning.any():
         rate = np.median(np.diff(found.angle_rad) / np.maximum(np.diff(time[some]), 1e-6))
         notes = _others_turning(name, fine.template.grid.view, tried)
         return Learned(
@@ -238,7 +247,7 @@ def _fine(
     radius = _worthwhile_rings(coarse.template, view)
     grid = coarse.template.grid.refined(radius, azimuths, still.shape)
     usable = np.flatnonzero(coarse.used)
-    chosen = usable[np.unique(np.linspace(0, len(usable) - 1, FINE_PICTURES).astype(int))]
+    chosen = usable[spread_choice(len(usable), FINE_PICTURES)]
     return align(
         [pictures[i] for i in chosen],
         still,

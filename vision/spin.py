@@ -9,16 +9,20 @@ is a share of the whole energy close to one at the true rate, and about one over
 pictures for anything that does not turn. No mark, no first guess, no memory of earlier pictures.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.geometry import FloatArray
+from vision.geometry import FloatArray, View
 
 WINDOW = 48  # pictures
 FAVOUR_SLOW = 0.1  # share of the power taken off the fastest trial rate
 BLOCK = 32  # trial rates at once: small products stay on one thread, beside the decoder's
+STEEP_RAD = np.radians(8)  # flatter views have the spindle in the middle of the rim's ellipse
+NEARNESS = (0.1, 0.2, 0.3)  # 1/D tried, D the distance of the camera in plate radii
+SAME_SPINDLE = 0.1  # of the smaller radius
 ORDERS = 8  # angular orders 1 ... that are added up
 
 
@@ -71,6 +75,37 @@ def find_spin(
         float(np.median(energies)),
         slice(clearest, clearest + window),
     )
+
+
+def seek_spindle(
+    view: View, spin_about: Callable[[View], Spin], certain: float
+) -> tuple[View, Spin]:
+    """The view with the spindle where most turns together, and that spin.
+
+    From D radii away, at a tilt α, the spindle appears off the middle of the rim's ellipse by
+    sin α / D radii of the plate, on the minor axis. About the middle a label may turn, a rim seen
+    steeply does not. Not sought where the coherence is ``certain`` at once.
+    """
+    best, spin = view, spin_about(view)
+    if spin.coherence > certain or view.tilt_rad < STEEP_RAD:
+        return best, spin
+    squeezed = np.linalg.svd(view.jacobian_at_centre())[2][1]  # direction on the plate
+    for side in (1, -1):
+        for nearness in NEARNESS:
+            u, v = side * nearness * np.sin(view.tilt_rad) * squeezed
+            x, y = view.pixels(np.hypot(u, v), np.arctan2(v, u))
+            other = view.about(float(x), float(y))
+            turning = spin_about(other)
+            if turning.coherence <= spin.coherence:
+                break
+            best, spin = other, turning
+    return best, spin
+
+
+def same_spindle(smaller: View, larger: View) -> bool:
+    """A label turns with a larger share of what changes inside it than its plate does."""
+    (x1, y1), (x2, y2) = smaller.centre_px, larger.centre_px
+    return float(np.hypot(x1 - x2, y1 - y2)) < SAME_SPINDLE * smaller.radius_px
 
 
 def _power(trial: FloatArray, time_s: FloatArray, weighted: NDArray[np.complex64]) -> FloatArray:

@@ -31,6 +31,16 @@ def repeated(change: FloatArray) -> BoolArray:
     return np.asarray(change < REPEATED * np.quantile(change, USUAL))
 
 
+def every_nth(pictures: int, nth: int) -> NDArray[np.intp]:
+    """Every n-th picture, beginning again with the next one after each n-th of the stretch.
+
+    Of a plate that makes a turn in 20 pictures, every other one shows it in ten places only, and a
+    wave of ten periods as standing still.
+    """
+    index = np.arange(pictures)
+    return np.flatnonzero(index % nth == index * nth // pictures)
+
+
 def median_picture(pictures: Sequence[Luma]) -> Luma:
     """Median over time of each pixel, from a spread choice of the pictures.
 

@@ -1,18 +1,16 @@
-"""The plate as it would look standing still, and the view refined by the plate's own motion.
+"""The plate as it would look standing still.
 
 In polar plate coordinates picture i is what stands still plus what turns,
 
     D_i(r, φ) = S(r, φ) + T(r, φ - θ_i).
 
-S, T and the angles θ_i are estimated in turn. Where the view is wrong by a small change p (shift,
-stretch, perspective, read-out: ``View.adjusted``) the picture differs from the model, in the frame
-of the plate, by
+S, T, the angles θ_i and the view (``vision.distortion``) are estimated in turn.
 
-    e_i = d_i - T = -Σ_j B_j (R(θ_i) p)_j - δθ_i ∂T/∂φ,
-
-because an error fixed to the camera turns backwards as seen from the plate. B_j, the change of T
-per unit of each parameter, does not depend on i, so that one small matrix serves all pictures, and
-no outline or calibration pattern is needed to find the axis: the motion shows where it is.
+Where pictures come at a nearly whole number per turn (27 at 15 fps and 33 1/3 rpm), waves of that
+many periods per turn stand nearly still: they fit S as well as T. Left to the way the iteration
+begins, some of the plate's own texture would be taken off as standing still, and the slow drift of
+the plate through its places would look larger than it is. So such orders are solved for with what S
+and T take from each other in mind, or belong to S alone.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,6 +20,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.distortion import turns, view_change
 from vision.geometry import VIEW_PARAMETERS, FloatArray
 from vision.grid import Grid, Spectra, Strips, ring_spectra
 from vision.video import Luma
@@ -32,8 +31,8 @@ MARGIN = (3, 5)  # rings and azimuths left out about a covered place, whose edge
 TELLING = 0.08  # standard deviation of the share seen, above which nothing can be said
 HIDDEN = 1.5  # times the turning energy: the misfit of a picture whose mark is covered is less
 SHOWN = 0.5  # of the expected change, below which a place counts as covered
+STANDING = 0.9  # |mean exp(ikθ)|² above which order k does not show whether it turns or stands
 LARGEST_STEP = 0.05  # of the radius, per iteration of the view
-RIDGE = 1e-4  # relative; keeps parameters that the picture does not show at zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,25 +93,29 @@ def align(
     used = first
     difference = grid.beyond(still_strip, pictures)
     beyond_median = np.zeros_like(still_strip)
+    standing = np.zeros(grid.azimuths // 2 + 1, np.float32)
     best, best_view, view, settled = np.inf, grid.view, grid.view, False
     for iteration in range(iterations):
         on_step()
         spectra = _spectra(difference)
-        turning = _mean_turning(spectra, angle, used, grid)
+        turning = _mean_turning(spectra, angle, used, grid, standing)
         angle = _correlate(spectra, turning, grid, angle)
-        used = used if iteration else np.ones(len(pictures), bool)
-        turning = _mean_turning(spectra, angle, used, grid)
+        if iteration == 0:
+            used = np.ones(len(pictures), bool)
+            standing = _standing(angle, len(standing))
+        turning = _mean_turning(spectra, angle, used, grid, standing)
         moved = _turned(turning, angle, grid)
         misfit = difference - moved
         # What the model leaves, averaged over all angles, stood still after all.
-        correction = misfit[used].mean(axis=0)
+        stood = misfit[used].mean(axis=0)
+        misfit -= stood
+        correction = _still_change(stood, standing) * grid.seen
         still_strip = still_strip + correction
         beyond_median = beyond_median + correction
-        misfit -= correction
         difference -= correction
         energy = _energy(misfit, grid)
         used = energy <= OUTLIER * np.median(energy)
-        if iteration == iterations - 1:
+        if iteration == iterations - 1 or not turning.any():
             break
         typical = float(np.median(energy))
         if typical > best:
@@ -121,7 +124,7 @@ def align(
         elif not settled:
             best, best_view = typical, grid.view
             free = VIEW_PARAMETERS if find_readout else VIEW_PARAMETERS - 1
-            change = _view_change(misfit[used], angle[used], turning, grid, free)
+            change = view_change(misfit[used], angle[used], turning, grid, free)
             if float(np.abs(change).max()) < smallest_step:
                 break
             limit = min(1.0, LARGEST_STEP / max(float(np.abs(change[:4]).max()), 1e-12))
@@ -145,6 +148,22 @@ def align(
         1 - left / max(total, 1e-9),
     )
     return Alignment(template, angle, used)
+
+
+def _standing(angle_rad: FloatArray, orders: int) -> NDArray[np.float32]:
+    """How far a turning wave of each order looks like a standing one, |mean exp(ikθ)|², 0 to 1."""
+    return np.asarray(np.abs(turns(angle_rad, orders).mean(axis=(0, 1))) ** 2)
+
+
+def _still_change(misfit: Strips, standing: NDArray[np.float32]) -> Strips:
+    """Change of S from the mean misfit, for which T has made room.
+
+    Where S is wrong by δ, T has taken its turning share mean exp(ikθ) of it, and the mean misfit
+    shows (1 - |mean exp(ikθ)|²) δ only.
+    """
+    told = np.where(standing > STANDING, 1, 1 - standing)
+    spectrum = ring_spectra(misfit) / told
+    return np.fft.irfft(spectrum, misfit.shape[-1], axis=-1).astype(np.float32)
 
 
 def _without_covered(grid: Grid, seen: Strips, expected: Strips) -> Grid:
@@ -174,36 +193,37 @@ def _spectra(strips: Strips) -> Spectra:
     return spectra
 
 
-def _turns(angle_rad: FloatArray, orders: int) -> Spectra:
-    """exp(ikθ), shape (pictures, 1, orders)."""
-    k = np.arange(orders)
-    return np.asarray(np.exp(1j * k * angle_rad[:, None])[:, None, :], np.complex64)
-
-
 def _energy(strips: Strips, grid: Grid) -> NDArray[np.float32]:
     """Weighted sum of squares of each strip, shape (f,)."""
     return np.asarray(np.einsum("frn,frn->fr", strips, strips) @ grid.weight())
 
 
 def _mean_turning(
-    spectra: Spectra, angle_rad: FloatArray, used: NDArray[np.bool_], grid: Grid
+    spectra: Spectra,
+    angle_rad: FloatArray,
+    used: NDArray[np.bool_],
+    grid: Grid,
+    standing: NDArray[np.float32],
 ) -> Spectra:
     """Spectrum of T, shape (r, k): the mean of the pictures turned back, where they were seen."""
-    turns = _turns(angle_rad, spectra.shape[-1])
+    back_by = turns(angle_rad, spectra.shape[-1])
     if grid.seen.all():
-        turned_back = np.einsum("frk,fk->rk", spectra, turns[:, 0] * used[:, None])
-        return np.asarray(turned_back / used.sum(), np.complex64)
-    turns = turns[used]
-    back = np.fft.irfft(spectra[used] * turns, grid.azimuths, axis=-1)
-    seen = np.fft.irfft(ring_spectra(grid.seen)[None] * turns, grid.azimuths, axis=-1)
-    mean = back.sum(axis=0) / np.maximum(seen.sum(axis=0), 1.0)
-    return np.asarray(_spectra(mean.astype(np.float32)))
+        turned_back = np.einsum("frk,fk->rk", spectra, back_by[:, 0] * used[:, None])
+        turning = np.asarray(turned_back / used.sum(), np.complex64)
+    else:
+        back = np.fft.irfft(spectra[used] * back_by[used], grid.azimuths, axis=-1)
+        seen = ring_spectra(grid.seen)[None] * back_by[used]
+        share = np.fft.irfft(seen, grid.azimuths, axis=-1).sum(axis=0)
+        mean = back.sum(axis=0) / np.maximum(share, 1.0)
+        turning = _spectra(mean.astype(np.float32))
+    turning[:, standing > STANDING] = 0
+    return turning
 
 
 def _turned(turning: Spectra, angle_rad: FloatArray, grid: Grid) -> Strips:
     """T(φ - θ_i) for every picture, where it can be seen."""
-    turns = np.conj(_turns(angle_rad, turning.shape[-1]))
-    turned = np.fft.irfft(turning[None] * turns, grid.azimuths, axis=-1)
+    forth_by = np.conj(turns(angle_rad, turning.shape[-1]))
+    turned = np.fft.irfft(turning[None] * forth_by, grid.azimuths, axis=-1)
     turned *= grid.seen
     return np.asarray(turned, np.float32)
 
@@ -231,69 +251,3 @@ def _correlate(
     angle = (peak + np.clip(offset, -0.5, 0.5)) * 2 * np.pi / n
     # Keep the whole turns of the expected angle.
     return np.asarray(expected_rad + np.angle(np.exp(1j * (angle - expected_rad))))
-
-
-def motion_basis(turning: Spectra, radius: FloatArray, azimuths: int) -> NDArray[np.float32]:
-    """Change of T per unit of each distortion and of the angle, shape (9, r, n).
-
-    Shift, stretch, perspective and a turn that grows along a direction, two of each.
-    """
-    k = np.arange(turning.shape[-1])
-    image = np.fft.irfft(turning, azimuths, axis=-1)
-    by_angle = np.fft.irfft(1j * k * turning, azimuths, axis=-1)
-    by_radius = np.gradient(image, radius, axis=0)
-    azimuth = np.arange(azimuths) * 2 * np.pi / azimuths
-    c, s = np.cos(azimuth), np.sin(azimuth)
-    c2, s2 = np.cos(2 * azimuth), np.sin(2 * azimuth)
-    r = radius[:, None]
-    return np.stack(
-        [
-            by_radius * c - by_angle / r * s,
-            by_radius * s + by_angle / r * c,
-            by_radius * r * c2 - by_angle * s2,
-            by_radius * r * s2 + by_angle * c2,
-            -(r**2) * c * by_radius,
-            -(r**2) * s * by_radius,
-            by_angle * r * c,
-            by_angle * r * s,
-            by_angle,
-        ]
-    ).astype(np.float32)
-
-
-def _view_change(
-    misfit: Strips, angle_rad: FloatArray, turning: Spectra, grid: Grid, free: int
-) -> FloatArray:
-    """Least-squares change of the view, shape (7,), each picture's own angle left free.
-
-    Only the first ``free`` of the view's parameters change.
-    """
-    basis = motion_basis(turning, grid.radius, grid.azimuths)
-    weighted = basis * grid.weight()[:, None]
-    normal = np.einsum("arn,brn->ab", weighted, basis).astype(float)
-    spectra = ring_spectra(misfit) * _turns(angle_rad, turning.shape[-1])
-    back = np.fft.irfft(spectra, grid.azimuths, axis=-1)
-    # Ring by ring: a product so small stays on one thread, beside the decoder's.
-    seen = -np.vecdot(back[:, None], weighted).sum(axis=-1).astype(float)  # (f, 9)
-
-    field, own = slice(0, len(basis) - 1), len(basis) - 1
-    coupling = normal[field, own] / normal[own, own]
-    reduced = normal[field, field] - np.outer(coupling, normal[own, field])
-    pull = seen[:, field] - seen[:, own, None] * coupling  # (f, 8)
-
-    turn = np.zeros((len(angle_rad), own, own))
-    for first, order in ((0, 1), (2, 2), (4, 1), (6, 1)):
-        c, s = np.cos(order * angle_rad), np.sin(order * angle_rad)
-        turn[:, first, first], turn[:, first, first + 1] = c, s
-        turn[:, first + 1, first], turn[:, first + 1, first + 1] = -s, c
-    # Pictures are read out downwards: of the last two distortions one direction is possible.
-    possible = np.zeros((own, VIEW_PARAMETERS))
-    possible[:6, :6] = np.eye(6)
-    possible[6:, 6] = grid.view.down / np.hypot(*grid.view.down)
-    turn = turn @ possible[:, :free]
-    left = np.einsum("fai,faj->ij", turn, reduced @ turn)
-    right = np.einsum("fai,fa->i", turn, pull)
-    left += RIDGE * np.trace(left) / free * np.eye(free)
-    change = np.zeros(VIEW_PARAMETERS)
-    change[:free] = np.linalg.solve(left, right)
-    return change
