@@ -1,6 +1,10 @@
-"""How well the rate is measured on rendered clips: random scenes, 15 fps, 60 s, strong H.264.
+"""How well the rate is measured on rendered clips: random scenes, 15 fps, strong H.264.
 
-    python -m tests.bench.vision_scenes [--scenes 40] [--keep DIR] [--first 0]
+    python -m tests.bench.vision_scenes [--texture] [--seconds 60] [--scenes 40] [--first 0]
+                                        [--keep DIR]
+
+With ``--texture`` no plate has a mark: half of them have a speckle and nothing else, half a label
+or a sensor box or both, and all turn so near a record speed that they keep step with the pictures.
 
 Prints one row per scene (rate error in ppm, in stated standard deviations, phase noise against
 the bound from the picture noise) and the figures over all of them. Clips already in DIR are used
@@ -12,13 +16,13 @@ bound, so that the drive's flutter is no noise and the chance of those pictures 
 import argparse
 import tempfile
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from tests.world.film import FilmTruth, Recorder, film, random_scene
+from tests.world.film import Recorder, Scene, film, random_scene
 from tests.world.picture import Picture
 from tests.world.plate import PlateMotion
 from tests.world.scene import FloatArray
@@ -29,7 +33,10 @@ from vision.track import track_phase
 
 RPM = 2 * np.pi / 60
 SPEEDS_RPM = (16.667, 33.333, 45.0)
-NOISE_FRAMES = range(100, 850, 7)
+FPS = 15.0
+OFF_SPEED = 0.01  # relative, at most
+SECONDS = 60.0
+IN_STEP = 0.002  # the same with --texture: 0.05 pictures per turn at 33 1/3 rpm
 MEAN_OVER_S = 3000.0
 STEP_RAD = 2e-3  # of the numerical derivatives; a third of a pixel at the rim
 
@@ -48,32 +55,62 @@ class Row:
     says: str
 
 
-def motion_of(seed: int) -> PlateMotion:
-    """A record speed up to one per cent off, either direction, with some wow and flutter."""
-    rng = np.random.default_rng([seed, 10])
-    rate = rng.choice(SPEEDS_RPM) * RPM * (1 + rng.uniform(-0.01, 0.01)) * rng.choice([-1, 1])
-    wow = (
-        (1.0, rng.uniform(0, 1e-3), rng.uniform(0, 6.28)),
-        (rng.uniform(4, 12), rng.uniform(0, 5e-4), rng.uniform(0, 6.28)),
-    )
-    return PlateMotion(rate, wow=wow, angle_rad=rng.uniform(0, 6.28))
+@dataclass(frozen=True)
+class Clip:
+    """One clip of the bench: everything about it follows from these."""
 
+    seed: int
+    seconds: float
+    texture: bool
 
-def scene_film(seed: int, folder: Path) -> tuple[Path, FilmTruth | None, PlateMotion]:
-    """Render the clip of a scene unless it is there."""
-    path, motion = folder / f"scene_{seed:02d}.mp4", motion_of(seed)
-    if path.exists():
-        return path, None, motion
-    scene = random_scene(np.random.default_rng([seed, 11]))
-    half = path.with_suffix(".part.mp4")
-    truth = film(half, motion, scene, seed=seed, recorder=Recorder(crf=30))
-    half.rename(path)
-    return path, truth, motion
+    @property
+    def scene(self) -> Scene:
+        """What is filmed."""
+        rng = np.random.default_rng([self.seed, 11])
+        scene = random_scene(rng)
+        if not self.texture:
+            return scene
+        if self.seed % 2:
+            label, box = [(True, True), (True, False), (False, True)][rng.integers(3)]
+            return replace(scene, marks=(), label=label, sensor_box=box)
+        speckle = rng.uniform(6, 12)
+        return replace(scene, marks=(), label=False, sensor_box=False, texture=speckle)
+
+    @property
+    def motion(self) -> PlateMotion:
+        """Nearly a record speed, either direction, with some wow and flutter."""
+        rng = np.random.default_rng([self.seed, 10])
+        off = IN_STEP if self.texture else OFF_SPEED
+        rate = rng.choice(SPEEDS_RPM) * RPM * (1 + rng.uniform(-off, off)) * rng.choice([-1, 1])
+        wow = (
+            (1.0, rng.uniform(0, 1e-3), rng.uniform(0, 6.28)),
+            (rng.uniform(4, 12), rng.uniform(0, 5e-4), rng.uniform(0, 6.28)),
+        )
+        return PlateMotion(rate, wow=wow, angle_rad=rng.uniform(0, 6.28))
+
+    @property
+    def noise_frames(self) -> range:
+        """Pictures whose noise is compared with the bounds."""
+        frames = round(self.seconds * FPS)
+        return range(frames // 9, frames * 17 // 18, 7)
+
+    def rendered(self, folder: Path) -> Path:
+        """The file, rendered unless it is there."""
+        kind = "texture" if self.texture else "scene"
+        length = "" if self.seconds == SECONDS else f"_{self.seconds:g}s"
+        path = folder / f"{kind}_{self.seed:02d}{length}.mp4"
+        if not path.exists():
+            half = path.with_suffix(".part.mp4")
+            recorder = Recorder(crf=30)
+            film(half, self.motion, self.scene, fps=FPS, seconds=self.seconds, seed=self.seed,
+                 recorder=recorder)
+            half.rename(path)
+        return path
 
 
 @dataclass(frozen=True, eq=False)
 class Bounds:
-    """Angle errors in rad that the decoded pictures themselves impose, on ``NOISE_FRAMES``.
+    """Angle errors in rad that the decoded pictures themselves impose, on ``noise_frames``.
 
     With e the decoded picture less the noise-free rendering C(θ), g = ∂C/∂θ and g' = ∂g/∂θ:
 
@@ -95,20 +132,20 @@ class Bounds:
     white: FloatArray
 
 
-def phase_bounds(path: Path, seed: int, motion: PlateMotion, fps: float = 15.0) -> Bounds:
+def phase_bounds(path: Path, clip: Clip) -> Bounds:
     """From the noise of this clip's own pictures."""
-    scene = random_scene(np.random.default_rng([seed, 11]))
-    picture = Picture(scene, seed)
+    scene, motion = clip.scene, clip.motion
+    picture = Picture(scene, clip.seed)
     swept = abs(motion.rate_rad_s) * scene.exposure_s
     rows = (np.arange(scene.height_px) - (scene.height_px - 1) / 2) * scene.line_time_s
     capture = cv2.VideoCapture(str(path))
     best, one_step, white = [], [], []
-    for index in range(NOISE_FRAMES.stop):
+    for index in range(clip.noise_frames.stop):
         ok, decoded = capture.read()
         assert ok
-        if index not in NOISE_FRAMES:
+        if index not in clip.noise_frames:
             continue
-        at = index / fps
+        at = index / FPS
         luma = cv2.cvtColor(decoded, cv2.COLOR_BGR2YUV)[:, :, 0].astype(float)
         angle = motion.angle(at + rows)
         ahead, clean, behind = (
@@ -134,27 +171,27 @@ def scatter(error: FloatArray, time_s: FloatArray, angle_rad: FloatArray) -> flo
     return float(np.sqrt((left**2).sum() / (len(time_s) - x.shape[1])))
 
 
-def study(seed: int, folder: Path) -> Row:
+def study(clip: Clip, folder: Path) -> Row:
     """Film, measure, compare."""
-    path, _, motion = scene_film(seed, folder)
+    path, motion, noise_frames = clip.rendered(folder), clip.motion, clip.noise_frames
     start = time.perf_counter()
     try:
         track = track_phase(path)
         rate = measure_rate(track, timebase=Timebase(ppm=0.0))
     except VisionError as error:
-        return Row(seed, *[np.nan] * 5, time.perf_counter() - start, str(error))
+        return Row(clip.seed, *[np.nan] * 5, time.perf_counter() - start, str(error))
     seconds = time.perf_counter() - start
     signed = rate.rate_rad_s * (1 if rate.direction == "ccw" else -1)
     true = float(np.ptp(motion.angle(np.array([0.0, MEAN_OVER_S])))) / MEAN_OVER_S
     measured = rate.history.angle
-    bounds = phase_bounds(path, seed, motion)
-    both = rate.used & np.isin(measured.index, NOISE_FRAMES)
-    at = (measured.index[both] - NOISE_FRAMES.start) // NOISE_FRAMES.step
+    bounds = phase_bounds(path, clip)
+    both = rate.used & np.isin(measured.index, noise_frames)
+    at = (measured.index[both] - noise_frames.start) // noise_frames.step
     time_s = measured.time_s[both]
     angle = motion.angle(time_s)
     noise = scatter(measured.angle_rad[both] - angle, time_s, angle)
     return Row(
-        seed,
+        clip.seed,
         (signed / (true * np.sign(motion.rate_rad_s)) - 1) * 1e6,
         rate.image_sd_rad_s / rate.rate_rad_s * 1e6,
         noise / scatter(bounds.best[at], time_s, angle),
@@ -170,13 +207,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scenes", type=int, default=40)
     parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--texture", action="store_true")
+    parser.add_argument("--seconds", type=float, default=SECONDS)
     parser.add_argument("--keep", type=Path)
     options = parser.parse_args()
     folder = options.keep or Path(tempfile.mkdtemp(prefix="scenes_"))
     folder.mkdir(parents=True, exist_ok=True)
     rows = []
     for seed in range(options.first, options.first + options.scenes):
-        row = study(seed, folder)
+        row = study(Clip(seed, options.seconds, options.texture), folder)
         rows.append(row)
         print(
             f"{row.seed:3d} error {row.error_ppm:9.3f} ppm = "
