@@ -15,6 +15,8 @@ Time
 Modules
 -------
 ``video``         a film as luma pictures with their time stamps
+``orientation``   how a file wants its pictures turned and mirrored
+``colour``        what is followed of a picture: its brightness, or an axis of colour
 ``geometry``      the view: plate coordinates to pixels and back
 ``stillness``     what does not move, and where something does
 ``spin``          whether and how fast something turns about a proposed axis
@@ -26,6 +28,8 @@ Modules
 ``mark``          the mark on the plate, its centroid, and the fixed mark beside the plate
 ``follow``        plate angle of one picture after the other, against the template
 ``phase_track``   the result of all that: arrays only
+``surroundings``  the roll of the camera, from what lies around the plate
+``rows``          what is measured in every picture
 ``annotate``      one picture with plate, centre and marks drawn in
 ``track``         ``track_phase``: film to ``PhaseTrack``
 ``timebase``      which clock the rate is measured against
@@ -37,6 +41,7 @@ Modules
 ``fit``           the line, and what is always fitted together with it
 ``counting``, ``lags``, ``opinions``
                   three more ways to the rate, and whether they agree
+``camera_roll``   what a camera that rolls does to the rate
 ``speed``         wow, flutter and drift
 ``diagnosis``     which term the stated model misses
 ``rate``          ``measure_rate``: ``PhaseTrack`` to ``RateMeasurement``
