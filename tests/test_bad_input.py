@@ -121,6 +121,7 @@ def no_plate(path: Path) -> None:
     with av.open(str(path), "w") as container:
         stream = container.add_stream("libx264", rate=15)
         stream.width, stream.height, stream.pix_fmt = 320, 240, "yuv420p"
+        stream.options = {"preset": "ultrafast"}
         for _ in range(60):
             noisy = np.clip(table + rng.normal(0, 3, table.shape), 0, 255).astype(np.uint8)
             frame = av.VideoFrame.from_ndarray(np.dstack([noisy] * 3), format="rgb24")

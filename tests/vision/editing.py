@@ -21,6 +21,7 @@ def again(source, target, *, size=None, pixel_format="yuv420p", codec="libx264",
                 stream.height, stream.width = picture.shape[:2]
                 stream.pix_fmt = pixel_format
                 stream.options = {"preset": "ultrafast"} if codec == "libx264" else {}
+                stream.codec_context.thread_count = 1  # the same film on any number of cores
             made = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="bgr24")
             made.pts, made.time_base = i, Fraction(1, 15)
             new.mux(stream.encode(made))
