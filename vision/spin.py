@@ -5,8 +5,10 @@ that adds up coherently for a trial rate, over all orders and rings,
 
     P(ω) = Σ_r w_r Σ_k |Σ_i F_i(r, k) exp(ikωt_i)|²,
 
-is a share of the whole energy close to one at the true rate, and about one over the number of
-pictures for anything that does not turn. No mark, no first guess, no memory of earlier pictures.
+is a share of the whole energy close to one at the true rate. What brightens and fades in place, as
+flicker, reflections and the blocks of a compressed film do, is a real amplitude times a pattern and
+has the same power at ω and -ω; what turns has it at one of them. So P(ω) - P(-ω) is looked at. No
+mark, no first guess, no memory of earlier pictures.
 """
 
 from collections.abc import Callable
@@ -18,6 +20,7 @@ from numpy.typing import NDArray
 from vision.geometry import FloatArray, View
 
 WINDOW = 48  # pictures
+CALM = 1e-6  # mean square change, luma steps squared, that is rounding of the transforms
 FAVOUR_SLOW = 0.1  # share of the power taken off the fastest trial rate
 BLOCK = 32  # trial rates at once: small products stay on one thread, beside the decoder's
 STEEP_RAD = np.radians(8)  # flatter views have the spindle in the middle of the rim's ellipse
@@ -35,7 +38,8 @@ class Spin:
     angle_rad : array, shape (f,)
         Plate angle at each picture, zero at the first, continuous.
     coherence : float
-        Share of the varying energy that turns together, median over the windows, 0 to 1.
+        Share of the varying energy that turns together, less what would as well turn the other
+        way; median over the windows, 0 to 1.
     varying : float
         Energy that varies, whether it turns or not: luma steps squared times the samples' weight.
     clearest : slice
@@ -134,20 +138,22 @@ def _window_rate(
     time_s: FloatArray,
     limit: float,
 ) -> tuple[float, float, float]:
-    """Best rate, its share of the varying energy, the varying energy."""
+    """Best rate, the share of the varying energy that turns with it, the varying energy."""
     orders = min(ORDERS, spectra.shape[-1] - 1)
     varying = spectra[:, :, 1 : orders + 1]
     varying = varying - varying.mean(axis=0)
     time = time_s - time_s.mean()
     span = max(float(time[-1] - time[0]), 1e-6)
     # Half a cycle of the highest order across the window between trial rates.
-    trial = np.arange(-limit, limit, np.pi / (orders * span))
+    trials = int(np.ceil(limit * orders * span / np.pi))
+    trial = np.linspace(-limit, limit, 2 * trials + 1)
     root = np.sqrt(weight)[None, :, None]
     # One contiguous matrix per order, or the products below leave the fast path.
     weighted = np.ascontiguousarray(np.moveaxis(varying * root, 2, 0))
     power = np.concatenate(
         [_power(trial[i : i + BLOCK], time, weighted) for i in range(0, len(trial), BLOCK)]
     )
+    power -= power[::-1]
     # A plate that looks the same twice per turn ties with its aliases; take the slowest always.
     best = int((power * (1 - FAVOUR_SLOW * np.abs(trial) / limit)).argmax())
     rate = float(trial[best])
@@ -155,4 +161,6 @@ def _window_rate(
         low, at, high = power[best - 1 : best + 2]
         rate += 0.5 * float((low - high) / (low - 2 * at + high)) * float(trial[1] - trial[0])
     total = float((np.abs(weighted) ** 2).sum())
-    return rate, float(power[best]) / len(time) / max(total, 1e-9), total
+    azimuths = 2 * (spectra.shape[-1] - 1)
+    calm = CALM * azimuths**2 * len(time) * float(weight.sum()) / 2
+    return rate, float(power[best]) / len(time) / max(total, calm), total
