@@ -19,6 +19,7 @@ SMALLEST_LEFT = 0.01  # share left in a picture without noise to speak of
 AT_REST = 0.75  # of the usual step: slower before or after pictures that repeat is a plate at rest
 NEAR_WHOLE = 0.25  # of rate x frame time: how close to a multiple a jump must be
 CLEAR = 6.0  # times the noise of one step, for a jump to be told from it
+STAYS = 8  # pictures on either side that must be further apart by the jump
 REST = 2.5  # times a neighbouring half turn; one that takes longer is no half turn but a rest
 BURST = 8.0  # times the usual step, that two steps take; else they take two
 REGULAR = 0.1  # of the usual step: what belongs to it
@@ -175,18 +176,27 @@ def _lost(step: FloatArray, step_s: FloatArray, frame_s: float) -> NDArray[np.in
             & (np.abs(whole) > CLEAR * noise)
             & (count != 0)
         )
-    # More than one frame too few is a mismeasured angle.
-    clear &= count >= -1
-    lost = np.where(clear, count, 0).astype(np.int64)
-    # An angle that jumps there and back again was mismeasured once; no picture is missing.
-    back = np.flatnonzero(
-        (lost[:-1] != 0) & (np.abs(jump[:-1] + jump[1:]) < 0.5 * np.abs(whole[1:]))
-    )
-    lost[back] = 0
-    lost[back + 1] = 0
     # One too few is a picture shown again. It has its time: recorders put it in where the camera is
     # slower than the film, and taken out it would leave the plate as much too fast.
-    return lost.clip(0)
+    lost = np.where(clear, count, 0).astype(np.int64).clip(0)
+    lost[~_stays(jump, lost, whole)] = 0
+    return lost
+
+
+def _stays(jump: FloatArray, lost: NDArray[np.int64], whole: FloatArray) -> BoolArray:
+    """Where the angle is further on after a jump than before it by as much as it jumped.
+
+    An angle that jumps there and back, or creeps back, was mismeasured; no picture is missing.
+    """
+    beyond = np.concatenate([[0.0], np.cumsum(jump)])  # angle beyond the usual rate
+    stays = np.zeros(len(jump), bool)
+    jumps = np.flatnonzero(lost)
+    ends = np.concatenate([[-1], jumps, [len(jump)]])
+    for before, at, after in zip(ends[:-2], jumps, ends[2:], strict=True):
+        level = np.median(beyond[max(before + 1, at + 1 - STAYS) : at + 1])
+        new = np.median(beyond[at + 1 : min(after + 1, at + 1 + STAYS)])
+        stays[at] = np.abs(new - level - lost[at] * whole[at]) < 0.5 * np.abs(whole[at])
+    return stays
 
 
 def _running_median(values: FloatArray) -> FloatArray:

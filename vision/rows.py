@@ -20,17 +20,17 @@ THUMBNAIL = 20  # samples across the plate's surroundings, each way
 class Rows:
     """One row per picture, and what is needed to measure the next."""
 
-    def __init__(self, found: Learned, frames: list[Frame]) -> None:
+    def __init__(self, found: Learned, shown: Frame, shown_index: int) -> None:
+        """``shown`` is the picture to annotate, ``shown_index`` its place among those added."""
         self._found = found
         grid = found.template.grid
         self._mark = find_mark(found.template)
         self._follower = Follower(found.template, self._mark, found.rate_rad_s)
         x, y = grid.view.pixels(np.ones(90), np.linspace(0, 2 * np.pi, 90))
-        h, w = frames[0].luma.shape
+        h, w = shown.luma.shape
         self._columns, self._rows = _samples(x, w), _samples(y, h)
         self._surroundings = Surroundings(grid.view, found.still)
-        self._shown = frames[len(frames) // 2].bgr
-        self._shown_index = len(frames) // 2
+        self._shown, self._shown_index = shown.bgr, shown_index
         self._picture = np.empty((h, w), np.uint8)
         self._thumbnails: list[Luma] = []
         self._coding: list[int] = []
@@ -63,19 +63,18 @@ class Rows:
         self._thumbnails.append(self._picture[self._rows, self._columns].ravel())
         return self._found.template.grid.strip(self._picture)
 
-    def track(
-        self, name: str, film: Film, size: tuple[int, int], notes: tuple[str, ...]
-    ) -> PhaseTrack:
-        """Everything measured so far."""
+    def track(self, film: Film, notes: tuple[str, ...]) -> PhaseTrack:
+        """Everything measured so far; the film it is from, and words on it."""
         grid = self._found.template.grid
         time_s, phase, seed, quality, change, roll = np.hstack(self._measured)
         mark, resting = self._mark, grid.view.at_rest
+        h, w = self._picture.shape
         deck = find_deck_mark(self._found.still, resting)
         at = None
         if mark is not None:
             at = (mark.radius, mark.azimuth_rad + phase[self._shown_index])
         track = PhaseTrack(
-            source=name,
+            source=film.path.name,
             time_s=time_s,
             phase_rad=_wrapped(phase),
             seed_rad=_wrapped(seed),
@@ -90,14 +89,14 @@ class Rows:
             deck_mark_rad=np.nan if deck is None else deck[1],
             deck_mark_radius=np.nan if deck is None else deck[0],
             view=grid.view.matrix,
-            size_px=size,
+            size_px=(w * film.reduction, h * film.reduction),
             reduction=film.reduction,
             explained=self._found.template.explained,
             fps_stated=film.fps_stated,
             annotated=annotate(
                 self._shown, resting, (float(grid.radius[0]), float(grid.radius[-1])), at, deck
             ),
-            notes=notes,
+            notes=(*self._found.notes, *notes),
             channel=str(self._found.channel),
         )
         # The template holds for the row of the spindle; every picture is stamped for its own mark.

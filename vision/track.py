@@ -1,10 +1,13 @@
 """From a film to the plate's angle in every picture, in one pass.
 
 The first pictures are kept until the plate has been found and learned from them; they and all that
-follow are then measured as they come, so that memory does not grow with the film.
+follow are then measured as they come, so that memory does not grow with the film. Where a camera is
+so fast that the pictures of a turn are too many to keep, some of them are learned from and the film
+is read again.
 """
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeGuard
@@ -18,11 +21,13 @@ from vision.video import BATCH, Film, Frame
 if TYPE_CHECKING:
     from vision.learn import Learned
     from vision.phase_track import PhaseTrack
+    from vision.rows import Rows
 
 FEWEST = 12  # pictures from which anything can be said
 LEARN_FOR_S = 7.2  # two turns of the slowest plate
 LEARN_FROM = (150, 300)  # pictures, at least and at most
 LEARN_BYTES = 96_000_000
+FAST_S = 2.0  # pictures to learn from that pass in less are from a fast camera
 FEWEST_TURNS = 1.0  # apparent ones; with less, a mark of colour may be the better one
 ATTEMPTS = 12  # stretches of the film in which a plate is looked for
 WHOLE_CLIP = 0.9  # of the stated length; less was cut short
@@ -87,41 +92,64 @@ def _followed(
     *,
     colours: bool,
 ) -> "PhaseTrack":
-    name = Path(path).name
     with Film(path, colours=colours) as film:
-        from vision.rows import Rows  # while the first pictures are decoded
 
         def on_done(pictures: int) -> None:
             if on_progress is not None:
                 on_progress(pictures, film.frames_stated)
 
+        from vision.rows import Rows  # while the first pictures are decoded
+
         batches = iter(film)
-        found, frames, skipped = _find(path, film, batches, plate, on_done)
-        h, w = frames[0].luma.shape
-        rows = Rows(found, frames)
-        for batch in _chain(frames, batches):
-            rows.add(batch)
-            on_done(skipped + len(rows))
-        notes = list(found.notes)
-        if skipped:
-            notes.append(
-                f"The plate was not seen turning in the first {skipped} pictures, which are "
-                f"left out."
-            )
-        if film.orientation.mirrored:
-            notes.append(
-                f"{name}: the file has its pictures shown mirrored, as front cameras do, and the "
-                f"sense of rotation is that of the displayed picture. If writing in it reads "
-                f"backwards, the plate itself turns the other way."
-            )
-        # By the time, not the count: containers without one state duration times frame rate.
-        if film.seconds_stated and rows.last_s < WHOLE_CLIP * film.seconds_stated:
-            notes.append(
-                f"The file states {film.seconds_stated:.1f} s, {rows.last_s:.1f} s could be "
-                f"decoded: it is damaged or was cut short."
-            )
-        size = (w * film.reduction, h * film.reduction)
-        return rows.track(name, film, size, tuple(notes))
+        found, first, skipped = _find(path, film, batches, plate, on_done)
+        shown = len(first.pictures) // 2
+        rows = Rows(found, first.pictures[shown], shown * first.stride)
+        if first.stride == 1:
+            return _measured(rows, film, _chain(first.pictures, batches), skipped, on_done)
+        first.pictures.clear()
+    with Film(path, colours=colours) as film:
+        return _measured(rows, film, _after(skipped, film), skipped, on_done)
+
+
+def _measured(
+    rows: "Rows",
+    film: Film,
+    batches: Iterator[list[Frame]],
+    skipped: int,
+    on_done: Callable[[int], None],
+) -> "PhaseTrack":
+    """The track of all pictures in the batches, the first ``skipped`` of the film left out."""
+    for batch in batches:
+        rows.add(batch)
+        on_done(skipped + len(rows))
+    name = film.path.name
+    notes = []
+    if skipped:
+        notes.append(
+            f"The plate was not seen turning in the first {skipped} pictures, which are left out."
+        )
+    if film.orientation.mirrored:
+        notes.append(
+            f"{name}: the file has its pictures shown mirrored, as front cameras do, and the sense "
+            f"of rotation is that of the displayed picture. If writing in it reads backwards, the "
+            f"plate itself turns the other way."
+        )
+    # By the time, not the count: containers without one state duration times frame rate.
+    if film.seconds_stated and rows.last_s < WHOLE_CLIP * film.seconds_stated:
+        notes.append(
+            f"The file states {film.seconds_stated:.1f} s, {rows.last_s:.1f} s could be decoded: "
+            f"it is damaged or was cut short."
+        )
+    return rows.track(film, tuple(notes))
+
+
+@dataclass(frozen=True, eq=False)
+class _Stretch:
+    """Pictures to learn from: every ``stride``-th of those ``taken`` from the film."""
+
+    pictures: list[Frame]
+    stride: int
+    taken: int
 
 
 def _find(
@@ -130,7 +158,7 @@ def _find(
     batches: Iterator[list[Frame]],
     plate: PlateOverride | None,
     on_done: Callable[[int], None],
-) -> "tuple[Learned, list[Frame], int]":
+) -> "tuple[Learned, _Stretch, int]":
     """The plate, the pictures it was learned from, and how many were in vain before them."""
     from vision.learn import learn
 
@@ -138,7 +166,8 @@ def _find(
     skipped = 0
     refusal: RateRefused | None = None
     for _ in range(ATTEMPTS):
-        frames = _first(batches, partial(on_done, skipped))
+        first = _first(batches, partial(on_done, skipped))
+        frames = first.pictures
         if not frames:
             break
         if len(frames) < FEWEST and refusal is None:
@@ -148,28 +177,33 @@ def _find(
             )
         try:
             found = learn(Path(path).name, frames, given, partial(on_done, skipped))
-            return found, frames, skipped
+            return found, first, skipped
         except RateRefused as error:
             refusal = refusal or error
-            skipped += len(frames)
+            skipped += first.taken
     raise refusal or UnreadableVideo(
         f"{path}: the file has a video stream, but not one picture could be decoded; copy it from "
         f"the camera again or convert it to H.264."
     )
 
 
-def _first(batches: Iterator[list[Frame]], on_step: Callable[[], object]) -> list[Frame]:
+def _first(batches: Iterator[list[Frame]], on_step: Callable[[], object]) -> _Stretch:
     frames: list[Frame] = []
+    taken = 0
+    stride = 1
     for batch in batches:
         on_step()
-        frames += batch
+        frames += batch[-taken % stride :: stride]
+        taken += len(batch)
         span_s = frames[-1].time_s - frames[0].time_s
         fewest, most = LEARN_FROM
-        if len(frames) >= (fewest if span_s >= LEARN_FOR_S else most):
+        if len(frames) >= fewest and span_s >= LEARN_FOR_S:
             break
-        if len(frames) * frames[0].nbytes > LEARN_BYTES:
-            break
-    return frames
+        if len(frames) >= most or len(frames) * frames[0].nbytes > LEARN_BYTES:
+            if span_s >= FAST_S:
+                break
+            frames, stride = frames[::2], 2 * stride
+    return _Stretch(frames, stride, taken)
 
 
 def _chain(first: list[Frame], rest: Iterator[list[Frame]]) -> Iterator[list[Frame]]:
@@ -178,3 +212,11 @@ def _chain(first: list[Frame], rest: Iterator[list[Frame]]) -> Iterator[list[Fra
         yield first[:BATCH]
         del first[:BATCH]
     yield from rest
+
+
+def _after(skipped: int, film: Film) -> Iterator[list[Frame]]:
+    """The pictures of a film after the first ones."""
+    for batch in film:
+        if skipped < len(batch):
+            yield batch[skipped:]
+        skipped = max(0, skipped - len(batch))

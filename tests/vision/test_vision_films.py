@@ -220,3 +220,14 @@ def test_the_read_out_time_of_the_camera_is_measured(render):
     (term,) = rate.terms
     assert term.value[0] == pytest.approx(60e-6, rel=0.02)
     assert rate.phase_rms_rad < 4e-4
+
+
+def test_a_slow_plate_before_a_fast_camera_is_learned_over_two_seconds_and_more(render):
+    """All pictures of its first turn would be too many to keep."""
+    motion = PlateMotion(16.67 * RPM)
+    path, _ = render(motion, seconds=8, fps=240)
+    track = track_phase(path)
+    assert len(track.time_s) == 8 * 240
+    rate = measure_rate(track, timebase=CLOCK)
+    assert rate.lost_frames == 0
+    assert abs(rate.rate_rad_s / motion.rate_rad_s - 1) < 1e-4

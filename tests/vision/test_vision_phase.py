@@ -187,13 +187,16 @@ def test_silently_lost_pictures_are_counted_exactly_and_repaired():
     assert any("lost" in text for text in rate.warnings)
 
 
-def test_one_mismeasured_picture_is_not_a_lost_one():
+@pytest.mark.parametrize("frame_times", [(1.0,), (-0.75,), (-1.0, -0.98), (2.0, 0.5, 0.2)])
+def test_pictures_that_are_mismeasured_are_no_lost_ones(frame_times):
+    """The angle leaves its line by whole frame times, and comes back at once or bit by bit."""
     time, angle = steady(33.3)
     bent = angle.copy()
-    bent[400] += 33.3 * RPM / 15
+    bent[400 : 400 + len(frame_times)] += 33.3 * RPM / 15 * np.array(frame_times)
     rate = measure_rate(phase_track(time, bent, noise_rad=NOISE), timebase=CLOCK)
     assert rate.lost_frames == 0
     assert not rate.used[400]
+    assert abs(rate.rate_rad_s / (33.3 * RPM) - 1) < 5e-6
 
 
 def test_the_alias_set_is_listed_and_the_nominal_rate_chooses():
