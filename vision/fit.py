@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from vision.motion import PlateAngle
 from vision.phase_track import PhaseTrack
 from vision.regression import LeastSquares, independent, least_squares
@@ -16,20 +18,28 @@ def fit_rate(
     """The rate's own fit; twice, because the waves are placed by the line it finds."""
     for _ in range(2):
         given = regressors(track, angle, rate_rad_s)
-        terms: tuple[str, ...] = ()
+        always: tuple[str, ...] = ()
         for term in ALWAYS:
             # A fast plate has few pictures per turn, and the waves may look alike on them.
-            x = design((*terms, term), given, given.time_s)
+            x = design((*always, term), given, given.time_s)
             if independent(x).shape[1] == x.shape[1]:
-                terms = (*terms, term)
-        always = terms
-        if with_drift:
-            terms = (*terms, "rate_drift")
-        fit = least_squares(
-            design(terms, given, given.time_s), angle.angle_rad, turn_rad=given.line_rad
-        )
+                always = (*always, term)
+        fit, always = _fit(always, ("rate_drift",) if with_drift else (), given, angle)
         rate_rad_s = float(fit.beta[1])
     return fit, given, always
+
+
+def _fit(
+    always: tuple[str, ...], besides: tuple[str, ...], given: Regressors, angle: PlateAngle
+) -> tuple[LeastSquares, tuple[str, ...]]:
+    """The fit, and the terms of ``always`` that it can tell on the pictures not set aside."""
+    x = design((*always, *besides), given, given.time_s)
+    try:
+        return least_squares(x, angle.angle_rad, turn_rad=given.line_rad), always
+    except np.linalg.LinAlgError:
+        if not always:
+            raise
+        return _fit(always[:-1], besides, given, angle)
 
 
 def without_lag(

@@ -134,7 +134,7 @@ def _learn(
         if again.coherence <= max(COHERENT, coherence) or coarse.template.explained < COHERENT:
             continue
         refined = coarse.template.grid.view
-        turning = again.coherence * again.varying * refined.radius_px**2
+        turning = coarse.template.explained * again.varying * refined.radius_px**2
         part_of_it = found is not None and same_spindle(refined, found.template.grid.view)
         if part_of_it and MORE * turning < turning_found:
             continue
@@ -142,7 +142,7 @@ def _learn(
             jumping = jumping or coarse
             continue
         found, coherence, turning_found = coarse, again.coherence, turning
-        if coherence > CERTAIN:
+        if coherence > CERTAIN and coarse.template.explained > CERTAIN:
             break
     fine = None if found is None else _fine(found, [pictures[i] for i in some], still, on_step)
     if found is not None and fine is not None and fine.template.turning.any():

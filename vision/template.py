@@ -29,9 +29,12 @@ OUTLIER = 3.0  # times the median misfit: a hand, a flash
 NEIGHBOURHOOD = 3  # rings and azimuths
 MARGIN = (3, 5)  # rings and azimuths left out about a covered place, whose edges tell too little
 TELLING = 0.08  # standard deviation of the share seen, above which nothing can be said
+PASSING = 0.1  # of the ring's mean expected energy: a place that less passes says nothing
 HIDDEN = 1.5  # times the turning energy: the misfit of a picture whose mark is covered is less
 SHOWN = 0.5  # of the expected change, below which a place counts as covered
+TOLD_APART = 0.03  # of the misfit's energy, that still moves from what turns to what stands
 STANDING = 0.9  # |mean exp(ikθ)|² above which order k does not show whether it turns or stands
+NEAR_ENOUGH = 0.8  # of the highest peak: then the peak next to the expected angle is taken
 LARGEST_STEP = 0.05  # of the radius, per iteration of the view
 
 
@@ -82,7 +85,8 @@ def align(
 
     The ``first`` pictures make the first template, to which the others are turned: rough angles
     hold among neighbours only, and where pictures are missing between them two images of the plate
-    would lie over each other for good.
+    would lie over each other for good. Where they are all the pictures, their angles hold until
+    what stands still has been told from what turns.
 
     Ends after the iterations, or where the view would change by less than ``smallest_step`` of
     the radius. The lag of the read-out looks much like an axis that is off, so it is to be found
@@ -90,7 +94,7 @@ def align(
     """
     angle = angle_rad.copy()
     still_strip = grid.strip(still).astype(np.float32)
-    used = first
+    used, known = first, bool(first.all())
     difference = grid.beyond(still_strip, pictures)
     beyond_median = np.zeros_like(still_strip)
     standing = np.zeros(grid.azimuths // 2 + 1, np.float32)
@@ -99,7 +103,8 @@ def align(
         on_step()
         spectra = _spectra(difference)
         turning = _mean_turning(spectra, angle, used, grid, standing)
-        angle = _correlate(spectra, turning, grid, angle)
+        if iteration > 0 or not known:
+            angle = _correlate(spectra, turning, grid, angle, surely=known)
         if iteration == 0:
             used = np.ones(len(pictures), bool)
             standing = _standing(angle, len(standing))
@@ -109,12 +114,12 @@ def align(
         # What the model leaves, averaged over all angles, stood still after all.
         stood = misfit[used].mean(axis=0)
         misfit -= stood
-        correction = _still_change(stood, standing) * grid.seen
+        correction = _still_change(stood, standing, grid.seen)
         still_strip = still_strip + correction
         beyond_median = beyond_median + correction
         difference -= correction
         energy = _energy(misfit, grid)
-        used = energy <= OUTLIER * np.median(energy)
+        used = energy <= OUTLIER * np.median(energy) * _more_to_see(moved, grid)
         if iteration == iterations - 1 or not turning.any():
             break
         typical = float(np.median(energy))
@@ -125,7 +130,8 @@ def align(
             best, best_view = typical, grid.view
             free = VIEW_PARAMETERS if find_readout else VIEW_PARAMETERS - 1
             change = view_change(misfit[used], angle[used], turning, grid, free)
-            if float(np.abs(change).max()) < smallest_step:
+            told_apart = float(_energy(stood[None], grid)[0]) < TOLD_APART * typical
+            if told_apart and float(np.abs(change).max()) < smallest_step:
                 break
             limit = min(1.0, LARGEST_STEP / max(float(np.abs(change[:4]).max()), 1e-12))
             view = grid.view.adjusted(limit * change)
@@ -155,15 +161,18 @@ def _standing(angle_rad: FloatArray, orders: int) -> NDArray[np.float32]:
     return np.asarray(np.abs(turns(angle_rad, orders).mean(axis=(0, 1))) ** 2)
 
 
-def _still_change(misfit: Strips, standing: NDArray[np.float32]) -> Strips:
+def _still_change(misfit: Strips, standing: NDArray[np.float32], seen: Strips) -> Strips:
     """Change of S from the mean misfit, for which T has made room.
 
     Where S is wrong by δ, T has taken its turning share mean exp(ikθ) of it, and the mean misfit
-    shows (1 - |mean exp(ikθ)|²) δ only.
+    shows (1 - |mean exp(ikθ)|²) δ only. Where part of the plate is not seen it shows δ more or
+    less, up to the whole, and a step that is twice too long would go to and fro for good.
     """
     told = np.where(standing > STANDING, 1, 1 - standing)
+    if not seen.all():
+        told = np.maximum(told, 0.5)
     spectrum = ring_spectra(misfit) / told
-    return np.fft.irfft(spectrum, misfit.shape[-1], axis=-1).astype(np.float32)
+    return np.fft.irfft(spectrum, misfit.shape[-1], axis=-1).astype(np.float32) * seen
 
 
 def _without_covered(grid: Grid, seen: Strips, expected: Strips) -> Grid:
@@ -178,6 +187,8 @@ def _without_covered(grid: Grid, seen: Strips, expected: Strips) -> Grid:
     shown = cv2.boxFilter((seen * expected).sum(axis=0), -1, around, normalize=False)
     noise = float(((seen - expected) ** 2).mean())
     telling = passed * TELLING**2 > noise
+    # Of a plate that keeps step with the pictures hardly anything passes between its places.
+    telling &= passed > PASSING * passed.mean(axis=1, keepdims=True)
     covered = (telling & (shown < SHOWN * passed)).astype(np.uint8)
     # A single sample is noise. The strip closes on itself in azimuth.
     ends = MARGIN[1]
@@ -196,6 +207,15 @@ def _spectra(strips: Strips) -> Spectra:
 def _energy(strips: Strips, grid: Grid) -> NDArray[np.float32]:
     """Weighted sum of squares of each strip, shape (f,)."""
     return np.asarray(np.einsum("frn,frn->fr", strips, strips) @ grid.weight())
+
+
+def _more_to_see(moved: Strips, grid: Grid) -> NDArray[np.float32]:
+    """How much more of what turns is in each picture than in most of them, at least 1.
+
+    A mark that is seen on part of its way misfits there as much as any, and nowhere else.
+    """
+    turning = _energy(moved, grid)
+    return np.asarray(np.maximum(turning / max(float(np.median(turning)), 1e-9), 1.0))
 
 
 def _mean_turning(
@@ -228,13 +248,10 @@ def _turned(turning: Spectra, angle_rad: FloatArray, grid: Grid) -> Strips:
     return np.asarray(turned, np.float32)
 
 
-NEAR_ENOUGH = 0.8  # of the highest peak: then the peak next to the expected angle is taken
-
-
 def _correlate(
-    spectra: Spectra, turning: Spectra, grid: Grid, expected_rad: FloatArray
+    spectra: Spectra, turning: Spectra, grid: Grid, expected_rad: FloatArray, *, surely: bool
 ) -> FloatArray:
-    """Angle of each picture against T, the peak near the expected angle preferred."""
+    """Angle of each picture against T, the peak near the expected angle preferred, or taken."""
     cross = np.einsum("frk,rk->fk", spectra, np.conj(turning) * grid.weight()[:, None])
     n = 4 * grid.azimuths
     correlation = np.fft.irfft(cross, n, axis=-1)
@@ -244,7 +261,7 @@ def _correlate(
     near = (middle[:, None] + np.arange(-(n // 12), n // 12 + 1)) % n  # within π/6
     nearest = near[rows, correlation[rows[:, None], near].argmax(axis=1)]
     enough = correlation[rows, nearest] > NEAR_ENOUGH * correlation[rows, highest]
-    peak = np.where(enough, nearest, highest)
+    peak = np.where(enough | surely, nearest, highest)
     before, at, after = (correlation[rows, (peak + s) % n] for s in (-1, 0, 1))
     with np.errstate(invalid="ignore", divide="ignore"):
         offset = np.nan_to_num(0.5 * (before - after) / (before - 2 * at + after))

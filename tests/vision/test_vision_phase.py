@@ -187,6 +187,17 @@ def test_silently_lost_pictures_are_counted_exactly_and_repaired():
     assert any("lost" in text for text in rate.warnings)
 
 
+def test_a_kind_of_picture_that_is_mismeasured_throughout_has_no_lag_of_its_own():
+    time, angle = steady(33.3)
+    coding = np.full(len(time), ord("I"), np.uint8)
+    key = np.arange(60, len(time), 150)
+    coding[key] = ord("P")
+    angle[key] += np.tile([0.05, -0.05], len(key))[: len(key)]
+    rate = measure_rate(phase_track(time, angle, noise_rad=NOISE, coding=coding), timebase=CLOCK)
+    assert not rate.used[key].any()
+    assert abs(rate.rate_rad_s / (33.3 * RPM) - 1) < 5e-6
+
+
 @pytest.mark.parametrize("frame_times", [(1.0,), (-0.75,), (-1.0, -0.98), (2.0, 0.5, 0.2)])
 def test_pictures_that_are_mismeasured_are_no_lost_ones(frame_times):
     """The angle leaves its line by whole frame times, and comes back at once or bit by bit."""
