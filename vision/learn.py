@@ -164,10 +164,13 @@ def _learn(
 
 def _smooth(found: Alignment, rough_rad: FloatArray) -> bool:
     """The refined angle goes with the rough one, without jumps."""
-    jerk = float(np.median(np.abs(np.diff(found.angle_rad - rough_rad, 2))))
+    beyond = found.angle_rad - rough_rad
     step = float(np.median(np.abs(np.diff(rough_rad))))
-    slip = abs(float(np.median(np.diff(found.angle_rad - rough_rad))))
-    return jerk < np.clip(SMOOTH_STEP * step, SMOOTH_RAD, JERKY_RAD) and slip < SLIPPING * step
+    slip = abs(float(np.median(np.diff(beyond))))
+    # Stamps may come early and late in turn; then the plate goes on evenly over two pictures.
+    each, over_two = (float(np.median(np.abs(np.diff(beyond[::n], 2)))) for n in (1, 2))
+    even = min(each, over_two) < max(SMOOTH_STEP * step, SMOOTH_RAD)
+    return even and each < JERKY_RAD and slip < SLIPPING * step
 
 
 def _why_it_jumps(found: Alignment) -> str:

@@ -115,7 +115,7 @@ def test_a_clip_of_uneven_frame_rate_is_not_taken_for_a_damaged_one(render):
     assert track_phase(path).notes == ()
 
 
-@pytest.mark.parametrize("camera_fps", [24.0, 15.0])
+@pytest.mark.parametrize("camera_fps", [24.0, 20.0, 15.0])
 def test_pictures_shown_twice_do_not_hide_the_plate(camera_fps, render):
     """As of a webcam in the dark, in a film of 30 pictures per second."""
     motion, camera = PlateMotion(33.3 * RPM), Recorder(camera_fps=camera_fps)
