@@ -134,7 +134,7 @@ def _learn(
         if again.coherence <= max(COHERENT, coherence) or coarse.template.explained < COHERENT:
             continue
         refined = coarse.template.grid.view
-        turning = coarse.template.explained * again.varying * refined.radius_px**2
+        turning = again.coherence * again.varying * refined.radius_px**2
         part_of_it = found is not None and same_spindle(refined, found.template.grid.view)
         if part_of_it and MORE * turning < turning_found:
             continue
