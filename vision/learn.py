@@ -17,10 +17,10 @@ from vision.stillness import every_nth, median_picture, repeated, spread_choice
 from vision.template import Alignment, Template, align
 from vision.video import Frame, Luma
 
-GLANCE = 4  # pixels apart, to see whether a picture is the one before again
+GLANCE = (8, 4)  # rows and columns apart, to see whether a picture is the one before again
 COARSE_AZIMUTHS = 256
 COARSE_RADII = np.linspace(0.1, 0.97, 20)
-COARSE_PICTURES = 150
+COARSE_PICTURES = 100
 COARSE_ITERATIONS = 8
 COARSE_STEP = 1e-3  # of the radius: what is left of the view's error is for the fine template
 PROMISING = 0.15  # share of the energy that turns together, for a proposal to be looked into
@@ -195,7 +195,8 @@ def _without_repeated(frames: list[Frame], channel: Channel) -> list[Frame]:
 
     With them the plate would seem to go by jerks.
     """
-    small = [channel(frame)[::GLANCE, ::GLANCE].astype(np.int16) for frame in frames]
+    rows, columns = GLANCE
+    small = [channel(frame)[::rows, ::columns].astype(np.int16) for frame in frames]
     change = np.array([float(np.abs(b - a).mean()) for a, b in pairwise(small)])
     fresh = np.concatenate([[True], ~repeated(change)])
     return [frame for frame, new in zip(frames, fresh, strict=True) if new]

@@ -21,6 +21,7 @@ from vision.geometry import FloatArray, View
 
 WINDOW = 48  # pictures
 CALM = 1e-6  # mean square change, luma steps squared, that is rounding of the transforms
+LEAST_SHOWN = 0.5  # of the energy, that shows a direction however slow the plate
 FAVOUR_SLOW = 0.1  # share of the power taken off the fastest trial rate
 BLOCK = 32  # trial rates at once: small products stay on one thread, beside the decoder's
 STEEP_RAD = np.radians(8)  # flatter views have the spindle in the middle of the rim's ellipse
@@ -38,8 +39,8 @@ class Spin:
     angle_rad : array, shape (f,)
         Plate angle at each picture, zero at the first, continuous.
     coherence : float
-        Share of the varying energy that turns together, less what would as well turn the other
-        way; median over the windows, 0 to 1.
+        Share of the varying energy that turns together, what would as well turn the other way not
+        counted; median over the windows, 0 to 1.
     varying : float
         Energy that varies, whether it turns or not: luma steps squared times the samples' weight.
     clearest : slice
@@ -160,7 +161,21 @@ def _window_rate(
     if 0 < best < len(trial) - 1:
         low, at, high = power[best - 1 : best + 2]
         rate += 0.5 * float((low - high) / (low - 2 * at + high)) * float(trial[1] - trial[0])
-    total = float((np.abs(weighted) ** 2).sum())
+    energy = (np.abs(weighted) ** 2).sum(axis=(1, 2))
+    total = float(energy.sum())
     azimuths = 2 * (spectra.shape[-1] - 1)
     calm = CALM * azimuths**2 * len(time) * float(weight.sum()) / 2
-    return rate, float(power[best]) / len(time) / max(total, calm), total
+    if_all_turned = max(float(energy @ _one_way(rate, time, orders)), LEAST_SHOWN * total, calm)
+    return rate, float(power[best]) / len(time) / if_all_turned, total
+
+
+def _one_way(rate: float, time_s: FloatArray, orders: int) -> FloatArray:
+    """(P(ω) - P(-ω)) / (f Σ|F|²) of something that does nothing but turn, for each order.
+
+    One, but for a plate so slow that a window sees only a part of a turn: a part of its wave is
+    taken off with the mean, and a part turns backwards as well.
+    """
+    turn = np.exp(1j * rate * np.outer(np.arange(1, orders + 1), time_s))
+    mean, of_twice = turn.mean(axis=1), (turn**2).mean(axis=1)
+    left = np.maximum(1 - np.abs(mean) ** 2, 1e-9)
+    return np.asarray(left - np.abs(of_twice - mean**2) ** 2 / left)
