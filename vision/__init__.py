@@ -24,6 +24,8 @@ Modules
 ``outline``       where a plate may be: ellipses of edges and of a moving mark
 ``template``      the plate as it would look standing still
 ``distortion``    how wrong the view is, from the plate's own motion
+``symmetry``      how many times per turn the plate looks the same
+``refusal``       what is said where no plate can be learned
 ``learn``         chooses among the proposals and learns the plate
 ``mark``          the mark on the plate, its centroid, and the fixed mark beside the plate
 ``follow``        plate angle of one picture after the other, against the template

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vision.colour import Brightness, Channel, channels
 from vision.distortion import motion_basis
@@ -12,8 +13,10 @@ from vision.errors import RateRefused
 from vision.geometry import FloatArray, View
 from vision.grid import polar_grid, ring_spectra
 from vision.outline import proposals
+from vision.refusal import why_it_jumps, why_nothing_turns
 from vision.spin import Spin, find_spin, same_spindle, seek_spindle
 from vision.stillness import every_nth, median_picture, repeated, spread_choice
+from vision.symmetry import symmetry
 from vision.template import Alignment, Template, align
 from vision.video import Frame, Luma
 
@@ -33,15 +36,11 @@ SMOOTH_RAD = 0.06  # median second difference from the rough angle: a plate has 
 SMOOTH_STEP = 0.5  # or this share of the usual step, where stamps and pictures go by jerks
 JERKY_RAD = 0.25  # but no more than this
 SLIPPING = 0.5  # of the usual step: what stands or goes slowly took the place of the plate
-WHOLE = 0.95  # of the rim inside the picture
-GRAZING_RAD = np.radians(75)
 FINE_PICTURES = 28
 FINE_ITERATIONS = 3
 RING_SPACING_PX = 1.0
 MOST_RINGS = 32
 KEPT_INFORMATION = 0.97
-ALIKE = 0.9  # correlation of the template with itself turned by a part of a turn
-APART = 0.5  # the same, where a mark does not overlap itself any more
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +55,64 @@ class Learned:
     rate_rad_s: float
     symmetry: int
     notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Pictures:
+    """The pictures that are learned from."""
+
+    pictures: list[Luma]
+    time_s: FloatArray
+    still: Luma
+    on_step: Callable[[], None]
+
+    @property
+    def some(self) -> NDArray[np.intp]:
+        """Indices of the pictures that templates are made from."""
+        return every_nth(len(self.pictures), -(-len(self.pictures) // COARSE_PICTURES))
+
+    def spin(self, view: View) -> Spin:
+        """Rough motion about an axis."""
+        self.on_step()
+        grid = polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS // 2, self.still.shape)
+        strips = grid.beyond(grid.strip(self.still).astype(np.float32), self.pictures)
+        return find_spin(ring_spectra(strips), grid.weight(), self.time_s)
+
+    def coarse(self, view: View, spin: Spin) -> Alignment:
+        """The template on a coarse grid, the view found on the way."""
+        some = self.some
+        return align(
+            [self.pictures[i] for i in some],
+            self.still,
+            spin.angle_rad[some],
+            polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS, self.still.shape),
+            first=(some >= spin.clearest.start) & (some < spin.clearest.stop),
+            iterations=COARSE_ITERATIONS,
+            smallest_step=COARSE_STEP,
+            find_covered=True,
+            find_readout=False,
+            on_step=self.on_step,
+        )
+
+    def fine(self, coarse: Alignment) -> Alignment:
+        """The template again at the film's own resolution, on the rings that carry the angle."""
+        view = coarse.template.grid.view
+        azimuths = 1024 if view.radius_px > 60 else 512
+        radius = _worthwhile_rings(coarse.template, view)
+        usable = np.flatnonzero(coarse.used)
+        chosen = usable[spread_choice(len(usable), FINE_PICTURES)]
+        return align(
+            [self.pictures[i] for i in self.some[chosen]],
+            self.still,
+            coarse.angle_rad[chosen],
+            coarse.template.grid.refined(radius, azimuths, self.still.shape),
+            first=np.ones(len(chosen), bool),
+            iterations=FINE_ITERATIONS,
+            smallest_step=0.0,
+            find_covered=False,
+            find_readout=True,
+            on_step=self.on_step,
+        )
 
 
 def learn(
@@ -86,7 +143,6 @@ def _learn(
 ) -> Learned:
     frames = _without_repeated(frames, channel)
     pictures = [channel(frame) for frame in frames]
-    time = np.array([frame.time_s for frame in frames])
     still = median_picture(pictures)
     on_step()
     views = [given] if given is not None else proposals(still, pictures)
@@ -95,71 +151,54 @@ def _learn(
         bright = [frame.luma for frame in frames]
         outlined = median_picture(bright)
         views += proposals(outlined, bright) if given is None else []
+    seen = _Pictures(pictures, np.array([frame.time_s for frame in frames]), still, on_step)
+    tried = [seek_spindle(view, seen.spin, CERTAIN) for view in views]
+    found, jumping, best = _chosen(tried, seen)
+    fine = None if found is None else seen.fine(found)
+    if found is not None and fine is not None and fine.template.turning.any():
+        lasts = np.maximum(np.diff(seen.time_s[seen.some]), 1e-6)
+        rate = float(np.median(np.diff(found.angle_rad) / lasts))
+        notes = _others_turning(name, fine.template.grid.view, tried)
+        return Learned(channel, outlined, fine.template, rate, symmetry(fine.template), notes)
+    if jumping is not None:
+        raise RateRefused(f"{name}: {why_it_jumps(jumping.template, still.shape)}")
+    raise RateRefused(f"{name}: {why_nothing_turns(tried, best, still.shape)}")
 
-    def spin_about(view: View) -> Spin:
-        on_step()
-        return _spin(view, pictures, still, time)
 
-    tried = [seek_spindle(view, spin_about, CERTAIN) for view in views]
+def _chosen(
+    tried: list[tuple[View, Spin]], seen: _Pictures
+) -> tuple[Alignment | None, Alignment | None, float]:
+    """The plate among the outlines; one that goes by jumps; the highest coherence of all."""
     promising = [(v, s.varying * v.radius_px**2, s) for v, s in tried if s.coherence > PROMISING]
     most = max((energy for _, energy, _ in promising), default=0.0)
     # Of outlines around the same turning picture the largest is the rim. How much turns together
     # is no measure yet: about an axis that is off, a large outline loses more of it than a small.
     promising.sort(key=lambda item: (item[1] < AS_GOOD * most, -item[0].radius_px))
     best = max((spin.coherence for _, spin in tried), default=0.0)
-    some = every_nth(len(frames), -(-len(frames) // COARSE_PICTURES))
     found: Alignment | None = None
     jumping: Alignment | None = None
     coherence = turning_found = 0.0
     for view, _, spin in promising:
-        coarse = align(
-            [pictures[i] for i in some],
-            still,
-            spin.angle_rad[some],
-            polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS, still.shape),
-            first=(some >= spin.clearest.start) & (some < spin.clearest.stop),
-            iterations=COARSE_ITERATIONS,
-            smallest_step=COARSE_STEP,
-            find_covered=True,
-            find_readout=False,
-            on_step=on_step,
-        )
-        if not 1 / GROWN < coarse.template.grid.view.radius_px / view.radius_px < GROWN:
+        coarse = seen.coarse(view, spin)
+        refined = coarse.template.grid.view
+        if not 1 / GROWN < refined.radius_px / view.radius_px < GROWN:
             continue
-        again = spin
-        if spin.coherence < CERTAIN:
-            # Asked again about the refined axis: a steep view can hide most of it at first.
-            again = _spin(coarse.template.grid.view, pictures, still, time)
+        # Asked again about the refined axis: a steep view can hide most of it at first.
+        again = spin if spin.coherence > CERTAIN else seen.spin(refined)
         best = max(best, again.coherence)
         if again.coherence <= max(COHERENT, coherence) or coarse.template.explained < COHERENT:
             continue
-        refined = coarse.template.grid.view
         turning = again.coherence * again.varying * refined.radius_px**2
         part_of_it = found is not None and same_spindle(refined, found.template.grid.view)
         if part_of_it and MORE * turning < turning_found:
             continue
-        if not _smooth(coarse, spin.angle_rad[some]):
+        if not _smooth(coarse, spin.angle_rad[seen.some]):
             jumping = jumping or coarse
             continue
         found, coherence, turning_found = coarse, again.coherence, turning
         if coherence > CERTAIN and coarse.template.explained > CERTAIN:
             break
-    fine = None if found is None else _fine(found, [pictures[i] for i in some], still, on_step)
-    if found is not None and fine is not None and fine.template.turning.any():
-        rate = np.median(np.diff(found.angle_rad) / np.maximum(np.diff(time[some]), 1e-6))
-        notes = _others_turning(name, fine.template.grid.view, tried)
-        return Learned(
-            channel, outlined, fine.template, float(rate), _symmetry(fine.template), notes
-        )
-    if jumping is not None:
-        raise RateRefused(f"{name}: {_why_it_jumps(jumping)}")
-    raise RateRefused(
-        f"{name}: nothing in the picture turns about a fixed axis: {len(views)} round outline(s) "
-        f"were tried, and at most {best:.0%} of what changes inside one turns together (a plate "
-        f"gives 50 to 100 %).{_partly_seen(tried, still.shape)} Film the whole plate from above "
-        f"with the camera on a stand, put a mark on it that differs from the plate in brightness "
-        f"or colour, or give the rim yourself (plate: centre_px, radius_px)."
-    )
+    return found, jumping, best
 
 
 def _smooth(found: Alignment, rough_rad: FloatArray) -> bool:
@@ -173,23 +212,6 @@ def _smooth(found: Alignment, rough_rad: FloatArray) -> bool:
     return even and each < JERKY_RAD and slip < SLIPPING * step
 
 
-def _why_it_jumps(found: Alignment) -> str:
-    """Something turns together, and yet its angle does not go on evenly."""
-    alike = _likeness(found.template)
-    beside = int(np.argmax(alike < APART))
-    if alike[beside : len(alike) - beside].max() > ALIKE:
-        return (
-            "the pattern of the plate repeats itself around it (strobe dots, ribs of a mat), and "
-            "how many of them pass from picture to picture cannot be seen. Put one mark on the "
-            "plate that stands out from the pattern (paper, tape) and film again."
-        )
-    return (
-        "what turns in the picture goes by jumps from picture to picture, as where pictures are "
-        "missing, their time stamps are wrong, or the pattern of the plate repeats itself. Record "
-        "into .mp4 or .mkv in good light, with one bold mark on the plate."
-    )
-
-
 def _without_repeated(frames: list[Frame], channel: Channel) -> list[Frame]:
     """The pictures that are not the one before again: a camera slower than its film repeats some.
 
@@ -200,29 +222,6 @@ def _without_repeated(frames: list[Frame], channel: Channel) -> list[Frame]:
     change = np.array([float(np.abs(b - a).mean()) for a, b in pairwise(small)])
     fresh = np.concatenate([[True], ~repeated(change)])
     return [frame for frame, new in zip(frames, fresh, strict=True) if new]
-
-
-def _partly_seen(tried: list[tuple[View, Spin]], shape: tuple[int, ...]) -> str:
-    """A sentence where the likeliest outline is not seen whole, or nearly from the side."""
-    if not tried:
-        return ""
-    view = max(tried, key=lambda item: item[1].coherence)[0]
-    x, y = view.pixels(np.ones(180), np.linspace(0, 2 * np.pi, 180, endpoint=False))
-    inside = float(((x >= 0) & (y >= 0) & (x < shape[1]) & (y < shape[0])).mean())
-    faults = []
-    if inside < WHOLE:
-        faults.append(f"lies to {1 - inside:.0%} outside the picture")
-    if view.tilt_rad > GRAZING_RAD:
-        faults.append(f"is seen {np.degrees(view.tilt_rad):.0f}° away from straight above")
-    if not faults:
-        return ""
-    return f" The likeliest outline {' and '.join(faults)}: the plate is not fully seen."
-
-
-def _spin(view: View, pictures: list[Luma], still: Luma, time_s: FloatArray) -> Spin:
-    grid = polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS // 2, still.shape)
-    strips = grid.beyond(grid.strip(still).astype(np.float32), pictures)
-    return find_spin(ring_spectra(strips), grid.weight(), time_s)
 
 
 def _others_turning(name: str, plate: View, tried: list[tuple[View, Spin]]) -> tuple[str, ...]:
@@ -242,30 +241,6 @@ def _others_turning(name: str, plate: View, tried: list[tuple[View, Spin]]) -> t
     )
 
 
-def _fine(
-    coarse: Alignment, pictures: list[Luma], still: Luma, on_step: Callable[[], None]
-) -> Alignment:
-    """The template again at the film's own resolution, on the rings that carry the angle."""
-    view = coarse.template.grid.view
-    azimuths = 1024 if view.radius_px > 60 else 512
-    radius = _worthwhile_rings(coarse.template, view)
-    grid = coarse.template.grid.refined(radius, azimuths, still.shape)
-    usable = np.flatnonzero(coarse.used)
-    chosen = usable[spread_choice(len(usable), FINE_PICTURES)]
-    return align(
-        [pictures[i] for i in chosen],
-        still,
-        coarse.angle_rad[chosen],
-        grid,
-        first=np.ones(len(chosen), bool),
-        iterations=FINE_ITERATIONS,
-        smallest_step=0.0,
-        find_covered=False,
-        find_readout=True,
-        on_step=on_step,
-    )
-
-
 def _worthwhile_rings(template: Template, view: View) -> FloatArray:
     """Radii, about a pixel apart, that carry nearly all information on the angle."""
     spectrum = ring_spectra(template.turning)
@@ -280,21 +255,3 @@ def _worthwhile_rings(template: Template, view: View) -> FloatArray:
     if len(kept) > MOST_RINGS:
         kept = kept[np.linspace(0, len(kept) - 1, MOST_RINGS).astype(int)]
     return np.asarray(radius[kept])
-
-
-def _symmetry(template: Template) -> int:
-    """How many times per turn the plate looks the same."""
-    alike = _likeness(template)
-    for fold in range(12, 1, -1):
-        at = round(template.grid.azimuths / fold)
-        if alike[at - 1 : at + 2].max() > ALIKE:
-            return fold
-    return 1
-
-
-def _likeness(template: Template) -> FloatArray:
-    """Correlation of the template with itself turned by 0, 1, 2, … samples, shape (n,)."""
-    power = np.abs(ring_spectra(template.turning)) ** 2
-    power = (power * template.grid.weight()[:, None]).sum(axis=0)
-    correlation = np.fft.irfft(power, template.grid.azimuths)
-    return np.asarray(correlation / max(float(correlation[0]), 1e-9))
