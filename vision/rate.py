@@ -41,6 +41,7 @@ from vision.timebase import Timebase
 
 FEWEST_USABLE = 12
 FEWEST_TURNS = 1.0
+SCATTERED_RAD = np.radians(0.7)  # about an even rotation; ten times what a poor film gives
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,6 +189,7 @@ def measure_rate(
         *uneven_warning(track.source, history),
         *_lost_warning(track, angle),
         *_roll_warning(track, roll, rate),
+        *_scatter_warning(track, fit.noise, rate),
         *second_opinions(track, angle, rate, image_sd, count, lags),
     )
     return RateMeasurement(
@@ -265,6 +267,17 @@ def _lost_warning(track: PhaseTrack, angle: PlateAngle) -> tuple[str, ...]:
         f"{track.source}: {lost} picture(s) were lost without a trace in the time stamps "
         f"({lost / len(track.time_s):.1%}): the angle jumps by whole frame times. Their time was "
         f"put back, so the rate stands.",
+    )
+
+
+def _scatter_warning(track: PhaseTrack, noise_rad: float, rate: float) -> tuple[str, ...]:
+    if noise_rad < SCATTERED_RAD:
+        return ()
+    return (
+        f"{track.source}: the angle scatters by {np.degrees(noise_rad):.1f}° about an even "
+        f"rotation, where a plate filmed from a stand gives some hundredths: time stamps that are "
+        f"late by {1e3 * noise_rad / abs(rate):.0f} ms, a camera that moves, or something that is "
+        f"no plate. The uncertainty counts it; see in the annotated picture what was followed.",
     )
 
 

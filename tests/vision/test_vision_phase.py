@@ -187,6 +187,18 @@ def test_silently_lost_pictures_are_counted_exactly_and_repaired():
     assert any("lost" in text for text in rate.warnings)
 
 
+def test_stamps_that_come_late_by_milliseconds_are_named_with_what_else_scatters():
+    time, angle = steady(78.26)
+    late = time + 3e-3 * np.random.default_rng(5).standard_normal(len(time))
+    rate = measure_rate(phase_track(late, angle, noise_rad=NOISE), timebase=CLOCK)
+    assert abs(rate.rate_rad_s / (78.26 * RPM) - 1) < 3 * rate.sd_rad_s / rate.rate_rad_s
+    (said,) = [text for text in rate.warnings if "scatters" in text]
+    assert "by 1.4°" in said
+    assert "late by 3 ms" in said
+    in_time = measure_rate(phase_track(time, angle, noise_rad=NOISE), timebase=CLOCK)
+    assert not any("scatters" in text for text in in_time.warnings)
+
+
 def test_a_kind_of_picture_that_is_mismeasured_throughout_has_no_lag_of_its_own():
     time, angle = steady(33.3)
     coding = np.full(len(time), ord("I"), np.uint8)
