@@ -44,6 +44,7 @@ Modules
 ``counting``, ``lags``, ``opinions``
                   three more ways to the rate, and whether they agree
 ``camera_roll``   what a camera that rolls does to the rate
+``cautions``      what is said beside a rate that stands all the same
 ``speed``         wow, flutter and drift
 ``diagnosis``     which term the stated model misses
 ``rate``          ``measure_rate``: ``PhaseTrack`` to ``RateMeasurement``

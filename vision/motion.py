@@ -19,11 +19,16 @@ SMALLEST_LEFT = 0.01  # share left in a picture without noise to speak of
 AT_REST = 0.75  # of the usual step: slower before or after pictures that repeat is a plate at rest
 NEAR_WHOLE = 0.25  # of rate x frame time: how close to a multiple a jump must be
 CLEAR = 6.0  # times the noise of one step, for a jump to be told from it
-STAYS = 8  # pictures on either side that must be further apart by the jump
+STAYS = 8  # pictures on either side of a jump, from which it is told
+TIDIED = 0.6  # of the angles' spread about a jump, that is left where it is put back
+SPREAD = (1, 2, 3)  # steps that a jump may be spread over
+STRAY = 10.0  # times the median distance from the neighbours' median
+STRAY_RAD = 0.1  # and this at least, as a plate that stops may leave it
 REST = 2.5  # times a neighbouring half turn; one that takes longer is no half turn but a rest
 BURST = 8.0  # times the usual step, that two steps take; else they take two
 REGULAR = 0.1  # of the usual step: what belongs to it
-LOCAL_STEPS = 31  # pictures over which the usual step is taken
+LOCAL_STEPS = 31  # pictures over which the usual step is taken,
+LOCAL_S = 1.0  # and time, at least
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,48 +169,78 @@ def plate_angle(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> Pla
 
 
 def _lost(step: FloatArray, step_s: FloatArray, frame_s: float) -> NDArray[np.int64]:
-    """Whole frame times missing in each step, shape (u - 1,)."""
-    rate = _running_median(step / step_s)
-    jump = step - rate * step_s
-    noise = 1.4826 * float(np.median(np.abs(jump)))
+    """Whole frame times missing in each step, shape (u - 1,).
+
+    An encoder that blends pictures spreads a jump over two or three steps.
+    """
+    # Of a fast camera, more steps: each has all the noise and less of the motion.
+    rate = _running_median(step / step_s, max(LOCAL_STEPS, 2 * round(LOCAL_S / frame_s / 2) + 1))
     whole = rate * frame_s
-    with np.errstate(divide="ignore", invalid="ignore"):
-        count = np.nan_to_num(np.round(jump / whole), posinf=0, neginf=0)
-        clear = (
-            (np.abs(jump - count * whole) < NEAR_WHOLE * np.abs(whole))
-            & (np.abs(whole) > CLEAR * noise)
-            & (count != 0)
-        )
-    # One too few is a picture shown again. It has its time: recorders put it in where the camera is
-    # slower than the film, and taken out it would leave the plate as much too fast.
-    lost = np.where(clear, count, 0).astype(np.int64).clip(0)
-    lost[~_stays(jump, lost, whole)] = 0
+    left = step - rate * step_s  # beyond the usual rate, and not yet taken for lost pictures
+    clear = np.abs(whole) > CLEAR * 1.4826 * float(np.median(np.abs(left)))
+    lost = np.zeros(len(step), np.int64)
+    for width in SPREAD:
+        if width > 1:
+            clear &= np.abs(whole) > CLEAR * _shift_noise(left)
+        for at, count in _jumps(left, np.where(clear, whole, np.inf), width):
+            lost[at] += count
+            left[at] -= count * whole[at]
     return lost
 
 
-def _stays(jump: FloatArray, lost: NDArray[np.int64], whole: FloatArray) -> BoolArray:
-    """Where the angle is further on after a jump than before it by as much as it jumped.
+def _jumps(left: FloatArray, whole: FloatArray, width: int) -> list[tuple[int, int]]:
+    """Steps in which whole frame times are missing, and how many, by sums over ``width`` steps.
 
-    An angle that jumps there and back, or creeps back, was mismeasured; no picture is missing.
+    One too few is a picture shown again. It has its time: recorders put it in where the camera is
+    slower than the film, and taken out it would leave the plate as much too fast.
     """
-    beyond = np.concatenate([[0.0], np.cumsum(jump)])  # angle beyond the usual rate
-    stays = np.zeros(len(jump), bool)
-    jumps = np.flatnonzero(lost)
-    ends = np.concatenate([[-1], jumps, [len(jump)]])
-    for before, at, after in zip(ends[:-2], jumps, ends[2:], strict=True):
-        level = np.median(beyond[max(before + 1, at + 1 - STAYS) : at + 1])
-        new = np.median(beyond[at + 1 : min(after + 1, at + 1 + STAYS)])
-        stays[at] = np.abs(new - level - lost[at] * whole[at]) < 0.5 * np.abs(whole[at])
-    return stays
+    if len(left) < width:
+        return []
+    total = np.convolve(left, np.ones(width), "valid")
+    ratio = total / whole[: len(total)]
+    count = np.round(ratio).clip(0).astype(int)
+    off = np.abs(ratio - count)
+    near = np.flatnonzero((off < NEAR_WHOLE) & (count > 0))
+    apart: list[int] = []
+    for i in near[np.argsort(off[near])]:
+        if all(abs(i - other) >= width for other in apart):
+            apart.append(int(i))
+    if not apart:
+        return []
+    apart.sort()
+    beyond = np.concatenate([[0.0], np.cumsum(left)])
+    found = []
+    for before, i, after in zip(
+        [-width, *apart[:-1]], apart, [*apart[1:], len(left)], strict=True
+    ):
+        old = beyond[max(before + width, i + 1 - STAYS) : i + 1]
+        new = beyond[i + width : min(after, i + width + STAYS - 1) + 1]
+        # An angle that jumps there and back, or creeps back, was mismeasured.
+        put_back = np.concatenate([old, new - count[i] * whole[i]])
+        if _spread(put_back) < TIDIED * _spread(np.concatenate([old, new])):
+            found.append((i + int(np.abs(left[i : i + width]).argmax()), int(count[i])))
+    return found
 
 
-def _running_median(values: FloatArray) -> FloatArray:
-    if len(values) <= LOCAL_STEPS:
+def _spread(values: FloatArray) -> float:
+    return float(np.abs(values - np.median(values)).sum())
+
+
+def _shift_noise(left: FloatArray) -> float:
+    """By how much the level of some pictures differs from the next ones', jumps left aside."""
+    beyond = np.concatenate([[0.0], np.cumsum(left)])
+    if len(beyond) < 2 * STAYS:
+        return np.inf
+    level = np.median(np.lib.stride_tricks.sliding_window_view(beyond, STAYS), axis=1)
+    return float(np.quantile(np.abs(level[STAYS:] - level[:-STAYS]), 0.25)) / 0.3186
+
+
+def _running_median(values: FloatArray, over: int = LOCAL_STEPS) -> FloatArray:
+    if len(values) <= over:
         return np.full_like(values, np.median(values))
-    half = LOCAL_STEPS // 2
+    half = over // 2
     padded = np.concatenate([values[:half][::-1], values, values[-half:][::-1]])
-    windows = np.lib.stride_tricks.sliding_window_view(padded, LOCAL_STEPS)
-    return np.asarray(np.median(windows, axis=1))
+    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(padded, over), axis=1))
 
 
 def phase_noise(angle_rad: FloatArray) -> float:
@@ -220,7 +255,7 @@ def rate_history(angle: PlateAngle) -> RateHistory:
     Over a whole turn every error that repeats with the plate's angle drops out. Where the plate
     stands or turns back there are no half turns; the time of the last one takes their place.
     """
-    time, turned = angle.repaired_time_s, angle.angle_rad - angle.angle_rad[0]
+    time, turned = _without_outliers(angle.repaired_time_s, angle.angle_rad)
     sign = np.sign(turned[-1]) or 1.0
     rising = np.maximum.accumulate(sign * turned)
     # Where the plate stands, angle has no inverse: keep the first time of each angle.
@@ -237,6 +272,17 @@ def rate_history(angle: PlateAngle) -> RateHistory:
     angle_at = np.interp(at, time, turned)
     rate = (angle_at[2:] - angle_at[:-2]) / (at[2:] - at[:-2])
     return RateHistory(0.5 * (at[2:] + at[:-2]), rate, angle, noise)
+
+
+def _without_outliers(
+    time_s: FloatArray, angle_rad: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Time and angle since the first picture, of those that go with their neighbours."""
+    rate = (angle_rad[-1] - angle_rad[0]) / (time_s[-1] - time_s[0])
+    off = angle_rad - rate * time_s
+    off = np.abs(off - _running_median(off))
+    kept = off <= max(STRAY * float(np.median(off)), STRAY_RAD)
+    return time_s[kept], angle_rad[kept] - angle_rad[kept][0]
 
 
 def _with_rests(at_s: FloatArray, end_s: float) -> FloatArray:

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.aliases import choose_alias
-from vision.camera_roll import CameraRoll, camera_roll
+from vision.camera_roll import camera_roll
+from vision.cautions import lost_pictures, rolling_camera, scattered_angle
 from vision.counting import FrameCount, count_frames
 from vision.diagnosis import PhaseDiagnosis, diagnose
 from vision.errors import RateRefused
@@ -41,7 +42,6 @@ from vision.timebase import Timebase
 
 FEWEST_USABLE = 12
 FEWEST_TURNS = 1.0
-SCATTERED_RAD = np.radians(0.7)  # about an even rotation; ten times what a poor film gives
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,9 +187,9 @@ def measure_rate(
         *track.notes,
         *alias.warnings,
         *uneven_warning(track.source, history),
-        *_lost_warning(track, angle),
-        *_roll_warning(track, roll, rate),
-        *_scatter_warning(track, fit.noise, rate),
+        *lost_pictures(track.source, angle, fit.noise),
+        *scattered_angle(track.source, fit.noise, rate),
+        *rolling_camera(track.source, roll, rate),
         *second_opinions(track, angle, rate, image_sd, count, lags),
     )
     return RateMeasurement(
@@ -257,35 +257,3 @@ def _fit_stated(
         values.append(TermValue(term, fit.beta[part], fit.sd[part], UNITS[term]))
         at += width
     return tuple(values), angle.angle_rad - x @ fit.beta
-
-
-def _lost_warning(track: PhaseTrack, angle: PlateAngle) -> tuple[str, ...]:
-    lost = int(angle.lost.sum())
-    if not lost:
-        return ()
-    return (
-        f"{track.source}: {lost} picture(s) were lost without a trace in the time stamps "
-        f"({lost / len(track.time_s):.1%}): the angle jumps by whole frame times. Their time was "
-        f"put back, so the rate stands.",
-    )
-
-
-def _scatter_warning(track: PhaseTrack, noise_rad: float, rate: float) -> tuple[str, ...]:
-    if noise_rad < SCATTERED_RAD:
-        return ()
-    return (
-        f"{track.source}: the angle scatters by {np.degrees(noise_rad):.1f}° about an even "
-        f"rotation, where a plate filmed from a stand gives some hundredths: time stamps that are "
-        f"late by {1e3 * noise_rad / abs(rate):.0f} ms, a camera that moves, or something that is "
-        f"no plate. The uncertainty counts it; see in the annotated picture what was followed.",
-    )
-
-
-def _roll_warning(track: PhaseTrack, roll: CameraRoll | None, rate: float) -> tuple[str, ...]:
-    if roll is None:
-        return ()
-    return (
-        f"{track.source}: the camera rolled by {np.degrees(roll.range_rad):.1f}° while it filmed, "
-        f"as what lies around the plate shows. Of the rate {abs(roll.rate_rad_s / rate) * 1e6:.0f} "
-        f"ppm may be the camera's own; the sd has them. Fix the camera to a stand and film again.",
-    )
