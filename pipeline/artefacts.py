@@ -20,7 +20,7 @@ from vision.geometry import PlateOverride
 from vision.phase_track import PhaseTrack
 
 #: Raise it whenever :func:`vision.track.track_phase` gives other numbers than before.
-TRACK_FORMAT = 7
+TRACK_FORMAT = 8
 
 Follow = Callable[[], PhaseTrack]
 

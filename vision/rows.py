@@ -14,6 +14,7 @@ from vision.stillness import repeated
 from vision.surroundings import Surroundings
 from vision.video import Film, Frame, Luma
 
+ROLL_EVERY_S = 0.9  # a camera moves slowly
 THUMBNAIL = 20  # samples across the plate's surroundings, each way
 
 
@@ -30,6 +31,7 @@ class Rows:
         h, w = shown.luma.shape
         self._columns, self._rows = _samples(x, w), _samples(y, h)
         self._surroundings = Surroundings(grid.view, found.still)
+        self._rolled_s = -np.inf
         self._shown, self._shown_index = shown.bgr, shown_index
         self._picture = np.empty((h, w), np.uint8)
         self._thumbnails: list[Luma] = []
@@ -51,7 +53,9 @@ class Rows:
         self._coding += [frame.coding for frame in frames]
         found = self._follower.angles(time_s, strips)
         roll = np.full(len(frames), np.nan)
-        roll[0] = self._surroundings.roll(frames[0].luma)  # a camera moves slowly
+        if time_s[0] >= self._rolled_s + ROLL_EVERY_S:
+            roll[0] = self._surroundings.roll(frames[0].luma)
+            self._rolled_s = time_s[0]
         self._measured.append(
             np.array([time_s, found.angle_rad, found.seed_rad, found.match, found.change, roll])
         )

@@ -7,24 +7,30 @@ roll α about the spindle and a small shift (u, v),
     P - S = -α t·∇S - u ∂S/∂x - v ∂S/∂y + g S + h,        t = (-(y - y₀), x - x₀),
 
 with the light allowed to change by g and h. Large motions are followed step by step: a picture is
-first moved back by what the one before it gave.
+first moved back by what the one before it gave. A camera moves all the surroundings alike; a hand
+moves in one place. So α counts where it is the same with any of the sectors left out.
 """
+
+from itertools import pairwise
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.geometry import View
+from vision.geometry import FloatArray, View
 from vision.video import Luma
 
 LARGEST_SIDE = 160  # pixels; the surroundings are large
 BEYOND = 1.06  # plate radii, from which on nothing turns with the plate
 BORDER = 4  # pixels; what moves in there from outside is unknown
-STRAY = 12.0  # steps of luma; more is something in the way and counts as this much
+STRAY = 12.0  # steps of luma; more is something in the way
+MOSTLY_CLEAR = 0.7  # of the pixels around the plate; with fewer, the camera itself was pushed
 ITERATIONS = 2
 BACK = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
 STEP_OF_LUMA = 2.0  # noise of a picture
 SEEN_RAD = np.radians(0.1)  # sd of the roll, above which the surroundings show too little
+RIDGE = 1e-12
+SECTORS = 8  # of the surroundings, about the spindle
 
 
 class Surroundings:
@@ -36,7 +42,7 @@ class Surroundings:
         h, w = self._still.shape
         middle = (self._factor - 1) / 2
         y, x = np.mgrid[0:h, 0:w].astype(float)
-        radius, _ = view.at_rest.plate(x * self._factor + middle, y * self._factor + middle)
+        radius, azimuth = view.at_rest.plate(x * self._factor + middle, y * self._factor + middle)
         self._around = radius > BEYOND
         self._around[:BORDER] = self._around[-BORDER:] = False
         self._around[:, :BORDER] = self._around[:, -BORDER:] = False
@@ -45,10 +51,15 @@ class Surroundings:
         by_y = cv2.Sobel(self._still, cv2.CV_32F, 0, 1, scale=1 / 8)
         roll = by_y * (x - self._spindle[0]) - by_x * (y - self._spindle[1])
         parts = (-roll, -by_x, -by_y, self._still, np.ones_like(self._still))
-        self._basis = np.stack([part[self._around] for part in parts]).astype(np.float32)
-        self._normal = (self._basis @ self._basis.T).astype(float)
-        told = np.linalg.matrix_rank(self._normal) == len(parts)
-        self._told = told and STEP_OF_LUMA * np.sqrt(np.linalg.inv(self._normal)[0, 0]) < SEEN_RAD
+        sector = np.floor(azimuth[self._around] * SECTORS / (2 * np.pi)).astype(int) % SECTORS
+        self._order = np.argsort(sector, kind="stable")
+        ends = np.searchsorted(sector[self._order], np.arange(SECTORS + 1))
+        self._sectors = [slice(start, stop) for start, stop in pairwise(ends)]
+        basis = np.stack([part[self._around] for part in parts])
+        self._basis = np.ascontiguousarray(basis[:, self._order], np.float32)
+        normal = (self._basis @ self._basis.T).astype(float)
+        told = np.linalg.matrix_rank(normal) == len(parts)
+        self._told = told and STEP_OF_LUMA * np.sqrt(np.linalg.inv(normal)[0, 0]) < SEEN_RAD
         self._moved = np.zeros(3)  # α, u, v of the latest picture
 
     def roll(self, picture: Luma) -> float:
@@ -66,12 +77,31 @@ class Surroundings:
             x0, y0 = self._spindle
             back = np.array([[c, -s, x0 - c * x0 + s * y0 + u], [s, c, y0 - s * x0 - c * y0 + v]])
             moved = cv2.warpAffine(reduced, back, (w, h), flags=BACK)
-            beyond = np.clip((moved - self._still)[self._around], -STRAY, STRAY)
-            self._moved = self._moved + np.linalg.solve(self._normal, self._basis @ beyond)[:3]
-        return -float(self._moved[0])
+            beyond = (moved - self._still)[self._around][self._order]
+            clear = np.abs(beyond) < STRAY
+            if clear.mean() < MOSTLY_CLEAR:  # a push: even the surroundings are elsewhere
+                clear[:] = True
+            seen = self._basis * clear
+            pull = seen * np.clip(beyond, -STRAY, STRAY)
+            by_sector = np.array([pull[:, part].sum(axis=1) for part in self._sectors], float)
+            normal = np.array(
+                [seen[:, part] @ self._basis[:, part].T for part in self._sectors], float
+            )
+            change = _solved(normal.sum(axis=0), by_sector.sum(axis=0))
+            self._moved = self._moved + change[:3]
+        without = _solved(normal.sum(axis=0) - normal, by_sector.sum(axis=0) - by_sector)
+        sd = float(np.sqrt(SECTORS - 1) * np.std(without[:, 0]))  # of the jackknife
+        return -float(self._moved[0]) if sd < SEEN_RAD else float("nan")
 
     def _reduced(self, picture: Luma) -> NDArray[np.float32]:
         h, w = (n // self._factor for n in picture.shape)
         whole = picture[: h * self._factor, : w * self._factor]
         small = cv2.resize(whole, (w, h), interpolation=cv2.INTER_AREA)
         return np.asarray(cv2.GaussianBlur(small.astype(np.float32), (3, 3), 0))
+
+
+def _solved(normal: FloatArray, pull: FloatArray) -> FloatArray:
+    """Solutions of one or several systems, kept near zero in what is not told."""
+    size = normal.shape[-1]
+    ridge = RIDGE * np.trace(normal, axis1=-2, axis2=-1)[..., None, None] * np.eye(size)
+    return np.asarray(np.linalg.solve(normal + ridge, pull[..., None])[..., 0])

@@ -36,3 +36,12 @@ def test_a_camera_that_rolls_is_noticed_and_doubted(render, tmp_path, degrees_pe
     assert abs(rate.rate_rad_s - motion.rate_rad_s) < 2 * rate.image_sd_rad_s
     assert any("the camera rolled by" in warning for warning in rate.warnings)
     assert camera_roll(track_phase(still), CLOCK.times(track)) is None
+
+
+@pytest.mark.parametrize("fps", [50, 120])
+def test_a_hand_beside_the_plate_is_no_camera_that_rolls(render, fps):
+    """It is in most of the pictures that are learned from, and moves in one place only."""
+    motion = PlateMotion(-45.0 * 2 * np.pi / 60)
+    path, _ = render(motion, Scene(hand_until_s=2.0), seconds=10, fps=fps)
+    track = track_phase(path)
+    assert camera_roll(track, CLOCK.times(track)) is None
