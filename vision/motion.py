@@ -281,6 +281,7 @@ def _without_outliers(
     rate = (angle_rad[-1] - angle_rad[0]) / (time_s[-1] - time_s[0])
     off = angle_rad - rate * time_s
     off = np.abs(off - _running_median(off))
+    off[: LOCAL_STEPS // 2] = off[-(LOCAL_STEPS // 2) :] = 0  # a slope leads away from its ends
     kept = off <= max(STRAY * float(np.median(off)), STRAY_RAD)
     return time_s[kept], angle_rad[kept] - angle_rad[kept][0]
 
