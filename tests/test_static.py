@@ -1,5 +1,6 @@
-"""The whole tree is clean by ruff and by mypy in strict mode."""
+"""The whole tree is clean by ruff and by mypy in strict mode, and every bench can be begun."""
 
+import importlib
 import subprocess
 import sys
 from pathlib import Path
@@ -19,3 +20,8 @@ def test_the_tree_is_clean(checker: list[str]) -> None:
         [sys.executable, "-m", *checker], cwd=ROOT, capture_output=True, text=True, check=False
     )
     assert said.returncode == 0, said.stdout + said.stderr
+
+
+@pytest.mark.parametrize("bench", sorted(path.stem for path in (ROOT / "tests/bench").glob("*.py")))
+def test_every_bench_goes_with_what_it_measures(bench: str) -> None:
+    importlib.import_module(f"tests.bench.{bench}")

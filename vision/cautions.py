@@ -3,14 +3,15 @@
 import numpy as np
 
 from vision.camera_roll import CameraRoll
-from vision.motion import PlateAngle
+from vision.motion import RateHistory
+from vision.steadiness import HIDING, angle_step
 
 SCATTERED_RAD = np.radians(0.7)  # about an even rotation; ten times what a poor film gives
-HIDING = 0.5  # of the angle from picture to picture: a scatter that hides a lost picture
 
 
-def lost_pictures(source: str, angle: PlateAngle, noise_rad: float) -> tuple[str, ...]:
+def lost_pictures(source: str, history: RateHistory, noise_rad: float) -> tuple[str, ...]:
     """Pictures found lost silently, or that none could be found."""
+    angle = history.angle
     lost = int(angle.lost.sum())
     if lost:
         return (
@@ -18,7 +19,7 @@ def lost_pictures(source: str, angle: PlateAngle, noise_rad: float) -> tuple[str
             f"({lost / len(angle.time_s):.1%}): the angle jumps by whole frame times. Their time "
             f"was put back, so the rate stands.",
         )
-    step = float(np.median(np.abs(np.diff(angle.angle_rad))))
+    step = angle_step(history)
     if noise_rad < HIDING * step:
         return ()
     return (

@@ -29,7 +29,7 @@ from vision.opinions import second_opinions
 from vision.phase_track import BoolArray, PhaseTrack
 from vision.regression import least_squares
 from vision.speed import SpeedFigures, speed_figures
-from vision.steadiness import refuse_unsteady, uneven_warning
+from vision.steadiness import refuse_unsteady, refuse_wandering, uneven_warning
 from vision.terms import (
     CONSTANT_RATE,
     TERMS,
@@ -171,6 +171,7 @@ def measure_rate(
         )
     drift = "rate_drift" in stated
     fit, given, always = fit_rate(track, angle, alias.rate_rad_s, with_drift=drift)
+    refuse_wandering(track.source, history, fit.noise)
     angle = without_lag(angle, fit, given, always)
     rate = float(fit.beta[1])
     lost = int(angle.lost.sum())
@@ -187,7 +188,7 @@ def measure_rate(
         *track.notes,
         *alias.warnings,
         *uneven_warning(track.source, history),
-        *lost_pictures(track.source, angle, fit.noise),
+        *lost_pictures(track.source, history, fit.noise),
         *scattered_angle(track.source, fit.noise, rate),
         *rolling_camera(track.source, roll, rate),
         *second_opinions(track, angle, rate, image_sd, count, lags),

@@ -14,6 +14,8 @@ STEADY_WITHIN = 0.002  # relative; what counts as steady when looking for a usab
 STEADY_TURNS = 3
 PEAK_TO_PEAK = 8.0  # standard deviations, of a hundred that overlap
 NOISE_SHARE = 0.5  # of what is refused, that noise may reach
+HIDING = 0.5  # of the angle from picture to picture: a scatter that hides a lost picture
+WANDERING = 5.0  # times the noise of single pictures
 FEWEST_STRETCHES = 3  # that a clip is averaged in
 
 
@@ -44,6 +46,30 @@ def refuse_unsteady(source: str, history: RateHistory) -> None:
         f"taken. {_advice(history, rate)}",
         history,
     )
+
+
+def refuse_wandering(source: str, history: RateHistory, scatter_rad: float) -> None:
+    """Raise ``RateRefused`` where lost pictures look like the plate's own unevenness.
+
+    Pictures that a recorder loses silently make the angle jump. With a fast camera the jumps are
+    small; blurred by an encoder they are a slow wander, and the rate is too high by their share.
+    """
+    step = angle_step(history)
+    if scatter_rad < max(HIDING * step, WANDERING * history.phase_noise_rad):
+        return
+    raise RateRefused(
+        f"{source}: the angle wanders by {np.degrees(scatter_rad):.2f}° about an even rotation, "
+        f"though each picture is good to {np.degrees(history.phase_noise_rad):.2f}°, and the plate "
+        f"turns by {np.degrees(step):.2f}° from picture to picture: pictures lost by the recorder "
+        f"cannot be told from that. Film with fewer pictures per second, or put a bold mark near "
+        f"the rim.",
+        history,
+    )
+
+
+def angle_step(history: RateHistory) -> float:
+    """Usual angle from picture to picture, rad."""
+    return float(np.median(np.abs(np.diff(history.angle.angle_rad))))
 
 
 def _forward(history: RateHistory) -> tuple[FloatArray, float]:

@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from tests.vision.phase_tracks import RPM, phase_track, steady
 from vision.errors import RateRefused
@@ -197,6 +198,22 @@ def test_stamps_that_come_late_by_milliseconds_are_named_with_what_else_scatters
     assert "late by 3 ms" in said
     in_time = measure_rate(phase_track(time, angle, noise_rad=NOISE), timebase=CLOCK)
     assert not any("scatters" in text for text in in_time.warnings)
+
+
+def test_a_wander_that_lost_pictures_could_have_made_is_refused():
+    """As where an encoder blurs the small jumps of a fast camera."""
+    time, angle = steady(16.67, seconds=20, fps=240)
+    wander = lfilter([1], [1, -0.99], np.random.default_rng(3).standard_normal(len(time)))
+    wander *= np.radians(0.3) / wander.std()
+    with pytest.raises(RateRefused, match=r"wanders by 0\.\d\d° .* cannot be told from that"):
+        measure_rate(phase_track(time, angle + wander, noise_rad=NOISE), timebase=CLOCK)
+
+
+def test_a_scatter_that_would_hide_lost_pictures_is_said():
+    time, angle = steady(16.67, seconds=20, fps=240)
+    rate = measure_rate(phase_track(time, angle, noise_rad=5e-3), timebase=CLOCK)
+    assert any("would not be noticed" in text for text in rate.warnings)
+    assert abs(rate.rate_rad_s / (16.67 * RPM) - 1) < 3 * rate.sd_rad_s / rate.rate_rad_s
 
 
 def test_a_kind_of_picture_that_is_mismeasured_throughout_has_no_lag_of_its_own():
