@@ -36,9 +36,10 @@ def scattered_angle(source: str, noise_rad: float, rate_rad_s: float) -> tuple[s
         return ()
     return (
         f"{source}: the angle scatters by {np.degrees(noise_rad):.1f}° about an even rotation, "
-        f"where a plate filmed from a stand gives some hundredths: time stamps that are late by "
-        f"{1e3 * noise_rad / abs(rate_rad_s):.0f} ms, a camera that moves, or something that is no "
-        f"plate. The uncertainty counts it; see in the annotated picture what was followed.",
+        f"where a plate filmed from a stand gives some hundredths: noisy pictures, time stamps "
+        f"that are late by {1e3 * noise_rad / abs(rate_rad_s):.0f} ms, a camera that moves, or "
+        f"something that is no plate. The uncertainty counts it; see in the annotated picture what "
+        f"was followed.",
     )
 
 
