@@ -205,20 +205,18 @@ def _jumps(left: FloatArray, whole: FloatArray, width: int) -> list[tuple[int, i
     for i in near[np.argsort(off[near])]:
         if all(abs(i - other) >= width for other in apart):
             apart.append(int(i))
-    if not apart:
-        return []
-    apart.sort()
-    beyond = np.concatenate([[0.0], np.cumsum(left)])
+    steps = [(i + int(np.abs(left[i : i + width]).argmax()), int(count[i])) for i in apart]
+    put_back = left.copy()
+    for at, lost in steps:
+        put_back[at] -= lost * whole[at]
+    beyond = np.concatenate([[0.0], np.cumsum(put_back)])
     found = []
-    for before, i, after in zip(
-        [-width, *apart[:-1]], apart, [*apart[1:], len(left)], strict=True
-    ):
-        old = beyond[max(before + width, i + 1 - STAYS) : i + 1]
-        new = beyond[i + width : min(after, i + width + STAYS - 1) + 1]
+    for i, (at, lost) in zip(apart, steps, strict=True):
+        old, new = beyond[max(0, i + 1 - STAYS) : i + 1], beyond[i + width : i + width + STAYS]
         # An angle that jumps there and back, or creeps back, was mismeasured.
-        put_back = np.concatenate([old, new - count[i] * whole[i]])
-        if _spread(put_back) < TIDIED * _spread(np.concatenate([old, new])):
-            found.append((i + int(np.abs(left[i : i + width]).argmax()), int(count[i])))
+        without = np.concatenate([old, new + lost * whole[at]])
+        if _spread(np.concatenate([old, new])) < TIDIED * _spread(without):
+            found.append((at, lost))
     return found
 
 
