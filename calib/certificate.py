@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.errors import CalibrationError
-from calib.imu_log import FloatArray
-from calib.parameters import TriadParameters
-from calib.sensor import TriadSpec
+from calib.fit.parameters import TriadParameters
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import FloatArray
 
 MOST_DECIMALS = 9
 LARGEST_MISALIGNMENT = 0.5

@@ -11,14 +11,11 @@ from typing import Literal
 
 import numpy as np
 
-from calib.averaging import PoseMean, average_pose
-from calib.coverage import NEAR_COSINE, natural_directions
 from calib.earth import EARTH_RATE_RAD_S, earth_rate_horizontal
 from calib.errors import CalibrationError
-from calib.fit import Fit
-from calib.imu_log import FloatArray, ImuLog, Triad
-from calib.model import Model
-from calib.plan import (
+from calib.fit.model import Model
+from calib.fit.result import Fit
+from calib.planning import (
     BestPose,
     PlannedRun,
     Prospect,
@@ -28,9 +25,13 @@ from calib.plan import (
     one_second_sd,
     prospect_of,
 )
-from calib.poses import PoseSet, Run, pose_set
-from calib.reference import CommonError
-from calib.runs import (
+from calib.poses.attitudes import NEAR_COSINE, natural_directions
+from calib.poses.averaging import PoseMean, average_pose
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import FloatArray, ImuLog, Triad
+from calib.poses.pose_set import PoseSet, Run, pose_set
+from calib.poses.reference import CommonError
+from calib.poses.runs import (
     GRAVITY,
     TIME_BASE,
     PlateRate,
@@ -38,13 +39,12 @@ from calib.runs import (
     stopped_run,
     turning_run,
 )
-from calib.sensor import TriadSpec
-from calib.still import find_still
-from pipeline.config import Config, triad_spec
-from pipeline.config_sections import KnownRate, Poses, VideoRate
-from pipeline.config_values import STOPPED
-from pipeline.recordings import read_joined, read_labelled
-from pipeline.site import gravity_of, latitude_of
+from calib.poses.static_intervals import find_still
+from pipeline.config.load import Config, triad_spec
+from pipeline.config.schema import KnownRate, Poses, VideoRate
+from pipeline.config.types import STOPPED
+from pipeline.stages.poses import read_joined, read_labelled
+from pipeline.stages.site import gravity_of, latitude_of
 
 RAD_S_PER_RPM = 2 * math.pi / 60
 PAUSE_S = 20.0  #: between two planned poses

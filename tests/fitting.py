@@ -5,16 +5,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.averaging import PoseMean, average_pose
-from calib.calibration import TriadCalibration, calibrate_triad
-from calib.catalogue import BASE
-from calib.imu_log import ImuLog
-from calib.model import Model
-from calib.paper import fit_paper
-from calib.poses import PoseSet, pose_set
-from calib.runs import PlateRate, gravity_run, stopped_run, turning_run
-from calib.sensor import TriadSpec
-from calib.solver import Fit, fit
+from calib.effects.catalogue import BASE
+from calib.fit.angrisano import fit_paper
+from calib.fit.calibration import TriadCalibration, calibrate_triad
+from calib.fit.model import Model
+from calib.fit.solver import Fit, fit
+from calib.poses.averaging import PoseMean, average_pose
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import ImuLog
+from calib.poses.pose_set import PoseSet, pose_set
+from calib.poses.runs import PlateRate, gravity_run, stopped_run, turning_run
 from tests.world.imu import Triad
 from tests.world.session import RunLog, Session, StatedRate
 

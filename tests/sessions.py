@@ -9,9 +9,6 @@ from tests.world.designs import paper_design
 from tests.world.session import Session, simulate
 from tests.world.write import write_session
 
-ROOT = Path(__file__).parents[1]
-SHARED = ROOT.parent / "shared"  #: third-party data, absent where the project stands alone
-
 
 def quick_session(folder: Path, seed: int = 1) -> tuple[Path, Session]:
     """The paper's evening with shorter poses, rates stated; its configuration and its truth."""

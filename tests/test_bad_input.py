@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.sessions import ROOT, pipeline, quick_session
+from tests.paths import ROOT
+from tests.sessions import pipeline, quick_session
 
 CLIP = ROOT / "data/example/video/17rpm.mp4"
 POSE = "accelerometer/pose_07.csv"

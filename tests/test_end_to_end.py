@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.sessions import ROOT, SHARED, pipeline, results_in
+from tests.paths import ROOT, SHARED
+from tests.sessions import pipeline, results_in
 from tests.world.make_data import example_session
 from tests.world.session import Session
 

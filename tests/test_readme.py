@@ -14,11 +14,12 @@ import pytest
 import yaml
 from pydantic import BaseModel
 
-from calib.catalogue import EFFECTS
-from calib.effects import Conditions
+from calib.effects.catalogue import EFFECTS
+from calib.effects.effect import Conditions
 from pipeline.commands import COMMANDS
-from pipeline.config import Config, load_config
-from pipeline.config_sections import (
+from pipeline.config.load import Config, load_config
+from pipeline.config.presets import PRESETS
+from pipeline.config.schema import (
     Accelerometer,
     AccelerometerSheet,
     Certificate,
@@ -37,9 +38,9 @@ from pipeline.config_sections import (
     TriadCertificate,
     VideoRate,
 )
-from pipeline.export_formats import FORMATS
-from pipeline.presets import PRESETS
-from tests.sessions import ROOT, pipeline
+from pipeline.export.formats import FORMATS
+from tests.paths import ROOT
+from tests.sessions import pipeline
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 CONFIGURATION = (ROOT / "data/docs/configuration.md").read_text(encoding="utf-8")

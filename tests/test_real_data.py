@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.sessions import SHARED, pipeline, results_in
+from tests.paths import SHARED
+from tests.sessions import pipeline, results_in
 
 REAL = SHARED / "real"
 pytestmark = pytest.mark.skipif(not REAL.is_dir(), reason=f"no measured logs in {REAL}")

@@ -22,7 +22,6 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "init": ("[DIR]", "Write a commented config.yaml to start from."),
     "export": ("RESULTS", "Write the calibration for another program."),
     "apply": ("RESULTS LOG", "Correct a log: counts in, SI units out."),
-    "paper": ("[TABLE...]", "Repeat the published experiments beside their numbers."),
 }
 
 

@@ -22,7 +22,7 @@ def command(
     TARGET is accelerometer.NAME, gyroscope.NAME, or rate.SETTING.TERM. What these data cannot see
     or cannot tell apart is refused, with the measurement that would allow it.
     """
-    from pipeline.commands.turning import add_until_settled, make_turn
+    from pipeline.commands.model_change import add_until_settled, make_turn
 
     if auto == (target is not None):
         raise click.UsageError("name one effect to add, as in gyroscope.g_sensitivity, or --auto")

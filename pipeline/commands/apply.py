@@ -24,10 +24,10 @@ def command(
     session_clock: bool,
 ) -> None:
     """Correct LOG by RESULTS (results.json, or its folder): CSV in SI units."""
-    from pipeline.apply import applied_csv, apply_results
+    from pipeline.export.apply import applied_csv, apply_results
     from pipeline.files import write_whole
-    from pipeline.logs import read_log
-    from pipeline.stored import load_results
+    from pipeline.logs.read import read_log
+    from pipeline.results.read import load_results
 
     stored = load_results(results)
     names = None if columns is None else [name.strip() for name in columns.split(",")]

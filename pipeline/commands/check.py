@@ -12,8 +12,8 @@ def command(config: Path) -> None:
 
     Nothing is measured and nothing is written.
     """
-    from pipeline.config import load_config
-    from pipeline.summary import summary_lines
+    from pipeline.config.load import load_config
+    from pipeline.console.triad_text import summary_lines
 
     for line in summary_lines(load_config(config)):
         click.echo(line)

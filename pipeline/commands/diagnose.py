@@ -14,9 +14,9 @@ def command(config: Path, allow_python: bool) -> None:
 
     Every stage is run; results and history are left as they are.
     """
-    from pipeline.commands.watch import run_watched
-    from pipeline.config import load_config
-    from pipeline.screen import comparison_lines, next_step, ranking_lines, verdict_line
+    from pipeline.commands.run_with_progress import run_watched
+    from pipeline.config.load import load_config
+    from pipeline.console.run_text import comparison_lines, next_step, ranking_lines, verdict_line
 
     asked = load_config(config)
     outcome = run_watched(asked, asked.output_folder, allow_python)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from pipeline.export_formats import FORMATS
+from pipeline.export.formats import FORMATS
 
 #: The list under the command's help; \b keeps its lines.
 LISTED = "\b\nFormats:\n" + "\n".join(f"  {name:<8}  {says}" for name, says in FORMATS.items())
@@ -18,10 +18,10 @@ LISTED = "\b\nFormats:\n" + "\n".join(f"  {name:<8}  {says}" for name, says in F
               help="Folder for the files, instead of that of RESULTS.")
 def command(results: Path, form: str, output: Path | None) -> None:
     """Write the calibration in RESULTS (results.json, or its folder) for another program."""
-    from pipeline.export import EXPORTERS
+    from pipeline.export.write import EXPORTERS
     from pipeline.files import write_whole
     from pipeline.names import nearest_name
-    from pipeline.stored import load_results
+    from pipeline.results.read import load_results
 
     if form not in EXPORTERS:
         raise click.UsageError(

@@ -11,8 +11,8 @@ import click
               help="Folder of the results, where `pipeline run` was given one.")
 def command(config: Path, output: Path | None) -> None:
     """Show every run of CONFIG so far: model, errors, verdict. Equal runs are shown once."""
-    from pipeline.config import load_config
-    from pipeline.history import history_lines, read_history
+    from pipeline.config.load import load_config
+    from pipeline.results.history import history_lines, read_history
 
     folder = output or load_config(config).output_folder
     for line in history_lines(read_history(folder)) or (

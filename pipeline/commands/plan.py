@@ -15,11 +15,11 @@ def command(config: Path, effects: tuple[str, ...]) -> None:
     Before the first pose it goes by the data sheet and the sensor's typical noise, then by the
     poses that are there.
     """
-    from calib.catalogue import find_effect
-    from pipeline.config import load_config, triad_spec
+    from calib.effects.catalogue import find_effect
+    from pipeline.config.load import load_config, triad_spec
+    from pipeline.console.plan_text import plan_lines
     from pipeline.errors import ConfigError
     from pipeline.plan import plan_of
-    from pipeline.plan_lines import plan_lines
 
     loaded = load_config(config, files_may_be_missing=True)
     if loaded.accelerometer is None and loaded.gyroscope is None:

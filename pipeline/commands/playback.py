@@ -29,10 +29,10 @@ def command(
     own: `pipeline record my.yaml --port NAME`. The poses come one after another, over and over,
     with a hand's motion in between. Ctrl-C ends it.
     """
-    from pipeline.config import load_config
-    from pipeline.record.playback import PROTOCOLS, Faults, PlaybackDevice
-    from pipeline.record.played_config import both_specs, played_poses
-    from pipeline.record.pseudo_port import PseudoPort
+    from pipeline.config.load import load_config
+    from pipeline.playback.device import PROTOCOLS, Faults, PlaybackDevice
+    from pipeline.playback.pseudo_port import PseudoPort
+    from pipeline.playback.session import both_specs, played_poses
 
     loaded = load_config(config)
     poses, rate_hz = played_poses(loaded)

@@ -6,7 +6,7 @@ import click
 @click.command()
 def command() -> None:
     """List the serial ports, what is probably behind each, and what keeps you from opening it."""
-    from pipeline.record.line import find_ports, permission_advice
+    from pipeline.record.serial_port import find_ports, permission_advice
 
     ports = find_ports()
     if not ports:

@@ -54,7 +54,7 @@ def _filmed(camera: int | None, seconds: float, keep: Path | None) -> Iterator[P
         yield None
         return
     from pipeline.commands.progress import ClipProgress
-    from pipeline.live_clip import film_clip
+    from pipeline.stages.live_clip import film_clip
 
     with tempfile.TemporaryDirectory(prefix="pipeline-") as folder:
         clip = keep or Path(folder) / f"camera_{camera}.mkv"
@@ -69,12 +69,12 @@ def _measure(
     import json
 
     from pipeline.commands.progress import ClipProgress
-    from pipeline.rate_json import history_json, rate_json
-    from pipeline.rate_lines import clip_lines, history_lines, rate_line
-    from pipeline.rates import CLOCK_PPM, follow_clips, measure_setting
-    from pipeline.workplace import Workplace
+    from pipeline.console.rate_text import clip_lines, history_lines, rate_line
+    from pipeline.results.rate import history_json, rate_json
+    from pipeline.stages.context import Workplace
+    from pipeline.stages.rate import CLOCK_PPM, follow_clips, measure_setting
     from vision.errors import RateRefused
-    from vision.timebase import Timebase
+    from vision.rate.timebase import Timebase
 
     stems = [video.stem for video in videos]
     if len(set(stems)) < len(stems):

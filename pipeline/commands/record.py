@@ -16,7 +16,7 @@ def command(config: Path, port: str | None, baud: int | None, camera: int | None
     Poses are written as they are taken; interrupt at any time and type the same command to go on.
     Every byte of the line is kept beside them. Without a sensor: `pipeline playback --help`.
     """
-    from pipeline.config import load_config
+    from pipeline.config.load import load_config
     from pipeline.record.start import open_session
 
     loaded = load_config(config, files_may_be_missing=True)

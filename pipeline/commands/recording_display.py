@@ -88,7 +88,7 @@ def panel(view: "View") -> "Table":
     from rich.table import Table
     from rich.text import Text
 
-    from calib.coverage import direction_name
+    from calib.poses.attitudes import direction_name
 
     status, reading = view.status, view.status.reading
     table = Table.grid(padding=(0, 2))

@@ -16,11 +16,11 @@ def command(config: Path, output: Path | None, allow_python: bool) -> None:
 
     Clips are followed once: later runs find their phase tracks in the results' folder.
     """
-    from pipeline.certificates import certificate_lines, compare_with_certificate
-    from pipeline.commands.watch import run_watched
-    from pipeline.config import load_config
-    from pipeline.outputs import write_outputs
-    from pipeline.screen import next_step, parameter_lines, verdict_line
+    from pipeline.commands.run_with_progress import run_watched
+    from pipeline.config.load import load_config
+    from pipeline.console.run_text import next_step, parameter_lines, verdict_line
+    from pipeline.report.outputs import write_outputs
+    from pipeline.stages.certificate import certificate_lines, compare_with_certificate
 
     asked = load_config(config)
     folder = output or asked.output_folder

@@ -8,10 +8,10 @@ none. ``{skip}`` is anything up to the next comma, semicolon or blank. Times are
 import re
 from dataclasses import dataclass
 
-from pipeline.columns import ACCELEROMETER, COUNTER, GYROSCOPE, SKIP, missing_columns
 from pipeline.devices.sample import AS_LABELLED, NOT_SENT, DeviceClock, Sample
 from pipeline.devices.text_dialects import MICROS, MILLIS, ROWS, SECONDS
 from pipeline.devices.text_lines import LineReader
+from pipeline.logs.columns import ACCELEROMETER, COUNTER, GYROSCOPE, SKIP, missing_columns
 
 PLACE = re.compile(r"\{([^{}]*)\}")
 #: name -> the clock it is, and how many of its ticks the number 1 is.

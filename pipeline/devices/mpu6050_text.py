@@ -8,7 +8,6 @@ import math
 import re
 from collections.abc import Sequence
 
-from pipeline.columns import ACCELEROMETER, COUNTER, GYROSCOPE, SKIP, TIME
 from pipeline.devices.sample import COUNTS, NOT_SENT, DeviceClock, Sample, Triple
 from pipeline.devices.sketch_lines import (
     HEADER,
@@ -30,6 +29,7 @@ from pipeline.devices.text_dialects import (
     table_of,
 )
 from pipeline.devices.text_lines import LineReader
+from pipeline.logs.columns import ACCELEROMETER, COUNTER, GYROSCOPE, SKIP, TIME
 
 WORD = (-(2**15), 2**15 - 1)  #: what a 16-bit converter can give
 BARE_LINES = 4

@@ -8,8 +8,8 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from pipeline.columns import ACCELEROMETER, COUNTER, GYROSCOPE, SKIP, TIME, our_name
 from pipeline.devices.sample import AS_LABELLED, COUNTS, DeviceClock
+from pipeline.logs.columns import ACCELEROMETER, COUNTER, GYROSCOPE, SKIP, TIME, our_name
 
 N = r"([-+]?\d{1,9}(?:\.\d{0,9})?(?:[eE][-+]?\d{1,2})?)"
 _XYZ = rf"X:\s*{N},?\s+Y:\s*{N},?\s+Z:\s*{N}"

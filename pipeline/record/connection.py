@@ -5,17 +5,17 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Protocol
 
-from pipeline.config import Config
-from pipeline.config_sections import AccelerometerSheet, GyroscopeSheet, Record
+from pipeline.config.load import Config
+from pipeline.config.schema import AccelerometerSheet, GyroscopeSheet, Record
 from pipeline.devices.mpu6050_text import Mpu6050TextParser
 from pipeline.devices.sample import AS_LABELLED, COUNTS, Parser
 from pipeline.devices.table import DEVICES, StreamSettings
 from pipeline.devices.text_dialects import G_AND_DEG, SI
 from pipeline.errors import ConfigError, DeviceError
-from pipeline.record.begin_xsens import Begun, XsensError, begin_mtdata, begin_mtdata2
-from pipeline.record.line import Line, LineLost
+from pipeline.record.serial_port import Line, LineLost
 from pipeline.record.store import RawFile, Store
 from pipeline.record.stream import Row, Stream
+from pipeline.record.xsens_setup import Begun, XsensError, begin_mtdata, begin_mtdata2
 
 LISTEN_S = 4.0  #: for first readings at one speed; an Arduino takes two seconds to start
 FIRST_SAMPLES = 3  #: by which a stream is recognised

@@ -9,19 +9,19 @@ from typing import Protocol
 
 import numpy as np
 
-from calib.averaging import average_pose
-from calib.coverage import direction_name, natural_directions
 from calib.errors import CalibrationError
-from calib.imu_log import FloatArray, ImuLog
-from pipeline.config import Config, triad_spec
+from calib.poses.attitudes import direction_name, natural_directions
+from calib.poses.averaging import average_pose
+from calib.poses.imu_log import FloatArray, ImuLog
+from pipeline.config.load import Config, triad_spec
 from pipeline.errors import DeviceError
+from pipeline.record.block_files import Block, Numbered, blocks_of, require_clip_names
 from pipeline.record.connection import SILENT_S, Connection, OpenLine
-from pipeline.record.guide import Guide
-from pipeline.record.line import LineLost
-from pipeline.record.places import Block, Numbered, blocks_of, require_clip_names
+from pipeline.record.pose_detector import Guide
+from pipeline.record.recorded_poses import Specs, rate_of_pose, rest_of, taken_poses
+from pipeline.record.serial_port import LineLost
 from pipeline.record.store import Store
 from pipeline.record.stream import Row, Stream
-from pipeline.record.taken import Specs, rate_of_pose, rest_of, taken_poses
 from pipeline.record.task import Complete, Refused, Status, Task
 
 WEDGE = 18  #: faces and edges; more directions than that add the corners

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from pipeline.config import Config
+from pipeline.config.load import Config
 from pipeline.errors import ConfigError
-from pipeline.record.line import Line, SerialLine, only_port
+from pipeline.record.serial_port import Line, SerialLine, only_port
 from pipeline.record.session import Filming, OpenCamera, Session, Watcher
 
 

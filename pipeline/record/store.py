@@ -20,12 +20,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
-from calib.imu_log import FloatArray
-from pipeline.columns import ACCELEROMETER, GYROSCOPE, TIME
-from pipeline.config import Config
+from calib.poses.imu_log import FloatArray
+from pipeline.config.load import Config
 from pipeline.errors import UnreadableInput
 from pipeline.files import write_whole
-from pipeline.record.places import Block, Numbered
+from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
+from pipeline.record.block_files import Block, Numbered
 from pipeline.record.stream import Row
 
 FORMAT = 1

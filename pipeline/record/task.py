@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from calib.imu_log import FloatArray
-from calib.sensor import TriadSpec
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import FloatArray
 from pipeline.record.stream import Row
 
 Phase = Literal["moving", "unsteady", "taking", "repeats", "between", "wrong", "taken"]

@@ -5,14 +5,14 @@
 Medians of wall time for clean sessions, one hidden effect and two, where refits decide.
 """
 
-from calib.catalogue import BASE
-from calib.diagnose import diagnose
-from calib.effects import EFFECTS
-from calib.hypotheses import weigh
-from calib.model import Model
-from calib.ranking import log_posterior, rank
-from calib.signature import Projector
-from calib.solver import Fit, fit
+from calib.diagnosis.diagnose import diagnose
+from calib.diagnosis.hypotheses import weigh
+from calib.diagnosis.ranking import log_posterior, rank
+from calib.diagnosis.signature import Projector
+from calib.effects.catalogue import BASE
+from calib.effects.effect import EFFECTS
+from calib.fit.model import Model
+from calib.fit.solver import Fit, fit
 from tests.bench.bench_fit import median_ms
 from tests.bench.trials import DESIGNS, drawn, poses_of
 

@@ -12,20 +12,20 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import least_squares
 
-from calib.averaging import average_pose
-from calib.calibration import calibrate_triad
-from calib.catalogue import BASE
-from calib.equations import Equations
-from calib.imu_log import FloatArray, ImuLog
-from calib.model import Model
-from calib.poses import pose_set
-from calib.runs import gravity_run
-from calib.sensor import TriadSpec
-from calib.solver import fit
-from calib.still import find_still
-from pipeline.logs import read_log
+from calib.effects.catalogue import BASE
+from calib.fit.calibration import calibrate_triad
+from calib.fit.model import Model
+from calib.fit.residuals import Equations
+from calib.fit.solver import fit
+from calib.poses.averaging import average_pose
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import FloatArray, ImuLog
+from calib.poses.pose_set import pose_set
+from calib.poses.runs import gravity_run
+from calib.poses.static_intervals import find_still
+from pipeline.logs.read import read_log
 from tests.fitting import pose_sets
-from tests.sessions import SHARED
+from tests.paths import SHARED
 from tests.world.designs import paper_design
 from tests.world.session import simulate
 

@@ -15,13 +15,13 @@ import numpy as np
 
 from pipeline.devices.xbus import frame
 from pipeline.devices.xsens_mtdata import MTDATA, RAW_COUNTED, MtDataParser
-from pipeline.record.line import SerialLine
-from pipeline.record.pseudo_port import PseudoPort
+from pipeline.playback.pseudo_port import PseudoPort
+from pipeline.record.serial_port import SerialLine
 from pipeline.record.store import RawFile
 from pipeline.record.stream import Stream
-from tests.record.play import evening, onlooker, playing, write_config
-from tests.record.test_fuzz import PARSERS, fuzz
-from tests.record.test_session import calibrated, record, record_with_kills
+from tests.pipeline.devices.test_fuzz import PARSERS, fuzz
+from tests.pipeline.record.play import evening, onlooker, playing, write_config
+from tests.pipeline.record.test_session import calibrated, record, record_with_kills
 
 BAUD, BITS_PER_BYTE = 460800, 10
 TICK_S = 0.004

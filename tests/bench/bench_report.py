@@ -10,11 +10,11 @@ import tempfile
 import time
 from pathlib import Path
 
-from pipeline.config import load_config
-from pipeline.runner import run_stages
-from pipeline.workplace import Workplace
+from pipeline.config.load import load_config
+from pipeline.stages.context import Workplace
+from pipeline.stages.run import run_stages
+from tests.paths import ROOT
 
-ROOT = Path(__file__).parents[2]
 CONFIGS = (
     ROOT / "data/example/config.yaml",
     ROOT / "data/hidden_effect/config.yaml",
@@ -24,8 +24,8 @@ CONFIGS = (
 
 def import_s() -> float:
     """Seconds that the report's own imports add to those of a run."""
-    code = ("import time, pipeline.runner, pipeline.history; t = time.perf_counter(); "
-            "import pipeline.report; print(time.perf_counter() - t)")
+    code = ("import time, pipeline.stages.run, pipeline.results.history; t = time.perf_counter(); "
+            "import pipeline.report.page; print(time.perf_counter() - t)")
     said = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True,
                           check=True)
     return float(said.stdout)
@@ -34,7 +34,7 @@ def import_s() -> float:
 def main() -> None:
     """Print seconds and kilobytes of each report."""
     print(f"import {import_s():.2f} s")
-    from pipeline.report import report_html
+    from pipeline.report.page import report_html
 
     for path in [Path(each) for each in sys.argv[1:]] or CONFIGS:
         if not path.exists():

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.table_text import csv_rows
-from tests.sessions import ROOT, SHARED
+from pipeline.logs.write import csv_rows
+from tests.paths import ROOT, SHARED
 
 REPEATS = 3
 MILLION = 1_000_000

@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.calibration import calibrate_triad
-from calib.catalogue import BASE
-from calib.diagnose import diagnose
-from calib.model import Model
-from calib.poses import PoseSet, Run, pose_set
-from calib.runs import gravity_run, stopped_run, turning_run
-from calib.solver import fit
+from calib.diagnosis.diagnose import diagnose
+from calib.effects.catalogue import BASE
+from calib.fit.calibration import calibrate_triad
+from calib.fit.model import Model
+from calib.fit.solver import fit
+from calib.poses.pose_set import PoseSet, Run, pose_set
+from calib.poses.runs import gravity_run, stopped_run, turning_run
 from tests.bench.trials import COMMON_PARTS, said_names
 from tests.fitting import averaged, plate_rate, spec_of
 from tests.world.bench import Design, corner_directions, wedge_directions

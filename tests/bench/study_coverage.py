@@ -14,16 +14,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.calibration import calibrate_triad
-from calib.catalogue import BASE
+from calib.effects.catalogue import BASE
 from calib.errors import FitFailed
-from calib.imu_log import TRIADS, FloatArray
-from calib.model import Model
-from calib.paper import fit_paper
-from calib.parameters import TriadParameters
-from calib.poses import PoseSet
-from calib.sensor import TriadSpec
-from calib.solver import fit
+from calib.fit.angrisano import fit_paper
+from calib.fit.calibration import calibrate_triad
+from calib.fit.model import Model
+from calib.fit.parameters import TriadParameters
+from calib.fit.solver import fit
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import TRIADS, FloatArray
+from calib.poses.pose_set import PoseSet
 from tests.bench.trials import DESIGNS
 from tests.fitting import pose_sets
 from tests.world.bench import Design

@@ -14,9 +14,9 @@ import math
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from calib.installation import measure_installation
-from calib.tilt import ORDERS
-from tests.calib.mounting import (
+from calib.mounting.levelling import ORDERS
+from calib.mounting.mounting import measure_installation
+from tests.calib.mounting.simulated_reading import (
     TRIAD,
     G,
     Mounted,

@@ -9,17 +9,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.calibration import calibrate_triad
-from calib.catalogue import BASE, find_effect
-from calib.compare import left_out_residual
-from calib.diagnose import Diagnosis, diagnose
-from calib.effects import EFFECTS as LISTED
-from calib.environment_effects import SECONDS_PER_HOUR
+from calib.diagnosis.diagnose import Diagnosis, diagnose
+from calib.effects.catalogue import BASE, find_effect
+from calib.effects.effect import EFFECTS as LISTED
+from calib.effects.environment import SECONDS_PER_HOUR
 from calib.errors import CalibrationError
-from calib.imu_log import FloatArray
-from calib.model import Model
-from calib.poses import PoseSet
-from calib.solver import Fit, fit
+from calib.fit.calibration import calibrate_triad
+from calib.fit.leave_one_out import left_out_residual
+from calib.fit.model import Model
+from calib.fit.solver import Fit, fit
+from calib.poses.imu_log import FloatArray
+from calib.poses.pose_set import PoseSet
 from tests.fitting import pose_sets, spec_of
 from tests.world.bench import Design
 from tests.world.designs import paper_design, rich_design, soak_design

@@ -22,9 +22,9 @@ from tests.world.film import Recorder, Scene, film, random_scene
 from tests.world.plate import PlateMotion
 from tests.world.scene import colour_scene
 from vision.errors import VisionError
-from vision.rate import measure_rate
-from vision.timebase import Timebase
-from vision.track import track_phase
+from vision.rate.measure import measure_rate
+from vision.rate.timebase import Timebase
+from vision.tracking.track import track_phase
 
 RPM = 2 * np.pi / 60
 

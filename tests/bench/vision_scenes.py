@@ -27,9 +27,9 @@ from tests.world.picture import Picture
 from tests.world.plate import PlateMotion
 from tests.world.scene import FloatArray
 from vision.errors import VisionError
-from vision.rate import measure_rate
-from vision.timebase import Timebase
-from vision.track import track_phase
+from vision.rate.measure import measure_rate
+from vision.rate.timebase import Timebase
+from vision.tracking.track import track_phase
 
 RPM = 2 * np.pi / 60
 SPEEDS_RPM = (16.667, 33.333, 45.0)

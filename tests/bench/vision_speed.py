@@ -32,9 +32,9 @@ while capture.read()[0]:
 """
 STAGE = """
 import sys
-from vision.rate import measure_rate
-from vision.timebase import Timebase
-from vision.track import track_phase
+from vision.rate.measure import measure_rate
+from vision.rate.timebase import Timebase
+from vision.tracking.track import track_phase
 rate = measure_rate(track_phase(sys.argv[1]), timebase=Timebase())
 """
 PROCESSES = {

@@ -1,7 +1,7 @@
 """Poses made for an answer that is known: what the readings must be so that theta fits exactly.
 
-The laws and the solver's known answers use these. They invert the model of :mod:`calib.model` by
-its own statement (s + F(s) theta = M y + c), so they check that fitting, correction and Jacobian
+The laws and the solver's known answers use these. They invert the model of :mod:`calib.fit.model`
+by its own statement (s + F(s) theta = M y + c), so they check that fitting, correction and Jacobian
 agree with each other; what they mean physically is checked against the simulated bench.
 """
 
@@ -11,13 +11,13 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from calib.coverage import natural_directions
-from calib.effects import Conditions
-from calib.equations import Equations
-from calib.imu_log import FloatArray, Triad
-from calib.model import Model, pick, stack_columns
-from calib.poses import PoseSet
-from calib.reference import CommonError, Reference, constant_reference, join_references
+from calib.effects.effect import Conditions
+from calib.fit.model import Model, pick, stack_columns
+from calib.fit.residuals import Equations
+from calib.poses.attitudes import natural_directions
+from calib.poses.imu_log import FloatArray, Triad
+from calib.poses.pose_set import PoseSet
+from calib.poses.reference import CommonError, Reference, constant_reference, join_references
 
 GRAVITY = 9.81
 SLOW, FAST = 100 / 180 * np.pi, 200 / 180 * np.pi

@@ -2,23 +2,23 @@
 
 import gzip
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from calib.averaging import average_pose
-from calib.calibration import TriadCalibration, calibrate_triad
-from calib.catalogue import BASE
-from calib.imu_log import ImuLog
-from calib.model import Model
-from calib.poses import pose_set
-from calib.runs import gravity_run
-from calib.sensor import TriadSpec
-from calib.solver import fit
-from calib.still import find_still
+from calib.effects.catalogue import BASE
+from calib.fit.calibration import TriadCalibration, calibrate_triad
+from calib.fit.model import Model
+from calib.fit.solver import fit
+from calib.poses.averaging import average_pose
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import ImuLog
+from calib.poses.pose_set import pose_set
+from calib.poses.runs import gravity_run
+from calib.poses.static_intervals import find_still
+from tests.paths import SHARED
 
-REAL = Path(__file__).parents[3] / "shared" / "real" / "imu_tk_xsens"
+REAL = SHARED / "real" / "imu_tk_xsens"
 SPEC = TriadSpec(50.0, 16, "offset-binary")
 GRAVITY_M_S2 = 9.81744  # of imu_tk's own test program
 

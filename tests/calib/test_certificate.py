@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from calib.certificate import Certificate, compare_certificate, frame_free, rounding_sd
 from calib.errors import CalibrationError
-from calib.parameters import TriadParameters
-from calib.sensor import TriadSpec
+from calib.fit.parameters import TriadParameters
+from calib.poses.data_sheet import TriadSpec
 from tests.calib.real_xsens import real_accelerometer
 from tests.world.imu import mti
 from tests.world.truth import parameters

@@ -14,8 +14,8 @@ import vision.errors
 from pipeline import cli
 from pipeline.commands import COMMANDS, group
 from pipeline.errors import ConfigError, DeviceError, UnreadableInput, exit_code_of
+from tests.paths import ROOT
 
-ROOT = Path(__file__).parents[2]
 HEAVY = ("numpy", "scipy", "cv2", "matplotlib", "pydantic", "yaml", "rich", "jinja2", "serial")
 
 
@@ -52,7 +52,7 @@ def test_measuring_a_clip_loads_nothing_that_only_configurations_and_fits_need()
                           check=True)
     assert "rpm" in done.stdout
     loaded = set(done.stdout.splitlines()[-1].split())
-    assert "vision.track" in loaded
+    assert "vision.tracking.track" in loaded
     assert not loaded & {*HEAVY} - {"numpy", "cv2"}
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.paths import DATA
 from tests.world.designs import SLOW, paper_design, rich_design
 from tests.world.hidden import Hidden
 from tests.world.plate import PlateMotion
@@ -15,7 +16,6 @@ from tests.world.session import Session, simulate
 from tests.world.write import Camera, write_session
 
 SESSIONS = ("example", "hidden_effect")
-DATA = Path(__file__).parents[2] / "data"
 
 # A record player of the 1970s: once per turn from the hub, twice from the belt.
 WOW = ((1.0, 8e-4, 0.7), (2.0, 3e-4, 2.1))

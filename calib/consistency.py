@@ -1,0 +1,69 @@
+"""What one stage knows that contradicts another: said in words beside the numbers."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from calib.fit.parameters import TriadParameters
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import AXES, FloatArray
+from calib.poses.pose_set import PoseSet
+
+SHEET_TOLERANCE = 0.3
+"""Gains lie within a few per cent of most data sheets; the paper's own MTi is 28 % off its own."""
+
+
+def turning_while_still(poses: PoseSet) -> Iterator[str]:
+    """Poses of the accelerometer in which the gyro says that the plate was turning."""
+    turning = np.flatnonzero(poses.spin_rad_s != 0)
+    if poses.triad != "accelerometer" or turning.size == 0:
+        return
+    fastest = int(turning[np.argmax(np.abs(poses.spin_rad_s[turning]))])
+    rate = abs(float(poses.spin_rad_s[fastest]))
+    per_cm = rate**2 * 0.01
+    yield (
+        f"{turning.size} of the {len(poses)} poses of the accelerometer were taken on the turning "
+        f"plate: in {poses.label[fastest]} the gyro reads {np.degrees(rate):.0f} °/s. Every "
+        f"centimetre off the spindle then adds a centripetal {per_cm:.2g} m/s² across gravity "
+        f"(lever_arm). Take these poses with the plate stopped, or add accelerometer.lever_arm."
+    )
+
+
+def direction_against_film(poses: PoseSet, filmed: Sequence[str | None]) -> Iterator[str]:
+    """Runs that turn the other way than their film says.
+
+    ``filmed`` (n,) is ``ccw``, ``cw`` or None for each pose's run.
+    """
+    sign = {"ccw": 1.0, "cw": -1.0}
+    runs: dict[str, list[bool]] = {}
+    for run, spin, said in zip(poses.run, poses.spin_rad_s, filmed, strict=True):
+        if said is not None and spin != 0:
+            runs.setdefault(run, []).append(sign[said] != np.sign(spin))
+    for run, opposite in runs.items():
+        if np.mean(opposite) > 0.5:
+            yield (
+                f"run {run}: by gyro and accelerometer together the plate turns the other way than "
+                f"in the film. Is the film mirrored, taken from below, or of another run? The "
+                f"direction felt by the sensor was used."
+            )
+
+
+def gain_off_the_sheet(parameters: TriadParameters, spec: TriadSpec, triad: str) -> Iterator[str]:
+    """Gains far from what the data sheet's full scale says."""
+    if not np.isfinite(parameters.cov[6:, 6:]).all():
+        return  # the gains were not fitted: they are the data sheet's
+    ratio: FloatArray = parameters.scale_counts_per_unit * spec.nominal_scale
+    worst = int(np.argmax(np.abs(ratio - 1)))
+    if abs(ratio[worst] - 1) > SHEET_TOLERANCE:
+        named = np.isfinite(spec.full_scale)
+        range_says = (
+            f" (full scale {spec.full_scale / ratio.mean():.3g} SI instead of "
+            f"{spec.full_scale:.3g})"
+            if named
+            else ""
+        )
+        yield (
+            f"the {triad}'s gain on {AXES[worst]} is {ratio[worst]:.2f} times the data sheet's"
+            f"{range_says}. The calibration holds all the same; if that is not this unit's range, "
+            f"check sensor.{triad}."
+        )

@@ -1,0 +1,97 @@
+"""What to record next: the block that separates the rivals best for the time it takes.
+
+The separating power of a block is the non-centrality ``lambda``: by how much chi-square would
+rise if the rival were fitted where the candidate is true, everything else free (T-optimality). 12
+gives about 90 % power. Nothing is looked up; every block is computed at the fitted model.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.diagnosis.pose_blocks import hypothetical
+from calib.diagnosis.signature import effect_columns
+from calib.effects.effect import Effect
+from calib.fit.leave_one_out import orthonormal_columns
+from calib.fit.result import Fit
+from calib.poses.imu_log import FloatArray
+
+ENOUGH_LAMBDA = 12.0
+BLIND_SIGNAL_SD = 5.0
+"""Strength at which an effect that left no trace yet is judged, noise units over the rows."""
+
+
+@dataclass(frozen=True)
+class Advice:
+    """What to record next: ``block`` for programs, ``says`` for people, ``power`` the lambda."""
+
+    block: str
+    says: str
+    power: float
+
+
+@dataclass(frozen=True, eq=False)
+class Rival:
+    """An effect with the size it is believed to have; None where these poses are blind to it."""
+
+    effect: Effect
+    size: FloatArray | None
+    shape: float | None = None
+
+
+def _signal(fit: Fit, rival: Rival, others: Sequence[Rival]) -> float:
+    """lambda of ``rival`` when ``others`` and the model are fitted in its place."""
+    d = fit.equations.data_count
+    columns = effect_columns(fit, rival.effect, rival.shape)
+    taken = [fit.rows.jacobian[:, : fit.model.size], fit.rows.jacobian[:, fit.model.size :]]
+    for other in others:
+        more = np.zeros((len(fit.rows.residual), len(other.effect.parameters)))
+        more[:d] = effect_columns(fit, other.effect, other.shape)
+        taken.append(more)
+    basis = orthonormal_columns(np.hstack(taken))
+    full = np.zeros((len(fit.rows.residual), columns.shape[1]))
+    full[:d] = columns
+    if rival.size is not None:
+        signal = full @ rival.size
+        left = signal - basis @ (basis.T @ signal)
+        return float(left @ left)
+    # No size to go by: the mean over random directions of BLIND_SIGNAL_SD root mean square.
+    norm = np.maximum(np.sqrt((full**2).sum(axis=0)), 1e-300)
+    unit = full / norm * np.sqrt(d) * BLIND_SIGNAL_SD
+    left_unit = unit - basis @ (basis.T @ unit)
+    return float((left_unit**2).sum() / full.shape[1])
+
+
+def _in_all_shapes(rival: Rival) -> list[Rival]:
+    """``rival`` with every shape it could take in another's place: a slow warm-up is a drift."""
+    shape = rival.effect.shape
+    if shape is None:
+        return [rival]
+    return [replace(rival, shape=value) for value in (*shape.starts, shape.bounds[1])]
+
+
+def best_block(fit: Fit, rivals: Sequence[Rival], full_scale: float = np.inf) -> Advice | None:
+    """The block that tells ``rivals`` apart (or makes a single one visible), per minute of work.
+
+    ``full_scale`` of the triad, SI, keeps it to what the sensor can measure.
+
+    Returns
+    -------
+    Advice or None
+        None where no block of the menu reaches ``ENOUGH_LAMBDA``.
+    """
+    found: list[tuple[float, Advice]] = []
+    for block, then in hypothetical(fit, full_scale):
+        powers = []
+        for i, rival in enumerate(rivals):
+            others = [
+                [each] for j, other in enumerate(rivals) if j != i for each in _in_all_shapes(other)
+            ] or [[]]
+            powers += [_signal(then, rival, other) for other in others]
+        power = min(powers)
+        if np.isfinite(power) and power >= ENOUGH_LAMBDA:
+            # More power than enough buys nothing: the cheaper block wins among the sufficient.
+            worth = min(power, 10 * ENOUGH_LAMBDA) / block.minutes
+            found.append((worth, Advice(block.code, block.says, power)))
+    return max(found, key=lambda item: item[0])[1] if found else None

@@ -1,0 +1,184 @@
+r"""An effect is a set of columns.
+
+For every pose an effect states the error of the reading, in SI units, per unit of each of its k
+parameters: an array (n, 3, k). An effect on the reference states the error of its magnitude:
+(n, k). A model is a sum of effects, so that one function serves correction, fit, exact Jacobian,
+identifiability, diagnosis and the catalogue.
+
+Three places where an effect can act, and the vector its columns are evaluated on:
+
+- ``reading``: bias, scale and misalignment, on the nominal reading y of eq. (12). They make up the
+  linear form ``M y + c`` of Angrisano et al. eq. (1), one to one with (alpha, b, k).
+- ``sensor``: everything added to it, on the corrected vector s, which solves
+  ``s + F(s) theta = M y + c``. Parameters so mean the same in simulation, correction and fit.
+- ``reference``: the plate rate or gravity value m itself.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, Triad
+
+REFERENCE_TEMPERATURE_C = 25.0
+"""Temperature at which bias and scale are quoted once a temperature effect is in the model."""
+
+
+@dataclass(frozen=True, eq=False)
+class Conditions:
+    """Everything an effect may depend on, one row per pose (or per sample of a log).
+
+    Parameters
+    ----------
+    vector : array, shape (n, 3)
+        The vector the effect is evaluated on, SI.
+    magnitude : array, shape (n,)
+        Reference magnitude, SI; NaN where there is none.
+    force : array, shape (n, 3)
+        Calibrated specific force in m/s²; NaN where no accelerometer was logged.
+    spin_rad_s : array, shape (n,)
+        Rate of the plate, positive counter-clockwise seen from above, 0 when stopped.
+    time_s : array, shape (n,)
+        Time since the session began.
+    previous : array, shape (n, 3)
+        What each axis felt in the pose recorded before this one; 0 for the first.
+    vibration : array, shape (n, 3)
+        Variance of the accelerometer within the pose, (m/s²)².
+    columns : mapping of name to array, shape (n,)
+        Logged covariates, for example ``temperature_c``.
+    """
+
+    vector: FloatArray
+    magnitude: FloatArray
+    force: FloatArray
+    spin_rad_s: FloatArray
+    time_s: FloatArray
+    previous: FloatArray
+    vibration: FloatArray
+    columns: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    def column(self, name: str) -> FloatArray:
+        """The logged column ``name``, all NaN where it was not logged, shape (n,)."""
+        return self.columns.get(name, np.full(len(self.time_s), np.nan))
+
+
+Columns = Callable[..., FloatArray]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A parameter in which the columns are not linear, fitted by its profile.
+
+    ``starts`` are the values tried first, in ``unit``; the fit stays within ``bounds``.
+    """
+
+    name: str
+    unit: str
+    starts: tuple[float, ...]
+    bounds: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Page:
+    """What a person should know of an effect before adding it.
+
+    ``typical`` maps a class of parts to a size in words; ``confounded`` and ``separates`` say what
+    looks the same in which data, and the measurement that tells them apart.
+    """
+
+    formula: str
+    typical: Mapping[str, str]
+    source: str
+    confounded: str
+    separates: str
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One physical effect: its columns, its parameters and its page in the catalogue."""
+
+    name: str
+    acts_on: Literal["reading", "sensor", "reference"]
+    triads: tuple[Triad, ...]
+    parameters: tuple[str, ...]
+    unit: str
+    columns: Columns
+    physics: str
+    page: Page
+    shape: Shape | None = None
+    follows: str | None = None
+    """Logged column that a bias follows from an origin of no meaning: 5 V, 1013 hPa."""
+
+    def unit_for(self, triad: str) -> str:
+        """Unit of the parameters when the effect acts on ``triad``."""
+        return self.unit.replace("{u}", SI_UNIT[triad])
+
+    def evaluate(self, at: Conditions, shape: float | None = None) -> FloatArray:
+        """Columns at ``at``; ``shape`` is the value of the shape parameter where there is one."""
+        if self.shape is None:
+            return self.columns(at)
+        return self.columns(at, self.shape.starts[0] if shape is None else shape)
+
+    def at_shape(self, value: float) -> "Effect":
+        """The same effect with its shape parameter held at ``value``."""
+        return replace(self, columns=lambda at: self.columns(at, value), shape=None)
+
+    def from_shape(self, value: float) -> "Effect":
+        """The same effect with its shape parameter fitted from ``value`` on."""
+        assert self.shape is not None
+        return replace(self, shape=replace(self.shape, starts=(value,)))
+
+
+EFFECTS: dict[str, Effect] = {}
+"""Every listed effect by name, in the order of the catalogue."""
+
+
+def effect(
+    *parameters: str,
+    acts_on: Literal["reading", "sensor", "reference"] = "sensor",
+    unit: str,
+    page: Page,
+    triads: tuple[Triad, ...] = TRIADS,
+    shape: Shape | None = None,
+) -> Callable[[Columns], Columns]:
+    """Register the decorated column function under its own name; its docstring is the physics."""
+
+    def register(function: Columns) -> Columns:
+        name = function.__name__
+        physics = " ".join((function.__doc__ or "").split())
+        EFFECTS[name] = Effect(
+            name, acts_on, triads, parameters, unit, function, physics, page, shape
+        )
+        return function
+
+    return register
+
+
+def per_axis(values: FloatArray) -> FloatArray:
+    """Columns (n, 3, 3) of an effect whose axis k errs by ``values[:, k]`` times parameter k."""
+    columns = np.zeros((len(values), 3, 3))
+    columns[:, range(3), range(3)] = values
+    return columns
+
+
+def column_effect(name: str) -> Effect:
+    """The effect ``column:NAME``: a bias that follows the logged column NAME linearly."""
+    return Effect(
+        name=f"column:{name}",
+        acts_on="sensor",
+        triads=TRIADS,
+        parameters=AXES,
+        unit=f"{{u}} per unit of {name}",
+        follows=name,
+        columns=lambda at: per_axis(np.tile(at.column(name)[:, None], 3)),
+        physics=f"Bias that moves in proportion to the logged column {name}.",
+        page=Page(
+            formula=f"e_k = c_k · {name}",
+            typical={},
+            source="found in these data, not in a catalogue",
+            confounded="every other column that moves together with it",
+            separates=f"vary {name} alone while the sensor stays in one pose",
+        ),
+    )

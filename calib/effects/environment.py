@@ -1,0 +1,135 @@
+"""What the surroundings and the past do to a triad: temperature, time, history, vibration."""
+
+import numpy as np
+
+from calib.effects.effect import REFERENCE_TEMPERATURE_C, Conditions, Page, Shape, effect, per_axis
+from calib.poses.imu_log import AXES, FloatArray
+
+SECONDS_PER_HOUR = 3600.0
+
+
+def _warmth(at: Conditions) -> FloatArray:
+    return np.asarray(at.column("temperature_c") - REFERENCE_TEMPERATURE_C)[:, None]
+
+
+def _hours(at: Conditions) -> FloatArray:
+    return np.asarray(at.time_s / SECONDS_PER_HOUR)[:, None]
+
+
+@effect(
+    *AXES,
+    unit="{u}/K",
+    page=Page(
+        formula="e_k = c_k · (T − 25 °C)",
+        typical={"MPU-6050": "0.16 °/s/K; 0.5 to 0.9 mg/K", "MTi": "< 0.1 mg/K after the factory"},
+        source="MPU-6050 data sheet: zero-rate and zero-g output over temperature",
+        confounded="bias_drift and warm_up as long as temperature only rises with time",
+        separates="a second soak, hot then cold, so that temperature is not a clock",
+    ),
+)
+def temperature_bias(at: Conditions) -> FloatArray:
+    """Bias that moves in proportion to the die temperature."""
+    return per_axis(_warmth(at) * np.ones_like(at.vector))
+
+
+@effect(
+    *AXES,
+    unit="1/K",
+    page=Page(
+        formula="e_k = c_k · (T − 25 °C) · s_k",
+        typical={"MPU-6050": "0.02 %/K", "MTi": "compensated in the factory model"},
+        source="MPU-6050 data sheet: sensitivity change over temperature",
+        confounded="a plate or clock that drifts as the session warms up",
+        separates="a second soak; one clip per pose",
+    ),
+)
+def temperature_scale(at: Conditions) -> FloatArray:
+    """Gain that moves in proportion to the die temperature."""
+    return per_axis(_warmth(at) * at.vector)
+
+
+@effect(
+    *AXES,
+    unit="{u}/h",
+    page=Page(
+        formula="e_k = d_k · t",
+        typical={"MPU-6050": "0.01 to 0.05 °/s in a run; 1 mg/h", "MTi": "10 °/h; 0.02 mg/h"},
+        source="IEEE Std 952 rate ramp",
+        confounded="temperature_bias when temperature rises with time",
+        separates="poses repeated at the end; random pose order; a second soak",
+    ),
+)
+def bias_drift(at: Conditions) -> FloatArray:
+    """Bias that moves steadily through the session."""
+    return per_axis(_hours(at) * np.ones_like(at.vector))
+
+
+@effect(
+    *AXES,
+    unit="1/h",
+    page=Page(
+        formula="e_k = d_k · t · s_k",
+        typical={"MPU-6050": "0.1 %/h while warming", "MTi": "small"},
+        source="IEEE Std 528 scale-factor drift",
+        confounded="reference_drift, as far as it is the same on all axes: the plate slowing down "
+        "looks like that",
+        separates="one clip per pose, so that the reference is measured for each",
+    ),
+)
+def scale_drift(at: Conditions) -> FloatArray:
+    """Gain of each axis that moves steadily through the session."""
+    return per_axis(_hours(at) * at.vector)
+
+
+@effect(
+    *AXES,
+    unit="{u}",
+    page=Page(
+        formula="e_k = w_k · exp(−t/τ),  τ fitted",
+        typical={"MPU-6050": "0.1 to 1 °/s, 5 to 20 mg over 10 min", "MTi": "< 1 mg"},
+        source="IEEE Std 528 warm-up; field experience",
+        confounded="temperature_bias (0.99 and more) and bias_drift",
+        separates="wait half an hour and repeat the poses; a hot and a cold soak",
+    ),
+    shape=Shape("tau_s", "s", (600.0, 150.0, 300.0, 1200.0, 2400.0), (30.0, 7200.0)),
+)
+def warm_up(at: Conditions, tau_s: float) -> FloatArray:
+    """Bias that settles exponentially after power-on."""
+    settling = np.exp(-at.time_s / tau_s)[:, None]
+    return per_axis(settling * np.ones_like(at.vector))
+
+
+@effect(
+    *AXES,
+    unit="{u}",
+    page=Page(
+        formula="e_k = h_k · sign(what axis k felt in the pose before)",
+        typical={"MPU-6050": "0.1 to 1 mg", "MTi": "< 0.1 mg"},
+        source="IEEE Std 1293 hysteresis error",
+        confounded="bias, when the pose order is systematic",
+        separates="random pose order; each pose approached from both sides",
+    ),
+)
+def hysteresis(at: Conditions) -> FloatArray:
+    """Memory of the last pose: stress that has not relaxed when the next one is taken."""
+    return per_axis(np.sign(at.previous))
+
+
+@effect(
+    *AXES,
+    unit="{u}/(m/s²)²",
+    page=Page(
+        formula="e_k = v_k · σ_a²,  σ_a² the accelerometer's variance within the pose, axes summed",
+        typical={
+            "MPU-6050": "0.01 to 0.1 °/s; some 100 µg/g²",
+            "MTi": "0.001 °/s; 50 to 100 µg/g²",
+        },
+        source="IEEE Std 1293 vibration rectification error",
+        confounded="bias exactly while the motor shakes every pose alike",
+        separates="plate-stopped poses with the motor on and off; a second speed",
+    ),
+)
+def vibration_rectification(at: Conditions) -> FloatArray:
+    """Bias that vibration makes: a shaken axis with curvature does not average to zero."""
+    total = at.vibration.sum(axis=1)[:, None]
+    return per_axis(total * np.ones_like(at.vector))

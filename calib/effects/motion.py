@@ -1,0 +1,86 @@
+"""What specific force and rotation do to a triad that should not feel them."""
+
+import numpy as np
+
+from calib.effects.effect import Conditions, Page, effect, per_axis
+from calib.poses.imu_log import AXES, FloatArray
+
+
+@effect(
+    *(f"{k}{j}" for k in "xyz" for j in "xyz"),
+    unit="(rad/s)/(m/s²)",
+    triads=("gyroscope",),
+    page=Page(
+        formula="e_k = Σ_j G_kj · f_j",
+        typical={"MPU-6050": "0.1 °/s per g", "MTi": "0.003 °/s per g after the factory"},
+        source="IEEE Std 1431 acceleration-sensitive drift rate; Kalibr A",
+        confounded="scale and misalignment exactly at one speed on a level plate, where gravity "
+        "is parallel to the rate",
+        separates="plate-stopped poses settle it completely, a second speed or the other "
+        "direction six of nine",
+    ),
+)
+def g_sensitivity(at: Conditions) -> FloatArray:
+    """Gyro output caused by specific force: the proof mass sags."""
+    columns = np.zeros((len(at.vector), 3, 9))
+    for k in range(3):
+        columns[:, k, 3 * k : 3 * k + 3] = at.force
+    return columns
+
+
+@effect(
+    *AXES,
+    unit="(rad/s)/(m/s²)²",
+    triads=("gyroscope",),
+    page=Page(
+        formula="e_k = h_k · f_k²",
+        typical={"MPU-6050": "0.01 to 0.05 °/s per g²", "MTi": "lower"},
+        source="IEEE Std 528 acceleration-squared-sensitive drift rate",
+        confounded="quadratic exactly at one speed, in one and in both directions",
+        separates="a second speed, plate-stopped poses",
+    ),
+)
+def g_squared_sensitivity(at: Conditions) -> FloatArray:
+    """Gyro output that follows the square of specific force, whatever its sign."""
+    return per_axis(at.force**2)
+
+
+@effect(
+    *AXES,
+    unit="m",
+    triads=("accelerometer",),
+    page=Page(
+        formula="e = Ω² (u (u·r) − r),  u the axis of the plate",
+        typical={
+            "MPU-6050": "0.5 to 2 mm in the chip, 13 mm off the spindle is common",
+            "MTi": "5 mm",
+        },
+        source="Kalibr size effect; centripetal acceleration",
+        confounded="nothing in still poses: it is not there",
+        separates="accelerometer logged on the plate at two speeds",
+    ),
+)
+def lever_arm(at: Conditions) -> FloatArray:
+    """Centripetal acceleration of a sensor that turns r away from the axis of the plate."""
+    up = at.vector / np.linalg.norm(at.vector, axis=1, keepdims=True)
+    spin_squared = at.spin_rad_s**2
+    projector = up[:, :, None] * up[:, None, :] - np.eye(3)
+    return np.asarray(spin_squared[:, None, None] * projector)
+
+
+@effect(
+    "vertical",
+    unit="rad/s",
+    triads=("gyroscope",),
+    page=Page(
+        formula="e = w · u,  u = f/|f|",
+        typical={"everywhere": "15.04 °/h × sin(latitude): 2.9e-5 … 7.3e-5 rad/s"},
+        source="WGS84; known where the latitude is given, and then already in the reference",
+        confounded="the isotropic part of g_sensitivity at every speed of a level plate",
+        separates="a plate tilted by 60°; giving site.latitude_deg",
+    ),
+)
+def earth_rate(at: Conditions) -> FloatArray:
+    """The Earth's own rotation about the vertical, on top of the plate's."""
+    up = at.force / np.linalg.norm(at.force, axis=1, keepdims=True)
+    return np.asarray(up[:, :, None])

@@ -1,0 +1,86 @@
+"""Errors of the reference: the plate does not turn at the rate that was filmed.
+
+Columns (n, k): error of the true magnitude over the stated one. Plate-stopped poses have none.
+"""
+
+import numpy as np
+
+from calib.effects.effect import Conditions, Page, effect
+from calib.effects.environment import SECONDS_PER_HOUR
+from calib.poses.imu_log import FloatArray
+
+
+def _turning(at: Conditions) -> FloatArray:
+    return (at.magnitude > 0).astype(float)
+
+
+@effect(
+    "offset",
+    acts_on="reference",
+    unit="{u}",
+    page=Page(
+        formula="m → m + c",
+        typical={"record player": "frame counting at 15 fps: up to 1.85 % in one turn"},
+        source="Angrisano et al., frame counting",
+        confounded="scale exactly at one speed",
+        separates="a second speed",
+    ),
+)
+def reference_offset(at: Conditions) -> FloatArray:
+    """The same error on every reference magnitude, whatever its size."""
+    return _turning(at)[:, None]
+
+
+@effect(
+    "scale",
+    acts_on="reference",
+    unit="1",
+    page=Page(
+        formula="m → m (1 + c)",
+        typical={"camera crystal": "20 to 100 ppm; 0.1 % for 30 against 29.97 fps"},
+        source="time base of the camera; local gravity anomaly",
+        confounded="scale exactly, at every speed and in both directions",
+        separates="another clock in the picture; surveyed gravity. Never these data",
+    ),
+)
+def reference_scale(at: Conditions) -> FloatArray:
+    """Every reference magnitude wrong by the same factor: camera clock or gravity value."""
+    return np.where(_turning(at) > 0, at.magnitude, 0.0)[:, None]
+
+
+@effect(
+    "drift",
+    acts_on="reference",
+    unit="1/h",
+    triads=("gyroscope",),
+    page=Page(
+        formula="m → m (1 + d · t)",
+        typical={"record player": "0.1 to 1 % while the motor warms up"},
+        source="motor drift",
+        confounded="a scale_drift that is the same on all axes, exactly, in every design",
+        separates="one clip per pose",
+    ),
+)
+def reference_drift(at: Conditions) -> FloatArray:
+    """The plate speeds up or slows down through the session, unseen by the one clip."""
+    moving = np.where(_turning(at) > 0, at.magnitude, 0.0)
+    return np.asarray(moving * at.time_s / SECONDS_PER_HOUR)[:, None]
+
+
+@effect(
+    "direction",
+    acts_on="reference",
+    unit="1",
+    triads=("gyroscope",),
+    page=Page(
+        formula="m → m (1 + c · sign(Ω))",
+        typical={"record player": "0.01 to 0.1 %"},
+        source="drag and belt tension differ with the direction",
+        confounded="isotropic g_sensitivity with two directions at one speed",
+        separates="a second speed and plate-stopped poses; one clip per direction",
+    ),
+)
+def direction_dependent_rate(at: Conditions) -> FloatArray:
+    """The plate turns faster one way than the other, by the same factor at every speed."""
+    moving = np.where(_turning(at) > 0, at.magnitude, 0.0)
+    return np.asarray(moving * np.sign(at.spin_rad_s))[:, None]

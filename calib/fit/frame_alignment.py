@@ -1,0 +1,197 @@
+"""The rotation between the gyro's and the accelerometer's orthogonal frames.
+
+Angrisano et al. call it impossible from magnitudes alone. Logging both triads on the turning plate
+makes it visible: over whole turns the mean specific force points along the axis of rotation, so
+the two directions must agree. Two transverse rows per pose,
+
+    f/|f| = n + phi × n - (Ω²/g) (r - n (n·r)),     n the axis by the gyro, signed by its direction
+
+give the rotation vector phi and the lever r that is fixed in the case. What is put on the plate
+anew for every pose, not quite on the spindle, leaves a centripetal part of its own: its size is
+estimated from the scatter of the rows, and weights the fast runs down.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.effects.effect import Conditions
+from calib.fit.model import pick, stack_columns
+from calib.fit.result import Fit
+from calib.poses.imu_log import BoolArray, FloatArray
+
+FEWEST_POSES = 6
+ITERATIONS = 20
+LARGEST_PLACEMENT_M = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class FrameRotation:
+    """Gyro frame to accelerometer frame.
+
+    ``angles_rad`` and ``sd_rad`` (3,) of the rotation vector, so that to first order
+    ``v_accelerometer = v_gyro + angles × v_gyro``; ``lever_m`` and ``lever_sd_m`` (3,) of the
+    accelerometer from the axis, fixed in the case; ``placement_m`` the scatter of where the case
+    was put down.
+    """
+
+    angles_rad: FloatArray
+    sd_rad: FloatArray
+    lever_m: FloatArray
+    lever_sd_m: FloatArray
+    placement_m: float
+
+
+def rotation_matrix(vector: FloatArray) -> FloatArray:
+    """Rodrigues' rotation by the rotation vector ``vector`` (3,), shape (3, 3)."""
+    angle = float(np.linalg.norm(vector))
+    k = cross_matrix(vector)
+    if angle < 1e-12:
+        return np.asarray(np.eye(3) + k)
+    return np.asarray(
+        np.eye(3) + np.sin(angle) / angle * k + (1 - np.cos(angle)) / angle**2 * (k @ k)
+    )
+
+
+def rotation_vector(matrix: FloatArray) -> FloatArray:
+    """The rotation vector (3,) of a rotation matrix by less than half a turn."""
+    axis = np.array(
+        [matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]]
+    )
+    sine = np.linalg.norm(axis) / 2
+    angle = np.arctan2(sine, (np.trace(matrix) - 1) / 2)
+    return np.asarray(axis / 2 if sine < 1e-12 else axis / (2 * sine) * angle)
+
+
+def cross_matrix(vector: FloatArray) -> FloatArray:
+    """The matrix of ``vector ×``, shape (3, 3)."""
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def _best_rotation(n: FloatArray, f: FloatArray) -> FloatArray:
+    """The rotation that takes directions ``n`` (m, 3) nearest to ``f`` (m, 3)."""
+    u, _, vt = np.linalg.svd(f.T @ n)
+    return np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt)
+
+
+def _transverse(n: FloatArray) -> FloatArray:
+    """Two unit vectors across each direction ``n`` (m, 3), shape (m, 2, 3)."""
+    helper = np.eye(3)[np.argmin(np.abs(n), axis=1)]
+    first = np.cross(n, helper)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return np.stack([first, np.cross(n, first)], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """Transverse rows (m, 2), their design (m, 2, 6) and what weights them."""
+
+    residual: FloatArray
+    design: FloatArray
+    noise_sd: FloatArray
+    per_metre: FloatArray
+
+    def solve(self, placement_m: float) -> tuple[FloatArray, FloatArray, float]:
+        """Solution (6,), covariance (6, 6) and chi-square with this scatter of the placement."""
+        inverse, sd = self.inverse(placement_m)
+        b = (self.residual / sd).ravel()
+        solution = inverse @ b
+        left = b - (self.design / sd[:, :, None]).reshape(-1, 6) @ solution
+        return solution, inverse @ inverse.T, float(left @ left)
+
+    def inverse(self, placement_m: float) -> tuple[FloatArray, FloatArray]:
+        """What turns whitened rows into the solution, (6, 2m), and the rows' sd, (m, 1)."""
+        sd = np.sqrt(self.noise_sd**2 + (placement_m * self.per_metre) ** 2)[:, None]
+        a = (self.design / sd[:, :, None]).reshape(-1, 6)
+        scale = np.sqrt((a**2).sum(axis=0))
+        return np.linalg.pinv(a / scale, rcond=1e-6) / scale[:, None], sd
+
+    def placement(self) -> float:
+        """The scatter of the placement at which chi-square is what it should be."""
+        dof = self.residual.size - 6
+        if self.solve(0.0)[2] <= dof:
+            return 0.0
+        low, high = 0.0, LARGEST_PLACEMENT_M
+        for _ in range(50):
+            middle = (low + high) / 2
+            low, high = (middle, high) if self.solve(middle)[2] > dof else (low, middle)
+        return high
+
+
+def frame_rotation(fit: Fit, accelerometer: Fit | None = None) -> FrameRotation | None:
+    """The rotation from the gyro's to the accelerometer's frame, where these poses show it.
+
+    Parameters
+    ----------
+    fit : Fit
+        Of the gyro, its poses with calibrated specific force.
+    accelerometer : Fit or None
+        Of the accelerometer; what its parameters leave open is common to all rows.
+
+    Returns
+    -------
+    FrameRotation or None
+        None where fewer than ``FEWEST_POSES`` turning poses have the accelerometer.
+    """
+    poses = fit.poses
+    used = (poses.spin_rad_s != 0) & np.isfinite(poses.force).all(axis=1)
+    if used.sum() < FEWEST_POSES:
+        return None
+    spin, force, s = poses.spin_rad_s[used], poses.force[used], fit.rows.vector[used]
+    gravity = np.linalg.norm(force, axis=1)
+    speed = np.linalg.norm(s, axis=1)
+    f = force / gravity[:, None]
+    n = np.sign(spin)[:, None] * s / speed[:, None]
+    noise = np.hypot(poses.sd[used].mean(axis=1) / speed, _force_sd(fit, used) / gravity)
+    per_metre = spin**2 / gravity
+    rotation = _best_rotation(n, f)
+    for _ in range(ITERATIONS):
+        turned = n @ rotation.T
+        across = _transverse(turned)
+        residual = np.einsum("mij,mj->mi", across, f - turned)
+        turn = np.einsum("mij,mjk->mik", across, -np.array([cross_matrix(v) for v in turned]))
+        lever = -across * per_metre[:, None, None]
+        rows = _Rows(residual, np.concatenate([turn, lever], axis=2), noise, per_metre)
+        placement = rows.placement()
+        solution, cov, _ = rows.solve(placement)
+        rotation = rotation_matrix(solution[:3]) @ rotation
+        if np.abs(solution[:3]).max() < 1e-12:
+            break
+    inverse, row_sd = rows.inverse(placement)
+    gyro = _moved(fit, s) / speed[:, None, None]
+    by_gyro = np.sign(spin)[:, None, None] * np.einsum("ij,mjp->mip", rotation, gyro)
+    cov += _carried(inverse, row_sd, across, -by_gyro, fit)
+    if accelerometer is not None:
+        by_force = _moved(accelerometer, force) / gravity[:, None, None]
+        cov += _carried(inverse, row_sd, across, by_force, accelerometer)
+    sd = np.sqrt(np.diag(cov))
+    return FrameRotation(rotation_vector(rotation), sd[:3], solution[3:], sd[3:], placement)
+
+
+def _moved(fit: Fit, vector: FloatArray) -> FloatArray:
+    """How far each parameter of bias, scale and misalignment moves ``vector`` (m, 3), (m, 3, p)."""
+    m = len(vector)
+    nothing = np.full(m, np.nan)
+    at = Conditions(vector, nothing, vector, nothing, nothing, vector, vector)
+    return np.asarray(-stack_columns(fit.model.acting_on("reading"), at, {}))
+
+
+def _carried(
+    inverse: FloatArray, row_sd: FloatArray, across: FloatArray, moved: FloatArray, fit: Fit
+) -> FloatArray:
+    """Covariance (6, 6) that a triad's parameters carry into the solution."""
+    rows = np.einsum("mij,mjp->mip", across, moved) / row_sd[:, :, None]
+    gain = inverse @ rows.reshape(-1, moved.shape[2])
+    index = pick(fit.model, fit.model.acting_on("reading"))
+    return np.asarray(gain @ fit.cov[np.ix_(index, index)] @ gain.T)
+
+
+def _force_sd(fit: Fit, used: BoolArray) -> FloatArray:
+    """Sd of the specific force of a pose mean, by its vibration over a correlated second, (m,)."""
+    scatter = fit.poses.vibration[used].mean(axis=1)
+    return np.asarray(np.sqrt(scatter / EFFECTIVE_SAMPLES))
+
+
+EFFECTIVE_SAMPLES = 100.0
+"""Independent samples that a pose of some ten seconds is worth at least."""

@@ -1,0 +1,161 @@
+"""A model is a sum of effects.
+
+With y the nominal reading and s the corrected vector:
+
+    v = y - E(y) theta_reading            the linear form M y + c of Angrisano et al. eq. (1)
+    s + F(s) theta_sensor = v             solved for s by fixed point
+    m + D theta_reference                 the reference magnitude
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from calib.effects.catalogue import find_effect
+from calib.effects.effect import Conditions, Effect
+from calib.errors import CalibrationError, FitFailed
+from calib.poses.imu_log import FloatArray
+from calib.poses.pose_set import PoseSet
+
+FIXED_POINT_STEPS = 50
+FIXED_POINT_TOLERANCE = 1e-14
+SLOPE_STEP = 1e-4
+"""Relative step of the central difference dF/ds; exact for effects of second order in s."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """Effects fitted jointly. ``model + effect`` and ``model - name`` give new models."""
+
+    effects: tuple[Effect, ...]
+
+    @classmethod
+    def of(cls, names: Sequence[str], extra: Mapping[str, Effect] | None = None) -> "Model":
+        """The model of these effect names; ``extra`` holds users' own effects by name."""
+        extra = extra or {}
+        return cls(tuple(extra[name] if name in extra else find_effect(name) for name in names))
+
+    def __add__(self, effect: Effect) -> "Model":
+        if effect.name in self.names:
+            raise CalibrationError(f"'{effect.name}' is already in the model")
+        return Model((*self.effects, effect))
+
+    def __sub__(self, name: str) -> "Model":
+        return Model(tuple(effect for effect in self.effects if effect.name != name))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Effect names in order."""
+        return tuple(effect.name for effect in self.effects)
+
+    @property
+    def size(self) -> int:
+        """Number of parameters, shape parameters not counted."""
+        return sum(len(effect.parameters) for effect in self.effects)
+
+    def slices(self) -> dict[str, slice]:
+        """Where each effect's parameters stand in theta."""
+        found, start = {}, 0
+        for effect in self.effects:
+            found[effect.name] = slice(start, start + len(effect.parameters))
+            start += len(effect.parameters)
+        return found
+
+    def acting_on(self, place: str) -> tuple[Effect, ...]:
+        """The effects that act on ``reading``, ``sensor`` or ``reference``."""
+        return tuple(effect for effect in self.effects if effect.acts_on == place)
+
+
+def stack_columns(
+    effects: Sequence[Effect], at: Conditions, shapes: Mapping[str, float]
+) -> FloatArray:
+    """Columns of several sensor-side effects side by side, shape (n, 3, k)."""
+    return np.concatenate([e.evaluate(at, shapes.get(e.name)) for e in effects], axis=2)
+
+
+def pick(model: Model, effects: Sequence[Effect]) -> list[int]:
+    """Positions in theta of the parameters of ``effects``."""
+    slices = model.slices()
+    return [i for e in effects for i in range(slices[e.name].start, slices[e.name].stop)]
+
+
+def solve_sensor(
+    effects: Sequence[Effect],
+    theta: FloatArray,
+    shapes: Mapping[str, float],
+    conditions: Callable[[FloatArray], Conditions],
+    linear: FloatArray,
+) -> FloatArray:
+    """The corrected vector s of ``s + F(s) theta = linear`` by fixed point, shape (n, 3).
+
+    ``conditions`` gives what the effects are evaluated on when the vectors are s (n, 3).
+
+    Raises
+    ------
+    FitFailed
+        The effects are so large that the fixed point does not exist.
+    """
+    s = linear
+    largest = float(np.abs(linear).max()) + 1e-300
+    for _ in range(FIXED_POINT_STEPS):
+        columns = stack_columns(effects, conditions(s), shapes)
+        following = linear - columns @ theta
+        change = float(np.abs(following - s).max())
+        s = following
+        if not change < 1e3 * largest:
+            break
+        if change <= FIXED_POINT_TOLERANCE * largest:
+            return s
+    if change <= 1e-9 * largest:
+        return s
+    raise FitFailed(
+        "the effects in the model are larger than the readings themselves, so that no true vector "
+        "fits them. Remove the last effect added (`pipeline remove`)."
+    )
+
+
+def follows_vector(effect: Effect, at: Conditions) -> bool:
+    """Whether the columns of ``effect`` change with the vector, not only with the conditions."""
+    elsewhere = replace(at, vector=1.1 * at.vector + 0.1)
+    return not np.array_equal(effect.evaluate(at), effect.evaluate(elsewhere))
+
+
+def sensor_slope(
+    effects: Sequence[Effect], theta: FloatArray, shapes: Mapping[str, float], at: Conditions
+) -> FloatArray:
+    """``I + d(F theta)/ds`` at ``at``, shape (n, 3, 3), by central differences in s."""
+    step = SLOPE_STEP * (float(np.abs(at.vector).max()) or 1.0)
+    slope = np.zeros((len(at.vector), 3, 3))
+    for j in range(3):
+        move = np.zeros(3)
+        move[j] = step
+        up = stack_columns(effects, replace(at, vector=at.vector + move), shapes) @ theta
+        down = stack_columns(effects, replace(at, vector=at.vector - move), shapes) @ theta
+        slope[:, :, j] = (up - down) / (2 * step)
+    return np.asarray(slope + np.eye(3))
+
+
+def unavailable(effect: Effect, poses: PoseSet) -> str | None:
+    """Why ``effect`` cannot be evaluated on these poses, or None when it can."""
+    at = poses.conditions(poses.reading)
+    if np.isfinite(effect.evaluate(at)).all():
+        return None
+    n = len(poses)
+    absent: dict[str, dict[str, Any]] = {
+        "the accelerometer was not logged in every pose": {
+            "force": np.ones((n, 3)),
+            "vibration": np.ones((n, 3)),
+        },
+        "the logs' clocks overlap or are missing, so the order in time is not known": {
+            "time_s": np.arange(n, dtype=float),
+            "previous": np.ones((n, 3)),
+        },
+    }
+    for reason, stand_in in absent.items():
+        if np.isfinite(effect.evaluate(replace(at, **stand_in))).all():
+            return reason
+    if effect.name.startswith("temperature_"):
+        return "the logs have no complete column temperature_c"
+    return "the logs lack a column it follows"

@@ -1,0 +1,294 @@
+"""How a calibrated accelerometer is mounted: Promrit et al., with uncertainties.
+
+From a still log, corrected by the triad's calibration, roll and pitch by eq. (A)-(D) in the order
+of eq. (6) (:mod:`calib.mounting.levelling`). Beyond the paper: the sd of both angles; the floor's
+slope told from the mounting by a second log at the reverse heading; the yaw from a drive
+(:mod:`calib.mounting.heading`).
+
+What is measured is the mounting against the plumb line, in the orthogonal frame that the
+accelerometer's calibration has chosen (its z is the sensitive axis z, its x-axis is the one that
+Angrisano et al. eq. (2) leaves free). One log alone cannot tell a slope of the floor from the
+mounting: that is why the paper finds 13.00° on a lamp of nominally 15°, and no reading of that log
+could explain it.
+
+The paper compensates by ``K a = R (I + S + M) a + b``, which turns first and scales afterwards.
+The sensor's errors arise along its own axes, so here the calibration is applied first and ``Rᵀ``
+afterwards; on its own lamps the two differ by 145 mm/s² for errors of one to two per cent.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.effects.effect import Conditions
+from calib.errors import Undetermined
+from calib.fit.calibration import TriadCalibration
+from calib.mounting.heading import FirstPush, Yaw, measure_yaw
+from calib.mounting.levelling import (
+    Order,
+    mounting_rotation,
+    roll_pitch,
+    roll_pitch_jacobian,
+    rotation_order,
+)
+from calib.mounting.still_reading import (
+    StillReading,
+    calibration_covariance,
+    corrected,
+    noise_covariance,
+    still_reading,
+)
+from calib.poses.imu_log import FloatArray, ImuLog
+
+WRONG_GRAVITY = 0.02
+"""Largest deviation of the corrected magnitude from gravity, relative. By it the angles could be
+wrong by more than a degree; a drifted low-cost sensor stays below (0.6 % in the paper)."""
+
+EXPLAINED_SD = 3.0
+"""A deviation up to this many sds is what the stated uncertainties explain."""
+
+LOCK_COSINE = 0.05
+"""Within 3° of the lock of an order the other angle's sd grows twentyfold and more."""
+
+SHORTEST_S = 20.0
+"""Noise of a low-cost sensor stays correlated over about half a second. In shorter logs the stated
+95 % cover less than 93 % (92 % at 12 s, 83 % at 3 s; ``tests/bench/study_installation.py``)."""
+
+STEEPEST_FLOOR_RAD = math.radians(15.0)
+REVERSAL_SD_RAD = math.radians(3.0)
+"""How well a vehicle is turned round by eye; an error ε leaves ε/2 of the slope, sideways."""
+
+
+@dataclass(frozen=True, eq=False)
+class Slope:
+    """The floor's rise along the vehicle's x and y at the first heading, and its sd, each (2,).
+
+    Without a yaw from a drive, x and y are the axes that a yaw of zero gives.
+    """
+
+    rise_rad: FloatArray
+    sd_rad: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Installation:
+    """The mounting of one sensor.
+
+    Parameters
+    ----------
+    order : str
+        ``xyz`` or ``yxz``: the rotation order, eq. (6).
+    roll_rad, pitch_rad : float
+        φ and θ of eq. (A)-(D).
+    cov : array, shape (2, 2)
+        Covariance of roll and pitch, rad².
+    rotation : array, shape (3, 3)
+        R, from the vehicle's axes to the sensor's, with the yaw where it was measured.
+    before, after : array, shape (3,)
+        Calibrated mean reading in the sensor's axes, and turned into the vehicle's by ``Rᵀ``,
+        m/s²; ``after`` is (0, 0, g) but for the floor's slope.
+    magnitude_error_m_s2 : float
+        By how much the corrected magnitude exceeds gravity.
+    notes : tuple of str
+        What the user should know of how far the sds can be trusted.
+    samples : int
+        Readings that were averaged.
+    slope : Slope or None
+        The floor's, where a log at the reverse heading was given.
+    yaw : Yaw or None
+        Where a drive was given.
+    """
+
+    order: Order
+    roll_rad: float
+    pitch_rad: float
+    cov: FloatArray
+    rotation: FloatArray
+    before: FloatArray
+    after: FloatArray
+    magnitude_error_m_s2: float
+    notes: tuple[str, ...]
+    samples: int
+    slope: Slope | None
+    yaw: Yaw | None
+
+    @property
+    def sd_rad(self) -> FloatArray:
+        """Sds of roll and pitch, shape (2,)."""
+        return np.asarray(np.sqrt(np.diag(self.cov)))
+
+
+@dataclass(frozen=True, eq=False)
+class MountedAccelerometer:
+    """Calibration and mounting as one: nominal readings in, the vehicle's axes out."""
+
+    calibration: TriadCalibration
+    installation: Installation
+
+    def correct(self, at: Conditions) -> FloatArray:
+        """Specific force in the vehicle's axes for nominal readings ``at.vector``, (n, 3)."""
+        return np.asarray(self.calibration.correct(at) @ self.installation.rotation)
+
+
+def measure_installation(
+    still: Sequence[ImuLog],
+    accelerometer: TriadCalibration,
+    gravity_m_s2: float,
+    gravity_sd_m_s2: float = 0.0,
+    *,
+    reverse: Sequence[ImuLog] = (),
+    drive: Sequence[ImuLog] = (),
+    first_push: FirstPush = "forward",
+    order: Order | None = None,
+) -> Installation:
+    """Roll, pitch and, where the logs tell them, the floor's slope and the yaw.
+
+    Parameters
+    ----------
+    still : sequence of ImuLog
+        Logs of the mounted sensor at rest, all at one place and heading; raw readings.
+    accelerometer : TriadCalibration
+        Its calibration.
+    gravity_m_s2, gravity_sd_m_s2 : float
+        Gravity where the logs were made.
+    reverse : sequence of ImuLog
+        The same at the same place with the vehicle turned round by 180°.
+    drive : sequence of ImuLog
+        Straight driving with marked acceleration or braking.
+    first_push : str
+        ``forward`` where the drive begins by speeding up ahead, ``backward`` where it begins by
+        braking.
+    order : str, optional
+        Rotation order; by eq. (6) where None.
+
+    Raises
+    ------
+    Undetermined
+        The sensor moved, the corrected magnitude is not gravity, the order is locked at this
+        mounting, the second log is not the reverse heading, or the drive has no clear direction.
+    """
+    readings = [still_reading(still, accelerometer)]
+    if reverse:
+        readings.append(still_reading(reverse, accelerometer))
+
+    def forces(calibration: TriadCalibration) -> FloatArray:
+        return np.array([corrected(reading, calibration) for reading in readings])
+
+    def level(calibration: TriadCalibration) -> FloatArray:
+        """Sensor's view of the direction that is up on a level floor, (3,)."""
+        return np.asarray(forces(calibration).mean(axis=0))
+
+    noise = [noise_covariance(reading, accelerometer) for reading in readings]
+    cov = sum(noise, np.zeros((3, 3))) / len(noise) ** 2
+    cov = cov + calibration_covariance(level, accelerometer)
+
+    felt = forces(accelerometer)
+    notes = []
+    for reading, force in zip(readings, felt, strict=True):
+        if reading.longest_s < SHORTEST_S:
+            notes.append(
+                f"{reading.label} lasts {reading.longest_s:.1f} s: slow noise is not seen in less "
+                f"than {SHORTEST_S:g} s, and the sds are lower bounds. Log half a minute."
+            )
+        unexplained = _unexplained(reading, force, cov, gravity_m_s2, gravity_sd_m_s2)
+        if unexplained > 0:
+            # The calibration no longer holds to this extent, in a direction that nobody knows.
+            cov = cov + unexplained**2 * np.eye(3)
+            notes.append(
+                f"{reading.label}: the calibrated magnitude is {1e3 * unexplained:.1f} mm/s² off "
+                f"gravity, more than the stated uncertainties explain: the calibration has "
+                f"drifted. The sds of the angles contain it; calibrate again for smaller ones."
+            )
+
+    up = level(accelerometer)
+    if reverse:
+        cov = cov + _turned_short(readings[1].label, felt, up)
+    chosen = order or rotation_order(up / gravity_m_s2)
+    _refuse_lock(readings[0].label, up, chosen)
+    roll, pitch = roll_pitch(up, chosen)
+    to_angles = roll_pitch_jacobian(up, chosen)
+
+    yaw = None
+    if drive:
+        levelled = mounting_rotation(chosen, roll, pitch)
+        yaw = measure_yaw(drive, accelerometer, levelled, first_push)
+    rotation = mounting_rotation(chosen, roll, pitch, yaw.yaw_rad if yaw else 0.0)
+    slope = None
+    if reverse:
+        slope = _floor_slope(felt @ rotation, rotation.T @ (noise[0] + noise[1]) @ rotation, yaw)
+    return Installation(
+        order=chosen,
+        roll_rad=roll,
+        pitch_rad=pitch,
+        cov=to_angles @ cov @ to_angles.T,
+        rotation=rotation,
+        before=felt[0],
+        after=felt[0] @ rotation,
+        magnitude_error_m_s2=float(np.linalg.norm(felt[0])) - gravity_m_s2,
+        notes=tuple(notes),
+        samples=sum(reading.samples for reading in readings),
+        slope=slope,
+        yaw=yaw,
+    )
+
+
+def _unexplained(
+    reading: StillReading, force: FloatArray, cov: FloatArray, gravity: float, gravity_sd: float
+) -> float:
+    """Deviation of |force| from gravity where stated sds do not explain it, else 0; m/s²."""
+    size = float(np.linalg.norm(force))
+    deviation = size - gravity
+    if abs(deviation) > WRONG_GRAVITY * gravity:
+        raise Undetermined(
+            f"{reading.label}: the calibrated readings have a magnitude of {size:.4f} m/s² where "
+            f"gravity is {gravity:.4f} m/s², {100 * deviation / gravity:+.1f} % off; within "
+            f"{100 * WRONG_GRAVITY:g} % is accepted, since the angles are wrong by as much. The "
+            f"vehicle was accelerating, or the calibration is another sensor's, another range's or "
+            f"too old: record the log at rest, and calibrate the sensor again if it persists."
+        )
+    along = force / size
+    sd = math.sqrt(float(along @ cov @ along) + gravity_sd**2)
+    return abs(deviation) if abs(deviation) > EXPLAINED_SD * sd else 0.0
+
+
+def _turned_short(label: str, felt: FloatArray, up: FloatArray) -> FloatArray:
+    """Covariance (3, 3) of the mean of both headings by a turn that is not quite 180°."""
+    first, second = felt / np.linalg.norm(felt, axis=1, keepdims=True)
+    # Half the angle between two unit vectors; exact also where they nearly agree.
+    tilt = math.atan2(float(np.linalg.norm(first - second)), float(np.linalg.norm(first + second)))
+    if tilt > STEEPEST_FLOOR_RAD:
+        raise Undetermined(
+            f"{label}: between the two headings the plumb line turns by "
+            f"{math.degrees(2 * tilt):.1f}° in the sensor, as on a floor that slopes by "
+            f"{math.degrees(tilt):.1f}°; up to {math.degrees(STEEPEST_FLOOR_RAD):g}° is accepted. "
+            f"The sensor was remounted, or the logs are of different places; record both headings "
+            f"at one place without touching the sensor."
+        )
+    sloping = (felt[0] - felt[1]) / 2
+    short = np.cross(up / np.linalg.norm(up), sloping) * REVERSAL_SD_RAD / 2
+    return np.outer(short, short)
+
+
+def _floor_slope(felt: FloatArray, noise: FloatArray, yaw: Yaw | None) -> Slope:
+    """The floor's rise from both headings; ``felt`` (2, 3) and ``noise`` in the vehicle's axes."""
+    gravity = float(np.linalg.norm(felt, axis=1).mean())
+    rise = (felt[0] - felt[1])[:2] / (2 * gravity)
+    sideways = np.array([-rise[1], rise[0]])
+    turned = (REVERSAL_SD_RAD / 2) ** 2 + (yaw.sd_rad**2 if yaw else 0.0)
+    cov = noise[:2, :2] / (2 * gravity) ** 2 + turned * np.outer(sideways, sideways)
+    return Slope(rise, np.sqrt(np.diag(cov)))
+
+
+def _refuse_lock(label: str, up: FloatArray, order: Order) -> None:
+    x, y, z = up / np.linalg.norm(up)
+    denominator = math.hypot(y, z) if order == "xyz" else math.hypot(x, z)
+    if denominator >= LOCK_COSINE:
+        return
+    locked, lost, other = ("pitch", "roll", "yxz") if order == "xyz" else ("roll", "pitch", "xyz")
+    raise Undetermined(
+        f"{label}: gimbal lock: with the rotation order {order} the {locked} is within "
+        f"{math.degrees(math.asin(LOCK_COSINE)):.0f}° of 90° at this mounting, where the {lost} "
+        f"has no meaning. Use the order {other}, or leave the choice to eq. (6)."
+    )

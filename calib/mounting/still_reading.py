@@ -1,0 +1,196 @@
+"""The calibrated mean of a still, mounted accelerometer and what its calibration leaves uncertain.
+
+A log in which the vehicle moved is refused (:func:`calib.poses.averaging.average_pose`) where its
+halves differ by more than 0.1°; one that settles by less is neither noticed nor in the sd.
+
+A quantity q that is computed from corrected readings depends on the calibration's parameters
+theta. ``J = dq/dtheta`` by central differences, one sd of each parameter to both sides, takes
+their covariance to q: ``J cov Jᵀ``, with every correlation that the fit found.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.effects.effect import Conditions
+from calib.errors import Undetermined
+from calib.fit.calibration import TriadCalibration
+from calib.poses.averaging import average_pose
+from calib.poses.imu_log import FloatArray, ImuLog
+from calib.poses.mean_noise import variance_of_mean
+
+SAME_PLACE_SD = 6.0
+SAME_PLACE_M_S2 = 0.02
+"""Still logs of one mounting agree within this (0.1°), or within SAME_PLACE_SD of their noise."""
+
+
+@dataclass(frozen=True, eq=False)
+class StillReading:
+    """Mean nominal reading of one or several still logs, before any calibration.
+
+    Parameters
+    ----------
+    label : str
+        What messages call it.
+    at : Conditions
+        One row: the mean reading in nominal m/s² and the means of the logged columns.
+    variance : array, shape (3,)
+        Variance of that mean by the sensor's own noise, nominal (m/s²)².
+    samples : int
+    longest_s : float
+        Length of the longest of the logs.
+    """
+
+    label: str
+    at: Conditions
+    variance: FloatArray
+    samples: int
+    longest_s: float
+
+
+def log_conditions(log: ImuLog, nominal: FloatArray) -> Conditions:
+    """What effects are evaluated on for every sample of a log, whose clock is its own.
+
+    The time of the calibration session and the pose before are not known here: they are NaN.
+    """
+    n = len(nominal)
+    return Conditions(
+        vector=nominal,
+        magnitude=np.full(n, np.nan),
+        force=nominal,
+        spin_rad_s=np.zeros(n),
+        time_s=np.full(n, np.nan),
+        previous=np.full((n, 3), np.nan),
+        vibration=np.tile(nominal.var(axis=0, ddof=1), (n, 1)),
+        columns=log.columns,
+    )
+
+
+def still_reading(logs: Sequence[ImuLog], accelerometer: TriadCalibration) -> StillReading:
+    """Average the still logs of one mounting, each counted by its number of samples.
+
+    Raises
+    ------
+    Undetermined
+        No log, the sensor moved, saturated, the logs do not agree, or the calibration has effects
+        that they cannot evaluate.
+    UnusableLog
+        Counts outside what the converter can give.
+    """
+    if not logs:
+        raise Undetermined(
+            "installation: no still log was found. Record the mounted sensor for half a minute "
+            "with the vehicle standing still."
+        )
+    parts = [_one_log(log, accelerometer) for log in logs]
+    counts = np.array([part.samples for part in parts])
+    share = counts / counts.sum()
+    means = np.concatenate([part.at.vector for part in parts])  # (l, 3)
+    mean = share @ means
+    own = np.array([part.variance for part in parts])
+    allowed = np.maximum(SAME_PLACE_M_S2, SAME_PLACE_SD * np.sqrt(own + share**2 @ own))
+    excess = np.abs(means - mean) / allowed
+    if excess.max() > 1:
+        worst = int(np.argmax(excess.max(axis=1)))
+        apart = float(np.linalg.norm(means[worst] - mean))
+        raise Undetermined(
+            f"{parts[worst].label}: this still log differs by {apart:.3g} m/s² from the mean of "
+            f"the {len(parts)} still logs of the installation, where logs of one mounting at one "
+            f"place agree within {float(allowed[worst].min()):.2g} m/s². The sensor or the vehicle "
+            f"was moved between them; give the logs of one place only."
+        )
+    columns = {
+        name: np.array([share @ np.array([part.at.columns[name][0] for part in parts])])
+        for name in parts[0].at.columns
+        if all(name in part.at.columns for part in parts)
+    }
+    at = replace(
+        parts[0].at,
+        vector=mean[None],
+        force=mean[None],
+        vibration=(share @ np.concatenate([part.at.vibration for part in parts]))[None],
+        columns=columns,
+    )
+    label = parts[0].label if len(parts) == 1 else f"{parts[0].label} and {len(parts) - 1} more"
+    require_evaluable(label, at, accelerometer)
+    longest_s = max(part.longest_s for part in parts)
+    return StillReading(label, at, share**2 @ own, int(counts.sum()), longest_s)
+
+
+def _one_log(log: ImuLog, accelerometer: TriadCalibration) -> StillReading:
+    if not log.has("accelerometer"):
+        raise Undetermined(
+            f"{log.label}: has no accelerometer columns; acc_x, acc_y, acc_z are needed to find "
+            f"how the sensor is mounted."
+        )
+    mean = average_pose(log, accelerometer.spec, None)  # refuses what moved or is saturated
+    nominal = accelerometer.spec.nominal(log.accelerometer)
+    at = log_conditions(log, nominal)
+    row = replace(
+        at,
+        vector=mean.accelerometer.mean[None],
+        magnitude=at.magnitude[:1],
+        force=mean.accelerometer.mean[None],
+        spin_rad_s=at.spin_rad_s[:1],
+        time_s=at.time_s[:1],
+        previous=at.previous[:1],
+        vibration=at.vibration[:1],
+        columns={name: np.array([value]) for name, value in mean.columns.items()},
+    )
+    return StillReading(
+        log.label, row, variance_of_mean(nominal), len(nominal), mean.duration_s
+    )
+
+
+def require_evaluable(label: str, at: Conditions, accelerometer: TriadCalibration) -> None:
+    """Refuse a log that lacks what the calibration's effects depend on."""
+    shapes = accelerometer.fit.shapes
+    lost = [
+        effect.name
+        for effect in accelerometer.fit.model.acting_on("sensor")
+        if not np.isfinite(effect.evaluate(at, shapes.get(effect.name))).all()
+    ]
+    if lost:
+        raise Undetermined(
+            f"{label}: the accelerometer's model has {', '.join(lost)}, which this log cannot "
+            f"evaluate: the column is not in it, or it needs the calibration session's clock or "
+            f"the pose before. Log the column, or calibrate without that effect "
+            f"(`pipeline remove`)."
+        )
+
+
+def corrected(reading: StillReading, accelerometer: TriadCalibration) -> FloatArray:
+    """Specific force of the mean reading in the sensor's axes, m/s², shape (3,)."""
+    return np.asarray(accelerometer.correct(reading.at)[0])
+
+
+def noise_covariance(reading: StillReading, accelerometer: TriadCalibration) -> FloatArray:
+    """Covariance of the corrected mean by the sensor's noise alone, (m/s²)², shape (3, 3)."""
+    y = reading.at.vector[0]
+    step = 1e-4 * float(np.linalg.norm(y))
+    slope = np.empty((3, 3))
+    for j in range(3):
+        move = step * np.eye(3)[j]
+        up = replace(reading, at=replace(reading.at, vector=(y + move)[None]))
+        down = replace(reading, at=replace(reading.at, vector=(y - move)[None]))
+        slope[:, j] = (corrected(up, accelerometer) - corrected(down, accelerometer)) / (2 * step)
+    return np.asarray(slope * reading.variance @ slope.T)
+
+
+def calibration_covariance(
+    quantity: Callable[[TriadCalibration], FloatArray], accelerometer: TriadCalibration
+) -> FloatArray:
+    """Covariance (q, q) that the calibration's parameters give ``quantity`` (q,)."""
+    fit = accelerometer.fit
+    sd = np.sqrt(np.diag(fit.cov))
+    columns = []
+    for j, step in enumerate(sd):
+        move = np.zeros(len(sd))
+        move[j] = step
+        up = replace(accelerometer, fit=replace(fit, theta=fit.theta + move))
+        down = replace(accelerometer, fit=replace(fit, theta=fit.theta - move))
+        slope = (quantity(up) - quantity(down)) / (2 * step) if step > 0 else quantity(up) * 0.0
+        columns.append(slope)
+    jacobian = np.column_stack(columns)
+    return np.asarray(jacobian @ fit.cov @ jacobian.T)

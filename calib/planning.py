@@ -1,0 +1,295 @@
+"""What poses determine before they are recorded: sds, conditioning, what stays unseen, what next.
+
+Ideal readings of the planned poses are fitted by the very code that will fit the real ones, with
+the sds that real ones would have. The covariance does not depend on the readings' errors, so the
+sds of the parameters are those to be obtained; poses that would be refused are refused here.
+
+D-efficiency compares the information per pose, ``det(JᵀJ)^(1/p) / n``, with that of the 18 wedge
+poses of Angrisano et al. at the first setting of the plan: 1 is as good, 0 is singular.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.diagnosis.hypotheses import candidate_effects
+from calib.diagnosis.signature import Projector, Signature, are_aliases, effect_columns
+from calib.effects.effect import Effect
+from calib.fit.identifiability import scaled_condition
+from calib.fit.initial_estimate import Start
+from calib.fit.model import Model, stack_columns, unavailable
+from calib.fit.parameters import triad_parameters
+from calib.fit.residuals import Equations
+from calib.fit.result import Fit
+from calib.fit.solver import fit
+from calib.poses.attitudes import natural_directions
+from calib.poses.averaging import PoseMean
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import FloatArray, Triad
+from calib.poses.pose_set import NOISE_DOF_PER_POSE, PoseSet, correlated_sd
+from calib.poses.reference import CommonError, Reference, join_references
+
+WEDGE = natural_directions(corners=False)
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedRun:
+    """Poses at one setting of the plate, to be recorded or recorded already.
+
+    Parameters
+    ----------
+    name : str
+    up : array, shape (n, 3)
+        Side of the sensor that faces up in each pose.
+    magnitude : float
+        Gravity in m/s², the plate's rate in rad/s, or 0 for a gyro at rest.
+    spin_rad_s : float
+        The plate's rate, positive counter-clockwise seen from above.
+    sd : array, shape (3,)
+        Of the mean of a pose, SI.
+    reference_sd : float
+        What each pose's reference is uncertain by for itself, SI.
+    common : tuple of CommonError
+        What the references have in common.
+    force_m_s2 : float
+        Gravity where the accelerometer is logged too, NaN where it is not.
+    time_s : array, shape (n,)
+        When the poses are taken.
+    """
+
+    name: str
+    up: FloatArray
+    magnitude: float
+    spin_rad_s: float
+    sd: FloatArray
+    reference_sd: float
+    common: tuple[CommonError, ...]
+    force_m_s2: float
+    time_s: FloatArray
+
+
+def one_second_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
+    """Sd (3,) that a mean over one second would have, from recorded poses; it falls as 1/√T.
+
+    Correlation of the samples is included, as in the sds of the poses themselves.
+    """
+    sd = correlated_sd(runs, triad)
+    duration_s = np.array([mean.duration_s for means in runs for mean in means])
+    return np.asarray(np.sqrt(np.median(sd**2 * duration_s[:, None], axis=0)))
+
+
+def expected_widening(poses: int) -> float:
+    """Student's factor by which sds known from this many poses will be stated wider."""
+    dof = NOISE_DOF_PER_POSE * poses
+    return float(np.sqrt(dof / max(dof - 2, 1.0)))
+
+
+def ideal_poses(
+    triad: Triad, runs: Sequence[PlannedRun], sensor: Start | None = None
+) -> PoseSet:
+    """What a sensor would read in the planned poses, without any error.
+
+    ``sensor`` is what recorded poses tell of its gains and offsets, without it the sensor is as its
+    data sheet says. The sds of ``runs`` are in the nominal units of the readings.
+    """
+    parts: list[Reference] = []
+    for run in runs:
+        n = len(run.up)
+        common = np.tile([error.sd for error in run.common], (n, 1)).reshape(n, len(run.common))
+        names = tuple(error.name for error in run.common)
+        parts.append(Reference(np.full(n, run.magnitude), np.full(n, run.reference_sd), common,
+                               names))
+
+    def joined(rows: list[FloatArray]) -> FloatArray:
+        return np.concatenate(rows)
+
+    way = [np.sign(run.spin_rad_s) if triad == "gyroscope" else 1.0 for run in runs]
+    zeros = joined([np.zeros_like(run.up) for run in runs])
+    return PoseSet(
+        triad=triad,
+        label=tuple(f"{run.name} {i + 1}" for run in runs for i in range(len(run.up))),
+        run=tuple(run.name for run in runs for _ in run.up),
+        reading=readings_of(joined([sign * run.magnitude * run.up
+                                    for run, sign in zip(runs, way, strict=True)]), sensor),
+        sd=joined([np.tile(run.sd, (len(run.up), 1)) for run in runs]),
+        force=joined([run.force_m_s2 * run.up for run in runs]),
+        vibration=zeros,
+        spin_rad_s=joined([np.full(len(run.up), run.spin_rad_s) for run in runs]),
+        time_s=joined([run.time_s for run in runs]),
+        expected=zeros,
+        reference=join_references(parts),
+    )
+
+
+def readings_of(vectors: FloatArray, sensor: Start | None) -> FloatArray:
+    """Nominal readings y (n, 3) of true vectors s, from ``s = M y + c``."""
+    if sensor is None:
+        return vectors
+    return np.asarray(np.linalg.solve(sensor.matrix, (vectors - sensor.offset).T).T)
+
+
+@dataclass(frozen=True, eq=False)
+class Prospect:
+    """What a plan determines.
+
+    ``sd`` (3, 3) are the expected sds of misalignment (rad), bias (SI) and scale (relative), each
+    x, y, z. ``blind`` are effects these poses cannot see, ``partly`` maps an effect to
+    how many of its parameters they see of how many, ``aliases`` are groups that look the same,
+    ``absent`` says why an effect cannot be judged at all.
+    """
+
+    fit: Fit
+    sd: FloatArray
+    dof: int
+    condition: float
+    d_efficiency: float
+    blind: tuple[str, ...]
+    partly: dict[str, tuple[int, int]]
+    aliases: tuple[tuple[str, ...], ...]
+    absent: dict[str, str]
+
+
+def prospect_of(
+    poses: PoseSet, model: Model, spec: TriadSpec, own: Sequence[Effect] = ()
+) -> Prospect:
+    """Judge a plan.
+
+    Raises
+    ------
+    Undetermined
+        The poses would be too few, or not determine the model; the message says what is missing.
+    """
+    found = fit(poses, model)
+    projector = Projector(found)
+    signatures, absent = [], {}
+    partly = {}
+    for effect in candidate_effects(found, own):
+        reason = unavailable(effect, poses)
+        if reason is not None:
+            absent[effect.name] = reason
+            continue
+        signature = projector.signature(effect.name, effect_columns(found, effect))
+        signatures.append(signature)
+        if 0 < signature.seen < len(effect.parameters):
+            partly[effect.name] = (signature.seen, len(effect.parameters))
+    parameters = triad_parameters(model, found.theta, found.cov, spec)
+    misalignment, bias, scale_sd = parameters.sd
+    scale = parameters.scale_counts_per_unit
+    return Prospect(
+        fit=found,
+        sd=np.array([misalignment, bias / scale, scale_sd / scale]),
+        dof=found.dof,
+        condition=scaled_condition(_about_zero(found) @ found.basis)[0],
+        d_efficiency=d_efficiency(found),
+        blind=tuple(signature.name for signature in signatures if signature.is_blind),
+        partly=partly,
+        aliases=alias_groups(signatures),
+        absent=absent,
+    )
+
+
+def alias_groups(signatures: Sequence[Signature]) -> tuple[tuple[str, ...], ...]:
+    """Effects that look the same in these poses, in groups of two or more."""
+    groups: list[list[Signature]] = []
+    for signature in signatures:
+        if signature.is_blind:
+            continue
+        alike = next((group for group in groups if are_aliases(group[0], signature)), None)
+        if alike is None:
+            groups.append([signature])
+        else:
+            alike.append(signature)
+    return tuple(tuple(s.name for s in group) for group in groups if len(group) > 1)
+
+
+def _about_zero(found: Fit) -> FloatArray:
+    """Whitened rows (d, p) of the parameters about the corrected vector's own zero.
+
+    About a false origin that is far away bias and scale look alike, which says nothing of poses.
+    """
+    equations, p = found.equations, found.model.size
+    data = found.rows.jacobian[: equations.data_count, :p].copy()
+    if equations.on_reading:
+        at = replace(equations.at_reading, vector=found.rows.vector)
+        columns = stack_columns(equations.on_reading, at, {})
+        data[:, equations.reading_index] = equations.whitened(columns, found.rows.vector)
+    return np.asarray(data)
+
+
+def _information(rows: FloatArray) -> float:
+    """``det(JᵀJ)^(1/p) / n`` of whitened rows (n, p)."""
+    singular = np.linalg.svd(rows, compute_uv=False)
+    return float(np.exp(2 * np.log(np.maximum(singular, 1e-300)).mean()) / len(rows))
+
+
+def d_efficiency(found: Fit) -> float:
+    """Information per row, compared with that of the 18 wedge poses at the first setting."""
+    poses = found.poses
+    turning = np.flatnonzero(~poses.reference.is_null)
+    first = poses.run[turning[0]] if turning.size else poses.run[0]
+    like = np.array([run == first for run in poses.run])
+    at = int(np.flatnonzero(like)[0])
+    take = np.full(len(WEDGE), at)
+    sign = float(np.sign(poses.spin_rad_s[at]) or 1.0) if poses.triad == "gyroscope" else 1.0
+    reference = poses.reference
+    matrix = found.equations.start.matrix  # from the data sheet's units to true ones
+    typical_sd = np.sqrt(np.median(poses.sd[like] ** 2, axis=0) @ (matrix**2).T)
+    wedge = replace(
+        poses,
+        label=tuple(f"wedge {i + 1}" for i in range(len(WEDGE))),
+        run=(first,) * len(WEDGE),
+        reading=sign * reference.magnitude[at] * WEDGE,
+        sd=np.tile(typical_sd, (len(WEDGE), 1)),
+        force=np.linalg.norm(poses.force[at]) * WEDGE,
+        vibration=poses.vibration[take],
+        spin_rad_s=poses.spin_rad_s[take],
+        time_s=np.arange(len(WEDGE), dtype=float),
+        expected=poses.expected[take],
+        reference=Reference(reference.magnitude[take], reference.sd[take],
+                            reference.common[take], reference.common_names),
+        columns={name: values[take] for name, values in poses.columns.items()},
+    )
+    ideal = Equations(wedge, found.model)
+    eta = np.zeros(ideal.common.shape[1])
+    p = found.model.size
+    wedge_rows = ideal.rows(np.zeros(p), eta, found.shapes).jacobian[: ideal.data_count, :p]
+    return _information(_about_zero(found) @ found.basis) / _information(wedge_rows @ found.basis)
+
+
+@dataclass(frozen=True, eq=False)
+class BestPose:
+    """One more pose: its setting, the side that faces up (3,), and by how much sds shrink.
+
+    ``shrinks`` is the factor on the geometric mean of the sds of all parameters.
+    """
+
+    run: str
+    up: FloatArray
+    shrinks: float
+
+
+def best_pose(triad: Triad, runs: Sequence[PlannedRun], model: Model) -> BestPose:
+    """The natural direction, at a setting of the plan, that adds most information (D-optimal)."""
+    every = natural_directions()
+    more = [replace(run, up=every, time_s=run.time_s.max() + 30.0 * np.arange(1, 27))
+            for run in runs]
+    poses = ideal_poses(triad, [*runs, *more])
+    equations = Equations(poses, model)
+    eta = np.zeros(equations.common.shape[1])
+    jacobian = equations.rows(np.zeros(model.size), eta, {}).jacobian
+    at_hand = sum(len(run.up) for run in runs)
+    pose = np.append(equations.row_pose, np.full(len(eta), -1))  # the prior rows belong to none
+    information = jacobian[pose < at_hand].T @ jacobian[pose < at_hand]
+    scale = np.sqrt(np.diag(information))
+    scale[scale == 0] = 1.0
+    # A hair of prior knowledge keeps plans comparable that are not determined yet.
+    cov = np.linalg.inv(information / np.outer(scale, scale) + 1e-9 * np.eye(len(scale)))
+    gains = []
+    for k in range(at_hand, len(poses)):
+        rows = jacobian[pose == k] / scale
+        gains.append(np.linalg.slogdet(np.eye(len(rows)) + rows @ cov @ rows.T)[1])
+    best = int(np.argmax(gains))
+    run = [run for run in runs for _ in every][best]
+    return BestPose(run.name, every[best % len(every)],
+                    float(np.exp(-gains[best] / 2 / model.size)))

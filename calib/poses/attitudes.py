@@ -1,0 +1,56 @@
+"""Which of the 26 natural directions the poses cover, and how to say so.
+
+A direction is the one in which the measured vector points in the sensor's own axes: for a still
+accelerometer the side that faces up, for a gyro on the plate the side that faces up when the plate
+turns counter-clockwise. The 6 faces and 12 edges are the wedge poses of Angrisano et al.; the 8
+corners complete them.
+"""
+
+from collections.abc import Iterable
+from itertools import product
+
+import numpy as np
+
+from calib.poses.imu_log import AXES, FloatArray
+
+NEAR_COSINE = float(np.cos(np.radians(25.0)))
+"""A pose covers a direction up to 25° away: the neighbours are 35 to 45° apart."""
+
+
+def natural_directions(corners: bool = True) -> FloatArray:
+    """The unit vectors of 6 faces, 12 edges and (``corners``) 8 corners, shape (26 or 18, 3)."""
+    signs = np.array([s for s in product((-1, 0, 1), repeat=3) if any(s)], dtype=float)
+    count = np.abs(signs).sum(axis=1)
+    chosen = signs[np.argsort(count, kind="stable")]
+    if not corners:
+        chosen = chosen[np.abs(chosen).sum(axis=1) < 3]
+    return np.asarray(chosen / np.linalg.norm(chosen, axis=1, keepdims=True))
+
+
+def direction_name(direction: FloatArray) -> str:
+    """In words: ``+x up``, ``edge between +x and -z up``, ``corner +x -y +z up``."""
+    parts = [
+        f"{'+' if value > 0 else '-'}{axis}"
+        for axis, value in zip(AXES, direction, strict=True)
+        if abs(value) > 0.3
+    ]
+    if len(parts) == 1:
+        return f"{parts[0]} up"
+    if len(parts) == 2:
+        return f"edge between {parts[0]} and {parts[1]} up"
+    return f"corner {' '.join(parts)} up"
+
+
+def uncovered(directions: FloatArray, corners: bool = False) -> FloatArray:
+    """The natural directions with no pose near them, shape (k, 3)."""
+    natural = natural_directions(corners)
+    unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    return np.asarray(natural[(natural @ unit.T).max(axis=1) < NEAR_COSINE])
+
+
+def list_directions(directions: Iterable[FloatArray], most: int = 6) -> str:
+    """The names of ``directions`` as one phrase, cut after ``most``."""
+    names = [direction_name(direction) for direction in directions]
+    if len(names) <= most:
+        return ", ".join(names)
+    return ", ".join(names[:most]) + f" and {len(names) - most} more"

@@ -1,0 +1,67 @@
+"""What the data sheet says of a triad: full scale, bits, encoding, and the start values they give.
+
+Angrisano et al. eq. (12): a converter of n bits over [-y, +y] starts the calibration at
+``b = (2^n - 1)/2`` counts and ``k = 2y/(2^n - 1)`` SI units per count.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from calib.poses.imu_log import FloatArray
+
+Encoding = Literal["offset-binary", "twos-complement", "si"]
+
+
+@dataclass(frozen=True)
+class TriadSpec:
+    """One triad as its data sheet describes it.
+
+    Parameters
+    ----------
+    full_scale : float
+        Largest reading in SI units (m/s² or rad/s); ``inf`` for logs already in physical units.
+    bits : int
+        Converter width; 0 for logs already in physical units.
+    encoding : str
+        ``offset-binary`` (0 ... 2^n - 1), ``twos-complement`` (-2^(n-1) ... 2^(n-1) - 1), or
+        ``si`` for logs in physical units, where "counts" are multiples of ``si_per_unit``.
+    si_per_unit : float
+        Only for ``si``: SI units per logged unit (1 for m/s² and rad/s).
+    """
+
+    full_scale: float
+    bits: int
+    encoding: Encoding
+    si_per_unit: float = 1.0
+
+    @property
+    def nominal_scale(self) -> float:
+        """k of eq. (12), SI units per count."""
+        if self.encoding == "si":
+            return self.si_per_unit
+        if self.encoding == "twos-complement":
+            # Data sheets of this family state counts per unit as 2^(n-1) / full scale.
+            return self.full_scale / float(2 ** (self.bits - 1))
+        return 2.0 * self.full_scale / float(2**self.bits - 1)
+
+    @property
+    def nominal_bias_counts(self) -> float:
+        """b of eq. (12), the "false origin" of the converter, in counts."""
+        return (2**self.bits - 1) / 2.0 if self.encoding == "offset-binary" else 0.0
+
+    @property
+    def count_range(self) -> tuple[float, float]:
+        """Lowest and highest value the converter can give, in counts."""
+        if self.encoding == "si":
+            limit = self.full_scale / self.si_per_unit
+            return -limit, limit
+        if self.encoding == "twos-complement":
+            half = 2 ** (self.bits - 1)
+            return float(-half), float(half - 1)
+        return 0.0, float(2**self.bits - 1)
+
+    def nominal(self, counts: FloatArray) -> FloatArray:
+        """Readings in SI units by the data sheet alone, same shape as ``counts``."""
+        return np.asarray((counts - self.nominal_bias_counts) * self.nominal_scale)

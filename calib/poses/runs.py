@@ -1,0 +1,201 @@
+"""Averaged poses and what they are measured against, made into runs of a triad."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.earth import EARTH_RATE_RAD_S, earth_rate_horizontal, earth_rate_vertical
+from calib.errors import Undetermined
+from calib.poses.averaging import PoseMean
+from calib.poses.imu_log import FloatArray
+from calib.poses.pose_set import Run
+from calib.poses.reference import CommonError, Reference, constant_reference
+
+TURNING_RAD_S = 0.09
+"""5 °/s: above any zero-rate offset of a working MEMS gyro, below the rate of any plate."""
+
+PLAUSIBLE_RATIO = 3.0
+"""A data sheet may be wrong by a third of the range; by three, it is another range or unit."""
+
+GRAVITY = "local gravity"
+TIME_BASE = "time base of the camera"
+
+
+@dataclass(frozen=True, eq=False)
+class PlateRate:
+    """The measured rate of the plate for one run.
+
+    Parameters
+    ----------
+    name : str
+        Name of the plate setting.
+    rate_rad_s, sd_rad_s : array, shape (1,) or (n,)
+        One rate shared by all poses, or one per pose; always positive.
+    timebase_relative : float
+        Relative sd of the clock, common to everything the same camera filmed; 0 if included.
+    direction : str or None
+        ``ccw`` or ``cw`` as filmed from above, None when unknown.
+    """
+
+    name: str
+    rate_rad_s: FloatArray
+    sd_rad_s: FloatArray
+    timebase_relative: float = 0.0
+    direction: str | None = None
+
+
+def spin_sign(means: Sequence[PoseMean], direction: str | None) -> FloatArray:
+    """+1 counter-clockwise seen from above, -1 clockwise, 0 unknown, for each pose, (n,).
+
+    Rate and specific force are parallel on a level plate, so their product tells the direction
+    whatever the pose; the film only where no accelerometer was logged.
+    """
+    gyro = np.array([mean.gyroscope.mean for mean in means])
+    force = np.array([mean.accelerometer.mean for mean in means])
+    felt = np.sign((gyro * force).sum(axis=1))
+    filmed = {"ccw": 1.0, "cw": -1.0, None: 0.0}[direction]
+    return np.where(np.isfinite(felt), felt, filmed)
+
+
+def gravity_run(name: str, means: Sequence[PoseMean], gravity_m_s2: float, sd_m_s2: float) -> Run:
+    """Poses of the accelerometer under gravity.
+
+    Raises
+    ------
+    Undetermined
+        Readings that are nowhere near gravity by the data sheet.
+    """
+    readings = np.array([mean.accelerometer.mean for mean in means])
+    _check_logged(name, means, readings, "accelerometer")
+    typical = float(np.median(np.linalg.norm(readings, axis=1)))
+    if not gravity_m_s2 / PLAUSIBLE_RATIO < typical < gravity_m_s2 * PLAUSIBLE_RATIO:
+        raise Undetermined(
+            f"{name}: by the data sheet the accelerometer reads {typical:.3g} m/s² in a typical "
+            f"pose, where {gravity_m_s2:.3f} m/s² is expected. Check sensor.accelerometer: full "
+            f"scale, bits, encoding, unit, and the order of the columns."
+        )
+    gyro = np.array([mean.gyroscope.mean for mean in means])
+    rest = np.linalg.norm(gyro - np.median(gyro, axis=0), axis=1)
+    spinning = np.isfinite(rest) & (rest > TURNING_RAD_S)
+    spin = np.where(spinning, np.linalg.norm(gyro, axis=1) * spin_sign(means, None), 0.0)
+    n = len(means)
+    return Run(
+        name=name,
+        means=means,
+        reference=constant_reference(n, gravity_m_s2, [CommonError(GRAVITY, sd_m_s2)]),
+        spin_rad_s=spin,
+        expected=np.zeros((n, 3)),
+    )
+
+
+def turning_run(means: Sequence[PoseMean], rate: PlateRate, latitude_rad: float | None) -> Run:
+    """Poses of the gyro on the turning plate; the Earth's vertical rate belongs to the reference.
+
+    Raises
+    ------
+    Undetermined
+        The gyro does not turn, or turns at quite another rate than the plate.
+    """
+    n = len(means)
+    readings = np.array([mean.gyroscope.mean for mean in means])
+    _check_logged(rate.name, means, readings, "gyroscope")
+    if len(rate.rate_rad_s) not in (1, n):
+        raise Undetermined(
+            f"{rate.name}: {len(rate.rate_rad_s)} clips for {n} poses; give one clip for the run, "
+            f"or one per pose in the same order."
+        )
+    plate = np.broadcast_to(rate.rate_rad_s, n).astype(float)
+    _check_turning(rate.name, means, np.linalg.norm(readings, axis=1), plate)
+    sign = spin_sign(means, rate.direction)
+    shared = len(rate.rate_rad_s) == 1
+    common = [plate * rate.timebase_relative]
+    names = [TIME_BASE]
+    if shared:
+        common.append(np.full(n, float(rate.sd_rad_s[0])))
+        names.append(f"rate {rate.name}")
+    own = np.zeros(n) if shared else np.asarray(rate.sd_rad_s, float)
+    vertical = 0.0 if latitude_rad is None else earth_rate_vertical(latitude_rad)
+    if latitude_rad is None:
+        common.append(sign * EARTH_RATE_RAD_S / np.sqrt(3))
+        names.append("Earth rate, latitude not given")
+    return Run(
+        name=rate.name,
+        means=means,
+        reference=Reference(plate + sign * vertical, own, np.column_stack(common), tuple(names)),
+        spin_rad_s=sign * plate,
+        expected=np.zeros((n, 3)),
+    )
+
+
+def stopped_run(name: str, means: Sequence[PoseMean], latitude_rad: float | None) -> Run:
+    """Poses of the gyro with the plate stopped: what is left is the Earth's rate.
+
+    Its vertical part is known where the latitude and the accelerometer are; the horizontal part
+    points anywhere and goes into the sd.
+
+    Raises
+    ------
+    Undetermined
+        The gyro turns.
+    """
+    n = len(means)
+    readings = np.array([mean.gyroscope.mean for mean in means])
+    _check_logged(name, means, readings, "gyroscope")
+    _check_stopped(name, means, readings)
+    force = np.array([mean.accelerometer.mean for mean in means])
+    known = latitude_rad is not None and bool(np.isfinite(force).all())
+    if known and latitude_rad is not None:
+        up = force / np.linalg.norm(force, axis=1, keepdims=True)
+        expected = earth_rate_vertical(latitude_rad) * up
+        left = earth_rate_horizontal(latitude_rad) / np.sqrt(2)
+    else:
+        expected, left = np.zeros((n, 3)), EARTH_RATE_RAD_S / np.sqrt(3)
+    return Run(
+        name=name,
+        means=means,
+        reference=replace(constant_reference(n, 0.0, []), sd=np.full(n, left)),
+        spin_rad_s=np.zeros(n),
+        expected=expected,
+    )
+
+
+def _check_logged(name: str, means: Sequence[PoseMean], readings: FloatArray, triad: str) -> None:
+    absent = np.flatnonzero(~np.isfinite(readings).all(axis=1))
+    if absent.size:
+        raise Undetermined(
+            f"{name}: {means[absent[0]].label} has no {triad} columns; "
+            f"{'acc_x, acc_y, acc_z' if triad == 'accelerometer' else 'gyr_x, gyr_y, gyr_z'} are "
+            f"needed in every pose of this run."
+        )
+
+
+def _check_turning(
+    name: str, means: Sequence[PoseMean], felt: FloatArray, plate: FloatArray
+) -> None:
+    ratio = felt / plate
+    wrong = np.flatnonzero((ratio < 1 / PLAUSIBLE_RATIO) | (ratio > PLAUSIBLE_RATIO))
+    if wrong.size == 0:
+        return
+    worst = int(wrong[0])
+    raise Undetermined(
+        f"{name}: in {means[worst].label} (and {wrong.size - 1} other poses) the gyro reads "
+        f"{felt[worst]:.3g} rad/s by the data sheet while the plate turns at {plate[worst]:.4g} "
+        f"rad/s. Either the plate was not turning in these poses, or sensor.gyroscope (full scale, "
+        f"bits, encoding, unit) is not this sensor's."
+    )
+
+
+def _check_stopped(name: str, means: Sequence[PoseMean], readings: FloatArray) -> None:
+    # A zero-rate offset is the same in every pose; a turning plate is not, since the pose turns it.
+    rest = np.linalg.norm(readings - np.median(readings, axis=0), axis=1)
+    turning = np.flatnonzero(rest > TURNING_RAD_S)
+    if turning.size == 0:
+        return
+    worst = int(turning[np.argmax(rest[turning])])
+    raise Undetermined(
+        f"{name}: {turning.size} of {len(means)} poses were not taken at rest: in "
+        f"{means[worst].label} the gyro differs by {rest[worst]:.3g} rad/s "
+        f"({np.degrees(rest[worst]):.1f} °/s) from its typical reading. If they were recorded on "
+        f"the turning plate, name its rate instead of `stopped`."
+    )

@@ -1,0 +1,71 @@
+"""Puts an effect into the model of a configuration, or takes it out, as a person would.
+
+Only the characters of that one name change; comments, order and layout of the file stay.
+"""
+
+import re
+from collections.abc import Sequence
+
+from pipeline.config.yaml_reader import PathTo
+from pipeline.config.yaml_text import YamlSource
+
+
+def with_item(source: YamlSource, section: PathTo, name: str, default: Sequence[str]) -> str:
+    """The text with ``name`` at the end of the list ``model`` of ``section``.
+
+    Where the section has no such list, one is written that starts from ``default``.
+    """
+    path = (*section, "model")
+    if path not in source.spans:
+        return _with_new_model(source, section, [*default, name])
+    items = source.value(path)
+    if not isinstance(items, list) or not items:
+        span = source.span(path)
+        return _spliced(source.text, span.start, span.end, f"[{', '.join([*default, name])}]")
+    last = source.span((*path, len(items) - 1))
+    if source.span(path).flow:
+        return _spliced(source.text, last.end, last.end, f", {name}")
+    line_start = source.text.rindex("\n", 0, last.start) + 1
+    bullet = source.text[line_start : last.start]
+    end = _line_end(source.text, last.end)
+    return _spliced(source.text, end, end, f"\n{bullet}{name}")
+
+
+def without_item(source: YamlSource, section: PathTo, name: str) -> str:
+    """The text with ``name`` taken out of the list ``model`` of ``section``."""
+    path = (*section, "model")
+    items = source.value(path)
+    i = items.index(name)
+    own = source.span((*path, i))
+    if not source.span(path).flow:
+        start = source.text.rindex("\n", 0, own.start)
+        return _spliced(source.text, start, _line_end(source.text, own.end), "")
+    if i > 0:
+        return _spliced(source.text, source.span((*path, i - 1)).end, own.end, "")
+    after = source.span((*path, 1)).start if len(items) > 1 else own.end
+    return _spliced(source.text, own.start, after, "")
+
+
+def _with_new_model(source: YamlSource, section: PathTo, names: Sequence[str]) -> str:
+    listed = f"model: [{', '.join(names)}]"
+    span = source.span(section)
+    if span.flow:  # {poses: a_*.csv} -> {poses: a_*.csv, model: [...]}
+        end = source.text.rindex("}", span.start, span.end)
+        text = source.text[:end].rstrip()
+        return f"{text}, {listed}{source.text[end:]}"
+    first = min(
+        (s for path, s in source.key_spans.items() if path[:-1] == section), key=lambda s: s.start
+    )
+    line_start = source.text.rfind("\n", 0, first.start) + 1
+    indent = re.match(r"[ ]*", source.text[line_start:])
+    assert indent is not None
+    return _spliced(source.text, line_start, line_start, f"{indent.group()}{listed}\n")
+
+
+def _line_end(text: str, position: int) -> int:
+    end = text.find("\n", position)
+    return len(text) if end < 0 else end
+
+
+def _spliced(text: str, start: int, end: int, new: str) -> str:
+    return text[:start] + new + text[end:]

@@ -1,0 +1,144 @@
+"""The configuration of a session: one YAML file, read and checked whole before anything slow."""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+from pydantic import Field, PrivateAttr, ValidationError
+
+from calib.poses.data_sheet import TriadSpec
+from pipeline.config.messages import problems_of
+from pipeline.config.schema import (
+    Accelerometer,
+    AccelerometerSheet,
+    Certificate,
+    Gyroscope,
+    GyroscopeSheet,
+    Installation,
+    OwnEffect,
+    Rate,
+    Record,
+    Sensor,
+    SensorOrPreset,
+    Site,
+    VideoRate,
+)
+from pipeline.config.types import MISSING_FILE, OwnName, Section, Surroundings
+from pipeline.config.units import UNITS
+from pipeline.config.yaml_reader import PathTo
+from pipeline.config.yaml_text import YamlSource, parse_source, read_source
+from pipeline.errors import ConfigError, MissingFiles
+
+
+class Config(Section):
+    """A session, as its YAML file states it; made by :func:`load_config`.
+
+    Values are as in the file, in the units of their keys. Paths are found and exist.
+    """
+
+    title: str = ""
+    output: str | None = None
+    sensor: SensorOrPreset = Sensor()
+    rate: dict[str, Rate] = Field(default_factory=dict)
+    site: Site | None = None
+    accelerometer: Accelerometer | None = None
+    gyroscope: Gyroscope | None = None
+    installation: Installation | None = None
+    certificate: Certificate | None = None
+    effects: dict[OwnName, OwnEffect] = Field(default_factory=dict)
+    record: Record | None = None
+    _source: YamlSource = PrivateAttr()
+
+    @property
+    def source(self) -> YamlSource:
+        """The file's text, with the place of every value in it."""
+        return self._source
+
+    @property
+    def output_folder(self) -> Path:
+        """Where results go: ``output``, or the file's stem + ``.run``; beside the file."""
+        path = self._source.path
+        return path.parent / (self.output or f"{path.stem}.run")
+
+
+def load_config(path: Path, *, files_may_be_missing: bool = False) -> Config:
+    """Read and check a configuration, and find the files it names.
+
+    Parameters
+    ----------
+    path : Path
+        The YAML file.
+    files_may_be_missing : bool
+        For commands that plan or record: names of files that are not there yet stand for none.
+
+    Raises
+    ------
+    MissingFiles
+        Nothing is wrong but that files it names are not there.
+    ConfigError
+        With one paragraph for every mistake in the file: line, keys, what was found, what was
+        expected.
+    """
+    return _checked(read_source(path), files_may_be_missing)
+
+
+def parse_config(path: Path, text: str) -> Config:
+    """Check ``text`` as if it stood in the file ``path``; errors as :func:`load_config`."""
+    return _checked(parse_source(path, text), False)
+
+
+def _checked(source: YamlSource, files_may_be_missing: bool) -> Config:
+    surroundings = Surroundings(
+        source.path.parent, _names(source, "rate"), _names(source, "effects"), files_may_be_missing
+    )
+    config, error = None, None
+    try:
+        config = Config.model_validate(source.values, context=surroundings)
+    except ValidationError as found:
+        error = found
+    problems = problems_of(source, error, surroundings)
+    if config is not None and not files_may_be_missing:
+        problems += tuple(source.problem(path, says) for path, says in _clip_counts(config))
+    if problems or config is None:
+        raise (MissingFiles if _missing_files(error) == len(problems) else ConfigError)(*problems)
+    config._source = source
+    return config
+
+
+def _missing_files(error: ValidationError | None) -> int:
+    """How many of the mistakes are names of files that are not there."""
+    details = error.errors(include_url=False) if error else []
+    return sum(detail["type"] == MISSING_FILE for detail in details)
+
+
+def _names(source: YamlSource, section: str) -> tuple[str, ...]:
+    given = source.values.get(section)
+    return tuple(given) if isinstance(given, dict) else ()
+
+
+def _clip_counts(config: Config) -> Iterator[tuple[PathTo, str]]:
+    """Runs whose poses and clips cannot be paired."""
+    for i, run in enumerate(config.gyroscope.runs if config.gyroscope else ()):
+        rate = config.rate.get(run.rate)
+        clips = len(rate.video) if isinstance(rate, VideoRate) else 1
+        if run.poses.files and clips not in (1, len(run.poses.files)):
+            yield ("gyroscope", "runs", i, "rate"), (
+                f"'{run.rate}' has {clips} clips for {len(run.poses.files)} poses. Give one clip "
+                f"for the whole run, or one per pose in the order of the poses."
+            )
+
+
+def triad_spec(sheet: AccelerometerSheet | GyroscopeSheet) -> TriadSpec:
+    """The data sheet in SI units, for the start values of Angrisano et al. eq. (12)."""
+    if sheet.unit is not None:
+        si_per_unit = UNITS[sheet.unit][1]
+        return TriadSpec(math.inf, 0, "si", si_per_unit)
+    (full_scale,) = (
+        getattr(sheet, key) * UNITS[key.removeprefix("full_scale_")][1]
+        for key in type(sheet).model_fields
+        if key.startswith("full_scale") and getattr(sheet, key) is not None
+    )
+    # Both are there: pipeline.config.rules.triad_sheet refuses a file without them.
+    assert sheet.bits is not None
+    assert sheet.encoding is not None
+    return TriadSpec(full_scale, sheet.bits, sheet.encoding)

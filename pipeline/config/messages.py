@@ -1,0 +1,149 @@
+"""From everything found wrong in a configuration to one paragraph per mistake, by line."""
+
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from pipeline.config.rules import broken_rules, empty_keys
+from pipeline.config.types import MISSING_FILE, REFUSED, Surroundings
+from pipeline.config.units import converted, same_quantity, split_unit
+from pipeline.config.yaml_reader import PathTo
+from pipeline.config.yaml_text import YamlSource
+from pipeline.names import nearest_names
+
+#: pydantic's kinds of error -> what was expected, filled from the error's own figures.
+EXPECTED = {
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "string_type": "text",
+    "tuple_type": "a list",
+    "dict_type": "keys with values, one a line and indented",
+    "model_type": "keys with values, one a line and indented",
+    "model_attributes_type": "keys with values, one a line and indented",
+    "finite_number": "a finite number",
+    "greater_than": "a number greater than {gt}",
+    "greater_than_equal": "a number of at least {ge}",
+    "less_than_equal": "a number of at most {le}",
+    "literal_error": "{expected}",
+    "too_short": "at least {min_length} entries",
+    "too_long": "at most {max_length} entries",
+}
+UNKNOWN_KEY = "extra_forbidden"  #: pydantic's name for it
+LONGEST_SHOWN = 60  #: characters of a wrong value that a message repeats
+
+
+Found = tuple[PathTo, str]
+
+
+def problems_of(
+    source: YamlSource, error: ValidationError | None, surroundings: Surroundings
+) -> tuple[str, ...]:
+    """One paragraph per mistake, in the order of the lines.
+
+    Parameters
+    ----------
+    source : YamlSource
+        The file.
+    error : ValidationError or None
+        What pydantic found.
+    surroundings : Surroundings
+        The validation's context, with the keys that each mapping may have.
+    """
+    details = error.errors(include_url=False) if error else []
+    unknown = [_path_in_file(source, each) for each in details if each["type"] == UNKNOWN_KEY]
+    meant = {path: _meant_by(source, path, surroundings) for path in unknown}
+    # A key that stands there under a wrong name is not missing as well.
+    misnamed = {(*path[:-1], key) for path, keys in meant.items() for key in keys}
+
+    found: dict[PathTo, str] = {}
+    for path, says in (*empty_keys(source.values), *broken_rules(source.values)):
+        if path not in misnamed:
+            found.setdefault(path, says)
+    for detail in details:
+        path = _path_in_file(source, detail)
+        if _only_seems_short(detail):
+            continue
+        if path in meant:
+            says = _unknown_key(source, path, meant[path], surroundings)
+        elif path in misnamed:
+            continue
+        else:
+            says = _wrong_value(detail)
+        found.setdefault(path, says)
+    paragraphs = [(source.line(path), source.problem(path, f"{says.removesuffix('.')}."))
+                  for path, says in found.items()]
+    return tuple(says for _, says in sorted([*paragraphs, *source.duplicates]))
+
+
+def _path_in_file(source: YamlSource, detail: ErrorDetails) -> PathTo:
+    """The error's place as keys of the file.
+
+    pydantic's own place also names members of unions and fields that the file writes shorter;
+    these are left out. A missing key stays, as the last one.
+    """
+    path: PathTo = ()
+    for key in detail["loc"]:
+        if (*path, key) in source.spans:
+            path = (*path, key)
+    return (*path, detail["loc"][-1]) if detail["type"] == "missing" else path
+
+
+def _only_seems_short(detail: ErrorDetails) -> bool:
+    """Whether a list is long enough as written: pydantic counts only its faultless entries."""
+    return (detail["type"] == "too_short" and isinstance(detail["input"], list)
+            and len(detail["input"]) >= detail["ctx"]["min_length"])
+
+
+def _keys_at(source: YamlSource, path: PathTo, surroundings: Surroundings) -> tuple[str, ...]:
+    """The keys that the mapping around ``path`` may have."""
+    return surroundings.keys_of[id(source.value(path[:-1]))]
+
+
+def _meant_by(source: YamlSource, path: PathTo, surroundings: Surroundings) -> list[str]:
+    """The right keys that an unknown one may stand for: another unit, or a slip of the finger."""
+    wrong, right = str(path[-1]), _keys_at(source, path, surroundings)
+    return same_quantity(wrong, right) or nearest_names(wrong, right)
+
+
+def _unknown_key(
+    source: YamlSource, path: PathTo, meant: list[str], surroundings: Surroundings
+) -> str:
+    """What is wrong with an unknown key, and what it should be."""
+    wrong, right = str(path[-1]), _keys_at(source, path, surroundings)
+    others = ", ".join(right)
+    if not same_quantity(wrong, right):
+        near = f" (did you mean '{meant[0]}'?)" if meant else ""
+        return f"no key is named '{wrong}' here{near}; there are: {others}"
+    if not split_unit(wrong)[1]:
+        return f"the key '{wrong}' lacks its unit; write {' or '.join(meant)}"
+    factor = converted(1.0, wrong, meant[0])
+    value = source.value(path)
+    now = (f", here `{meant[0]}: {converted(value, wrong, meant[0]):.7g}`"
+           if isinstance(value, int | float) else "")
+    return (f"the key '{wrong}' is in a unit that is not taken here; write {meant[0]} = "
+            f"{factor:.7g} × {wrong}{now}")
+
+
+def _wrong_value(detail: ErrorDetails) -> str:
+    """What was found and what was expected."""
+    kind, context = detail["type"], detail.get("ctx", {})
+    if kind == "missing":
+        key = detail["loc"][-1]
+        return f"entry {key + 1} is missing" if isinstance(key, int) else "is missing; add it"
+    if kind in (REFUSED, MISSING_FILE):
+        return detail["msg"]
+    expected = EXPECTED[kind].format(**context) if kind in EXPECTED else detail["msg"]
+    return f"found {_shown(detail['input'])}, expected {expected}"
+
+
+def _shown(value: Any) -> str:
+    """A wrong value as the message repeats it."""
+    if isinstance(value, list | tuple):
+        return f"a list of {len(value)}"
+    if isinstance(value, dict):
+        return "keys with values"
+    text = {True: "true", False: "false"}.get(value, repr(value)) if isinstance(
+        value, bool) else repr(value)
+    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."

@@ -1,0 +1,32 @@
+"""The commented configuration that ``pipeline init`` writes."""
+
+from importlib.resources import files
+from pathlib import Path
+
+from pipeline.errors import ConfigError
+from pipeline.files import write_whole
+
+TEMPLATE_NAME = "config.yaml"
+
+
+def template_text() -> str:
+    """The template, a valid configuration once its files are there."""
+    return files("pipeline.config").joinpath("templates", TEMPLATE_NAME).read_text(encoding="utf-8")
+
+
+def write_template(folder: Path) -> Path:
+    """Write ``config.yaml`` into ``folder``, made where it is missing, and return its path.
+
+    Raises
+    ------
+    ConfigError
+        There is a ``config.yaml`` already; it is left as it is.
+    """
+    path = folder / TEMPLATE_NAME
+    if path.exists() or path.is_symlink():
+        raise ConfigError(
+            f"{path}: exists already and is left as it is. Name another folder, "
+            f"as in `pipeline init my-session`, or move the file away."
+        )
+    write_whole(path, template_text())
+    return path

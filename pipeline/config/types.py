@@ -1,0 +1,170 @@
+"""The kinds of values a configuration holds, and what each is checked against."""
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Final, Literal
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+from pipeline.config.file_patterns import NoSuchFile, find_files
+from pipeline.names import nearest_name
+
+EFFECT_NAMES = (
+    "bias", "scale", "misalignment", "frame_rotation", "quadratic", "cubic", "asymmetry",
+    "cross_quadratic", "temperature_bias", "temperature_scale", "bias_drift", "scale_drift",
+    "warm_up", "hysteresis", "vibration_rectification", "g_sensitivity", "g_squared_sensitivity",
+    "lever_arm", "earth_rate", "reference_offset", "reference_scale", "reference_drift",
+    "direction_dependent_rate",
+)
+VISION_TERMS = ("constant_rate", "once_per_rev", "twice_per_rev", "rate_drift", "frame_steps",
+                "rolling_shutter")
+STOPPED = "stopped"  #: the run's rate that means: the plate did not turn
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What a value is checked against besides itself; the context of the validation.
+
+    Parameters
+    ----------
+    folder : Path
+        The configuration's folder.
+    rates, own_effects : tuple of str
+        Names given under ``rate:`` and ``effects:`` in the same file.
+    files_may_be_missing : bool
+        Names of files that are still to be recorded stand for no files, instead of a mistake.
+    keys_of : dict
+        Filled during validation: the keys that a mapping of the file may have, by its ``id``.
+    """
+
+    folder: Path
+    rates: tuple[str, ...] = ()
+    own_effects: tuple[str, ...] = ()
+    files_may_be_missing: bool = False
+    keys_of: dict[int, tuple[str, ...]] = field(default_factory=dict)
+
+
+def _around(info: ValidationInfo) -> Surroundings:
+    """The validation's context; sections made in Python stand in the working folder."""
+    return info.context if isinstance(info.context, Surroundings) else Surroundings(Path())
+
+
+#: Kinds of our own among pydantic's errors.
+REFUSED: Final = "refused"
+MISSING_FILE: Final = "missing_file"
+
+
+def refusal(says: str, kind: Literal["refused", "missing_file"] = REFUSED) -> PydanticCustomError:
+    """The error a validator raises; ``says`` is the message."""
+    return PydanticCustomError(kind, "{says}", {"says": says})
+
+
+def no_such(kind: str, name: str, right: tuple[str, ...]) -> PydanticCustomError:
+    """The error for a name that is not among ``right``, with the nearest that is."""
+    listed = ", ".join(dict.fromkeys(right)) or "none"
+    return refusal(f"no {kind} is named '{name}'{nearest_name(name, right)}; there are: {listed}")
+
+
+# --- kinds of values ---------------------------------------------------------------------------
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
+Count = Annotated[int, Field(strict=True, ge=1)]
+Three = tuple[Number, Number, Number]
+
+
+def _effect(name: str, info: ValidationInfo) -> str:
+    right = EFFECT_NAMES + _around(info).own_effects
+    column = name.removeprefix("column:")
+    if name not in right and (column in (name, "")):
+        near = nearest_name(name, (*right, "column:NAME"))
+        raise refusal(f"no effect is named '{name}'{near}; `pipeline effects` lists them all")
+    return name
+
+
+def _own_name(name: str) -> str:
+    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name) or name in EFFECT_NAMES:
+        raise refusal(f"'{name}' cannot name an effect of your own: letters, digits and _ are "
+                      "expected, and a name that no listed effect has")
+    return name
+
+
+def _vision_term(name: str) -> str:
+    if name not in VISION_TERMS:
+        raise no_such("vision term", name, VISION_TERMS)
+    return name
+
+
+def _rate_name(name: object, info: ValidationInfo) -> object:
+    name = str(name) if isinstance(name, int) else name  # `33:` is the key "33"
+    right = (*_around(info).rates, STOPPED)
+    if isinstance(name, str) and name not in right:
+        raise no_such("rate", name, right)
+    return name
+
+
+def _files(names: object, info: ValidationInfo) -> tuple[Path, ...]:
+    """All files of a name, a pattern, or a list of these; each fault at its own list item."""
+    given = names if isinstance(names, list) else [names]
+    found: list[Path] = []
+    faults: list[InitErrorDetails] = []
+    for i, name in enumerate(given):
+        try:
+            if not isinstance(name, str):
+                raise FileNotFoundError(f"found {name!r}, a file's name or pattern is expected")
+            found += find_files(name, _around(info).folder)
+        except FileNotFoundError as fault:
+            missing = isinstance(fault, NoSuchFile)
+            if missing and _around(info).files_may_be_missing:
+                continue
+            at = (i,) if isinstance(names, list) else ()
+            error = refusal(str(fault), MISSING_FILE if missing else REFUSED)
+            faults.append(InitErrorDetails(type=error, loc=at, input=name))
+    if faults:
+        raise ValidationError.from_exception_data("files", faults)
+    if repeated := next((path for i, path in enumerate(found) if path in found[:i]), None):
+        raise refusal(f"{repeated} is named twice. Name each file once")
+    return tuple(found)
+
+
+def _rows(columns: object) -> object:
+    """One list of names stands for a list of one such list."""
+    if isinstance(columns, list) and columns and all(isinstance(name, str) for name in columns):
+        return [columns]
+    return columns
+
+
+RateName = Annotated[str, BeforeValidator(_rate_name)]
+OwnName = Annotated[str, AfterValidator(_own_name)]
+Files = Annotated[tuple[Path, ...], BeforeValidator(_files)]
+Effects = Annotated[tuple[Annotated[str, AfterValidator(_effect)], ...],
+                    Field(min_length=1)]
+VisionTerms = Annotated[tuple[Annotated[str, AfterValidator(_vision_term)], ...],
+                        Field(min_length=1)]
+Columns = Annotated[
+    tuple[Annotated[tuple[str, ...], Field(min_length=1)], ...], BeforeValidator(_rows)
+]
+
+
+class Section(BaseModel):
+    """A frozen mapping with known keys only."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _note_keys(cls, given: object, info: ValidationInfo) -> object:
+        if isinstance(given, dict):
+            _around(info).keys_of[id(given)] = tuple(cls.model_fields)
+        return given

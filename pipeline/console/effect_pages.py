@@ -1,0 +1,95 @@
+"""The catalogue of effects as a person reads it: the list, and a page that teaches each."""
+
+import textwrap
+from collections.abc import Iterator
+
+from calib.effects.catalogue import ROOMS, UnknownEffect, find_effect
+from calib.effects.effect import EFFECTS, Effect
+from calib.poses.imu_log import TRIADS
+from pipeline.console.format import aligned
+from pipeline.errors import ConfigError
+from pipeline.names import nearest_name
+
+WIDTH = 92
+PLACES = {
+    "reading": "on the raw reading: part of the nine parameters of the linear form",
+    "sensor": "on the corrected vector, fitted jointly with everything else",
+    "reference": "on the reference: the plate's rate or gravity, not the sensor",
+}
+VISION_TERMS = (
+    ("once_per_rev", "a wave once per turn: eccentric mark or drive, unbalanced plate"),
+    ("twice_per_rev", "a wave twice per turn: the plate is seen at an angle"),
+    ("rate_drift", "the rate changes steadily through the clip"),
+    ("frame_steps", "frames lost without a trace in the time stamps"),
+    ("rolling_shutter", "rows of a picture are taken one after the other"),
+)
+
+
+def catalogue_lines() -> Iterator[str]:
+    """Every listed effect under the heading of its module, with its formula."""
+    for room in ROOMS:
+        heading = (room.__doc__ or "").strip().splitlines()[0]
+        yield heading
+        own = [e for e in EFFECTS.values() if e.columns.__module__ == room.__name__]
+        rows = [[e.name, _triads(e), e.page.formula] for e in own]
+        yield from aligned(rows)
+        yield ""
+    yield "Follows a logged column."
+    yield from aligned([["column:NAME", "both", "e_k = c_k · NAME"]])
+    yield ""
+    yield "Terms of the phase track (pipeline add CONFIG rate.SETTING.TERM)."
+    yield from aligned([list(term) for term in VISION_TERMS])
+    yield ""
+    yield "pipeline effects NAME explains one."
+
+
+def _triads(effect: Effect) -> str:
+    return "both" if effect.triads == TRIADS else " ".join(effect.triads)
+
+
+def page_lines(name: str) -> Iterator[str]:
+    """One effect's page.
+
+    Raises
+    ------
+    ConfigError
+        No effect has this name.
+    """
+    for term, says in VISION_TERMS:
+        if name == term:
+            yield f"{term}, a term of the phase track: {says}."
+            yield f"Add it with: pipeline add CONFIG rate.SETTING.{term}"
+            return
+    try:
+        effect = find_effect(name)
+    except UnknownEffect as error:
+        near = nearest_name(name, [*EFFECTS, *(term for term, _ in VISION_TERMS)])
+        raise ConfigError(f"no effect is named '{name}'{near}; `pipeline effects` lists them "
+                          f"all.") from error
+    yield effect.name
+    yield from textwrap.wrap(effect.physics, WIDTH)
+    yield ""
+    page = effect.page
+    typical = "; ".join(f"{part}: {size}" for part, size in page.typical.items())
+    parameters = f"{', '.join(effect.parameters)}  [{_units(effect)}]"
+    if effect.shape is not None:
+        parameters += f", and {effect.shape.name} [{effect.shape.unit}], fitted too"
+    for title, text in (
+        ("formula", page.formula),
+        ("parameters", parameters),
+        ("acts on", f"{_triads(effect)}; {PLACES[effect.acts_on]}"),
+        ("typical size", typical or "depends on the column"),
+        ("source", page.source),
+        ("confused with", page.confounded),
+        ("told apart by", page.separates),
+    ):
+        yield from textwrap.wrap(text, WIDTH, initial_indent=f"{title:<14} ",
+                                 subsequent_indent=" " * 15)
+    if effect.acts_on != "reading":
+        yield ""
+        yield f"Add it with: pipeline add CONFIG {effect.triads[0]}.{effect.name}"
+
+
+def _units(effect: Effect) -> str:
+    units = list(dict.fromkeys(effect.unit_for(triad) for triad in effect.triads))
+    return " or ".join(units)

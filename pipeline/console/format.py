@@ -1,0 +1,72 @@
+"""Numbers, units and tables as people read them; everything else is in SI units."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+from calib.effects.catalogue import BASE
+
+#: Unit in which a triad's errors are shown, and how many of it one SI unit is.
+DISPLAY: Mapping[str, tuple[str, float]] = {
+    "accelerometer": ("mm/s²", 1000.0),
+    "gyroscope": ("°/s", math.degrees(1.0)),
+}
+RPM = 2 * math.pi / 60
+NAME_WIDTH = 15  #: of a stage's name at the beginning of its line
+SD_DIGITS = 2  #: significant digits of an sd; its value is shown to the same decimal
+FINEST = 1e-4  #: smaller numbers are shown with a power of ten
+
+Rows = Sequence[Sequence[str]]
+
+
+def with_sd(value: float, sd: float | None) -> str:
+    """``33123.83 ± 0.25``: the sd to two digits, the value to the same decimal.
+
+    Without an sd, or with one that is not finite, the value alone.
+
+    >>> with_sd(33123.8274, 0.2512)
+    '33123.83 ± 0.25'
+    >>> with_sd(-0.0000123456, 0.0000012)
+    '(-1.23 ± 0.12)e-05'
+    """
+    if sd is None or not math.isfinite(sd):
+        return f"{value:.6g}"
+    if sd <= 0:
+        return f"{value:.6g} ± 0"
+    if max(abs(value), sd) < FINEST:
+        power = math.floor(math.log10(max(abs(value), sd)))
+        return f"({with_sd(value / 10.0**power, sd / 10.0**power)})e{power:03d}"
+    decimals = max(0, SD_DIGITS - 1 - math.floor(math.log10(sd)))
+    return f"{value:.{decimals}f} ± {sd:.{decimals}f}"
+
+
+def relative(value: float) -> str:
+    """A relative size in the unit one would say: ppm, or per cent from 0.1 % on.
+
+    >>> relative(1e-4), relative(2.34e-6), relative(0.0123)
+    ('100 ppm', '2.3 ppm', '1.2 %')
+    """
+    if value >= 1e-3:
+        return f"{value * 100:.2g} %"
+    return f"{value * 1e6:.0f} ppm" if value >= 1e-5 else f"{value * 1e6:.2g} ppm"
+
+
+def count(n: int, noun: str) -> str:
+    """``1 pose``, ``18 poses``."""
+    return f"{n} {noun}{'' if n == 1 else 's'}"
+
+
+def short_model(names: Sequence[str]) -> str:
+    """A model's name: the paper's nine parameters, and what was added to them."""
+    added = [f"+ {name}" for name in names if name not in BASE]
+    base = [name for name in names if name in BASE]
+    stem = "base" if set(base) == set(BASE) else " ".join(base)
+    return " ".join([stem, *added]).strip()
+
+
+def aligned(rows: Rows, indent: str = "  ") -> list[str]:
+    """The rows with every column but the last padded to its width; the first column to the left."""
+    widths = [max(len(row[j]) for row in rows if j < len(row)) for j in range(max(map(len, rows)))]
+    return [
+        (indent + "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=False))).rstrip()
+        for row in rows
+    ]

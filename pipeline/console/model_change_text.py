@@ -1,0 +1,55 @@
+"""What one turn of the loop says: the errors before and after, and the size that was found."""
+
+from collections.abc import Iterator
+
+from pipeline.console.format import DISPLAY, aligned
+from pipeline.console.run_text import effect_rows, verdict_line
+from pipeline.model_change import Turn, result_of
+from pipeline.stages.rate import SettingRate
+from pipeline.stages.run import Outcome
+from pipeline.stages.triads import TriadResult
+
+
+def turn_lines(turn: Turn) -> Iterator[str]:
+    """The table before → after, the new effect's size ± sd, and the new verdict."""
+    before, after = (result_of(outcome, turn.target) for outcome in (turn.before, turn.after))
+    if before is not None and after is not None:
+        yield from _triad_lines(turn, before, after)
+        return
+    setting = str(turn.target.section[1])
+    yield from _rate_lines(setting, turn.before, turn.after)
+
+
+def _triad_lines(turn: Turn, before: TriadResult, after: TriadResult) -> Iterator[str]:
+    unit, factor = DISPLAY[before.triad]
+    rows = [[str(turn.target), "before", "after"]]
+    rows.append([f"RMS [{unit}]", *(f"{r.comparison.residual_rms * factor:.4g}"
+                                    for r in (before, after))])
+    rows.append([f"leave-one-out [{unit}]", *(f"{r.comparison.loo_rms * factor:.4g}"
+                                              for r in (before, after))])
+    rows.append(["chi²/dof", *(f"{r.calibration.fit.chi2 / r.calibration.fit.dof:.3g}"
+                               for r in (before, after))])
+    rows.append(["verdict", *(r.diagnosis.verdict for r in (before, after))])
+    yield from aligned(rows, indent="")
+    own = [row for row in effect_rows(after) if row[0].strip().startswith(turn.target.name)]
+    if own:
+        yield from aligned(own, indent="")
+    yield verdict_line(after)
+
+
+def _rate_lines(setting: str, before: Outcome, after: Outcome) -> Iterator[str]:
+    rates: list[SettingRate] = [outcome.rates[setting] for outcome in (before, after)]
+    rows = [[f"rate.{setting}", "before", "after"]]
+    rows.append(["phase residual [°]", *(f"{57.29578 * _phase_rms(r):.4g}" for r in rates)])
+    rows.append(["verdict", *(r.clips[0].diagnosis.verdict for r in rates)])
+    yield from aligned(rows, indent="")
+    for clip in rates[1].clips[:1]:
+        for term in clip.terms:
+            values = ", ".join(f"{v:.3g} ± {s:.2g}" for v, s in zip(term.value, term.sd,
+                                                                    strict=True))
+            yield f"  {term.name}: {values} {term.unit}"
+        yield clip.diagnosis.says
+
+
+def _phase_rms(rate: SettingRate) -> float:
+    return max(clip.phase_rms_rad for clip in rate.clips)

@@ -1,0 +1,57 @@
+"""What a measured rate says on the terminal: a line for the setting, a few for each clip."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pipeline.console.format import NAME_WIDTH, RPM, count, relative
+from pipeline.stages.rate import SettingRate
+from vision.phase_track import LUMA
+
+if TYPE_CHECKING:
+    from vision.rate.unwrap import RateHistory
+
+MOST_ROWS = 20
+
+
+def rate_line(rate: SettingRate) -> str:
+    """``rate slow       16.667 rpm ± 12 ppm, 16.6 turns, ccw``."""
+    parts = [f"{rate.rate_rad_s / RPM:.4f} rpm ± {relative(rate.sd_rad_s / rate.rate_rad_s)}"]
+    if rate.clips:
+        parts.append(f"{sum(clip.revolutions for clip in rate.clips):.1f} turns")
+        parts.append(str(rate.plate.direction))
+        if len(rate.clips) > 1:
+            parts.append(count(len(rate.clips), "clip"))
+    else:
+        parts.append("stated")
+    return f"{f'rate {rate.name}':<{NAME_WIDTH}} {', '.join(parts)}"
+
+
+def clip_lines(rate: SettingRate) -> Iterator[str]:
+    """Of each clip: the rate by counting frames beside the measured one, and the diagnosis."""
+    for clip in rate.clips:
+        if clip.channel != LUMA:
+            yield f"  followed by its colour, {clip.channel}: nothing turns in the brightness"
+        counted = clip.frame_count
+        if counted is not None:
+            away = counted.rate_rad_s / clip.rate_rad_s - 1
+            yield (
+                f"  by counting frames {counted.rate_rad_s / RPM:.4f} rpm "
+                f"± {relative(counted.sd_rad_s / counted.rate_rad_s)}, {away * 1e6:+.0f} ppm away"
+            )
+        if len(clip.aliases) > 1:
+            others = ", ".join(
+                f"{abs(other) / RPM:.4g} {'ccw' if other > 0 else 'cw'}"
+                for other in clip.aliases[1:]
+            )
+            yield f"  the pictures look the same at {others} rpm: {clip.alias_says}"
+        yield f"  {clip.diagnosis.says}"
+
+
+def history_lines(name: str, history: "RateHistory") -> Iterator[str]:
+    """Rate against time of a plate that does not turn steadily, at most ``MOST_ROWS`` rows."""
+    yield f"{f'rate {name}':<{NAME_WIDTH}} not constant; time [s], rate [rpm], mean over a turn:"
+    count = len(history.time_s)
+    for i in np.unique(np.linspace(0, count - 1, min(count, MOST_ROWS)).round().astype(int)):
+        yield f"  {history.time_s[i]:8.2f}  {history.rate_rad_s[i] / RPM:+9.3f}"

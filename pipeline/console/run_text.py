@@ -1,0 +1,177 @@
+"""What a run says on the terminal: a line for each stage, the parameters, the verdict."""
+
+import shlex
+from collections.abc import Iterator, Mapping
+from math import isnan
+from pathlib import Path
+from typing import Any
+
+from calib.fit.parameters import TriadParameters
+from calib.mounting.mounting import Installation
+from calib.poses.imu_log import AXES, SI_UNIT
+from pipeline.console.format import DISPLAY, NAME_WIDTH, aligned, count, with_sd
+from pipeline.console.rate_text import rate_line
+from pipeline.stages.mounting import mounting_text
+from pipeline.stages.poses import Recordings
+from pipeline.stages.run import Outcome
+from pipeline.stages.triads import TriadResult
+
+WORST_POSES = 3  #: poses that `pipeline diagnose` names
+RANKED = 6  #: candidates that `pipeline diagnose` shows
+
+
+def stage_lines(name: str, artefact: Any) -> Iterator[str]:
+    """The lines that a stage ends with; none for a stage that had nothing to do."""
+    if isinstance(artefact, TriadResult):
+        yield triad_line(artefact)
+    elif isinstance(artefact, Mapping):
+        yield from map(rate_line, artefact.values())
+    elif isinstance(artefact, Recordings):
+        poses = sum(len(recording.means) for recording in artefact.by_setting.values())
+        if poses:
+            yield f"{'logs':<{NAME_WIDTH}} {count(poses, 'pose')} averaged"
+    elif isinstance(artefact, Installation):
+        yield f"{'installation':<{NAME_WIDTH}} {mounting_text(artefact)}"
+    elif artefact is not None:
+        raise TypeError(f"no line is known for the stage {name}")
+
+
+def stage_warnings(artefact: Any) -> Iterator[str]:
+    """What the user should know of an artefact, a paragraph each."""
+    if isinstance(artefact, Mapping):
+        for rate in artefact.values():
+            yield from rate.warnings
+    elif isinstance(artefact, Recordings | TriadResult):
+        yield from artefact.warnings
+    elif isinstance(artefact, Installation):
+        yield from artefact.notes
+
+
+def triad_line(result: TriadResult) -> str:
+    """Poses, residual, leave-one-out error and chi-square of a triad."""
+    unit, factor = DISPLAY[result.triad]
+    fit, comparison = result.calibration.fit, result.comparison
+    runs = len(set(fit.poses.run))
+    poses = count(len(fit.poses), "pose") + (f" in {runs} runs" if runs > 1 else "")
+    return (
+        f"{result.triad:<{NAME_WIDTH}} {poses}, residual {comparison.residual_rms * factor:.3g} "
+        f"{unit}, leave-one-out {comparison.loo_rms * factor:.3g} {unit}, chi²/dof "
+        f"{fit.chi2 / fit.dof:.2f}"
+    )
+
+
+def parameter_lines(result: TriadResult) -> list[str]:
+    """The parameters ± sd of a triad as an aligned table."""
+    rows = [[result.triad, *AXES]]
+    rows += base_rows(result.triad, result.calibration.parameters)
+    rows += effect_rows(result)
+    if result.frame is not None:
+        angles = zip(result.frame.angles_rad, result.frame.sd_rad, strict=True)
+        rows.append(["  to accelerometer [rad]", *(with_sd(v, s) for v, s in angles)])
+    lines = aligned(rows, indent="")
+    if result.calibration.widening > 1:
+        lines.append(
+            f"  sds are {result.calibration.widening:.2g} times what the noise gives: the model "
+            f"does not explain the residual"
+        )
+    return lines
+
+
+def base_rows(triad: str, parameters: TriadParameters) -> list[list[str]]:
+    """Name with unit and three values of alpha, b and k⁻¹; what was not fitted is the sheet's."""
+    values = (
+        ("misalignment [rad]", parameters.misalignment_rad),
+        ("bias [counts]", parameters.bias_counts),
+        (f"scale [counts/({SI_UNIT[triad]})]", parameters.scale_counts_per_unit),
+    )
+    return [
+        [f"  {title}", *(_fitted(v, s) for v, s in zip(value, sd, strict=True))]
+        for (title, value), sd in zip(values, parameters.sd, strict=True)
+    ]
+
+
+def _fitted(value: float, sd: float) -> str:
+    return with_sd(value, sd) if sd == sd else f"{value + 0.0:.6g} (not fitted)"  # NaN: no sd
+
+
+def effect_rows(result: TriadResult) -> list[list[str]]:
+    """Values of the added effects, up to three in a row, shape parameters in a row of their own."""
+    rows: list[list[str]] = []
+    model = {effect.name: effect for effect in result.calibration.fit.model.effects}
+    for name, (values, sds) in result.calibration.effect_values().items():
+        effect = model[name]
+        linear = len(effect.parameters)
+        texts = [
+            f"{v:.3g} (not seen alone)" if isnan(s) else with_sd(v, s)
+            for v, s in zip(values, sds, strict=True)
+        ]
+        for i in range(0, linear, len(AXES)):
+            own = effect.parameters[i : i + len(AXES)]
+            axis = f" {own[0][0]}" if linear > len(AXES) else ""
+            unit = effect.unit_for(result.triad)
+            rows.append([f"  {name}{axis} [{unit}]", *texts[i : i + len(own)]])
+        if effect.shape is not None:
+            rows.append([f"  {name} {effect.shape.name} [{effect.shape.unit}]", texts[-1]])
+    return rows
+
+
+def verdict_line(result: TriadResult) -> str:
+    """The diagnosis of a triad in words."""
+    return f"{result.triad}: {result.diagnosis.says}"
+
+
+def next_step(outcome: Outcome, folder: Path, look: str = "pipeline diagnose {config}") -> str:
+    """What one would do next: a command, or what to record.
+
+    ``look`` is the command for a misfit that no single effect and no measurement would settle.
+    """
+    config = shlex.quote(str(outcome.config.source.path))
+    found = {result.triad: result.diagnosis for result in outcome.triads}
+    for triad, diagnosis in found.items():
+        if diagnosis.verdict == "effect" and len(diagnosis.group) == 1:
+            return f"next: pipeline add {config} {triad}.{diagnosis.name}"
+    for diagnosis in found.values():
+        if diagnosis.record_next:
+            return (
+                f"next: record {diagnosis.record_next}; name the new logs in {config}, then: "
+                f"pipeline run {config}"
+            )
+    if any(diagnosis.verdict != "nothing_missing" for diagnosis in found.values()):
+        return f"next: {look.format(config=config)}"
+    if found:
+        return f"next: pipeline apply {shlex.quote(str(folder))} LOG --output FILE"
+    return f"next: add the sections accelerometer and gyroscope to {config}"
+
+
+def comparison_lines(result: TriadResult) -> Iterator[str]:
+    """Where the model fails: the poses farthest from it, and what the misfit follows."""
+    unit, factor = DISPLAY[result.triad]
+    worst = ", ".join(
+        f"{pose.label} {pose.residual * factor:+.3g} {unit} ({pose.in_sd:+.1f} sd)"
+        for pose in result.comparison.worst(WORST_POSES)
+    )
+    yield f"  farthest from the model: {worst}"
+    if result.diagnosis.follows is not None:
+        yield f"  the misfit follows: {result.diagnosis.follows}"
+
+
+def ranking_lines(result: TriadResult) -> list[str]:
+    """The best candidates of a diagnosis, what each would do, and what these data cannot see."""
+    unit, factor = DISPLAY[result.triad]
+    found = result.diagnosis
+    rows = [["candidate", "log evidence", "chi² drop", f"RMS after [{unit}]", "leave-one-out",
+             "cannot be told from"]]
+    rows += [
+        [
+            each.name,
+            f"{each.log_evidence:+.1f}",
+            f"{each.chi2_drop:.1f}",
+            *("-" if isnan(e) else f"{e * factor:.3g}" for e in (each.rms_after, each.loo_after)),
+            ", ".join(each.aliases),
+        ]
+        for each in found.ranking[:RANKED]
+    ]
+    lines = aligned(rows)
+    if found.blind:
+        lines.append(f"  these data cannot see: {', '.join(found.blind)}")
+    return lines

@@ -1,0 +1,104 @@
+"""What the exporters share: their result, what a format loses in words, and a worked example."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.poses.imu_log import SI_UNIT, FloatArray
+from pipeline.results.read import Stored, StoredTriad
+
+#: Direction and size of the worked example, in units of EXAMPLE_SIZE: no axis is zero.
+EXAMPLE_DIRECTION = np.array([0.3, -0.4, 0.85])
+EXAMPLE_SIZE: Mapping[str, float] = {"accelerometer": 10.0, "gyroscope": 1.0}  #: SI
+
+
+@dataclass(frozen=True)
+class Export:
+    """Text of each file by name, and what of the calibration they do not hold."""
+
+    files: Mapping[str, str]
+    loses: tuple[str, ...]
+
+
+def matrix(each: StoredTriad) -> FloatArray:
+    """``T K`` of Angrisano et al. eq. (1), SI units per count, shape (3, 3)."""
+    return np.asarray(each.alignment * each.units_per_count)
+
+
+def triad_named(stored: Stored, name: str) -> StoredTriad | None:
+    """The triad of this name; None where it was not calibrated."""
+    return next((each for each in stored.triads if each.triad == name), None)
+
+
+def short_name(each: StoredTriad) -> str:
+    """``acc`` or ``gyro``."""
+    return {"accelerometer": "acc", "gyroscope": "gyro"}[each.triad]
+
+
+def example(each: StoredTriad) -> tuple[FloatArray, FloatArray]:
+    """A reading in counts and what bias, scale and misalignment make of it, SI; both (3,)."""
+    wanted = EXAMPLE_DIRECTION * EXAMPLE_SIZE[each.triad]
+    counts = each.bias_counts + wanted * each.scale_counts_per_unit
+    if each.correction.spec.bits:
+        counts = np.round(counts)
+    return counts, matrix(each) @ (counts - each.bias_counts)
+
+
+def example_text(each: StoredTriad) -> str:
+    """The worked example in one line."""
+    counts, si = example(each)
+    return f"counts ({_row(counts)}) are ({_row(si)}) {SI_UNIT[each.triad]}"
+
+
+def _row(values: FloatArray) -> str:
+    return ", ".join(f"{value:.8g}" for value in values)
+
+
+def no_sds(stored: Stored) -> tuple[str, ...]:
+    """That the uncertainties are left behind."""
+    return ("The uncertainties are not in it.",) if stored.triads else ()
+
+
+def no_effects(
+    stored: Stored, program: str, held: Mapping[str, tuple[str, ...]] | None = None
+) -> tuple[str, ...]:
+    """Which added effects ``program`` has no place for; ``held`` by triad are those it has."""
+    found = []
+    for each in stored.triads:
+        lost = [name for name in each.effects if name not in (held or {}).get(each.triad, ())]
+        if lost:
+            found.append(
+                f"{program} has no place for {', '.join(lost)} of the {each.triad}: readings "
+                f"corrected by it keep that error. Use `pipeline apply` to correct it."
+            )
+    return tuple(found)
+
+
+def origin(stored: Stored) -> tuple[str, ...]:
+    """Lines that say where the numbers come from, for the comments of a file."""
+    title = " ".join(str(stored.found["title"] or "untitled").split())  # one line, whatever it was
+    lines = [
+        f"Calibration of {stored.found['sensor']}: {title}",
+        f"configuration {str(stored.found['config_sha256'])[:16]} (SHA-256)",
+    ]
+    for each in stored.triads:
+        spec = each.correction.spec
+        if spec.bits:
+            lines.append(
+                f"{each.triad}: {spec.bits} bits over +-{spec.full_scale:.6g} "
+                f"{SI_UNIT[each.triad]}; another range needs another calibration"
+            )
+    warmth = _temperatures(stored)
+    if warmth:
+        lines.append(f"calibrated between {min(warmth):.1f} and {max(warmth):.1f} degrees Celsius")
+    return tuple(lines)
+
+
+def _temperatures(stored: Stored) -> list[float]:
+    return [
+        pose["columns"]["temperature_c"]
+        for each in stored.triads
+        for pose in stored.found[each.triad]["poses"]
+        if pose["columns"].get("temperature_c") is not None
+    ]

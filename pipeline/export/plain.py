@@ -1,0 +1,96 @@
+"""Formats that hold the calibration as it is: JSON, CSV, and imu_tk, whose model is ours."""
+
+import csv
+import io
+import json
+
+from calib.effects.effect import EFFECTS
+from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
+from pipeline.export.parts import Export, matrix, no_effects, no_sds, short_name
+from pipeline.results.read import PARAMETERS, Stored, StoredTriad
+
+
+def to_json(stored: Stored) -> Export:
+    """Matrix, bias and sds of each triad, ready for ``s = M (counts - b)``, with units."""
+    found = {
+        each.triad: {
+            "unit": SI_UNIT[each.triad],
+            "applies_as": "matrix @ (counts - bias_counts)",
+            "matrix": matrix(each).tolist(),
+            **_nine(each),
+            "effects": each.effects,
+        }
+        for each in stored.triads
+    }
+    text = json.dumps({"title": stored.found["title"], **found}, indent=1, ensure_ascii=False)
+    return Export({"calibration.json": text + "\n"}, _effects_by_name(stored))
+
+
+def to_csv(stored: Stored) -> Export:
+    """One line for each parameter: triad, parameter, axis, value, sd, unit."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(["triad", "parameter", "axis", "value", "sd", "unit"])
+    for each in stored.triads:
+        units = ("rad", "counts", f"counts/({SI_UNIT[each.triad]})")
+        nine = _nine(each)
+        for key, unit in zip(PARAMETERS, units, strict=True):
+            for axis, value, sd in zip(AXES, nine[key], nine[f"{key}_sd"], strict=True):
+                table.writerow([each.triad, key, axis, value, _blank(sd), unit])
+        for name, effect in each.effects.items():
+            for label, value, sd in zip(
+                _labels(name, len(effect["values"])), effect["values"], effect["sd"], strict=True
+            ):
+                table.writerow([each.triad, name, label, value, _blank(sd), effect["unit"]])
+    return Export({"calibration.csv": text.getvalue()}, ())
+
+
+def to_imu_tk(stored: Stored) -> Export:
+    """imu_tk's ``.calib``: T, K and b of ``X' = T K (X - B)``, the very model of this program."""
+    files = {}
+    for each in stored.triads:
+        k = each.units_per_count
+        scale = [[float(k[i]) if i == j else 0.0 for j in range(3)] for i in range(3)]
+        parts = (each.alignment.tolist(), scale, [[float(b)] for b in each.bias_counts])
+        files[f"{short_name(each)}.calib"] = "\n".join(map(_matrix_text, parts))
+    return Export(files, (*no_sds(stored), *no_effects(stored, "imu_tk")))
+
+
+def _nine(each: StoredTriad) -> dict[str, list[float | None]]:
+    values = (each.misalignment_rad, each.bias_counts, each.scale_counts_per_unit)
+    sds = (each.misalignment_sd, each.bias_sd, each.scale_sd)
+    found: dict[str, list[float | None]] = {}
+    for key, value, sd in zip(PARAMETERS, values, sds, strict=True):
+        found[key] = _plain(value)
+        found[f"{key}_sd"] = _plain(sd)
+    return found
+
+
+def _plain(values: FloatArray) -> list[float | None]:
+    return [float(value) if value == value else None for value in values]  # NaN differs from itself
+
+
+def _blank(value: float | None) -> float | str:
+    return "" if value is None else value
+
+
+def _labels(name: str, count: int) -> list[str]:
+    """What the values of an effect are called: its parameters, then its shape parameter."""
+    if name not in EFFECTS:  # column:NAME has one value for each axis
+        return list(AXES)
+    effect = EFFECTS[name]
+    shape = [] if effect.shape is None else [effect.shape.name]
+    return [*effect.parameters, *shape][:count]
+
+
+def _matrix_text(rows: list[list[float]]) -> str:
+    return "".join(" ".join(f"{value:.12g}" for value in row) + "\n" for row in rows)
+
+
+def _effects_by_name(stored: Stored) -> tuple[str, ...]:
+    return tuple(
+        f"The matrix of the {each.triad} does not contain {', '.join(each.effects)}; their values "
+        f"stand beside it, `pipeline apply` corrects them."
+        for each in stored.triads
+        if each.effects
+    )

@@ -1,0 +1,172 @@
+"""Formats of robotics: Kalibr (and OpenVINS, which reads the same keys), and ROS imu_calib.
+
+Kalibr states the forward model of what a driver publishes in SI units by the data sheet,
+
+    accelerometer   y = M_a f + b_a
+    gyroscope       y = M_g C w + A f + b_g
+
+with M lower triangular. Ours is the inverse, ``s = T K (u - b)`` with T upper triangular, in
+frames that magnitudes leave open; in nominal readings ``y = k0 (u - b0)`` it says
+``y = N s + k0 (b - b0)`` with ``N = k0 (T K)⁻¹``, upper triangular too. The decomposition
+``N = L Q``, L lower triangular and Q a rotation, makes M = L, and turns the frame: the body of the
+file is ``Q_a`` times the accelerometer's frame here.
+"""
+
+import math
+
+import numpy as np
+
+from calib.fit.frame_alignment import rotation_matrix
+from calib.poses.imu_log import FloatArray
+from pipeline.export.parts import (
+    Export,
+    example_text,
+    matrix,
+    no_effects,
+    no_sds,
+    origin,
+    triad_named,
+)
+from pipeline.results.read import Stored, StoredTriad
+
+NOISE_KEYS = (
+    "accelerometer_noise_density", "accelerometer_random_walk",
+    "gyroscope_noise_density", "gyroscope_random_walk",
+)  # fmt: skip
+
+
+def lower_and_rotation(square: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """L, lower triangular with a positive diagonal, and Q of ``square = L Q``, each (3, 3).
+
+    Q is a rotation where the determinant of ``square`` is positive.
+    """
+    q, r = np.linalg.qr(square.T)
+    sign = np.sign(np.diag(r))
+    return np.asarray(r.T * sign), np.asarray((q * sign).T)
+
+
+def forward_matrix(each: StoredTriad) -> FloatArray:
+    """N of ``y = N s + offset``: from the true vector to the nominal reading, shape (3, 3)."""
+    return np.asarray(each.correction.spec.nominal_scale * np.linalg.inv(matrix(each)))
+
+
+def nominal_offset(each: StoredTriad) -> FloatArray:
+    """What the data sheet makes of a reading of nothing, SI, shape (3,)."""
+    spec = each.correction.spec
+    return np.asarray(spec.nominal_scale * (each.bias_counts - spec.nominal_bias_counts))
+
+
+def to_kalibr(stored: Stored) -> Export:
+    """``imu.yaml`` with the model ``scale-misalignment``."""
+    accelerometer = triad_named(stored, "accelerometer")
+    gyroscope = triad_named(stored, "gyroscope")
+    body = np.eye(3)
+    lines = [f"# {line}" for line in origin(stored)]
+    lines += [
+        "# reading in SI units by the data sheet = M * true + bias (accelerometer),",
+        "#                                         M * C_gyro_i * true + A * force + bias (gyro)",
+        "imu0:",
+        "  T_i_b:",
+        *_rows(np.eye(4)),
+    ]
+    loses = list(no_sds(stored))
+    if accelerometer is not None:
+        lower, body = lower_and_rotation(forward_matrix(accelerometer))
+        lines += ["  accelerometers:", "    M:", *_rows(lower, 4)]
+        lines += _bias_comment(accelerometer)
+    if gyroscope is not None:
+        lines += _kalibr_gyroscope(stored, gyroscope, body)
+        lines += _bias_comment(gyroscope)
+    lines += ["  model: scale-misalignment", "  rostopic: /imu0", "  time_offset: 0.0"]
+    lines += [f"  # {key}: not measured here; from the data sheet or an Allan plot"
+              for key in (*NOISE_KEYS, "update_rate")]
+    turned = math.degrees(math.acos(min(1.0, max(-1.0, (np.trace(body) - 1) / 2))))
+    loses += [
+        "Kalibr stores no bias: the biases stand in comments, subtract them from the readings or "
+        "let the estimator find them.",
+        f"M is lower triangular there: the body frame of the file is that of this calibration "
+        f"turned by {turned:.3f}°.",
+        f"{', '.join(NOISE_KEYS)} and update_rate were not measured by poses and are left out: "
+        f"fill them in.",
+    ]
+    if gyroscope is not None and _frame_angles(stored) is None:
+        loses.append(
+            "C_gyro_i takes the gyroscope's frame for the accelerometer's: these poses do not "
+            "show the rotation between them. Log the accelerometer on the turning plate too."
+        )
+    held = {"gyroscope": ("g_sensitivity",)} if accelerometer is not None else {}
+    loses += no_effects(stored, "Kalibr", held)
+    return Export({"imu.yaml": "\n".join(lines) + "\n"}, tuple(loses))
+
+
+def _kalibr_gyroscope(stored: Stored, gyroscope: StoredTriad, body: FloatArray) -> list[str]:
+    """The gyroscope's block; ``body`` turns the accelerometer's frame into that of the file."""
+    forward = forward_matrix(gyroscope)
+    lower, turned = lower_and_rotation(forward)
+    angles = _frame_angles(stored)
+    to_accelerometer = np.eye(3) if angles is None else rotation_matrix(angles)
+    sensitivity = np.zeros((3, 3))
+    given = gyroscope.effects.get("g_sensitivity")
+    if given is not None:
+        sensitivity = np.array(given["values"], float).reshape(3, 3)
+    return [
+        "  gyroscopes:",
+        "    M:",
+        *_rows(lower, 4),
+        "    C_gyro_i:",
+        *_rows(turned @ to_accelerometer.T @ body.T, 4),
+        "    A:",
+        *_rows(forward @ sensitivity @ body.T, 4),
+    ]
+
+
+def _frame_angles(stored: Stored) -> FloatArray | None:
+    given = (stored.found["gyroscope"] or {}).get("frame_to_accelerometer_rad")
+    return None if given is None else np.array(given, float)
+
+
+def _bias_comment(each: StoredTriad) -> list[str]:
+    row = ", ".join(f"{value:.10g}" for value in nominal_offset(each))
+    return [f"    # bias: [{row}]", f"    # {example_text(each)}"]
+
+
+def _rows(values: FloatArray, indent: int = 2) -> list[str]:
+    return [
+        " " * indent + "- [" + ", ".join(f"{value:.12g}" for value in row + 0.0) + "]"
+        for row in values
+    ]
+
+
+def to_ros(stored: Stored) -> Export:
+    """``imu_calib.yaml``: ``SM * raw - bias``, the bias after scaling; raw is in counts."""
+    accelerometer = triad_named(stored, "accelerometer")
+    loses = [*no_sds(stored)]
+    if triad_named(stored, "gyroscope") is not None:
+        loses.append("imu_calib has no place for the gyroscope: it is left out.")
+    if accelerometer is None:
+        return Export({}, (*loses, "imu_calib holds an accelerometer, which was not calibrated."))
+    spec = accelerometer.correction.spec
+    m = matrix(accelerometer)
+    counts = (m, m @ accelerometer.bias_counts)
+    nominal = (m / spec.nominal_scale,
+               m @ (accelerometer.bias_counts - spec.nominal_bias_counts))
+    lines = [f"# {line}" for line in origin(stored)]
+    lines += [
+        "# calibrated [m/s²] = SM * raw - bias, raw in counts:",
+        f"# {example_text(accelerometer)}",
+        f"SM: [{_flat(counts[0])}]",
+        f"bias: [{_flat(counts[1])}]",
+        "# For a driver that publishes m/s² by the data sheet, these two instead:",
+        f"# SM: [{_flat(nominal[0])}]",
+        f"# bias: [{_flat(nominal[1])}]",
+    ]
+    loses.append(
+        "SM and bias take counts; where the driver publishes m/s² by the data sheet, use the pair "
+        "in the comment."
+    )
+    lost = [each for each in no_effects(stored, "imu_calib") if "accelerometer" in each]
+    return Export({"imu_calib.yaml": "\n".join(lines) + "\n"}, (*loses, *lost))
+
+
+def _flat(values: FloatArray) -> str:
+    return ", ".join(f"{value:.12g}" for value in values.ravel() + 0.0)

@@ -1,0 +1,27 @@
+"""A calibration written for other programs, one function for each.
+
+An exporter takes a :class:`pipeline.results.read.Stored` and returns the files it makes, and in
+words what they cannot hold: a format that has no place for an effect says so instead of dropping
+it.
+"""
+
+from collections.abc import Callable, Mapping
+
+from pipeline.export.firmware import to_arduino, to_fusion, to_inav, to_px4
+from pipeline.export.parts import Export
+from pipeline.export.plain import to_csv, to_imu_tk, to_json
+from pipeline.export.robotics import to_kalibr, to_ros
+from pipeline.results.read import Stored
+
+#: Format -> exporter; :data:`pipeline.export.formats.FORMATS` says in a line what each is.
+EXPORTERS: Mapping[str, Callable[[Stored], Export]] = {
+    "json": to_json,
+    "csv": to_csv,
+    "imu_tk": to_imu_tk,
+    "kalibr": to_kalibr,
+    "ros": to_ros,
+    "arduino": to_arduino,
+    "fusion": to_fusion,
+    "px4": to_px4,
+    "inav": to_inav,
+}

@@ -1,0 +1,183 @@
+"""Add an effect, refit, compare: one turn of the loop that the project is built for.
+
+A turn ends in one of two ways: the configuration names one effect more (or fewer) and both
+calibrations, before and after, are known; or it is refused, with the reason and the measurement
+that would allow it, and the file stays as it was.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from calib.diagnosis.next_measurement import Rival, best_block
+from calib.effects.catalogue import BASE, find_effect
+from calib.errors import CalibrationError, Undetermined
+from calib.poses.imu_log import TRIADS
+from pipeline.config.edit import with_item, without_item
+from pipeline.config.load import Config, parse_config
+from pipeline.config.yaml_reader import PathTo
+from pipeline.errors import ConfigError
+from pipeline.files import write_whole
+from pipeline.names import nearest_name
+from pipeline.stages.run import Outcome
+from pipeline.stages.triads import TriadResult
+
+RunConfig = Callable[[Config], Outcome]
+CONSTANT_RATE = ("constant_rate",)
+MOST_TURNS = 8
+"""Turns of ``--auto`` before it stops: no sensor in the catalogue's sources needs as many."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """What an effect is added to: a triad, or a plate setting's phase track."""
+
+    section: PathTo
+    name: str
+
+    @property
+    def default(self) -> tuple[str, ...]:
+        """The model where the configuration states none."""
+        return CONSTANT_RATE if self.section[0] == "rate" else BASE
+
+    def __str__(self) -> str:
+        return ".".join([*map(str, self.section), self.name])
+
+
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """One turn: what was added or taken out, and the outcomes on both sides of it."""
+
+    target: Target
+    before: Outcome
+    after: Outcome
+
+
+def read_target(config: Config, text: str) -> Target:
+    """``accelerometer.NAME``, ``gyroscope.NAME`` or ``rate.SETTING.TERM``.
+
+    Raises
+    ------
+    ConfigError
+        It names nothing that this configuration has.
+    """
+    head, _, rest = text.partition(".")
+    if head in TRIADS and rest:
+        if getattr(config, head) is None:
+            raise ConfigError(f"{text}: {config.source.path} has no section '{head}'.")
+        return Target((head,), rest)
+    setting, _, term = rest.rpartition(".")
+    if head == "rate" and setting in config.rate and term:
+        return Target(("rate", setting), term)
+    near = nearest_name(head, (*TRIADS, "rate"))
+    raise ConfigError(
+        f"{text}: cannot be added to{near}; write accelerometer.NAME, gyroscope.NAME, or "
+        f"rate.SETTING.TERM, as `pipeline diagnose` names them."
+    )
+
+
+def result_of(outcome: Outcome, target: Target) -> TriadResult | None:
+    """The triad that ``target`` speaks of; None for a plate setting."""
+    return next((r for r in outcome.triads if (r.triad,) == target.section), None)
+
+
+def edited(config: Config, target: Target, remove: bool) -> Config:
+    """``config`` with ``target`` added or removed, checked whole; nothing is written yet."""
+    model = _model(config, target)
+    if remove and target.name not in model:
+        listed = ", ".join(model)
+        raise ConfigError(f"{target}: is not in the model, which is [{listed}].")
+    if remove and len(model) == 1:
+        raise ConfigError(f"{target}: is all that the model has; a model needs one effect.")
+    if not remove and target.name in model:
+        raise ConfigError(f"{target}: is in the model already.")
+    if remove:
+        text = without_item(config.source, target.section, target.name)
+    else:
+        text = with_item(config.source, target.section, target.name, target.default)
+    return parse_config(config.source.path, text)
+
+
+def _model(config: Config, target: Target) -> tuple[str, ...]:
+    if target.section[0] == "rate":
+        return tuple(getattr(config.rate[str(target.section[1])], "model", CONSTANT_RATE))
+    return tuple(getattr(config, str(target.section[0])).model)
+
+
+def turn(
+    config: Config,
+    target: Target,
+    run: RunConfig,
+    *,
+    before: Outcome | None = None,
+    remove: bool = False,
+    although_aliased: bool = False,
+) -> Turn:
+    """Change the model by ``target``, run, and only then write the configuration.
+
+    Raises
+    ------
+    ConfigError, Undetermined
+        The change is refused; the configuration is as it was.
+    """
+    changed = edited(config, target, remove)
+    before = before or run(config)
+    result = result_of(before, target)
+    if result is not None and not remove:
+        require_tellable(result, target, although_aliased)
+    after = run(changed)
+    write_whole(config.source.path, changed.source.text)
+    return Turn(target, before, after)
+
+
+def require_tellable(result: TriadResult, target: Target, although_aliased: bool) -> None:
+    """Refuse an effect that these data cannot see, or cannot tell from another.
+
+    Raises
+    ------
+    Undetermined
+        With the reason, and the measurement that would allow it.
+    """
+    found, name = result.diagnosis, target.name
+    if name in found.unavailable:
+        raise Undetermined(f"{target}: cannot be evaluated here: {found.unavailable[name]}.")
+    if name in found.blind:
+        raise Undetermined(
+            f"{target}: these data cannot see it; bias, scale, misalignment and the effects in "
+            f"the model take up all of it. {_what_would_show(result, [name])}"
+        )
+    candidate = next((c for c in found.ranking if c.name == name and c.kind == "listed"), None)
+    if candidate is None or although_aliased:
+        return
+    group = found.group if found.name == name else (name, *candidate.aliases)
+    if len(group) > 1:
+        others = " and ".join(f"'{other}'" for other in group[1:])
+        raise Undetermined(
+            f"{target}: looks the same as {others} in these data; adding it would be a guess. "
+            f"{_what_would_show(result, list(group))} To go on with '{name}' all the same, add "
+            f"--although-aliased."
+        )
+
+
+def _what_would_show(result: TriadResult, names: list[str]) -> str:
+    """The measurement that would make ``names`` visible or tell them apart."""
+    sizes = {c.name: c.size for c in result.diagnosis.ranking if c.kind == "listed"}
+    try:
+        effects = [find_effect(name) for name in names]
+    except CalibrationError:  # a user's own effect has no page
+        return "Record poses in which its columns change while everything else stays."
+    advice = best_block(
+        result.calibration.fit,
+        [Rival(effect, sizes.get(effect.name)) for effect in effects],
+        result.calibration.spec.full_scale,
+    )
+    if advice is not None:
+        return f"What would allow it: record {advice.says}."
+    return f"What would allow it: {effects[0].page.separates}."
+
+
+def next_target(outcome: Outcome) -> Target | None:
+    """What ``--auto`` adds next: the first effect that a diagnosis names without doubt."""
+    for result in outcome.triads:
+        if result.diagnosis.addable and result.diagnosis.name is not None:
+            return Target((result.triad,), result.diagnosis.name)
+    return None

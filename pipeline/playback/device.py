@@ -1,0 +1,168 @@
+"""A recorded session played as if its sensor were on a serial line, to try everything without one.
+
+The poses come in the order of the configuration, each held for a while, with a hand's motion in
+between, over and over again. The device speaks the legacy Xsens protocol, the lines of the
+project's own sketch, those of i2cdevlib's MPU6050_raw, or its binary stream, and damages what it
+sends when asked to.
+"""
+
+import random
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import FloatArray
+from pipeline.devices.sketch_lines import sketch_line
+from pipeline.devices.xbus import XbusReader, frame
+from pipeline.devices.xsens_mtdata import MTDATA, RAW_COUNTED
+
+Protocol = Literal["xsens-mti", "sketch", "a/g", "binary"]
+PROTOCOLS: tuple[Protocol, ...] = get_args(Protocol)
+
+MOVE_S = 1.2  #: a hand's motion from one pose to the next
+HAND_M_S2, HAND_RAD_S = 3.0, 1.5  #: standard deviation of what the hand adds
+GREETING = b"Initializing I2C devices...\r\nMPU6050 connection successful\r\n"
+HEADER_EVERY = 1000  #: samples
+SAMPLE_MICROS_MODULUS = 1 << 32
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Counts of one pose: ``words`` (t, 6), accelerometer and gyroscope; ``temperature_c`` (t,)."""
+
+    label: str
+    words: FloatArray
+    temperature_c: FloatArray
+
+
+@dataclass(frozen=True)
+class Faults:
+    """Shares of the samples that are lost, get a bit flipped, or have garbage before them."""
+
+    lost: float = 0.0
+    flipped: float = 0.0
+    garbage: float = 0.0
+
+    def apply(self, data: bytes, rng: random.Random) -> bytes:
+        """``data``, the bytes of one sample, after the line had its way with them."""
+        if rng.random() < self.lost:
+            return b""
+        if rng.random() < self.flipped:
+            hit = bytearray(data)
+            hit[rng.randrange(len(hit))] ^= 1 << rng.randrange(8)
+            data = bytes(hit)
+        if rng.random() < self.garbage:
+            data = rng.randbytes(rng.randrange(1, 12)) + data
+        return data
+
+
+def played(
+    poses: list[Pose], rate_hz: float, hold_s: float, specs: tuple[TriadSpec, TriadSpec], seed: int
+) -> Iterator[tuple[FloatArray, float]]:
+    """Words (6,) and temperature of every sample, without end.
+
+    A pose shorter than ``hold_s`` is played forwards and backwards in turn, which leaves its noise
+    as it is and makes no jump.
+    """
+    rng = np.random.default_rng(seed)
+    scale = np.repeat([1 / spec.nominal_scale for spec in specs], 3)
+    hand = np.repeat([HAND_M_S2, HAND_RAD_S], 3) * scale
+    moving = round(MOVE_S * rate_hz)
+    last = poses[-1].words[-1]
+    while True:
+        for pose in poses:
+            first = pose.words[0]
+            share = np.linspace(0, 1, moving)[:, None]
+            way = last + share * (first - last) + hand * rng.standard_normal((moving, 6))
+            for words in way:
+                yield words, float(pose.temperature_c[0])
+            there_and_back = np.concatenate([np.arange(len(pose.words)),
+                                             np.arange(len(pose.words) - 2, 0, -1)])
+            for i in range(round(hold_s * rate_hz)):
+                at = there_and_back[i % len(there_and_back)]
+                yield pose.words[at], float(pose.temperature_c[at])
+            last = pose.words[at]
+
+
+class PlaybackDevice:
+    """Bytes of a device: what it sends by itself, and what it answers.
+
+    Parameters
+    ----------
+    protocol : str
+        One of ``PROTOCOLS``.
+    poses, rate_hz, hold_s, specs, seed
+        See :func:`played`.
+    faults : Faults
+    """
+
+    def __init__(
+        self,
+        protocol: Protocol,
+        poses: list[Pose],
+        rate_hz: float,
+        hold_s: float,
+        specs: tuple[TriadSpec, TriadSpec],
+        seed: int = 0,
+        faults: Faults | None = None,
+    ) -> None:
+        self._protocol, self._rate_hz = protocol, rate_hz
+        self._samples = played(poses, rate_hz, hold_s, specs, seed)
+        self._low, self._high = np.array([spec.count_range for spec in specs]).repeat(3, axis=0).T
+        self._faults, self._rng = faults or Faults(), random.Random(seed)
+        self._count = 0
+        self._requests = XbusReader()
+        self.measuring = protocol != "xsens-mti"
+
+    def greeting(self) -> bytes:
+        """What the device sends when it is switched on or reset."""
+        if self._protocol == "xsens-mti":
+            return frame(0x3E)
+        return b"" if self._protocol == "sketch" else GREETING
+
+    def next_sample(self) -> bytes:
+        """The bytes of the next sample, as they come over the line."""
+        words, temperature_c = next(self._samples)
+        counts = np.clip(np.rint(words), self._low, self._high).astype(int).tolist()
+        data = self._encode(counts, temperature_c)
+        self._count += 1
+        return self._faults.apply(data, self._rng)
+
+    def _encode(self, words: list[int], temperature_c: float) -> bytes:
+        n = self._count
+        if self._protocol == "xsens-mti":
+            celsius = round(temperature_c * 256)
+            return frame(MTDATA, RAW_COUNTED.pack(*words, 32768, 32768, 32768, celsius,
+                                                  n % 65536))
+        if self._protocol == "sketch":
+            micros = round(n / self._rate_hz * 1e6) % SAMPLE_MICROS_MODULUS
+            line = sketch_line(n, micros, (*words, round((temperature_c - 36.53) * 340)))
+            head = "" if n % HEADER_EVERY else "#turntable v1 mpu6050\r\n"
+            return f"{head}{line}\r\n".encode()
+        if self._protocol == "a/g":
+            return ("a/g:\t" + "\t".join(map(str, words)) + "\r\n").encode()
+        return b"".join(word.to_bytes(2, "big", signed=True) for word in words)
+
+    def answer(self, data: bytes) -> bytes:
+        """What the device answers to the bytes it was sent."""
+        if self._protocol != "xsens-mti":
+            return b""
+        return b"".join(self._answer(message.mid, message.data)
+                        for message in self._requests.feed(data))
+
+    def _answer(self, mid: int, data: bytes) -> bytes:
+        if mid == 0x40:  # Reset
+            self.measuring = False
+            return frame(0x41) + self.greeting()
+        if mid in (0x30, 0x10):  # GoToConfig, GoToMeasurement
+            self.measuring = mid == 0x10
+        if mid == 0x04:  # SetPeriod; what is played has a rate of its own
+            wanted = 115200 / max(1, int.from_bytes(data, "big"))
+            if abs(wanted / self._rate_hz - 1) > 0.02:
+                return frame(0x42, b"\x03")
+        if mid == 0x0C:  # ReqConfiguration: the length of the data is all that is asked for
+            return frame(0x0D, bytes(102) + RAW_COUNTED.size.to_bytes(2, "big") + bytes(14))
+        return b"" if mid == 0x3F else frame(mid + 1)

@@ -1,0 +1,158 @@
+"""Where the configuration wants its poses: the blocks of a session and their files."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipeline.config.file_patterns import is_pattern, natural_key
+from pipeline.config.load import Config
+from pipeline.config.schema import VideoRate
+from pipeline.config.types import STOPPED
+from pipeline.config.yaml_reader import PathTo
+from pipeline.errors import ConfigError
+
+FEWEST_TURNS = 3.0  #: of the plate in one pose: over whole turns its tilt averages out
+RAD_S_PER_RPM = 2 * math.pi / 60
+
+
+@dataclass(frozen=True)
+class Numbered:
+    """Files numbered through: ``folder/before07after``."""
+
+    folder: Path
+    before: str
+    after: str
+
+    def path(self, number: int) -> Path:
+        """The file of this number, from 1."""
+        return self.folder / f"{self.before}{number:02d}{self.after}"
+
+    def there(self) -> list[Path]:
+        """The files there are, in natural order."""
+        found = self.folder.glob(f"{self.before}*{self.after}") if self.folder.is_dir() else ()
+        return sorted(found, key=lambda path: natural_key(path.name))
+
+    def free(self) -> int:
+        """The lowest number that no file has."""
+        number = 1
+        while self.path(number).exists():
+            number += 1
+        return number
+
+
+@dataclass(frozen=True)
+class Block:
+    """Poses at one plate setting.
+
+    Parameters
+    ----------
+    rate : str
+        Name of the plate setting, ``stopped`` at rest.
+    poses : Numbered
+        Where they are written.
+    rate_rad_s : float or None
+        About how fast the plate will turn; 0 at rest, None where the file does not tell.
+    seconds : float
+        Length of a pose.
+    clips : Numbered or Path or None
+        Where the configuration wants clips: one for each pose, one for all, none.
+    """
+
+    rate: str
+    poses: Numbered
+    rate_rad_s: float | None
+    seconds: float
+    clips: Numbered | Path | None
+
+    @property
+    def turns(self) -> bool:
+        """Whether the plate turns."""
+        return self.rate != STOPPED
+
+
+def blocks_of(config: Config) -> tuple[Block, ...]:
+    """The blocks of a session, at rest first, each set of files once.
+
+    Raises
+    ------
+    ConfigError
+        A section names its poses in a way that tells no file names for new ones.
+    """
+    assert config.record is not None
+    seconds = config.record.seconds_per_pose
+    blocks: dict[Numbered, Block] = {}
+    for path, rate in _settings(config):
+        poses = _numbered(config, path)
+        if poses is None or poses in blocks:
+            continue
+        stated = config.rate.get(rate)
+        rate_rad_s: float | None = 0.0 if rate == STOPPED else None
+        clips = None
+        if isinstance(stated, VideoRate):
+            clips = _clips(config, ("rate", rate, "video"))
+            if stated.nominal_rpm is not None:
+                rate_rad_s = stated.nominal_rpm * RAD_S_PER_RPM
+        elif stated is not None:
+            rate_rad_s = stated.rate_rad_s
+        turns_s = FEWEST_TURNS * 2 * math.pi / rate_rad_s if rate_rad_s else 0.0
+        blocks[poses] = Block(rate, poses, rate_rad_s, max(seconds, turns_s), clips)
+    return tuple(sorted(blocks.values(), key=lambda block: block.turns))
+
+
+def _settings(config: Config) -> Iterator[tuple[PathTo, str]]:
+    if config.accelerometer:
+        yield ("accelerometer", "poses"), STOPPED
+    for i, run in enumerate(config.gyroscope.runs if config.gyroscope else ()):
+        yield ("gyroscope", "runs", i, "poses"), run.rate
+
+
+def _numbered(config: Config, path: PathTo) -> Numbered | None:
+    """Where new poses of this section go; None where it names files that are there."""
+    given = config.source.value(path)
+    if isinstance(given, dict):
+        given = given.get("files", given)
+    text = given[0] if isinstance(given, list) and len(given) == 1 else given
+    if isinstance(text, str) and text.count("*") == 1 and text.endswith(".csv"):
+        folder, _, name = text.rpartition("/")
+        before, _, after = name.partition("*")
+        if "*" in name and not is_pattern(folder + before + after):
+            return Numbered(config.source.path.parent / folder, before, after)
+    raise ConfigError(config.source.problem(path, (
+        f"found {text!r}, from which no names of new files follow; `pipeline record` writes one "
+        "file per pose. Give a pattern with one star, as in accelerometer/pose_*.csv."
+    )))
+
+
+def _clips(config: Config, path: PathTo) -> Numbered | Path:
+    """Where clips go: numbered like the poses where the name has a star."""
+    given = config.source.value(path)
+    text = given[0] if isinstance(given, list) and len(given) == 1 else given
+    folder, _, name = str(text).rpartition("/")
+    home = config.source.path.parent / folder
+    if isinstance(text, str) and name.count("*") == 1 and not is_pattern(folder):
+        before, _, after = name.partition("*")
+        return Numbered(home, before, after)
+    if isinstance(text, str) and not is_pattern(text):
+        return home / name
+    raise ConfigError(config.source.problem(path, (
+        f"found {text!r}, from which no name of a new clip follows. Give one name, or a pattern "
+        "with one star for a clip of every pose, as in video/17rpm_*.mkv."
+    )))
+
+
+def require_clip_names(config: Config, blocks: tuple[Block, ...]) -> None:
+    """Refuse to film where the configuration has no name for the clip of every pose.
+
+    Raises
+    ------
+    ConfigError
+        With what to write instead.
+    """
+    for block in blocks:
+        clips = block.clips
+        if block.turns and not (isinstance(clips, Numbered) and clips.after.endswith(".mkv")):
+            raise ConfigError(config.source.problem(("rate", block.rate), (
+                "filming makes a clip of every pose, as Matroska, whose stamps are those of the "
+                f"pictures. Write `video: video/{block.rate}_*.mkv`, or record without a camera."
+            )))

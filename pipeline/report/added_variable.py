@@ -1,0 +1,90 @@
+"""The added-variable plot: what one effect explains of what the rest of the model leaves.
+
+    before   residual of the model without the effect
+    after    that residual less what the effect explains
+    x        what the effect explains
+
+each in noise units and with the rest of the model projected out (Cook & Weisberg, Residuals and
+Influence in Regression, 1982, 2.3.2), so that the points before scatter about the diagonal when
+the effect is there, and the points after about zero.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pipeline.console.format import count
+from pipeline.report.svg import Chart, Figure, across, upward
+from pipeline.results.json_values import Json
+from pipeline.stages.triads import TriadResult
+
+ROOM = 1.08  #: the chart reaches beyond the largest value by this factor
+TWO_SD = 2.0
+
+
+def subject_of(result: TriadResult) -> str | None:
+    """The effect worth a plot: the one that is missing, the one added last, or the best guess."""
+    found = result.diagnosis
+    listed = [c.name for c in found.ranking if c.kind == "listed"]
+    if found.verdict == "effect" and found.name in listed:
+        return found.name
+    added = [e.name for e in result.calibration.fit.model.effects if e.acts_on != "reading"]
+    if added:
+        return added[-1]
+    open_names = [name for name in found.group if name in listed]
+    return next(iter([*open_names, *listed]), None)
+
+
+def added_variable_figure(result: TriadResult, payload: Json) -> Figure | None:
+    """Before and after for the leading effect; None where no effect is in question.
+
+    ``payload`` is :func:`pipeline.report.refit_data.refit_json` of the same triad.
+    """
+    name = subject_of(result)
+    entries: Sequence[Json] = payload["effects"]
+    entry = next((e for e in entries if e["name"] == name and e["reason"] is None), None)
+    if name is None or entry is None:
+        return None
+    d = len(payload["row_pose"])
+    y = np.array(payload["y"])
+    others = [e for e in entries if e["in_model"] and e["name"] != name]
+    rest = np.column_stack([*payload["base"], *(_full(c, len(y)) for e in others
+                                                for c in e["columns"])])
+    own = np.column_stack([_full(c, len(y)) for c in entry["columns"]])
+    q, _ = np.linalg.qr(rest)
+    before = y - q @ (q.T @ y)
+    left = own - q @ (q.T @ own)
+    explained = left @ np.linalg.lstsq(left, before, rcond=1e-2)[0]
+    before, explained = before[:d], explained[:d]
+    after = before - explained
+    limit = ROOM * float(np.abs(np.concatenate([before, [2 * TWO_SD]])).max())
+    chart = Chart(
+        across(np.append(explained, [-TWO_SD, TWO_SD])), upward(-limit, limit),
+        f"what {name} explains [sd]", "residual [sd]",
+    )
+    chart.axes()
+    chart.stripe(-TWO_SD, TWO_SD)
+    ends = np.array([max(chart.x.low, -limit), min(chart.x.high, limit)])
+    chart.line(ends, ends, "diagonal")
+    chart.level(0.0)
+    for x, one, other in zip(explained, before, after, strict=True):
+        chart.mark(x, one, 0, "mark before")
+        chart.mark(x, other, 1, "mark after")
+    outside = int((np.abs(after) > TWO_SD).sum())
+    idle = result.diagnosis.verdict == "nothing_missing" and not entry["in_model"]
+    says = (
+        f"{'The strongest suspect, though nothing is missing. ' if idle else ''}"
+        f"Root mean square {np.sqrt(np.mean(before**2)):.3g} sd without {name} and "
+        f"{np.sqrt(np.mean(after**2)):.3g} sd with it; afterwards {outside} of "
+        f"{count(d, 'equation')} lie beyond two sds."
+    )
+    return Figure(
+        f"What {name} explains", chart.svg(f"Added-variable plot of {name}. {says}"),
+        "if the effect is real, the dots (without it) lie along the diagonal and the squares "
+        "(with it) in the level band of ± 2 sd.",
+        says,
+    )
+
+
+def _full(column: Sequence[float], rows: int) -> np.ndarray:
+    return np.concatenate([column, np.zeros(rows - len(column))])

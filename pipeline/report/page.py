@@ -1,0 +1,128 @@
+"""report.html: verdict, numbers, pictures and tick boxes in one file that needs no network."""
+
+import json
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from pipeline.console.run_text import triad_line
+from pipeline.report.added_variable import added_variable_figure
+from pipeline.report.history_chart import staircase
+from pipeline.report.pose_charts import (
+    covariate_figures,
+    coverage_figure,
+    residual_figure,
+    run_legend,
+)
+from pipeline.report.rate_charts import rate_view
+from pipeline.report.refit_data import refit_json
+from pipeline.report.summary import Answer, answer_for, overall_verdict
+from pipeline.report.tables import budget_rows, parameter_groups
+from pipeline.results.history import Step
+from pipeline.results.json_values import Json
+from pipeline.stages.certificate import compare_with_certificate
+from pipeline.stages.mounting import mounting_text
+from pipeline.stages.run import Outcome
+from pipeline.stages.triads import TriadResult
+from pipeline.stages.user_effects import own_effects
+
+REPORT_NAME = "report.html"
+TEMPLATE_NAME = "report.html"
+
+
+def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None = None) -> str:
+    """The whole page.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        What the run has made.
+    history : sequence of Step
+        Every run so far, this one included.
+    folder : Path, optional
+        Where the results are, for the commands that the page names; the configuration's by default.
+    """
+    environment = Environment(
+        loader=PackageLoader("pipeline.report", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    where = str(folder or outcome.config.output_folder)
+    answers = [answer_for(result, outcome, where) for result in outcome.triads]
+    views = [
+        _triad_view(outcome, result, answer, history)
+        for result, answer in zip(outcome.triads, answers, strict=True)
+    ]
+    return environment.get_template(TEMPLATE_NAME).render(
+        title=outcome.config.title or outcome.config.source.path.stem,
+        sensor=outcome.config.sensor.name,
+        config=str(outcome.config.source.path),
+        verdict=overall_verdict(answers),
+        rates=[rate_view(rate) for rate in outcome.rates.values()],
+        triads=views,
+        warnings=outcome.warnings,
+        installation=_installation_view(outcome),
+        payload=_script_json({
+            "config": shlex.quote(str(outcome.config.source.path)),
+            "triads": [view["payload"] for view in views],
+        }),
+    )
+
+
+def _triad_view(
+    outcome: Outcome, result: TriadResult, answer: Answer, history: Sequence[Step]
+) -> dict[str, Any]:
+    """What the page shows of one triad."""
+    # Python code among them has run before in this very run, or there would be no outcome.
+    own = {
+        name: effect
+        for name, effect in own_effects(outcome.config, allow_python=True).items()
+        if result.triad in effect.triads
+    }
+    payload = refit_json(result, own)
+    certificate = compare_with_certificate(outcome.config, result)
+    calibration = result.calibration
+    return {
+        "name": result.triad,
+        "answer": answer,
+        "line": triad_line(result),
+        "says": result.diagnosis.says,
+        "model": ", ".join(calibration.fit.model.names),
+        "groups": parameter_groups(result, certificate),
+        "certified": certificate is not None,
+        "budget": budget_rows(result),
+        "widening": calibration.widening,
+        "gravity": result.gravity,
+        "payload": payload,
+        "effects": payload["effects"],
+        "residual": residual_figure(result),
+        "legend": run_legend(result),
+        "covariates": tuple(covariate_figures(result)),
+        "coverage": coverage_figure(result),
+        "added": added_variable_figure(result, payload),
+        "staircase": staircase(result.triad, history),
+    }
+
+
+def _installation_view(outcome: Outcome) -> dict[str, Any] | None:
+    """What the page shows of the mounting; None where it was not measured."""
+    found = outcome.installation
+    if found is None:
+        return None
+    return {
+        "says": mounting_text(found),
+        "before": found.before.tolist(),
+        "after": found.after.tolist(),
+        "notes": found.notes,
+    }
+
+
+def _script_json(payload: Json) -> str:
+    """JSON that can stand inside a script element: no text in it ends the element."""
+    text = json.dumps(payload, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    return text.replace("<", "\\u003c")

@@ -1,0 +1,244 @@
+"""Charts of one triad's poses: where they point, and how far each lies from the model."""
+
+import math
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from scipy.special import gammainc
+
+from calib.poses.attitudes import NEAR_COSINE, list_directions, natural_directions
+from calib.poses.imu_log import FloatArray
+from pipeline.console.format import DISPLAY, count, with_sd
+from pipeline.report.svg import (
+    BOTTOM,
+    HEIGHT,
+    LEFT,
+    RIGHT,
+    SHAPES,
+    WIDTH,
+    Chart,
+    Figure,
+    Scale,
+    across,
+    drawing,
+    nice_limit,
+    pixel,
+    tick_text,
+    upward,
+)
+from pipeline.stages.triads import TriadResult
+
+SHOWN_SD = 4.0  #: residual charts reach at least this many typical sds
+FRACTIONS = (-1.0, -0.5, 0.0, 0.5, 1.0)  #: of the limit of a residual chart, that have a number
+MOST_COLUMNS = 8  #: logged columns that get a chart, those that the misfit follows best first
+SPHERE_HEIGHT, SPHERE_RADIUS = 232.0, 88.0
+SPHERE_CENTRES = (104.0, 296.0)
+RUN_COLOURS = 6  #: as many as the style sheet has
+BY_THE_EQUATOR = 0.1  #: |z| up to which a pose is drawn in both hemispheres
+
+TITLES = {
+    "time_s": ("time", "time since the session began [min]", 1 / 60),
+    "spin_rad_s": ("the plate's rate", "rate of the plate [rpm]", 30 / np.pi),
+    "temperature_c": ("temperature", "temperature [°C]", 1.0),
+}
+
+
+def residual_figure(result: TriadResult) -> Figure:
+    """The residual of every pose with its noise band, in the order they were given."""
+    poses = result.comparison.poses
+    position = np.arange(len(poses), dtype=float)
+    at_rest = result.calibration.fit.equations.is_null
+    chart = _residual_chart(result, Scale(-0.7, len(poses) - 0.3, LEFT, WIDTH - RIGHT), "pose")
+    runs = [pose.run for pose in poses]
+    starts = [i for i, run in enumerate(runs) if i == 0 or runs[i - 1] != run]
+    middles = [(a + b - 1) / 2 for a, b in zip(starts, [*starts[1:], len(runs)], strict=True)]
+    if len(starts) > 1:
+        chart.x_axis([(at, runs[i][:10]) for at, i in zip(middles, starts, strict=True)])
+        for start in starts[1:]:
+            at = pixel(chart.x(start - 0.5))
+            chart.parts.append(f'<path class="grid" d="M{at} 12V{HEIGHT - BOTTOM:g}"/>')
+    else:
+        every = max(1, len(poses) // 6)
+        chart.x_axis([(i, str(i + 1)) for i in range(0, len(poses), every)])
+    for i, pose in enumerate(poses):
+        at = pixel(chart.x(position[i]))
+        low = 0.0 if at_rest[i] else -pose.sd  # what a null pose reads is a length
+        chart.bar(position[i], low, pose.sd, "band", f' data-i="{i}" data-x="{at}"')
+    _marks(chart, result, position, whole_title=True)
+    within = sum(abs(pose.in_sd) <= 1 for pose in poses)
+    worst = result.comparison.worst(1)[0]
+    stopped = " Poses with the plate stopped show the length of what is still read, never below " \
+        "zero." if at_rest.any() else ""
+    says = (
+        f"{within} of {len(poses)} poses lie within one sd, {_expected_within(result):.0f} are "
+        f"expected; the farthest is {worst.label}, {abs(worst.in_sd):.1f} sds away."
+    )
+    return _figure(
+        chart, "Residual of every pose", says,
+        f"marks scatter about zero without a pattern, most of them inside their bar (one sd of the "
+        f"pose's own noise).{stopped}",
+    )
+
+
+def _expected_within(result: TriadResult) -> float:
+    """How many poses lie within one sd when the model is right.
+
+    The fit takes part of the noise: a residual's variance is ``dof / rows`` of what it would be.
+    """
+    fit = result.calibration.fit
+    left = max(fit.dof, 1) / fit.equations.data_count
+    null = int(fit.equations.is_null.sum())
+    inside = [math.erf(1 / math.sqrt(2 * left)), float(gammainc(1.5, 1.5 / left))]
+    return inside[0] * (len(fit.poses) - null) + inside[1] * null
+
+
+def covariate_figures(result: TriadResult) -> Iterator[Figure]:
+    """The residual against time, rate and every logged column that varies."""
+    poses = result.calibration.fit.poses
+    candidates = {"time_s": poses.time_s, "spin_rad_s": poses.spin_rad_s}
+    evidence = {c.name: c.log_evidence for c in result.diagnosis.ranking if c.kind == "unknown"}
+    columns = sorted(poses.columns, key=lambda name: -evidence.get(name, -np.inf))
+    residuals = np.array([pose.residual for pose in result.comparison.poses])
+    for name in columns[:MOST_COLUMNS]:
+        candidates[name] = poses.columns[name]
+    for name, values in candidates.items():
+        if not np.isfinite(values).all() or np.ptp(values) == 0:
+            continue
+        short, title, factor = TITLES.get(name, (name, name, 1.0))
+        chart = _residual_chart(result, across(values * factor), title)
+        chart.x_axis([(value, tick_text(value)) for value in chart.x.ticks()])
+        _marks(chart, result, values * factor, whole_title=False)
+        follows = result.diagnosis.follows == name
+        yield _figure(
+            chart, f"Residual against {short}",
+            f"The misfit follows {short}: of all covariates this one explains it best."
+            if follows else "",
+            f"no slope, no bend and no step: what is left has nothing to do with {short}.",
+            f"{count(len(values), 'pose')} from {tick_text(np.min(values) * factor)} to "
+            f"{tick_text(np.max(values) * factor)}; the correlation of residual and {short} is "
+            f"{np.corrcoef(values, residuals)[0, 1]:+.2f}.",
+        )
+
+
+def residual_limit(result: TriadResult) -> float:
+    """The end of the triad's residual charts, SI; the page's script finds the same."""
+    poses = result.comparison.poses
+    typical = sorted(pose.sd for pose in poses)[len(poses) // 2]
+    return max(SHOWN_SD * typical, *(abs(pose.residual) + pose.sd for pose in poses))
+
+
+def _residual_chart(result: TriadResult, x: Scale, x_title: str) -> Chart:
+    unit, factor = DISPLAY[result.triad]
+    limit = nice_limit(residual_limit(result) * factor)
+    chart = Chart(x, upward(-limit / factor, limit / factor), x_title, f"residual [{unit}]")
+    for fraction in FRACTIONS:
+        chart.y_axis(
+            [(fraction * limit / factor, tick_text(fraction * limit))],
+            f' data-fraction="{fraction:g}"',
+        )
+    # The title was written once for every number: the last one is enough.
+    chart.parts = [p for p in chart.parts[:-1] if 'class="title"' not in p] + chart.parts[-1:]
+    chart.level(0.0)
+    return chart
+
+
+def _figure(chart: Chart, title: str, says: str, good: str, shows: str = "") -> Figure:
+    """``shows`` stands for ``says`` where the chart cannot be seen."""
+    attribute = f' class="residuals" data-top="{chart.y.end:g}" data-bottom="{chart.y.start:g}"'
+    return Figure(title, chart.svg(f"{title}. {says or shows}", attribute), good, says)
+
+
+def _marks(chart: Chart, result: TriadResult, xs: FloatArray, *, whole_title: bool) -> None:
+    number = _run_numbers(result)
+    unit, factor = DISPLAY[result.triad]
+    for i, pose in enumerate(result.comparison.poses):
+        title = pose.label
+        if whole_title:
+            value = with_sd(pose.residual * factor, pose.sd * factor)
+            title += f": {value} {unit}, {pose.in_sd:+.1f} sd"
+        shape = number[pose.run]
+        attribute = f' data-i="{i}" data-x="{pixel(chart.x(xs[i]))}"'
+        attribute += ' data-titled="1"' if whole_title else ""
+        chart.mark(xs[i], pose.residual, shape, f"mark run{shape % RUN_COLOURS}", title, attribute)
+
+
+def _run_numbers(result: TriadResult) -> Mapping[str, int]:
+    """The runs, numbered in their order: what shape and colour their marks have."""
+    runs = dict.fromkeys(pose.run for pose in result.comparison.poses)
+    return {run: i for i, run in enumerate(runs)}
+
+
+def run_legend(result: TriadResult) -> list[tuple[str, str, str]]:
+    """Class, outline and name of every run; empty where there is one."""
+    number = _run_numbers(result)
+    if len(number) < 2:
+        return []
+    return [(f"run{i % RUN_COLOURS}", SHAPES[i % len(SHAPES)], run) for run, i in number.items()]
+
+
+# --- coverage ----------------------------------------------------------------------------------
+
+
+def coverage_figure(result: TriadResult) -> Figure:
+    """Where the measured vector pointed in the sensor's axes, on both halves of the sphere."""
+    fit = result.calibration.fit
+    turning = ~fit.equations.is_null
+    vectors = fit.rows.vector[turning]
+    unit = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    natural = natural_directions()
+    covered = (natural @ unit.T).max(axis=1, initial=-1.0) >= NEAR_COSINE  # none where all at rest
+    parts: list[str] = []
+    for centre, sign, name in zip(SPHERE_CENTRES, (1, -1), ("+z half", "−z half"), strict=True):
+        parts += _hemisphere(centre, name)
+        for direction, is_covered in zip(natural, covered, strict=True):
+            corner = np.count_nonzero(direction) == 3
+            kind = "natural" + (" corner" if corner else "") + ("" if is_covered else " missing")
+            outline = "M-7 0a7 7 0 1 0 14 0a7 7 0 1 0-14 0z" if is_covered else "M-5-5L5 5M5-5L-5 5"
+            parts += _on_sphere(centre, sign, direction, kind, outline)
+        for direction in unit:
+            parts += _on_sphere(centre, sign, direction, "direction", SHAPES[0])
+    faces, corners = covered[:18].sum(), covered[18:].sum()
+    says = (
+        f"{count(len(unit), 'pose')} cover {faces} of the 18 faces and edges and {corners} of the "
+        f"8 corners."
+    )
+    if faces < 18:
+        says += f" No pose near: {list_directions(natural[:18][~covered[:18]])}."
+    return Figure(
+        "Where the poses point",
+        drawing(parts, f"Where the poses point. {says}", SPHERE_HEIGHT, ' class="sphere"'),
+        "a dot in every solid ring and no cross: the 6 faces and 12 edges are covered. Corners "
+        "(dotted) are a bonus that shows cross-coupling.",
+        says,
+    )
+
+
+def _hemisphere(centre: float, name: str) -> list[str]:
+    middle = SPHERE_RADIUS + 14
+    r = SPHERE_RADIUS
+    return [
+        f'<circle class="rim" cx="{centre:g}" cy="{middle:g}" r="{r:g}"/>',
+        f'<path class="grid" d="M{centre - r:g} {middle:g}h{2 * r:g}M{centre:g} '
+        f'{middle - r:g}v{2 * r:g}"/>',
+        f'<text class="tick" x="{centre + r - 2:g}" y="{middle + 18:g}" text-anchor="end">'
+        "+x</text>",
+        f'<text class="tick" x="{centre + 11:g}" y="{middle - r - 3:g}">+y</text>',
+        f'<text class="title" x="{centre:g}" y="{SPHERE_HEIGHT - 10:g}" text-anchor="middle">'
+        f"{name}</text>",
+    ]
+
+
+def _on_sphere(
+    centre: float, sign: int, direction: FloatArray, kind: str, outline: str
+) -> list[str]:
+    """A mark in Lambert's equal-area view of a hemisphere; nothing where it is on the other."""
+    x, y, z = direction
+    up = sign * float(z)
+    if up < -BY_THE_EQUATOR:
+        return []
+    rho = SPHERE_RADIUS * np.sqrt(max(1 - max(up, 0.0), 0.0))
+    across_axis = max(float(np.hypot(x, y)), 1e-12)
+    at_x, at_y = centre + rho * x / across_axis, SPHERE_RADIUS + 14 - rho * y / across_axis
+    return [
+        f'<path class="{kind}" transform="translate({pixel(at_x)} {pixel(at_y)})" d="{outline}"/>'
+    ]

@@ -1,0 +1,257 @@
+"""What the report's tick boxes refit with: the rows of a fit and the columns of every effect.
+
+The page solves, in JavaScript, the least squares problem that one step of the solver solves,
+
+    y = [B, C_1, C_2, ...] β + residual      y = r + Σ C_j θ_j
+
+the sum over the effects that were added to the model,
+with r the whitened residual of the fit, B the columns of bias, scale, misalignment and of the
+errors that the references have in common (their prior rows last), and C_j those of an added
+effect, ticked or not. With the model's own effects ticked the result is the fit itself; everything
+else is linear about it. Columns are scaled to unit length and rounded to ``DIGITS``.
+
+An effect with a shape parameter (the time constant of a warm-up) is taken at the value that fits
+best here, found by its profile, and carries one column more: the derivative with respect to it,
+zero where that value is at a bound.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from calib.diagnosis.hypotheses import candidate_effects
+from calib.effects.catalogue import UnknownEffect, find_effect
+from calib.effects.effect import Effect
+from calib.fit.model import Model
+from calib.fit.residuals import Equations
+from calib.fit.result import Fit
+from calib.poses.imu_log import FloatArray
+from pipeline.console.format import DISPLAY
+from pipeline.results.json_values import Json
+from pipeline.stages.triads import TriadResult
+
+DIGITS = 7
+SHAPE_STEP = 1e-3  #: relative step of the derivative with respect to a shape parameter
+AT_BOUND = 1e-3  #: relative distance within which a shape parameter is at its bound
+BLIND_REASON = (
+    "these poses cannot see it: bias, scale, misalignment and the effects in the model take up all "
+    "of it"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """One effect that can be ticked.
+
+    ``columns`` (d, k) are the change of the whitened data rows per unit of minus each parameter,
+    the shape parameter's last; ``start`` (k,) what is added to the fitted coefficients to give the
+    parameters: 0 but for the shape. ``theta`` (k,) are the coefficients of an effect that is in
+    the model. ``judged`` are the columns, without the shape's, by which the solver judges what the
+    poses see: those at the first start of the shape parameter.
+    """
+
+    effect: Effect
+    columns: FloatArray
+    judged: FloatArray
+    start: FloatArray
+    theta: FloatArray | None
+
+
+def refit_json(result: TriadResult, own: Mapping[str, Effect]) -> Json:
+    """Everything that the page needs to refit one triad; ``own`` are the user's effects."""
+    fit = result.calibration.fit
+    equations = fit.equations
+    unit, factor = DISPLAY[result.triad]
+    root = np.sqrt(fit.weight)
+    boxes = tuple(_boxes(result, own))
+    base = _base_columns(fit) * root[:, None]
+    y = fit.rows.residual * root
+    for box in boxes:
+        if box.theta is not None:
+            y = y + _padded(box.columns, len(y)) * root[:, None] @ box.theta
+    d = equations.data_count
+    return {
+        "triad": result.triad,
+        "unit": unit,
+        "y": _rounded(y),
+        "row_unit": _rounded(equations.row_sd * factor),  # sd of every data row, as shown
+        "root": _rounded(root),  # of the weight that the robust loss left every row
+        "row_pose": equations.row_pose.tolist(),
+        "labels": list(fit.poses.label),
+        "is_null": [bool(null) for null in equations.is_null],
+        "noise_dof": float(fit.poses.noise_dof),
+        "base": [_rounded(column) for column in _unit(base)[0].T],
+        "base_fitted": int(base.shape[1] - len(fit.eta)),
+        "effects": [_box_json(box, root[:d], result) for box in boxes]
+        + list(_unseen(result)),
+    }
+
+
+def _base_columns(fit: Fit) -> FloatArray:
+    """Columns (r, b + q) of bias, scale, misalignment, and of the common errors."""
+    p = fit.model.size
+    reading = fit.equations.reading_index
+    return np.hstack([fit.rows.jacobian[:, reading], fit.rows.jacobian[:, p:]])
+
+
+def _boxes(result: TriadResult, own: Mapping[str, Effect]) -> Iterator[Box]:
+    """The effects of the model first, then the candidates, the most probable first."""
+    fit = result.calibration.fit
+    slices = fit.model.slices()
+    for effect in fit.model.effects:
+        if effect.acts_on == "reading":
+            continue
+        shape = fit.shapes.get(effect.name)
+        theta = fit.theta[slices[effect.name]]
+        yield _with_derivative(fit, fit.model, effect, shape, theta, in_model=True)
+    rank = {c.name: i for i, c in enumerate(result.diagnosis.ranking) if c.kind == "listed"}
+    listed = [e for e in candidate_effects(fit, tuple(own.values())) if e.name in rank]
+    for effect in sorted(listed, key=lambda e: rank[e.name]):
+        model = fit.model + effect
+        shape = _best_shape(fit, model, effect)
+        columns = _columns(fit, model, effect, shape)
+        size = _sizes(fit, columns)
+        yield _with_derivative(fit, model, effect, shape, size, in_model=False)
+
+
+def _columns(fit: Fit, model: Model, effect: Effect, shape: float | None) -> FloatArray:
+    """Columns (d, k) of ``effect`` as the solver of ``model`` would take its first step on."""
+    equations = Equations(fit.poses, model)
+    theta = np.zeros(model.size)
+    theta[: fit.model.size] = fit.theta
+    shapes = {**fit.shapes, **({} if shape is None else {effect.name: shape})}
+    slices = model.slices()
+    jacobian = equations.rows(theta, fit.eta, shapes).jacobian[: equations.data_count]
+    columns = -jacobian[:, slices[effect.name]]
+    if effect.follows is not None and "bias" in slices:
+        # From its mean on, as the solver judges what is seen of it: the rest is a bias, which
+        # takes it up and leaves the effect's own parameters as they are.
+        mean = equations.at_reading.column(effect.follows).mean()
+        columns = columns + mean * jacobian[:, slices["bias"]]
+    return columns
+
+
+def _with_derivative(
+    fit: Fit, model: Model, effect: Effect, shape: float | None, theta: FloatArray, in_model: bool
+) -> Box:
+    columns = _columns(fit, model, effect, shape)
+    judged = columns if effect.shape is None else _columns(
+        fit, model, effect, effect.shape.starts[0])
+    start = np.zeros(len(theta))
+    if shape is not None:
+        step = SHAPE_STEP * shape
+        up, down = (_columns(fit, model, effect, shape + by) for by in (step, -step))
+        derivative = (up - down) @ theta / (2 * step)
+        if not _inside(effect, shape):
+            derivative = np.zeros_like(derivative)  # the solver does not go beyond the bound
+        columns = np.column_stack([columns, derivative])
+        start, theta = np.append(start, shape), np.append(theta, 0.0)
+    return Box(effect, columns, judged, start, theta if in_model else None)
+
+
+def _inside(effect: Effect, shape: float) -> bool:
+    """Whether a shape parameter is off the bounds within which it is sought."""
+    assert effect.shape is not None
+    low, high = effect.shape.bounds
+    return low * (1 + AT_BOUND) < shape < high * (1 - AT_BOUND)
+
+
+def _left(fit: Fit, columns: FloatArray) -> FloatArray:
+    """What the model and ``columns`` (d, k) leave of the whitened residual, (r,)."""
+    full = np.hstack([fit.rows.jacobian, _padded(columns, len(fit.rows.residual))])
+    unit, _ = _unit(full * np.sqrt(fit.weight)[:, None])
+    r = fit.rows.residual * np.sqrt(fit.weight)
+    return np.asarray(r - unit @ np.linalg.lstsq(unit, r, rcond=1e-9)[0])
+
+
+def _sizes(fit: Fit, columns: FloatArray) -> FloatArray:
+    """The parameters (k,) that the residual asks for."""
+    full = np.hstack([fit.rows.jacobian, _padded(columns, len(fit.rows.residual))])
+    root = np.sqrt(fit.weight)
+    unit, norm = _unit(full * root[:, None])
+    beta = np.linalg.lstsq(unit, fit.rows.residual * root, rcond=1e-9)[0] / norm
+    return np.asarray(beta[-columns.shape[1] :])
+
+
+def _best_shape(fit: Fit, model: Model, effect: Effect) -> float | None:
+    """The shape value at which the linearised refit leaves least; None without a shape."""
+    if effect.shape is None:
+        return None
+
+    def cost(value: float) -> float:
+        left = _left(fit, _columns(fit, model, effect, value))
+        return float(left @ left)
+
+    tried = sorted(effect.shape.starts)
+    best = int(np.argmin([cost(value) for value in tried]))
+    low = tried[best - 1] if best > 0 else effect.shape.bounds[0]
+    high = tried[best + 1] if best + 1 < len(tried) else effect.shape.bounds[1]
+    found = minimize_scalar(lambda x: cost(np.exp(x)), bounds=np.log((low, high)), method="bounded")
+    return float(np.exp(found.x))
+
+
+def _box_json(box: Box, root: FloatArray, result: TriadResult) -> Json:
+    effect = box.effect
+    unit, norm = _unit(box.columns * root[:, None])
+    judged, judged_norm = _unit(box.judged * root[:, None])
+    own_unit = effect.unit_for(result.triad)
+    parameters = [{"name": name, "unit": own_unit} for name in effect.parameters]
+    if effect.shape is not None:
+        parameters.append({"name": effect.shape.name, "unit": effect.shape.unit})
+    found = next(
+        (c for c in result.diagnosis.ranking if c.name == effect.name and c.kind == "listed"), None
+    )
+    return {
+        "name": effect.name,
+        "physics": effect.physics,
+        "separates": effect.page.separates,
+        "in_model": box.theta is not None,
+        "aliases": [] if found is None else list(found.aliases),
+        "has_shape": effect.shape is not None,
+        "start": _rounded(box.start),
+        "parameters": parameters,
+        "norm": _rounded(norm),
+        "columns": [_rounded(column) for column in unit.T],
+        # Only where they are not the columns themselves.
+        "judged": [_rounded(column) for column in judged.T] if effect.shape else None,
+        "judged_norm": _rounded(judged_norm) if effect.shape else None,
+        "reason": None,
+    }
+
+
+def _unseen(result: TriadResult) -> Iterator[Json]:
+    """Effects that cannot be ticked, and why."""
+    for name in result.diagnosis.blind:
+        try:
+            separates = find_effect(name).page.separates
+        except UnknownEffect:  # a user's own effect has no page
+            separates = ""
+        yield _grey(name, BLIND_REASON, separates)
+    for name, reason in result.diagnosis.unavailable.items():
+        yield _grey(name, reason, "")
+
+
+def _grey(name: str, reason: str, separates: str) -> Json:
+    return {
+        "name": name, "reason": reason, "separates": separates, "in_model": False, "aliases": []
+    }
+
+
+def _padded(columns: FloatArray, rows: int) -> FloatArray:
+    """``columns`` (d, k) over all rows: effects leave the prior rows alone."""
+    full = np.zeros((rows, columns.shape[1]))
+    full[: len(columns)] = columns
+    return full
+
+
+def _unit(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Columns scaled to unit length, and the lengths (k,); a column of zeros stays one."""
+    norm = np.sqrt((columns**2).sum(axis=0))
+    norm[norm == 0] = 1.0
+    return columns / norm, norm
+
+
+def _rounded(values: FloatArray | Sequence[float]) -> list[float]:
+    return [float(f"{value:.{DIGITS}g}") for value in values]

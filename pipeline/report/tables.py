@@ -1,0 +1,140 @@
+"""The parameters of a triad as a newcomer and an expert both want them."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.certificate import CertificateComparison
+from calib.fit.budget import NOISE, uncertainty_budget
+from calib.poses.imu_log import AXES, SI_UNIT
+from pipeline.console.format import DISPLAY, relative, with_sd
+from pipeline.stages.triads import TriadResult
+
+#: What each group of parameters means, for the table.
+MEANING = {
+    "bias": "What the axis reads when there is nothing to read.",
+    "scale": "Counts for one unit.",
+    "misalignment": "How far the axes are from a right angle: αx between y and z, αy between x "
+    "and z, αz between x and y.",
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One parameter: value ± sd, what the data sheet says, how far that is, the certificate."""
+
+    name: str
+    value: str
+    sheet: str
+    off: str
+    certificate: str
+    sigma: str
+
+
+@dataclass(frozen=True)
+class Group:
+    """Parameters of one kind with their unit and meaning."""
+
+    name: str
+    unit: str
+    meaning: str
+    rows: tuple[Row, ...]
+
+
+def parameter_groups(
+    result: TriadResult, certificate: CertificateComparison | None
+) -> tuple[Group, ...]:
+    """Bias, scale and misalignment, then every added effect."""
+    return (*_base_groups(result, certificate), *_effect_groups(result), *_frame(result))
+
+
+def budget_rows(result: TriadResult) -> tuple[tuple[str, str, str, str], ...]:
+    """Cause, and the sds it gives to misalignment, bias and scale: means over the axes."""
+    scale = result.calibration.parameters.scale_counts_per_unit
+    rows = []
+    for cause, sds in uncertainty_budget(result.calibration).items():
+        misalignment, bias, gain = np.sqrt(np.mean([sds[0] ** 2, sds[1] ** 2,
+                                                    (sds[2] / scale) ** 2], axis=1))
+        said = "noise and misfit" if cause == NOISE and result.calibration.widening > 1 else cause
+        rows.append((
+            said,
+            _known(f"{math.degrees(misalignment):.2g}°"),
+            _known(f"{bias:.2g} counts"),
+            _known(relative(gain)),
+        ))  # fmt: skip
+    return tuple(rows)
+
+
+def _known(text: str) -> str:
+    """A dash for the sd of what was not fitted."""
+    return "–" if "nan" in text else text
+
+
+def _base_groups(
+    result: TriadResult, certificate: CertificateComparison | None
+) -> Iterator[Group]:
+    parameters, spec = result.calibration.parameters, result.calibration.spec
+    unit, factor = DISPLAY[result.triad]
+    sd_misalignment, sd_bias, sd_scale = parameters.sd
+    k = parameters.scale_counts_per_unit
+    off = (parameters.bias_counts - spec.nominal_bias_counts) / k * factor
+    yield Group("bias", "counts", MEANING["bias"], tuple(
+        Row(axis, _value(parameters.bias_counts[j], sd_bias[j]), f"{spec.nominal_bias_counts:g}",
+            f"{off[j]:+.4g} {unit}", *_certified(certificate, "bias", j))
+        for j, axis in enumerate(AXES)))  # fmt: skip
+    sheet = 1 / spec.nominal_scale
+    yield Group("scale", f"counts per {SI_UNIT[result.triad]}", MEANING["scale"], tuple(
+        Row(axis, _value(k[j], sd_scale[j]), f"{sheet:.6g}", f"{100 * (k[j] / sheet - 1):+.2f} %",
+            *_certified(certificate, "scale", j))
+        for j, axis in enumerate(AXES)))  # fmt: skip
+    alpha = parameters.misalignment_rad
+    yield Group("misalignment", "rad", MEANING["misalignment"], tuple(
+        Row(f"α{axis}", _value(alpha[j], sd_misalignment[j]), "0",
+            f"{math.degrees(alpha[j]):+.3f}°", *_certified(certificate, "misalignment", j))
+        for j, axis in enumerate(AXES)))  # fmt: skip
+
+
+def _effect_groups(result: TriadResult) -> Iterator[Group]:
+    model = {effect.name: effect for effect in result.calibration.fit.model.effects}
+    for name, (values, sds) in result.calibration.effect_values().items():
+        effect = model[name]
+        unit = effect.unit_for(result.triad)
+        labels = [*effect.parameters]
+        if effect.shape is not None:
+            labels.append(f"{effect.shape.name} [{effect.shape.unit}]")
+        yield Group(name, unit, effect.physics, tuple(
+            Row(label, with_sd(value, sd), "0" if j < len(effect.parameters) else "", "", "", "")
+            for j, (label, value, sd) in enumerate(zip(labels, values, sds, strict=True))))
+
+
+def _frame(result: TriadResult) -> Iterator[Group]:
+    frame = result.frame
+    if frame is None:
+        return
+    yield Group(
+        "to the accelerometer", "rad",
+        "Rotation of the gyroscope's axes against the accelerometer's; magnitudes alone cannot "
+        "show it, both logged together on the turning plate do.",
+        tuple(
+            Row(axis, with_sd(angle, sd), "0", f"{math.degrees(angle):+.3f}°", "", "")
+            for axis, angle, sd in zip(AXES, frame.angles_rad, frame.sd_rad, strict=True)
+        ),
+    )
+
+
+def _value(value: float, sd: float) -> str:
+    return with_sd(value, sd) if np.isfinite(sd) else f"{value + 0.0:.6g} (not fitted)"
+
+
+def _certified(
+    certificate: CertificateComparison | None, name: str, j: int
+) -> tuple[str, str]:
+    """The certificate's value and the difference in sds; blank where it states none."""
+    group = next((g for g in certificate.groups if g.name == name), None) if certificate else None
+    if group is None:
+        return "", ""
+    value = with_sd(float(group.certificate[j]), float(group.certificate_sd[j]))
+    sigma = float(group.sigma[j])
+    return value, f"{sigma:+.1f}" if np.isfinite(sigma) else ""

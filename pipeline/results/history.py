@@ -1,0 +1,138 @@
+"""One line for every run, so that one sees the error fall from model to model."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from calib.poses.imu_log import TRIADS
+from pipeline.console.format import DISPLAY, aligned, short_model
+from pipeline.errors import UnreadableInput
+from pipeline.files import write_whole
+
+HISTORY_NAME = "history.jsonl"
+
+
+@dataclass(frozen=True)
+class TriadStep:
+    """One triad in one run; the errors are in SI units."""
+
+    model: tuple[str, ...]
+    residual_rms: float
+    loo_rms: float
+    chi2: float
+    dof: int
+    verdict: str
+
+
+@dataclass(frozen=True)
+class Step:
+    """One run: local time to the second, hash of its configuration, and its triads by name."""
+
+    when: str
+    config_sha256: str
+    triads: Mapping[str, TriadStep]
+
+
+def read_history(folder: Path) -> tuple[Step, ...]:
+    """All runs into ``folder``, oldest first; none where nothing was run.
+
+    Raises
+    ------
+    UnreadableInput
+        A line is not one that a run has written.
+    """
+    path = folder / HISTORY_NAME
+    if not path.exists():
+        return ()
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise UnreadableInput(
+            f"{path}: cannot be read ({error}). Delete it to begin a new history."
+        ) from error
+    return tuple(_step(path, i, line) for i, line in enumerate(lines, 1))
+
+
+def _step(path: Path, number: int, line: str) -> Step:
+    try:
+        given = json.loads(line)
+        triads: dict[str, TriadStep] = {
+            triad: TriadStep(**{**given[triad], "model": tuple(given[triad]["model"])})
+            for triad in TRIADS
+            if given[triad] is not None
+        }
+        return Step(given["when"], given["config_sha256"], triads)
+    except (ValueError, KeyError, TypeError) as error:
+        raise UnreadableInput(
+            f"{path}:{number}: is not a line that `pipeline run` writes ({error}). Delete the "
+            f"line, or the file to begin a new history."
+        ) from error
+
+
+def with_step(
+    before: Sequence[Step], found: Mapping[str, Any], when: datetime
+) -> tuple[Step, ...]:
+    """The history ``before`` with one step more, for the results ``found``."""
+    triads: dict[str, TriadStep] = {
+        triad: _triad_step(found[triad]) for triad in TRIADS if found[triad] is not None
+    }
+    return (*before, Step(when.isoformat(timespec="seconds"), found["config_sha256"], triads))
+
+
+def write_history(folder: Path, steps: Sequence[Step]) -> Path:
+    """Write the history, a line for each run."""
+    path = folder / HISTORY_NAME
+    write_whole(path, "".join(_line(step) + "\n" for step in steps))
+    return path
+
+
+def _triad_step(given: Mapping[str, Any]) -> TriadStep:
+    kept = {key: given[key] for key in ("residual_rms", "loo_rms", "chi2", "dof")}
+    return TriadStep(
+        model=tuple(given["model"]), verdict=given["diagnosis"]["verdict"], **kept
+    )
+
+
+def _line(step: Step) -> str:
+    line: dict[str, Any] = {"when": step.when, "config_sha256": step.config_sha256}
+    for triad in TRIADS:
+        line[triad] = asdict(step.triads[triad]) if triad in step.triads else None
+    return json.dumps(line, ensure_ascii=False)
+
+
+def history_rows(steps: Sequence[Step]) -> dict[str, list[tuple[str, ...]]]:
+    """A table for each triad, titles first; of neighbouring runs with one result, the last."""
+    tables: dict[str, list[tuple[str, ...]]] = {}
+    for triad in TRIADS:
+        taken = [(step, step.triads[triad]) for step in steps if triad in step.triads]
+        if not taken:
+            continue
+        unit, factor = DISPLAY[triad]
+        tables[triad] = [("when", "model", f"RMS [{unit}]", "leave-one-out", "chi²/dof", "verdict")]
+        tables[triad] += [
+            (
+                step.when[:16].replace("T", " "),
+                short_model(own.model),
+                f"{own.residual_rms * factor:.4g}",
+                f"{own.loo_rms * factor:.4g}",
+                f"{own.chi2 / own.dof:.2f}",
+                own.verdict,
+            )
+            for step, own in _merged(taken)
+        ]
+    return tables
+
+
+def history_lines(steps: Sequence[Step]) -> list[str]:
+    """The same, aligned for a terminal."""
+    tables = history_rows(steps)
+    return [line for triad, rows in tables.items() for line in (triad, *aligned(rows))]
+
+
+def _merged(taken: list[tuple[Step, TriadStep]]) -> list[tuple[Step, TriadStep]]:
+    """Of neighbouring runs with the same result, the last."""
+    following = [own for _, own in taken[1:]] + [None]
+    return [pair for pair, after in zip(taken, following, strict=True) if pair[1] != after]

@@ -1,0 +1,119 @@
+"""A plate setting as it stands under ``rate`` in results.json."""
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pipeline.results.json_values import Json, number, numbers
+from pipeline.stages.rate import SettingRate
+
+if TYPE_CHECKING:
+    from vision.rate.diagnosis import PhaseDiagnosis
+    from vision.rate.measure import RateMeasurement
+    from vision.rate.unwrap import RateHistory
+
+
+def rate_json(rate: SettingRate) -> Json:
+    """One plate setting; what only a clip can tell is null for a stated rate."""
+    filmed = bool(rate.clips)
+    counted = [clip.frame_count for clip in rate.clips if clip.frame_count is not None]
+    # One clip per pose: the setting's diagnosis is that of the clip its model fits worst.
+    worst = max(rate.clips, key=lambda clip: clip.phase_rms_rad, default=None)
+    square = [clip.phase_rms_rad**2 for clip in rate.clips]
+    return {
+        "rate_rad_s": rate.rate_rad_s,
+        "sd_rad_s": rate.sd_rad_s,
+        "direction": rate.plate.direction,
+        "revolutions": sum(clip.revolutions for clip in rate.clips) if filmed else None,
+        "frames": sum(clip.frames for clip in rate.clips) if filmed else None,
+        "phase_rms_rad": math.sqrt(sum(square) / len(square)) if filmed else None,
+        "frame_count": _mean_count([(c.rate_rad_s, c.sd_rad_s) for c in counted]),
+        "sd_parts": {
+            "image_rad_s": rate.image_sd_rad_s if filmed else None,
+            "timebase_rad_s": rate.timebase_sd_rad_s if filmed else None,
+        },
+        "source": "video" if filmed else "stated",
+        "diagnosis": None if worst is None else _phase_diagnosis(worst.diagnosis),
+        "clips": [_clip(*each) for each in zip(rate.sources, rate.clips, strict=True)],
+    }
+
+
+def history_json(history: "RateHistory", refusal: str) -> Json:
+    """What is known of a clip without a constant rate: rate against time, and every angle."""
+    angle = history.angle
+    return {
+        "refused": refusal,
+        "revolutions": history.revolutions,
+        "phase_noise_rad": number(history.phase_noise_rad),
+        "history": {
+            "time_s": numbers(history.time_s),
+            "rate_rad_s": numbers(history.rate_rad_s),
+        },
+        "pictures": {
+            "frame": angle.index.tolist(),
+            "time_s": numbers(angle.time_s),
+            "angle_rad": numbers(angle.angle_rad),
+        },
+    }
+
+
+def _mean_count(counts: Sequence[tuple[float, float]]) -> Json | None:
+    if not counts:
+        return None
+    rate, sd = np.array(counts).T
+    return {"rate_rad_s": float(rate.mean()), "sd_rad_s": float(np.linalg.norm(sd) / len(sd))}
+
+
+def _clip(source: str, clip: "RateMeasurement") -> Json:
+    count = clip.frame_count
+    return {
+        "clip": source,
+        "rate_rad_s": clip.rate_rad_s,
+        "sd_rad_s": clip.sd_rad_s,
+        "direction": clip.direction,
+        "channel": clip.channel,
+        "revolutions": clip.revolutions,
+        "frames": clip.frames,
+        "phase_rms_rad": clip.phase_rms_rad,
+        "frame_count": None if count is None else _mean_count([(count.rate_rad_s, count.sd_rad_s)]),
+        "sd_parts": {
+            "image_rad_s": clip.image_sd_rad_s,
+            "timebase_rad_s": clip.timebase_sd_rad_s,
+        },
+        "model": list(clip.model),
+        "terms": {
+            term.name: {"values": numbers(term.value), "sd": numbers(term.sd), "unit": term.unit}
+            for term in clip.terms
+        },
+        "aliases_rad_s": numbers(clip.aliases),
+        "lost_frames": clip.lost_frames,
+        "duplicate_frames": clip.duplicate_frames,
+        "diagnosis": _phase_diagnosis(clip.diagnosis),
+        "warnings": list(clip.warnings),
+    }
+
+
+def _phase_diagnosis(found: "PhaseDiagnosis") -> Json:
+    return {
+        "verdict": found.verdict,
+        "name": found.name,
+        "group": list(found.group),
+        "says": found.says,
+        "record_next": found.record_next,
+        "ranking": [
+            {
+                "name": each.name,
+                "log_evidence": number(each.log_evidence),
+                "chi2_drop": number(each.chi2_drop),
+                "size": numbers(each.size),
+                "sd": numbers(each.sd),
+                "rms_after": number(each.rms_after_rad),
+                "loo_after": None,  # a turn left out says nothing that the turns beside it do not
+                "blind": each.blind,
+                "aliases": list(each.aliases),
+            }
+            for each in found.ranking
+        ],
+    }

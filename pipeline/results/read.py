@@ -1,0 +1,148 @@
+"""results.json read back: what other commands need of an earlier run."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from calib.effects.effect import Effect
+from calib.errors import CalibrationError
+from calib.fit.correction import Correction
+from calib.fit.model import Model
+from calib.fit.parameters import alignment
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import TRIADS, FloatArray
+from pipeline.errors import UnreadableInput
+
+FORMAT = 1
+RESULTS_NAME = "results.json"
+
+
+@dataclass(frozen=True, eq=False)
+class StoredTriad:
+    """One calibrated triad as results.json has it.
+
+    ``misalignment_rad``, ``bias_counts`` and ``scale_counts_per_unit`` (3,) with their sds (3,),
+    NaN where they were not fitted; ``effects`` are the names of those added to the nine parameters.
+    """
+
+    triad: str
+    correction: Correction
+    misalignment_rad: FloatArray
+    bias_counts: FloatArray
+    scale_counts_per_unit: FloatArray
+    misalignment_sd: FloatArray
+    bias_sd: FloatArray
+    scale_sd: FloatArray
+    effects: Mapping[str, Any]
+
+    @property
+    def alignment(self) -> FloatArray:
+        """T of Angrisano et al. eq. (2), shape (3, 3)."""
+        return alignment(self.misalignment_rad)
+
+    @property
+    def units_per_count(self) -> FloatArray:
+        """The diagonal of K, shape (3,)."""
+        return 1 / self.scale_counts_per_unit
+
+
+@dataclass(frozen=True, eq=False)
+class Stored:
+    """A results.json: where it is, everything in it, and its triads."""
+
+    path: Path
+    found: Mapping[str, Any]
+    triads: tuple[StoredTriad, ...]
+
+    @property
+    def folder(self) -> Path:
+        """Where it is."""
+        return self.path.parent
+
+
+def load_results(path: Path) -> Stored:
+    """Read ``results.json``; ``path`` is the file or its folder.
+
+    Raises
+    ------
+    UnreadableInput
+        It is missing, damaged, or was written by a program of another format.
+    """
+    path = path / RESULTS_NAME if path.is_dir() else path
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise UnreadableInput(
+            f"{path}: cannot be read ({error.strerror}). Name the {RESULTS_NAME} that `pipeline "
+            f"run` has written, or its folder."
+        ) from error
+    except ValueError as error:  # not UTF-8, or not JSON
+        raise UnreadableInput(
+            f"{path}: is not JSON ({error}). Name the {RESULTS_NAME} that `pipeline run` has "
+            f"written, or write it anew with `pipeline run`."
+        ) from error
+    if not isinstance(found, dict) or found.get("format") != FORMAT:
+        kind = found.get("format") if isinstance(found, dict) else None
+        raise UnreadableInput(
+            f"{path}: format {kind!r} found, {FORMAT} is expected. Write it anew with this "
+            f"version's `pipeline run`."
+        )
+    try:
+        triads = tuple(_triad(name, found[name]) for name in TRIADS if found[name] is not None)
+    except (KeyError, TypeError, ValueError, CalibrationError) as error:
+        raise UnreadableInput(
+            f"{path}: a part is missing or is not what `pipeline run` writes ({error}). Write it "
+            f"anew with `pipeline run`."
+        ) from error
+    return Stored(path, found, triads)
+
+
+def _triad(name: str, given: Mapping[str, Any]) -> StoredTriad:
+    value, sd, stored = given["parameters"], given["sd"], given["correction"]
+    sheet = stored["sheet"]
+    full_scale = math.inf if sheet["full_scale"] is None else float(sheet["full_scale"])
+    spec = TriadSpec(full_scale, sheet["bits"], sheet["encoding"], sheet["si_per_unit"])
+    model = Model.of(stored["model"], _own_effects(stored["own_effects"]))
+    theta = _array(stored["theta"])
+    if len(theta) != model.size:
+        raise ValueError(f"{name}: {len(theta)} parameters for a model of {model.size}")
+    return StoredTriad(
+        triad=name,
+        correction=Correction(spec, model, theta, stored["shapes"]),
+        misalignment_rad=_array(value["misalignment_rad"]),
+        bias_counts=_array(value["bias_counts"]),
+        scale_counts_per_unit=_array(value["scale_counts_per_unit"]),
+        misalignment_sd=_array(sd["misalignment_rad"]),
+        bias_sd=_array(sd["bias_counts"]),
+        scale_sd=_array(sd["scale_counts_per_unit"]),
+        effects=given["effects"],
+    )
+
+
+def _own_effects(given: Mapping[str, Any]) -> dict[str, Effect]:
+    code = [name for name, own in given.items() if own["python"] is not None]
+    if code:
+        raise ValueError(
+            f"'{code[0]}' is Python code of the user's own, which results do not carry; state it "
+            f"as an expression to apply it elsewhere"
+        )
+    if not given:
+        return {}
+    from pipeline.stages.user_effects import (
+        stored_effects,  # pydantic and all, which few calibrations need
+    )
+
+    return stored_effects(given)
+
+
+#: The keys of the nine parameters in results.json.
+PARAMETERS = ("misalignment_rad", "bias_counts", "scale_counts_per_unit")
+
+
+def _array(values: list[float | None]) -> FloatArray:
+    return np.array([math.nan if value is None else value for value in values], float)

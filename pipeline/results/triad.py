@@ -1,0 +1,171 @@
+"""A calibrated triad as it stands in results.json."""
+
+from collections.abc import Mapping
+
+from calib.fit.budget import uncertainty_budget
+from calib.poses.data_sheet import TriadSpec
+from pipeline.config.schema import OwnEffect
+from pipeline.results.json_values import Json, number, numbers
+from pipeline.results.read import PARAMETERS
+from pipeline.stages.triads import TriadResult
+
+WORST_POSES = 3
+
+
+def triad_json(result: TriadResult, own: Mapping[str, OwnEffect]) -> Json:
+    """One calibrated triad; ``own`` are the effects that the configuration defines."""
+    calibration, comparison = result.calibration, result.comparison
+    fit, parameters = calibration.fit, calibration.parameters
+    misalignment_sd, bias_sd, scale_sd = parameters.sd
+    found: Json = {
+        "model": list(fit.model.names),
+        "n_poses": len(fit.poses),
+        "chi2": fit.chi2,
+        "dof": fit.dof,
+        "p_value": calibration.p_value,
+        "residual_rms": comparison.residual_rms,
+        "loo_rms": comparison.loo_rms,
+        "iterations": fit.iterations,
+        "parameters": {
+            "misalignment_rad": numbers(parameters.misalignment_rad),
+            "bias_counts": numbers(parameters.bias_counts),
+            "scale_counts_per_unit": numbers(parameters.scale_counts_per_unit),
+        },
+        "sd": {
+            "misalignment_rad": numbers(misalignment_sd),
+            "bias_counts": numbers(bias_sd),
+            "scale_counts_per_unit": numbers(scale_sd),
+        },
+        "sd_widened_by": calibration.widening,
+        "sd_parts": _sd_parts(result),
+        "effects": _effects(result),
+        "worst_poses": [pose.label for pose in comparison.worst(WORST_POSES)],
+        "misfit_follows": result.diagnosis.follows,
+        "poses": _poses(result),
+        "diagnosis": _diagnosis(result),
+        "correction": correction_json(result, own),
+    }
+    if result.triad == "gyroscope":
+        frame = result.frame
+        found["frame_to_accelerometer_rad"] = None if frame is None else numbers(frame.angles_rad)
+        found["frame_sd_rad"] = None if frame is None else numbers(frame.sd_rad)
+        found["lever_m"] = None if frame is None else numbers(frame.lever_m)
+    if result.gravity is not None:
+        found["gravity"] = {
+            "value_m_s2": result.gravity.value_m_s2,
+            "sd_m_s2": result.gravity.sd_m_s2,
+            "source": result.gravity.source,
+        }
+    return found
+
+
+def _sd_parts(result: TriadResult) -> Json:
+    """What each sd is made of, by cause; the squares add up."""
+    return {
+        cause: dict(zip(PARAMETERS, map(numbers, sds), strict=True))
+        for cause, sds in uncertainty_budget(result.calibration).items()
+    }
+
+
+def _effects(result: TriadResult) -> Json:
+    """The added effects; a shape parameter stands last, with its unit after the others'."""
+    model = result.calibration.fit.model
+    units = {effect.name: effect.unit_for(result.triad) for effect in model.effects}
+    shapes = {effect.name: effect.shape for effect in model.effects}
+    found: Json = {}
+    for name, (values, sd) in result.calibration.effect_values().items():
+        shape = shapes[name]
+        unit = units[name] if shape is None else f"{units[name]}; {shape.name}: {shape.unit}"
+        found[name] = {"values": numbers(values), "sd": numbers(sd), "unit": unit}
+    return found
+
+
+def _poses(result: TriadResult) -> list[Json]:
+    """Every pose: what was read, what the calibration makes of it, and what is left."""
+    poses, corrected = result.calibration.fit.poses, result.calibration.fit.rows.vector
+    return [
+        {
+            "label": pose.label,
+            "run": pose.run,
+            "residual": pose.residual,
+            "sd": pose.sd,
+            "left_out": pose.left_out,
+            "reference": float(poses.reference.magnitude[i]),
+            "time_s": number(poses.time_s[i]),
+            "reading": numbers(poses.reading[i]),
+            "reading_sd": numbers(poses.sd[i]),
+            "corrected": numbers(corrected[i]),
+            "columns": {name: number(values[i]) for name, values in poses.columns.items()},
+        }
+        for i, pose in enumerate(result.comparison.poses)
+    ]
+
+
+def _diagnosis(result: TriadResult) -> Json:
+    found = result.diagnosis
+    return {
+        "verdict": found.verdict,
+        "name": found.name,
+        "group": list(found.group),
+        "says": found.says,
+        "record_next": found.record_next,
+        "blind": list(found.blind),
+        "ranking": [
+            {
+                "name": each.name,
+                "log_evidence": number(each.log_evidence),
+                "chi2_drop": number(each.chi2_drop),
+                "size": numbers(each.size),
+                "sd": numbers(each.sd),
+                "rms_after": number(each.rms_after),
+                "loo_after": number(each.loo_after),
+                "blind": each.blind,
+                "aliases": list(each.aliases),
+            }
+            for each in found.ranking
+        ]
+        + [_blind(name) for name in found.blind],
+    }
+
+
+def _blind(name: str) -> Json:
+    """The entry of an effect that these data cannot see: last in the ranking, without numbers."""
+    return {
+        "name": name,
+        "log_evidence": None,
+        "chi2_drop": None,
+        "size": [],
+        "sd": [],
+        "rms_after": None,
+        "loo_after": None,
+        "blind": True,
+        "aliases": [],
+    }
+
+
+def correction_json(result: TriadResult, own: Mapping[str, OwnEffect]) -> Json:
+    """What :mod:`pipeline.results.read` needs to correct other logs: data sheet, model, parameters.
+
+    Effects of the user's own are kept as they were defined; Python code by its file's name only.
+    """
+    correction = result.calibration.correction
+    return {
+        "sheet": _sheet(correction.spec),
+        "model": list(correction.model.names),
+        "theta": numbers(correction.theta),
+        "shapes": {name: float(value) for name, value in correction.shapes.items()},
+        "own_effects": {
+            name: own[name].model_dump(include={"expression", "python", "per", "unit"})
+            for name in correction.model.names
+            if name in own
+        },
+    }
+
+
+def _sheet(spec: TriadSpec) -> Json:
+    return {
+        "full_scale": number(spec.full_scale),
+        "bits": spec.bits,
+        "encoding": spec.encoding,
+        "si_per_unit": spec.si_per_unit,
+    }

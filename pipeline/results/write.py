@@ -1,0 +1,52 @@
+"""results.json: what a run has found, for programs.
+
+SI units, arrays in the order x, y, z, null for what was not determined. The same input gives the
+same file, byte for byte: it holds no time of day and no absolute path.
+"""
+
+import hashlib
+import json
+from pathlib import Path
+
+from pipeline.files import write_whole
+from pipeline.results.json_values import Json
+from pipeline.results.rate import rate_json
+from pipeline.results.read import FORMAT, RESULTS_NAME
+from pipeline.results.triad import triad_json
+from pipeline.stages.certificate import certificate_json, compare_with_certificate
+from pipeline.stages.mounting import mounting_json
+from pipeline.stages.run import Outcome
+
+
+def config_sha256(outcome: Outcome) -> str:
+    """What tells one configuration from another: the hash of its text."""
+    return hashlib.sha256(outcome.config.source.text.encode()).hexdigest()
+
+
+def results_of(outcome: Outcome) -> Json:
+    """Everything a run has found, as plain values."""
+    found: Json = {
+        "format": FORMAT,
+        "title": outcome.config.title,
+        "sensor": outcome.config.sensor.name,
+        "config_sha256": config_sha256(outcome),
+        "session_start_s": outcome.recordings.origin_s if outcome.triads else None,
+        "rate": {name: rate_json(rate) for name, rate in outcome.rates.items()},
+        "accelerometer": None,
+        "gyroscope": None,
+        "installation": mounting_json(outcome.installation) if outcome.installation else None,
+        "warnings": list(outcome.warnings),
+    }
+    for result in outcome.triads:
+        certificate = compare_with_certificate(outcome.config, result)
+        found[result.triad] = triad_json(result, outcome.config.effects) | {
+            "certificate": certificate_json(certificate) if certificate else None
+        }
+    return found
+
+
+def write_results(folder: Path, found: Json) -> Path:
+    """Write ``results.json`` into ``folder``, whole or not at all."""
+    path = folder / RESULTS_NAME
+    write_whole(path, json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    return path

@@ -1,0 +1,63 @@
+"""The vision stage: every entry under ``rate:`` becomes the rate of one plate setting."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from calib.poses.runs import PlateRate
+from pipeline.config.load import Config
+from pipeline.config.schema import KnownRate, Plate, VideoRate
+from pipeline.config.schema import Timebase as TimebaseSection
+from pipeline.stages.context import Workplace
+from pipeline.stages.rate import SettingRate, follow_clips, measure_setting
+from vision.geometry import PlateOverride
+from vision.rate.timebase import Timebase
+
+
+def measure_rates(config: Config, workplace: Workplace) -> Mapping[str, SettingRate]:
+    """The rates of all plate settings, in the order of the file.
+
+    Raises
+    ------
+    UnreadableVideo, RateRefused
+        From :mod:`vision`, when a clip gives no honest rate.
+    """
+    filmed = {name: rate for name, rate in config.rate.items() if isinstance(rate, VideoRate)}
+    rims = {name: None if rate.plate is None else rim(rate.plate) for name, rate in filmed.items()}
+    named = [(clip, rims[name]) for name, rate in filmed.items() for clip in rate.video]
+    clips = list(dict.fromkeys(named))
+    tracks = dict(zip(clips, follow_clips(clips, workplace), strict=True))
+    return {
+        name: _stated(name, rate)
+        if isinstance(rate, KnownRate)
+        else measure_setting(
+            name,
+            [tracks[clip, rims[name]] for clip in rate.video],
+            clock(rate.timebase),
+            rate.nominal_rpm,
+            rate.model,
+        )
+        for name, rate in config.rate.items()
+    }
+
+
+def _stated(name: str, rate: KnownRate) -> SettingRate:
+    plate = PlateRate(name, np.array([rate.rate_rad_s]), np.array([rate.sd_rad_s]))
+    return SettingRate(name, plate, (), ())
+
+
+def clock(stated: TimebaseSection) -> Timebase:
+    """The time base as :mod:`vision` takes it."""
+    return Timebase(source=stated.source, fps=stated.fps, ppm=stated.relative_sd * 1e6)
+
+
+def rim(stated: Plate) -> PlateOverride:
+    """The ellipse as :mod:`vision` takes it: the longer radius first."""
+    first, second = stated.radii_px
+    longer_first = first >= second
+    return PlateOverride(
+        centre_px=stated.centre_px,
+        radius_px=max(first, second),
+        minor_px=min(first, second),
+        angle_deg=stated.angle_deg if longer_first else stated.angle_deg + 90.0,
+    )

@@ -1,0 +1,168 @@
+"""The rate of one plate setting: its clips are followed, and each gives a rate.
+
+Nothing here knows of configurations: ``pipeline rate`` measures clips without one, and its time is
+to be that of decoding them, not of imports.
+"""
+
+import os
+import threading
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.poses.runs import PlateRate
+from pipeline.stages.context import Workplace
+
+if TYPE_CHECKING:
+    from vision.geometry import PlateOverride
+    from vision.phase_track import PhaseTrack
+    from vision.rate.measure import RateMeasurement
+    from vision.rate.timebase import Timebase
+
+#: Clips followed at the same time. Decoding has threads of its own; more gain nothing.
+PARALLEL_CLIPS = 2
+FFMPEG_QUIET = "-8"  #: AV_LOG_QUIET
+#: Sd of a camera's clock, parts per million, where nobody states it: crystals are good to 20-100;
+#: a stated frame rate ("15 fps") is often a rounded or nominal one.
+CLOCK_PPM = {"container": 100.0, "constant": 500.0}
+
+
+@dataclass(frozen=True, eq=False)
+class SettingRate:
+    """The rate of one plate setting.
+
+    Parameters
+    ----------
+    name : str
+        Its key under ``rate:``.
+    plate : PlateRate
+        What the gyroscope is measured against: one rate, or one for each clip.
+    sources : tuple of str
+        What the clips are called; empty where the rate was stated.
+    clips : tuple of RateMeasurement
+        What was measured in each of them.
+    pictures : tuple of array of uint8, shape (h, w, 3)
+        One picture of each clip, blue-green-red, with what was found drawn in.
+    """
+
+    name: str
+    plate: PlateRate
+    sources: tuple[str, ...]
+    clips: "tuple[RateMeasurement, ...]"
+    pictures: tuple[NDArray[np.uint8], ...] = ()
+
+    @property
+    def rate_rad_s(self) -> float:
+        """Mean rate over the clips, positive."""
+        return float(self.plate.rate_rad_s.mean())
+
+    @property
+    def image_sd_rad_s(self) -> float:
+        """Sd of the mean rate without the clock's."""
+        sd = self.plate.sd_rad_s
+        return float(np.sqrt((sd**2).sum()) / len(sd))
+
+    @property
+    def timebase_sd_rad_s(self) -> float:
+        """Sd of the mean rate by the camera's clock, which all clips share."""
+        return self.rate_rad_s * self.plate.timebase_relative
+
+    @property
+    def sd_rad_s(self) -> float:
+        """Sd of the mean rate, all parts together."""
+        return float(np.hypot(self.image_sd_rad_s, self.timebase_sd_rad_s))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know about the clips, a paragraph each."""
+        return tuple(warning for clip in self.clips for warning in clip.warnings)
+
+
+def follow_clips(
+    clips: "Sequence[tuple[Path, PlateOverride | None]]", workplace: Workplace
+) -> "list[PhaseTrack]":
+    """The phase track of each clip, from the cache where it is known, else several at a time.
+
+    The first clip that fails, in the order given, is the one reported.
+    """
+    from pipeline.stages.track_cache import kept_track, track_key
+
+    # FFmpeg writes its own remarks on damaged files past Python; ours say what to do.
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", FFMPEG_QUIET)
+    stop = threading.Event()
+
+    def follow(clip: Path, plate: "PlateOverride | None") -> "PhaseTrack":
+        from vision.tracking.track import track_phase  # OpenCV, which known clips do not need
+
+        def on_progress(done: int, stated: int | None) -> None:
+            if stop.is_set():  # another clip was refused, or Ctrl-C: end this thread too
+                raise KeyboardInterrupt
+            workplace.on_progress(clip.name, done, stated)
+
+        return track_phase(clip, plate=plate, on_progress=on_progress)
+
+    def find(clip: Path, plate: "PlateOverride | None") -> "PhaseTrack":
+        if workplace.cache is None:
+            return follow(clip, plate)
+        return kept_track(workplace.cache, track_key(clip, plate), lambda: follow(clip, plate))
+
+    with ThreadPoolExecutor(PARALLEL_CLIPS) as pool:
+        waiting = [pool.submit(find, clip, plate) for clip, plate in clips]
+        for needed_next in ("numpy.ma", "vision.rate.measure"):  # np.unique needs the first
+            import_module(needed_next)  # meanwhile the first pictures are decoded
+        try:
+            return [each.result() for each in waiting]
+        finally:
+            stop.set()
+            pool.shutdown(cancel_futures=True)
+
+
+def measure_setting(
+    name: str,
+    tracks: "Sequence[PhaseTrack]",
+    timebase: "Timebase",
+    nominal_rpm: float | None = None,
+    model: Sequence[str] = ("constant_rate",),
+) -> SettingRate:
+    """One rate for each clip of a plate setting.
+
+    Raises
+    ------
+    RateRefused
+        A clip gives no honest rate, or the clips turn both ways.
+    """
+    from vision.errors import RateRefused
+    from vision.rate.measure import measure_rate
+
+    clips = tuple(
+        measure_rate(track, timebase=timebase, nominal_rpm=nominal_rpm, model=model)
+        for track in tracks
+    )
+    ways = {clip.direction for clip in clips}
+    if len(ways) > 1:
+        odd = next(i for i, clip in enumerate(clips) if clip.direction != clips[0].direction)
+        raise RateRefused(
+            f"rate.{name}: {tracks[0].source} turns {clips[0].direction} and {tracks[odd].source} "
+            f"turns {clips[odd].direction}; one direction is expected in a plate setting. Give "
+            f"each direction an entry of its own under `rate:`."
+        )
+    plate = PlateRate(
+        name=name,
+        rate_rad_s=np.array([clip.rate_rad_s for clip in clips]),
+        sd_rad_s=np.array([clip.image_sd_rad_s for clip in clips]),
+        timebase_relative=timebase.ppm * 1e-6,
+        direction=clips[0].direction,
+    )
+    return SettingRate(
+        name,
+        plate,
+        sources=tuple(track.source for track in tracks),
+        clips=clips,
+        pictures=tuple(track.annotated for track in tracks),
+    )

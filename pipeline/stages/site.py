@@ -1,0 +1,37 @@
+"""Gravity and latitude of the site, and how well gravity is known."""
+
+import math
+from dataclasses import dataclass
+
+from calib.earth import NORMAL_GRAVITY_SD_M_S2, normal_gravity
+from pipeline.config.schema import Site
+
+
+@dataclass(frozen=True)
+class Gravity:
+    """The magnitude the accelerometer is measured against.
+
+    A value that is stated without an sd counts as exact: the accelerometer's scale is then in
+    units of it, and the report says so.
+    """
+
+    value_m_s2: float
+    sd_m_s2: float
+    source: str
+
+
+def gravity_of(site: Site) -> Gravity:
+    """Gravity as stated, else WGS84 normal gravity at the latitude and height."""
+    if site.gravity_m_s2 is not None:
+        return Gravity(site.gravity_m_s2, site.sd_m_s2 or 0.0, "stated")
+    # The configuration's rules refuse a site with neither.
+    assert site.latitude_deg is not None
+    value = normal_gravity(math.radians(site.latitude_deg), site.height_m)
+    return Gravity(value, site.sd_m_s2 or NORMAL_GRAVITY_SD_M_S2, "WGS84 normal gravity")
+
+
+def latitude_of(site: Site | None) -> float | None:
+    """Latitude in rad, None where it was not given."""
+    if site is None or site.latitude_deg is None:
+        return None
+    return math.radians(site.latitude_deg)

@@ -1,0 +1,83 @@
+"""Phase tracks kept between runs: following a clip is the slow part, and clips do not change.
+
+A track is found again by the SHA-256 of the clip's bytes, of the settings it was followed with
+and of ``TRACK_FORMAT``. A damaged or foreign file in the cache is followed anew, never trusted.
+"""
+
+import hashlib
+import io
+import json
+import zipfile
+from collections.abc import Callable
+from dataclasses import asdict, fields
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.errors import UnreadableInput
+from pipeline.files import write_whole
+from vision.geometry import PlateOverride
+from vision.phase_track import PhaseTrack
+
+#: Raise it whenever :func:`vision.tracking.track.track_phase` gives other numbers than before.
+TRACK_FORMAT = 8
+
+Follow = Callable[[], PhaseTrack]
+
+
+def track_key(clip: Path, plate: PlateOverride | None) -> str:
+    """The name under which the track of ``clip`` is kept.
+
+    Raises
+    ------
+    UnreadableInput
+        The clip cannot be read.
+    """
+    settings = {"format": TRACK_FORMAT, "plate": None if plate is None else asdict(plate)}
+    digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
+    try:
+        with clip.open("rb") as file:
+            while block := file.read(1 << 20):
+                digest.update(block)
+    except OSError as error:
+        raise UnreadableInput(
+            f"{clip}: the clip cannot be read ({error.strerror}). Check the name, and that you "
+            f"may read the file."
+        ) from error
+    return digest.hexdigest()
+
+
+def kept_track(cache: Path, key: str, follow: Follow) -> PhaseTrack:
+    """The track kept under ``key``; where there is none, ``follow`` makes it and it is kept."""
+    path = cache / f"{key}.npz"
+    kept = _load(path)
+    if kept is not None:
+        return kept
+    track = follow()
+    write_whole(path, _packed(track))
+    return track
+
+
+def _packed(track: PhaseTrack) -> bytes:
+    buffer = io.BytesIO()
+    arrays = {field.name: np.asarray(getattr(track, field.name)) for field in fields(track)}
+    np.savez_compressed(buffer, **arrays)  # type: ignore[arg-type]
+    return buffer.getvalue()
+
+
+def _load(path: Path) -> PhaseTrack | None:
+    """The track in ``path``; None where it is missing or is not a whole track."""
+    try:
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
+            values = {field.name: stored[field.name] for field in fields(PhaseTrack)}
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+    plain = {name: value.item() for name, value in values.items() if value.ndim == 0}
+    return PhaseTrack(
+        **{
+            **values,
+            **plain,
+            "size_px": tuple(int(size) for size in values["size_px"]),
+            "notes": tuple(str(note) for note in values["notes"]),
+        }
+    )

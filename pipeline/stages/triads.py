@@ -1,0 +1,168 @@
+"""The two calibration stages: averaged poses to a calibrated, compared and diagnosed triad."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from calib.consistency import direction_against_film, gain_off_the_sheet, turning_while_still
+from calib.diagnosis.diagnose import Diagnosis, diagnose
+from calib.effects.catalogue import BASE, find_effect
+from calib.effects.effect import Effect
+from calib.effects.user_defined import check_own
+from calib.errors import Undetermined
+from calib.fit.angrisano import fit_paper
+from calib.fit.calibration import TriadCalibration, calibrate_triad
+from calib.fit.frame_alignment import FrameRotation, frame_rotation
+from calib.fit.leave_one_out import Comparison, compare
+from calib.fit.model import Model
+from calib.fit.solver import fit
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import Triad
+from calib.poses.pose_set import PoseSet, Run, pose_set
+from calib.poses.runs import gravity_run, stopped_run, turning_run
+from pipeline.config.load import Config, triad_spec
+from pipeline.config.schema import Accelerometer, Gyroscope
+from pipeline.config.types import STOPPED
+from pipeline.errors import ConfigError
+from pipeline.stages.context import Workplace
+from pipeline.stages.poses import Recordings
+from pipeline.stages.rate import SettingRate
+from pipeline.stages.site import Gravity, gravity_of, latitude_of
+from pipeline.stages.user_effects import own_effects
+
+
+@dataclass(frozen=True, eq=False)
+class TriadResult:
+    """One triad: calibrated, laid beside its measurements, and what its model misses.
+
+    ``gravity`` is the reference of an accelerometer, None for a gyroscope; ``frame`` its rotation
+    against the accelerometer, None for an accelerometer and where the poses do not show it;
+    ``warnings`` what one stage knows that contradicts another.
+    """
+
+    calibration: TriadCalibration
+    comparison: Comparison
+    diagnosis: Diagnosis
+    gravity: Gravity | None = None
+    frame: FrameRotation | None = None
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def triad(self) -> Triad:
+        """Which one."""
+        return self.calibration.triad
+
+
+def require_fittable(config: Config) -> None:
+    """Refuse, before anything slow, a model that its triad or its solver does not have.
+
+    Raises
+    ------
+    ConfigError
+        With the line of every such model.
+    """
+    problems = []
+    sections: tuple[tuple[Triad, Accelerometer | Gyroscope | None], ...] = (
+        ("accelerometer", config.accelerometer), ("gyroscope", config.gyroscope)
+    )
+    for triad, section in sections:
+        if section is None:
+            continue
+        where = (triad, "model")
+        for name in section.model:
+            if name in config.effects:
+                continue
+            if triad not in find_effect(name).triads:
+                problems.append(config.source.problem(where, (
+                    f"'{name}' is no effect of the {triad}; `pipeline effects {name}` says what "
+                    f"it acts on. Take it out of this model")))
+        if section.solver == "paper" and section.loss != "squares":
+            problems.append(config.source.problem((triad, "loss"), (
+                "'paper' knows plain least squares only. Use `solver: default` with another loss")))
+        if section.solver == "paper" and set(section.model) != set(BASE):
+            problems.append(config.source.problem((triad, "solver"), (
+                f"'paper' knows bias, scale and misalignment only, the model is "
+                f"[{', '.join(section.model)}]. Use `solver: default` with any other model")))
+    if problems:
+        raise ConfigError(*problems)
+
+
+def calibrate_accelerometer(
+    config: Config, workplace: Workplace, recordings: Recordings
+) -> TriadResult | None:
+    """Calibrate the accelerometer to gravity; None where the file has no such section."""
+    if config.accelerometer is None:
+        return None
+    # The configuration's rules refuse an accelerometer without a site and a data sheet.
+    assert config.site is not None
+    assert config.sensor.accelerometer is not None
+    gravity = gravity_of(config.site)
+    means = recordings.of(config.accelerometer.poses).means
+    run = gravity_run(STOPPED, means, gravity.value_m_s2, gravity.sd_m_s2)
+    poses = pose_set("accelerometer", [run], recordings.origin_s)
+    spec = triad_spec(config.sensor.accelerometer)
+    own = own_effects(config, workplace.allow_python)
+    return _calibrated(poses, config.accelerometer, spec, own, gravity)
+
+
+def calibrate_gyroscope(
+    config: Config,
+    workplace: Workplace,
+    rates: Mapping[str, SettingRate],
+    recordings: Recordings,
+    accelerometer: TriadResult | None,
+) -> TriadResult | None:
+    """Calibrate the gyroscope to the plate's rates; None where the file has no such section."""
+    if config.gyroscope is None:
+        return None
+    assert config.sensor.gyroscope is not None
+    latitude = latitude_of(config.site)
+    runs: list[Run] = []
+    for asked in config.gyroscope.runs:
+        means = recordings.of(asked.poses, asked.rate).means
+        runs.append(
+            stopped_run(asked.rate, means, latitude)
+            if asked.rate == STOPPED
+            else turning_run(means, rates[asked.rate].plate, latitude)
+        )
+    correct = accelerometer.calibration.correct if accelerometer else None
+    poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
+    own = own_effects(config, workplace.allow_python)
+    found = _calibrated(poses, config.gyroscope, triad_spec(config.sensor.gyroscope), own, None)
+    beside = accelerometer.calibration.fit if accelerometer else None
+    filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
+    return replace(
+        found,
+        frame=frame_rotation(found.calibration.fit, beside),
+        warnings=(*found.warnings, *direction_against_film(poses, filmed)),
+    )
+
+
+def _calibrated(
+    poses: PoseSet,
+    section: Accelerometer | Gyroscope,
+    spec: TriadSpec,
+    own: Mapping[str, Effect],
+    gravity: Gravity | None,
+) -> TriadResult:
+    mine = {name: effect for name, effect in own.items() if poses.triad in effect.triads}
+    for name, effect in mine.items():
+        wrong = check_own(effect, poses.conditions(poses.reading))
+        if wrong is not None:
+            raise Undetermined(f"effects.{name}: the effect {wrong}.")
+    model = Model.of(section.model, mine)
+    found = (
+        fit_paper(poses, model, spec)
+        if section.solver == "paper"
+        else fit(poses, model, robust=section.loss == "huber")
+    )
+    calibration = calibrate_triad(found, spec)
+    return TriadResult(
+        calibration,
+        compare(found),
+        diagnose(found, tuple(mine.values()), spec.full_scale),
+        gravity,
+        warnings=(
+            *turning_while_still(poses),
+            *gain_off_the_sheet(calibration.parameters, spec, poses.triad),
+        ),
+    )

@@ -1,0 +1,96 @@
+"""The joint refits: they end at the minimum, and the evidence asked for there is the same."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+from calib.diagnosis.diagnose import diagnose
+from calib.diagnosis.hypotheses import weigh
+from calib.diagnosis.refit import refitted
+from calib.diagnosis.signature import Projector
+from calib.effects.catalogue import BASE, find_effect
+from calib.fit.model import Model
+from calib.fit.solver import fit
+from calib.poses.pose_set import PoseSet
+from tests.bench.trials import DESIGNS, drawn, poses_of
+
+
+def session(name: str, size: float, design: str = "paper", seed: int = 41) -> PoseSet:
+    """The gyro's poses of one evening that hides ``name``."""
+    hidden = drawn(name, "gyroscope", size, DESIGNS[design](), seed)
+    assert hidden is not None
+    return poses_of(DESIGNS[design](), seed, "gyroscope", [hidden])
+
+
+@pytest.mark.parametrize(("design", "size"), [("paper", 5.0), ("rich", 5.0), ("rich", 30.0)])
+def test_the_time_constant_is_where_the_profile_of_chi_square_is_lowest(
+    design: str, size: float
+) -> None:
+    poses = session("warm_up", size, design, seed=43)
+    found = fit(poses, Model.of((*BASE, "warm_up")))
+    warm_up = find_effect("warm_up")
+
+    def profile(log_tau: float) -> float:
+        return fit(poses, Model.of(BASE) + warm_up.at_shape(float(np.exp(log_tau)))).chi2
+
+    near = np.log(found.shapes["warm_up"])
+    searched = minimize_scalar(profile, bounds=(near - 0.5, near + 0.5), method="bounded",
+                               options={"xatol": 1e-6})
+    assert near == pytest.approx(searched.x, abs=1e-3)
+    assert found.chi2 <= searched.fun + 1e-6
+
+
+def test_a_time_constant_begun_near_it_ends_at_the_same() -> None:
+    poses, warm_up = session("warm_up", 5.0, "rich"), find_effect("warm_up")
+    whole = fit(poses, Model.of(BASE) + warm_up)
+    near = fit(poses, Model.of(BASE) + warm_up.from_shape(300.0))
+    assert near.shapes["warm_up"] == pytest.approx(whole.shapes["warm_up"], rel=1e-5)
+
+
+@pytest.mark.parametrize("seed", [43, 45, 48])
+def test_what_a_pose_remembers_is_judged_at_the_solution(seed: int) -> None:
+    """Near zero a bias that is off by the effect turns the sign of what the pose before felt."""
+    poses = session("hysteresis", 10.0, seed=seed)
+    found = fit(poses, Model.of((*BASE, "hysteresis")))
+    assert found.chi2 / found.dof < 3
+    remembered = np.sign(found.equations.at_start.previous)
+    at_solution = np.sign(poses.conditions(poses.reading, found.pushed).previous)
+    assert (remembered == at_solution).all()
+
+
+def test_one_of_them_would_be_misled_by_the_start() -> None:
+    """The negative control of the test above."""
+    start = [
+        fit(session("hysteresis", 10.0, seed=seed), Model.of(BASE)).equations.at_start.previous
+        for seed in (43, 45, 48)
+    ]
+    solved = [
+        fit(session("hysteresis", 10.0, seed=seed), Model.of((*BASE, "hysteresis")))
+        for seed in (43, 45, 48)
+    ]
+    assert any(
+        (np.sign(before) != np.sign(found.equations.at_start.previous)).any()
+        for before, found in zip(start, solved, strict=True)
+    )
+
+
+@pytest.mark.parametrize("name", ["quadratic", "bias_drift", "reference_drift", "scale_drift"])
+def test_for_an_effect_near_the_noise_the_refit_changes_no_evidence(name: str) -> None:
+    """Linear there: the closed form at the base fit and at the joint refit are one."""
+    base = fit(session(name, 3.0, "rich"), Model.of(BASE))
+    before = weigh(base, Projector(base))
+    after = {h.name: h for h in refitted(base, before).listed}
+    (own,) = (h for h in before.listed if h.name == name)
+    assert after[name].after is not None
+    assert after[name].log_evidence == pytest.approx(own.log_evidence, abs=0.3)
+
+
+def test_sizes_in_the_ranking_are_those_of_the_refit() -> None:
+    poses = session("quadratic", 10.0, "rich")
+    base = fit(poses, Model.of(BASE))
+    (own,) = (c for c in diagnose(base).ranking if c.name == "quadratic")
+    refit = fit(poses, Model.of((*BASE, "quadratic")))
+    where = refit.model.slices()["quadratic"]
+    assert own.size == pytest.approx(refit.theta[where], rel=1e-9)
+    assert own.chi2_drop == pytest.approx(base.chi2 - refit.chi2, rel=1e-9)
+    assert own.rms_after == pytest.approx(refit.residual_rms, rel=1e-9)

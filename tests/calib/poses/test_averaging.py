@@ -1,0 +1,160 @@
+"""Pose means and their sds: honest where samples are correlated, refused where a pose is spoilt."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from calib.errors import Undetermined, UnusableLog
+from calib.poses.averaging import average_pose, batch_variance
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import FloatArray, ImuLog
+from calib.poses.pose_set import correlated_sd
+
+RATE_HZ = 100.0
+ACC = TriadSpec(20.0, 16, "twos-complement")
+GYR = TriadSpec(4.0, 16, "twos-complement")
+OMEGA = 100 / 180 * np.pi
+
+
+def log(
+    rng: np.random.Generator,
+    seconds: float = 8.0,
+    acc: FloatArray | None = None,
+    gyr: FloatArray | None = None,
+    slow_sd: float = 0.0,
+) -> ImuLog:
+    """A pose in counts; ``acc`` and ``gyr`` are added to the noise, in SI units."""
+    n = round(seconds * RATE_HZ)
+    time_s = np.arange(n) / RATE_HZ
+    noise = rng.standard_normal((2, n, 3))
+    if slow_sd:
+        keep = np.exp(-1 / RATE_HZ / 0.5)
+        kick = np.sqrt(1 - keep**2) * rng.standard_normal((2, n + 500, 3))
+        noise = noise + slow_sd * lfilter([1.0], [1.0, -keep], kick, axis=1)[:, 500:]
+    acc = np.zeros(3) if acc is None else acc
+    gyr = np.zeros(3) if gyr is None else gyr
+    return ImuLog(
+        "pose",
+        time_s,
+        (0.02 * noise[0] + acc) / ACC.nominal_scale,
+        (0.004 * noise[1] + gyr) / GYR.nominal_scale,
+        {"temperature_c": 30 + 0.01 * time_s},
+    )
+
+
+def test_batch_means_hold_where_white_noise_over_root_n_does_not() -> None:
+    """18 poses of correlated noise, 30 times: the stated variance is that of the means."""
+    stated, white, means = [], [], []
+    for seed in range(30):
+        rng = np.random.default_rng([seed, 1])
+        poses = [average_pose(log(rng, slow_sd=0.4), ACC, GYR) for _ in range(18)]
+        stated.append(correlated_sd([poses], "accelerometer") ** 2)
+        white.append([p.accelerometer.scatter / 800 for p in poses])
+        means.append([p.accelerometer.mean for p in poses])
+    true = np.mean(np.square(means))
+    assert np.mean(stated) == pytest.approx(true, rel=0.2)
+    assert np.mean(white) < true / 8
+
+
+def test_batch_means_of_white_noise_state_what_white_noise_gives() -> None:
+    rng = np.random.default_rng(3)
+    found = np.mean([batch_variance(rng.standard_normal((600, 3)), 6) for _ in range(400)])
+    assert found == pytest.approx(1 / 600, rel=0.05)
+
+
+def test_a_turning_pose_is_averaged_over_whole_turns() -> None:
+    """Gravity on a tilted plate comes and goes once per turn and averages to nothing."""
+    rng = np.random.default_rng(4)
+    time_s = np.arange(2000) / RATE_HZ
+    ripple = 0.5 * np.sin(OMEGA * time_s)[:, None] * [1.0, 0.3, 0.0]
+    turning = np.tile([0.0, 0.0, OMEGA], (2000, 1))
+    mean = average_pose(log(rng, 20.0, ripple, turning), ACC, GYR, OMEGA)
+    assert mean.accelerometer.mean == pytest.approx(0, abs=4 * 0.02 / np.sqrt(1800))
+    assert mean.duration_s == pytest.approx(5 * 2 * np.pi / OMEGA, abs=0.02)
+    # All samples, without regard to turns, are off by ten times that.
+    assert abs(ripple.mean(axis=0)[0]) > 10 * 0.02 / np.sqrt(1800)
+
+
+def test_what_comes_back_every_turn_does_not_count_as_noise() -> None:
+    time_s = np.arange(2000) / RATE_HZ
+    ripple = (0.3 * np.cos(OMEGA * time_s) + 0.2 * np.sin(2 * OMEGA * time_s))[:, None]
+    turning = np.tile([0.0, 0.0, OMEGA], (2000, 1))
+    sds = []
+    for add in (0.0, 1.0):
+        means = [
+            average_pose(
+                log(np.random.default_rng(k), 20.0, add * ripple, turning), ACC, GYR, OMEGA
+            )
+            for k in range(12)
+        ]
+        sds.append(correlated_sd([means], "accelerometer").mean())
+    assert sds[1] == pytest.approx(sds[0], rel=0.05)
+
+
+def test_logged_columns_are_averaged_over_the_same_samples() -> None:
+    mean = average_pose(log(np.random.default_rng(0)), ACC, GYR)
+    assert mean.columns["temperature_c"] == pytest.approx(30 + 0.01 * 3.995)
+    assert mean.time_s == pytest.approx(3.995)
+
+
+def test_a_quiet_minority_of_disturbed_poses_does_not_spoil_the_others() -> None:
+    def means(disturbed: int) -> list[object]:
+        rng = np.random.default_rng(8)
+        poses = []
+        for k in range(18):
+            shake = 0.2 * rng.standard_normal((800, 3)) if k < disturbed else np.zeros((800, 3))
+            poses.append(average_pose(log(rng, acc=shake), ACC, GYR))
+        return poses  # type: ignore[return-value]
+
+    calm = correlated_sd([means(0)], "accelerometer")  # type: ignore[list-item]
+    some = correlated_sd([means(2)], "accelerometer")  # type: ignore[list-item]
+    assert some[2:].mean() == pytest.approx(calm[2:].mean(), rel=0.25)
+    assert some[:2].mean() > 3 * calm[:2].mean()
+
+
+# --- refusals ----------------------------------------------------------------------------------
+
+
+def test_a_pose_that_slipped_is_refused() -> None:
+    acc = np.where(np.arange(800)[:, None] < 300, 0.0, 0.06) * [1.0, 0, 0]
+    with pytest.raises(Undetermined, match=r"the sensor moved: accelerometer x differs by 0\.0"):
+        average_pose(log(np.random.default_rng(1), acc=acc), ACC, GYR)
+
+
+def test_a_plate_that_runs_up_is_refused() -> None:
+    gyr = OMEGA * (1 + 0.02 * np.linspace(-1, 1, 2000)[:, None]) * [0, 0, 1.0]
+    with pytest.raises(Undetermined, match="the plate sped up during the pose"):
+        average_pose(log(np.random.default_rng(1), 20.0, gyr=gyr), ACC, GYR, OMEGA)
+
+
+def test_a_pose_shorter_than_a_turn_is_refused() -> None:
+    gyr = np.tile([0, 0, OMEGA], (200, 1))
+    with pytest.raises(Undetermined, match="less than one turn"):
+        average_pose(log(np.random.default_rng(1), 2.0, gyr=gyr), ACC, GYR, OMEGA)
+
+
+def test_a_saturated_axis_is_refused() -> None:
+    full = log(np.random.default_rng(1))
+    acc = full.accelerometer.copy()
+    acc[:40, 1] = 32767
+    spoilt = ImuLog("pose_07.csv", full.time_s, acc, full.gyroscope)
+    with pytest.raises(Undetermined, match=r"pose_07.csv: accelerometer y is saturated: 5.0 %"):
+        average_pose(spoilt, ACC, GYR)
+
+
+def test_counts_that_the_encoding_cannot_give_are_refused() -> None:
+    wrong = TriadSpec(20.0, 16, "offset-binary")
+    with pytest.raises(UnusableLog, match="Is the encoding twos-complement"):
+        average_pose(log(np.random.default_rng(1), acc=np.array([0, 0, -9.8])), wrong, GYR)
+
+
+def test_a_handful_of_samples_is_no_pose() -> None:
+    with pytest.raises(Undetermined, match="10 samples, at least 12"):
+        average_pose(log(np.random.default_rng(1), 0.1), ACC, GYR)
+
+
+def test_noise_alone_is_hardly_ever_called_motion() -> None:
+    """Three axes and 400 poses of a sensor as slow as an MPU-6050: none is refused."""
+    rng = np.random.default_rng(11)
+    for _ in range(400):
+        average_pose(log(rng, slow_sd=0.3), ACC, GYR)

@@ -1,0 +1,84 @@
+"""``pipeline rate`` where there is no file, or no constant rate."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.errors import DeviceError
+from pipeline.stages.live_clip import film_clip
+from tests.sessions import pipeline
+from tests.world.film import film
+from tests.world.plate import PlateMotion
+
+RATE = 3.4907  # 33 1/3 rpm
+SLOWING = -0.06  # rad/s²
+
+
+@pytest.fixture(scope="module")
+def slowing(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("slowing") / "slowing.mp4"
+    film(path, PlateMotion(RATE, drift_rad_s2=SLOWING), fps=15.0, seconds=20.0)
+    return path
+
+
+def test_a_plate_that_slows_down_gives_rate_against_time_and_no_rate(
+    slowing: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert pipeline("rate", slowing) == 4
+    seen = capsys.readouterr()
+    assert "no constant rate" in seen.err
+    head, *rows = seen.out.splitlines()
+    assert "not constant" in head
+    assert "±" not in seen.out
+    time_s, rpm = np.array([row.split() for row in rows], float).T
+    expected = (RATE + SLOWING * time_s) * 30 / np.pi
+    assert np.abs(rpm) == pytest.approx(expected, rel=2e-3)
+
+
+def test_its_angles_are_in_the_json(slowing: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert pipeline("rate", slowing, "--json") == 4
+    found = json.loads(capsys.readouterr().out)["slowing"]
+    assert "no constant rate" in found["refused"]
+    assert "rate_rad_s" not in found
+    time_s = np.array(found["pictures"]["time_s"])
+    angle = np.array(found["pictures"]["angle_rad"])
+    expected = RATE * time_s + SLOWING * time_s**2 / 2
+    assert np.abs(angle - angle[0]) == pytest.approx(expected - expected[0], abs=0.003)
+    assert found["revolutions"] == pytest.approx(np.ptp(expected) / (2 * np.pi), abs=0.02)
+
+
+def test_a_camera_s_clip_is_measured_by_the_same_code(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A film played in real time stands for the camera."""
+    played = tmp_path / "played.mp4"
+    film(played, PlateMotion(RATE), fps=15.0, seconds=9.0)
+    told: list[tuple[str, int, int | None]] = []
+    clip = film_clip(played, 6.5, tmp_path / "camera_0.mkv", lambda *done: told.append(done))
+    assert {name for name, _, _ in told} == {"camera_0"}
+    assert told[-1][2] == 6
+    assert pipeline("rate", clip, "--json") == 0
+    found = json.loads(capsys.readouterr().out)["camera_0"]
+    assert found["rate_rad_s"] == pytest.approx(RATE, abs=4 * found["sd_rad_s"])
+
+
+def test_a_camera_that_is_not_there_is_a_device_s_failure(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert pipeline("rate", "--camera", "63", "--seconds", "1") == 6
+    assert "camera 63 cannot be opened" in capsys.readouterr().err
+    with pytest.raises(DeviceError, match="cannot be opened"):
+        film_clip(tmp_path / "none.mp4", 1.0, tmp_path / "clip.mkv", lambda *_: None)
+
+
+@pytest.mark.parametrize("typed", [
+    (), ("--camera", "0", "clip.mp4"), ("clip.mp4", "--keep", "kept.mkv"),
+    ("--camera", "0", "--keep", "kept.mp4"),
+])
+def test_a_clip_or_a_camera_and_not_both(
+    typed: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert pipeline("rate", *typed) == 2
+    assert "camera" in capsys.readouterr().err

@@ -1,0 +1,178 @@
+"""C headers compiled and run, flight controllers' parameters read back: a log corrected by each."""
+
+import math
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.export.apply import apply_results
+from pipeline.export.parts import Export, triad_named
+from pipeline.export.write import EXPORTERS
+from pipeline.results.read import Stored, StoredTriad, load_results
+from tests.pipeline.conftest import RunSession
+from tests.pipeline.export.test_apply import a_log, with_effects
+
+GCC = shutil.which("gcc")
+needs_gcc = pytest.mark.skipif(GCC is None, reason="no gcc here to compile the header with")
+
+#: What x-io's FusionMath.h and FusionModel.h state, as far as the header is concerned.
+FUSION = """
+typedef union { float array[3]; struct { float x, y, z; } axis; } FusionVector;
+typedef union { float array[9]; struct { float xx, xy, xz, yx, yy, yz, zx, zy, zz; } element; }
+    FusionMatrix;
+static FusionVector model(FusionVector u, FusionMatrix m, FusionVector k, FusionVector b)
+{
+    FusionVector v, r;
+    for (int i = 0; i < 3; i++) v.array[i] = (u.array[i] - b.array[i]) * k.array[i];
+    for (int i = 0; i < 3; i++) {
+        r.array[i] = 0;
+        for (int j = 0; j < 3; j++) r.array[i] += m.array[3 * i + j] * v.array[j];
+    }
+    return r;
+}
+"""
+CALLS = {
+    "arduino": ("imu_calibration.h", "", "calibrate_{0}(in, out);"),
+    "fusion": ("fusion_calibration.h", FUSION,
+               "FusionVector u = {{.axis = {{in[0], in[1], in[2]}}}}; FusionVector r = model(u, "
+               "{0}Misalignment, {0}Sensitivity, {0}Offset);"
+               "for (int i = 0; i < 3; i++) out[i] = r.array[i];"),
+}  # fmt: skip
+PER_SI = {
+    ("fusion", "accelerometer"): 1 / 9.80665, ("fusion", "gyroscope"): math.degrees(1.0),
+}  # fmt: skip
+
+
+def compiled(folder: Path, form: str, made: Export, triad: str) -> Path:
+    """A program that reads three numbers a line and prints them corrected by the header."""
+    assert GCC is not None
+    name, stub, call = CALLS[form]
+    (folder / name).write_text(made.files[name], encoding="utf-8")
+    source = folder / "main.c"
+    source.write_text(
+        f'#include <stdio.h>\n{stub}\n#include "{name}"\n'
+        "int main(void) { float in[3], out[3];\n"
+        'while (scanf("%f %f %f", in, in + 1, in + 2) == 3) {\n'
+        f"{call.format(triad)}\n"
+        'printf("%.9g %.9g %.9g\\n", out[0], out[1], out[2]); } return 0; }\n',
+        encoding="utf-8",
+    )
+    program = folder / "program"
+    subprocess.run(
+        [GCC, "-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-unused-const-variable",
+         "-Wno-unused-function", "-o", str(program), str(source)],
+        check=True,
+    )  # fmt: skip
+    return program
+
+
+def through(program: Path, counts: np.ndarray) -> np.ndarray:
+    lines = "".join(" ".join(f"{value:.9g}" for value in row) + "\n" for row in counts)
+    said = subprocess.run([str(program)], input=lines, capture_output=True, text=True, check=True)
+    return np.array([[float(word) for word in line.split()] for line in said.stdout.splitlines()])
+
+
+@needs_gcc
+@pytest.mark.parametrize("form", ["arduino", "fusion"])
+@pytest.mark.parametrize("triad", ["accelerometer", "gyroscope"])
+def test_a_header_compiles_and_corrects_a_log_and_its_own_worked_number(
+    finished: RunSession, tmp_path: Path, form: str, triad: str
+) -> None:
+    stored, log = load_results(finished.folder), a_log()
+    made = EXPORTERS[form](stored)
+    program = compiled(tmp_path, form, made, triad)
+    per_si = PER_SI.get((form, triad), 1.0)
+    expected = apply_results(stored, log).triads[triad] * per_si
+    # Counts less bias in single precision: half a hundredth of a count at 2^16.
+    counts = getattr(log, triad)
+    assert through(program, counts) == pytest.approx(expected, rel=1e-5, abs=1e-4)
+    (text,) = made.files.values()
+    worked = re.search(rf"{triad}: counts \((.*?)\) are \((.*?)\)", text)
+    assert worked
+    given, shown = ([float(v) for v in part.split(",")] for part in worked.groups())
+    assert through(program, np.array([given]))[0] == pytest.approx(shown, rel=1e-5, abs=1e-5)
+
+
+def test_a_title_cannot_end_the_header_s_comment(finished: RunSession, tmp_path: Path) -> None:
+    stored = with_effects(finished, tmp_path, "gyroscope", {})
+    odd = Stored(stored.path, {**stored.found, "title": "a */ int x;\n#error"}, stored.triads)
+    (text,) = EXPORTERS["arduino"](odd).files.values()
+    first = text.splitlines()[0]
+    assert first.count("*/") == 1
+    assert first.endswith("*/")
+
+
+# --- flight controllers ------------------------------------------------------------------------
+
+
+def without_misalignment(each: StoredTriad, counts: np.ndarray, gains: np.ndarray) -> np.ndarray:
+    return (counts - each.bias_counts) * each.correction.spec.nominal_scale * gains
+
+
+def own(stored: Stored, triad: str) -> StoredTriad:
+    found = triad_named(stored, triad)
+    assert found is not None
+    return found
+
+
+def stated_share(made: Export, triad: str) -> float:
+    """The relative error that the export says it leaves."""
+    says = next(each for each in made.loses if f"of the {triad}: up to" in each)
+    found = re.search(r"up to ([\d.e-]+) %", says)
+    assert found
+    return float(found[1]) / 100
+
+
+def test_px4_reads_back_up_to_what_it_says_it_loses(finished: RunSession) -> None:
+    stored, log = load_results(finished.folder), a_log()
+    made = EXPORTERS["px4"](stored)
+    rows = [line.split("\t") for line in made.files["px4.params"].splitlines()
+            if not line.startswith("#")]
+    assert all(row[:2] == ["1", "1"] and row[4] == "9" for row in rows)
+    value = {row[2]: float(row[3]) for row in rows}
+    assert set(value) == {f"CAL_ACC0_{axis}{kind}" for axis in "XYZ" for kind in ("OFF", "SCALE")
+                          } | {f"CAL_GYRO0_{axis}OFF" for axis in "XYZ"}
+    scale = np.array([value[f"CAL_ACC0_{axis}SCALE"] for axis in "XYZ"])
+    for triad, name, gains in (("accelerometer", "CAL_ACC0", scale),
+                               ("gyroscope", "CAL_GYRO0", np.ones(3))):
+        each, counts = own(stored, triad), getattr(log, triad)
+        off = np.array([value[f"{name}_{axis}OFF"] for axis in "XYZ"])
+        by_export = (each.correction.spec.nominal(counts) - off) * gains
+        assert by_export == pytest.approx(without_misalignment(each, counts, gains), abs=1e-8)
+        left = np.linalg.norm(by_export - apply_results(stored, log).triads[triad], axis=1)
+        reading = np.linalg.norm(by_export, axis=1)
+        assert 0 < (left / reading).max() < 1.05 * stated_share(made, triad)  # two digits stated
+
+
+def test_inav_reads_back_up_to_its_whole_counts(finished: RunSession) -> None:
+    stored, log = load_results(finished.folder), a_log()
+    made = EXPORTERS["inav"](stored)
+    value = {name: float(number) for name, number in re.findall(
+        r"^set (\w+) = ([-\d.]+)$", made.files["inav.txt"], re.MULTILINE)}
+    gravity = stored.found["accelerometer"]["gravity"]["value_m_s2"]
+    assert value["ins_gravity_cmss"] == pytest.approx(100 * gravity, abs=1e-3)
+    gains = np.array([value[f"accgain_{axis}"] for axis in "xyz"]) / 4096
+    each = own(stored, "accelerometer")
+    assert gains == pytest.approx(each.units_per_count / each.correction.spec.nominal_scale,
+                                  abs=0.5 / 4096 + 1e-9)
+    ranges = {"accelerometer": ("acczero", 16 * 9.80665 / 32768, gains),
+              "gyroscope": ("gyro_zero", math.radians(2000) / 32768, np.ones(3))}
+    for triad, (name, per_count, gain) in ranges.items():
+        counts = getattr(log, triad)
+        zero = np.array([value[f"{name}_{axis}"] for axis in "xyz"])
+        nominal = own(stored, triad).correction.spec.nominal(counts)
+        by_export = (nominal / per_count - zero) * gain * per_count
+        expected = without_misalignment(own(stored, triad), counts, gain)
+        assert by_export == pytest.approx(expected, abs=0.51 * per_count * gain.max())
+
+
+@pytest.mark.parametrize("form", ["arduino", "fusion", "px4", "inav"])
+def test_an_effect_that_has_no_place_is_named(
+    finished: RunSession, tmp_path: Path, form: str
+) -> None:
+    stored = with_effects(finished, tmp_path, "gyroscope", {"quadratic": [0.1, 0.2, 0.3]})
+    assert any("quadratic of the gyroscope" in says for says in EXPORTERS[form](stored).loses)

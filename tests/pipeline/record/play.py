@@ -1,0 +1,108 @@
+"""A played device in a thread, and what a recording from it needs."""
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from calib.poses.data_sheet import TriadSpec
+from pipeline.playback.device import Faults, PlaybackDevice, Pose, Protocol
+from pipeline.playback.pseudo_port import PseudoPort
+from pipeline.record.session import View
+from tests.fitting import spec_of
+from tests.world.designs import paper_design
+from tests.world.imu import Sensor
+from tests.world.session import Session, simulate
+
+SPEED = 20.0  #: times as fast as in life
+
+
+def evening(sensor: Sensor | None = None, seed: int = 4, faces_only: bool = False) -> Session:
+    """18 poses at rest and 18 on the plate, or 6 and 6, in the world of tests/world."""
+    design = paper_design(sensor)
+    if faces_only:
+        faces = np.vstack([np.eye(3), -np.eye(3)])
+        design = replace(design, runs=tuple(replace(run, directions=faces)
+                                            for run in design.runs))
+    return simulate(design, seed)
+
+
+def specs_of(session: Session) -> tuple[TriadSpec, TriadSpec]:
+    sensor = session.design.sensor
+    return (spec_of(sensor.accelerometer, sensor.accelerometer.full_scale),
+            spec_of(sensor.gyroscope, sensor.gyroscope.full_scale))
+
+
+def poses_of(session: Session, turning: bool = True) -> list[Pose]:
+    return [
+        Pose(pose.label, np.hstack([pose.accelerometer, pose.gyroscope]).astype(float),
+             pose.columns["temperature_c"])
+        for run in session.runs if turning or run.run.motion is None for pose in run.poses
+    ]
+
+
+def write_config(folder: Path, session: Session, device: str, *, seconds: float = 3.0,
+                 turning: bool = False, more: str = "") -> Path:
+    """A configuration that asks for what ``session`` holds, with nothing recorded yet."""
+    preset = "xsens-mti" if session.design.sensor.name.startswith("Xsens") else "mpu-6050"
+    rate = session.rates["17rpm"]
+    gyro = ("gyroscope:\n  runs:\n    - {poses: gyr/pose_*.csv, rate: slow}\n"
+            "    - {poses: acc/pose_*.csv, rate: stopped}\n") if turning else ""
+    path = folder / "config.yaml"
+    path.write_text(
+        f"sensor: {preset}\nsite: {{latitude_deg: 40.85, gravity_m_s2: 9.80267}}\n"
+        f"rate:\n  slow: {{rate_rad_s: {rate.rate_rad_s:.9g}, sd_rad_s: {rate.sd_rad_s:.3g}}}\n"
+        f"accelerometer: {{poses: acc/pose_*.csv}}\n{gyro}"
+        f"record: {{device: {device}, seconds_per_pose: {seconds:g}{more}}}\n", encoding="utf-8")
+    return path
+
+
+@contextmanager
+def playing(
+    session: Session, protocol: Protocol, *, hold_s: float = 5.5, speed: float = SPEED,
+    turning: bool = False, faults: Faults | None = None, link: Path | None = None,
+    unplug_every_s: float | None = None,
+) -> Iterator[str]:
+    """The name of a port on which ``session`` is played."""
+    rate_hz = session.design.sample_rate_hz
+    device = PlaybackDevice(protocol, poses_of(session, turning), rate_hz, hold_s,
+                            specs_of(session), faults=faults)
+    port = PseudoPort(link)
+    on = threading.Event()
+    thread = threading.Thread(
+        target=port.play, args=(device, rate_hz * speed), daemon=True,
+        kwargs={"on": lambda: not on.is_set(), "unplug_every_s": unplug_every_s,
+                "unplugged_s": 0.3})
+    thread.start()
+    try:
+        yield str(link or port.name)
+    finally:
+        on.set()
+        thread.join()
+        port.unplug()
+
+
+@dataclass
+class Onlooker:
+    """Remembers what a recording says and shows."""
+
+    said: list[str]
+    phases: set[str]
+
+    def say(self, text: str) -> None:
+        self.said.append(text)
+
+    def show(self, view: View) -> None:
+        self.phases.add(view.status.phase)
+
+    def taken(self, text: str) -> None:
+        self.said.append(text)
+
+
+def onlooker() -> Onlooker:
+    return Onlooker([], set())
+
+

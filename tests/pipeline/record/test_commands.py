@@ -1,0 +1,121 @@
+"""``pipeline ports``, ``record`` and ``playback`` as a user types them."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from pipeline.commands.playback_protocols import PROTOCOL_NAMES
+from pipeline.playback.device import PROTOCOLS
+from pipeline.record import serial_port as line
+from pipeline.record.serial_port import FoundPort, only_port, permission_advice
+from tests.paths import ROOT
+
+EXAMPLE = ROOT / "data" / "example" / "config.yaml"
+MINE = """\
+sensor: xsens-mti
+site: {latitude_deg: 40.85, gravity_m_s2: 9.80267}
+accelerometer: {poses: acc/pose_*.csv}
+record: {device: xsens-mti, seconds_per_pose: 3, poses: 6, order: random}
+"""
+
+
+def pipeline(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-m", "pipeline", *arguments], cwd=ROOT, text=True,
+                          capture_output=True, check=False)
+
+
+@pytest.fixture
+def port(tmp_path: Path) -> Iterator[str]:
+    """The shipped example played by ``pipeline playback``."""
+    link = tmp_path / "port"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "pipeline", "playback", str(EXAMPLE), "--protocol", "xsens-mti",
+         "--hold", "6", "--speed", "20", "--link", str(link)],
+        cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    assert process.stdout is not None
+    assert process.stdout.readline().strip() == str(link)
+    yield str(link)
+    process.send_signal(signal.SIGINT)
+    process.wait(timeout=10)
+    process.stdout.close()
+
+
+def test_a_user_without_hardware_can_try_it_all(tmp_path: Path, port: str) -> None:
+    config = tmp_path / "mine.yaml"
+    config.write_text(MINE)
+    done = pipeline("record", str(config), "--port", port)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("stopped: 6 of 6 poses\n")
+    assert len(re.findall(r"^taken \d of 6: ", done.stderr, re.MULTILINE)) == 6
+    again = pipeline("record", str(config), "--port", port)
+    assert (again.returncode, "taken" in again.stderr) == (0, False)
+
+
+def test_ctrl_c_keeps_what_is_taken_and_says_how_to_go_on(tmp_path: Path, port: str) -> None:
+    config = tmp_path / "mine.yaml"
+    config.write_text(MINE)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "pipeline", "record", str(config), "--port", port], cwd=ROOT,
+        stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    until = time.monotonic() + 30
+    while not list(tmp_path.glob("acc/pose_*.csv")) and time.monotonic() < until:
+        time.sleep(0.05)
+    os.kill(process.pid, signal.SIGINT)
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert f"go on with: pipeline record {config}" in errors
+    assert "Traceback" not in errors
+    assert list(tmp_path.glob("acc/pose_*.csv"))
+
+
+def test_a_device_that_is_not_there_exits_with_6(tmp_path: Path) -> None:
+    config = tmp_path / "mine.yaml"
+    config.write_text(MINE)
+    done = pipeline("record", str(config), "--port", str(tmp_path / "none"))
+    assert (done.returncode, done.stdout) == (6, "")
+    assert "there is no such port" in done.stderr
+
+
+def test_a_configuration_without_record_is_refused(tmp_path: Path) -> None:
+    config = tmp_path / "mine.yaml"
+    config.write_text(MINE.split("record:")[0])
+    done = pipeline("record", str(config))
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+
+
+def test_the_protocols_offered_are_those_that_are_spoken() -> None:
+    assert PROTOCOL_NAMES == PROTOCOLS
+
+
+def test_ports_says_what_to_do_where_none_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    done = pipeline("ports")
+    assert done.returncode == 0
+    assert "no serial port is here" in done.stdout or "next: set `port:" in done.stdout
+
+
+def test_permissions_are_explained(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "platform", "linux")
+    assert "sudo usermod -aG dialout $USER" in permission_advice("/dev/nothing")
+
+
+@pytest.mark.parametrize(("ports", "says"), [
+    ([], "no USB serial port is there"),
+    ([FoundPort("COM3", "", "Arduino", True), FoundPort("COM4", "", "Xsens", True)],
+     r"there are 2 USB serial ports: COM3 \(Arduino\), COM4 \(Xsens\)"),
+])
+def test_the_port_is_asked_for_where_it_is_not_clear(
+    monkeypatch: pytest.MonkeyPatch, ports: list[FoundPort], says: str
+) -> None:
+    monkeypatch.setattr(line, "find_ports", lambda: ports)
+    with pytest.raises(line.DeviceError, match=says):
+        only_port()
+    monkeypatch.setattr(line, "find_ports", lambda: [FoundPort("COM3", "", "Arduino", True)])
+    assert only_port() == "COM3"

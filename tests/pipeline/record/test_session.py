@@ -1,0 +1,253 @@
+"""A guided recording over a real pseudo-terminal and pyserial, with every trouble of the line."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.fit.calibration import TriadCalibration, calibrate_triad
+from calib.fit.model import Model
+from calib.fit.solver import fit
+from calib.poses.pose_set import pose_set
+from calib.poses.runs import gravity_run
+from pipeline.config.load import load_config
+from pipeline.errors import ConfigError, DeviceError
+from pipeline.logs.read import read_log
+from pipeline.playback.device import Faults, Protocol
+from pipeline.record.start import open_session
+from pipeline.stages.context import Workplace
+from pipeline.stages.poses import average_recordings
+from tests.paths import ROOT
+from tests.pipeline.record.play import Onlooker, evening, onlooker, playing, write_config
+from tests.world.imu import mpu6050
+from tests.world.session import Session
+
+
+@pytest.fixture(scope="module")
+def mti_evening() -> Session:
+    return evening()
+
+
+@pytest.fixture(scope="module")
+def mpu_evening() -> Session:
+    return evening(mpu6050())
+
+
+@pytest.fixture(scope="module")
+def six_faces() -> Session:
+    return evening(faces_only=True)
+
+
+def record(config: Path, port: str, watcher: Onlooker | None = None) -> Onlooker:
+    watcher = watcher or onlooker()
+    open_session(load_config(config, files_may_be_missing=True), watcher, port=port).run()
+    return watcher
+
+
+def calibrated(config: Path) -> TriadCalibration:
+    """The accelerometer by the poses that were recorded."""
+    loaded = load_config(config)
+    assert loaded.accelerometer is not None
+    recordings = average_recordings(loaded, Workplace(), {})
+    from pipeline.config.load import triad_spec
+
+    assert loaded.sensor.accelerometer is not None
+    spec = triad_spec(loaded.sensor.accelerometer)
+    run = gravity_run("stopped", recordings.of(loaded.accelerometer.poses).means, 9.80267, 0.0)
+    poses = pose_set("accelerometer", [run], recordings.origin_s)
+    return calibrate_triad(fit(poses, Model.of(("bias", "scale", "misalignment"))), spec)
+
+
+def assert_true(found: TriadCalibration, session: Session) -> None:
+    """Every parameter within 4.5 of its sds of the truth."""
+    truth = session.accelerometer
+    misalignment, bias, scale = found.parameters.sd
+    for value, true, sd in (
+        (found.parameters.misalignment_rad, truth.misalignment_rad, misalignment),
+        (found.parameters.bias_counts, truth.bias_counts, bias),
+        (found.parameters.scale_counts_per_unit, truth.scale_counts_per_unit, scale),
+    ):
+        assert np.abs((value - true) / sd).max() < 4.5
+
+
+@pytest.mark.parametrize(("protocol", "device"), [
+    ("xsens-mti", "xsens-mti"), ("sketch", "mpu-6050"), ("binary", "mpu-6050-binary"),
+])
+def test_eighteen_poses_are_recorded_and_calibrate_to_the_truth(
+    tmp_path: Path, mti_evening: Session, mpu_evening: Session, protocol: Protocol, device: str
+) -> None:
+    session = mti_evening if protocol == "xsens-mti" else mpu_evening
+    more = ", sample_rate_hz: 100" if protocol != "sketch" else ""
+    config = write_config(tmp_path, session, device, more=more)
+    with playing(session, protocol) as port:
+        watcher = record(config, port)
+    assert sum(says.startswith("taken ") for says in watcher.said) == 18
+    assert "taken 18 of 18" in watcher.said[-1]
+    assert len(list((tmp_path / "acc").glob("pose_*.csv"))) == 18
+    assert_true(calibrated(config), session)
+
+
+def test_all_bytes_and_both_clocks_are_kept(tmp_path: Path, six_faces: Session) -> None:
+    config = write_config(tmp_path, six_faces, "xsens-mti", more=", poses: 6")
+    with playing(six_faces, "xsens-mti") as port:
+        record(config, port)
+    from pipeline.devices.xsens_mtdata import MtDataParser
+
+    parser = MtDataParser()
+    raw = (tmp_path / "config.record" / "raw" / "001.bin").read_bytes()
+    samples = parser.feed(raw) + parser.finish()
+    pose = read_log(tmp_path / "acc" / "pose_01.csv")
+    times = np.genfromtxt(tmp_path / "config.record" / "times" / "acc_pose_01.csv", delimiter=",",
+                          names=True)
+    heard = [samples[int(i)].accelerometer for i in times["sample"]]
+    assert len(heard) == 300
+    np.testing.assert_array_equal(pose.accelerometer, heard)
+    np.testing.assert_allclose(np.diff(times["time_s"]), 0.01, atol=2e-6)
+    assert (np.diff(times["heard_s"]) >= 0).all()
+    arrivals = np.loadtxt(tmp_path / "config.record" / "raw" / "001.arrivals.csv", delimiter=",",
+                          skiprows=1)
+    assert arrivals[-1, 0] == len(raw)
+
+
+def test_a_line_full_of_damage_still_calibrates_to_the_truth(
+    tmp_path: Path, mpu_evening: Session
+) -> None:
+    config = write_config(tmp_path, mpu_evening, "mpu-6050")
+    faults = Faults(lost=0.01, flipped=0.01, garbage=0.01)
+    with playing(mpu_evening, "sketch", faults=faults) as port:
+        record(config, port)
+    assert_true(calibrated(config), mpu_evening)
+
+
+def test_an_unplugged_device_is_waited_for(tmp_path: Path, mpu_evening: Session) -> None:
+    config = write_config(tmp_path, mpu_evening, "mpu-6050", more=", poses: 6")
+    with playing(mpu_evening, "sketch", link=tmp_path / "port", unplug_every_s=2.0) as port:
+        watcher = record(config, port)
+    assert any("the device is gone" in says for says in watcher.said)
+    assert "the device is back" in watcher.said
+    assert len(list((tmp_path / "acc").glob("pose_*.csv"))) == 6
+
+
+def test_on_the_plate_poses_hold_three_turns(tmp_path: Path, six_faces: Session) -> None:
+    config = write_config(tmp_path, six_faces, "xsens-mti", turning=True, more=", poses: 6")
+    with playing(six_faces, "xsens-mti", hold_s=14.0, turning=True) as port:
+        record(config, port)
+    for path in (tmp_path / "gyr").glob("pose_*.csv"):
+        assert np.ptp(read_log(path).time_s) > 3 * 2 * np.pi / 1.7454 - 0.02
+    assert len(list((tmp_path / "gyr").glob("pose_*.csv"))) == 6
+
+
+def test_what_is_taken_is_not_asked_for_again(tmp_path: Path, six_faces: Session) -> None:
+    config = write_config(tmp_path, six_faces, "xsens-mti", more=", poses: 6")
+    with playing(six_faces, "xsens-mti") as port:
+        record(config, port)
+        before = {path: path.read_bytes() for path in (tmp_path / "acc").iterdir()}
+        (tmp_path / "acc" / "pose_03.csv").unlink()
+        watcher = record(config, port)
+    assert any(says.startswith("1 poses of 3 s") and "5 are there" in says for says in watcher.said)
+    assert set((tmp_path / "acc").iterdir()) == set(before)
+    changed = [path.name for path, data in before.items() if path.read_bytes() != data]
+    assert changed == ["pose_03.csv"]
+
+
+def test_a_recording_killed_again_and_again_ends_like_an_undisturbed_one(
+    tmp_path: Path, mti_evening: Session
+) -> None:
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    undisturbed = write_config(tmp_path / "a", mti_evening, "xsens-mti")
+    killed = write_config(tmp_path / "b", mti_evening, "xsens-mti")
+    with playing(mti_evening, "xsens-mti") as port:
+        record(undisturbed, port)
+        kills = record_with_kills(killed, port, kills=4, seed=1)
+    assert kills == 4
+    assert len(list((tmp_path / "b" / "acc").glob("*.csv"))) == 18
+    assert not list((tmp_path / "b" / "acc").glob(".*"))
+    assert_same(calibrated(undisturbed), calibrated(killed))
+
+
+def record_with_kills(config: Path, port: str, kills: int, seed: int) -> int:
+    """Record in a process that is killed ``kills`` times; how often it was still running then."""
+    rng = random.Random(seed)
+    command = [sys.executable, "-m", "pipeline", "record", str(config), "--port", port]
+    done = 0
+    for _ in range(kills):
+        process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.DEVNULL,
+                                   stdout=subprocess.DEVNULL)
+        time.sleep(rng.uniform(1.0, 3.0))
+        if process.poll() is None:
+            os.kill(process.pid, signal.SIGKILL)
+            done += 1
+        process.wait()
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    return done
+
+
+def assert_same(one: TriadCalibration, two: TriadCalibration) -> None:
+    """Parameters that agree within twice their sd: samples differ by where a pose began."""
+    for name, sd in zip(("misalignment_rad", "bias_counts", "scale_counts_per_unit"),
+                        one.parameters.sd, strict=True):
+        a, b = getattr(one.parameters, name), getattr(two.parameters, name)
+        assert np.abs((a - b) / sd).max() < 2.0, name
+
+
+@pytest.mark.parametrize(("protocol", "device", "more", "says"), [
+    ("xsens-mti", "mpu-6050", ", baud: 9600", "The port is open, but nothing comes|Bytes come"),
+    ("binary", "lines", ", baud: 9600, pattern: '{acc_x},{acc_y},{acc_z}'", "Bytes come|none fits"),
+    ("sketch", "xsens-mti", ", baud: 9600", "does not answer message 0x30"),
+])
+def test_another_device_than_named_is_told(
+    tmp_path: Path, mpu_evening: Session, mti_evening: Session, protocol: Protocol, device: str,
+    more: str, says: str,
+) -> None:
+    session = mti_evening if protocol == "xsens-mti" else mpu_evening
+    config = write_config(tmp_path, session, device, more=more)
+    with (playing(session, protocol) as port, pytest.raises(DeviceError, match=says)):
+        record(config, port)
+
+
+def test_an_absent_port_is_told_with_those_there_are(tmp_path: Path, mti_evening: Session) -> None:
+    config = write_config(tmp_path, mti_evening, "xsens-mti")
+    with pytest.raises(DeviceError, match="there is no such port"):
+        record(config, str(tmp_path / "nothing"))
+
+
+def test_a_port_in_use_is_told(tmp_path: Path, mti_evening: Session) -> None:
+    from pipeline.record.serial_port import SerialLine
+
+    config = write_config(tmp_path, mti_evening, "xsens-mti")
+    with playing(mti_evening, "xsens-mti") as port:
+        other = SerialLine(port, 115200)
+        with pytest.raises(DeviceError, match="another program uses it"):
+            record(config, port)
+        other.close()
+
+
+def test_a_configuration_without_places_for_poses_is_refused(
+    tmp_path: Path, mti_evening: Session
+) -> None:
+    config = write_config(tmp_path, mti_evening, "xsens-mti")
+    text = config.read_text()
+    config.write_text(text.replace("acc/pose_*.csv", "[acc/a.csv, acc/b.csv]"))
+    with pytest.raises(ConfigError, match="no names of new files follow"):
+        record(config, "unused")
+    config.write_text(text.split("record:")[0])
+    with pytest.raises(ConfigError, match="has no section `record`"):
+        record(config, "unused")
+
+
+def test_another_unit_or_range_than_the_data_sheet_is_refused(
+    tmp_path: Path, mpu_evening: Session
+) -> None:
+    config = write_config(tmp_path, mpu_evening, "mpu-6050")
+    config.write_text(config.read_text().replace(
+        "sensor: mpu-6050", "sensor: {accelerometer: {unit: m_s2}, gyroscope: {unit: rad_s}}"))
+    with (playing(mpu_evening, "sketch") as port,
+          pytest.raises(ConfigError, match="sends readings in counts")):
+        record(config, port)

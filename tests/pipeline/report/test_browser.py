@@ -1,0 +1,257 @@
+"""The report in a real browser: what a box does is what `pipeline add` does."""
+
+import html
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from calib.diagnosis.refit import FEWEST_DOF
+from calib.effects.catalogue import find_effect
+from calib.errors import CalibrationError
+from calib.fit.result import Fit
+from calib.fit.solver import fit
+from pipeline.config.load import load_config
+from pipeline.report.page import report_html
+from pipeline.stages.context import Workplace
+from pipeline.stages.run import Outcome, run_stages
+from tests.sessions import pipeline, quick_session, results_in
+from tests.world.designs import rich_design
+from tests.world.session import simulate
+from tests.world.sizes import draw_effect
+from tests.world.write import write_session
+
+CHROMIUM = next((p for p in map(shutil.which, ("chromium", "chromium-browser")) if p), None)
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium here to open the report in")
+
+QUIET = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+    "--hide-scrollbars", "--virtual-time-budget=5000",
+)  # fmt: skip
+TICKED_WITHIN = 0.01  #: of the exact refit: what the page promises
+SHOWN = {"accelerometer": 1000.0, "gyroscope": np.degrees(1.0)}  #: of one SI unit, as shown
+
+#: Ticks every box of a triad on its own and notes what the page then says.
+TICK_EACH = """
+const found = {};
+for (const section of document.querySelectorAll("section[data-triad]")) {
+  const seen = found[section.dataset.triad] = {};
+  const read = () => ({
+    rms: Number(section.querySelector('[data-out="rms"]').dataset.value),
+    loo: Number(section.querySelector('[data-out="loo"]').dataset.value),
+    chi2_dof: Number(section.querySelector('[data-out="chi2"]').dataset.value),
+    p: Number(section.querySelector('[data-out="words"]').dataset.p),
+    sizes: [...section.querySelectorAll('[data-out="sizes"] tr')].map((r) => r.dataset.size),
+    words: section.querySelector('[data-out="words"]').textContent,
+    commands: section.querySelector('[data-out="commands"]').textContent,
+    disabled: [...section.querySelectorAll("input:disabled")].map((b) => b.dataset.effect),
+    notes: Object.fromEntries([...section.querySelectorAll("[data-note]")].map(
+      (n) => [n.dataset.note, n.textContent])),
+    marks: [...section.querySelectorAll("svg.residuals g.mark")].map(
+      (m) => m.getAttribute("transform")),
+  });
+  seen[""] = read();
+  for (const box of section.querySelectorAll("input[data-effect]")) {
+    if (box.disabled) continue;
+    box.click();
+    seen[box.dataset.effect] = read();
+    box.click();
+  }
+}
+return found;
+"""
+WIDTH = "return [document.documentElement.scrollWidth, window.innerWidth];"
+READ = TICK_EACH.replace("box.click();", "")
+
+
+def ask(page: str, folder: Path, script: str, fragment: str = "", *options: str) -> Any:
+    """What ``script`` returns in the opened page."""
+    assert CHROMIUM is not None
+    asking = (
+        "<script>window.addEventListener('load', () => { const answer = (() => {"
+        + script
+        + "})(); const pre = document.createElement('pre'); pre.id = 'answer';"
+        "pre.textContent = JSON.stringify(answer); document.body.append(pre); });</script></body>"
+    )
+    path = folder / "asked.html"
+    path.write_text(page.replace("</body>", asking), encoding="utf-8")
+    profile = folder / "profile"
+    said = subprocess.run(
+        [CHROMIUM, *QUIET, *options, f"--user-data-dir={profile}", "--dump-dom",
+         f"{path.as_uri()}{fragment}"],
+        capture_output=True, text=True, timeout=120, check=True,
+    ).stdout  # fmt: skip
+    shutil.rmtree(profile, ignore_errors=True)
+    answer = re.search(r'<pre id="answer">(.*?)</pre>', said, re.DOTALL)
+    assert answer, "the page's own script failed"
+    return json.loads(html.unescape(answer[1]))
+
+
+@dataclass(frozen=True, eq=False)
+class Opened:
+    """A session with something hidden in both triads, run, and each of its boxes ticked once."""
+
+    config: Path
+    outcome: Outcome
+    page: str
+    seen: dict[str, dict[str, Any]]
+
+    def fit_of(self, triad: str) -> Fit:
+        result = next(each for each in self.outcome.triads if each.triad == triad)
+        return result.calibration.fit
+
+
+@pytest.fixture(scope="module")
+def opened(tmp_path_factory: pytest.TempPathFactory) -> Opened:
+    folder = tmp_path_factory.mktemp("browser")
+    design = rich_design().scaled(seconds=0.3)
+    hidden = (
+        draw_effect("g_sensitivity", "gyroscope", 25.0, design, 3),
+        draw_effect("temperature_bias", "accelerometer", 12.0, design, 3),
+    )
+    written = write_session(folder, simulate(design, 3, hidden), film=False)
+    config = load_config(written.config)
+    outcome = run_stages(config, Workplace(), lambda *_: None)
+    page = report_html(outcome, ())
+    return Opened(written.config, outcome, page, ask(page, folder, TICK_EACH))
+
+
+@pytest.mark.parametrize("triad", ["accelerometer", "gyroscope"])
+def test_without_a_tick_the_page_shows_the_fit_itself(opened: Opened, triad: str) -> None:
+    shown, result = opened.seen[triad][""], next(
+        each for each in opened.outcome.triads if each.triad == triad)
+    own = result.calibration.fit
+    assert shown["rms"] == pytest.approx(own.residual_rms * SHOWN[triad], rel=1e-5)
+    assert shown["loo"] == pytest.approx(result.comparison.loo_rms * SHOWN[triad], rel=1e-4)
+    assert shown["chi2_dof"] == pytest.approx(own.chi2 / own.dof, rel=1e-5)
+    assert shown["p"] == pytest.approx(result.calibration.p_value, rel=1e-3, abs=1e-12)
+
+
+@pytest.fixture(scope="module")
+def quiet(tmp_path_factory: pytest.TempPathFactory) -> Opened:
+    """A session of the paper's size in which nothing is missing."""
+    folder = tmp_path_factory.mktemp("quiet")
+    config, _ = quick_session(folder, seed=2)
+    outcome = run_stages(load_config(config), Workplace(), lambda *_: None)
+    page = report_html(outcome, ())
+    return Opened(config, outcome, page, ask(page, folder, TICK_EACH))
+
+
+@pytest.mark.parametrize("triad", ["accelerometer", "gyroscope"])
+@pytest.mark.parametrize("session", ["opened", "quiet"])
+def test_every_box_gives_what_the_exact_refit_gives(
+    session: str, triad: str, request: pytest.FixtureRequest
+) -> None:
+    opened: Opened = request.getfixturevalue(session)
+    base, compared = opened.fit_of(triad), 0
+    for name, shown in opened.seen[triad].items():
+        if not name:
+            continue
+        try:
+            exact = fit(base.poses, base.model + find_effect(name))
+        except CalibrationError:
+            continue
+        if exact.dof < FEWEST_DOF:  # explains anything, by parameters far beyond first order
+            assert "explains anything" in shown["words"], name
+            continue
+        compared += 1
+        assert shown["rms"] == pytest.approx(exact.residual_rms * SHOWN[triad],
+                                             rel=TICKED_WITHIN), name
+        assert shown["chi2_dof"] == pytest.approx(exact.chi2 / exact.dof, rel=0.03), name
+        sd = np.sqrt(np.diag(exact.cov))[exact.model.slices()[name]]
+        sizes = np.array([float(text.split()[2]) for text in shown["sizes"]])[: len(sd)]
+        # Sizes are asked of a model that may be wrong by many sds: a few per cent, or an sd.
+        theta = exact.theta[exact.model.slices()[name]]
+        assert np.all(np.abs(sizes - theta) < np.maximum(sd, 0.03 * np.abs(theta).max())), name
+    assert compared >= 8
+
+
+def test_ticking_both_boxes_is_the_fit_with_both(opened: Opened, tmp_path: Path) -> None:
+    asked = "#tick=gyroscope.g_sensitivity,gyroscope.bias_drift"
+    shown = ask(opened.page, tmp_path, READ, asked)["gyroscope"][""]
+    base = opened.fit_of("gyroscope")
+    both = base.model + find_effect("g_sensitivity") + find_effect("bias_drift")
+    exact = fit(base.poses, both)
+    assert shown["rms"] == pytest.approx(exact.residual_rms * SHOWN["gyroscope"], rel=TICKED_WITHIN)
+    assert shown["commands"].splitlines() == [
+        f"pipeline add {opened.config} gyroscope.g_sensitivity",
+        f"pipeline add {opened.config} gyroscope.bias_drift",
+    ]
+
+
+def test_what_pipeline_add_makes_is_what_the_box_promised_and_back(
+    opened: Opened, tmp_path: Path
+) -> None:
+    folder = tmp_path / "session"
+    shutil.copytree(opened.config.parent, folder)
+    config = folder / opened.config.name
+    assert pipeline("add", config, "gyroscope.g_sensitivity") == 0
+    results = config.with_suffix(".run")
+    after = results_in(results)["gyroscope"]
+    promised = opened.seen["gyroscope"]["g_sensitivity"]
+    assert promised["rms"] == pytest.approx(
+        after["residual_rms"] * SHOWN["gyroscope"], rel=TICKED_WITHIN)
+    assert promised["loo"] == pytest.approx(
+        after["loo_rms"] * SHOWN["gyroscope"], rel=2 * TICKED_WITHIN)
+    # The report of the larger model: its box is ticked, and taking it out leads back.
+    seen = ask((results / "report.html").read_text(encoding="utf-8"), tmp_path, TICK_EACH)
+    assert seen["gyroscope"][""]["rms"] == pytest.approx(
+        after["residual_rms"] * SHOWN["gyroscope"], rel=1e-5)
+    without = seen["gyroscope"]["g_sensitivity"]
+    assert without["rms"] == pytest.approx(
+        opened.seen["gyroscope"][""]["rms"], rel=TICKED_WITHIN)
+    assert without["commands"] == f"pipeline remove {config} gyroscope.g_sensitivity"
+
+
+def test_rows_that_a_robust_loss_weighted_down_count_as_in_the_results(
+    opened: Opened, tmp_path: Path
+) -> None:
+    text = opened.config.read_text(encoding="utf-8")
+    head, _, tail = text.rpartition("model: [bias, scale, misalignment]")
+    config = opened.config.with_name("huber.yaml")
+    config.write_text(f"{head}loss: huber\n  model: [bias, scale, misalignment]{tail}", "utf-8")
+    outcome = run_stages(load_config(config), Workplace(), lambda *_: None)
+    result = outcome.gyroscope
+    assert result is not None
+    own = result.calibration.fit
+    assert own.weight.min() < 0.5
+    shown = ask(report_html(outcome, ()), tmp_path, READ)["gyroscope"][""]
+    assert shown["rms"] == pytest.approx(own.residual_rms * SHOWN["gyroscope"], rel=1e-4)
+    assert shown["loo"] == pytest.approx(
+        result.comparison.loo_rms * SHOWN["gyroscope"], rel=1e-3)
+    assert shown["chi2_dof"] == pytest.approx(own.chi2 / own.dof, rel=1e-3)
+
+
+def test_the_residuals_move_with_a_tick(opened: Opened) -> None:
+    seen = opened.seen["gyroscope"]
+    moved = sum(a != b for a, b in zip(seen[""]["marks"], seen["g_sensitivity"]["marks"],
+                                       strict=True))
+    assert moved > 0.9 * len(seen[""]["marks"])
+
+
+def test_an_alias_of_a_ticked_effect_cannot_be_ticked_and_says_why(opened: Opened) -> None:
+    result = opened.outcome.accelerometer
+    assert result is not None
+    tied = {c.name: c.aliases for c in result.diagnosis.ranking if c.kind == "listed"}
+    name, (alias, *_) = next((n, a) for n, a in tied.items() if a)
+    shown = opened.seen["accelerometer"][name]
+    assert alias in shown["disabled"]
+    assert f"Looks the same as {name}" in shown["notes"][alias]
+    assert shown["commands"].endswith("--although-aliased")
+
+
+def test_what_the_poses_cannot_see_is_grey_from_the_start(opened: Opened) -> None:
+    for result in opened.outcome.triads:
+        assert set(result.diagnosis.blind) <= set(opened.seen[result.triad][""]["disabled"])
+
+
+def test_nothing_reaches_beyond_the_width_of_a_phone(opened: Opened, tmp_path: Path) -> None:
+    needed, there = ask(opened.page, tmp_path, WIDTH, "", "--window-size=390,844")
+    assert needed <= there

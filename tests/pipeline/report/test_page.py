@@ -1,0 +1,206 @@
+"""``report.html``: complete, self-contained, readable without colour, and true to the results."""
+
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from pipeline.console.format import DISPLAY, with_sd
+from pipeline.report.history_chart import staircase
+from pipeline.report.png import png
+from pipeline.report.summary import STANDING, overall_verdict
+from pipeline.report.svg import nice_limit, tick_text, upward
+from pipeline.results.history import Step, TriadStep
+from tests.pipeline.conftest import RunSession
+from tests.sessions import pipeline, results_in
+
+LARGEST_BYTES = 2_000_000
+VOID = {"meta", "img", "input", "br", "link", "hr"}
+
+
+class Page(HTMLParser):
+    """The page's elements with their attributes, its text, and whether it is well formed."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.open: list[str] = []
+        self.words: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open, f"</{tag}> closes nothing"
+        assert self.open.pop() == tag, tag
+
+    def handle_data(self, data: str) -> None:
+        if not {"script", "style"} & set(self.open):
+            self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return re.sub(r"\s+", " ", " ".join(self.words))
+
+    def all(self, tag: str) -> list[dict[str, str | None]]:
+        return [attributes for name, attributes in self.elements if name == tag]
+
+
+@pytest.fixture(scope="module")
+def source(finished: RunSession) -> str:
+    return (finished.folder / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def page(source: str) -> Page:
+    return Page(source)
+
+
+def test_the_page_is_whole_and_small(page: Page, source: str) -> None:
+    assert page.open == []
+    assert len(source.encode()) < LARGEST_BYTES
+
+
+def test_the_page_needs_no_network_and_no_other_file(page: Page, source: str) -> None:
+    for tag, attributes in page.elements:
+        for name in ("src", "href", "srcset", "action", "data"):
+            value = attributes.get(name) or ""
+            assert value == "" or value.startswith(("#", "data:image/png;base64,")), (tag, value)
+    without_data = re.sub(r"data:image/png;base64,[A-Za-z0-9+/=]+", "", source)
+    assert not re.search(r"https?://|@import|url\(|fetch\(|XMLHttpRequest", without_data)
+
+
+def test_the_verdict_and_the_commands_come_before_everything_else(
+    page: Page, finished: RunSession
+) -> None:
+    text = page.text
+    verdict = text.index("The calibration is good")
+    assert verdict < text.index("Is it good?") < text.index("What is wrong?")
+    assert text.index("What to do next?") < text.index("Parameters")
+    assert f"pipeline apply {finished.folder} LOG.csv --output" in text
+
+
+def test_every_picture_says_in_words_what_it_shows(page: Page) -> None:
+    labels = [chart.get("aria-label") for chart in page.all("svg")
+              if chart.get("aria-hidden") != "true"]
+    labels += [picture.get("alt") for picture in page.all("img")]
+    assert len(labels) >= 8
+    assert all(label and len(label) > 25 for label in labels)
+
+
+def test_every_plot_has_a_line_that_says_what_good_looks_like(page: Page) -> None:
+    figures = len(page.all("figure"))
+    assert figures >= 8
+    assert page.text.count("Good looks like:") >= figures
+
+
+def test_standings_have_a_sign_and_not_only_a_colour() -> None:
+    signs = dict(STANDING.values())
+    assert len(set(signs.values())) == len(signs) == 3
+
+
+def test_the_tables_hold_what_the_results_hold(page: Page, finished: RunSession) -> None:
+    found = results_in(finished.folder)
+    for triad in ("accelerometer", "gyroscope"):
+        values, sds = found[triad]["parameters"], found[triad]["sd"]
+        for key in ("misalignment_rad", "bias_counts", "scale_counts_per_unit"):
+            for value, sd in zip(values[key], sds[key], strict=True):
+                assert with_sd(value, sd).replace("-", "−") in page.text, key
+        unit, factor = DISPLAY[triad]
+        assert f"residual {found[triad]['residual_rms'] * factor:.3g} {unit}" in page.text
+
+
+def test_the_page_is_the_same_for_light_dark_print_and_phone(source: str) -> None:
+    for asked in ("prefers-color-scheme: dark", "@media print", "prefers-reduced-motion",
+                  'name="viewport"', "max-width: 30rem"):
+        assert asked in source
+
+
+def test_the_rows_in_the_page_are_those_of_the_results(source: str, finished: RunSession) -> None:
+    carried = re.search(r'id="refit-data">(.*?)</script>', source, re.DOTALL)
+    assert carried
+    triads = {each["triad"]: each for each in json.loads(carried[1])["triads"]}
+    found = results_in(finished.folder)
+    for name, triad in triads.items():
+        assert triad["labels"] == [pose["label"] for pose in found[name]["poses"]]
+        chi2 = sum(value**2 for value in triad["y"])
+        assert chi2 == pytest.approx(found[name]["chi2"], rel=1e-5)
+        blind = {e["name"] for e in triad["effects"] if e["reason"]}
+        assert set(found[name]["diagnosis"]["blind"]) <= blind
+
+
+def test_a_title_cannot_smuggle_a_script_into_the_page(
+    finished: RunSession, tmp_path: Path
+) -> None:
+    text = finished.config.read_text(encoding="utf-8")
+    config = finished.config.with_name("odd.yaml")
+    nasty = "</script><script>alert(1)</script>"
+    config.write_text(re.sub(r"title: .*", f"title: '{nasty}'", text), encoding="utf-8")
+    try:
+        assert pipeline("run", config, "--output", tmp_path / "out") == 0
+    finally:
+        config.unlink()
+    made = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "alert(1)" in made
+    assert "<script>alert" not in made
+
+
+# --- the staircase -----------------------------------------------------------------------------
+
+
+def step(model: tuple[str, ...], rms: float, chi2: float) -> Step:
+    own = TriadStep(("bias", "scale", "misalignment", *model), rms, 1.2 * rms, chi2, 100, "effect")
+    return Step("2026-11-21T12:00:00+00:00", "0", {"gyroscope": own})
+
+
+def test_the_staircase_falls_step_by_step_and_repeats_count_once() -> None:
+    steps = [step((), 1e-3, 5e4), step((), 1e-3, 5e4), step(("g_sensitivity",), 1e-4, 110.0)]
+    found = staircase("gyroscope", steps)
+    assert [stair.model for stair in found.stairs] == ["base", "base + g_sensitivity"]
+    assert [stair.chi2 for stair in found.stairs] == ["500", "1.1"]
+    assert "from 0.0573 to 0.00573 °/s" in found.figures[0].says
+
+
+def test_one_step_is_no_staircase() -> None:
+    assert staircase("gyroscope", [step((), 1e-3, 5e4)]).figures == ()
+
+
+# --- pieces ------------------------------------------------------------------------------------
+
+
+def test_a_picture_is_a_png_that_decodes_to_what_was_given() -> None:
+    import cv2
+    import numpy as np
+
+    y, x = np.mgrid[0:40, 0:60]
+    grey = np.repeat(((x + y) * 2.5).astype(np.uint8)[:, :, None], 3, axis=2)
+    grey[10:20, 10:20] = (0, 200, 255)  # a coloured mark, blue-green-red
+    seen = cv2.imdecode(np.frombuffer(png(grey), np.uint8), cv2.IMREAD_COLOR)
+    assert np.abs(seen.astype(int) - grey.astype(int)).max() <= 26
+
+
+@pytest.mark.parametrize(("value", "limit"), [(0.9, 1.0), (1.0, 1.0), (1.01, 1.5), (37.0, 40.0)])
+def test_a_limit_is_round_and_not_exceeded(value: float, limit: float) -> None:
+    assert nice_limit(value) == pytest.approx(limit)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "logarithmic"), [(-0.03, 0.03, False), (0.4, 91.0, True), (1e-6, 1e3, True)]
+)
+def test_ticks_are_few_round_and_inside(low: float, high: float, logarithmic: bool) -> None:
+    ticks = upward(low, high, logarithmic=logarithmic).ticks()
+    assert 3 <= len(ticks) <= 11
+    assert all(low <= tick <= high for tick in ticks)
+    assert all(len(tick_text(tick)) <= 6 for tick in ticks)
+
+
+def test_a_session_without_a_triad_is_said_to_be_unfinished() -> None:
+    assert "no triad" in overall_verdict([]).says

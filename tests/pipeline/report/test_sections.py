@@ -1,0 +1,123 @@
+"""What not every session has in its report: certificate, mounting, many clips, own effects."""
+
+import shutil
+
+import pytest
+
+from pipeline.config.load import load_config
+from pipeline.report.added_variable import added_variable_figure, subject_of
+from pipeline.report.page import report_html
+from pipeline.report.rate_charts import rate_view
+from pipeline.report.refit_data import refit_json
+from pipeline.report.tables import budget_rows
+from pipeline.stages.context import Workplace
+from pipeline.stages.rate import measure_setting
+from pipeline.stages.run import Outcome, run_stages
+from tests.pipeline.conftest import RunSession
+from tests.pipeline.report.test_page import Page
+from tests.vision.phase_tracks import phase_track, steady
+from vision.rate.timebase import Timebase
+
+MORE = """
+certificate:
+  accelerometer:
+    bias_counts: [33652, 33395, 32034]
+    scale_counts_per_unit: [549.7, 552.7, 550.4]
+installation: {log: accelerometer/pose_05.csv}
+effects:
+  warmth_squared: {expression: temperature_c ** 2, per: axis, unit: m/s² per °C²}
+"""
+
+
+@pytest.fixture(scope="module")
+def outcome(finished: RunSession, tmp_path_factory: pytest.TempPathFactory) -> Outcome:
+    """The session with a certificate, a mounting, an effect of the user's own, and one added."""
+    folder = tmp_path_factory.mktemp("more")
+    shutil.copytree(finished.config.parent, folder, dirs_exist_ok=True)
+    config = folder / finished.config.name
+    head, _, tail = config.read_text(encoding="utf-8").rpartition("misalignment]")
+    config.write_text(f"{head}misalignment, bias_drift]{tail}{MORE}", encoding="utf-8")
+    return run_stages(load_config(config), Workplace(), lambda *_: None)
+
+
+@pytest.fixture(scope="module")
+def page(outcome: Outcome) -> Page:
+    return Page(report_html(outcome, ()))
+
+
+def test_a_certificate_stands_beside_the_estimate_with_the_difference_in_sds(page: Page) -> None:
+    assert page.open == []
+    for words in ("certificate", "apart [sd]", "33652", "549.7"):
+        assert words in page.text
+
+
+def test_the_mounting_is_said_with_its_forces(page: Page, outcome: Outcome) -> None:
+    assert outcome.installation is not None
+    assert "Installation" in page.text
+    assert "roll" in page.text
+    for force in (*outcome.installation.before, *outcome.installation.after):
+        assert f"{force:.4f}" in page.text
+
+
+def test_an_effect_in_the_model_and_one_of_the_user_s_own_have_boxes(outcome: Outcome) -> None:
+    result = outcome.gyroscope
+    assert result is not None
+    page = Page(report_html(outcome, ()))
+    boxes = {box["data-effect"]: box for box in page.all("input")}
+    assert "checked" in boxes["bias_drift"]
+    assert "warmth_squared" in boxes
+    assert subject_of(result) == "bias_drift"
+    figure = added_variable_figure(result, refit_json(result, {}))
+    assert figure is not None
+    assert figure.title == "What bias_drift explains"
+
+
+def test_a_shape_parameter_has_a_column_of_its_own(outcome: Outcome) -> None:
+    result = outcome.accelerometer
+    assert result is not None
+    entries = {each["name"]: each for each in refit_json(result, {})["effects"]}
+    warm_up = entries["warm_up"]
+    assert warm_up["has_shape"]
+    assert [p["name"] for p in warm_up["parameters"]] == ["x", "y", "z", "tau_s"]
+    assert len(warm_up["columns"]) == 4
+    assert warm_up["start"][:3] == [0.0, 0.0, 0.0]
+    assert warm_up["start"][3] > 0
+
+
+def test_the_causes_of_an_uncertainty_add_up_to_it(outcome: Outcome) -> None:
+    result = outcome.gyroscope
+    assert result is not None
+    rows = budget_rows(result)
+    assert rows[0][0] == "noise"
+    assert "time base of the camera" not in dict(r[:2] for r in rows)  # the rate was stated
+    by_cause = [float(row[2].split()[0]) for row in rows]
+    sd = result.calibration.parameters.sd[1]
+    assert sum(v**2 for v in by_cause) == pytest.approx(float((sd**2).mean()), rel=0.1)
+
+
+# --- plate settings ----------------------------------------------------------------------------
+
+
+def test_one_clip_per_pose_shows_every_rate_and_the_least_steady_clip() -> None:
+    tracks = [phase_track(*steady(), noise_rad=noise, seed=i)
+              for i, noise in enumerate((1e-4, 5e-4, 1e-4))]
+    view = rate_view(measure_setting("slow", tracks, Timebase()))
+    assert [figure.title for figure in view.figures][-1] == "Rate of every clip"
+    assert "the least steady of 3 clips" in view.picture_says
+    assert view.picture.startswith("data:image/png;base64,")
+    assert dict(view.facts)["turns"]
+
+
+def test_long_clips_are_thinned_and_say_so() -> None:
+    track = phase_track(*steady(), noise_rad=1e-4, seed=1)
+    view = rate_view(measure_setting("slow", [track], Timebase()))
+    drawing = view.figures[0].drawing
+    assert drawing.count("h0") <= 500
+    assert f"of {len(track.time_s)} frames drawn" in view.figures[0].says
+
+
+def test_a_stated_rate_needs_no_pictures(finished: RunSession) -> None:
+    outcome = run_stages(load_config(finished.config), Workplace(), lambda *_: None)
+    view = rate_view(next(iter(outcome.rates.values())))
+    assert (view.picture, view.figures) == ("", ())
+    assert "not filmed" in view.says

@@ -1,0 +1,129 @@
+"""From a configuration with `installation:` and `certificate:` to what results.json holds."""
+
+import json
+import math
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from calib.poses.imu_log import ImuLog
+from pipeline.config.load import Config, load_config
+from pipeline.stages.certificate import (
+    certificate_json,
+    certificate_lines,
+    compare_with_certificate,
+)
+from pipeline.stages.mounting import measure_mounting, mounting_json, mounting_text
+from pipeline.stages.site import Gravity
+from tests.calib.mounting.simulated_reading import (
+    TRIAD,
+    G,
+    Mounted,
+    calibration,
+    drive,
+    floor,
+    vehicle_to_sensor,
+)
+
+CONFIG = f"""\
+sensor: xsens-mti
+site: {{gravity_m_s2: {G}}}
+accelerometer: {{poses: pose.csv}}
+installation:
+  log: installed.csv
+"""
+CERTIFICATE = """\
+certificate:
+  accelerometer:
+    bias_counts: [33652, 33395, 32034]
+    scale_counts_per_unit: [549.7, 552.7, 550.4]
+"""
+
+
+def write(path: Path, log: ImuLog) -> None:
+    rows = np.column_stack([log.time_s, log.accelerometer])
+    np.savetxt(path, rows, "%.10g", ",", header="time_s,acc_x,acc_y,acc_z", comments="")
+
+
+def accelerometer() -> Any:
+    """What the stage before hands on, as far as it is read here."""
+    return SimpleNamespace(
+        triad="accelerometer", calibration=calibration(), gravity=Gravity(G, 0.0, "stated")
+    )
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A session's folder with every log of a sensor mounted at 30°, 15°, yaw 40°."""
+    angles = (math.radians(30), math.radians(15), math.radians(40))
+    mounted = Mounted(TRIAD, vehicle_to_sensor("xyz", *angles))
+    write(tmp_path / "installed.csv", mounted.still(30, 1, floor(0.02, 0.0)))
+    write(tmp_path / "back.csv", mounted.still(30, 2, floor(0.02, 0.0, math.pi)))
+    write(tmp_path / "drive.csv", mounted.log(drive(90, 3), 3))
+    write(tmp_path / "pose.csv", mounted.still(8, 4))
+    return tmp_path
+
+
+def loaded(folder: Path, text: str) -> Config:
+    path = folder / "config.yaml"
+    path.write_text(text, encoding="utf-8")
+    return load_config(path)
+
+
+def test_a_still_log_gives_roll_and_pitch_and_nothing_else(folder: Path) -> None:
+    found = measure_mounting(loaded(folder, CONFIG), None, accelerometer())  # type: ignore[arg-type]
+    assert found is not None
+    said = mounting_json(found)
+    assert set(said) >= {"order", "roll_deg", "pitch_deg", "sd_deg", "rotation", "before", "after"}
+    assert said["order"] == "xyz"
+    assert said["yaw_deg"] is None
+    assert said["floor_rise_deg"] is None
+    # The floor rises by 1.15° ahead, which one log takes for mounting.
+    assert abs(said["roll_deg"] - 30) + abs(said["pitch_deg"] - 15) > 1
+    assert json.loads(json.dumps(said, allow_nan=False)) == said
+
+
+def test_reverse_and_drive_logs_give_floor_and_yaw(folder: Path) -> None:
+    config = loaded(folder, CONFIG + "  reverse_log: back.csv\n  drive_log: drive.csv\n")
+    found = measure_mounting(config, None, accelerometer())  # type: ignore[arg-type]
+    assert found is not None
+    said = mounting_json(found)
+    roll_sd, pitch_sd = said["sd_deg"]
+    assert said["roll_deg"] == pytest.approx(30, abs=4 * roll_sd)
+    assert said["pitch_deg"] == pytest.approx(15, abs=4 * pitch_sd)
+    assert said["yaw_deg"] == pytest.approx(40, abs=4 * said["yaw_sd_deg"])
+    assert said["floor_rise_deg"] == pytest.approx([math.degrees(0.02), 0], abs=0.12)
+    assert mounting_text(found).startswith("roll 29.99")
+    assert ", yaw 4" in mounting_text(found)
+
+
+def test_still_stretches_are_found_where_the_file_says_so(folder: Path) -> None:
+    config = loaded(folder, CONFIG + "  find: still\n")
+    found = measure_mounting(config, None, accelerometer())  # type: ignore[arg-type]
+    assert found is not None
+    assert 2500 < found.samples <= 3000
+
+
+def test_without_the_section_there_is_no_installation(folder: Path) -> None:
+    config = loaded(folder, CONFIG.split("installation")[0])
+    assert measure_mounting(config, None, accelerometer()) is None  # type: ignore[arg-type]
+
+
+def test_the_certificate_of_the_file_stands_beside_the_triad(folder: Path) -> None:
+    config = loaded(folder, CONFIG + CERTIFICATE)
+    found = compare_with_certificate(config, accelerometer())
+    assert found is not None
+    said = certificate_json(found)
+    assert set(said) == {"bias", "scale"}
+    assert np.abs(said["bias"]["difference"]).max() < 3  # counts; the world has these very values
+    assert np.abs(said["scale"]["per_cent"]).max() < 0.06
+    lines = certificate_lines(found)
+    assert len(lines) == 7
+    assert lines[1].split()[:3] == ["bias", "[counts]", "x"]
+
+
+def test_a_triad_without_a_certificate_has_none_beside_it(folder: Path) -> None:
+    assert compare_with_certificate(loaded(folder, CONFIG), accelerometer()) is None

@@ -1,0 +1,183 @@
+"""Turns of the loop: what is changed, what is refused, and that a file stays whole when it is."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from calib.errors import CalibrationError, Undetermined
+from pipeline.config.load import Config, load_config
+from pipeline.errors import ConfigError
+from pipeline.model_change import edited, next_target, read_target, require_tellable, turn
+from pipeline.stages.context import Workplace
+from pipeline.stages.run import Outcome, run_stages
+from tests.bench.trials import drawn
+from tests.sessions import pipeline
+from tests.world.bench import Design
+from tests.world.designs import paper_design, rich_design
+from tests.world.session import simulate
+from tests.world.write import write_session
+
+RICH = rich_design().scaled(sample_rate=0.1)
+PAPER = paper_design().scaled(sample_rate=0.1)
+
+
+def run(config: Config) -> Outcome:
+    return run_stages(config, Workplace(config.output_folder), lambda name, artefact: None)
+
+
+def never_run(config: Config) -> Outcome:
+    raise AssertionError("what is refused must not be run")
+
+
+def session(folder: Path, design: Design, name: str, size: float, seed: int = 3) -> Path:
+    hidden = drawn(name, "gyroscope", size, design, seed)
+    assert hidden is not None
+    return write_session(folder, simulate(design, seed, (hidden,)), film=False).config
+
+
+@pytest.fixture(scope="module")
+def drifting(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A rich session whose gyro hides a bias drift; copied before it is changed."""
+    return session(tmp_path_factory.mktemp("rich"), RICH, "bias_drift", 10.0)
+
+
+@pytest.fixture(scope="module")
+def drift_found(drifting: Path) -> Outcome:
+    return run(load_config(drifting))
+
+
+@pytest.fixture
+def copied(drifting: Path, tmp_path: Path) -> Path:
+    shutil.copytree(drifting.parent, tmp_path / "session")
+    return tmp_path / "session" / drifting.name
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("gyro.cubic", "did you mean 'gyroscope'"),
+        ("gyroscope", "write accelerometer.NAME, gyroscope.NAME"),
+        ("rate.slow.once_per_rev", "write accelerometer.NAME"),
+        ("cubic", "as `pipeline diagnose` names them"),
+    ],
+)
+def test_a_target_that_names_nothing_is_answered_with_what_could_be_meant(
+    drifting: Path, text: str, says: str
+) -> None:
+    with pytest.raises(ConfigError, match=says):
+        read_target(load_config(drifting), text)
+
+
+def test_a_target_reads_its_triad_or_its_setting(drifting: Path) -> None:
+    config = load_config(drifting)
+    triad = read_target(config, "gyroscope.column:supply_v")
+    assert (triad.section, triad.name) == (("gyroscope",), "column:supply_v")
+    setting = read_target(config, "rate.17rpm.once_per_rev")
+    assert (setting.section, setting.name) == (("rate", "17rpm"), "once_per_rev")
+    assert setting.default == ("constant_rate",)
+    assert str(setting) == "rate.17rpm.once_per_rev"
+
+
+def test_an_unknown_effect_is_refused_before_anything_runs(copied: Path) -> None:
+    config, text = load_config(copied), copied.read_bytes()
+    with pytest.raises((ConfigError, CalibrationError), match="quadratc"):
+        turn(config, read_target(config, "gyroscope.quadratc"), never_run)
+    assert copied.read_bytes() == text
+
+
+@pytest.mark.parametrize(
+    ("name", "remove", "says"),
+    [
+        ("bias", False, "is in the model already"),
+        ("cubic", True, r"is not in the model, which is \[bias, scale, misalignment\]"),
+    ],
+)
+def test_changes_that_change_nothing_are_refused(
+    drifting: Path, name: str, remove: bool, says: str
+) -> None:
+    config = load_config(drifting)
+    with pytest.raises(ConfigError, match=says):
+        edited(config, read_target(config, f"gyroscope.{name}"), remove)
+
+
+def test_the_last_effect_cannot_be_taken_out(copied: Path) -> None:
+    text = copied.read_text(encoding="utf-8").replace("[bias, scale, misalignment]", "[bias]")
+    copied.write_text(text, encoding="utf-8")
+    config = load_config(copied)
+    with pytest.raises(ConfigError, match="all that the model has"):
+        edited(config, read_target(config, "gyroscope.bias"), remove=True)
+
+
+def test_a_turn_knows_both_sides_and_writes_the_file_after_it_ran(
+    copied: Path, drift_found: Outcome
+) -> None:
+    config = load_config(copied)
+    seen: list[str] = []
+
+    def watched(asked: Config) -> Outcome:
+        seen.append(copied.read_text(encoding="utf-8"))
+        return run(asked)
+
+    done = turn(config, read_target(config, "gyroscope.bias_drift"), watched)
+    assert seen == [config.source.text] * 2
+    assert copied.read_text(encoding="utf-8") == done.after.config.source.text
+    assert done.before.gyroscope is not None
+    assert done.after.gyroscope is not None
+    before, after = done.before.gyroscope.calibration.fit, done.after.gyroscope.calibration.fit
+    assert after.chi2 / after.dof < 1.4 < before.chi2 / before.dof
+    assert after.model.names == (*before.model.names, "bias_drift")
+
+
+def test_a_turn_that_fails_leaves_the_file_as_it_was(copied: Path, drift_found: Outcome) -> None:
+    config, text = load_config(copied), copied.read_bytes()
+
+    def fails(asked: Config) -> Outcome:
+        raise Undetermined("these poses do not determine it")
+
+    with pytest.raises(Undetermined, match="do not determine"):
+        turn(config, read_target(config, "gyroscope.bias_drift"), fails, before=drift_found)
+    assert copied.read_bytes() == text
+
+
+def test_what_to_add_next_is_what_is_named_without_doubt(drift_found: Outcome) -> None:
+    target = next_target(drift_found)
+    assert target is not None
+    assert str(target) == "gyroscope.bias_drift"
+
+
+def test_a_blind_effect_is_refused_with_its_reason(drift_found: Outcome, drifting: Path) -> None:
+    assert drift_found.gyroscope is not None
+    config = load_config(drifting)
+    target = read_target(config, "gyroscope.frame_rotation")
+    with pytest.raises(Undetermined, match=r"these data cannot see it.*What would allow it"):
+        require_tellable(drift_found.gyroscope, target, although_aliased=True)
+
+
+def test_aliases_are_refused_unless_the_user_insists(tmp_path: Path) -> None:
+    config = load_config(session(tmp_path, PAPER, "quadratic", 12.0))
+    found = run(config).gyroscope
+    assert found is not None
+    target = read_target(config, "gyroscope.asymmetry")
+    with pytest.raises(Undetermined, match=r"looks the same as .*--although-aliased"):
+        require_tellable(found, target, although_aliased=False)
+    require_tellable(found, target, although_aliased=True)
+
+
+def test_an_effect_that_nothing_calls_for_may_still_be_tried(
+    copied: Path, drift_found: Outcome
+) -> None:
+    config = load_config(copied)
+    done = turn(config, read_target(config, "gyroscope.cubic"), run, before=drift_found)
+    assert done.after.gyroscope is not None
+    assert "cubic" in done.after.gyroscope.calibration.fit.model.names
+    # It does not help, and what is missing is still named.
+    assert done.after.gyroscope.diagnosis.name == "bias_drift"
+
+
+def test_one_effect_or_auto_must_be_asked_for(
+    drifting: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert pipeline("add", drifting) == 2
+    assert "--auto" in capsys.readouterr().err
+    assert pipeline("add", drifting, "gyroscope.cubic", "--auto") == 2

@@ -1,0 +1,124 @@
+"""Which term is missing: each hidden one is named, added, and the residual falls to the noise."""
+
+import numpy as np
+import pytest
+
+from tests.vision.phase_tracks import RPM, phase_track, steady
+from vision.errors import RateRefused
+from vision.rate.measure import measure_rate
+from vision.rate.timebase import Timebase
+
+CLOCK = Timebase(ppm=0.0)
+NOISE = 4e-4
+ROWS_PX = 0.9 * 140  # the mark's radius in the made track
+
+
+def measured(angle, model=(), **changes):
+    time, _ = steady()
+    track = phase_track(time, angle, noise_rad=NOISE, **changes)
+    return measure_rate(track, timebase=CLOCK, model=["constant_rate", *model])
+
+
+def test_a_plain_track_misses_nothing():
+    for seed in range(20):
+        time, angle = steady()
+        track = phase_track(time, angle, noise_rad=NOISE, seed=seed)
+        assert measure_rate(track, timebase=CLOCK).diagnosis.verdict == "nothing_missing"
+
+
+@pytest.mark.parametrize(
+    ("name", "wave"),
+    [
+        ("once_per_rev", lambda t, a: 3e-3 * np.cos(a + 0.2)),
+        ("twice_per_rev", lambda t, a: 2e-3 * np.sin(2 * a + 1.0)),
+        ("rate_drift", lambda t, a: 0.5 * 4e-6 * (t - 30) ** 2),
+    ],
+)
+def test_the_hidden_term_is_named_added_and_gone(name, wave):
+    time, angle = steady()
+    before = measured(angle + wave(time, angle))
+    assert (before.diagnosis.verdict, before.diagnosis.name) == ("effect", name)
+    after = measured(angle + wave(time, angle), [name])
+    assert after.diagnosis.verdict == "nothing_missing"
+    assert after.phase_rms_rad < 1.1 * NOISE < before.phase_rms_rad
+    predicted = before.diagnosis.ranking[0].rms_after_rad
+    assert after.phase_rms_rad == pytest.approx(predicted, rel=0.05)
+
+
+def test_a_drift_is_measured_in_its_unit():
+    time, angle = steady()
+    after = measured(angle + 0.5 * 4e-6 * (time - 30) ** 2, ["rate_drift"])
+    (term,) = after.terms
+    assert term.unit == "rad/s²"
+    assert abs(term.value[0] - 4e-6) < 4 * term.sd[0]
+
+
+def test_readout_delay_and_a_wave_are_one_group_with_the_way_to_separate_them():
+    _, angle = steady()
+    line_s = 30e-6
+    seen = angle - 33.3 * RPM * line_s * ROWS_PX * np.sin(angle)
+    found = measured(seen).diagnosis
+    assert found.verdict == "ambiguous"
+    assert set(found.group) == {"once_per_rev", "rolling_shutter"}
+    assert "other direction" in str(found.record_next)
+    after = measured(seen, ["rolling_shutter"])
+    (term,) = after.terms
+    assert abs(term.value[0] - line_s) < 4 * term.sd[0] + 0.02 * line_s
+    assert after.phase_rms_rad < 1.1 * NOISE
+
+
+def test_a_wave_that_readout_delay_cannot_make_is_not_confused_with_it():
+    _, angle = steady()
+    found = measured(angle + 3e-3 * np.cos(angle)).diagnosis  # the other quadrature
+    assert (found.verdict, found.name) == ("effect", "once_per_rev")
+
+
+def test_readout_delay_and_a_wave_together_cannot_be_fitted():
+    _, angle = steady()
+    with pytest.raises(RateRefused, match="cannot be told apart"):
+        measured(angle, ["once_per_rev", "rolling_shutter"])
+
+
+def test_lost_pictures_are_a_term_like_any_other():
+    time, angle = steady()
+    keep = np.random.default_rng(2).random(len(time)) > 0.01
+    keep[:2] = True
+    track = phase_track(time[: keep.sum()], angle[keep], noise_rad=NOISE)
+    before = measure_rate(track, timebase=CLOCK)
+    assert before.diagnosis.name == "frame_steps"
+    assert before.phase_rms_rad > 100 * NOISE
+    after = measure_rate(track, timebase=CLOCK, model=["constant_rate", "frame_steps"])
+    assert after.phase_rms_rad < 1.1 * NOISE
+    assert after.rate_rad_s == before.rate_rad_s
+    assert after.terms[0].value[0] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_shape_in_the_angle_that_no_term_has_is_unknown():
+    _, angle = steady()
+    found = measured(angle + 2e-3 * np.cos(5 * angle)).diagnosis
+    assert (found.verdict, found.name) == ("unknown", "plate angle")
+
+
+def test_two_hidden_terms_come_out_one_after_the_other():
+    _, angle = steady()
+    seen = angle + 4e-3 * np.cos(angle) + 2e-3 * np.cos(2 * angle)
+    first = measured(seen).diagnosis.name
+    second = measured(seen, [first]).diagnosis.name
+    assert {first, second} == {"once_per_rev", "twice_per_rev"}
+    assert measured(seen, [first, second]).diagnosis.verdict == "nothing_missing"
+
+
+def test_wow_and_flutter_are_those_of_the_drive():
+    time, angle = steady()
+    slow, fast = 1e-3, 1.5e-3  # relative rate amplitudes, once per turn and at 3.1 Hz
+    rate = 33.3 * RPM
+    seen = (
+        angle
+        + slow * np.sin(angle)
+        + fast * rate / (2 * np.pi * 3.1) * np.sin(2 * np.pi * 3.1 * time)
+    )
+    speed = measured(seen).speed
+    assert speed.once_per_rev == pytest.approx(slow, rel=0.05)
+    assert speed.flutter == pytest.approx(fast, rel=0.15)
+    assert speed.flutter_hz == pytest.approx(3.1, abs=0.03)
+    assert measured(angle).speed.flutter == 0.0

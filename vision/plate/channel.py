@@ -1,0 +1,75 @@
+"""What is followed of a picture: its brightness, or where that shows nothing an axis of colour.
+
+The colour of a pixel apart from its brightness is a point c = (Cr, Cb) of the chroma plane. Where a
+mark of another colour passes, c moves along the line between the two colours, and that line is the
+principal axis of the covariance in time, summed over the picture,
+
+    Σ_p (cov_t c_p - N),
+
+with the noise N that of a place where nothing moves, the median over the picture. What is followed
+is the coordinate along the axis, a picture like any other: 128 + a·(c - 128).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from vision.phase_track import LUMA
+from vision.plate.background import spread_choice
+from vision.video import NO_CHROMA, Frame, Luma
+
+GREY = 128  # Cr and Cb of what has no colour
+MOMENTS_OF = 60  # pictures
+
+
+@dataclass(frozen=True)
+class Brightness:
+    """The luma."""
+
+    def __call__(self, frame: Frame) -> Luma:
+        """The picture itself, shape (h, w)."""
+        return frame.luma
+
+    def __str__(self) -> str:
+        return LUMA
+
+
+@dataclass(frozen=True)
+class ChromaAxis:
+    """The coordinate of the colour along a unit vector of the chroma plane."""
+
+    cr: float
+    cb: float
+
+    def __call__(self, frame: Frame) -> Luma:
+        """The picture of the coordinate, grey at 128, shape (h, w)."""
+        row = np.array([[self.cr, self.cb, GREY * (1 - self.cr - self.cb)]])
+        return np.asarray(cv2.transform(frame.chroma, row), np.uint8)
+
+    def __str__(self) -> str:
+        return f"{self.cr:.2f} Cr {'-' if self.cb < 0 else '+'} {abs(self.cb):.2f} Cb"
+
+
+Channel = Brightness | ChromaAxis
+
+
+def channels(frames: Sequence[Frame]) -> list[Channel]:
+    """What can be followed: the luma; of frames that carry chroma its axes, the liveliest first."""
+    if frames[0].chroma is NO_CHROMA:
+        return [Brightness()]
+    some = [
+        frames[i].chroma.astype(np.float32) - GREY
+        for i in spread_choice(len(frames), MOMENTS_OF)
+    ]
+    mean = sum(some) / len(some)
+    square = sum(c[..., :, None] * c[..., None, :] for c in some) / len(some)
+    moments = square - mean[..., :, None] * mean[..., None, :]
+    moving = (moments - np.median(moments, axis=(0, 1))).sum(axis=(0, 1), dtype=float)
+    strength, axes = np.linalg.eigh(moving)  # ascending
+    return [
+        ChromaAxis(*(float(a) for a in axis * np.sign(axis[np.abs(axis).argmax()])))
+        for size, axis in zip(strength[::-1], axes.T[::-1], strict=True)
+        if size > 0
+    ]

@@ -1,0 +1,158 @@
+"""The mark on the plate and the fixed mark beside it, and the centroid of a mark in a picture."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.geometry import FloatArray, View
+from vision.plate.polar import polar_grid
+from vision.plate.template import Template
+from vision.video import Luma
+
+HALF = 0.5  # of the highest contrast: what belongs to the mark
+WIDEST_RAD = 0.7
+RIVAL = 0.75  # a second spot as strong as this along the same rings makes the mark ambiguous
+CENTROID_FLOOR = 0.25  # of the peak
+DECK_RINGS = (1.01, 1.35)  # plate radii in which a fixed mark is looked for
+DECK_CONTRAST = 6.0  # times the scatter of its surroundings
+DECK_AZIMUTHS = 720
+
+
+@dataclass(frozen=True)
+class PlateMark:
+    """A compact spot on the plate.
+
+    Attributes
+    ----------
+    azimuth_rad, radius : float
+        Centroid at plate angle zero.
+    first_ring, last_ring : int
+        Rings of the template it covers.
+    width_rad : float
+    sign : int
+        +1 brighter than the plate, -1 darker.
+    unique : bool
+        No other spot on the same rings can be taken for it.
+    """
+
+    azimuth_rad: float
+    radius: float
+    first_ring: int
+    last_ring: int
+    width_rad: float
+    sign: int
+    unique: bool
+
+
+def find_mark(template: Template) -> PlateMark | None:
+    """The compact spot that carries most of the turning contrast, or None."""
+    turning, radius = template.turning, template.grid.radius
+    n = template.grid.azimuths
+    best: tuple[float, PlateMark] | None = None
+    for sign in (1, -1):
+        contrast = np.maximum(cv2.blur(sign * np.hstack([turning, turning]), (3, 3)), 0)
+        spots = (contrast > HALF * contrast.max()).astype(np.uint8)
+        count, labels, stats, _ = cv2.connectedComponentsWithStats(spots)
+        for i in range(1, count):
+            left, top, width, height, _ = stats[i]
+            width_rad = width * 2 * np.pi / n
+            if not n // 4 <= left + width / 2 < n // 4 + n or width_rad > WIDEST_RAD or width < 3:
+                continue
+            inside = np.where(labels == i, contrast, 0)[top : top + height, left : left + width]
+            strength = float((inside**2 * radius[top : top + height, None]).sum())
+            if best is not None and strength <= best[0]:
+                continue
+            columns = (inside.sum(axis=0) * np.arange(width)).sum() / inside.sum()
+            azimuth = (left + columns) * 2 * np.pi / n
+            ring = (inside.sum(axis=1) * radius[top : top + height]).sum() / inside.sum()
+            mark = PlateMark(
+                azimuth_rad=float(np.angle(np.exp(1j * azimuth))),
+                radius=float(ring),
+                first_ring=int(top),
+                last_ring=int(top + height),
+                width_rad=float(width_rad),
+                sign=sign,
+                unique=True,
+            )
+            best = (strength, mark)
+    if best is None:
+        return None
+    mark = best[1]
+    profile = mark.sign * turning[mark.first_ring : mark.last_ring].sum(axis=0)
+    away = np.abs(np.angle(np.exp(1j * (_azimuths(n) - mark.azimuth_rad)))) > mark.width_rad
+    unique = bool(profile[away].max() < RIVAL * profile[~away].max())
+    return PlateMark(**{**vars(mark), "unique": unique})
+
+
+def centroid(
+    along: NDArray[np.float32], mark: PlateMark, expected_rad: FloatArray
+) -> FloatArray:
+    """Azimuth of the mark in some pictures.
+
+    Parameters
+    ----------
+    along : array, shape (f, n)
+        The pictures less what stands still, summed over the rings of the mark.
+    mark : PlateMark
+    expected_rad : array, shape (f,)
+        Where the mark should be; only an ambiguous mark needs it.
+
+    Returns
+    -------
+    azimuth_rad : array, shape (f,)
+        NaN where no spot stands out.
+    """
+    n = along.shape[1]
+    profile = mark.sign * along
+    half = max(2, round(mark.width_rad / 2 * n / (2 * np.pi)))
+    padded = np.hstack([profile[:, -3 * half :], profile, profile[:, : 3 * half]])
+    running = np.cumsum(padded, axis=1, dtype=float)
+    around = running[:, 4 * half : 4 * half + n] - running[:, 2 * half - 1 : 2 * half - 1 + n]
+    if not mark.unique:
+        distance = np.abs(np.angle(np.exp(1j * (_azimuths(n) - expected_rad[:, None]))))
+        around = np.where(distance < mark.width_rad, around, -np.inf)
+    peak = around.argmax(axis=1)
+    nearby = np.arange(-2 * half, 2 * half + 1)
+    window = np.take_along_axis(padded, (peak + 3 * half)[:, None] + nearby, axis=1)
+    highest = window.max(axis=1)
+    weight = np.maximum(window - CENTROID_FLOOR * highest[:, None], 0.0)
+    total = weight.sum(axis=1)
+    clear = (highest > 0) & (total > 0)
+    offset = (weight * nearby).sum(axis=1) / np.where(clear, total, 1.0)
+    azimuth = np.angle(np.exp(1j * (peak + offset) * 2 * np.pi / n))
+    return np.where(clear, azimuth, np.nan)
+
+
+def _azimuths(n: int) -> FloatArray:
+    return np.arange(n) * 2 * np.pi / n
+
+
+def find_deck_mark(still: Luma, view: View) -> tuple[float, float] | None:
+    """Radius and azimuth of the most conspicuous compact spot just outside the rim, or None."""
+    spacing = 1.5 / view.radius_px
+    radius = np.arange(DECK_RINGS[0], DECK_RINGS[1], spacing)
+    grid = polar_grid(view, radius, DECK_AZIMUTHS, still.shape)
+    strip = cv2.GaussianBlur(grid.strip(still).astype(np.float32), (5, 3), 0)
+    seen = grid.seen > 0
+    if seen.mean() < 0.3:
+        return None
+    filled = np.where(seen, strip, np.nan)
+    with np.errstate(all="ignore"):
+        surroundings = np.nanmedian(filled[:, seen.any(axis=0)])
+    # Against the neighbourhood, so that shading across the deck does not count.
+    wide = cv2.blur(np.where(seen, strip, surroundings).astype(np.float32), (61, 1))
+    contrast = np.where(seen, np.abs(strip - wide), 0)
+    scatter = 1.4826 * np.median(contrast[seen])
+    _, peak, _, (column, row) = cv2.minMaxLoc(contrast)
+    if peak < DECK_CONTRAST * max(scatter, 1.0):
+        return None
+    spots = (np.hstack([contrast, contrast]) > HALF * peak).astype(np.uint8)
+    _, labels, stats, centres = cv2.connectedComponentsWithStats(spots)
+    label = int(labels[row, column if column > 60 else column + DECK_AZIMUTHS])
+    if stats[label][2] * 2 * np.pi / DECK_AZIMUTHS > WIDEST_RAD:
+        return None
+    azimuth = centres[label][0] * 2 * np.pi / DECK_AZIMUTHS
+    ring = float(np.interp(centres[label][1], np.arange(len(radius)), radius))
+    return ring, float(np.angle(np.exp(1j * azimuth)))

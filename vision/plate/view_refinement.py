@@ -1,0 +1,92 @@
+"""How wrong the view is, from the plate's own motion.
+
+D_i = S + T(φ - θ_i) is the model of picture i (``vision.plate.template``). Where the view is wrong
+by a small change p (shift, stretch, perspective, read-out: ``View.adjusted``) the picture differs
+from it, in the frame of the plate, by
+
+    e_i = d_i - T = -Σ_j B_j (R(θ_i) p)_j - δθ_i ∂T/∂φ,
+
+because an error fixed to the camera turns backwards as seen from the plate. B_j, the change of T
+per unit of each parameter, does not depend on i, so that one small matrix serves all pictures, and
+no outline or calibration pattern is needed to find the axis: the motion shows where it is.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.geometry import VIEW_PARAMETERS, FloatArray
+from vision.plate.polar import Grid, Spectra, Strips, ring_spectra
+
+RIDGE = 1e-4  # relative; keeps parameters that the picture does not show at zero
+
+
+def turns(angle_rad: FloatArray, orders: int) -> Spectra:
+    """exp(ikθ), shape (pictures, 1, orders)."""
+    k = np.arange(orders)
+    return np.asarray(np.exp(1j * k * angle_rad[:, None])[:, None, :], np.complex64)
+
+
+def motion_basis(turning: Spectra, radius: FloatArray, azimuths: int) -> NDArray[np.float32]:
+    """Change of T per unit of each distortion and of the angle, shape (9, r, n).
+
+    Shift, stretch, perspective and a turn that grows along a direction, two of each.
+    """
+    k = np.arange(turning.shape[-1])
+    image = np.fft.irfft(turning, azimuths, axis=-1)
+    by_angle = np.fft.irfft(1j * k * turning, azimuths, axis=-1)
+    by_radius = np.gradient(image, radius, axis=0)
+    azimuth = np.arange(azimuths) * 2 * np.pi / azimuths
+    c, s = np.cos(azimuth), np.sin(azimuth)
+    c2, s2 = np.cos(2 * azimuth), np.sin(2 * azimuth)
+    r = radius[:, None]
+    return np.stack(
+        [
+            by_radius * c - by_angle / r * s,
+            by_radius * s + by_angle / r * c,
+            by_radius * r * c2 - by_angle * s2,
+            by_radius * r * s2 + by_angle * c2,
+            -(r**2) * c * by_radius,
+            -(r**2) * s * by_radius,
+            by_angle * r * c,
+            by_angle * r * s,
+            by_angle,
+        ]
+    ).astype(np.float32)
+
+
+def view_change(
+    misfit: Strips, angle_rad: FloatArray, turning: Spectra, grid: Grid, free: int
+) -> FloatArray:
+    """Least-squares change of the view, shape (7,), each picture's own angle left free.
+
+    Only the first ``free`` of the view's parameters change.
+    """
+    basis = motion_basis(turning, grid.radius, grid.azimuths)
+    weighted = basis * grid.weight()[:, None]
+    normal = np.einsum("arn,brn->ab", weighted, basis).astype(float)
+    spectra = ring_spectra(misfit) * turns(angle_rad, turning.shape[-1])
+    back = np.fft.irfft(spectra, grid.azimuths, axis=-1)
+    # Ring by ring: a product so small stays on one thread, beside the decoder's.
+    seen = -np.vecdot(back[:, None], weighted).sum(axis=-1).astype(float)  # (f, 9)
+
+    field, own = slice(0, len(basis) - 1), len(basis) - 1
+    coupling = normal[field, own] / normal[own, own]
+    reduced = normal[field, field] - np.outer(coupling, normal[own, field])
+    pull = seen[:, field] - seen[:, own, None] * coupling  # (f, 8)
+
+    turn = np.zeros((len(angle_rad), own, own))
+    for first, order in ((0, 1), (2, 2), (4, 1), (6, 1)):
+        c, s = np.cos(order * angle_rad), np.sin(order * angle_rad)
+        turn[:, first, first], turn[:, first, first + 1] = c, s
+        turn[:, first + 1, first], turn[:, first + 1, first + 1] = -s, c
+    # Pictures are read out downwards: of the last two distortions one direction is possible.
+    possible = np.zeros((own, VIEW_PARAMETERS))
+    possible[:6, :6] = np.eye(6)
+    possible[6:, 6] = grid.view.down / np.hypot(*grid.view.down)
+    turn = turn @ possible[:, :free]
+    left = np.einsum("fai,faj->ij", turn, reduced @ turn)
+    right = np.einsum("fai,fa->i", turn, pull)
+    left += RIDGE * np.trace(left) / free * np.eye(free)
+    change = np.zeros(VIEW_PARAMETERS)
+    change[:free] = np.linalg.solve(left, right)
+    return change

@@ -1,0 +1,93 @@
+"""Wow, flutter and drift of the plate, as shares of its rate.
+
+A wave A cos(kθ) of the angle is a wave kA of the relative rate. What is seen once and twice per
+turn may also come from the view, so those two figures are upper limits.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vision.rate.least_squares import LeastSquares, least_squares
+from vision.rate.terms import Regressors, columns
+
+FIRST_FLUTTER_ORDER = 2.5  # waves per turn
+CLEAR_LINE = 20.0  # times the mean power of the spectrum: one chance in 10⁶ for 500 lines
+
+
+@dataclass(frozen=True)
+class SpeedFigures:
+    """Relative to the rate, amplitudes of a wave.
+
+    Attributes
+    ----------
+    once_per_rev, once_sd, twice_per_rev, twice_sd : float
+        Wow at one and two waves per turn (upper limits, see above); NaN where there are too few
+        pictures per turn to tell.
+    flutter : float
+        Strongest faster wave; 0 where none stands out.
+    flutter_hz : float
+        Its frequency, NaN without.
+    drift_per_s, drift_sd : float
+        Relative change of the rate per second.
+    """
+
+    once_per_rev: float
+    once_sd: float
+    twice_per_rev: float
+    twice_sd: float
+    flutter: float
+    flutter_hz: float
+    drift_per_s: float
+    drift_sd: float
+
+
+def speed_figures(
+    fit: LeastSquares, given: Regressors, waves: Sequence[str], frame_s: float
+) -> SpeedFigures:
+    """Take the figures from the rate's fit: constant, rate, cosine and sine of each wave, …"""
+    wave, sd = [], []
+    for name in ("once_per_rev", "twice_per_rev"):
+        at = 2 + 2 * waves.index(name) if name in waves else None
+        wave.append(np.nan if at is None else float(np.hypot(*fit.beta[at : at + 2])))
+        sd.append(np.nan if at is None else float(np.sqrt((fit.sd[at : at + 2] ** 2).mean())))
+    drift = least_squares(
+        np.concatenate(
+            [np.ones((len(given.time_s), 1)), given.time_s[:, None], columns("rate_drift", given)],
+            axis=1,
+        ),
+        fit.residual,
+    )
+    flutter, hz = _flutter(fit, given, frame_s)
+    rate = abs(given.rate_rad_s)
+    return SpeedFigures(
+        once_per_rev=wave[0],
+        once_sd=sd[0],
+        twice_per_rev=2 * wave[1],
+        twice_sd=2 * sd[1],
+        flutter=flutter,
+        flutter_hz=hz,
+        drift_per_s=float(drift.beta[2]) * float(np.sign(given.rate_rad_s)) / rate,
+        drift_sd=float(drift.sd[2]) / rate,
+    )
+
+
+def _flutter(fit: LeastSquares, given: Regressors, frame_s: float) -> tuple[float, float]:
+    """Strongest wave faster than twice per turn: relative rate amplitude and frequency."""
+    time = given.time_s - given.time_s[0]
+    even = np.arange(0, time[-1], frame_s)
+    residual = np.interp(even, time[fit.used], fit.residual[fit.used])
+    taper = np.hanning(len(even))
+    amplitude = 2 * np.abs(np.fft.rfft(residual * taper)) / taper.sum()
+    hz = np.fft.rfftfreq(len(even), frame_s)
+    # The last bins belong to waves that the pictures sample less than 2.2 times.
+    band = (hz > FIRST_FLUTTER_ORDER * abs(given.rate_rad_s) / (2 * np.pi)) & (hz < 0.45 / frame_s)
+    if band.sum() < 8:
+        return 0.0, float("nan")
+    power = amplitude[band] ** 2
+    peak = int(power.argmax())
+    if power[peak] < CLEAR_LINE * np.median(power) / np.log(2):
+        return 0.0, float("nan")
+    at = float(hz[band][peak])
+    return float(amplitude[band][peak]) * 2 * np.pi * at / abs(given.rate_rad_s), at

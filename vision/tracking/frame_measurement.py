@@ -1,0 +1,122 @@
+"""What is measured in every picture; together, a phase track."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from vision.geometry import FloatArray
+from vision.phase_track import PhaseTrack
+from vision.plate.background import repeated
+from vision.plate.learn import Learned
+from vision.plate.mark import find_deck_mark, find_mark
+from vision.tracking.annotate import annotate
+from vision.tracking.camera_motion import Surroundings
+from vision.tracking.tracker import Follower
+from vision.video import Film, Frame, Luma
+
+ROLL_EVERY_S = 0.9  # a camera moves slowly
+THUMBNAIL = 20  # samples across the plate's surroundings, each way
+
+
+class Rows:
+    """One row per picture, and what is needed to measure the next."""
+
+    def __init__(self, found: Learned, shown: Frame, shown_index: int) -> None:
+        """``shown`` is the picture to annotate, ``shown_index`` its place among those added."""
+        self._found = found
+        grid = found.template.grid
+        self._mark = find_mark(found.template)
+        self._follower = Follower(found.template, self._mark, found.rate_rad_s)
+        x, y = grid.view.pixels(np.ones(90), np.linspace(0, 2 * np.pi, 90))
+        h, w = shown.luma.shape
+        self._columns, self._rows = _samples(x, w), _samples(y, h)
+        self._surroundings = Surroundings(grid.view, found.still)
+        self._rolled_s = -np.inf
+        self._shown, self._shown_index = shown.bgr, shown_index
+        self._picture = np.empty((h, w), np.uint8)
+        self._thumbnails: list[Luma] = []
+        self._coding: list[int] = []
+        self._measured: list[FloatArray] = []
+
+    def __len__(self) -> int:
+        return len(self._thumbnails)
+
+    @property
+    def last_s(self) -> float:
+        """Stamp of the latest picture."""
+        return float(self._measured[-1][0, -1])
+
+    def add(self, frames: list[Frame]) -> None:
+        """Measure the next pictures."""
+        time_s = np.array([frame.time_s for frame in frames])
+        strips = [self._strip(self._found.channel(frame)) for frame in frames]
+        self._coding += [frame.coding for frame in frames]
+        found = self._follower.angles(time_s, strips)
+        roll = np.full(len(frames), np.nan)
+        if time_s[0] >= self._rolled_s + ROLL_EVERY_S:
+            roll[0] = self._surroundings.roll(frames[0].luma)
+            self._rolled_s = time_s[0]
+        self._measured.append(
+            np.array([time_s, found.angle_rad, found.seed_rad, found.match, found.change, roll])
+        )
+
+    def _strip(self, picture: Luma) -> Luma:
+        # Copied into the processor's cache as a whole: the rings jump about in a picture, which
+        # was decoded some time ago, and each jump would wait for the memory.
+        self._picture[:] = picture
+        self._thumbnails.append(self._picture[self._rows, self._columns].ravel())
+        return self._found.template.grid.strip(self._picture)
+
+    def track(self, film: Film, notes: tuple[str, ...]) -> PhaseTrack:
+        """Everything measured so far; the film it is from, and words on it."""
+        grid = self._found.template.grid
+        time_s, phase, seed, quality, change, roll = np.hstack(self._measured)
+        mark, resting = self._mark, grid.view.at_rest
+        h, w = self._picture.shape
+        deck = find_deck_mark(self._found.still, resting)
+        at = None
+        if mark is not None:
+            at = (mark.radius, mark.azimuth_rad + phase[self._shown_index])
+        track = PhaseTrack(
+            source=film.path.name,
+            time_s=time_s,
+            phase_rad=_wrapped(phase),
+            seed_rad=_wrapped(seed),
+            quality=quality,
+            duplicate=repeated(change),
+            coding=np.array(self._coding).astype(np.uint8),
+            thumbnail=np.stack(self._thumbnails),
+            roll_rad=roll,
+            symmetry=self._found.symmetry,
+            mark_rad=np.nan if mark is None else mark.azimuth_rad,
+            mark_radius=np.nan if mark is None else mark.radius,
+            deck_mark_rad=np.nan if deck is None else deck[1],
+            deck_mark_radius=np.nan if deck is None else deck[0],
+            view=grid.view.matrix,
+            size_px=(w * film.reduction, h * film.reduction),
+            reduction=film.reduction,
+            explained=self._found.template.explained,
+            fps_stated=film.fps_stated,
+            annotated=annotate(
+                self._shown, resting, (float(grid.radius[0]), float(grid.radius[-1])), at, deck
+            ),
+            notes=(*self._found.notes, *notes),
+            channel=str(self._found.channel),
+        )
+        # The template holds for the row of the spindle; every picture is stamped for its own mark.
+        turned_on = grid.view.lag_rad_px * track.mark_row_px(phase)
+        return replace(
+            track,
+            phase_rad=_wrapped(phase + turned_on),
+            seed_rad=_wrapped(track.seed_rad + turned_on),
+        )
+
+
+def _samples(reach: FloatArray, size: int) -> slice:
+    """Evenly spaced pixels across the plate, one coordinate."""
+    low, high = max(0, int(reach.min())), min(size, int(reach.max()) + 1)
+    return slice(low, high, max(1, (high - low) // THUMBNAIL))
+
+
+def _wrapped(angle_rad: FloatArray) -> FloatArray:
+    return np.asarray(np.angle(np.exp(1j * angle_rad)))

@@ -1,0 +1,189 @@
+"""Plate angle of one picture after the other, against the template.
+
+With D the picture along the rings less what stands still, the angle is the zero of
+
+    g(θ) = Σ w ∂T/∂φ(φ - θ) (D(φ) - T(φ - θ)),
+
+the matched filter, which for white picture noise of standard deviation σ reaches the bound
+σ²/Σ w (∂T/∂φ)². The template is held at an eighth of a sample, so that the last step, taken
+linearly, is below 0.03° and free of locking to the samples. Where the expected angle does not
+lead to a good match, the whole turn is searched by correlation.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.geometry import FloatArray
+from vision.plate.mark import PlateMark, centroid
+from vision.plate.polar import ring_spectra
+from vision.plate.template import Template
+from vision.video import Luma
+
+SUBSTEPS = 8
+LINEAR = 0.75 / SUBSTEPS  # of a sample: steps below this are taken without looking again
+STEPS = 4
+GOOD_MATCH = 0.75  # of the usual correlation; below, the whole turn is searched
+NEAR_RAD = np.pi / 6
+NEAR_ENOUGH = 0.8  # of the highest peak, for a peak near the expected angle to be preferred
+MEMORY = 0.05  # weight of the newest picture in the running rate and the usual correlation
+
+
+@dataclass(frozen=True, eq=False)
+class Angles:
+    """The plate in some pictures, each array of shape (f,).
+
+    Attributes
+    ----------
+    angle_rad : array
+        Continuous as far as the expectation goes.
+    match : array
+        Correlation with the template at that angle.
+    seed_rad : array
+        Angle by the centroid of the mark alone; NaN where no spot stands out.
+    change : array
+        Mean change of luma since the picture before; infinite for the very first.
+    """
+
+    angle_rad: FloatArray
+    match: FloatArray
+    seed_rad: FloatArray
+    change: FloatArray
+
+
+class Follower:
+    """Keeps the expectation from picture to picture, which have to come in order."""
+
+    def __init__(self, template: Template, mark: PlateMark | None, rate_rad_s: float) -> None:
+        self.template = template
+        self._mark = mark
+        self._rate = rate_rad_s
+        grid = template.grid
+        self._n = grid.azimuths
+        self._weight = grid.weight()
+        weight = self._weight[:, None]
+        spectrum = np.fft.rfft(template.turning, axis=1)
+        k = np.arange(spectrum.shape[1])
+        shifts = np.exp(-2j * np.pi * k * np.arange(SUBSTEPS)[:, None] / (SUBSTEPS * self._n))
+        shifted = spectrum[None] * shifts[:, None, :]
+        image = np.fft.irfft(shifted, self._n, axis=-1)
+        slope = np.fft.irfft(1j * k * shifted, self._n, axis=-1)
+        self._image = np.concatenate([image, image], axis=-1).astype(np.float32)
+        self._filter = np.concatenate([weight * slope] * 2, axis=-1).astype(np.float32)
+        self._seen = grid.seen
+        self._partly = not bool(self._seen.all())
+        self._still = template.still
+        self._difference = np.empty_like(template.still)
+        self._search = (weight * np.conj(spectrum)).astype(np.complex64)
+        # Rings partly hidden or outside the picture: what the template itself gives, by angle.
+        self._information = _by_angle(weight * slope**2, self._seen)
+        self._offset = _by_angle(weight * slope * image, self._seen)
+        self._energy = _by_angle(weight * image**2, self._seen)
+        self._time: float | None = None
+        self._angle = 0.0
+        self._usual = 0.0
+        self._before: Luma | None = None
+
+    def angles(self, time_s: FloatArray, strips: Sequence[Luma]) -> Angles:
+        """The plate angle in the next pictures, each given along the template's rings."""
+        f = len(time_s)
+        angle, match, change = np.empty(f), np.empty(f), np.empty(f)
+        along_mark = np.empty((f, self._n), np.float32)
+        for i, strip in enumerate(strips):
+            before, self._before = self._before, strip
+            change[i] = np.inf if before is None else cv2.norm(strip, before, cv2.NORM_L1)
+            difference = self._beyond_still(strip)
+            angle[i], match[i] = self._angle_of(difference, float(time_s[i]))
+            if self._mark is not None:
+                rings = difference[self._mark.first_ring : self._mark.last_ring]
+                np.sum(rings, axis=0, out=along_mark[i])
+        seed = np.full(f, np.nan)
+        if self._mark is not None:
+            at = self._mark.azimuth_rad
+            seed = centroid(along_mark, self._mark, at + angle) - at
+        return Angles(angle, match, seed, change / self._seen.size)
+
+    def _beyond_still(self, strip: Luma) -> NDArray[np.float32]:
+        cv2.subtract(strip, self._still, dst=self._difference, dtype=cv2.CV_32F)
+        if self._partly:
+            self._difference *= self._seen
+        return self._difference
+
+    def _angle_of(self, difference: NDArray[np.float32], time_s: float) -> tuple[float, float]:
+        """Angle of one picture and its correlation with the template there."""
+        expected = self._angle
+        if self._time is not None:
+            expected += self._rate * (time_s - self._time)
+        energy = np.vecdot(difference, difference) @ self._weight
+        size = float(np.sqrt(energy))
+        angle, match, settled = self._refine(difference, expected, size)
+        if self._time is None or not settled or match < GOOD_MATCH * self._usual:
+            start = self._whole_turn(difference, expected)
+            searched, found, _ = self._refine(difference, start, size)
+            if found > match:
+                angle, match = searched, found
+        self._remember(time_s, angle, match)
+        return angle, match
+
+    def _remember(self, time_s: float, angle: float, match: float) -> None:
+        if self._time is None:
+            self._time, self._angle, self._usual = time_s, angle, match
+            return
+        if match < 0.5 * self._usual:  # something in the way: keep the expectation
+            self._usual += MEMORY * (match - self._usual)
+            return
+        elapsed = time_s - self._time
+        surprise = angle - self._angle - self._rate * elapsed
+        if elapsed > 0 and abs(surprise) < NEAR_RAD:
+            self._rate += 2 * MEMORY * surprise / elapsed
+        self._time, self._angle = time_s, angle
+        self._usual += MEMORY * (match - self._usual)
+
+    def _refine(
+        self, difference: NDArray[np.float32], start_rad: float, size: float
+    ) -> tuple[float, float, bool]:
+        """Newton's zero of g(θ) from a start; angle and correlation there, and if it came to rest.
+
+        The clearer a mark stands out, the nearer to it Newton's method must begin.
+        """
+        sample = 2 * np.pi / self._n
+        angle = start_rad
+        settled = False
+        for _ in range(STEPS):
+            fine = round(angle / sample * SUBSTEPS)
+            whole, part = divmod(fine, SUBSTEPS)
+            turn = whole % self._n
+            column = slice(self._n - turn, 2 * self._n - turn)
+            held = fine * sample / SUBSTEPS
+            pull = np.vecdot(self._filter[part][:, column], difference).sum()
+            # T(φ - θ) falls by ∂T/∂φ as θ grows.
+            step = -float(pull - self._offset[part, turn]) / float(self._information[part, turn])
+            step = float(np.clip(step, -8 * sample, 8 * sample))
+            angle = held + step
+            if settled := abs(step) < LINEAR * sample:
+                break
+        like = np.vecdot(self._image[part][:, column], difference) @ self._weight
+        match = float(like) / max(size * float(np.sqrt(self._energy[part, turn])), 1e-9)
+        return angle, match, settled
+
+    def _whole_turn(self, difference: NDArray[np.float32], expected_rad: float) -> float:
+        """The best angle of the whole turn; a nearly equal one near the expected is preferred."""
+        cross = (ring_spectra(difference) * self._search).sum(axis=0)
+        correlation = np.fft.irfft(cross, self._n)
+        azimuth = np.arange(self._n) * 2 * np.pi / self._n
+        distance = np.angle(np.exp(1j * (azimuth - expected_rad)))
+        near = np.where(np.abs(distance) < NEAR_RAD, correlation, -np.inf)
+        best = near if near.max() > NEAR_ENOUGH * correlation.max() else correlation
+        return float(expected_rad + distance[int(best.argmax())])
+
+
+def _by_angle(plate: NDArray[np.float64], seen: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Σ over the seen part of plate-fixed images (steps, r, n), for every turn by whole samples.
+
+    Shape (steps, n): one row for each of the images, which are a part of a sample apart.
+    """
+    cross = np.einsum("srk,rk->sk", np.conj(np.fft.rfft(plate, axis=2)), np.fft.rfft(seen, axis=1))
+    return np.fft.irfft(cross, plate.shape[2], axis=1)
