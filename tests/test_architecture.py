@@ -31,6 +31,23 @@ HOME = {
 }
 #: Which of our packages each may import besides itself.
 MAY_IMPORT = {"pipeline": {"vision", "calib"}, "vision": set(), "calib": set()}
+#: The way of the data inside each package: a room imports from its own floor's room and from the
+#: floors before it, never from one after it. Rooms in one tuple do not import each other.
+FLOORS = {
+    "calib": [
+        ("errors", "earth"), ("poses",), ("effects",), ("fit",),
+        ("diagnosis", "mounting", "consistency", "certificate"), ("planning",),
+    ],
+    "vision": [
+        ("geometry", "orientation"), ("phase_track",), ("errors",), ("video", "camera"),
+        ("plate", "rate"), ("tracking",),
+    ],
+    "pipeline": [
+        ("errors", "names", "formatting"), ("files",), ("logs",), ("devices",), ("config",),
+        ("stages",), ("results", "record", "plan", "model_change", "playback"),
+        ("console", "export"), ("report",), ("commands",), ("cli",), ("__main__",),
+    ],
+}
 
 
 def module_name(path: Path) -> str:
@@ -63,6 +80,17 @@ def test_packages_import_only_what_they_may(module: str) -> None:
     package = module.split(".")[0]
     ours = {target.split(".")[0] for target, _ in imports(TREES[module])} & {*PACKAGES, "tests"}
     assert ours <= {package} | MAY_IMPORT[package]
+
+
+@pytest.mark.parametrize("module", [name for name in FILES if "." in name])
+def test_inside_a_package_imports_follow_the_way_of_the_data(module: str) -> None:
+    package, room = module.split(".")[:2]
+    floor = {name: i for i, rooms in enumerate(FLOORS[package]) for name in rooms}
+    for target, name in imports(TREES[module]):
+        if target.split(".")[0] != package:
+            continue
+        other = target.split(".")[1] if "." in target else str(name)
+        assert other == room or floor[other] < floor[room], f"{module} imports {target}"
 
 
 @pytest.mark.parametrize("module", FILES)

@@ -15,7 +15,7 @@ import yaml
 from pydantic import BaseModel
 
 from calib.effects.catalogue import EFFECTS
-from calib.effects.effect import Conditions
+from calib.poses.conditions import Conditions
 from pipeline.commands import COMMANDS
 from pipeline.config.load import Config, load_config
 from pipeline.config.presets import PRESETS

@@ -6,7 +6,7 @@ Every message is one paragraph: where, what was found, what was expected, what t
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from vision.rate.unwrap import RateHistory
+    from vision.phase_track import RateHistory
 
 
 class VisionError(Exception):

@@ -1,6 +1,6 @@
 """The result of the slow part: arrays, numbers and strings only, so that it can be stored."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,3 +112,66 @@ class PhaseTrack:
         view = View(self.view)
         _, rows = view.pixels(np.full_like(angle_rad, radius), angle_rad + azimuth)
         return rows - view.centre_px[1]
+
+
+@dataclass(frozen=True, eq=False)
+class PlateAngle:
+    """The continuous angle, on the pictures that can be used.
+
+    Attributes
+    ----------
+    time_s, angle_rad : array, shape (u,)
+        Positive angle counter-clockwise as filmed; time as the time base has it.
+    index : array of int, shape (u,)
+        Picture number.
+    lost : array of int, shape (u,)
+        Pictures lost silently between the one before and this one.
+    frame_s : float
+        Usual time from picture to picture.
+    """
+
+    time_s: FloatArray
+    angle_rad: FloatArray
+    index: NDArray[np.intp]
+    lost: NDArray[np.int64]
+    frame_s: float
+
+    @property
+    def repaired_time_s(self) -> FloatArray:
+        """Time with that of the lost pictures put back, shape (u,)."""
+        return np.asarray(self.time_s + self.frame_s * np.cumsum(self.lost))
+
+    def between(self, first: int, last: int) -> "PlateAngle":
+        """The part on pictures ``first`` to ``last``, both included."""
+        part = (self.index >= first) & (self.index <= last)
+        return replace(
+            self,
+            time_s=self.time_s[part],
+            angle_rad=self.angle_rad[part],
+            index=self.index[part],
+            lost=self.lost[part],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class RateHistory:
+    """Rate from turn to turn, for a plate that does not turn steadily.
+
+    Attributes
+    ----------
+    time_s, rate_rad_s : array, shape (m,)
+        Mean rate over about one turn and the middle of it; signed.
+    angle : PlateAngle
+    phase_noise_rad : float
+        White noise of a single angle, from third differences, which no smooth motion enters.
+    """
+
+    time_s: FloatArray
+    rate_rad_s: FloatArray
+    angle: PlateAngle
+    phase_noise_rad: float
+
+    @property
+    def revolutions(self) -> float:
+        """Turns from the first picture to the last, unsigned."""
+        return float(abs(self.angle.angle_rad[-1] - self.angle.angle_rad[0]) / (2 * np.pi))

@@ -1,1 +1,6 @@
-"""To be described."""
+"""What a reading may err by: each effect is a set of columns.
+
+    effect ── base, nonlinear, environment, motion, reference ──┐
+       │        (one function with a page for each effect)      ├─ catalogue: every effect by name
+       └───── user_defined (an expression, a Python function) ──┘
+"""

@@ -15,53 +15,16 @@ Three places where an effect can act, and the vector its columns are evaluated o
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, Triad
 
 REFERENCE_TEMPERATURE_C = 25.0
 """Temperature at which bias and scale are quoted once a temperature effect is in the model."""
-
-
-@dataclass(frozen=True, eq=False)
-class Conditions:
-    """Everything an effect may depend on, one row per pose (or per sample of a log).
-
-    Parameters
-    ----------
-    vector : array, shape (n, 3)
-        The vector the effect is evaluated on, SI.
-    magnitude : array, shape (n,)
-        Reference magnitude, SI; NaN where there is none.
-    force : array, shape (n, 3)
-        Calibrated specific force in m/s²; NaN where no accelerometer was logged.
-    spin_rad_s : array, shape (n,)
-        Rate of the plate, positive counter-clockwise seen from above, 0 when stopped.
-    time_s : array, shape (n,)
-        Time since the session began.
-    previous : array, shape (n, 3)
-        What each axis felt in the pose recorded before this one; 0 for the first.
-    vibration : array, shape (n, 3)
-        Variance of the accelerometer within the pose, (m/s²)².
-    columns : mapping of name to array, shape (n,)
-        Logged covariates, for example ``temperature_c``.
-    """
-
-    vector: FloatArray
-    magnitude: FloatArray
-    force: FloatArray
-    spin_rad_s: FloatArray
-    time_s: FloatArray
-    previous: FloatArray
-    vibration: FloatArray
-    columns: Mapping[str, FloatArray] = field(default_factory=dict)
-
-    def column(self, name: str) -> FloatArray:
-        """The logged column ``name``, all NaN where it was not logged, shape (n,)."""
-        return self.columns.get(name, np.full(len(self.time_s), np.nan))
 
 
 Columns = Callable[..., FloatArray]

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from calib.effects.effect import REFERENCE_TEMPERATURE_C, Conditions, Page, Shape, effect, per_axis
+from calib.effects.effect import REFERENCE_TEMPERATURE_C, Page, Shape, effect, per_axis
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, FloatArray
 
 SECONDS_PER_HOUR = 3600.0

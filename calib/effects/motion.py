@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from calib.effects.effect import Conditions, Page, effect, per_axis
+from calib.effects.effect import Page, effect, per_axis
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, FloatArray
 
 

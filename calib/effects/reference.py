@@ -5,8 +5,9 @@ Columns (n, k): error of the true magnitude over the stated one. Plate-stopped p
 
 import numpy as np
 
-from calib.effects.effect import Conditions, Page, effect
+from calib.effects.effect import Page, effect
 from calib.effects.environment import SECONDS_PER_HOUR
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 
 

@@ -15,8 +15,9 @@ from typing import Literal
 
 import numpy as np
 
-from calib.effects.effect import Conditions, Effect, Page, per_axis
+from calib.effects.effect import Effect, Page, per_axis
 from calib.errors import CalibrationError
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, TRIADS, FloatArray, Triad
 
 Per = Literal["axis", "common", "reference"]

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import fdtrc
 
-from calib.effects.effect import Conditions
 from calib.fit.correction import Correction
 from calib.fit.parameters import TriadParameters, triad_parameters
 from calib.fit.result import Fit
+from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
 

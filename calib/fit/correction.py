@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.effects.effect import Conditions
 from calib.fit.model import Model, pick, solve_sensor, stack_columns
+from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.effects.effect import Conditions
 from calib.fit.model import pick, stack_columns
 from calib.fit.result import Fit
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import BoolArray, FloatArray
 
 FEWEST_POSES = 6

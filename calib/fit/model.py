@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from calib.effects.catalogue import find_effect
-from calib.effects.effect import Conditions, Effect
+from calib.effects.effect import Effect
 from calib.errors import CalibrationError, FitFailed
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 

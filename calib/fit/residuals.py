@@ -15,9 +15,9 @@ from functools import cached_property
 
 import numpy as np
 
-from calib.effects.effect import Conditions
 from calib.fit.initial_estimate import start_of
 from calib.fit.model import Model, follows_vector, pick, sensor_slope, solve_sensor, stack_columns
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 

@@ -1,1 +1,5 @@
-"""To be described."""
+"""How the sensor is mounted in a vehicle: Promrit et al.
+
+    still_reading ─ levelling (roll, pitch) ─┬─ mounting
+    heading (yaw, from a drive) ─────────────┘
+"""

@@ -22,7 +22,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.effects.effect import Conditions
 from calib.errors import Undetermined
 from calib.fit.calibration import TriadCalibration
 from calib.mounting.heading import FirstPush, Yaw, measure_yaw
@@ -40,6 +39,7 @@ from calib.mounting.still_reading import (
     noise_covariance,
     still_reading,
 )
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, ImuLog
 
 WRONG_GRAVITY = 0.02

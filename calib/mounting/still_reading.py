@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.effects.effect import Conditions
 from calib.errors import Undetermined
 from calib.fit.calibration import TriadCalibration
 from calib.poses.averaging import average_pose
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, ImuLog
 from calib.poses.mean_noise import variance_of_mean
 

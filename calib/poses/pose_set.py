@@ -5,9 +5,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from calib.effects.effect import Conditions
 from calib.errors import Undetermined
 from calib.poses.averaging import BATCHES, PoseMean
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, FloatArray, IntArray, Triad
 from calib.poses.reference import Reference, join_references
 

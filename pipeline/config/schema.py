@@ -28,7 +28,10 @@ from pipeline.config.types import (
 )
 from pipeline.devices.line_pattern import LinePattern
 from pipeline.devices.table import DEVICES
-from pipeline.stages.rate import CLOCK_PPM
+
+#: Sd of a camera's clock, parts per million, where nobody states it: crystals are good to 20-100;
+#: a stated frame rate ("15 fps") is often a rounded or nominal one.
+CLOCK_PPM = {"container": 100.0, "constant": 500.0}
 
 # --- sensor and site ---------------------------------------------------------------------------
 
@@ -250,3 +253,5 @@ class Record(Section):
 
 
 SensorOrPreset = Annotated[Sensor, BeforeValidator(_preset)]
+
+

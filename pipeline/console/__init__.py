@@ -1,1 +1,5 @@
-"""To be described."""
+"""What commands print: one module for each kind of outcome.
+
+    run_text, triad_text, rate_text, plan_text, model_change_text, effect_pages,
+    mounting_text, certificate_text
+"""

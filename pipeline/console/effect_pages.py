@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from calib.effects.catalogue import ROOMS, UnknownEffect, find_effect
 from calib.effects.effect import EFFECTS, Effect
 from calib.poses.imu_log import TRIADS
-from pipeline.console.format import aligned
 from pipeline.errors import ConfigError
+from pipeline.formatting import aligned
 from pipeline.names import nearest_name
 
 WIDTH = 92

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
-from pipeline.console.format import DISPLAY, aligned
 from pipeline.console.run_text import effect_rows, verdict_line
+from pipeline.formatting import DISPLAY, aligned
 from pipeline.model_change import Turn, result_of
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.run import Outcome

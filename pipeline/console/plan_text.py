@@ -7,7 +7,7 @@ from calib.diagnosis.next_measurement import Rival, best_block
 from calib.effects.effect import Effect
 from calib.planning import Prospect
 from calib.poses.attitudes import direction_name
-from pipeline.console.format import aligned, relative
+from pipeline.formatting import aligned, relative
 from pipeline.plan import TriadPlan
 
 NOISE = {

@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipeline.console.format import NAME_WIDTH, RPM, count, relative
+from pipeline.formatting import NAME_WIDTH, RPM, count, relative
 from pipeline.stages.rate import SettingRate
 from vision.phase_track import LUMA
 
 if TYPE_CHECKING:
-    from vision.rate.unwrap import RateHistory
+    from vision.phase_track import RateHistory
 
 MOST_ROWS = 20
 

@@ -9,9 +9,9 @@ from typing import Any
 from calib.fit.parameters import TriadParameters
 from calib.mounting.mounting import Installation
 from calib.poses.imu_log import AXES, SI_UNIT
-from pipeline.console.format import DISPLAY, NAME_WIDTH, aligned, count, with_sd
+from pipeline.console.mounting_text import mounting_text
 from pipeline.console.rate_text import rate_line
-from pipeline.stages.mounting import mounting_text
+from pipeline.formatting import DISPLAY, NAME_WIDTH, aligned, count, with_sd
 from pipeline.stages.poses import Recordings
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult

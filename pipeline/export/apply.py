@@ -10,10 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.effects.effect import Conditions, Effect
+from calib.effects.effect import Effect
 from calib.errors import Undetermined, UnusableLog
 from calib.fit.correction import Correction
 from calib.fit.model import Model, pick
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.logs.write import LARGEST, csv_rows
 from pipeline.results.read import Stored, StoredTriad

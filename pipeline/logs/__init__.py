@@ -1,1 +1,4 @@
-"""To be described."""
+"""Log files to arrays, and back.
+
+    text ─ columns ─ read ─ ImuLog        write: a corrected log as a table
+"""

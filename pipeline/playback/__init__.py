@@ -1,1 +1,4 @@
-"""To be described."""
+"""A recorded session played back as a serial device, to rehearse a recording.
+
+    session ─ device ─ pseudo_port
+"""

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pipeline.console.format import count
+from pipeline.formatting import count
 from pipeline.report.svg import Chart, Figure, across, upward
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult

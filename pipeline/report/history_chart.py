@@ -6,7 +6,7 @@ from itertools import groupby
 
 import numpy as np
 
-from pipeline.console.format import DISPLAY, count, short_model
+from pipeline.formatting import DISPLAY, count, short_model
 from pipeline.report.svg import LEFT, RIGHT, WIDTH, Chart, Figure, Scale, upward
 from pipeline.results.history import Step, TriadStep
 

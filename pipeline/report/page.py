@@ -8,6 +8,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from pipeline.console.mounting_text import mounting_text
 from pipeline.console.run_text import triad_line
 from pipeline.report.added_variable import added_variable_figure
 from pipeline.report.history_chart import staircase
@@ -24,7 +25,6 @@ from pipeline.report.tables import budget_rows, parameter_groups
 from pipeline.results.history import Step
 from pipeline.results.json_values import Json
 from pipeline.stages.certificate import compare_with_certificate
-from pipeline.stages.mounting import mounting_text
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.stages.user_effects import own_effects

@@ -8,7 +8,7 @@ from scipy.special import gammainc
 
 from calib.poses.attitudes import NEAR_COSINE, list_directions, natural_directions
 from calib.poses.imu_log import FloatArray
-from pipeline.console.format import DISPLAY, count, with_sd
+from pipeline.formatting import DISPLAY, count, with_sd
 from pipeline.report.svg import (
     BOTTOM,
     HEIGHT,

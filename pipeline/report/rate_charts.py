@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.poses.imu_log import FloatArray
-from pipeline.console.format import RPM, count, relative
+from pipeline.formatting import RPM, count, relative
 from pipeline.report.png import picture_address
 from pipeline.report.svg import Chart, Figure, across, nice_limit, thinned, upward
 from pipeline.stages.rate import SettingRate

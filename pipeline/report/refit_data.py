@@ -28,7 +28,7 @@ from calib.fit.model import Model
 from calib.fit.residuals import Equations
 from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray
-from pipeline.console.format import DISPLAY
+from pipeline.formatting import DISPLAY
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
 

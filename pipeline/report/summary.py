@@ -9,7 +9,7 @@ import numpy as np
 
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
-from pipeline.console.format import DISPLAY, count
+from pipeline.formatting import DISPLAY, count
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 

@@ -9,7 +9,7 @@ import numpy as np
 from calib.certificate import CertificateComparison
 from calib.fit.budget import NOISE, uncertainty_budget
 from calib.poses.imu_log import AXES, SI_UNIT
-from pipeline.console.format import DISPLAY, relative, with_sd
+from pipeline.formatting import DISPLAY, relative, with_sd
 from pipeline.stages.triads import TriadResult
 
 #: What each group of parameters means, for the table.

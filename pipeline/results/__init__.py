@@ -1,1 +1,5 @@
-"""To be described."""
+"""results.json and the history: written and read.
+
+    rate, triad, mounting, certificate ─ write ─ results.json ─ read
+                                           └─ history
+"""

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from calib.poses.imu_log import TRIADS
-from pipeline.console.format import DISPLAY, aligned, short_model
 from pipeline.errors import UnreadableInput
 from pipeline.files import write_whole
+from pipeline.formatting import DISPLAY, aligned, short_model
 
 HISTORY_NAME = "history.jsonl"
 

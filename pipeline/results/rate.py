@@ -10,9 +10,9 @@ from pipeline.results.json_values import Json, number, numbers
 from pipeline.stages.rate import SettingRate
 
 if TYPE_CHECKING:
+    from vision.phase_track import RateHistory
     from vision.rate.diagnosis import PhaseDiagnosis
     from vision.rate.measure import RateMeasurement
-    from vision.rate.unwrap import RateHistory
 
 
 def rate_json(rate: SettingRate) -> Json:

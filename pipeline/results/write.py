@@ -9,12 +9,13 @@ import json
 from pathlib import Path
 
 from pipeline.files import write_whole
+from pipeline.results.certificate import certificate_json
 from pipeline.results.json_values import Json
+from pipeline.results.mounting import mounting_json
 from pipeline.results.rate import rate_json
 from pipeline.results.read import FORMAT, RESULTS_NAME
 from pipeline.results.triad import triad_json
-from pipeline.stages.certificate import certificate_json, compare_with_certificate
-from pipeline.stages.mounting import mounting_json
+from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
 
 

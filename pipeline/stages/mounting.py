@@ -1,18 +1,14 @@
-"""The installation stage: the logs of the mounted sensor to its mounting, and that as results."""
+"""The mounting stage: the logs of the mounted sensor to its mounting angles."""
 
-import math
 import os
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from calib.mounting.mounting import Installation, measure_installation
 from calib.poses.imu_log import ImuLog
 from calib.poses.static_intervals import find_still
 from pipeline.config.load import Config
 from pipeline.config.schema import Installation as InstallationSection
-from pipeline.console.format import with_sd
 from pipeline.logs.read import read_log
 from pipeline.stages.context import Workplace
 from pipeline.stages.triads import TriadResult
@@ -66,43 +62,3 @@ def _read(section: InstallationSection, path: Path, i: int, folder: Path) -> Imu
     return replace(log, label=Path(os.path.relpath(path, folder)).as_posix())
 
 
-def mounting_json(found: Installation) -> dict[str, Any]:
-    """The section ``installation`` of results.json; null for what was not measured."""
-    yaw, slope = found.yaw, found.slope
-    return {
-        "order": found.order,
-        "roll_deg": math.degrees(found.roll_rad),
-        "pitch_deg": math.degrees(found.pitch_rad),
-        "sd_deg": [math.degrees(sd) for sd in found.sd_rad],
-        "yaw_deg": math.degrees(yaw.yaw_rad) if yaw else None,
-        "yaw_sd_deg": math.degrees(yaw.sd_rad) if yaw else None,
-        "floor_rise_deg": [math.degrees(v) for v in slope.rise_rad] if slope else None,
-        "floor_rise_sd_deg": [math.degrees(v) for v in slope.sd_rad] if slope else None,
-        "rotation": found.rotation.tolist(),
-        "before": found.before.tolist(),
-        "after": found.after.tolist(),
-        "magnitude_error_m_s2": found.magnitude_error_m_s2,
-        "readings": found.samples,
-        "notes": list(found.notes),
-    }
-
-
-def mounting_parts(found: Installation) -> Iterator[str]:
-    """``roll 30.65 ± 0.01°`` and so on, what was measured."""
-    roll_sd, pitch_sd = found.sd_rad
-    yield f"roll {_degrees(found.roll_rad, roll_sd)}"
-    yield f"pitch {_degrees(found.pitch_rad, pitch_sd)}"
-    if found.yaw:
-        yield f"yaw {_degrees(found.yaw.yaw_rad, found.yaw.sd_rad)}"
-    if found.slope:
-        for axis, rise, sd in zip("xy", found.slope.rise_rad, found.slope.sd_rad, strict=True):
-            yield f"floor rises along {axis} by {_degrees(float(rise), float(sd))}"
-
-
-def mounting_text(found: Installation) -> str:
-    """One line for the terminal and the report."""
-    return f"{', '.join(mounting_parts(found))} (order {found.order})"
-
-
-def _degrees(angle_rad: float, sd_rad: float) -> str:
-    return f"{with_sd(math.degrees(angle_rad), math.degrees(sd_rad))}°"

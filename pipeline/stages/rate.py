@@ -28,9 +28,6 @@ if TYPE_CHECKING:
 #: Clips followed at the same time. Decoding has threads of its own; more gain nothing.
 PARALLEL_CLIPS = 2
 FFMPEG_QUIET = "-8"  #: AV_LOG_QUIET
-#: Sd of a camera's clock, parts per million, where nobody states it: crystals are good to 20-100;
-#: a stated frame rate ("15 fps") is often a rounded or nominal one.
-CLOCK_PPM = {"container": 100.0, "constant": 500.0}
 
 
 @dataclass(frozen=True, eq=False)

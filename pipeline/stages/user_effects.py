@@ -8,9 +8,10 @@ import importlib.util
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from calib.effects.effect import Conditions, Effect
+from calib.effects.effect import Effect
 from calib.effects.user_defined import own_effect, read_expression
 from calib.errors import CalibrationError
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from pipeline.config.load import Config
 from pipeline.config.schema import OwnEffect

@@ -11,10 +11,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from calib.effects.effect import Conditions
 from calib.fit.model import Model, pick, stack_columns
 from calib.fit.residuals import Equations
 from calib.poses.attitudes import natural_directions
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import CommonError, Reference, constant_reference, join_references

@@ -7,12 +7,11 @@ after whole turns. They are compared with the rate, not averaged with it.
 import numpy as np
 
 from vision.geometry import FloatArray
-from vision.phase_track import PhaseTrack
+from vision.phase_track import PhaseTrack, PlateAngle
 from vision.rate.aliases import RPM
 from vision.rate.autocorrelation import LagRate
 from vision.rate.frame_count import END_SD, FrameCount
 from vision.rate.least_squares import least_squares
-from vision.rate.unwrap import PlateAngle
 
 APART = 5.0  # standard deviations
 CENTROID_MATTERS = 50e-6  # relative

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.rate.unwrap import PlateAngle, frame_time
+from vision.phase_track import PlateAngle
+from vision.rate.unwrap import frame_time
 
 END_SD = 1 / np.sqrt(6.0)  # frames: the difference of two ends rounded to whole frames
 GAP = 1.5  # frames between the pictures before and after an alignment; more is a gap

@@ -4,10 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from vision.phase_track import PhaseTrack
+from vision.phase_track import PhaseTrack, PlateAngle
 from vision.rate.least_squares import LeastSquares, independent, least_squares
 from vision.rate.terms import FORWARD_PREDICTION, Regressors, design, regressors
-from vision.rate.unwrap import PlateAngle
 
 ALWAYS = ("once_per_rev", "twice_per_rev", FORWARD_PREDICTION)
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
-from vision.phase_track import BoolArray, PhaseTrack
+from vision.phase_track import BoolArray, PhaseTrack, PlateAngle, RateHistory
 from vision.rate.aliases import choose_alias
 from vision.rate.autocorrelation import LagRate, lag_rate
 from vision.rate.camera_roll import camera_roll
@@ -36,14 +36,7 @@ from vision.rate.terms import (
     design,
 )
 from vision.rate.timebase import Timebase
-from vision.rate.unwrap import (
-    PlateAngle,
-    RateHistory,
-    plate_angle,
-    rate_history,
-    rough_rate,
-    usable,
-)
+from vision.rate.unwrap import plate_angle, rate_history, rough_rate, usable
 from vision.rate.warnings import lost_pictures, rolling_camera, scattered_angle
 from vision.rate.wow_flutter import SpeedFigures, speed_figures
 

@@ -4,8 +4,8 @@ import numpy as np
 
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
+from vision.phase_track import RateHistory
 from vision.rate.aliases import RPM
-from vision.rate.unwrap import RateHistory
 
 UNSTEADY = 0.01  # relative change of the rate within the clip that is refused
 UNEVEN = 0.001  # relative change worth a word

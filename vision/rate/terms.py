@@ -17,8 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.geometry import FloatArray
-from vision.phase_track import BoolArray, PhaseTrack
-from vision.rate.unwrap import PlateAngle
+from vision.phase_track import BoolArray, PhaseTrack, PlateAngle
 
 CONSTANT_RATE = "constant_rate"
 TERMS = ("once_per_rev", "twice_per_rev", "rate_drift", "frame_steps", "rolling_shutter")

@@ -5,13 +5,12 @@ n pictures by n times that. The jumps are exact multiples, far above the noise, 
 and the time they stand for is put back.
 """
 
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
-from vision.phase_track import BoolArray, PhaseTrack
+from vision.phase_track import BoolArray, PhaseTrack, PlateAngle, RateHistory
 
 POOR_MATCH = 0.6  # of the usual correlation with the template; poorer pictures are left out
 UNEXPLAINED = 3.0  # times the usual share that the template leaves; more is something in the way
@@ -29,69 +28,6 @@ BURST = 8.0  # times the usual step, that two steps take; else they take two
 REGULAR = 0.1  # of the usual step: what belongs to it
 LOCAL_STEPS = 31  # pictures over which the usual step is taken,
 LOCAL_S = 1.0  # and time, at least
-
-
-@dataclass(frozen=True, eq=False)
-class PlateAngle:
-    """The continuous angle, on the pictures that can be used.
-
-    Attributes
-    ----------
-    time_s, angle_rad : array, shape (u,)
-        Positive angle counter-clockwise as filmed; time as the time base has it.
-    index : array of int, shape (u,)
-        Picture number.
-    lost : array of int, shape (u,)
-        Pictures lost silently between the one before and this one.
-    frame_s : float
-        Usual time from picture to picture.
-    """
-
-    time_s: FloatArray
-    angle_rad: FloatArray
-    index: NDArray[np.intp]
-    lost: NDArray[np.int64]
-    frame_s: float
-
-    @property
-    def repaired_time_s(self) -> FloatArray:
-        """Time with that of the lost pictures put back, shape (u,)."""
-        return np.asarray(self.time_s + self.frame_s * np.cumsum(self.lost))
-
-    def between(self, first: int, last: int) -> "PlateAngle":
-        """The part on pictures ``first`` to ``last``, both included."""
-        part = (self.index >= first) & (self.index <= last)
-        return replace(
-            self,
-            time_s=self.time_s[part],
-            angle_rad=self.angle_rad[part],
-            index=self.index[part],
-            lost=self.lost[part],
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class RateHistory:
-    """Rate from turn to turn, for a plate that does not turn steadily.
-
-    Attributes
-    ----------
-    time_s, rate_rad_s : array, shape (m,)
-        Mean rate over about one turn and the middle of it; signed.
-    angle : PlateAngle
-    phase_noise_rad : float
-        White noise of a single angle, from third differences, which no smooth motion enters.
-    """
-
-    time_s: FloatArray
-    rate_rad_s: FloatArray
-    angle: PlateAngle
-    phase_noise_rad: float
-
-    @property
-    def revolutions(self) -> float:
-        """Turns from the first picture to the last, unsigned."""
-        return float(abs(self.angle.angle_rad[-1] - self.angle.angle_rad[0]) / (2 * np.pi))
 
 
 def usable(track: PhaseTrack) -> BoolArray:

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from vision.phase_track import RateHistory
 from vision.rate.camera_roll import CameraRoll
 from vision.rate.stability import HIDING, angle_step
-from vision.rate.unwrap import RateHistory
 
 SCATTERED_RAD = np.radians(0.7)  # about an even rotation; ten times what a poor film gives
 

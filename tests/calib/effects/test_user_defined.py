@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from calib.effects.effect import Conditions
 from calib.effects.user_defined import BadExpression, check_own, own_effect, read_expression
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from tests.calib.made_poses import some_conditions
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.console.format import DISPLAY, with_sd
+from pipeline.formatting import DISPLAY, with_sd
 from pipeline.report.history_chart import staircase
 from pipeline.report.png import png
 from pipeline.report.summary import STANDING, overall_verdict

@@ -11,12 +11,12 @@ import pytest
 
 from calib.poses.imu_log import ImuLog
 from pipeline.config.load import Config, load_config
-from pipeline.stages.certificate import (
-    certificate_json,
-    certificate_lines,
-    compare_with_certificate,
-)
-from pipeline.stages.mounting import measure_mounting, mounting_json, mounting_text
+from pipeline.console.certificate_text import certificate_lines
+from pipeline.console.mounting_text import mounting_text
+from pipeline.results.certificate import certificate_json
+from pipeline.results.mounting import mounting_json
+from pipeline.stages.certificate import compare_with_certificate
+from pipeline.stages.mounting import measure_mounting
 from pipeline.stages.site import Gravity
 from tests.calib.mounting.simulated_reading import (
     TRIAD,

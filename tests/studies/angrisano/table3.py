@@ -25,7 +25,7 @@ from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import pose_set
 from calib.poses.runs import PlateRate, turning_run
-from pipeline.console.format import aligned
+from pipeline.formatting import aligned
 from tests.studies.angrisano.bench import BenchTriad, laid_directions, leaning_axes
 from tests.studies.angrisano.published import (
     FRAMES_PER_SECOND,
@@ -36,9 +36,9 @@ from tests.studies.angrisano.published import (
     TABLE_3,
 )
 from tests.studies.angrisano.table1 import implied_pose_sds
+from vision.phase_track import PlateAngle
 from vision.rate.frame_count import count_frames
 from vision.rate.least_squares import least_squares
-from vision.rate.unwrap import PlateAngle
 
 SESSIONS = 40
 POSE_S = 20.0

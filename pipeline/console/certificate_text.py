@@ -1,0 +1,26 @@
+"""A triad beside its factory certificate, as a table."""
+
+import numpy as np
+
+from calib.certificate import CertificateComparison
+from calib.poses.imu_log import AXES
+from pipeline.formatting import aligned, with_sd
+
+
+def certificate_lines(found: CertificateComparison) -> list[str]:
+    """An aligned table: estimate, certificate, difference in sigma and per cent."""
+    rows = [["", "", "estimate", "certificate", "difference", "sigma", "%"]]
+    for group in found.groups:
+        for j, axis in enumerate(AXES):
+            rows.append(
+                [
+                    f"{group.name} [{group.unit}]" if j == 0 else "",
+                    axis,
+                    with_sd(float(group.estimate[j]), float(group.sd[j])),
+                    with_sd(float(group.certificate[j]), float(group.certificate_sd[j])),
+                    f"{group.difference[j]:+.4g}",
+                    f"{group.sigma[j]:+.1f}",
+                    "" if np.isnan(group.per_cent[j]) else f"{group.per_cent[j]:+.3f}",
+                ]
+            )
+    return aligned(rows)
