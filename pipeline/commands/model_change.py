@@ -10,7 +10,7 @@ from pipeline.config.load import Config, load_config
 from pipeline.console.model_change_text import turn_lines
 from pipeline.console.run_text import next_step, verdict_line
 from pipeline.model_change import MOST_TURNS, Turn, next_target, read_target, turn
-from pipeline.report.outputs import write_outputs
+from pipeline.report.page import write_outputs
 from pipeline.stages.run import Outcome
 
 

@@ -20,7 +20,7 @@ def command(config: Path, output: Path | None, allow_python: bool) -> None:
     from pipeline.config.load import load_config
     from pipeline.console.certificate_text import certificate_lines
     from pipeline.console.run_text import next_step, parameter_lines, verdict_line
-    from pipeline.report.outputs import write_outputs
+    from pipeline.report.page import write_outputs
     from pipeline.stages.certificate import compare_with_certificate
 
     asked = load_config(config)

@@ -1,8 +1,9 @@
-"""report.html: verdict, numbers, pictures and tick boxes in one file that needs no network."""
+"""Everything a run leaves in its folder; report.html is one file that needs no network."""
 
 import json
 import shlex
 from collections.abc import Sequence
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from pipeline.console.mounting_text import mounting_text
 from pipeline.console.run_text import triad_line
+from pipeline.files import write_whole
 from pipeline.report.added_variable import added_variable_figure
 from pipeline.report.history_chart import staircase
 from pipeline.report.pose_charts import (
@@ -22,8 +24,9 @@ from pipeline.report.rate_charts import rate_view
 from pipeline.report.refit_data import refit_json
 from pipeline.report.summary import Answer, answer_for, overall_verdict
 from pipeline.report.tables import budget_rows, parameter_groups
-from pipeline.results.history import Step
+from pipeline.results.history import Step, read_history, with_step, write_history
 from pipeline.results.json_values import Json
+from pipeline.results.write import results_of, write_results
 from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
@@ -126,3 +129,27 @@ def _script_json(payload: Json) -> str:
     """JSON that can stand inside a script element: no text in it ends the element."""
     text = json.dumps(payload, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return text.replace("<", "\\u003c")
+
+
+def write_outputs(outcome: Outcome, folder: Path) -> Path:
+    """Write results, history and report into ``folder``; returns the report's path.
+
+    All three are made before the first is written.
+
+    Raises
+    ------
+    UnwritableOutput
+        A file cannot be written; it then is as it was before.
+    UnreadableInput
+        The history there is damaged; nothing is written.
+    """
+    found = results_of(outcome)
+    history = read_history(folder)
+    if outcome.triads:
+        history = with_step(history, found, datetime.now().astimezone())
+    report, page = folder / REPORT_NAME, report_html(outcome, history, folder)
+    write_results(folder, found)
+    if outcome.triads:
+        write_history(folder, history)
+    write_whole(report, page)
+    return report
