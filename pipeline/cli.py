@@ -2,6 +2,9 @@
 
 Help is printed without importing click; everything else goes through
 :mod:`pipeline.commands.group`, which imports a command's module when the command is typed.
+
+A reader of the output that closes it early (``pipeline effects | head``) is no error of this
+program: the front page then ends as done, a command as interrupted.
 """
 
 import os
@@ -9,6 +12,10 @@ import sys
 from collections.abc import Sequence
 
 from pipeline.commands import front_page
+
+#: The variable by which a shell asks click for completions.
+COMPLETION = "_PIPELINE_COMPLETE"
+CLOSED_PIPE = 1  #: code with which click exits when the reader of the output has gone
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -20,9 +27,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         What follows the program's name; by default from ``sys.argv``.
     """
     typed = list(sys.argv[1:] if arguments is None else arguments)
-    if typed in ([], ["-h"], ["--help"]):
-        print(front_page())
-        return 0
+    if typed in ([], ["-h"], ["--help"]) and COMPLETION not in os.environ:
+        return _print_front_page()
     try:
         return _run_command(typed)
     except KeyboardInterrupt:  # during the imports; click turns it into Abort later
@@ -30,6 +36,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
         print(INTERRUPTED_SAYS, file=sys.stderr)
         return INTERRUPTED
+
+
+def _print_front_page() -> int:
+    try:
+        print(front_page(), flush=True)
+    except BrokenPipeError:
+        # Python flushes standard output again when it exits: that must not fail a second time.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 0
 
 
 def _run_command(typed: list[str]) -> int:
@@ -62,5 +77,9 @@ def _run_command(typed: list[str]) -> int:
         return error.exit_code
     except click.Abort:  # click's name for Ctrl-C and for end of input
         print(INTERRUPTED_SAYS, file=sys.stderr)
+        return INTERRUPTED
+    except SystemExit as error:
+        if error.code != CLOSED_PIPE:
+            raise
         return INTERRUPTED
     return done if isinstance(done, int) else 0

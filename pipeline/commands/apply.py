@@ -4,17 +4,23 @@ from pathlib import Path
 
 import click
 
+from pipeline.commands import examples
 
-@click.command()
+
+@click.command(epilog=examples(
+    "pipeline apply config.run drive.csv --output drive.calibrated.csv",
+    "pipeline apply config.run raw.txt --columns acc_x,acc_y,acc_z --rate-hz 100",
+))
 @click.argument("results", type=click.Path(path_type=Path))
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option("--output", type=click.Path(path_type=Path, dir_okay=False),
-              help="The file to write, instead of standard output.")
-@click.option("--columns", help="Names of the log's columns, with commas, where it has no header.")
+              help="File for the corrected log; default: standard output.")
+@click.option("--columns",
+              help="Names of the columns of a log without a header, separated by commas.")
 @click.option("--rate-hz", type=click.FloatRange(min=0, min_open=True),
-              help="Sample rate, where the log has no time.")
+              help="Sample rate of a log without a time column.")
 @click.option("--session-clock", is_flag=True,
-              help="The log's time counts on the clock of the calibration session: correct drifts.")
+              help="The time of the log is that of the calibration session: correct drifts.")
 def command(
     results: Path,
     log: Path,
@@ -23,7 +29,7 @@ def command(
     rate_hz: float | None,
     session_clock: bool,
 ) -> None:
-    """Correct LOG by RESULTS (results.json, or its folder): CSV in SI units."""
+    """Correct LOG with the calibration in RESULTS (results.json or its folder); CSV in SI units."""
     from pipeline.export.apply import applied_csv, apply_results
     from pipeline.files import write_whole
     from pipeline.logs.read import read_log
@@ -32,8 +38,8 @@ def command(
     stored = load_results(results)
     names = None if columns is None else [name.strip() for name in columns.split(",")]
     applied = apply_results(stored, read_log(log, names, rate_hz), session_clock)
-    for says in applied.left_out:
-        click.secho(f"warning: {says}", fg="yellow", err=True)
+    for note in applied.left_out:
+        click.secho(f"warning: {note}", fg="yellow", err=True)
     if output is None:
         click.echo(applied_csv(applied), nl=False)
         return

@@ -1,20 +1,21 @@
-"""Turns of the loop in front of a user: run, change the model, run again, show both sides."""
+"""Model changes at the terminal: run, change the model, run again, print both results."""
 
 from collections.abc import Callable
 from pathlib import Path
 
 import click
 
+from pipeline.commands import paragraph
 from pipeline.commands.run_with_progress import run_quietly
 from pipeline.config.load import Config, load_config
-from pipeline.console.model_change_text import turn_lines
+from pipeline.console.model_change_text import model_change_lines
 from pipeline.console.run_text import next_step, verdict_line
 from pipeline.model_change import MOST_TURNS, Turn, next_target, read_target, turn
 from pipeline.report.page import write_outputs
 from pipeline.stages.run import Outcome
 
 
-def make_turn(
+def change_model(
     path: Path,
     target: str,
     allow_python: bool,
@@ -22,21 +23,21 @@ def make_turn(
     remove: bool = False,
     although_aliased: bool = False,
 ) -> None:
-    """One change of the model, shown and written."""
+    """Make one change of the model; print it and write the results."""
     config = load_config(path)
-    done = turn(
+    change = turn(
         config,
         read_target(config, target),
         _runner(config, allow_python),
         remove=remove,
         although_aliased=although_aliased,
     )
-    _show(done)
-    _finish(done.after, config)
+    _show(change)
+    _finish(change.after, config)
 
 
 def add_until_settled(path: Path, allow_python: bool) -> None:
-    """Add what the diagnosis names, again and again, until it names nothing more."""
+    """Add the effect that the diagnosis names until it names none."""
     config = load_config(path)
     run = _runner(config, allow_python)
     outcome = run(config)
@@ -45,25 +46,25 @@ def add_until_settled(path: Path, allow_python: bool) -> None:
         target = next_target(outcome)
         if target is None:
             break
-        done = turn(outcome.config, target, run, before=outcome)
-        _show(done)
-        outcome = done.after
+        change = turn(outcome.config, target, run, before=outcome)
+        _show(change)
+        outcome = change.after
         write_outputs(outcome, config.output_folder)
     for result in outcome.triads:
-        click.secho(verdict_line(result), bold=True)
+        click.secho(paragraph(verdict_line(result)), bold=True)
     if outcome.config.source.text == config.source.text:
-        click.echo(f"{config.source.path} is as it was: nothing was added.")
+        click.echo(f"{config.source.path} was not changed: the diagnosis names no effect to add.")
         click.echo(next_step(outcome, config.output_folder))
         return
     _finish(outcome, config, written=True)
 
 
 def _runner(config: Config, allow_python: bool) -> Callable[[Config], Outcome]:
-    return lambda asked: run_quietly(asked, config.output_folder, allow_python)
+    return lambda changed: run_quietly(changed, config.output_folder, allow_python)
 
 
-def _show(done: Turn) -> None:
-    for line in turn_lines(done):
+def _show(change: Turn) -> None:
+    for line in model_change_lines(change):
         click.echo(line)
     click.echo()
 
@@ -71,6 +72,6 @@ def _show(done: Turn) -> None:
 def _finish(outcome: Outcome, config: Config, written: bool = False) -> None:
     if not written:
         write_outputs(outcome, config.output_folder)
-    click.echo(f"{config.source.path} is changed; `pipeline history {config.source.path}` shows "
-               f"every step")
+    click.echo(f"{config.source.path} was changed. `pipeline history {config.source.path}` lists "
+               f"all runs.")
     click.echo(next_step(outcome, config.output_folder))

@@ -4,16 +4,21 @@ from pathlib import Path
 
 import click
 
+from pipeline.commands import examples
 
-@click.command()
+
+@click.command(epilog=examples(
+    "pipeline plan config.yaml",
+    "pipeline plan config.yaml --effect g_sensitivity",
+))
 @click.argument("config", type=click.Path(path_type=Path))
 @click.option("--effect", "effects", multiple=True, metavar="NAME",
-              help="Say what to record to see this effect; may be given several times.")
+              help="Print what to record to determine this effect; may be repeated.")
 def command(config: Path, effects: tuple[str, ...]) -> None:
-    """Say what the poses of CONFIG determine, recorded and still to come, and what next.
+    """Print what the poses of CONFIG determine, and which pose to record next.
 
-    Before the first pose it goes by the data sheet and the sensor's typical noise, then by the
-    poses that are there.
+    Before the first pose the command uses the data sheet and the typical noise of the sensor, later
+    the recorded poses and those that are still missing.
     """
     from calib.effects.catalogue import find_effect
     from pipeline.config.load import load_config, triad_spec
@@ -23,11 +28,11 @@ def command(config: Path, effects: tuple[str, ...]) -> None:
 
     loaded = load_config(config, files_may_be_missing=True)
     if loaded.accelerometer is None and loaded.gyroscope is None:
-        raise ConfigError(f"{config}: names no poses to plan; add the section accelerometer, "
+        raise ConfigError(f"{config}: contains no poses to plan. Add the section accelerometer, "
                           "gyroscope or both.")
-    asked = [find_effect(name) for name in effects]
+    requested = [find_effect(name) for name in effects]
     for plan in plan_of(loaded):
         sheet = getattr(loaded.sensor, plan.triad)
-        mine = [effect for effect in asked if plan.triad in effect.triads]
-        for line in plan_lines(plan, mine, triad_spec(sheet).full_scale):
+        of_triad = [effect for effect in requested if plan.triad in effect.triads]
+        for line in plan_lines(plan, of_triad, triad_spec(sheet).full_scale):
             click.echo(line)

@@ -1,4 +1,4 @@
-"""Running the stages in front of a user: a line for each, warnings, progress of the clips."""
+"""Running the stages at the terminal: a line for each, warnings, progress of the clips."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""The catalogue of effects as a person reads it: the list, and a page that teaches each."""
+"""The catalogue of effects as text: the list, and a page for each effect."""
 
 import textwrap
 from collections.abc import Iterator
@@ -12,16 +12,16 @@ from pipeline.names import nearest_name
 
 WIDTH = 92
 PLACES = {
-    "reading": "on the raw reading: part of the nine parameters of the linear form",
-    "sensor": "on the corrected vector, fitted jointly with everything else",
-    "reference": "on the reference: the plate's rate or gravity, not the sensor",
+    "reading": "the raw reading: it is one of the nine parameters of the linear form",
+    "sensor": "the corrected vector; all effects are fitted jointly",
+    "reference": "the reference (the rate of the plate, or gravity), not the sensor",
 }
 VISION_TERMS = (
-    ("once_per_rev", "a wave once per turn: eccentric mark or drive, unbalanced plate"),
-    ("twice_per_rev", "a wave twice per turn: the plate is seen at an angle"),
-    ("rate_drift", "the rate changes steadily through the clip"),
-    ("frame_steps", "frames lost without a trace in the time stamps"),
-    ("rolling_shutter", "rows of a picture are taken one after the other"),
+    ("once_per_rev", "a wave once per revolution: eccentric mark or drive, unbalanced plate"),
+    ("twice_per_rev", "a wave twice per revolution: tilted view of the plate"),
+    ("rate_drift", "the rate changes linearly during the clip"),
+    ("frame_steps", "dropped frames that the time stamps do not show"),
+    ("rolling_shutter", "the camera exposes the rows of a frame one after the other"),
 )
 
 
@@ -30,60 +30,60 @@ def catalogue_lines() -> Iterator[str]:
     for room in ROOMS:
         heading = (room.__doc__ or "").strip().splitlines()[0]
         yield heading
-        own = [e for e in EFFECTS.values() if e.columns.__module__ == room.__name__]
-        rows = [[e.name, _triads(e), e.page.formula] for e in own]
+        effects = [e for e in EFFECTS.values() if e.columns.__module__ == room.__name__]
+        rows = [[e.name, _triads(e), e.page.formula] for e in effects]
         yield from aligned(rows)
         yield ""
-    yield "Follows a logged column."
+    yield "Bias proportional to a logged column."
     yield from aligned([["column:NAME", "both", "e_k = c_k · NAME"]])
     yield ""
-    yield "Terms of the phase track (pipeline add CONFIG rate.SETTING.TERM)."
+    yield "Terms of the plate's phase (pipeline add CONFIG rate.SETTING.TERM)."
     yield from aligned([list(term) for term in VISION_TERMS])
     yield ""
-    yield "pipeline effects NAME explains one."
+    yield "`pipeline effects NAME` prints the page of an effect."
 
 
 def _triads(effect: Effect) -> str:
     return "both" if effect.triads == TRIADS else " ".join(effect.triads)
 
 
-def page_lines(name: str) -> Iterator[str]:
-    """One effect's page.
+def page_lines(name: str, width: int = WIDTH) -> Iterator[str]:
+    """One effect's page in lines of at most ``width`` columns.
 
     Raises
     ------
     ConfigError
         No effect has this name.
     """
-    for term, says in VISION_TERMS:
+    for term, meaning in VISION_TERMS:
         if name == term:
-            yield f"{term}, a term of the phase track: {says}."
+            yield f"{term}, a term of the plate's phase: {meaning}."
             yield f"Add it with: pipeline add CONFIG rate.SETTING.{term}"
             return
     try:
         effect = find_effect(name)
     except UnknownEffect as error:
         near = nearest_name(name, [*EFFECTS, *(term for term, _ in VISION_TERMS)])
-        raise ConfigError(f"no effect is named '{name}'{near}; `pipeline effects` lists them "
-                          f"all.") from error
+        raise ConfigError(f"no effect is named '{name}'{near}; `pipeline effects` lists all "
+                          f"effects.") from error
     yield effect.name
-    yield from textwrap.wrap(effect.physics, WIDTH)
+    yield from textwrap.wrap(effect.physics, width)
     yield ""
     page = effect.page
     typical = "; ".join(f"{part}: {size}" for part, size in page.typical.items())
     parameters = f"{', '.join(effect.parameters)}  [{_units(effect)}]"
     if effect.shape is not None:
-        parameters += f", and {effect.shape.name} [{effect.shape.unit}], fitted too"
+        parameters += f", and the shape parameter {effect.shape.name} [{effect.shape.unit}]"
     for title, text in (
         ("formula", page.formula),
         ("parameters", parameters),
-        ("acts on", f"{_triads(effect)}; {PLACES[effect.acts_on]}"),
+        ("acts on", f"{_triads(effect)}: {PLACES[effect.acts_on]}"),
         ("typical size", typical or "depends on the column"),
         ("source", page.source),
         ("confused with", page.confounded),
-        ("told apart by", page.separates),
+        ("separated by", page.separates),
     ):
-        yield from textwrap.wrap(text, WIDTH, initial_indent=f"{title:<14} ",
+        yield from textwrap.wrap(text, width, initial_indent=f"{title:<14} ",
                                  subsequent_indent=" " * 15)
     if effect.acts_on != "reading":
         yield ""
