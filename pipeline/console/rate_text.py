@@ -46,7 +46,7 @@ def clip_lines(rate: SettingRate) -> Iterator[str]:
                 f"{abs(other) / RPM:.4g} {'ccw' if other > 0 else 'cw'}"
                 for other in clip.aliases[1:]
             )
-            yield f"  {others} rpm gives the same frames: {clip.alias_says}"
+            yield f"  these rates give the same frames: {others} rpm; {clip.alias_says}"
         yield f"  {clip.diagnosis.says}"
 
 

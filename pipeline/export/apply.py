@@ -1,8 +1,8 @@
 """A log corrected by a calibration: counts in, SI units out.
 
-What a log cannot tell is refused by name rather than left out: an effect that follows a column
-the log lacks, or the time since the session began. Effects of the bench (the plate's rate, the
-lever to its axis, the Earth's rotation) are no errors of the sensor and stay out of the correction.
+An effect that needs a column or a time that the log does not contain is refused by name. Effects of
+the bench (the plate's rate, the lever arm to its axis, the Earth's rotation) are not errors of the
+sensor and are not part of the correction.
 """
 
 from collections.abc import Mapping
@@ -76,10 +76,10 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
     origin_s = float(stored.found["session_start_s"] or 0.0)
     for each in stored.triads:
         if not log.has(each.triad):
-            left_out.append(f"{log.label} has no {each.triad}; nothing to correct there.")
+            left_out.append(f"{log.label} has no {each.triad}; the {each.triad} is not corrected.")
             continue
         left_out += [
-            f"{each.triad}: {effect.name} belongs to the bench and is no error of the sensor."
+            f"{each.triad}: {effect.name} is an effect of the bench, not an error of the sensor."
             for effect in each.correction.model.effects
             if effect.name in OF_THE_BENCH or effect.acts_on == "reference"
         ]
@@ -102,8 +102,8 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
     if not corrected:
         there = " and ".join(each.triad for each in stored.triads) or "no triad"
         raise Undetermined(
-            f"{log.label}: {stored.path} calibrates {there}, and the log holds no such columns. "
-            f"Name a log of the same sensor, with the columns acc_x, acc_y, acc_z or gyr_x, gyr_y, "
+            f"{log.label}: {stored.path} calibrates {there}, and the log has no such columns. "
+            f"Use a log of the same sensor with the columns acc_x, acc_y, acc_z or gyr_x, gyr_y, "
             f"gyr_z."
         )
     return Applied(log.time_s, corrected, log.columns, tuple(left_out))
@@ -114,8 +114,8 @@ def _require_writable(log: ImuLog) -> None:
         largest = float(np.nanmax(np.abs(values), initial=0.0))
         if not largest < LARGEST:
             raise UnusableLog(
-                f"{log.label}: column {name} holds {largest:g}, numbers below {LARGEST:.0e} are "
-                f"expected. Delete the column from the log, or the rows in which it is wrong."
+                f"{log.label}: column {name} contains {largest:g}; expected are numbers below "
+                f"{LARGEST:.0e}. Delete this column or the wrong rows from the log."
             )
 
 
@@ -144,20 +144,20 @@ def _require_columns(label: str, triad: str, correction: Correction, at: Conditi
 def _lacking(effect: Effect) -> str:
     if effect.name in OF_THE_SESSION:
         return (
-            "it follows the time since the calibration session began. If the log's time_s counts "
-            "on that clock, add --session-clock; else calibrate without it."
+            "it depends on the time since the calibration session began. If time_s of the log is "
+            "the time of that session, add --session-clock; otherwise calibrate without it."
         )
     if effect.name.startswith("column:"):
         column = effect.name.removeprefix("column:")
-        return f"there is no column {column}. Log it, or calibrate without it."
+        return f"the log has no column {column}. Log it, or calibrate without it."
     if effect.name.startswith("temperature_"):
-        return "there is no column temperature_c. Log it, or calibrate without it."
+        return "the log has no column temperature_c. Log it, or calibrate without it."
     if effect.name.startswith("g_"):
         return (
-            "it follows the specific force. Log the accelerometer as well, and calibrate it in "
-            "the same results."
+            "it depends on the specific force. Log the accelerometer too, and calibrate it in "
+            "the same session."
         )
-    return "it is known for whole poses only, not for samples. Calibrate without it."
+    return "it is defined for whole poses, not for samples. Calibrate without it."
 
 
 def _correct(correction: Correction, at: Conditions) -> FloatArray:

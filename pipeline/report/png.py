@@ -1,6 +1,6 @@
-"""Pictures inside the page: a small PNG as a ``data:`` address.
+"""Images inside the page: a small PNG as a ``data:`` address.
 
-A frame of a film is grey with a few coloured lines. As a palette of ``GREYS`` grey levels and a
+A frame of a clip is grey with a few coloured lines. As a palette of ``GREYS`` grey levels and a
 coarse cube of colours it takes a fifth of the bytes of a true-colour PNG.
 """
 
@@ -19,12 +19,12 @@ SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 
 def picture_address(bgr: NDArray[np.uint8]) -> str:
-    """The ``data:`` address of a picture (h, w, 3), blue-green-red."""
+    """The ``data:`` address of an image (h, w, 3), blue-green-red."""
     return "data:image/png;base64," + base64.b64encode(png(_reduced(bgr))).decode("ascii")
 
 
 def png(bgr: NDArray[np.uint8]) -> bytes:
-    """A picture (h, w, 3), blue-green-red, as a PNG with a palette."""
+    """An image (h, w, 3), blue-green-red, as a PNG with a palette."""
     index, palette = _indexed(bgr)
     height, width = index.shape
     # Every row begins with its filter; a palette's numbers are stored as they are (filter 0).
@@ -44,7 +44,7 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
 
 
 def _reduced(bgr: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """The picture as means of square blocks, not wider than ``WIDEST``."""
+    """The image as means of square blocks, not wider than ``WIDEST``."""
     by = -(-bgr.shape[1] // WIDEST)
     if by == 1:
         return bgr
