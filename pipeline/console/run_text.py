@@ -48,13 +48,18 @@ def stage_warnings(artefact: Any) -> Iterator[str]:
 
 
 def triad_line(result: TriadResult) -> str:
+    """Name, poses, residual, leave-one-out error and chi-square of a triad."""
+    return f"{result.triad:<{NAME_WIDTH}} {triad_figures(result)}"
+
+
+def triad_figures(result: TriadResult) -> str:
     """Poses, residual, leave-one-out error and chi-square of a triad."""
     unit, factor = DISPLAY[result.triad]
     fit, comparison = result.calibration.fit, result.comparison
     runs = len(set(fit.poses.run))
     poses = count(len(fit.poses), "pose") + (f" in {runs} runs" if runs > 1 else "")
     return (
-        f"{result.triad:<{NAME_WIDTH}} {poses}, residual {comparison.residual_rms * factor:.3g} "
+        f"{poses}, residual {comparison.residual_rms * factor:.3g} "
         f"{unit}, leave-one-out {comparison.loo_rms * factor:.3g} {unit}, chi²/dof "
         f"{fit.chi2 / fit.dof:.2f}"
     )

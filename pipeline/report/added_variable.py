@@ -75,8 +75,8 @@ def added_variable_figure(result: TriadResult, payload: Json) -> Figure | None:
     caption = (
         f"{'Nothing is missing; this is the most probable candidate. ' if idle else ''}"
         f"The RMS residual is {np.sqrt(np.mean(before**2)):.3g} sd without {name} and "
-        f"{np.sqrt(np.mean(after**2)):.3g} sd with it. With it, {outside} of {count(d, 'residual')} "
-        f"exceed two sds."
+        f"{np.sqrt(np.mean(after**2)):.3g} sd with it. With it, {outside} of "
+        f"{count(d, 'residual')} exceed two sds."
     )
     return Figure(
         f"What {name} explains", chart.svg(f"Added-variable plot of {name}. {caption}"),

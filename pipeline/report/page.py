@@ -9,12 +9,18 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from calib.diagnosis.refit import FEWEST_DOF
+from calib.fit.calibration import MISFIT_P_VALUE
+from calib.fit.identifiability import VISIBLE_SHARE
+from calib.fit.leave_one_out import LARGEST_LEVERAGE
 from pipeline.console.mounting_text import mounting_text
-from pipeline.console.run_text import triad_line
+from pipeline.console.run_text import triad_figures
 from pipeline.files import write_whole
 from pipeline.report.added_variable import added_variable_figure
+from pipeline.report.glossary import TERMS, with_terms
 from pipeline.report.history_chart import staircase
 from pipeline.report.pose_charts import (
+    SHOWN_SD,
     covariate_figures,
     coverage_figure,
     residual_figure,
@@ -22,7 +28,8 @@ from pipeline.report.pose_charts import (
 )
 from pipeline.report.rate_charts import rate_view
 from pipeline.report.refit_data import refit_json
-from pipeline.report.summary import Answer, answer_for, overall_verdict
+from pipeline.report.summary import STANDING, Answer, answer_for, overall_verdict
+from pipeline.report.svg import NICE
 from pipeline.report.tables import budget_rows, parameter_groups
 from pipeline.results.history import Step, read_history, with_step, write_history
 from pipeline.results.json_values import Json
@@ -34,6 +41,15 @@ from pipeline.stages.user_effects import own_effects
 
 REPORT_NAME = "report.html"
 TEMPLATE_NAME = "report.html"
+#: What the page's script shares with the fit and with the charts that it redraws.
+CONSTANTS: Json = {
+    "visible_share": VISIBLE_SHARE,
+    "smallest_block": 1 - LARGEST_LEVERAGE,
+    "misfit_p_value": MISFIT_P_VALUE,
+    "fewest_dof": FEWEST_DOF,
+    "shown_sd": SHOWN_SD,
+    "nice": NICE,
+}
 
 
 def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None = None) -> str:
@@ -42,11 +58,11 @@ def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None =
     Parameters
     ----------
     outcome : Outcome
-        What the run has made.
+        Result of the run.
     history : sequence of Step
         Every run so far, this one included.
     folder : Path, optional
-        Where the results are, for the commands that the page names; the configuration's by default.
+        Folder of the results, for the commands on the page; by default that of the configuration.
     """
     environment = Environment(
         loader=PackageLoader("pipeline.report", "templates"),
@@ -55,7 +71,10 @@ def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None =
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["terms"] = with_terms
     where = str(folder or outcome.config.output_folder)
+    config = shlex.quote(str(outcome.config.source.path))
+    rates = [rate_view(rate, config) for rate in outcome.rates.values()]
     answers = [answer_for(result, outcome, where) for result in outcome.triads]
     views = [
         _triad_view(outcome, result, answer, history)
@@ -65,13 +84,16 @@ def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None =
         title=outcome.config.title or outcome.config.source.path.stem,
         sensor=outcome.config.sensor.name,
         config=str(outcome.config.source.path),
-        verdict=overall_verdict(answers),
-        rates=[rate_view(rate) for rate in outcome.rates.values()],
+        verdict=overall_verdict(answers, rates),
+        rates=rates,
+        standing=STANDING,
+        glossary=TERMS,
         triads=views,
         warnings=outcome.warnings,
         installation=_installation_view(outcome),
         payload=_script_json({
-            "config": shlex.quote(str(outcome.config.source.path)),
+            "config": config,
+            "constants": CONSTANTS,
             "triads": [view["payload"] for view in views],
         }),
     )
@@ -81,20 +103,20 @@ def _triad_view(
     outcome: Outcome, result: TriadResult, answer: Answer, history: Sequence[Step]
 ) -> dict[str, Any]:
     """What the page shows of one triad."""
-    # Python code among them has run before in this very run, or there would be no outcome.
-    own = {
+    # Python code among them has run before in this run, or there would be no outcome.
+    defined = {
         name: effect
         for name, effect in own_effects(outcome.config, allow_python=True).items()
         if result.triad in effect.triads
     }
-    payload = refit_json(result, own)
+    payload = refit_json(result, defined)
     certificate = compare_with_certificate(outcome.config, result)
     calibration = result.calibration
     return {
         "name": result.triad,
         "answer": answer,
-        "line": triad_line(result),
-        "says": result.diagnosis.says,
+        "line": triad_figures(result),
+        "text": result.diagnosis.says,
         "model": ", ".join(calibration.fit.model.names),
         "groups": parameter_groups(result, certificate),
         "certified": certificate is not None,
@@ -113,15 +135,15 @@ def _triad_view(
 
 
 def _installation_view(outcome: Outcome) -> dict[str, Any] | None:
-    """What the page shows of the mounting; None where it was not measured."""
-    found = outcome.installation
-    if found is None:
+    """What the page shows of the mounting; None if it was not measured."""
+    mounting = outcome.installation
+    if mounting is None:
         return None
     return {
-        "says": mounting_text(found),
-        "before": found.before.tolist(),
-        "after": found.after.tolist(),
-        "notes": found.notes,
+        "text": mounting_text(mounting),
+        "before": mounting.before.tolist(),
+        "after": mounting.after.tolist(),
+        "notes": mounting.notes,
     }
 
 
@@ -134,21 +156,21 @@ def _script_json(payload: Json) -> str:
 def write_outputs(outcome: Outcome, folder: Path) -> Path:
     """Write results, history and report into ``folder``; returns the report's path.
 
-    All three are made before the first is written.
+    All three are complete before the first is written.
 
     Raises
     ------
     UnwritableOutput
-        A file cannot be written; it then is as it was before.
+        A file cannot be written; it is unchanged.
     UnreadableInput
-        The history there is damaged; nothing is written.
+        The existing history is damaged; nothing is written.
     """
-    found = results_of(outcome)
+    results = results_of(outcome)
     history = read_history(folder)
     if outcome.triads:
-        history = with_step(history, found, datetime.now().astimezone())
+        history = with_step(history, results, datetime.now().astimezone())
     report, page = folder / REPORT_NAME, report_html(outcome, history, folder)
-    write_results(folder, found)
+    write_results(folder, results)
     if outcome.triads:
         write_history(folder, history)
     write_whole(report, page)

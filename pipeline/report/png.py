@@ -18,7 +18,7 @@ COLOURED = 24  #: difference between a pixel's channels from which it is no grey
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 
-def picture_address(bgr: NDArray[np.uint8]) -> str:
+def image_address(bgr: NDArray[np.uint8]) -> str:
     """The ``data:`` address of an image (h, w, 3), blue-green-red."""
     return "data:image/png;base64," + base64.b64encode(png(_reduced(bgr))).decode("ascii")
 

@@ -36,8 +36,8 @@ DIGITS = 7
 SHAPE_STEP = 1e-3  #: relative step of the derivative with respect to a shape parameter
 AT_BOUND = 1e-3  #: relative distance within which a shape parameter is at its bound
 BLIND_REASON = (
-    "these poses cannot see it: bias, scale, misalignment and the effects in the model take up all "
-    "of it"
+    "these poses cannot determine it: bias, scale, misalignment and the effects in the model have "
+    "the same signature"
 )
 
 
@@ -59,13 +59,13 @@ class Box:
     theta: FloatArray | None
 
 
-def refit_json(result: TriadResult, own: Mapping[str, Effect]) -> Json:
-    """Everything that the page needs to refit one triad; ``own`` are the user's effects."""
+def refit_json(result: TriadResult, defined: Mapping[str, Effect]) -> Json:
+    """Everything that the page needs to refit one triad; ``defined`` are the user's effects."""
     fit = result.calibration.fit
     equations = fit.equations
     unit, factor = DISPLAY[result.triad]
     root = np.sqrt(fit.weight)
-    boxes = tuple(_boxes(result, own))
+    boxes = tuple(_boxes(result, defined))
     base = _base_columns(fit) * root[:, None]
     y = fit.rows.residual * root
     for box in boxes:
@@ -96,7 +96,7 @@ def _base_columns(fit: Fit) -> FloatArray:
     return np.hstack([fit.rows.jacobian[:, reading], fit.rows.jacobian[:, p:]])
 
 
-def _boxes(result: TriadResult, own: Mapping[str, Effect]) -> Iterator[Box]:
+def _boxes(result: TriadResult, defined: Mapping[str, Effect]) -> Iterator[Box]:
     """The effects of the model first, then the candidates, the most probable first."""
     fit = result.calibration.fit
     slices = fit.model.slices()
@@ -107,7 +107,7 @@ def _boxes(result: TriadResult, own: Mapping[str, Effect]) -> Iterator[Box]:
         theta = fit.theta[slices[effect.name]]
         yield _with_derivative(fit, fit.model, effect, shape, theta, in_model=True)
     rank = {c.name: i for i, c in enumerate(result.diagnosis.ranking) if c.kind == "listed"}
-    listed = [e for e in candidate_effects(fit, tuple(own.values())) if e.name in rank]
+    listed = [e for e in candidate_effects(fit, tuple(defined.values())) if e.name in rank]
     for effect in sorted(listed, key=lambda e: rank[e.name]):
         model = fit.model + effect
         shape = _best_shape(fit, model, effect)
@@ -188,19 +188,20 @@ def _best_shape(fit: Fit, model: Model, effect: Effect) -> float | None:
     best = int(np.argmin([cost(value) for value in tried]))
     low = tried[best - 1] if best > 0 else effect.shape.bounds[0]
     high = tried[best + 1] if best + 1 < len(tried) else effect.shape.bounds[1]
-    found = minimize_scalar(lambda x: cost(np.exp(x)), bounds=np.log((low, high)), method="bounded")
-    return float(np.exp(found.x))
+    bounds = np.log((low, high))
+    minimum = minimize_scalar(lambda x: cost(np.exp(x)), bounds=bounds, method="bounded")
+    return float(np.exp(minimum.x))
 
 
 def _box_json(box: Box, root: FloatArray, result: TriadResult) -> Json:
     effect = box.effect
     unit, norm = _unit(box.columns * root[:, None])
     judged, judged_norm = _unit(box.judged * root[:, None])
-    own_unit = effect.unit_for(result.triad)
-    parameters = [{"name": name, "unit": own_unit} for name in effect.parameters]
+    unit_of_effect = effect.unit_for(result.triad)
+    parameters = [{"name": name, "unit": unit_of_effect} for name in effect.parameters]
     if effect.shape is not None:
         parameters.append({"name": effect.shape.name, "unit": effect.shape.unit})
-    found = next(
+    candidate = next(
         (c for c in result.diagnosis.ranking if c.name == effect.name and c.kind == "listed"), None
     )
     return {
@@ -208,7 +209,7 @@ def _box_json(box: Box, root: FloatArray, result: TriadResult) -> Json:
         "physics": effect.physics,
         "separates": effect.page.separates,
         "in_model": box.theta is not None,
-        "aliases": [] if found is None else list(found.aliases),
+        "aliases": [] if candidate is None else list(candidate.aliases),
         "has_shape": effect.shape is not None,
         "start": _rounded(box.start),
         "parameters": parameters,

@@ -1,8 +1,8 @@
 """Small charts as SVG text, coloured by the page's style sheet in its light and dark form.
 
 This module replaces a plotting library: the page stays small, the style sheet sets the colours, and
-the tick boxes move the marks that this module draws. A chart is 400 units wide, the width of a phone;
-wider screens show several charts side by side.
+the tick boxes move the marks that this module draws. A chart is 400 units wide, the width of a
+phone; wider screens show several charts side by side.
 """
 
 import math

@@ -47,13 +47,13 @@ def page(outcome: Outcome) -> Page:
 
 def test_a_certificate_stands_beside_the_estimate_with_the_difference_in_sds(page: Page) -> None:
     assert page.open == []
-    for words in ("certificate", "apart [sd]", "33652", "549.7"):
+    for words in ("certificate", "difference [sd]", "33652", "549.7"):
         assert words in page.text
 
 
 def test_the_mounting_is_said_with_its_forces(page: Page, outcome: Outcome) -> None:
     assert outcome.installation is not None
-    assert "Installation" in page.text
+    assert "Mounting" in page.text
     assert "roll" in page.text
     for force in (*outcome.installation.before, *outcome.installation.after):
         assert f"{force:.4f}" in page.text
@@ -103,8 +103,8 @@ def test_one_clip_per_pose_shows_every_rate_and_the_least_steady_clip() -> None:
               for i, noise in enumerate((1e-4, 5e-4, 1e-4))]
     view = rate_view(measure_setting("slow", tracks, Timebase()))
     assert [figure.title for figure in view.figures][-1] == "Rate of every clip"
-    assert "the least steady of 3 clips" in view.picture_says
-    assert view.picture.startswith("data:image/png;base64,")
+    assert "the largest residual of 3 clips" in view.frame_caption
+    assert view.frame.startswith("data:image/png;base64,")
     assert dict(view.facts)["turns"]
 
 
@@ -113,11 +113,11 @@ def test_long_clips_are_thinned_and_say_so() -> None:
     view = rate_view(measure_setting("slow", [track], Timebase()))
     drawing = view.figures[0].drawing
     assert drawing.count("h0") <= 500
-    assert f"of {len(track.time_s)} frames drawn" in view.figures[0].says
+    assert f"of {len(track.time_s)} frames" in view.figures[0].caption
 
 
 def test_a_stated_rate_needs_no_pictures(finished: RunSession) -> None:
     outcome = run_stages(load_config(finished.config), Workplace(), lambda *_: None)
     view = rate_view(next(iter(outcome.rates.values())))
-    assert (view.picture, view.figures) == ("", ())
-    assert "not filmed" in view.says
+    assert (view.frame, view.figures) == ("", ())
+    assert "not measured from a clip" in view.text
