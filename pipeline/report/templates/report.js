@@ -403,6 +403,7 @@
     const entry = document.getElementById(term.hash.slice(1));
     tip.textContent = entry.querySelector("dd").textContent;
     tip.hidden = false;
+    tip.style.left = tip.style.top = "0";  // where its width is free, to measure it
     term.setAttribute("aria-describedby", "tip");
     const at = term.getBoundingClientRect(), size = tip.getBoundingClientRect();
     const room = document.documentElement.clientWidth - size.width - 8;

@@ -1,12 +1,14 @@
 """What not every session has in its report: certificate, mounting, many clips, own effects."""
 
 import shutil
+from pathlib import Path
 
 import pytest
 
 from pipeline.config.load import load_config
 from pipeline.report.added_variable import added_variable_figure, subject_of
 from pipeline.report.page import report_html
+from pipeline.report.pose_charts import coverage_figure, residual_figure
 from pipeline.report.rate_charts import rate_view
 from pipeline.report.refit_data import refit_json
 from pipeline.report.tables import budget_rows
@@ -93,6 +95,47 @@ def test_the_causes_of_an_uncertainty_add_up_to_it(outcome: Outcome) -> None:
     by_cause = [float(row[2].split()[0]) for row in rows]
     sd = result.calibration.parameters.sd[1]
     assert sum(v**2 for v in by_cause) == pytest.approx(float((sd**2).mean()), rel=0.1)
+
+
+def test_poses_at_rest_have_no_directions_to_cover_and_cannot_scatter_about_zero(
+    finished: RunSession, tmp_path: Path
+) -> None:
+    shutil.copytree(finished.config.parent, tmp_path, dirs_exist_ok=True)
+    config = tmp_path / finished.config.name
+    head, section, _ = config.read_text(encoding="utf-8").partition("gyroscope:  #")
+    assert section
+    config.write_text(
+        head + "gyroscope:\n  runs: [{poses: accelerometer/pose_*.csv, rate: stopped}]\n"
+        "  model: [bias]\n", encoding="utf-8")
+    outcome = run_stages(load_config(config), Workplace(), lambda *_: None)
+    assert outcome.gyroscope is not None
+    assert outcome.accelerometer is not None
+    assert coverage_figure(outcome.gyroscope) is None
+    assert "about zero" not in residual_figure(outcome.gyroscope).good
+    assert "about zero" in residual_figure(outcome.accelerometer).good
+    covered = coverage_figure(outcome.accelerometer)
+    assert covered is not None
+    assert "18 poses cover 18 of the 18 faces and edges" in covered.caption
+    page = Page(report_html(outcome, ()))
+    assert page.open == []
+    assert "0 of the 18" not in page.text
+
+
+def test_poses_that_are_laid_by_hand_are_not_asked_for_faces(
+    finished: RunSession, tmp_path: Path
+) -> None:
+    shutil.copytree(finished.config.parent, tmp_path, dirs_exist_ok=True)
+    config = tmp_path / finished.config.name
+    few = ", ".join(f"accelerometer/pose_{n:02d}.csv" for n in range(1, 9))
+    head, _, _ = config.read_text(encoding="utf-8").partition("gyroscope:  #")
+    config.write_text(head.replace("accelerometer/pose_*.csv\n  model: [bias, scale, misalignment]",
+                                   f"[{few}]\n  model: [bias, scale]"), encoding="utf-8")
+    outcome = run_stages(load_config(config), Workplace(), lambda *_: None)
+    assert outcome.accelerometer is not None
+    figure = coverage_figure(outcome.accelerometer)
+    assert figure is not None
+    assert "missing:" not in figure.caption
+    assert 'class="natural' not in figure.drawing
 
 
 # --- plate settings ----------------------------------------------------------------------------
