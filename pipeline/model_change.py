@@ -14,7 +14,7 @@ from calib.errors import CalibrationError, Undetermined
 from calib.poses.imu_log import TRIADS
 from pipeline.config.edit import with_item, without_item
 from pipeline.config.load import Config, parse_config
-from pipeline.config.yaml_reader import PathTo
+from pipeline.config.yaml_text import PathTo
 from pipeline.errors import ConfigError
 from pipeline.files import write_whole
 from pipeline.names import nearest_name

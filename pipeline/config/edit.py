@@ -6,8 +6,7 @@ Only the characters of that one name change; comments, order and layout of the f
 import re
 from collections.abc import Sequence
 
-from pipeline.config.yaml_reader import PathTo
-from pipeline.config.yaml_text import YamlSource
+from pipeline.config.yaml_text import PathTo, YamlSource
 
 
 def with_item(source: YamlSource, section: PathTo, name: str, default: Sequence[str]) -> str:

@@ -25,8 +25,7 @@ from pipeline.config.schema import (
 )
 from pipeline.config.types import MISSING_FILE, OwnName, Section, Surroundings
 from pipeline.config.units import UNITS
-from pipeline.config.yaml_reader import PathTo
-from pipeline.config.yaml_text import YamlSource, parse_source, read_source
+from pipeline.config.yaml_text import PathTo, YamlSource, parse_source, read_source
 from pipeline.errors import ConfigError, MissingFiles
 
 

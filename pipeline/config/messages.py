@@ -8,8 +8,7 @@ from pydantic_core import ErrorDetails
 from pipeline.config.rules import broken_rules, empty_keys
 from pipeline.config.types import MISSING_FILE, REFUSED, Surroundings
 from pipeline.config.units import converted, same_quantity, split_unit
-from pipeline.config.yaml_reader import PathTo
-from pipeline.config.yaml_text import YamlSource
+from pipeline.config.yaml_text import PathTo, YamlSource
 from pipeline.names import nearest_names
 
 #: pydantic's kinds of error -> what was expected, filled from the error's own figures.

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from pipeline.config.types import STOPPED
-from pipeline.config.yaml_reader import PathTo, path_text
+from pipeline.config.yaml_text import PathTo, path_text
 from pipeline.logs.columns import TIME, missing_columns
 
 Given = Mapping[str, Any]

@@ -9,7 +9,7 @@ from pipeline.config.file_patterns import is_pattern, natural_key
 from pipeline.config.load import Config
 from pipeline.config.schema import VideoRate
 from pipeline.config.types import STOPPED
-from pipeline.config.yaml_reader import PathTo
+from pipeline.config.yaml_text import PathTo
 from pipeline.errors import ConfigError
 
 FEWEST_TURNS = 3.0  #: of the plate in one pose: over whole turns its tilt averages out
