@@ -41,7 +41,7 @@ from calib.poses.runs import (
 )
 from calib.poses.static_intervals import find_still
 from pipeline.config.load import Config, triad_spec
-from pipeline.config.schema import KnownRate, Poses, VideoRate
+from pipeline.config.schema import KnownRateSection, PosesSection, VideoRateSection
 from pipeline.config.types import STOPPED
 from pipeline.stages.poses import read_joined, read_labelled
 from pipeline.stages.site import gravity_of, latitude_of
@@ -106,7 +106,7 @@ class TriadPlan:
 
 def plan_of(config: Config) -> Iterator[TriadPlan]:
     """The outlook of every triad that the configuration fits."""
-    means: dict[tuple[Poses, str], PlannedSetting] = {}
+    means: dict[tuple[PosesSection, str], PlannedSetting] = {}
     if config.accelerometer:
         yield _triad_plan(config, "accelerometer", [_setting(
             config, config.accelerometer.poses, STOPPED, means)])
@@ -116,7 +116,10 @@ def plan_of(config: Config) -> Iterator[TriadPlan]:
 
 
 def _setting(
-    config: Config, poses: Poses, name: str, known: dict[tuple[Poses, str], PlannedSetting]
+    config: Config,
+    poses: PosesSection,
+    name: str,
+    known: dict[tuple[PosesSection, str], PlannedSetting],
 ) -> PlannedSetting:
     """Read what is recorded of one setting; each set of files once."""
     if (poses, name) not in known:
@@ -124,12 +127,12 @@ def _setting(
     return known[poses, name]
 
 
-def _read_setting(config: Config, poses: Poses, name: str) -> PlannedSetting:
+def _read_setting(config: Config, poses: PosesSection, name: str) -> PlannedSetting:
     rate, stated = 0.0, config.rate.get(name)
     relative, sd = 0.0, 0.0
-    if isinstance(stated, KnownRate):
+    if isinstance(stated, KnownRateSection):
         rate, sd = stated.rate_rad_s, stated.sd_rad_s
-    elif isinstance(stated, VideoRate):
+    elif isinstance(stated, VideoRateSection):
         rate = (stated.nominal_rpm or math.nan) * RAD_S_PER_RPM
         relative = stated.timebase.relative_sd
     specs = _specs(config)
@@ -151,7 +154,7 @@ def _read_setting(config: Config, poses: Poses, name: str) -> PlannedSetting:
                    tuple(unusable))
 
 
-def _logs(config: Config, poses: Poses) -> Iterator[ImuLog]:
+def _logs(config: Config, poses: PosesSection) -> Iterator[ImuLog]:
     folder = config.source.path.parent
     if poses.log:
         yield from find_still(read_joined(poses, folder))

@@ -9,19 +9,19 @@ from pydantic import Field, PrivateAttr, ValidationError
 from calib.poses.data_sheet import TriadSpec
 from pipeline.config.messages import problems_of
 from pipeline.config.schema import (
-    Accelerometer,
+    AccelerometerSection,
     AccelerometerSheet,
-    Certificate,
-    Gyroscope,
+    CertificateSection,
+    EffectSection,
+    GyroscopeSection,
     GyroscopeSheet,
-    Installation,
-    OwnEffect,
+    InstallationSection,
     Rate,
-    Record,
-    Sensor,
+    RecordSection,
     SensorOrPreset,
-    Site,
-    VideoRate,
+    SensorSection,
+    SiteSection,
+    VideoRateSection,
 )
 from pipeline.config.types import MISSING_FILE, OwnName, Section, Surroundings
 from pipeline.config.units import UNITS
@@ -37,15 +37,15 @@ class Config(Section):
 
     title: str = ""
     output: str | None = None
-    sensor: SensorOrPreset = Sensor()
+    sensor: SensorOrPreset = SensorSection()
     rate: dict[str, Rate] = Field(default_factory=dict)
-    site: Site | None = None
-    accelerometer: Accelerometer | None = None
-    gyroscope: Gyroscope | None = None
-    installation: Installation | None = None
-    certificate: Certificate | None = None
-    effects: dict[OwnName, OwnEffect] = Field(default_factory=dict)
-    record: Record | None = None
+    site: SiteSection | None = None
+    accelerometer: AccelerometerSection | None = None
+    gyroscope: GyroscopeSection | None = None
+    installation: InstallationSection | None = None
+    certificate: CertificateSection | None = None
+    effects: dict[OwnName, EffectSection] = Field(default_factory=dict)
+    record: RecordSection | None = None
     _source: YamlSource = PrivateAttr()
 
     @property
@@ -119,7 +119,7 @@ def _clip_counts(config: Config) -> Iterator[tuple[PathTo, str]]:
     """Runs whose poses and clips cannot be paired."""
     for i, run in enumerate(config.gyroscope.runs if config.gyroscope else ()):
         rate = config.rate.get(run.rate)
-        clips = len(rate.video) if isinstance(rate, VideoRate) else 1
+        clips = len(rate.video) if isinstance(rate, VideoRateSection) else 1
         if run.poses.files and clips not in (1, len(run.poses.files)):
             yield ("gyroscope", "runs", i, "rate"), (
                 f"'{run.rate}' has {clips} clips for {len(run.poses.files)} poses. Give one clip "

@@ -54,7 +54,7 @@ class GyroscopeSheet(_TriadSheet):
     unit: Literal["rad_s", "deg_s"] | None = None
 
 
-class Sensor(Section):
+class SensorSection(Section):
     """A sensor; in YAML a preset's name, or its data sheet."""
 
     name: str = "IMU"
@@ -70,7 +70,7 @@ def _preset(given: object) -> object:
     return dict(PRESETS[given])
 
 
-class Site(Section):
+class SiteSection(Section):
     """Where it was done: gravity and the Earth's rate. Ranges are those of the Earth's surface."""
 
     gravity_m_s2: Annotated[Number, Field(ge=9.7, le=9.9)] | None = None
@@ -81,7 +81,7 @@ class Site(Section):
 
 # --- rates -------------------------------------------------------------------------------------
 
-class Timebase(Section):
+class TimebaseSection(Section):
     """Where a clip's time comes from: its own stamps, or a constant frame rate."""
 
     source: Literal["container", "constant"] = "container"
@@ -95,7 +95,7 @@ class Timebase(Section):
         return ppm * 1e-6
 
 
-class Plate(Section):
+class PlateSection(Section):
     """The plate's ellipse and its mark, stated by hand where they cannot be found."""
 
     centre_px: tuple[Number, Number]
@@ -103,17 +103,17 @@ class Plate(Section):
     angle_deg: Number = 0.0
 
 
-class VideoRate(Section):
+class VideoRateSection(Section):
     """A plate setting measured from clips: one for the whole run, or one per pose."""
 
     video: Files
     nominal_rpm: Positive | None = None
-    timebase: Timebase = Timebase()
+    timebase: TimebaseSection = TimebaseSection()
     model: VisionTerms = ("constant_rate",)
-    plate: Plate | None = None
+    plate: PlateSection | None = None
 
 
-class KnownRate(Section):
+class KnownRateSection(Section):
     """A plate setting measured elsewhere."""
 
     rate_rad_s: Positive
@@ -127,14 +127,14 @@ def _kind_of_rate(given: object) -> str:
 
 
 Rate = Annotated[
-    Annotated[VideoRate, Tag("<video>")] | Annotated[KnownRate, Tag("<known>")],
+    Annotated[VideoRateSection, Tag("<video>")] | Annotated[KnownRateSection, Tag("<known>")],
     Discriminator(_kind_of_rate),
 ]
 
 # --- poses and triads --------------------------------------------------------------------------
 
 
-class Poses(Section):
+class PosesSection(Section):
     """One file per pose (a pattern or a list), or one long log in which still parts are found."""
 
     files: Files = ()
@@ -155,26 +155,26 @@ class Poses(Section):
         return self.columns[i] if len(self.columns) > 1 else self.columns[0]
 
 
-class Accelerometer(Section):
+class AccelerometerSection(Section):
     """What to fit to the accelerometer's poses."""
 
-    poses: Poses
+    poses: PosesSection
     model: Effects = BASE
     solver: Literal["default", "paper"] = "default"
     loss: Literal["squares", "huber"] = "squares"
 
 
-class Run(Section):
+class RunSection(Section):
     """Poses taken at one plate setting."""
 
-    poses: Poses
+    poses: PosesSection
     rate: RateName
 
 
-class Gyroscope(Section):
+class GyroscopeSection(Section):
     """What to fit to the gyroscope's poses, all runs jointly."""
 
-    runs: Annotated[tuple[Run, ...], Field(min_length=1)]
+    runs: Annotated[tuple[RunSection, ...], Field(min_length=1)]
     model: Effects = BASE
     solver: Literal["default", "paper"] = "default"
     loss: Literal["squares", "huber"] = "squares"
@@ -183,7 +183,7 @@ class Gyroscope(Section):
 # --- the rest ----------------------------------------------------------------------------------
 
 
-class TriadCertificate(Section):
+class TriadCertificateSection(Section):
     """A factory certificate's values of one triad, to lay beside the estimate."""
 
     bias_counts: Three
@@ -192,14 +192,14 @@ class TriadCertificate(Section):
     alignment: tuple[Three, Three, Three] | None = None
 
 
-class Certificate(Section):
+class CertificateSection(Section):
     """The factory certificate."""
 
-    accelerometer: TriadCertificate | None = None
-    gyroscope: TriadCertificate | None = None
+    accelerometer: TriadCertificateSection | None = None
+    gyroscope: TriadCertificateSection | None = None
 
 
-class OwnEffect(Section):
+class EffectSection(Section):
     """A user's own effect: an expression in the pose's columns, or a Python function."""
 
     expression: str | None = None
@@ -209,7 +209,7 @@ class OwnEffect(Section):
     triad: Literal["accelerometer", "gyroscope"] | None = None
 
 
-class Installation(Section):
+class InstallationSection(Section):
     """Logs of the sensor where it is mounted, for roll, pitch and yaw of the mounting."""
 
     log: Files
@@ -235,7 +235,7 @@ def _pattern(text: str) -> str:
     return text
 
 
-class Record(Section):
+class RecordSection(Section):
     """What ``pipeline record`` is to record, and from what."""
 
     device: Annotated[str, AfterValidator(_device)]
@@ -249,6 +249,6 @@ class Record(Section):
     camera: Annotated[int, Field(strict=True, ge=0)] | None = None  #: films turning poses
 
 
-SensorOrPreset = Annotated[Sensor, BeforeValidator(_preset)]
+SensorOrPreset = Annotated[SensorSection, BeforeValidator(_preset)]
 
 

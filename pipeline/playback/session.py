@@ -5,7 +5,7 @@ import numpy as np
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
 from pipeline.config.load import Config, triad_spec
-from pipeline.config.schema import Poses
+from pipeline.config.schema import PosesSection
 from pipeline.errors import ConfigError
 from pipeline.logs.read import read_log
 from pipeline.playback.device import Pose
@@ -22,7 +22,7 @@ def played_poses(config: Config) -> tuple[list[Pose], float]:
     ConfigError
         The configuration names no files of poses, or they lack a triad.
     """
-    named: list[Poses] = [config.accelerometer.poses] if config.accelerometer else []
+    named: list[PosesSection] = [config.accelerometer.poses] if config.accelerometer else []
     named += [run.poses for run in config.gyroscope.runs] if config.gyroscope else []
     paths = list(dict.fromkeys((path, poses.columns_of(i), poses.sample_rate_hz)
                                for poses in named for i, path in enumerate(poses.files)))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pipeline.config.file_patterns import is_pattern, natural_key
 from pipeline.config.load import Config
-from pipeline.config.schema import VideoRate
+from pipeline.config.schema import VideoRateSection
 from pipeline.config.types import STOPPED
 from pipeline.config.yaml_text import PathTo
 from pipeline.errors import ConfigError
@@ -89,7 +89,7 @@ def blocks_of(config: Config) -> tuple[Block, ...]:
         stated = config.rate.get(rate)
         rate_rad_s: float | None = 0.0 if rate == STOPPED else None
         clips = None
-        if isinstance(stated, VideoRate):
+        if isinstance(stated, VideoRateSection):
             clips = _clips(config, ("rate", rate, "video"))
             if stated.nominal_rpm is not None:
                 rate_rad_s = stated.nominal_rpm * RAD_S_PER_RPM

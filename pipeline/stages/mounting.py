@@ -8,7 +8,7 @@ from calib.mounting.mounting import Installation, measure_installation
 from calib.poses.imu_log import ImuLog
 from calib.poses.static_intervals import find_still
 from pipeline.config.load import Config
-from pipeline.config.schema import Installation as InstallationSection
+from pipeline.config.schema import InstallationSection
 from pipeline.logs.read import read_log
 from pipeline.stages.context import Workplace
 from pipeline.stages.triads import TriadResult

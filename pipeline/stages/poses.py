@@ -13,7 +13,7 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
 from calib.poses.static_intervals import find_still
 from pipeline.config.load import Config, triad_spec
-from pipeline.config.schema import Poses
+from pipeline.config.schema import PosesSection
 from pipeline.config.types import STOPPED
 from pipeline.logs.read import join_logs, read_log
 from pipeline.stages.context import Workplace
@@ -24,7 +24,7 @@ from pipeline.stages.rate import SettingRate
 class Setting:
     """Which poses, at which plate rate; what a recording is found by."""
 
-    poses: Poses
+    poses: PosesSection
     rate: str
 
 
@@ -46,7 +46,7 @@ class Recordings:
 
     by_setting: Mapping[Setting, Recording]
 
-    def of(self, poses: Poses, rate: str = STOPPED) -> Recording:
+    def of(self, poses: PosesSection, rate: str = STOPPED) -> Recording:
         """The recording of these poses at this rate."""
         return self.by_setting[Setting(poses, rate)]
 
@@ -107,13 +107,13 @@ def _record(
     return Recording(tuple(means), min(float(log.time_s[0]) for log in logs))
 
 
-def read_labelled(path: Path, poses: Poses, i: int, folder: Path) -> ImuLog:
+def read_labelled(path: Path, poses: PosesSection, i: int, folder: Path) -> ImuLog:
     """The i-th file of ``poses``, called by its path from the configuration's folder."""
     log = read_log(path, poses.columns_of(i), poses.sample_rate_hz)
     return replace(log, label=Path(os.path.relpath(path, folder)).as_posix())
 
 
-def read_joined(poses: Poses, folder: Path) -> ImuLog:
+def read_joined(poses: PosesSection, folder: Path) -> ImuLog:
     """The one long log of ``poses``, its files joined on time."""
     return join_logs([read_labelled(path, poses, i, folder) for i, path in enumerate(poses.log)])
 

@@ -20,7 +20,7 @@ from calib.poses.imu_log import Triad
 from calib.poses.pose_set import PoseSet, Run, pose_set
 from calib.poses.runs import gravity_run, stopped_run, turning_run
 from pipeline.config.load import Config, triad_spec
-from pipeline.config.schema import Accelerometer, Gyroscope
+from pipeline.config.schema import AccelerometerSection, GyroscopeSection
 from pipeline.config.types import STOPPED
 from pipeline.errors import ConfigError
 from pipeline.stages.context import Workplace
@@ -61,7 +61,7 @@ def require_fittable(config: Config) -> None:
         With the line of every such model.
     """
     problems = []
-    sections: tuple[tuple[Triad, Accelerometer | Gyroscope | None], ...] = (
+    sections: tuple[tuple[Triad, AccelerometerSection | GyroscopeSection | None], ...] = (
         ("accelerometer", config.accelerometer), ("gyroscope", config.gyroscope)
     )
     for triad, section in sections:
@@ -139,7 +139,7 @@ def calibrate_gyroscope(
 
 def _calibrated(
     poses: PoseSet,
-    section: Accelerometer | Gyroscope,
+    section: AccelerometerSection | GyroscopeSection,
     spec: TriadSpec,
     own: Mapping[str, Effect],
     gravity: Gravity | None,

@@ -8,7 +8,7 @@ import yaml
 
 from calib.effects.catalogue import EFFECTS
 from pipeline.config.load import Config, load_config, triad_spec
-from pipeline.config.schema import KnownRate, VideoRate
+from pipeline.config.schema import KnownRateSection, VideoRateSection
 from pipeline.config.template import template_text
 from pipeline.config.types import EFFECT_NAMES
 from pipeline.errors import ConfigError, MissingFiles, exit_code_of
@@ -79,12 +79,12 @@ def test_every_key_of_the_contract_is_read(session: Path) -> None:
     config = load(session, GOOD)
     assert config.title == "MTi on a 16 rpm record player"
     slow, known = config.rate["slow"], config.rate["33"]
-    assert isinstance(slow, VideoRate)
+    assert isinstance(slow, VideoRateSection)
     assert slow.video == (session / "clip.mp4",)
     assert slow.timebase.relative_sd == pytest.approx(500e-6)
     assert slow.plate is not None
     assert slow.plate.radii_px == (150, 140.5)
-    assert isinstance(known, KnownRate)
+    assert isinstance(known, KnownRateSection)
     assert (known.rate_rad_s, known.sd_rad_s) == (3.4907, 2e-4)
     assert config.site is not None
     assert config.site.gravity_m_s2 == 9.80267

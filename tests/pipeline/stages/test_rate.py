@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import vision.tracking.track
-from pipeline.config.schema import Plate
+from pipeline.config.schema import PlateSection
 from pipeline.console.rate_text import clip_lines
 from pipeline.report.rate_charts import rate_view
 from pipeline.results.rate import rate_json
@@ -168,7 +168,7 @@ def test_ctrl_c_while_the_plate_is_being_learned_ends_at_once() -> None:
 def test_the_longer_radius_of_a_stated_ellipse_leads_whichever_is_given_first(
     radii: tuple[float, float],
 ) -> None:
-    given = rim(Plate(centre_px=(1.0, 2.0), radii_px=radii, angle_deg=10.0))
+    given = rim(PlateSection(centre_px=(1.0, 2.0), radii_px=radii, angle_deg=10.0))
     assert (given.radius_px, given.minor_px) == (300.0, 200.0)
     assert given.angle_deg == (10.0 if radii[0] > radii[1] else 100.0)
 
