@@ -18,8 +18,8 @@ from calib.effects.catalogue import EFFECTS
 from calib.poses.conditions import Conditions
 from pipeline.commands import COMMANDS
 from pipeline.config.load import Config, load_config
-from pipeline.config.presets import PRESETS
 from pipeline.config.schema import (
+    PRESETS,
     AccelerometerSection,
     AccelerometerSheet,
     CertificateSection,

@@ -1,4 +1,4 @@
-"""The configuration of a session: one YAML file, read and checked whole before anything slow."""
+"""The configuration of a session: one YAML file, checked as a whole before anything slow runs."""
 
 import math
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ from pipeline.config.schema import (
     SiteSection,
     VideoRateSection,
 )
-from pipeline.config.types import MISSING_FILE, OwnName, Section, Surroundings
+from pipeline.config.types import MISSING_FILE, Section, UserEffectName, ValidationContext
 from pipeline.config.units import UNITS
 from pipeline.config.yaml_text import PathTo, YamlSource, parse_source, read_source
 from pipeline.errors import ConfigError, MissingFiles
@@ -32,7 +32,7 @@ from pipeline.errors import ConfigError, MissingFiles
 class Config(Section):
     """A session, as its YAML file states it; made by :func:`load_config`.
 
-    Values are as in the file, in the units of their keys. Paths are found and exist.
+    Values are as in the file, in the units of their keys. Every path exists.
     """
 
     title: str = ""
@@ -44,7 +44,7 @@ class Config(Section):
     gyroscope: GyroscopeSection | None = None
     installation: InstallationSection | None = None
     certificate: CertificateSection | None = None
-    effects: dict[OwnName, EffectSection] = Field(default_factory=dict)
+    effects: dict[UserEffectName, EffectSection] = Field(default_factory=dict)
     record: RecordSection | None = None
     _source: YamlSource = PrivateAttr()
 
@@ -87,17 +87,17 @@ def parse_config(path: Path, text: str) -> Config:
 
 
 def _checked(source: YamlSource, files_may_be_missing: bool) -> Config:
-    surroundings = Surroundings(
+    context = ValidationContext(
         source.path.parent, _names(source, "rate"), _names(source, "effects"), files_may_be_missing
     )
     config, error = None, None
     try:
-        config = Config.model_validate(source.values, context=surroundings)
-    except ValidationError as found:
-        error = found
-    problems = problems_of(source, error, surroundings)
+        config = Config.model_validate(source.values, context=context)
+    except ValidationError as invalid:
+        error = invalid
+    problems = problems_of(source, error, context)
     if config is not None and not files_may_be_missing:
-        problems += tuple(source.problem(path, says) for path, says in _clip_counts(config))
+        problems += tuple(source.problem(path, problem) for path, problem in _clip_counts(config))
     if problems or config is None:
         raise (MissingFiles if _missing_files(error) == len(problems) else ConfigError)(*problems)
     config._source = source
@@ -111,8 +111,8 @@ def _missing_files(error: ValidationError | None) -> int:
 
 
 def _names(source: YamlSource, section: str) -> tuple[str, ...]:
-    given = source.values.get(section)
-    return tuple(given) if isinstance(given, dict) else ()
+    entries = source.values.get(section)
+    return tuple(entries) if isinstance(entries, dict) else ()
 
 
 def _clip_counts(config: Config) -> Iterator[tuple[PathTo, str]]:

@@ -6,12 +6,11 @@ exclude or need each other is in :mod:`pipeline.config.rules`. Paths are relativ
 
 import re
 from collections.abc import Mapping
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from calib.effects.catalogue import BASE
-from pipeline.config.presets import PRESETS
 from pipeline.config.types import (
     Columns,
     Count,
@@ -29,6 +28,23 @@ from pipeline.config.types import (
 from pipeline.devices.line_pattern import LinePattern
 from pipeline.devices.table import DEVICES
 from vision.rate.timebase import CLOCK_PPM
+
+#: name -> what the user would otherwise write under ``sensor:``.
+PRESETS: Mapping[str, Mapping[str, Any]] = {
+    # MTi data sheet as used by Angrisano et al.: 16 bit, ±5 g class (50 m/s²), ±150 °/s.
+    "xsens-mti": {
+        "name": "Xsens MTi",
+        "accelerometer": {"full_scale_m_s2": 50.0, "bits": 16, "encoding": "offset-binary"},
+        "gyroscope": {"full_scale_deg_s": 150.0, "bits": 16, "encoding": "offset-binary"},
+    },
+    # MPU-6000/6050 product specification after reset and after i2cdevlib's initialize():
+    # AFS_SEL = 0 (±2 g, 16384 LSB/g) and FS_SEL = 0 (±250 °/s, 131 LSB/(°/s)).
+    "mpu-6050": {
+        "name": "InvenSense MPU-6050",
+        "accelerometer": {"full_scale_g": 2.0, "bits": 16, "encoding": "twos-complement"},
+        "gyroscope": {"full_scale_deg_s": 250.0, "bits": 16, "encoding": "twos-complement"},
+    },
+}
 
 # --- sensor and site ---------------------------------------------------------------------------
 
@@ -62,16 +78,16 @@ class SensorSection(Section):
     gyroscope: GyroscopeSheet | None = None
 
 
-def _preset(given: object) -> object:
-    if not isinstance(given, str):
-        return given
-    if given not in PRESETS:
-        raise no_such("sensor preset", given, tuple(PRESETS))
-    return dict(PRESETS[given])
+def _preset(sensor: object) -> object:
+    if not isinstance(sensor, str):
+        return sensor
+    if sensor not in PRESETS:
+        raise no_such("sensor preset", sensor, tuple(PRESETS))
+    return dict(PRESETS[sensor])
 
 
 class SiteSection(Section):
-    """Where it was done: gravity and the Earth's rate. Ranges are those of the Earth's surface."""
+    """The site: gravity and the Earth's rate. The ranges are those of the Earth's surface."""
 
     gravity_m_s2: Annotated[Number, Field(ge=9.7, le=9.9)] | None = None
     sd_m_s2: Positive | None = None
@@ -96,7 +112,7 @@ class TimebaseSection(Section):
 
 
 class PlateSection(Section):
-    """The plate's ellipse and its mark, stated by hand where they cannot be found."""
+    """The plate's ellipse and its mark, stated by hand where they are not detected."""
 
     centre_px: tuple[Number, Number]
     radii_px: tuple[Positive, Positive]
@@ -120,10 +136,10 @@ class KnownRateSection(Section):
     sd_rad_s: Positive
 
 
-def _kind_of_rate(given: object) -> str:
+def _kind_of_rate(entry: object) -> str:
     """Known where a rate and no video is stated; anything else is read as a video's entry."""
-    stated = isinstance(given, Mapping) and any(re.match(r"(rate|sd)(_|$)", key) for key in given)
-    return "<known>" if stated and "video" not in given else "<video>"  # type: ignore[operator]
+    stated = isinstance(entry, Mapping) and any(re.match(r"(rate|sd)(_|$)", key) for key in entry)
+    return "<known>" if stated and "video" not in entry else "<video>"  # type: ignore[operator]
 
 
 Rate = Annotated[
@@ -135,7 +151,7 @@ Rate = Annotated[
 
 
 class PosesSection(Section):
-    """One file per pose (a pattern or a list), or one long log in which still parts are found."""
+    """One file per pose (a pattern or a list), or one long log with static intervals."""
 
     files: Files = ()
     log: Files = ()
@@ -145,11 +161,11 @@ class PosesSection(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _files_alone(cls, given: object) -> object:
-        return {"files": given} if isinstance(given, str | list) else given
+    def _files_alone(cls, poses: object) -> object:
+        return {"files": poses} if isinstance(poses, str | list) else poses
 
     def columns_of(self, i: int) -> tuple[str, ...] | None:
-        """The names for the i-th file: its own list, or the one for all."""
+        """The names for the i-th file: the i-th list, or the one list for all files."""
         if self.columns is None:
             return None
         return self.columns[i] if len(self.columns) > 1 else self.columns[0]
@@ -200,7 +216,7 @@ class CertificateSection(Section):
 
 
 class EffectSection(Section):
-    """A user's own effect: an expression in the pose's columns, or a Python function."""
+    """A user-defined effect: an expression in the pose's columns, or a Python function."""
 
     expression: str | None = None
     python: str | None = None

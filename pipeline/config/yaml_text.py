@@ -117,10 +117,10 @@ class YamlSource:
             return 1
         return (self.key_spans.get(path) or self.spans[path]).line
 
-    def problem(self, path: PathTo, says: str) -> str:
+    def problem(self, path: PathTo, text: str) -> str:
         """One paragraph about the value at ``path``: file, line, keys, what is wrong."""
         keys = f"{path_text(path)}: " if path else ""
-        return f"{self.path}:{self.line(path)}: {keys}{says}"
+        return f"{self.path}:{self.line(path)}: {keys}{text}"
 
 
 def read_source(path: Path) -> YamlSource:
@@ -215,8 +215,8 @@ def _root(text: str) -> yaml.MappingNode:
                            "template.")
         root: Any = loader.get_node()
         if not isinstance(root, yaml.MappingNode):
-            found = "a list" if isinstance(root, yaml.SequenceNode) else f"the text '{root.value}'"
-            raise _Refused(root.start_mark, f"found {found} at the top level; keys with values "
+            kind = "a list" if isinstance(root, yaml.SequenceNode) else f"the text '{root.value}'"
+            raise _Refused(root.start_mark, f"found {kind} at the top level; keys with values "
                            "are expected, such as `sensor: xsens-mti`. `pipeline init` writes a "
                            "template.")
         if loader.check_node():

@@ -1,16 +1,17 @@
 """The configuration: every key is read, every mistake is named with its line."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import yaml
 
-from calib.effects.catalogue import EFFECTS
+from calib.effects.catalogue import BASE, find_effect
+from calib.effects.effect import EFFECTS
 from pipeline.config.load import Config, load_config, triad_spec
 from pipeline.config.schema import KnownRateSection, VideoRateSection
 from pipeline.config.template import template_text
-from pipeline.config.types import EFFECT_NAMES
 from pipeline.errors import ConfigError, MissingFiles, exit_code_of
 from tests.paths import SHARED
 
@@ -149,8 +150,25 @@ def test_a_config_cannot_be_changed_after_loading(session: Path) -> None:
         load(session, GOOD).title = "other"  # type: ignore[misc]
 
 
-def test_effect_names_are_those_of_the_catalogue() -> None:
-    assert set(EFFECT_NAMES) == set(EFFECTS)
+def test_every_effect_of_the_catalogue_can_be_named_in_a_model(session: Path) -> None:
+    listed = [name for name in EFFECTS if name not in BASE]
+    text = GOOD.replace("column:supply_v, mine]", ", ".join(listed) + "]")
+    accelerometer = load(session, text).accelerometer
+    assert accelerometer is not None
+    assert accelerometer.model == (*BASE, *listed)
+
+
+def test_an_effect_that_is_registered_can_be_named_in_a_model_at_once(
+    session: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    new = replace(find_effect("quadratic"), name="magnetic_field")
+    text = GOOD.replace("column:supply_v", new.name)
+    with pytest.raises(ConfigError, match="no effect is named 'magnetic_field'"):
+        load(session, text)
+    monkeypatch.setitem(EFFECTS, new.name, new)
+    accelerometer = load(session, text).accelerometer
+    assert accelerometer is not None
+    assert new.name in accelerometer.model
 
 
 MISTAKES = [
@@ -198,7 +216,7 @@ MISTAKES = [
     ("[time_s, acc_x, acc_y, acc_z]", "[time_s, acc_x, acc_y]", 25, "acc_z missing beside"),
     ("        find: still\n", "", 23, "find: is missing"),
     ("[1, 2, 3]", "[1, 2, x]", 29, "found 'x', expected a number"),
-    ("  mine:", "  bias:", 31, "'bias' cannot name an effect of your own"),
+    ("  mine:", "  bias:", 31, "'bias' cannot name a user-defined effect"),
     ("installation: {log: gyr/a.csv}", "installation:", 32, "nothing stands after 'installation:'"),
     ("poses: 18}", "poses: 7.5}", 33, "expected a whole number"),
     ("poses: 18}", "poses: 27}", 33, "expected a number of at most 26"),
