@@ -10,12 +10,11 @@ from calib.poses.static_intervals import find_still
 from pipeline.config.load import Config
 from pipeline.config.schema import InstallationSection
 from pipeline.logs.read import read_log
-from pipeline.stages.context import Workplace
 from pipeline.stages.triads import TriadResult
 
 
 def measure_mounting(
-    config: Config, _workplace: Workplace, accelerometer: TriadResult | None
+    config: Config, accelerometer: TriadResult | None
 ) -> Installation | None:
     """Measure how the sensor is mounted; None where the file has no such section.
 

@@ -7,13 +7,13 @@ import numpy as np
 from calib.poses.runs import PlateRate
 from pipeline.config.load import Config
 from pipeline.config.schema import KnownRateSection, PlateSection, TimebaseSection, VideoRateSection
-from pipeline.stages.context import Workplace
+from pipeline.stages.context import RunContext
 from pipeline.stages.rate import SettingRate, follow_clips, measure_setting
 from vision.geometry import PlateOverride
 from vision.rate.timebase import Timebase
 
 
-def measure_rates(config: Config, workplace: Workplace) -> Mapping[str, SettingRate]:
+def measure_rates(config: Config, context: RunContext) -> Mapping[str, SettingRate]:
     """The rates of all plate settings, in the order of the file.
 
     Raises
@@ -27,7 +27,7 @@ def measure_rates(config: Config, workplace: Workplace) -> Mapping[str, SettingR
     rims = {name: None if rate.plate is None else rim(rate.plate) for name, rate in filmed.items()}
     named = [(clip, rims[name]) for name, rate in filmed.items() for clip in rate.video]
     clips = list(dict.fromkeys(named))
-    tracks = dict(zip(clips, follow_clips(clips, workplace), strict=True))
+    tracks = dict(zip(clips, follow_clips(clips, context), strict=True))
     return {
         name: _stated(name, rate)
         if isinstance(rate, KnownRateSection)

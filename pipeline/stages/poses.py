@@ -16,7 +16,6 @@ from pipeline.config.load import Config, triad_spec
 from pipeline.config.schema import PosesSection
 from pipeline.config.types import STOPPED
 from pipeline.logs.read import join_logs, read_log
-from pipeline.stages.context import Workplace
 from pipeline.stages.rate import SettingRate
 
 
@@ -61,9 +60,7 @@ class Recordings:
         return tuple(w for recording in self.by_setting.values() for w in recording.warnings)
 
 
-def average_recordings(
-    config: Config, _workplace: Workplace, rates: Mapping[str, SettingRate]
-) -> Recordings:
+def average_recordings(config: Config, rates: Mapping[str, SettingRate]) -> Recordings:
     """Read and average the poses of both triads; poses that serve both are read once.
 
     Raises

@@ -15,7 +15,7 @@ from pipeline.model_change import (
     read_target,
     require_addable,
 )
-from pipeline.stages.context import Workplace
+from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
 from tests.bench.trials import drawn
 from tests.sessions import pipeline
@@ -29,7 +29,7 @@ PAPER = paper_design().scaled(sample_rate=0.1)
 
 
 def run(config: Config) -> Outcome:
-    return run_stages(config, Workplace(config.output_folder), lambda name, artefact: None)
+    return run_stages(config, RunContext(config.output_folder))
 
 
 def never_run(config: Config) -> Outcome:
