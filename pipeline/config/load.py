@@ -16,6 +16,7 @@ from pipeline.config.schema import (
     GyroscopeSection,
     GyroscopeSheet,
     InstallationSection,
+    LogsSection,
     Rate,
     RecordSection,
     SensorOrPreset,
@@ -27,6 +28,10 @@ from pipeline.config.types import MISSING_FILE, Section, UserEffectName, Validat
 from pipeline.config.units import UNITS
 from pipeline.config.yaml_text import PathTo, YamlSource, parse_source, read_source
 from pipeline.errors import ConfigError, MissingFiles
+from pipeline.formatting import count
+
+#: The data sheets of accelerometer and gyroscope.
+Specs = tuple[TriadSpec | None, TriadSpec | None]
 
 
 class Config(Section):
@@ -98,6 +103,8 @@ def _checked(source: YamlSource, files_may_be_missing: bool) -> Config:
     problems = problems_of(source, error, context)
     if config is not None and not files_may_be_missing:
         problems += tuple(source.problem(path, problem) for path, problem in _clip_counts(config))
+    if config is not None and not files_may_be_missing:
+        problems += tuple(source.problem(path, text) for path, text in _column_counts(config))
     if problems or config is None:
         raise (MissingFiles if _missing_files(error) == len(problems) else ConfigError)(*problems)
     config._source = source
@@ -125,6 +132,33 @@ def _clip_counts(config: Config) -> Iterator[tuple[PathTo, str]]:
                 f"'{run.rate}' has {clips} clips for {len(run.poses.files)} poses. Give one clip "
                 f"for the whole run, or one per pose in the order of the poses."
             )
+
+
+def _column_counts(config: Config) -> Iterator[tuple[PathTo, str]]:
+    """Lists of column names that cannot be paired with the files of a key."""
+    sections: list[tuple[PathTo, LogsSection]] = []
+    if config.accelerometer:
+        sections.append((("accelerometer", "poses"), config.accelerometer.poses))
+    for i, run in enumerate(config.gyroscope.runs if config.gyroscope else ()):
+        sections.append((("gyroscope", "runs", i, "poses"), run.poses))
+    if config.installation:
+        sections.append((("installation",), config.installation))
+    for path, section in sections:
+        lists = len(section.columns or ())
+        for key, paths in section.files_by_key().items():
+            if lists > 1 and paths and len(paths) != lists:
+                yield (*path, "columns"), (
+                    f"{lists} lists of names for the {count(len(paths), 'file')} of `{key}`. Give "
+                    f"one list for all files, or one per file in the same order."
+                )
+
+
+def sensor_specs(sensor: SensorSection) -> Specs:
+    """The data sheets of accelerometer and gyroscope in SI units, None where one is not stated."""
+    return (
+        triad_spec(sensor.accelerometer) if sensor.accelerometer else None,
+        triad_spec(sensor.gyroscope) if sensor.gyroscope else None,
+    )
 
 
 def triad_spec(sheet: AccelerometerSheet | GyroscopeSheet) -> TriadSpec:

@@ -107,14 +107,11 @@ def poses(section: Values) -> Problems:
 
 
 def columns(section: Values) -> Problems:
-    """One list of names per file, each of which makes a log."""
+    """Lists of names, each of which makes a log."""
     rows = section.get("columns")
     if not isinstance(rows, list) or not rows:
         return
     rows = rows if isinstance(rows[0], list) else [rows]
-    if isinstance(section.get("log"), list) and len(rows) not in (1, len(section["log"])):
-        yield "columns", (f"{len(rows)} lists of names for {len(section['log'])} files; give one "
-                          "list, or one per file in the same order")
     for names in rows:
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
             continue  # the type itself is wrong and reported as such

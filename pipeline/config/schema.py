@@ -6,7 +6,8 @@ exclude or need each other is in :mod:`pipeline.config.rules`. Paths are relativ
 
 import re
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
@@ -150,25 +151,38 @@ Rate = Annotated[
 # --- poses and triads --------------------------------------------------------------------------
 
 
-class PosesSection(Section):
-    """One file per pose (a pattern or a list), or one long log with static intervals."""
+class LogsSection(Section):
+    """Log files: how their columns are named, and whether static intervals are to be found."""
 
-    files: Files = ()
-    log: Files = ()
+    FILE_KEYS: ClassVar[tuple[str, ...]] = ()
+
     columns: Columns | None = None
     sample_rate_hz: Positive | None = None
     find: Literal["still"] | None = None
+
+    def files_by_key(self) -> Mapping[str, tuple[Path, ...]]:
+        """The files that each key of the section names."""
+        return {key: getattr(self, key) for key in self.FILE_KEYS}
+
+    def columns_of(self, i: int) -> tuple[str, ...] | None:
+        """The names for the i-th file of a key: the i-th list, or the one list for all files."""
+        if self.columns is None:
+            return None
+        return self.columns[i] if len(self.columns) > 1 else self.columns[0]
+
+
+class PosesSection(LogsSection):
+    """One file per pose (a pattern or a list), or one long log with static intervals."""
+
+    FILE_KEYS = ("files", "log")
+
+    files: Files = ()
+    log: Files = ()
 
     @model_validator(mode="before")
     @classmethod
     def _files_alone(cls, poses: object) -> object:
         return {"files": poses} if isinstance(poses, str | list) else poses
-
-    def columns_of(self, i: int) -> tuple[str, ...] | None:
-        """The names for the i-th file: the i-th list, or the one list for all files."""
-        if self.columns is None:
-            return None
-        return self.columns[i] if len(self.columns) > 1 else self.columns[0]
 
 
 class AccelerometerSection(Section):
@@ -225,16 +239,15 @@ class EffectSection(Section):
     triad: Literal["accelerometer", "gyroscope"] | None = None
 
 
-class InstallationSection(Section):
+class InstallationSection(LogsSection):
     """Logs of the sensor where it is mounted, for roll, pitch and yaw of the mounting."""
+
+    FILE_KEYS = ("log", "reverse_log", "drive_log")
 
     log: Files
     reverse_log: Files = ()
     drive_log: Files = ()
     drive_direction: Literal["forward", "backward"] = "forward"
-    columns: Columns | None = None
-    sample_rate_hz: Positive | None = None
-    find: Literal["still"] | None = None
 
 
 def _device(name: str) -> str:

@@ -1,5 +1,6 @@
 """The text of a model change: the errors before and after, and the size of the effect."""
 
+import math
 from collections.abc import Iterator
 
 from pipeline.console.run_text import effect_rows, verdict_line
@@ -40,7 +41,7 @@ def _triad_lines(change: ModelChange, before: TriadResult, after: TriadResult) -
 def _rate_lines(setting: str, before: Outcome, after: Outcome) -> Iterator[str]:
     rates: list[SettingRate] = [outcome.rates[setting] for outcome in (before, after)]
     rows = [[f"rate.{setting}", "before", "after"]]
-    rows.append(["phase residual [°]", *(f"{57.29578 * _phase_rms(r):.4g}" for r in rates)])
+    rows.append(["phase residual [°]", *(f"{math.degrees(_phase_rms(r)):.4g}" for r in rates)])
     rows.append(["verdict", *(r.clips[0].diagnosis.verdict for r in rates)])
     yield from aligned(rows, indent="")
     for clip in rates[1].clips[:1]:

@@ -171,6 +171,23 @@ def test_an_effect_that_is_registered_can_be_named_in_a_model_at_once(
     assert new.name in accelerometer.model
 
 
+COLUMNS = "columns: [[time_s, acc_x, acc_y, acc_z], [time_s, gyr_x, gyr_y, gyr_z]]"
+
+
+@pytest.mark.parametrize(("old", "section", "message"), [
+    ("acc/pose_*.csv          # in natural order", f"{{files: acc/*.csv, {COLUMNS}}}",
+     "accelerometer.poses.columns: 2 lists of names for the 3 files of `files`. Give one list"),
+    ("{log: gyr/a.csv}", f"{{log: [gyr/a.csv, gyr/b.csv], drive_log: gyr/a.csv, {COLUMNS}}}",
+     "installation.columns: 2 lists of names for the 1 file of `drive_log`. Give one list"),
+])
+def test_lists_of_column_names_are_one_or_one_per_file_of_a_key(
+    session: Path, old: str, section: str, message: str
+) -> None:
+    with pytest.raises(ConfigError) as caught:
+        load(session, GOOD.replace(old, section))
+    assert message in str(caught.value)
+
+
 MISTAKES = [
     # where the text is changed, into what, line, and what the message must say
     ("title:", "titel:", 1, "titel: no key is named 'titel' here .did you mean 'title'"),

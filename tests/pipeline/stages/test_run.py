@@ -9,7 +9,7 @@ import pytest
 from calib.mounting.mounting import Installation
 from pipeline.config.load import load_config
 from pipeline.logs.read import read_log
-from pipeline.stages import poses as recordings
+from pipeline.stages import session_logs
 from pipeline.stages.context import RunContext
 from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
@@ -212,7 +212,7 @@ def test_poses_that_serve_both_triads_are_read_once(
         read.append(path.name)
         return read_log(path, *rest)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(recordings, "read_log", counting)
+    monkeypatch.setattr(session_logs, "read_log", counting)
     assert pipeline("run", session) == 0
     assert len(read) == 36
     assert results_in(session.with_suffix(".run"))["gyroscope"]["n_poses"] == 36
