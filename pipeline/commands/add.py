@@ -29,11 +29,11 @@ def command(
     The command refuses an effect that these data cannot determine or cannot separate from another
     one, and states the measurement that would allow it.
     """
-    from pipeline.commands.model_change import add_until_settled, change_model
+    from pipeline.commands.model_change import add_until_settled, change_and_show
 
     if auto == (target is not None):
         raise click.UsageError("name one effect to add, as in gyroscope.g_sensitivity, or --auto")
     if target is None:
         add_until_settled(config, allow_python)
     else:
-        change_model(config, target, allow_python, although_aliased=although_aliased)
+        change_and_show(config, target, allow_python, although_aliased=although_aliased)

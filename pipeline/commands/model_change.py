@@ -1,4 +1,4 @@
-"""Model changes at the terminal: run, change the model, run again, print both results."""
+"""A model change at the terminal: run, change the model, run again, print both results."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -8,14 +8,14 @@ import click
 from pipeline.commands import paragraph
 from pipeline.commands.run_with_progress import run_quietly
 from pipeline.config.load import Config, load_config
-from pipeline.console.model_change_text import model_change_lines
+from pipeline.console.model_change_text import change_lines
 from pipeline.console.run_text import next_step, verdict_line
-from pipeline.model_change import MOST_TURNS, Turn, next_target, read_target, turn
+from pipeline.model_change import MOST_CHANGES, ModelChange, change_model, next_target, read_target
 from pipeline.report.page import write_outputs
 from pipeline.stages.run import Outcome
 
 
-def change_model(
+def change_and_show(
     path: Path,
     target: str,
     allow_python: bool,
@@ -23,9 +23,9 @@ def change_model(
     remove: bool = False,
     although_aliased: bool = False,
 ) -> None:
-    """Make one change of the model; print it and write the results."""
+    """Change the model once, print the change and write the results."""
     config = load_config(path)
-    change = turn(
+    change = change_model(
         config,
         read_target(config, target),
         _runner(config, allow_python),
@@ -42,11 +42,11 @@ def add_until_settled(path: Path, allow_python: bool) -> None:
     run = _runner(config, allow_python)
     outcome = run(config)
     write_outputs(outcome, config.output_folder)
-    for _ in range(MOST_TURNS):
+    for _ in range(MOST_CHANGES):
         target = next_target(outcome)
         if target is None:
             break
-        change = turn(outcome.config, target, run, before=outcome)
+        change = change_model(outcome.config, target, run, before=outcome)
         _show(change)
         outcome = change.after
         write_outputs(outcome, config.output_folder)
@@ -63,8 +63,8 @@ def _runner(config: Config, allow_python: bool) -> Callable[[Config], Outcome]:
     return lambda changed: run_quietly(changed, config.output_folder, allow_python)
 
 
-def _show(change: Turn) -> None:
-    for line in model_change_lines(change):
+def _show(change: ModelChange) -> None:
+    for line in change_lines(change):
         click.echo(line)
     click.echo()
 

@@ -17,6 +17,6 @@ def command(config: Path, target: str, allow_python: bool) -> None:
 
     TARGET is accelerometer.NAME, gyroscope.NAME, or rate.SETTING.TERM. Comments in CONFIG are kept.
     """
-    from pipeline.commands.model_change import change_model
+    from pipeline.commands.model_change import change_and_show
 
-    change_model(config, target, allow_python, remove=True)
+    change_and_show(config, target, allow_python, remove=True)

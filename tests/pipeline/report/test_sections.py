@@ -12,7 +12,7 @@ from pipeline.report.pose_charts import coverage_figure, residual_figure
 from pipeline.report.rate_charts import rate_view
 from pipeline.report.refit_data import refit_json
 from pipeline.report.tables import budget_rows
-from pipeline.stages.context import Workplace
+from pipeline.stages.context import RunContext
 from pipeline.stages.rate import measure_setting
 from pipeline.stages.run import Outcome, run_stages
 from tests.pipeline.conftest import RunSession
@@ -39,7 +39,7 @@ def outcome(finished: RunSession, tmp_path_factory: pytest.TempPathFactory) -> O
     config = folder / finished.config.name
     head, _, tail = config.read_text(encoding="utf-8").rpartition("misalignment]")
     config.write_text(f"{head}misalignment, bias_drift]{tail}{MORE}", encoding="utf-8")
-    return run_stages(load_config(config), Workplace(), lambda *_: None)
+    return run_stages(load_config(config), RunContext())
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +107,7 @@ def test_poses_at_rest_have_no_directions_to_cover_and_cannot_scatter_about_zero
     config.write_text(
         head + "gyroscope:\n  runs: [{poses: accelerometer/pose_*.csv, rate: stopped}]\n"
         "  model: [bias]\n", encoding="utf-8")
-    outcome = run_stages(load_config(config), Workplace(), lambda *_: None)
+    outcome = run_stages(load_config(config), RunContext())
     assert outcome.gyroscope is not None
     assert outcome.accelerometer is not None
     assert coverage_figure(outcome.gyroscope) is None
@@ -130,7 +130,7 @@ def test_poses_that_are_laid_by_hand_are_not_asked_for_faces(
     head, _, _ = config.read_text(encoding="utf-8").partition("gyroscope:  #")
     config.write_text(head.replace("accelerometer/pose_*.csv\n  model: [bias, scale, misalignment]",
                                    f"[{few}]\n  model: [bias, scale]"), encoding="utf-8")
-    outcome = run_stages(load_config(config), Workplace(), lambda *_: None)
+    outcome = run_stages(load_config(config), RunContext())
     assert outcome.accelerometer is not None
     figure = coverage_figure(outcome.accelerometer)
     assert figure is not None
@@ -160,7 +160,7 @@ def test_long_clips_are_thinned_and_say_so() -> None:
 
 
 def test_a_stated_rate_needs_no_pictures(finished: RunSession) -> None:
-    outcome = run_stages(load_config(finished.config), Workplace(), lambda *_: None)
+    outcome = run_stages(load_config(finished.config), RunContext())
     view = rate_view(next(iter(outcome.rates.values())))
     assert (view.frame, view.figures) == ("", ())
     assert "not measured from a clip" in view.text
