@@ -9,27 +9,22 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from calib.diagnosis.refit import FEWEST_DOF
-from calib.fit.calibration import MISFIT_P_VALUE
-from calib.fit.identifiability import VISIBLE_SHARE
-from calib.fit.leave_one_out import LARGEST_LEVERAGE
 from pipeline.console.mounting_text import mounting_text
 from pipeline.console.run_text import triad_figures
 from pipeline.files import write_whole
 from pipeline.report.added_variable import added_variable_figure
+from pipeline.report.axis_charts import axis_charts
 from pipeline.report.glossary import TERMS, with_terms
 from pipeline.report.history_chart import staircase
 from pipeline.report.pose_charts import (
-    SHOWN_SD,
     covariate_figures,
     coverage_figure,
     residual_figure,
     run_legend,
 )
 from pipeline.report.rate_charts import rate_view
-from pipeline.report.refit_data import refit_json
+from pipeline.report.refit_data import constants_json, refit_json
 from pipeline.report.summary import STANDING, Answer, answer_for, overall_verdict
-from pipeline.report.svg import NICE
 from pipeline.report.tables import budget_rows, parameter_groups
 from pipeline.results.history import Step, read_history, with_step, write_history
 from pipeline.results.json_values import Json
@@ -41,15 +36,6 @@ from pipeline.stages.user_effects import own_effects
 
 REPORT_NAME = "report.html"
 TEMPLATE_NAME = "report.html"
-#: What the page's script shares with the fit and with the charts that it redraws.
-CONSTANTS: Json = {
-    "visible_share": VISIBLE_SHARE,
-    "smallest_block": 1 - LARGEST_LEVERAGE,
-    "misfit_p_value": MISFIT_P_VALUE,
-    "fewest_dof": FEWEST_DOF,
-    "shown_sd": SHOWN_SD,
-    "nice": NICE,
-}
 
 
 def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None = None) -> str:
@@ -93,7 +79,7 @@ def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None =
         installation=_installation_view(outcome),
         payload=_script_json({
             "config": config,
-            "constants": CONSTANTS,
+            "constants": constants_json(),
             "triads": [view["payload"] for view in views],
         }),
     )
@@ -127,6 +113,7 @@ def _triad_view(
         "effects": payload["effects"],
         "residual": residual_figure(result),
         "legend": run_legend(result),
+        "axes": axis_charts(result),
         "covariates": tuple(covariate_figures(result)),
         "coverage": coverage_figure(result),
         "added": added_variable_figure(result, payload),

@@ -22,13 +22,19 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from calib.diagnosis.hypotheses import candidate_effects
+from calib.diagnosis.refit import FEWEST_DOF
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import Effect
+from calib.fit.calibration import MISFIT_P_VALUE
+from calib.fit.identifiability import VISIBLE_SHARE
+from calib.fit.leave_one_out import LARGEST_LEVERAGE
 from calib.fit.model import Model
 from calib.fit.residuals import Equations
 from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray
 from pipeline.formatting import DISPLAY
+from pipeline.report.pose_charts import SHOWN_SD
+from pipeline.report.svg import NICE
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
 
@@ -57,6 +63,18 @@ class Box:
     judged: FloatArray
     start: FloatArray
     theta: FloatArray | None
+
+
+def constants_json() -> Json:
+    """The levels that the page's script shares with the solver and the charts."""
+    return {
+        "visible_share": VISIBLE_SHARE,
+        "smallest_block": 1 - LARGEST_LEVERAGE,
+        "misfit_p_value": MISFIT_P_VALUE,
+        "fewest_dof": FEWEST_DOF,
+        "shown_sd": SHOWN_SD,
+        "nice": NICE,
+    }
 
 
 def refit_json(result: TriadResult, defined: Mapping[str, Effect]) -> Json:
@@ -110,7 +128,7 @@ def _boxes(result: TriadResult, defined: Mapping[str, Effect]) -> Iterator[Box]:
     listed = [e for e in candidate_effects(fit, tuple(defined.values())) if e.name in rank]
     for effect in sorted(listed, key=lambda e: rank[e.name]):
         model = fit.model + effect
-        shape = _best_shape(fit, model, effect)
+        shape = best_shape(fit, model, effect)
         columns = _columns(fit, model, effect, shape)
         size = _sizes(fit, columns)
         yield _with_derivative(fit, model, effect, shape, size, in_model=False)
@@ -175,7 +193,7 @@ def _sizes(fit: Fit, columns: FloatArray) -> FloatArray:
     return np.asarray(beta[-columns.shape[1] :])
 
 
-def _best_shape(fit: Fit, model: Model, effect: Effect) -> float | None:
+def best_shape(fit: Fit, model: Model, effect: Effect) -> float | None:
     """The shape value at which the linearised refit leaves least; None without a shape."""
     if effect.shape is None:
         return None
