@@ -31,7 +31,9 @@ from pipeline.formatting import DISPLAY, RPM
 
 PPM = 1e6
 GRID = 60  #: points of a drawn curve
+SHIFT = 0.37  #: of the range of a condition, to see whether an effect depends on it
 POOREST = 2.5  #: times the best sd of an axis: poses that say less about it are not shown
+FEWEST = 4  #: poses of a panel: fewer show no shape
 NOTHING = 1e-9  #: relative change that is rounding
 
 
@@ -139,7 +141,7 @@ def panels(fit: Fit, effect: Effect, shape: float | None = None) -> tuple[Panel,
         rows = _per_pose(fit, sensitivity[:, a], after)
         shown.append(_panel(fit, effect, value, at, (a, j, name), driver, is_scale, rows,
                             (theta[j], theta_sd[j])))
-    return tuple(shown)
+    return tuple(panel for panel in shown if panel is not None)
 
 
 def _solved(
@@ -199,9 +201,10 @@ def _driver(
     for each in known:
         now = each.of(at)
         reach = np.ptp(now) or np.abs(now).max() or 1.0
-        other = effect.evaluate(each.changed(at, now + 0.37 * reach), shape)[:, a, j]
-        turned = effect.evaluate(each.changed(at, -now), shape)[:, a, j]
-        if max(np.abs(other - value).max(), np.abs(turned - value).max()) > NOTHING * size:
+        with np.errstate(all="ignore"):  # a time before the session can be out of an effect's range
+            others = [effect.evaluate(each.changed(at, changed), shape)[:, a, j] - value
+                      for changed in (now + SHIFT * reach, -now)]
+        if not np.abs(others).max() <= NOTHING * size:
             moving.append(each)
     if len(moving) == 1:
         return moving[0], False
@@ -218,7 +221,8 @@ def _panel(
     fit: Fit, effect: Effect, shape: float | None, at: Conditions, which: tuple[int, int, str],
     driver: Driver, is_scale: bool, rows: tuple[FloatArray, FloatArray],
     size: tuple[float, float],
-) -> Panel:
+) -> Panel | None:
+    """One panel; None where too few poses know the axis, or the driver does not vary in them."""
     a, j, name = which
     unit, factor = DISPLAY[fit.poses.triad]
     error, sd = rows
@@ -227,7 +231,10 @@ def _panel(
     with np.errstate(divide="ignore", invalid="ignore"):
         share, sd = error / per, sd / np.abs(per)
     x = driver.of(at)
-    kept = np.flatnonzero(sd <= POOREST * sd.min())
+    best = float(np.min(sd, initial=np.inf))
+    kept = np.flatnonzero(np.isfinite(sd) & (sd <= POOREST * best))
+    if len(kept) < FEWEST or np.ptp(x[kept]) == 0:
+        return None
 
     def explained(values: FloatArray) -> FloatArray:
         """What one unit of the parameter does at ``values`` of the driver, SI or relative."""
