@@ -6,7 +6,7 @@ from math import isnan
 from pathlib import Path
 from typing import Any
 
-from calib.fit.parameters import TriadParameters
+from calib.fit.calibration import TriadParameters
 from calib.mounting.mounting import Installation
 from calib.poses.imu_log import AXES, SI_UNIT
 from pipeline.console.mounting_text import mounting_text

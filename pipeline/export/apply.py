@@ -12,8 +12,7 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.errors import Undetermined, UnusableLog
-from calib.fit.correction import Correction
-from calib.fit.model import Model, pick
+from calib.fit.model import Correction, Model, pick
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.logs.write import LARGEST, csv_rows

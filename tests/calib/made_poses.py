@@ -16,8 +16,13 @@ from calib.fit.residuals import Equations
 from calib.poses.attitudes import natural_directions
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.pose_set import PoseSet
-from calib.poses.reference import CommonError, Reference, constant_reference, join_references
+from calib.poses.pose_set import (
+    CommonError,
+    PoseSet,
+    Reference,
+    constant_reference,
+    join_references,
+)
 
 GRAVITY = 9.81
 SLOW, FAST = 100 / 180 * np.pi, 200 / 180 * np.pi

@@ -8,9 +8,14 @@ import pytest
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import EFFECTS
 from calib.errors import CalibrationError
-from calib.fit.calibration import calibrate_triad, misfit_p_value
+from calib.fit.calibration import (
+    alignment,
+    calibrate_triad,
+    misfit_p_value,
+    theta_of,
+    triad_parameters,
+)
 from calib.fit.model import Model
-from calib.fit.parameters import alignment, theta_of, triad_parameters
 from calib.fit.solver import fit
 from calib.poses.attitudes import direction_name, list_directions, natural_directions, uncovered
 from calib.poses.data_sheet import TriadSpec
