@@ -173,9 +173,7 @@ def frame_rotation(fit: Fit, accelerometer: Fit | None = None) -> FrameRotation 
 
 def _moved(fit: Fit, vector: FloatArray) -> FloatArray:
     """How far each parameter of bias, scale and misalignment moves ``vector`` (m, 3), (m, 3, p)."""
-    m = len(vector)
-    nothing = np.full(m, np.nan)
-    at = Conditions(vector, nothing, vector, nothing, nothing, vector, vector)
+    at = Conditions.of_vectors(vector)
     return np.asarray(-stack_columns(fit.model.acting_on("reading"), at, {}))
 
 

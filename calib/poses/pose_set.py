@@ -14,6 +14,10 @@ from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, BoolArray, FloatArray, IntArray, Triad
 from calib.poses.mean_noise import NOISE_DOF_PER_POSE, correlated_sd
 
+Rows = IntArray | BoolArray | slice | Sequence[int]
+PER_POSE = ("reading", "sd", "force", "vibration", "spin_rad_s", "time_s", "expected")
+"""Arrays of a :class:`PoseSet` with one row per pose."""
+
 
 @dataclass(frozen=True)
 class CommonError:
@@ -38,12 +42,15 @@ class Reference:
         moves each magnitude. It does not average down; it goes straight into the scale.
     common_names : tuple of str
         What the q common errors are, for the uncertainty budget.
+    of_setting : frozenset of str
+        Those among them that belong to one setting of the plate: another one brings its own.
     """
 
     magnitude: FloatArray
     sd: FloatArray
     common: FloatArray
     common_names: tuple[str, ...]
+    of_setting: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         n = len(self.magnitude)
@@ -54,6 +61,12 @@ class Reference:
     def is_null(self) -> BoolArray:
         """Which poses were taken with nothing to measure, shape (n,)."""
         return np.asarray(self.magnitude == 0.0)
+
+    def take(self, rows: Rows) -> "Reference":
+        """The references of these poses alone."""
+        return replace(
+            self, magnitude=self.magnitude[rows], sd=self.sd[rows], common=self.common[rows]
+        )
 
 
 def constant_reference(
@@ -82,6 +95,7 @@ def join_references(parts: Sequence[Reference]) -> Reference:
         np.concatenate([part.sd for part in parts]),
         np.concatenate(blocks),
         names,
+        frozenset().union(*(part.of_setting for part in parts)),
     )
 
 
@@ -128,6 +142,39 @@ class PoseSet:
 
     def __len__(self) -> int:
         return len(self.label)
+
+    def take(self, rows: Rows) -> "PoseSet":
+        """These poses alone, in this order; a pose may be taken more than once."""
+        index = np.arange(len(self))[rows]
+        return PoseSet(
+            triad=self.triad,
+            label=tuple(self.label[i] for i in index),
+            run=tuple(self.run[i] for i in index),
+            reference=self.reference.take(index),
+            columns={name: values[index] for name, values in self.columns.items()},
+            **{name: getattr(self, name)[index] for name in PER_POSE},
+        )
+
+    def concat(self, other: "PoseSet") -> "PoseSet":
+        """These poses followed by those of ``other``, with the columns that both have.
+
+        Common errors of the same name are the same error.
+        """
+        return PoseSet(
+            triad=self.triad,
+            label=self.label + other.label,
+            run=self.run + other.run,
+            reference=join_references([self.reference, other.reference]),
+            columns={
+                name: np.concatenate([values, other.columns[name]])
+                for name, values in self.columns.items()
+                if name in other.columns
+            },
+            **{
+                name: np.concatenate([getattr(self, name), getattr(other, name)])
+                for name in PER_POSE
+            },
+        )
 
     @property
     def noise_dof(self) -> float:

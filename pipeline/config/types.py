@@ -17,18 +17,11 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
+from calib.effects.catalogue import EFFECTS
 from pipeline.config.file_patterns import NoSuchFile, find_files
 from pipeline.names import nearest_name
+from vision.rate.terms import CONSTANT_RATE, TERMS
 
-EFFECT_NAMES = (
-    "bias", "scale", "misalignment", "frame_rotation", "quadratic", "cubic", "asymmetry",
-    "cross_quadratic", "temperature_bias", "temperature_scale", "bias_drift", "scale_drift",
-    "warm_up", "hysteresis", "vibration_rectification", "g_sensitivity", "g_squared_sensitivity",
-    "lever_arm", "earth_rate", "reference_offset", "reference_scale", "reference_drift",
-    "direction_dependent_rate",
-)
-VISION_TERMS = ("constant_rate", "once_per_rev", "twice_per_rev", "rate_drift", "frame_steps",
-                "rolling_shutter")
 STOPPED = "stopped"  #: the run's rate that means: the plate did not turn
 
 
@@ -85,7 +78,7 @@ Three = tuple[Number, Number, Number]
 
 
 def _effect(name: str, info: ValidationInfo) -> str:
-    right = EFFECT_NAMES + _around(info).own_effects
+    right = (*EFFECTS, *_around(info).own_effects)
     column = name.removeprefix("column:")
     if name not in right and (column in (name, "")):
         near = nearest_name(name, (*right, "column:NAME"))
@@ -94,15 +87,15 @@ def _effect(name: str, info: ValidationInfo) -> str:
 
 
 def _own_name(name: str) -> str:
-    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name) or name in EFFECT_NAMES:
+    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name) or name in EFFECTS:
         raise refusal(f"'{name}' cannot name an effect of your own: letters, digits and _ are "
                       "expected, and a name that no listed effect has")
     return name
 
 
 def _vision_term(name: str) -> str:
-    if name not in VISION_TERMS:
-        raise no_such("vision term", name, VISION_TERMS)
+    if name not in (CONSTANT_RATE, *TERMS):
+        raise no_such("vision term", name, (CONSTANT_RATE, *TERMS))
     return name
 
 

@@ -63,6 +63,18 @@ class Stored:
         """Where it is."""
         return self.path.parent
 
+    @property
+    def mounting_rotation(self) -> FloatArray | None:
+        """R (3, 3) of the installation, from the vehicle's axes to the sensor's; None without."""
+        section = self.found.get("installation")
+        return None if section is None else np.array(section["rotation"], dtype=float)
+
+    @property
+    def gyroscope_to_accelerometer_rad(self) -> FloatArray | None:
+        """Rotation vector (3,) between the triads' frames; None where it was not measured."""
+        angles = (self.found.get("gyroscope") or {}).get("frame_to_accelerometer_rad")
+        return None if angles is None else np.array(angles, dtype=float)
+
 
 def load_results(path: Path) -> Stored:
     """Read ``results.json``; ``path`` is the file or its folder.

@@ -154,18 +154,5 @@ def some_conditions(triad: Triad, n: int = 12, seed: int = 1) -> Conditions:
     rng = np.random.default_rng(seed)
     rows = rng.permutation(len(poses))[:n]
     at = poses.conditions(poses.reading)
-    return take(at, rows)
+    return at.take(rows)
 
-
-def take(at: Conditions, rows: FloatArray | list[int]) -> Conditions:
-    """The conditions of these rows alone."""
-    return Conditions(
-        at.vector[rows],
-        at.magnitude[rows],
-        at.force[rows],
-        at.spin_rad_s[rows],
-        at.time_s[rows],
-        at.previous[rows],
-        at.vibration[rows],
-        {name: values[rows] for name, values in at.columns.items()},
-    )
