@@ -28,10 +28,7 @@ from pipeline.config.types import (
 )
 from pipeline.devices.line_pattern import LinePattern
 from pipeline.devices.table import DEVICES
-
-#: Sd of a camera's clock, parts per million, where nobody states it: crystals are good to 20-100;
-#: a stated frame rate ("15 fps") is often a rounded or nominal one.
-CLOCK_PPM = {"container": 100.0, "constant": 500.0}
+from vision.rate.timebase import CLOCK_PPM
 
 # --- sensor and site ---------------------------------------------------------------------------
 
