@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from calib.fit.calibration import TriadParameters
-from calib.mounting.mounting import Installation
+from calib.mounting.mounting import Mounting
 from calib.poses.imu_log import AXES, SI_UNIT
 from pipeline.console.mounting_text import mounting_text
 from pipeline.console.rate_text import rate_line
@@ -30,7 +30,7 @@ def stage_lines(name: str, artefact: Any) -> Iterator[str]:
         poses = sum(len(recording.means) for recording in artefact.by_setting.values())
         if poses:
             yield f"{'logs':<{NAME_WIDTH}} {count(poses, 'pose')} averaged"
-    elif isinstance(artefact, Installation):
+    elif isinstance(artefact, Mounting):
         yield f"{'installation':<{NAME_WIDTH}} {mounting_text(artefact)}"
     elif artefact is not None:
         raise TypeError(f"no line is known for the stage {name}")
@@ -43,7 +43,7 @@ def stage_warnings(artefact: Any) -> Iterator[str]:
             yield from rate.warnings
     elif isinstance(artefact, Recordings | TriadResult):
         yield from artefact.warnings
-    elif isinstance(artefact, Installation):
+    elif isinstance(artefact, Mounting):
         yield from artefact.notes
 
 

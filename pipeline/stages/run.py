@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from calib.mounting.mounting import Installation
+from calib.mounting.mounting import Mounting
 from pipeline.config.load import Config
 from pipeline.stages.context import Workplace
 from pipeline.stages.poses import Recordings
@@ -24,7 +24,7 @@ class Outcome:
     recordings: Recordings
     accelerometer: TriadResult | None
     gyroscope: TriadResult | None
-    installation: Installation | None
+    installation: Mounting | None
 
     @property
     def triads(self) -> tuple[TriadResult, ...]:
