@@ -12,10 +12,10 @@ from vision.geometry import FloatArray, View
 from vision.plate.background import every_nth, median_picture, repeated, spread_choice
 from vision.plate.channel import Brightness, Channel, channels
 from vision.plate.detect import proposals
+from vision.plate.mark import symmetry
 from vision.plate.polar import polar_grid, ring_spectra
 from vision.plate.refusal import why_it_jumps, why_nothing_turns
 from vision.plate.rotation import Spin, find_spin, same_spindle, seek_spindle
-from vision.plate.symmetry import symmetry
 from vision.plate.template import Alignment, Template, align
 from vision.plate.view_refinement import motion_basis
 from vision.video import Frame, Luma

@@ -7,9 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray, View
-from vision.plate.polar import polar_grid
+from vision.plate.polar import polar_grid, ring_spectra
 from vision.plate.template import Template
 from vision.video import Luma
+
+ALIKE = 0.9  # correlation of the template with itself turned by a part of a turn
+APART = 0.5  # the same, where a mark does not overlap itself any more
+MOST_FOLD = 12
 
 HALF = 0.5  # of the highest contrast: what belongs to the mark
 WIDEST_RAD = 0.7
@@ -156,3 +160,28 @@ def find_deck_mark(still: Luma, view: View) -> tuple[float, float] | None:
     azimuth = centres[label][0] * 2 * np.pi / DECK_AZIMUTHS
     ring = float(np.interp(centres[label][1], np.arange(len(radius)), radius))
     return ring, float(np.angle(np.exp(1j * azimuth)))
+
+
+def symmetry(template: Template) -> int:
+    """How many times per turn the plate looks the same."""
+    alike = _likeness(template)
+    for fold in range(MOST_FOLD, 1, -1):
+        at = round(template.grid.azimuths / fold)
+        if alike[at - 1 : at + 2].max() > ALIKE:
+            return fold
+    return 1
+
+
+def repeats_itself(template: Template) -> bool:
+    """Whether the plate looks the same again anywhere around it."""
+    alike = _likeness(template)
+    beside = int(np.argmax(alike < APART))
+    return bool(alike[beside : len(alike) - beside].max() > ALIKE)
+
+
+def _likeness(template: Template) -> FloatArray:
+    """Correlation of the template with itself turned by 0, 1, 2, … samples, shape (n,)."""
+    power = np.abs(ring_spectra(template.turning)) ** 2
+    power = (power * template.grid.weight()[:, None]).sum(axis=0)
+    correlation = np.fft.irfft(power, template.grid.azimuths)
+    return np.asarray(correlation / max(float(correlation[0]), 1e-9))

@@ -3,8 +3,8 @@
 import numpy as np
 
 from vision.geometry import View
+from vision.plate.mark import repeats_itself
 from vision.plate.rotation import Spin
-from vision.plate.symmetry import repeats_itself
 from vision.plate.template import Template
 
 WHOLE = 0.95  # of the rim inside the picture
