@@ -9,7 +9,7 @@ from vision.orientation import Orientation, stated_orientation
 from vision.rate.measure import measure_rate
 from vision.rate.timebase import Timebase
 from vision.tracking.track import track_phase
-from vision.video import Film
+from vision.video import ClipReader
 
 pytest.importorskip("av", reason="rendering clips needs PyAV")
 
@@ -72,7 +72,7 @@ def shown(mp4, how):
 
 
 def first_picture(path):
-    with Film(path) as film:
+    with ClipReader(path) as film:
         return next(iter(film))[0].luma
 
 
@@ -89,7 +89,7 @@ def test_a_film_is_seen_and_measured_as_it_is_shown(how, clip, stored, tmp_path)
     # The deck's mark stands at azimuth φ, y upwards: x = cos φ, y = -sin φ.
     x, y = np.cos(stored.deck_mark_rad), -np.sin(stored.deck_mark_rad)
     expected = np.arctan2(-(b * x + d * y), a * x + c * y)
-    assert abs(np.angle(np.exp(1j * (track.deck_mark_rad - expected)))) < 0.03
+    assert abs(np.angle(np.exp(1j * (track.fixed_mark_rad - expected)))) < 0.03
 
     mirrored = a * d - b * c < 0
     rate = measure_rate(track, timebase=Timebase(ppm=0.0))

@@ -1,4 +1,4 @@
-"""Where a plate may be: ellipses in the still picture, and ellipses along which a mark moves.
+"""Where a plate may be: ellipses in the still frame, and ellipses along which a mark moves.
 
 These are proposals. Which of them turns, and where exactly its axis is, the motion itself decides
 (``vision.plate.template``).
@@ -12,19 +12,19 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.geometry import View, view_of_ellipse
+from vision.geometry import PlateView, view_of_ellipse
 from vision.plate.background import spread_choice
 from vision.video import Luma
 
 LARGEST_SIDE = 400  # pixels; a proposal needs no more
 LEVELS = 9  # brightness thresholds tried
-SMALLEST_AREA = 0.015  # of the picture
+SMALLEST_AREA = 0.015  # of the frame
 FLATTEST = 0.2  # minor over major axis; flatter is more than 78° of tilt
 OPENINGS = (0.02, 0.07)  # of the shorter side: cuts what touches the rim (tonearm, rod, hand)
 FIT_TOLERANCE = 0.02  # of the mean axis, rms of the contour about the ellipse
 SAME = 0.06  # proposals closer than this in centre and axes (of the axes) are one
 MOST = 8
-TRACK_PICTURES = 120
+TRACK_FRAMES = 120
 TRACK_TRIALS = 300
 TRACK_MISSED = 1e-4  # probability at which trials end that not one of them was free of strays
 TRACK_INLIERS = 0.4
@@ -34,12 +34,12 @@ RIM_OVER_TRACK = 1.15  # a mark is put near the rim
 Ellipse = tuple[tuple[float, float], tuple[float, float], float]  # centre, full axes, degrees
 
 
-def proposals(still: Luma, pictures: Sequence[Luma]) -> list[View]:
+def proposals(still: Luma, images: Sequence[Luma]) -> list[PlateView]:
     """Views of possible plates, the unit circle on the rim (about), largest first."""
     factor = -(-max(still.shape) // LARGEST_SIDE)
     small = _reduced(still, factor)
     some = [
-        _reduced(pictures[i], factor) for i in spread_choice(len(pictures), TRACK_PICTURES)
+        _reduced(images[i], factor) for i in spread_choice(len(images), TRACK_FRAMES)
     ]
     found: list[Ellipse] = []
     for ellipse in (*_edges(small), *_mark_tracks(small, some)):
@@ -49,16 +49,16 @@ def proposals(still: Luma, pictures: Sequence[Luma]) -> list[View]:
     return [_view(ellipse, factor) for ellipse in found[:MOST]]
 
 
-def _reduced(picture: Luma, factor: int) -> Luma:
+def _reduced(image: Luma, factor: int) -> Luma:
     if factor == 1:
-        return picture
-    h, w = (n // factor for n in picture.shape)
-    whole = picture[: h * factor, : w * factor]
+        return image
+    h, w = (n // factor for n in image.shape)
+    whole = image[: h * factor, : w * factor]
     return np.asarray(cv2.resize(whole, (w, h), interpolation=cv2.INTER_AREA), np.uint8)
 
 
-def _view(ellipse: Ellipse, factor: int) -> View:
-    """View of an ellipse in a picture that was reduced by a factor."""
+def _view(ellipse: Ellipse, factor: int) -> PlateView:
+    """View of an ellipse in a frame that was reduced by a factor."""
     (x, y), (a, b), degrees = ellipse
     middle = (factor - 1) / 2
     return view_of_ellipse(
@@ -98,7 +98,7 @@ def _edges(still: Luma) -> list[Ellipse]:
 
 
 def _ellipse_around(contour: NDArray[Any], shape: tuple[int, ...]) -> tuple[float, Ellipse] | None:
-    """Relative misfit and ellipse of the part of a contour that is not the picture's border."""
+    """Relative misfit and ellipse of the part of a contour that is not the frame's border."""
     if len(contour) < 40 or cv2.contourArea(contour) < SMALLEST_AREA * shape[0] * shape[1]:
         return None
     points = cv2.convexHull(contour)[:, 0].astype(np.float64)
@@ -149,11 +149,11 @@ def _distance(ellipse: Ellipse, points: NDArray[np.float64]) -> NDArray[np.float
     return np.asarray(reach * np.abs(1 - 1 / np.maximum(ratio, 1e-6)) * 2 / np.sqrt(a * b))
 
 
-def _mark_tracks(still: Luma, pictures: Sequence[Luma]) -> list[Ellipse]:
+def _mark_tracks(still: Luma, images: Sequence[Luma]) -> list[Ellipse]:
     """The ellipse along which the most conspicuous moving spot runs, grown to the rim."""
     spots = []
-    for picture in pictures:
-        change = cv2.GaussianBlur(cv2.absdiff(picture, still), (5, 5), 0)
+    for image in images:
+        change = cv2.GaussianBlur(cv2.absdiff(image, still), (5, 5), 0)
         _, peak, _, (x, y) = cv2.minMaxLoc(change)
         box = change[max(y - 8, 0) : y + 9, max(x - 8, 0) : x + 9].astype(float)
         box[box < peak / 2] = 0
@@ -167,7 +167,7 @@ def _mark_tracks(still: Luma, pictures: Sequence[Luma]) -> list[Ellipse]:
     points = np.array(spots)
     if len(points) < 12:
         return []
-    rng = Random(0)  # the same film gives the same proposals
+    rng = Random(0)  # the same clip gives the same proposals
     best: NDArray[np.bool_] = np.zeros(len(points), bool)
     needed = float(TRACK_TRIALS)
     for trial in range(TRACK_TRIALS):

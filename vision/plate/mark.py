@@ -1,4 +1,4 @@
-"""The mark on the plate and the fixed mark beside it, and the centroid of a mark in a picture."""
+"""The mark on the plate and the fixed mark beside it, and the centroid of a mark in a frame."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.geometry import FloatArray, View
+from vision.geometry import FloatArray, PlateView
 from vision.plate.polar import polar_grid, ring_spectra
 from vision.plate.template import Template
 from vision.video import Luma
@@ -19,9 +19,9 @@ HALF = 0.5  # of the highest contrast: what belongs to the mark
 WIDEST_RAD = 0.7
 RIVAL = 0.75  # a second spot as strong as this along the same rings makes the mark ambiguous
 CENTROID_FLOOR = 0.25  # of the peak
-DECK_RINGS = (1.01, 1.35)  # plate radii in which a fixed mark is looked for
-DECK_CONTRAST = 6.0  # times the scatter of its surroundings
-DECK_AZIMUTHS = 720
+FIXED_MARK_RINGS = (1.01, 1.35)  # plate radii in which a fixed mark is looked for
+FIXED_MARK_CONTRAST = 6.0  # times the scatter of its surroundings
+FIXED_MARK_AZIMUTHS = 720
 
 
 @dataclass(frozen=True)
@@ -93,12 +93,12 @@ def find_mark(template: Template) -> PlateMark | None:
 def centroid(
     along: NDArray[np.float32], mark: PlateMark, expected_rad: FloatArray
 ) -> FloatArray:
-    """Azimuth of the mark in some pictures.
+    """Azimuth of the mark in some frames.
 
     Parameters
     ----------
     along : array, shape (f, n)
-        The pictures less what stands still, summed over the rings of the mark.
+        The frames less what stands still, summed over the rings of the mark.
     mark : PlateMark
     expected_rad : array, shape (f,)
         Where the mark should be; only an ambiguous mark needs it.
@@ -133,11 +133,11 @@ def _azimuths(n: int) -> FloatArray:
     return np.arange(n) * 2 * np.pi / n
 
 
-def find_deck_mark(still: Luma, view: View) -> tuple[float, float] | None:
+def find_fixed_mark(still: Luma, view: PlateView) -> tuple[float, float] | None:
     """Radius and azimuth of the most conspicuous compact spot just outside the rim, or None."""
     spacing = 1.5 / view.radius_px
-    radius = np.arange(DECK_RINGS[0], DECK_RINGS[1], spacing)
-    grid = polar_grid(view, radius, DECK_AZIMUTHS, still.shape)
+    radius = np.arange(FIXED_MARK_RINGS[0], FIXED_MARK_RINGS[1], spacing)
+    grid = polar_grid(view, radius, FIXED_MARK_AZIMUTHS, still.shape)
     strip = cv2.GaussianBlur(grid.strip(still).astype(np.float32), (5, 3), 0)
     seen = grid.seen > 0
     if seen.mean() < 0.3:
@@ -150,14 +150,14 @@ def find_deck_mark(still: Luma, view: View) -> tuple[float, float] | None:
     contrast = np.where(seen, np.abs(strip - wide), 0)
     scatter = 1.4826 * np.median(contrast[seen])
     _, peak, _, (column, row) = cv2.minMaxLoc(contrast)
-    if peak < DECK_CONTRAST * max(scatter, 1.0):
+    if peak < FIXED_MARK_CONTRAST * max(scatter, 1.0):
         return None
     spots = (np.hstack([contrast, contrast]) > HALF * peak).astype(np.uint8)
     _, labels, stats, centres = cv2.connectedComponentsWithStats(spots)
-    label = int(labels[row, column if column > 60 else column + DECK_AZIMUTHS])
-    if stats[label][2] * 2 * np.pi / DECK_AZIMUTHS > WIDEST_RAD:
+    label = int(labels[row, column if column > 60 else column + FIXED_MARK_AZIMUTHS])
+    if stats[label][2] * 2 * np.pi / FIXED_MARK_AZIMUTHS > WIDEST_RAD:
         return None
-    azimuth = centres[label][0] * 2 * np.pi / DECK_AZIMUTHS
+    azimuth = centres[label][0] * 2 * np.pi / FIXED_MARK_AZIMUTHS
     ring = float(np.interp(centres[label][1], np.arange(len(radius)), radius))
     return ring, float(np.angle(np.exp(1j * azimuth)))
 

@@ -6,9 +6,9 @@ that adds up coherently for a trial rate, over all orders and rings,
     P(ω) = Σ_r w_r Σ_k |Σ_i F_i(r, k) exp(ikωt_i)|²,
 
 is a share of the whole energy close to one at the true rate. What brightens and fades in place, as
-flicker, reflections and the blocks of a compressed film do, is a real amplitude times a pattern and
+flicker, reflections and the blocks of a compressed clip do, is a real amplitude times a pattern and
 has the same power at ω and -ω; what turns has it at one of them. So P(ω) - P(-ω) is looked at. No
-mark, no first guess, no memory of earlier pictures.
+mark, no first guess, no memory of earlier frames.
 """
 
 from collections.abc import Callable
@@ -17,9 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.geometry import FloatArray, View
+from vision.geometry import FloatArray, PlateView
 
-WINDOW = 48  # pictures
+WINDOW = 48  # frames
 CALM = 1e-6  # mean square change, luma steps squared, that is rounding of the transforms
 LEAST_SHOWN = 0.5  # of the energy, that shows a direction however slow the plate
 FAVOUR_SLOW = 0.1  # share of the power taken off the fastest trial rate
@@ -31,20 +31,20 @@ ORDERS = 8  # angular orders 1 ... that are added up
 
 
 @dataclass(frozen=True, eq=False)
-class Spin:
+class CoarseRotation:
     """Rough motion about an axis.
 
     Attributes
     ----------
     angle_rad : array, shape (f,)
-        Plate angle at each picture, zero at the first, continuous.
+        Plate angle at each frame, zero at the first, continuous.
     coherence : float
         Share of the varying energy that turns together, what would as well turn the other way not
         counted; median over the windows, 0 to 1.
     varying : float
         Energy that varies, whether it turns or not: luma steps squared times the samples' weight.
     clearest : slice
-        Pictures of the window that turns together best. Between windows pictures may be missing,
+        Frames of the window that turns together best. Between windows frames may be missing,
         and the angle with them.
     """
 
@@ -54,10 +54,10 @@ class Spin:
     clearest: slice
 
 
-def find_spin(
+def coarse_rotation(
     spectra: NDArray[np.complex64], weight: NDArray[np.float32], time_s: FloatArray
-) -> Spin:
-    """Rough plate angles from angular spectra, shape (pictures, rings, orders)."""
+) -> CoarseRotation:
+    """Rough plate angles from angular spectra, shape (frames, rings, orders)."""
     frames = len(time_s)
     window = min(WINDOW, frames)
     starts = np.unique(np.linspace(0, frames - window, max(1, -(-frames // window))).astype(int))
@@ -74,7 +74,7 @@ def find_spin(
     step = 0.5 * (rate_at[1:] + rate_at[:-1]) * np.diff(time_s)
     angle = np.concatenate([[0.0], np.cumsum(step)])
     clearest = int(starts[int(np.argmax(shares))])
-    return Spin(
+    return CoarseRotation(
         angle,
         float(np.median(shares)),
         float(np.median(energies)),
@@ -83,17 +83,17 @@ def find_spin(
 
 
 def seek_spindle(
-    view: View, spin_about: Callable[[View], Spin], certain: float
-) -> tuple[View, Spin]:
+    view: PlateView, spin_about: Callable[[PlateView], CoarseRotation], certain: float
+) -> tuple[PlateView, CoarseRotation]:
     """The view with the spindle where most turns together, and that spin.
 
     From D radii away, at a tilt α, the spindle appears off the middle of the rim's ellipse by
     sin α / D radii of the plate, on the minor axis. About the middle a label may turn, a rim seen
     steeply does not. Not sought where the coherence is ``certain`` at once.
     """
-    best, spin = view, spin_about(view)
-    if spin.coherence > certain or view.tilt_rad < STEEP_RAD:
-        return best, spin
+    best, rotation = view, spin_about(view)
+    if rotation.coherence > certain or view.tilt_rad < STEEP_RAD:
+        return best, rotation
     squeezed = np.linalg.svd(view.jacobian_at_centre())[2][1]  # direction on the plate
     for side in (1, -1):
         for nearness in NEARNESS:
@@ -101,13 +101,13 @@ def seek_spindle(
             x, y = view.pixels(np.hypot(u, v), np.arctan2(v, u))
             other = view.about(float(x), float(y))
             turning = spin_about(other)
-            if turning.coherence <= spin.coherence:
+            if turning.coherence <= rotation.coherence:
                 break
-            best, spin = other, turning
-    return best, spin
+            best, rotation = other, turning
+    return best, rotation
 
 
-def same_spindle(smaller: View, larger: View) -> bool:
+def same_spindle(smaller: PlateView, larger: PlateView) -> bool:
     """A label turns with a larger share of what changes inside it than its plate does."""
     (x1, y1), (x2, y2) = smaller.centre_px, larger.centre_px
     return float(np.hypot(x1 - x2, y1 - y2)) < SAME_SPINDLE * smaller.radius_px

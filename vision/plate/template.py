@@ -1,12 +1,12 @@
 """The plate as it would look standing still.
 
-In polar plate coordinates picture i is what stands still plus what turns,
+In polar plate coordinates frame i is what stands still plus what turns,
 
     D_i(r, φ) = S(r, φ) + T(r, φ - θ_i).
 
 S, T, the angles θ_i and the view (``vision.plate.view_refinement``) are estimated in turn.
 
-Where pictures come at a nearly whole number per turn (27 at 15 fps and 33 1/3 rpm), waves of that
+Where frames come at a nearly whole number per turn (27 at 15 fps and 33 1/3 rpm), waves of that
 many periods per turn stand nearly still: they fit S as well as T. Left to the way the iteration
 begins, some of the plate's own texture would be taken off as standing still, and the slow drift of
 the plate through its places would look larger than it is. So such orders are solved for with what S
@@ -30,7 +30,7 @@ NEIGHBOURHOOD = 3  # rings and azimuths
 MARGIN = (3, 5)  # rings and azimuths left out about a covered place, whose edges tell too little
 TELLING = 0.08  # standard deviation of the share seen, above which nothing can be said
 PASSING = 0.1  # of the ring's mean expected energy: a place that less passes says nothing
-HIDDEN = 1.5  # times the turning energy: the misfit of a picture whose mark is covered is less
+HIDDEN = 1.5  # times the turning energy: the misfit of a frame whose mark is covered is less
 SHOWN = 0.5  # of the expected change, below which a place counts as covered
 TOLD_APART = 0.1  # of the misfit's energy, that still moves from what turns to what stands
 STANDING = 0.9  # |mean exp(ikθ)|² above which order k does not show whether it turns or stands
@@ -61,7 +61,7 @@ class Template:
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """A template together with the angles of the pictures it was made from."""
+    """A template together with the angles of the frames it was made from."""
 
     template: Template
     angle_rad: FloatArray
@@ -69,7 +69,7 @@ class Alignment:
 
 
 def align(
-    pictures: Sequence[Luma],
+    images: Sequence[Luma],
     still: Luma,
     angle_rad: FloatArray,
     grid: Grid,
@@ -83,9 +83,9 @@ def align(
 ) -> Alignment:
     """Estimate S, T, the angles and the view in turn, starting from rough angles.
 
-    The ``first`` pictures make the first template, to which the others are turned: rough angles
-    hold among neighbours only, and where pictures are missing between them two images of the plate
-    would lie over each other for good. Where they are all the pictures, their angles hold until
+    The ``first`` frames make the first template, to which the others are turned: rough angles
+    hold among neighbours only, and where frames are missing between them two images of the plate
+    would lie over each other for good. Where they are all the frames, their angles hold until
     what stands still has been told from what turns.
 
     Ends after the iterations, or where the view would change by less than ``smallest_step`` of
@@ -95,7 +95,7 @@ def align(
     angle = angle_rad.copy()
     still_strip = grid.strip(still).astype(np.float32)
     used, known = first, bool(first.all())
-    difference = grid.beyond(still_strip, pictures)
+    difference = grid.beyond(still_strip, images)
     beyond_median = np.zeros_like(still_strip)
     standing = np.zeros(grid.azimuths // 2 + 1, np.float32)
     best, best_view, view, settled = np.inf, grid.view, grid.view, False
@@ -106,7 +106,7 @@ def align(
         if iteration > 0 or not known:
             angle = _correlate(spectra, turning, grid, angle, surely=known)
         if iteration == 0:
-            used = np.ones(len(pictures), bool)
+            used = np.ones(len(images), bool)
             standing = _standing(angle, len(standing))
         turning = _mean_turning(spectra, angle, used, grid, standing)
         moved = _turned(turning, angle, grid)
@@ -136,9 +136,9 @@ def align(
             limit = min(1.0, LARGEST_STEP / max(float(np.abs(change[:4]).max()), 1e-12))
             view = grid.view.adjusted(limit * change)
         if view is not grid.view:
-            grid = grid.moved(view, pictures[0].shape)
+            grid = grid.moved(view, images[0].shape)
             still_strip = grid.strip(still).astype(np.float32) + beyond_median
-            difference = grid.beyond(still_strip, pictures)
+            difference = grid.beyond(still_strip, images)
     if find_covered:
         # A mark that is hidden is missing once; a hand adds more than that.
         fair = energy <= HIDDEN * _energy(moved, grid)
@@ -178,16 +178,16 @@ def _still_change(misfit: Strips, standing: NDArray[np.float32], seen: Strips) -
 def _without_covered(grid: Grid, seen: Strips, expected: Strips) -> Grid:
     """Leave out where the plate is covered: what should turn through there does not show.
 
-    The share of the expected picture that is seen, Σ seen·expected / Σ expected², over a
+    The share of the expected frame that is seen, Σ seen·expected / Σ expected², over a
     neighbourhood: 1 in the open, 0 under a tonearm, with the variance σ² / Σ expected² from the
-    picture noise σ.
+    frame noise σ.
     """
     around = (NEIGHBOURHOOD, NEIGHBOURHOOD)
     passed = cv2.boxFilter((expected**2).sum(axis=0), -1, around, normalize=False)
     shown = cv2.boxFilter((seen * expected).sum(axis=0), -1, around, normalize=False)
     noise = float(((seen - expected) ** 2).mean())
     telling = passed * TELLING**2 > noise
-    # Of a plate that keeps step with the pictures hardly anything passes between its places.
+    # Of a plate that keeps step with the frames hardly anything passes between its places.
     telling &= passed > PASSING * passed.mean(axis=1, keepdims=True)
     covered = (telling & (shown < SHOWN * passed)).astype(np.uint8)
     # A single sample is noise. The strip closes on itself in azimuth.
@@ -210,7 +210,7 @@ def _energy(strips: Strips, grid: Grid) -> NDArray[np.float32]:
 
 
 def _more_to_see(moved: Strips, grid: Grid) -> NDArray[np.float32]:
-    """How much more of what turns is in each picture than in most of them, at least 1.
+    """How much more of what turns is in each frame than in most of them, at least 1.
 
     A mark that is seen on part of its way misfits there as much as any, and nowhere else.
     """
@@ -225,7 +225,7 @@ def _mean_turning(
     grid: Grid,
     standing: NDArray[np.float32],
 ) -> Spectra:
-    """Spectrum of T, shape (r, k): the mean of the pictures turned back, where they were seen."""
+    """Spectrum of T, shape (r, k): the mean of the frames turned back, where they were seen."""
     back_by = turns(angle_rad, spectra.shape[-1])
     if grid.seen.all():
         turned_back = np.einsum("frk,fk->rk", spectra, back_by[:, 0] * used[:, None])
@@ -241,7 +241,7 @@ def _mean_turning(
 
 
 def _turned(turning: Spectra, angle_rad: FloatArray, grid: Grid) -> Strips:
-    """T(φ - θ_i) for every picture, where it can be seen."""
+    """T(φ - θ_i) for every frame, where it can be seen."""
     forth_by = np.conj(turns(angle_rad, turning.shape[-1]))
     turned = np.fft.irfft(turning[None] * forth_by, grid.azimuths, axis=-1)
     turned *= grid.seen
@@ -251,7 +251,7 @@ def _turned(turning: Spectra, angle_rad: FloatArray, grid: Grid) -> Strips:
 def _correlate(
     spectra: Spectra, turning: Spectra, grid: Grid, expected_rad: FloatArray, *, surely: bool
 ) -> FloatArray:
-    """Angle of each picture against T, the peak near the expected angle preferred, or taken."""
+    """Angle of each frame against T, the peak near the expected angle preferred, or taken."""
     cross = np.einsum("frk,rk->fk", spectra, np.conj(turning) * grid.weight()[:, None])
     n = 4 * grid.azimuths
     correlation = np.fft.irfft(cross, n, axis=-1)

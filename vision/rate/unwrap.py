@@ -99,7 +99,7 @@ def plate_angle(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> Pla
         time_s=time,
         angle_rad=phase[0] + np.concatenate([[0.0], np.cumsum(step)]),
         index=good,
-        lost=np.concatenate([[0], lost]),
+        dropped=np.concatenate([[0], lost]),
         frame_s=frame_s,
     )
 

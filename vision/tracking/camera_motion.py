@@ -1,12 +1,12 @@
 """Whether the camera itself turns: what surrounds the plate stands still, unless the camera moves.
 
 A camera that rolls adds its own rate to the plate's, and the plate cannot tell them apart; what
-lies around it can. Against the still picture S, each picture of the surroundings is, for a small
+lies around it can. Against the still frame S, each frame of the surroundings is, for a small
 roll α about the spindle and a small shift (u, v),
 
     P - S = -α t·∇S - u ∂S/∂x - v ∂S/∂y + g S + h,        t = (-(y - y₀), x - x₀),
 
-with the light allowed to change by g and h. Large motions are followed step by step: a picture is
+with the light allowed to change by g and h. Large motions are followed step by step: a frame is
 first moved back by what the one before it gave. A camera moves all the surroundings alike; a hand
 moves in one place. So α counts where it is the same with any of the sectors left out.
 """
@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.geometry import FloatArray, View
+from vision.geometry import FloatArray, PlateView
 from vision.video import Luma
 
 LARGEST_SIDE = 160  # pixels; the surroundings are large
@@ -27,16 +27,16 @@ STRAY = 12.0  # steps of luma; more is something in the way
 MOSTLY_CLEAR = 0.7  # of the pixels around the plate; with fewer, the camera itself was pushed
 ITERATIONS = 2
 BACK = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-STEP_OF_LUMA = 2.0  # noise of a picture
+STEP_OF_LUMA = 2.0  # noise of a frame
 SEEN_RAD = np.radians(0.1)  # sd of the roll, above which the surroundings show too little
 RIDGE = 1e-12
 SECTORS = 8  # of the surroundings, about the spindle
 
 
-class Surroundings:
-    """The still picture around the plate, to measure the camera's roll against."""
+class CameraMotion:
+    """The still frame around the plate, to measure the camera's roll against."""
 
-    def __init__(self, view: View, still: Luma) -> None:
+    def __init__(self, view: PlateView, still: Luma) -> None:
         self._factor = -(-max(still.shape) // LARGEST_SIDE)
         self._still = self._reduced(still)
         h, w = self._still.shape
@@ -60,16 +60,16 @@ class Surroundings:
         normal = (self._basis @ self._basis.T).astype(float)
         told = np.linalg.matrix_rank(normal) == len(parts)
         self._told = told and STEP_OF_LUMA * np.sqrt(np.linalg.inv(normal)[0, 0]) < SEEN_RAD
-        self._moved = np.zeros(3)  # α, u, v of the latest picture
+        self._moved = np.zeros(3)  # α, u, v of the latest frame
 
-    def roll(self, picture: Luma) -> float:
+    def roll(self, image: Luma) -> float:
         """Angle in rad by which the surroundings seem to turn, counter-clockwise as filmed.
 
-        NaN where they show nothing that could tell. Pictures have to come in order.
+        NaN where they show nothing that could tell. Frames have to come in order.
         """
         if not self._told:
             return float("nan")
-        reduced = self._reduced(picture)
+        reduced = self._reduced(image)
         h, w = reduced.shape
         for _ in range(ITERATIONS):
             alpha, u, v = self._moved
@@ -93,9 +93,9 @@ class Surroundings:
         sd = float(np.sqrt(SECTORS - 1) * np.std(without[:, 0]))  # of the jackknife
         return -float(self._moved[0]) if sd < SEEN_RAD else float("nan")
 
-    def _reduced(self, picture: Luma) -> NDArray[np.float32]:
-        h, w = (n // self._factor for n in picture.shape)
-        whole = picture[: h * self._factor, : w * self._factor]
+    def _reduced(self, image: Luma) -> NDArray[np.float32]:
+        h, w = (n // self._factor for n in image.shape)
+        whole = image[: h * self._factor, : w * self._factor]
         small = cv2.resize(whole, (w, h), interpolation=cv2.INTER_AREA)
         return np.asarray(cv2.GaussianBlur(small.astype(np.float32), (3, 3), 0))
 

@@ -1,10 +1,10 @@
-"""Plate angle of one picture after the other, against the template.
+"""Plate angle of one frame after the other, against the template.
 
-With D the picture along the rings less what stands still, the angle is the zero of
+With D the frame along the rings less what stands still, the angle is the zero of
 
     g(θ) = Σ w ∂T/∂φ(φ - θ) (D(φ) - T(φ - θ)),
 
-the matched filter, which for white picture noise of standard deviation σ reaches the bound
+the matched filter, which for white frame noise of standard deviation σ reaches the bound
 σ²/Σ w (∂T/∂φ)². The template is held at an eighth of a sample, so that the last step, taken
 linearly, is below 0.03° and free of locking to the samples. Where the expected angle does not
 lead to a good match, the whole turn is searched by correlation.
@@ -29,12 +29,12 @@ STEPS = 4
 GOOD_MATCH = 0.75  # of the usual correlation; below, the whole turn is searched
 NEAR_RAD = np.pi / 6
 NEAR_ENOUGH = 0.8  # of the highest peak, for a peak near the expected angle to be preferred
-MEMORY = 0.05  # weight of the newest picture in the running rate and the usual correlation
+MEMORY = 0.05  # weight of the newest frame in the running rate and the usual correlation
 
 
 @dataclass(frozen=True, eq=False)
-class Angles:
-    """The plate in some pictures, each array of shape (f,).
+class MeasuredAngles:
+    """The plate in some frames, each array of shape (f,).
 
     Attributes
     ----------
@@ -42,20 +42,20 @@ class Angles:
         Continuous as far as the expectation goes.
     match : array
         Correlation with the template at that angle.
-    seed_rad : array
+    mark_angle_rad : array
         Angle by the centroid of the mark alone; NaN where no spot stands out.
     change : array
-        Mean change of luma since the picture before; infinite for the very first.
+        Mean change of luma since the frame before; infinite for the very first.
     """
 
     angle_rad: FloatArray
     match: FloatArray
-    seed_rad: FloatArray
+    mark_angle_rad: FloatArray
     change: FloatArray
 
 
-class Follower:
-    """Keeps the expectation from picture to picture, which have to come in order."""
+class PlateTracker:
+    """Keeps the expectation from frame to frame, which have to come in order."""
 
     def __init__(self, template: Template, mark: PlateMark | None, rate_rad_s: float) -> None:
         self.template = template
@@ -78,7 +78,7 @@ class Follower:
         self._still = template.still
         self._difference = np.empty_like(template.still)
         self._search = (weight * np.conj(spectrum)).astype(np.complex64)
-        # Rings partly hidden or outside the picture: what the template itself gives, by angle.
+        # Rings partly hidden or outside the frame: what the template itself gives, by angle.
         self._information = _by_angle(weight * slope**2, self._seen)
         self._offset = _by_angle(weight * slope * image, self._seen)
         self._energy = _by_angle(weight * image**2, self._seen)
@@ -87,8 +87,8 @@ class Follower:
         self._usual = 0.0
         self._before: Luma | None = None
 
-    def angles(self, time_s: FloatArray, strips: Sequence[Luma]) -> Angles:
-        """The plate angle in the next pictures, each given along the template's rings."""
+    def angles(self, time_s: FloatArray, strips: Sequence[Luma]) -> MeasuredAngles:
+        """The plate angle in the next frames, each given along the template's rings."""
         f = len(time_s)
         angle, match, change = np.empty(f), np.empty(f), np.empty(f)
         along_mark = np.empty((f, self._n), np.float32)
@@ -104,7 +104,7 @@ class Follower:
         if self._mark is not None:
             at = self._mark.azimuth_rad
             seed = centroid(along_mark, self._mark, at + angle) - at
-        return Angles(angle, match, seed, change / self._seen.size)
+        return MeasuredAngles(angle, match, seed, change / self._seen.size)
 
     def _beyond_still(self, strip: Luma) -> NDArray[np.float32]:
         cv2.subtract(strip, self._still, dst=self._difference, dtype=cv2.CV_32F)
@@ -113,7 +113,7 @@ class Follower:
         return self._difference
 
     def _angle_of(self, difference: NDArray[np.float32], time_s: float) -> tuple[float, float]:
-        """Angle of one picture and its correlation with the template there."""
+        """Angle of one frame and its correlation with the template there."""
         expected = self._angle
         if self._time is not None:
             expected += self._rate * (time_s - self._time)

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from vision.errors import RateRefused
-from vision.geometry import PlateOverride, View
+from vision.geometry import PlateOverride, PlateView
 from vision.plate.channel import Brightness, ChromaAxis, channels
 from vision.rate.measure import measure_rate
 from vision.rate.timebase import Timebase
 from vision.tracking.track import track_phase
-from vision.video import NO_CHROMA, Film, Frame
+from vision.video import NO_CHROMA, ClipReader, Frame
 
 pytest.importorskip("av", reason="rendering clips needs PyAV")
 
@@ -57,10 +57,10 @@ def test_what_is_found_by_colour_stands_in_pixels_of_the_film(clip):
     track = track_phase(clip)
     assert track.size_px == (SCENE.width_px, SCENE.height_px)
     # A single mark shows the centre to a pixel or so: perspective looks much the same.
-    found, true = View(track.view), View(homography(SCENE))
+    found, true = PlateView(track.view), PlateView(homography(SCENE))
     centre = [(c + 0.5) * track.reduction - 0.5 for c in found.centre_px]
     assert centre == pytest.approx(true.centre_px, abs=2.0)
-    assert track.deck_mark_rad == pytest.approx(SCENE.deck_mark_azimuth_rad, abs=0.05)
+    assert track.fixed_mark_rad == pytest.approx(SCENE.deck_mark_azimuth_rad, abs=0.05)
     assert track.mark_radius == pytest.approx(RED.radius, abs=0.03)
 
 
@@ -113,9 +113,9 @@ def test_a_mark_that_is_bright_too_is_followed_by_its_brightness(render):
 
 
 def test_a_film_gives_chroma_only_when_asked(clip):
-    with Film(clip) as film:
+    with ClipReader(clip) as film:
         plain = next(iter(film))[0]
-    with Film(clip, colours=True) as film:
+    with ClipReader(clip, colours=True) as film:
         coloured = next(iter(film))[0]
     assert plain.chroma is NO_CHROMA
     assert plain.luma.shape == (360, 480)

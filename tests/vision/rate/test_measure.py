@@ -282,7 +282,7 @@ def test_locked_frame_counts_keep_their_frame_of_uncertainty():
 def test_a_centroid_that_turns_otherwise_is_reported():
     time, angle = steady()
     track = phase_track(
-        time, angle, noise_rad=NOISE, seed_rad=np.angle(np.exp(1j * angle * (1 + 3e-4)))
+        time, angle, noise_rad=NOISE, mark_angle_rad=np.angle(np.exp(1j * angle * (1 + 3e-4)))
     )
     rate = measure_rate(track, timebase=CLOCK)
     assert any("centroid" in text for text in rate.warnings)
