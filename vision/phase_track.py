@@ -1,4 +1,8 @@
-"""The result of the slow part: arrays, numbers and strings only, so that it can be stored."""
+"""What the tracking hands on: arrays, numbers and strings only, so that it can be stored.
+
+``PhaseTrack`` is the plate angle as measured in each frame, within one turn; ``PlateAngle`` the
+continuous angle that ``vision.rate`` makes of it; ``RateHistory`` the rate from turn to turn.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -9,8 +13,56 @@ from vision.geometry import FloatArray, PlateView
 
 BoolArray = NDArray[np.bool_]
 
-USUAL_MARK_RADIUS = 0.7
-LUMA = "luma"  # the usual channel
+USUAL_MARK_RADIUS = 0.7  #: plate radii
+LUMA = "luma"  #: the usual channel
+
+
+@dataclass(frozen=True, eq=False)
+class PlateLayout:
+    """Where the plate lies in the frames of a clip, and what was recognised on it and beside it.
+
+    Attributes
+    ----------
+    view : array, shape (3, 3)
+        Plate coordinates to pixels of the reduced frame (``vision.geometry``).
+    reduction : int
+        Whole factor by which the frames were reduced.
+    size_px : (int, int)
+        Width and height of the clip as displayed, before the reduction.
+    channel : str
+        What of the frames was measured: "luma", or an axis of colour, "0.99 Cr + 0.12 Cb".
+    symmetry : int
+        The plate looks the same after a turn of 2π/symmetry.
+    explained : float
+        Share of the variation on the plate that its turning explains, at most 1.
+    mark_azimuth_rad, mark_radius : float
+        The mark at plate angle zero, the radius in plate radii; NaN without a mark.
+    fixed_mark_azimuth_rad, fixed_mark_radius : float
+        The fixed mark beside the plate, in the same coordinates; NaN where there is none.
+    """
+
+    view: FloatArray
+    reduction: int
+    size_px: tuple[int, int]
+    channel: str
+    symmetry: int
+    explained: float
+    mark_azimuth_rad: float
+    mark_radius: float
+    fixed_mark_azimuth_rad: float
+    fixed_mark_radius: float
+
+    def mark_row_px(self, angle_rad: FloatArray) -> FloatArray:
+        """How far below the spindle the mark stands at plate angles of shape (f,).
+
+        In pixels of the reduced frame, shape (f,). Without a mark, that of a place on the plate
+        where one would be.
+        """
+        azimuth = 0.0 if np.isnan(self.mark_azimuth_rad) else self.mark_azimuth_rad
+        radius = USUAL_MARK_RADIUS if np.isnan(self.mark_radius) else self.mark_radius
+        view = PlateView(self.view)
+        _, rows = view.pixels(np.full_like(angle_rad, radius), angle_rad + azimuth)
+        return rows - view.centre_px[1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,6 +73,7 @@ class PhaseTrack:
     ----------
     source : str
         Name of the file, for messages.
+    plate : PlateLayout
     time_s : array, shape (f,)
         Time stamps of the container, seconds from the first frame.
     phase_rad : array, shape (f,)
@@ -36,38 +89,18 @@ class PhaseTrack:
         ASCII code of I, P or B: coded by itself, predicted from frames before it, or from both
         sides; any other where that is not known.
     thumbnail : array of uint8, shape (f, m)
-        The plate's surroundings at a few hundred pixels, for the opinion without a plate model.
+        The luma of a few hundred pixels on and around the plate, for the rate by autocorrelation.
     roll_rad : array, shape (f,)
         Roll of the camera as what lies around the plate shows it, counter-clockwise as filmed; NaN
-        in the frames, most of them, that were not asked.
-    symmetry : int
-        The plate looks the same after a turn of 2π/symmetry.
-    mark_rad : float
-        Azimuth of the mark at plate angle zero; NaN without a mark.
-    mark_radius : float
-        Its radius in plate radii; NaN without.
-    fixed_mark_rad : float
-        Azimuth of the fixed mark beside the plate, NaN if none was found.
-    fixed_mark_radius : float
-    view : array, shape (3, 3)
-        Plate coordinates to pixels (``vision.geometry``).
-    size_px : tuple of int
-        Width and height of the clip.
-    reduction : int
-        Whole factor by which the frames were reduced; ``view`` is in reduced pixels.
-    explained : float
-        Share of the variation on the plate that its turning explains.
-    fps_stated : float
-        Frame rate in the container's header.
+        in the frames, most of them, in which it is not measured.
     annotated : array of uint8, shape (h, w, 3)
         One frame, blue-green-red, with plate, centre, marks and radii drawn in.
     notes : tuple of str
-        What the user should know about how the track was found.
-    channel : str
-        What of the frames was followed: "luma", or an axis of colour, "0.99 Cr + 0.12 Cb".
+        What the user should know about the tracking.
     """
 
     source: str
+    plate: PlateLayout
     time_s: FloatArray
     phase_rad: FloatArray
     mark_angle_rad: FloatArray
@@ -76,19 +109,8 @@ class PhaseTrack:
     coding: NDArray[np.uint8]
     thumbnail: NDArray[np.uint8]
     roll_rad: FloatArray
-    symmetry: int
-    mark_rad: float
-    mark_radius: float
-    fixed_mark_rad: float
-    fixed_mark_radius: float
-    view: FloatArray
-    size_px: tuple[int, int]
-    reduction: int
-    explained: float
-    fps_stated: float
     annotated: NDArray[np.uint8]
     notes: tuple[str, ...]
-    channel: str
 
     @property
     def apparent_turns(self) -> float:
@@ -101,17 +123,6 @@ class PhaseTrack:
         """Frames predicted from those before, no neighbour being from both sides; shape (f,)."""
         both = np.pad(self.coding == ord("B"), 1)
         return np.asarray((self.coding == ord("P")) & ~both[:-2] & ~both[2:])
-
-    def mark_row_px(self, angle_rad: FloatArray) -> FloatArray:
-        """How far below the spindle the mark stands at plate angles, pixels of the frame.
-
-        Without a mark, that of a place on the plate where one would be.
-        """
-        azimuth = 0.0 if np.isnan(self.mark_rad) else self.mark_rad
-        radius = USUAL_MARK_RADIUS if np.isnan(self.mark_radius) else self.mark_radius
-        view = PlateView(self.view)
-        _, rows = view.pixels(np.full_like(angle_rad, radius), angle_rad + azimuth)
-        return rows - view.centre_px[1]
 
 
 @dataclass(frozen=True, eq=False)

@@ -142,8 +142,8 @@ def test_motion_jpeg_in_avi_gives_the_same_rate(clip, tmp_path):
 def test_a_large_film_is_reduced_and_gives_the_same_rate(clip, tmp_path):
     path = again(clip, tmp_path / "large.mp4", size=(1920, 1440))
     track = track_phase(path)
-    assert track.reduction == 2
-    assert track.size_px == (1920, 1440)
+    assert track.plate.reduction == 2
+    assert track.plate.size_px == (1920, 1440)
     rate = measure_rate(track, timebase=CLOCK)
     assert abs(rate.rate_rad_s / MOTION.rate_rad_s - 1) < 1e-4
 

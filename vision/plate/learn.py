@@ -50,7 +50,7 @@ class PlateModel:
     """
 
     channel: Channel
-    still: Luma
+    background: Luma
     template: Template
     rate_rad_s: float
     symmetry: int

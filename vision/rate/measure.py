@@ -181,7 +181,9 @@ def measure_rate(
     # Which part of a roll the plate's own angle took up is not known well; all of it is doubt.
     image_sd = float(np.hypot(fit.sd[1], roll.rate_rad_s if roll else 0.0))
     clock_sd = abs(rate) * timebase.ppm * 1e-6
-    count = count_frames(angle, track.mark_rad, track.fixed_mark_rad)
+    count = count_frames(
+        angle, track.plate.mark_azimuth_rad, track.plate.fixed_mark_azimuth_rad
+    )
     # Where pictures are missing unseen, a lag in pictures is no time.
     lags = None if angle.dropped.any() else lag_rate(track, stamps, rate)
     warnings = (
@@ -218,7 +220,7 @@ def measure_rate(
         duplicate_frames=int(track.duplicate.sum()),
         speed=speed_figures(fit, given, always, angle.frame_s),
         diagnosis=diagnosis,
-        channel=track.channel,
+        channel=track.plate.channel,
         warnings=warnings,
     )
 

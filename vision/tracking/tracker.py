@@ -11,7 +11,7 @@ lead to a good match, the whole turn is searched by correlation.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import cv2
 import numpy as np
@@ -52,6 +52,13 @@ class MeasuredAngles:
     match: FloatArray
     mark_angle_rad: FloatArray
     change: FloatArray
+
+    @classmethod
+    def joined(cls, parts: Sequence["MeasuredAngles"]) -> "MeasuredAngles":
+        """The frames of all parts, in order."""
+        return cls(*(
+            np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)
+        ))
 
 
 class PlateTracker:

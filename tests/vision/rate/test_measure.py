@@ -264,7 +264,8 @@ def test_uneven_stamps_exclude_the_aliases():
 def test_a_plate_with_two_equal_marks_is_followed_over_whole_turns():
     time, angle = steady(33.3)
     ambiguous = np.mod(angle, np.pi)  # what a two-fold symmetric picture can tell
-    rate = measure_rate(phase_track(time, ambiguous, symmetry=2, mark_rad=np.nan), timebase=CLOCK)
+    track = phase_track(time, ambiguous, symmetry=2, mark_azimuth_rad=np.nan)
+    rate = measure_rate(track, timebase=CLOCK)
     assert rate.rate_rad_s == pytest.approx(33.3 * RPM, rel=1e-6)
 
 
