@@ -19,7 +19,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -79,6 +79,8 @@ class Effect:
     changed: tuple[str, ...]
 
     def __str__(self) -> str:
+        if not self.outcomes:
+            return "not a possible value"
         if not self.changed:
             return "no effect"
         return f"{summary(self.outcomes)}; changed: {', '.join(self.changed)}"
@@ -149,7 +151,11 @@ def sensitivity(records: Sequence[Any], measure: Measure, only: str = "") -> Ite
                 continue
             value = getattr(record, each.name)
             for factor in FACTORS:
-                with replaced(record, dataclasses.replace(record, **{each.name: factor * value})):
+                outcomes: tuple[Outcome, ...] = ()
+                with (
+                    replaced(record, dataclasses.replace(record, **{each.name: factor * value})),
+                    suppress(ValueError),  # a quantile of 1.5
+                ):
                     outcomes = tuple(measure())
                 changed = tuple(o.name for o in outcomes if not o.same_as(usual[o.name]))
                 yield Effect(kind, each.name, value, factor, outcomes, changed)

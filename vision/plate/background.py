@@ -1,6 +1,7 @@
 """What does not move in the first frames of a clip, and where something does."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +11,28 @@ from vision.phase_track import BoolArray
 from vision.video import Luma
 
 MEDIAN_OF = 31  # frames; something in the way for a third of them leaves the median alone
-REPEATED = 0.1  # of the usual change between frames: less is the same frame again
-USUAL = 0.75  # quantile of the changes: a camera slower than its clip repeats every other frame
 GOLDEN = (np.sqrt(5) - 1) / 2
+
+
+@dataclass(frozen=True)
+class RepeatThresholds:
+    """Which frames are the one before again.
+
+    Attributes
+    ----------
+    change : float
+        Of the usual change from frame to frame; less is the same frame again. Tuned on the clips of
+        slow cameras in tests.vision.test_clips.
+    usual : float
+        Quantile of the changes that is the usual one: a camera slower than its clip repeats every
+        other frame. Derived: above 0.5, below 1.
+    """
+
+    change: float = 0.1
+    usual: float = 0.75
+
+
+THRESHOLDS = RepeatThresholds()
 
 
 def spread_choice(available: int, wanted: int) -> NDArray[np.intp]:
@@ -28,7 +48,7 @@ def spread_choice(available: int, wanted: int) -> NDArray[np.intp]:
 
 def repeated(change: FloatArray) -> BoolArray:
     """Which frames are the one before again, by their mean change since that one."""
-    return np.asarray(change < REPEATED * np.quantile(change, USUAL))
+    return np.asarray(change < THRESHOLDS.change * np.quantile(change, THRESHOLDS.usual))
 
 
 def every_nth(images: int, nth: int) -> NDArray[np.intp]:

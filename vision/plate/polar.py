@@ -41,12 +41,12 @@ class Grid:
         """The frame along the rings, shape (r, n)."""
         return np.asarray(cv2.remap(image, self.x, self.y, cv2.INTER_LINEAR), np.uint8)
 
-    def beyond(self, still: Strips, images: Sequence[Luma]) -> Strips:
-        """What the frames show beyond a strip, 0 where nothing is seen; shape (f, r, n)."""
+    def differences(self, background: Strips, images: Sequence[Luma]) -> Strips:
+        """The frames less a background strip, 0 where nothing is seen; shape (f, r, n)."""
         differences = np.empty((len(images), *self.x.shape), np.float32)
         seen = self.seen
         for difference, image in zip(differences, images, strict=True):
-            np.subtract(self.strip(image), still, out=difference)
+            np.subtract(self.strip(image), background, out=difference)
             difference *= seen
         return differences
 
@@ -101,3 +101,9 @@ def ring_spectra(strips: Strips) -> Spectra:
     pairs[:, 0] = packed[:, 0]
     pairs[:, 2:-1] = packed[:, 1:]
     return pairs.view(np.complex64).reshape(*strips.shape[:-1], n // 2 + 1)
+
+
+def turns(angle_rad: FloatArray, orders: int) -> Spectra:
+    """exp(ikθ), the factors that turn spectra back by the angles, shape (f, 1, orders)."""
+    k = np.arange(orders)
+    return np.asarray(np.exp(1j * k * angle_rad[:, None])[:, None, :], np.complex64)

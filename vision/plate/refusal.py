@@ -1,5 +1,8 @@
 """What is said where no plate can be learned."""
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 
 from vision.geometry import PlateView
@@ -7,8 +10,24 @@ from vision.plate.mark import repeats_itself
 from vision.plate.rotation import CoarseRotation
 from vision.plate.template import Template
 
-WHOLE = 0.95  # of the rim inside the frame
-GRAZING_RAD = np.radians(75)
+
+@dataclass(frozen=True)
+class RefusalThresholds:
+    """Which fault of a plate a refusal names; they choose the words, not the refusal.
+
+    Attributes
+    ----------
+    whole : float
+        Of the rim inside the frame, of a plate seen whole.
+    grazing_rad : float
+        Tilt above which a plate is seen nearly from the side.
+    """
+
+    whole: float = 0.95
+    grazing_rad: float = math.radians(75)
+
+
+THRESHOLDS = RefusalThresholds()
 
 
 def why_nothing_turns(
@@ -52,8 +71,8 @@ def _partly_seen(view: PlateView, shape: tuple[int, ...]) -> str:
     x, y = view.pixels(np.ones(180), np.linspace(0, 2 * np.pi, 180, endpoint=False))
     inside = float(((x >= 0) & (y >= 0) & (x < shape[1]) & (y < shape[0])).mean())
     faults = []
-    if inside < WHOLE:
+    if inside < THRESHOLDS.whole:
         faults.append(f"lies {1 - inside:.0%} outside the frame")
-    if view.tilt_rad > GRAZING_RAD:
+    if view.tilt_rad > THRESHOLDS.grazing_rad:
         faults.append(f"is seen {np.degrees(view.tilt_rad):.0f}° away from straight above")
     return f"{' and '.join(faults)}: the plate is not fully seen" if faults else ""

@@ -11,6 +11,7 @@ has the same power at ω and -ω; what turns has it at one of them. So P(ω) - P
 mark, no first guess, no memory of earlier frames.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -20,14 +21,40 @@ from numpy.typing import NDArray
 from vision.geometry import FloatArray, PlateView
 
 WINDOW = 48  # frames
-CALM = 1e-6  # mean square change, luma steps squared, that is rounding of the transforms
-LEAST_SHOWN = 0.5  # of the energy, that shows a direction however slow the plate
-FAVOUR_SLOW = 0.1  # share of the power taken off the fastest trial rate
 BLOCK = 32  # trial rates at once: small products stay on one thread, beside the decoder's
-STEEP_RAD = np.radians(8)  # flatter views have the spindle in the middle of the rim's ellipse
 NEARNESS = (0.1, 0.2, 0.3)  # 1/D tried, D the distance of the camera in plate radii
-SAME_SPINDLE = 0.1  # of the smaller radius
 ORDERS = 8  # angular orders 1 ... that are added up
+
+
+@dataclass(frozen=True)
+class RotationThresholds:
+    """When something turns about an axis. Tuned on tests.bench.vision_scenes but where stated.
+
+    Attributes
+    ----------
+    calm : float
+        Mean square change, luma steps squared, that is rounding of the transforms. Derived: single
+        precision of 8 bits.
+    least_shown : float
+        Of the energy, that shows a direction however slow the plate.
+    favour_slow : float
+        Share of the power taken off the fastest trial rate, for a symmetric plate to have the
+        slowest of its aliases.
+    steep_rad : float
+        Tilt from which the spindle is sought beside the middle of the rim's ellipse. Derived: at 8°
+        from three radii away it is 5 % of the radius off.
+    same_spindle : float
+        Of the smaller radius: views closer than this in centre are of one plate.
+    """
+
+    calm: float = 1e-06
+    least_shown: float = 0.5
+    favour_slow: float = 0.1
+    steep_rad: float = math.radians(8)
+    same_spindle: float = 0.1
+
+
+THRESHOLDS = RotationThresholds()
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +119,7 @@ def seek_spindle(
     steeply does not. Not sought where the coherence is ``certain`` at once.
     """
     best, rotation = view, spin_about(view)
-    if rotation.coherence > certain or view.tilt_rad < STEEP_RAD:
+    if rotation.coherence > certain or view.tilt_rad < THRESHOLDS.steep_rad:
         return best, rotation
     squeezed = np.linalg.svd(view.jacobian_at_centre())[2][1]  # direction on the plate
     for side in (1, -1):
@@ -110,7 +137,7 @@ def seek_spindle(
 def same_spindle(smaller: PlateView, larger: PlateView) -> bool:
     """A label turns with a larger share of what changes inside it than its plate does."""
     (x1, y1), (x2, y2) = smaller.centre_px, larger.centre_px
-    return float(np.hypot(x1 - x2, y1 - y2)) < SAME_SPINDLE * smaller.radius_px
+    return float(np.hypot(x1 - x2, y1 - y2)) < THRESHOLDS.same_spindle * smaller.radius_px
 
 
 def _power(trial: FloatArray, time_s: FloatArray, weighted: NDArray[np.complex64]) -> FloatArray:
@@ -156,7 +183,7 @@ def _window_rate(
     )
     power -= power[::-1]
     # A plate that looks the same twice per turn ties with its aliases; take the slowest always.
-    best = int((power * (1 - FAVOUR_SLOW * np.abs(trial) / limit)).argmax())
+    best = int((power * (1 - THRESHOLDS.favour_slow * np.abs(trial) / limit)).argmax())
     rate = float(trial[best])
     if 0 < best < len(trial) - 1:
         low, at, high = power[best - 1 : best + 2]
@@ -164,8 +191,9 @@ def _window_rate(
     energy = (np.abs(weighted) ** 2).sum(axis=(1, 2))
     total = float(energy.sum())
     azimuths = 2 * (spectra.shape[-1] - 1)
-    calm = CALM * azimuths**2 * len(time) * float(weight.sum()) / 2
-    if_all_turned = max(float(energy @ _one_way(rate, time, orders)), LEAST_SHOWN * total, calm)
+    calm = THRESHOLDS.calm * azimuths**2 * len(time) * float(weight.sum()) / 2
+    turning = float(energy @ _one_way(rate, time, orders))
+    if_all_turned = max(turning, THRESHOLDS.least_shown * total, calm)
     return rate, float(power[best]) / len(time) / if_all_turned, total
 
 

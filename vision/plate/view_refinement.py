@@ -11,19 +11,30 @@ per unit of each parameter, does not depend on i, so that one small matrix serve
 no outline or calibration pattern is needed to find the axis: the motion shows where it is.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import VIEW_PARAMETERS, FloatArray
-from vision.plate.polar import Grid, Spectra, Strips, ring_spectra
-
-RIDGE = 1e-4  # relative; keeps parameters that the frame does not show at zero
+from vision.plate.polar import Grid, Spectra, Strips, ring_spectra, turns
 
 
-def turns(angle_rad: FloatArray, orders: int) -> Spectra:
-    """exp(ikθ), shape (frames, 1, orders)."""
-    k = np.arange(orders)
-    return np.asarray(np.exp(1j * k * angle_rad[:, None])[:, None, :], np.complex64)
+@dataclass(frozen=True)
+class RefinementThresholds:
+    """Which changes of the view the frames show.
+
+    Attributes
+    ----------
+    ridge : float
+        Relative to the mean diagonal of the normal matrix; keeps parameters that the frames do not
+        show at zero. Tuned on tests.bench.vision_scenes.
+    """
+
+    ridge: float = 0.0001
+
+
+THRESHOLDS = RefinementThresholds()
 
 
 def motion_basis(turning: Spectra, radius: FloatArray, azimuths: int) -> NDArray[np.float32]:
@@ -86,7 +97,7 @@ def view_change(
     turn = turn @ possible[:, :free]
     left = np.einsum("fai,faj->ij", turn, reduced @ turn)
     right = np.einsum("fai,fa->i", turn, pull)
-    left += RIDGE * np.trace(left) / free * np.eye(free)
+    left += THRESHOLDS.ridge * np.trace(left) / free * np.eye(free)
     change = np.zeros(VIEW_PARAMETERS)
     change[:free] = np.linalg.solve(left, right)
     return change

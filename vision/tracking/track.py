@@ -24,13 +24,36 @@ if TYPE_CHECKING:
     from vision.tracking.frame_measurement import FrameMeasurements
 
 FEWEST = 12  # frames from which anything can be said
-LEARN_FOR_S = 7.2  # two turns of the slowest plate
 LEARN_FROM = (150, 300)  # frames, at least and at most
 LEARN_BYTES = 96_000_000
-FAST_S = 2.0  # frames to learn from that pass in less are from a fast camera
-FEWEST_TURNS = 1.0  # apparent ones; with less, a mark of colour may be the better one
 ATTEMPTS = 12  # stretches of the clip in which a plate is looked for
-WHOLE_CLIP = 0.9  # of the stated length; less was cut short
+
+
+@dataclass(frozen=True)
+class ClipThresholds:
+    """How much of a clip is needed.
+
+    Attributes
+    ----------
+    learn_for_s : float
+        Seconds to learn the plate from. Derived: two turns at 16 2/3 rpm.
+    fast_s : float
+        Frames to learn from that pass in less seconds are from a fast camera. Tuned on the 240 fps
+        clip of tests.vision.test_clips.
+    fewest_turns : float
+        Apparent turns; with less, a mark of colour may be the better one. Derived: no rate comes
+        from less.
+    whole : float
+        Of the stated length; less was cut short.
+    """
+
+    learn_for_s: float = 7.2
+    fast_s: float = 2.0
+    fewest_turns: float = 1.0
+    whole: float = 0.9
+
+
+THRESHOLDS = ClipThresholds()
 
 
 def track_phase(
@@ -69,7 +92,7 @@ def track_phase(
 
 
 def _turns(found: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
-    return not isinstance(found, RateRefused) and found.apparent_turns >= FEWEST_TURNS
+    return not isinstance(found, RateRefused) and found.apparent_turns >= THRESHOLDS.fewest_turns
 
 
 def _tried(
@@ -135,7 +158,7 @@ def _measured(
             f"plate itself turns the other way."
         )
     # By the time, not the count: containers without one state duration times frame rate.
-    if clip.seconds_stated and rows.last_s < WHOLE_CLIP * clip.seconds_stated:
+    if clip.seconds_stated and rows.last_s < THRESHOLDS.whole * clip.seconds_stated:
         notes.append(
             f"The file states {clip.seconds_stated:.1f} s, {rows.last_s:.1f} s could be decoded: "
             f"it is damaged or was cut short."
@@ -197,10 +220,10 @@ def _first(batches: Iterator[list[Frame]], on_step: Callable[[], object]) -> _St
         taken += len(batch)
         span_s = frames[-1].time_s - frames[0].time_s
         fewest, most = LEARN_FROM
-        if len(frames) >= fewest and span_s >= LEARN_FOR_S:
+        if len(frames) >= fewest and span_s >= THRESHOLDS.learn_for_s:
             break
         if len(frames) >= most or len(frames) * frames[0].nbytes > LEARN_BYTES:
-            if span_s >= FAST_S:
+            if span_s >= THRESHOLDS.fast_s:
                 break
             frames, stride = frames[::2], 2 * stride
     return _Stretch(frames, stride, taken)

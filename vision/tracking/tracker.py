@@ -10,6 +10,7 @@ linearly, is below 0.03° and free of locking to the samples. Where the expected
 lead to a good match, the whole turn is searched by correlation.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
@@ -26,10 +27,37 @@ from vision.video import Luma
 SUBSTEPS = 8
 LINEAR = 0.75 / SUBSTEPS  # of a sample: steps below this are taken without looking again
 STEPS = 4
-GOOD_MATCH = 0.75  # of the usual correlation; below, the whole turn is searched
-NEAR_RAD = np.pi / 6
-NEAR_ENOUGH = 0.8  # of the highest peak, for a peak near the expected angle to be preferred
-MEMORY = 0.05  # weight of the newest frame in the running rate and the usual correlation
+
+
+@dataclass(frozen=True)
+class TrackerThresholds:
+    """When the tracker trusts its expectation. Tuned on tests.bench.vision_films.
+
+    Attributes
+    ----------
+    good_match : float
+        Of the usual correlation; below, the whole turn is searched.
+    hidden_match : float
+        Of the usual correlation; below, something is in the way and the expectation is kept.
+    near_rad : float
+        Distance from the expected angle, rad, in which it is confirmed.
+    near_enough : float
+        Of the highest peak, for a peak near the expected angle to be preferred.
+    memory : float
+        Weight of the newest frame in the running rate and the usual correlation.
+    longest_step : float
+        Samples, that one step of Newton's method goes at most.
+    """
+
+    good_match: float = 0.75
+    hidden_match: float = 0.5
+    near_rad: float = math.pi / 6
+    near_enough: float = 0.8
+    memory: float = 0.05
+    longest_step: float = 8.0
+
+
+THRESHOLDS = TrackerThresholds()
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,8 +110,8 @@ class PlateTracker:
         self._filter = np.concatenate([weight * slope] * 2, axis=-1).astype(np.float32)
         self._seen = grid.seen
         self._partly = not bool(self._seen.all())
-        self._still = template.still
-        self._difference = np.empty_like(template.still)
+        self._background = template.background
+        self._difference = np.empty_like(template.background)
         self._search = (weight * np.conj(spectrum)).astype(np.complex64)
         # Rings partly hidden or outside the frame: what the template itself gives, by angle.
         self._information = _by_angle(weight * slope**2, self._seen)
@@ -102,7 +130,7 @@ class PlateTracker:
         for i, strip in enumerate(strips):
             before, self._before = self._before, strip
             change[i] = np.inf if before is None else cv2.norm(strip, before, cv2.NORM_L1)
-            difference = self._beyond_still(strip)
+            difference = self._less_background(strip)
             angle[i], match[i] = self._angle_of(difference, float(time_s[i]))
             if self._mark is not None:
                 rings = difference[self._mark.first_ring : self._mark.last_ring]
@@ -113,8 +141,8 @@ class PlateTracker:
             seed = centroid(along_mark, self._mark, at + angle) - at
         return MeasuredAngles(angle, match, seed, change / self._seen.size)
 
-    def _beyond_still(self, strip: Luma) -> NDArray[np.float32]:
-        cv2.subtract(strip, self._still, dst=self._difference, dtype=cv2.CV_32F)
+    def _less_background(self, strip: Luma) -> NDArray[np.float32]:
+        cv2.subtract(strip, self._background, dst=self._difference, dtype=cv2.CV_32F)
         if self._partly:
             self._difference *= self._seen
         return self._difference
@@ -127,7 +155,7 @@ class PlateTracker:
         energy = np.vecdot(difference, difference) @ self._weight
         size = float(np.sqrt(energy))
         angle, match, settled = self._refine(difference, expected, size)
-        if self._time is None or not settled or match < GOOD_MATCH * self._usual:
+        if self._time is None or not settled or match < THRESHOLDS.good_match * self._usual:
             start = self._whole_turn(difference, expected)
             searched, found, _ = self._refine(difference, start, size)
             if found > match:
@@ -139,15 +167,16 @@ class PlateTracker:
         if self._time is None:
             self._time, self._angle, self._usual = time_s, angle, match
             return
-        if match < 0.5 * self._usual:  # something in the way: keep the expectation
-            self._usual += MEMORY * (match - self._usual)
+        if match < THRESHOLDS.hidden_match * self._usual:
+            # Something is in the way: keep the expectation.
+            self._usual += THRESHOLDS.memory * (match - self._usual)
             return
         elapsed = time_s - self._time
         surprise = angle - self._angle - self._rate * elapsed
-        if elapsed > 0 and abs(surprise) < NEAR_RAD:
-            self._rate += 2 * MEMORY * surprise / elapsed
+        if elapsed > 0 and abs(surprise) < THRESHOLDS.near_rad:
+            self._rate += 2 * THRESHOLDS.memory * surprise / elapsed
         self._time, self._angle = time_s, angle
-        self._usual += MEMORY * (match - self._usual)
+        self._usual += THRESHOLDS.memory * (match - self._usual)
 
     def _refine(
         self, difference: NDArray[np.float32], start_rad: float, size: float
@@ -157,6 +186,7 @@ class PlateTracker:
         The clearer a mark stands out, the nearer to it Newton's method must begin.
         """
         sample = 2 * np.pi / self._n
+        longest = THRESHOLDS.longest_step * sample
         angle = start_rad
         settled = False
         for _ in range(STEPS):
@@ -168,7 +198,7 @@ class PlateTracker:
             pull = np.vecdot(self._filter[part][:, column], difference).sum()
             # T(φ - θ) falls by ∂T/∂φ as θ grows.
             step = -float(pull - self._offset[part, turn]) / float(self._information[part, turn])
-            step = float(np.clip(step, -8 * sample, 8 * sample))
+            step = float(np.clip(step, -longest, longest))
             angle = held + step
             if settled := abs(step) < LINEAR * sample:
                 break
@@ -182,8 +212,8 @@ class PlateTracker:
         correlation = np.fft.irfft(cross, self._n)
         azimuth = np.arange(self._n) * 2 * np.pi / self._n
         distance = np.angle(np.exp(1j * (azimuth - expected_rad)))
-        near = np.where(np.abs(distance) < NEAR_RAD, correlation, -np.inf)
-        best = near if near.max() > NEAR_ENOUGH * correlation.max() else correlation
+        near = np.where(np.abs(distance) < THRESHOLDS.near_rad, correlation, -np.inf)
+        best = near if near.max() > THRESHOLDS.near_enough * correlation.max() else correlation
         return float(expected_rad + distance[int(best.argmax())])
 
 
