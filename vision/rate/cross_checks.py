@@ -4,20 +4,138 @@ The centroid of the mark, the count of frames between alignments, and the return
 after whole turns. They are compared with the rate, not averaged with it.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
 from vision.phase_track import PhaseTrack, PlateAngle
 from vision.rate.aliases import RPM
-from vision.rate.autocorrelation import LagRate
-from vision.rate.frame_count import END_SD, FrameCount
 from vision.rate.least_squares import least_squares
+from vision.rate.unwrap import frame_time
+
+CLEAR_PEAK = 0.25  # correlation a return must reach
+AROUND = 0.06  # of a turn, to both sides of where the return is expected
+FEWEST_RETURNS = 2  # one alone may be chance
+LONGEST = 4000  # pictures looked at
+READ_OFF = 0.2  # frames: the parabola through a narrow peak leans to the whole frame
+
+END_SD = 1 / np.sqrt(6.0)  # frames: the difference of two ends rounded to whole frames
+GAP = 1.5  # frames between the pictures before and after an alignment; more is a gap
 
 APART = 5.0  # standard deviations
 CENTROID_MATTERS = 50e-6  # relative
 LAG_MATTERS = 2e-3  # relative
 COUNT_APART = 1.05  # frames; rounding both ends gives up to one
 SLIPPED = 0.02  # of the pictures with the centroid elsewhere than the refined angle
+
+
+@dataclass(frozen=True, eq=False)
+class FrameCount:
+    """Rate from counted frames.
+
+    Attributes
+    ----------
+    rate_rad_s, sd_rad_s : float
+    alignments : array of int
+        Pictures in which the marks are aligned.
+    """
+
+    rate_rad_s: float
+    sd_rad_s: float
+    alignments: NDArray[np.intp]
+
+
+def count_frames(angle: PlateAngle, mark_rad: float, deck_mark_rad: float) -> FrameCount | None:
+    """Count; None with fewer than two alignments.
+
+    Parameters
+    ----------
+    angle : PlateAngle
+    mark_rad : float
+        Azimuth of the plate's mark at plate angle zero; NaN takes the plate's own zero.
+    deck_mark_rad : float
+        Azimuth of the fixed mark; NaN takes the place where the plate's mark was first.
+    """
+    mark = angle.angle_rad + (0.0 if np.isnan(mark_rad) else mark_rad)
+    fixed = mark[0] if np.isnan(deck_mark_rad) else deck_mark_rad
+    turns = (mark - fixed) / (2 * np.pi)
+    sign = 1.0 if turns[-1] >= turns[0] else -1.0
+    progress = np.maximum.accumulate(sign * turns)
+    whole = np.arange(np.ceil(progress[0]), np.floor(progress[-1]) + 1)
+    after = np.searchsorted(progress, whole).clip(1, len(progress) - 1)
+    # Nobody sees an alignment that falls where pictures are left out.
+    frame_s = frame_time(angle.time_s)
+    seen = np.diff(angle.time_s)[after - 1] < GAP * frame_s
+    whole, after = whole[seen], after[seen]
+    if len(whole) < 2:
+        return None
+    nearer = np.abs(progress[after - 1] - whole) < np.abs(progress[after] - whole)
+    aligned = np.where(nearer, after - 1, after)
+    time = angle.repaired_time_s[aligned[-1]] - angle.repaired_time_s[aligned[0]]
+    rate = 2 * np.pi * (whole[-1] - whole[0]) / float(time)
+    sd = rate * END_SD * frame_s / float(time)
+    return FrameCount(rate, sd, angle.index[aligned])
+
+
+@dataclass(frozen=True)
+class LagRate:
+    """Rate from the latest clear return of the picture."""
+
+    rate_rad_s: float
+    sd_rad_s: float
+    turns: int
+
+
+def lag_rate(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> LagRate | None:
+    """Rate by autocorrelation near ``rate_rad_s``; None without clear returns.
+
+    Needs evenly spaced pictures.
+    """
+    step = np.diff(time_s)
+    frame_s = frame_time(time_s)
+    if np.abs(step - frame_s).max() > 0.05 * frame_s:
+        return None
+    values = track.thumbnail[:LONGEST].astype(np.float32)
+    values -= values.mean(axis=0)
+    values -= values.mean(axis=1, keepdims=True)  # flicker
+    correlation = _autocorrelation(values)
+    per_turn = 2 * np.pi / (abs(rate_rad_s) * frame_s)
+    found: list[tuple[int, float]] = []
+    for turns in range(1, int(0.8 * len(values) / per_turn) + 1):
+        expected = turns * per_turn
+        reach = max(2.0, AROUND * per_turn)
+        low, high = int(np.floor(expected - reach)), int(np.ceil(expected + reach)) + 1
+        if low < 2 or high > len(correlation) - 1:
+            continue
+        peak = low + int(correlation[low:high].argmax())
+        if peak in (low, high - 1) or correlation[peak] < CLEAR_PEAK:
+            continue
+        before, at, after = correlation[peak - 1 : peak + 2]
+        found.append((turns, peak + 0.5 * float((before - after) / (before - 2 * at + after))))
+    if len(found) < FEWEST_RETURNS:
+        return None
+    count, lags = (np.array(column, float) for column in zip(*found, strict=True))
+    period = float((count * lags).sum() / (count**2).sum())
+    scatter = float(np.sqrt(((lags - count * period) ** 2).sum() / max(len(lags) - 1, 1)))
+    sd = max(scatter, READ_OFF) / float(np.sqrt((count**2).sum()))
+    rate = 2 * np.pi / (period * frame_s)
+    return LagRate(rate, rate * sd / period, int(count.max()))
+
+
+def _autocorrelation(values: NDArray[np.float32]) -> FloatArray:
+    """Σ over pixels, normalised by the energy of the overlap, shape (f,)."""
+    n = len(values)
+    size = 1 << (2 * n - 1).bit_length()
+    power = np.zeros(size // 2 + 1)
+    for pixel in values.T:
+        power += np.abs(np.fft.rfft(pixel, size)) ** 2
+    lagged = np.fft.irfft(power, size)[:n]
+    energy = np.concatenate([[0.0], np.cumsum((values.astype(float) ** 2).sum(axis=1))])
+    lag = np.arange(n)
+    overlap = np.sqrt(energy[n - lag] * (energy[n] - energy[lag]))
+    return np.asarray(lagged / np.maximum(overlap, 1e-9))
 
 
 def second_opinions(

@@ -19,14 +19,18 @@ from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.phase_track import BoolArray, PhaseTrack, PlateAngle, RateHistory
 from vision.rate.aliases import choose_alias
-from vision.rate.autocorrelation import LagRate, lag_rate
-from vision.rate.camera_roll import camera_roll
-from vision.rate.cross_checks import second_opinions
+from vision.rate.cross_checks import FrameCount, LagRate, count_frames, lag_rate, second_opinions
 from vision.rate.diagnosis import PhaseDiagnosis, diagnose
-from vision.rate.frame_count import FrameCount, count_frames
 from vision.rate.least_squares import least_squares
-from vision.rate.line_fit import fit_rate, without_lag
-from vision.rate.stability import refuse_unsteady, refuse_wandering, uneven_warning
+from vision.rate.stability import (
+    camera_roll,
+    lost_pictures,
+    refuse_unsteady,
+    refuse_wandering,
+    rolling_camera,
+    scattered_angle,
+    uneven_warning,
+)
 from vision.rate.terms import (
     CONSTANT_RATE,
     TERMS,
@@ -34,10 +38,11 @@ from vision.rate.terms import (
     Regressors,
     columns,
     design,
+    fit_rate,
+    without_lag,
 )
 from vision.rate.timebase import Timebase
 from vision.rate.unwrap import plate_angle, rate_history, rough_rate, usable
-from vision.rate.warnings import lost_pictures, rolling_camera, scattered_angle
 from vision.rate.wow_flutter import SpeedFigures, speed_figures
 
 FEWEST_USABLE = 12

@@ -1,11 +1,20 @@
 """Steady, drifting or stopping: whether one number can stand for the rate of a clip."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
-from vision.phase_track import RateHistory
+from vision.phase_track import PhaseTrack, RateHistory
 from vision.rate.aliases import RPM
+
+SCATTERED_RAD = np.radians(0.7)  # about an even rotation; ten times what a poor film gives
+
+FEWEST = 6  # pictures in which the surroundings were looked at
+SMOOTHED = 5  # of them
+ROLLED_RAD = np.radians(0.3)
+CLEAR = 8.0  # times the noise, for a roll to be told from it
 
 UNSTEADY = 0.01  # relative change of the rate within the clip that is refused
 UNEVEN = 0.001  # relative change worth a word
@@ -122,4 +131,81 @@ def uneven_warning(source: str, history: RateHistory) -> tuple[str, ...]:
     return (
         f"{source}: the rate changes by {change:.2%} within the clip; the figure is its mean, and "
         f"a sensor logged at another time may have seen another rate.",
+    )
+
+
+@dataclass(frozen=True)
+class CameraRoll:
+    """A camera that rolled while it filmed.
+
+    Attributes
+    ----------
+    range_rad : float
+        How far.
+    rate_rad_s : float
+        Slope against time, counter-clockwise as filmed: what it adds to the rate of the plate.
+    """
+
+    range_rad: float
+    rate_rad_s: float
+
+
+def camera_roll(track: PhaseTrack, time_s: FloatArray) -> CameraRoll | None:
+    """The camera's roll; None where it stood still, or where that cannot be seen."""
+    seen = np.isfinite(track.roll_rad)
+    if seen.sum() < FEWEST:
+        return None
+    time, roll = time_s[seen], track.roll_rad[seen]
+    noise = 1.4826 * float(np.median(np.abs(np.diff(roll, 2)))) / np.sqrt(6.0)
+    smooth = np.median(np.lib.stride_tricks.sliding_window_view(roll, SMOOTHED), axis=1)
+    range_rad = float(np.ptp(smooth))
+    if range_rad < max(ROLLED_RAD, CLEAR * noise):
+        return None
+    away = time - time.mean()
+    return CameraRoll(range_rad, float(away @ roll / (away @ away)))
+
+
+def lost_pictures(source: str, history: RateHistory, noise_rad: float) -> tuple[str, ...]:
+    """Pictures found lost silently, or that none could be found."""
+    angle = history.angle
+    lost = int(angle.lost.sum())
+    if lost:
+        return (
+            f"{source}: {lost} picture(s) were lost without a trace in the time stamps "
+            f"({lost / len(angle.time_s):.1%}): the angle jumps by whole frame times. Their time "
+            f"was put back, so the rate stands.",
+        )
+    step = angle_step(history)
+    if noise_rad < HIDING * step:
+        return ()
+    return (
+        f"{source}: the plate turns by {np.degrees(step):.2f}° from picture to picture and the "
+        f"angle scatters by {np.degrees(noise_rad):.2f}°: a picture that the recorder lost would "
+        f"not be noticed, and one in a hundred makes the rate 1 % too high. With fewer pictures "
+        f"per second, or a bold mark, it would be.",
+    )
+
+
+def scattered_angle(source: str, noise_rad: float, rate_rad_s: float) -> tuple[str, ...]:
+    """An angle further off an even rotation than a plate goes."""
+    if noise_rad < SCATTERED_RAD:
+        return ()
+    return (
+        f"{source}: the angle scatters by {np.degrees(noise_rad):.1f}° about an even rotation, "
+        f"where a plate filmed from a stand gives some hundredths: noisy pictures, time stamps "
+        f"that are late by {1e3 * noise_rad / abs(rate_rad_s):.0f} ms, a camera that moves, or "
+        f"something that is no plate. The uncertainty counts it; see in the annotated picture what "
+        f"was followed.",
+    )
+
+
+def rolling_camera(source: str, roll: CameraRoll | None, rate_rad_s: float) -> tuple[str, ...]:
+    """A camera that rolled while it filmed."""
+    if roll is None:
+        return ()
+    share = abs(roll.rate_rad_s / rate_rad_s)
+    return (
+        f"{source}: the camera rolled by {np.degrees(roll.range_rad):.1f}° while it filmed, as "
+        f"what lies around the plate shows. Of the rate {share * 1e6:.0f} ppm may be the camera's "
+        f"own; the sd has them. Fix the camera to a stand and film again.",
     )

@@ -37,7 +37,7 @@ from tests.studies.angrisano.published import (
 )
 from tests.studies.angrisano.table1 import implied_pose_sds
 from vision.phase_track import PlateAngle
-from vision.rate.frame_count import count_frames
+from vision.rate.cross_checks import count_frames
 from vision.rate.least_squares import least_squares
 
 SESSIONS = 40

@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from vision.rate.camera_roll import camera_roll
 from vision.rate.measure import measure_rate
+from vision.rate.stability import camera_roll
 from vision.rate.timebase import Timebase
 from vision.tracking.track import track_phase
 
