@@ -1,6 +1,7 @@
 """A phase track to a rate with its uncertainty. NumPy only; no OpenCV.
 
-    unwrap ─ aliases ─ terms (least_squares, timebase) ─ measure
-    cross_checks, stability ───────────────────────────────┤
-    wow_flutter, diagnosis ────────────────────────────────┘
+    timebase, aliases ─ unwrap ─ jumps ─ dropped_frames ─ terms (least_squares) ─ measure
+                                   stability, wow_flutter ───────┤
+                                other_rates ─ cross_checks ──────┤
+                                                diagnosis ───────┘
 """

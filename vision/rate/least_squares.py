@@ -102,8 +102,8 @@ def correlation_time(residual: FloatArray) -> float:
 
     The larger of two estimates: 1 + 2 Σ ρ_k, summed over pairs of lags while the pairs are
     positive (Geyer, Practical Markov chain Monte Carlo, 1992), which sees short memory; and the
-    power of the slowest waves against the mean power, which sees wandering over seconds: a film is
-    encoded in groups of some hundred pictures, and each group errs a little as a whole.
+    power of the slowest waves against the mean power, which sees wandering over seconds: a clip
+    is encoded in groups of some hundred frames, and each group errs a little as a whole.
     """
     n = len(residual)
     centred = residual - residual.mean()
@@ -118,8 +118,8 @@ def correlation_time(residual: FloatArray) -> float:
     short = 1 + 2 * float(pairs[:stop].sum())
     waves = np.arange(1, min(SLOW_WAVES, (n - 1) // 2) + 1)
     # The fitted line took its share of them: its own k-th wave is 1/k, in sine only.
-    left = len(waves) - 0.5 * 6 / np.pi**2 * float((1.0 / waves**2).sum())
-    slow = float(spectrum[2 * waves].sum()) / left / covariance[0] if len(waves) else 1.0
+    rest = len(waves) - 0.5 * 6 / np.pi**2 * float((1.0 / waves**2).sum())
+    slow = float(spectrum[2 * waves].sum()) / rest / covariance[0] if len(waves) else 1.0
     return max(1.0, short, slow)
 
 
@@ -127,7 +127,7 @@ def repetition(influence: FloatArray, error: FloatArray, turn_rad: FloatArray) -
     """Variance of each parameter against that of white errors of unit size, shape (k,).
 
     Errors within a sector of the turn are taken as possibly alike, those of different sectors as
-    independent: Σ_sectors (Σ h e)² over Σ h². It matters where the pictures keep step with the
+    independent: Σ_sectors (Σ h e)² over Σ h². It matters where the frames keep step with the
     plate (20 per turn at 45 rpm and 15 fps): each place is then seen again and again at nearly the
     same angle, and its error with it.
     """

@@ -24,7 +24,7 @@ class SpeedFigures:
     ----------
     once_per_rev, once_sd, twice_per_rev, twice_sd : float
         Wow at one and two waves per turn (upper limits, see above); NaN where there are too few
-        pictures per turn to tell.
+        frames per turn to separate them.
     flutter : float
         Strongest faster wave; 0 where none stands out.
     flutter_hz : float
@@ -44,7 +44,7 @@ class SpeedFigures:
 
 
 def speed_figures(
-    fit: LeastSquares, given: Regressors, waves: Sequence[str], frame_s: float
+    fit: LeastSquares, base: Regressors, waves: Sequence[str], frame_s: float
 ) -> SpeedFigures:
     """Take the figures from the rate's fit: constant, rate, cosine and sine of each wave, …"""
     wave, sd = [], []
@@ -54,13 +54,13 @@ def speed_figures(
         sd.append(np.nan if at is None else float(np.sqrt((fit.sd[at : at + 2] ** 2).mean())))
     drift = least_squares(
         np.concatenate(
-            [np.ones((len(given.time_s), 1)), given.time_s[:, None], columns("rate_drift", given)],
+            [np.ones((len(base.time_s), 1)), base.time_s[:, None], columns("rate_drift", base)],
             axis=1,
         ),
         fit.residual,
     )
-    flutter, hz = _flutter(fit, given, frame_s)
-    rate = abs(given.rate_rad_s)
+    flutter, hz = _flutter(fit, base, frame_s)
+    rate = abs(base.rate_rad_s)
     return SpeedFigures(
         once_per_rev=wave[0],
         once_sd=sd[0],
@@ -68,21 +68,21 @@ def speed_figures(
         twice_sd=2 * sd[1],
         flutter=flutter,
         flutter_hz=hz,
-        drift_per_s=float(drift.beta[2]) * float(np.sign(given.rate_rad_s)) / rate,
+        drift_per_s=float(drift.beta[2]) * float(np.sign(base.rate_rad_s)) / rate,
         drift_sd=float(drift.sd[2]) / rate,
     )
 
 
-def _flutter(fit: LeastSquares, given: Regressors, frame_s: float) -> tuple[float, float]:
+def _flutter(fit: LeastSquares, base: Regressors, frame_s: float) -> tuple[float, float]:
     """Strongest wave faster than twice per turn: relative rate amplitude and frequency."""
-    time = given.time_s - given.time_s[0]
+    time = base.time_s - base.time_s[0]
     even = np.arange(0, time[-1], frame_s)
     residual = np.interp(even, time[fit.used], fit.residual[fit.used])
     taper = np.hanning(len(even))
     amplitude = 2 * np.abs(np.fft.rfft(residual * taper)) / taper.sum()
     hz = np.fft.rfftfreq(len(even), frame_s)
-    # The last bins belong to waves that the pictures sample less than 2.2 times.
-    band = (hz > FIRST_FLUTTER_ORDER * abs(given.rate_rad_s) / (2 * np.pi)) & (hz < 0.45 / frame_s)
+    # The last bins belong to waves that the frames sample less than 2.2 times.
+    band = (hz > FIRST_FLUTTER_ORDER * abs(base.rate_rad_s) / (2 * np.pi)) & (hz < 0.45 / frame_s)
     if band.sum() < 8:
         return 0.0, float("nan")
     power = amplitude[band] ** 2
@@ -90,4 +90,4 @@ def _flutter(fit: LeastSquares, given: Regressors, frame_s: float) -> tuple[floa
     if power[peak] < CLEAR_LINE * np.median(power) / np.log(2):
         return 0.0, float("nan")
     at = float(hz[band][peak])
-    return float(amplitude[band][peak]) * 2 * np.pi * at / abs(given.rate_rad_s), at
+    return float(amplitude[band][peak]) * 2 * np.pi * at / abs(base.rate_rad_s), at

@@ -33,7 +33,7 @@ def test_a_camera_that_rolls_is_noticed_and_doubted(render, tmp_path, degrees_pe
     found = camera_roll(track, CLOCK.times(track))
     assert np.degrees(found.rate_rad_s) == pytest.approx(degrees_per_s, rel=0.15)
     rate = measure_rate(track, timebase=CLOCK)
-    assert abs(rate.rate_rad_s - motion.rate_rad_s) < 2 * rate.image_sd_rad_s
+    assert abs(rate.rate_rad_s - motion.rate_rad_s) < 2 * rate.uncertainty.image_rad_s
     assert any("the camera rolled by" in warning for warning in rate.warnings)
     assert camera_roll(track_phase(still), CLOCK.times(track)) is None
 
