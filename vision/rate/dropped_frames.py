@@ -26,6 +26,7 @@ from vision.geometry import FloatArray
 from vision.phase_track import PhaseTrack, PlateAngle, RateHistory
 from vision.rate.jumps import frame_jumps
 from vision.rate.least_squares import least_squares
+from vision.rate.stability import THRESHOLDS as STABILITY
 
 SECTORS = 24  # of a turn, each with its own error of the angle
 FEWEST_FREE = 6  # frames more than parameters, for a share to be determined
@@ -46,15 +47,11 @@ class DroppedFrameThresholds:
     clustered : float
         Probability of angles as close as those of the jumps, were they uniform, below which the
         jumps are errors of the angle. Derived: one clip in a thousand.
-    refused_span : float
-        Relative difference between the rates with and without the candidates that is refused where
-        neither can be excluded. Fact: the change of a rate that is refused as unsteady.
     """
 
     confirmed: float = 0.25
     determined: float = 10.0
     clustered: float = 1e-3
-    refused_span: float = 0.01
 
 
 THRESHOLDS = DroppedFrameThresholds()
@@ -197,7 +194,7 @@ def _repeats_keep_time(track: PhaseTrack, angle: PlateAngle, candidates: int) ->
 
 
 def refuse_undecided(source: str, dropped: DroppedFrames, history: RateHistory) -> None:
-    """Raise where the rate would be known to no more than a percent.
+    """Raise where neither can be excluded, and the rates differ by more than a steady one may.
 
     Parameters
     ----------
@@ -211,7 +208,7 @@ def refuse_undecided(source: str, dropped: DroppedFrames, history: RateHistory) 
     ------
     RateRefused
     """
-    if dropped.sd_of_rate < THRESHOLDS.refused_span:
+    if dropped.sd_of_rate < STABILITY.unsteady:
         return
     raise RateRefused(
         f"{source}: the angle jumps by {dropped.candidates} frame time(s) in all, at about "

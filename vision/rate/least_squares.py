@@ -7,12 +7,30 @@ import numpy as np
 from vision.geometry import FloatArray
 from vision.phase_track import BoolArray
 
-OUTLIER = 5.0  # robust standard deviations
 ROUNDS = 8
-CLEAR_SPAN = 0.03  # relative singular value; two columns this close are one
 SLOW_WAVES = 4  # over the rows: what is slower weighs in the slope
 SECTORS = 32  # of a turn: residuals in one may be alike at every turn
 RANK_TOLERANCE = 1e-9  # relative singular value of the scaled columns
+
+
+@dataclass(frozen=True)
+class FitThresholds:
+    """What a fit sets aside.
+
+    Attributes
+    ----------
+    outlier : float
+        Robust sds. Derived: of 10⁵ Gaussian rows less than one lies beyond 4.5.
+    clear_span : float
+        Relative singular value; two columns this close are one. Tuned on
+        ``tests.bench.vision_films mixed`` (fast plates with few frames per turn).
+    """
+
+    outlier: float = 5.0
+    clear_span: float = 0.03
+
+
+THRESHOLDS = FitThresholds()
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +88,7 @@ def least_squares(x: FloatArray, y: FloatArray, turn_rad: FloatArray | None = No
             raise np.linalg.LinAlgError("columns are linearly dependent")
         residual = y - scaled @ beta
         spread = 1.4826 * float(np.median(np.abs(residual[used])))
-        keep = np.abs(residual) <= OUTLIER * max(spread, 1e-12)
+        keep = np.abs(residual) <= THRESHOLDS.outlier * max(spread, 1e-12)
         if np.array_equal(keep, used):
             break
         used = keep
@@ -93,7 +111,7 @@ def independent(x: FloatArray) -> FloatArray:
     scaled = x / np.where(scale > 0, scale, 1.0)
     # The few columns' own matrix: a singular value decomposition of all rows costs far more.
     squared, axes = np.linalg.eigh(scaled.T @ scaled)
-    clear = squared > CLEAR_SPAN**2 * squared[-1]
+    clear = squared > THRESHOLDS.clear_span**2 * squared[-1]
     return np.asarray(scaled @ axes[:, clear] / np.sqrt(squared[clear]))
 
 

@@ -34,8 +34,6 @@ class StabilityThresholds:
     peak_to_peak : float
         Sds between the extremes of a hundred overlapping turns of white noise. Derived: 5 for
         independent values (Tippett), and a margin for the heavy tails of late stamps.
-    noise_share : float
-        Of ``unsteady``, that the noise of a stretch may reach.
     hidden_drop : float
         Of the angle from frame to frame: a scatter that hides a dropped frame.
     wandering : float
@@ -54,7 +52,6 @@ class StabilityThresholds:
     stopped: float = 0.5
     steady_within: float = 0.002
     peak_to_peak: float = 8.0
-    noise_share: float = 0.5
     hidden_drop: float = 0.5
     wandering: float = 5.0
     scattered_rad: float = 0.0122
@@ -194,7 +191,7 @@ def _forward(history: RateHistory) -> tuple[FloatArray, float]:
     # The mean over n windows of a turn, half a turn apart, keeps the noise of two frames at either
     # end, over n half turns.
     spread = THRESHOLDS.peak_to_peak * 2 * history.phase_noise_rad / (2 * np.pi)
-    wanted = int(np.ceil(spread / (THRESHOLDS.noise_share * THRESHOLDS.unsteady)))
+    wanted = int(np.ceil(spread / THRESHOLDS.unsteady))
     span = min(wanted, len(rate) // FEWEST_STRETCHES) or 1
     rate = np.lib.stride_tricks.sliding_window_view(rate, span).mean(axis=1)
     return rate * (np.sign(np.median(rate)) or 1.0), float(spread / span)

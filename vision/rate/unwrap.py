@@ -18,13 +18,11 @@ class FrameThresholds:
 
     Attributes
     ----------
-    poor_match : float
-        Of the usual correlation with the template; poorer frames are left out.
     unexplained : float
-        Times the usual share of the frame that the template does not explain; more is something in
-        the way.
+        Times the usual ratio of what the template does not explain of a frame to what it does; more
+        is something in the way.
     least_unexplained : float
-        That share in a frame without noise to speak of.
+        That ratio in a frame without noise to speak of.
     at_rest : float
         Of the usual step; slower before or after frames that repeat is a plate at rest.
     stray : float
@@ -36,7 +34,6 @@ class FrameThresholds:
         Times a neighbouring half turn; one that takes longer is a rest.
     """
 
-    poor_match: float = 0.6
     unexplained: float = 3.0
     least_unexplained: float = 0.01
     at_rest: float = 0.75
@@ -52,9 +49,15 @@ def usable(track: PhaseTrack) -> BoolArray:
     """Frames in which the plate was seen well and which repeat no other, shape (f,)."""
     seen = np.isfinite(track.phase_rad) & np.isfinite(track.quality)
     usual = float(np.median(track.quality[seen])) if seen.any() else 0.0
-    unexplained = 1 - track.quality**2
-    clear = unexplained <= THRESHOLDS.unexplained * max(1 - usual**2, THRESHOLDS.least_unexplained)
-    return seen & clear & (track.quality > THRESHOLDS.poor_match * usual) & ~_repeated(track, seen)
+    limit = THRESHOLDS.unexplained * max(float(_unexplained(usual)), THRESHOLDS.least_unexplained)
+    clear = (track.quality > 0) & (_unexplained(track.quality) <= limit)
+    return seen & clear & ~_repeated(track, seen)
+
+
+def _unexplained(correlation: FloatArray | float) -> FloatArray:
+    """Power of a frame that the template does not explain, over that which it does."""
+    square = np.square(correlation)
+    return np.asarray((1 - square) / np.maximum(square, 1e-12))
 
 
 def _repeated(track: PhaseTrack, seen: BoolArray) -> BoolArray:

@@ -12,8 +12,29 @@ import numpy as np
 from vision.rate.least_squares import LeastSquares, least_squares
 from vision.rate.terms import Regressors, columns
 
-FIRST_FLUTTER_ORDER = 2.5  # waves per turn
-CLEAR_LINE = 20.0  # times the mean power of the spectrum: one chance in 10⁶ for 500 lines
+
+@dataclass(frozen=True)
+class FlutterThresholds:
+    """What counts as flutter.
+
+    Attributes
+    ----------
+    first_order : float
+        Waves per turn. Derived: between the second order, which is wow, and the third.
+    clear_line : float
+        Times the mean power of the spectrum. Derived: white noise exceeds it once in 10⁶ spectra of
+        500 lines.
+    fastest : float
+        Of the frame rate. Derived: the last bins hold waves that the frames sample less than 2.2
+        times.
+    """
+
+    first_order: float = 2.5
+    clear_line: float = 20.0
+    fastest: float = 0.45
+
+
+THRESHOLDS = FlutterThresholds()
 
 
 @dataclass(frozen=True)
@@ -81,13 +102,13 @@ def _flutter(fit: LeastSquares, base: Regressors, frame_s: float) -> tuple[float
     taper = np.hanning(len(even))
     amplitude = 2 * np.abs(np.fft.rfft(residual * taper)) / taper.sum()
     hz = np.fft.rfftfreq(len(even), frame_s)
-    # The last bins belong to waves that the frames sample less than 2.2 times.
-    band = (hz > FIRST_FLUTTER_ORDER * abs(base.rate_rad_s) / (2 * np.pi)) & (hz < 0.45 / frame_s)
+    slowest = THRESHOLDS.first_order * abs(base.rate_rad_s) / (2 * np.pi)
+    band = (hz > slowest) & (hz < THRESHOLDS.fastest / frame_s)
     if band.sum() < 8:
         return 0.0, float("nan")
     power = amplitude[band] ** 2
     peak = int(power.argmax())
-    if power[peak] < CLEAR_LINE * np.median(power) / np.log(2):
+    if power[peak] < THRESHOLDS.clear_line * np.median(power) / np.log(2):
         return 0.0, float("nan")
     at = float(hz[band][peak])
     return float(amplitude[band][peak]) * 2 * np.pi * at / abs(base.rate_rad_s), at
