@@ -13,12 +13,12 @@ import numpy as np
 from calib.effects.effect import Effect
 from calib.errors import Undetermined
 from calib.fit.column_scaling import RANK_TOLERANCE, orthonormal_columns, unit_columns
-from calib.fit.model import stack_columns
+from calib.fit.model import sensor_columns, stack_columns
 from calib.poses.attitudes import list_directions, uncovered
 from calib.poses.imu_log import BoolArray, FloatArray
 
 if TYPE_CHECKING:
-    from calib.fit.residuals import Equations, Rows
+    from calib.fit.residuals import Equations, WhitenedRows
 
 CONDITION_LIMIT = 25.0
 """The 18 wedge poses give 1.4, ten usable free-hand poses up to 8; from 25 on the worst
@@ -56,7 +56,7 @@ def require_enough(equations: "Equations", parameters: int) -> None:
         )
 
 
-def require_determined(equations: "Equations", rows: "Rows", basis: FloatArray) -> None:
+def require_determined(equations: "Equations", rows: "WhitenedRows", basis: FloatArray) -> None:
     """Refuse, in words, poses that cannot determine the model; ``rows`` at the solution.
 
     ``basis`` (p, v) are the combinations of parameters that are fitted.
@@ -110,7 +110,7 @@ def _advice(equations: "Equations") -> str:
     return f"Directions with no pose within 25°: {list_directions(missing, most=18)}. Add those."
 
 
-def visible_basis(equations: "Equations", rows: "Rows") -> FloatArray:
+def visible_basis(equations: "Equations", rows: "WhitenedRows") -> FloatArray:
     """Combinations of the parameters that the poses can see, shape (p, visible).
 
     Bias, scale and misalignment are kept whole: what they lack is refused. Of every added effect
@@ -161,11 +161,11 @@ def visible_basis(equations: "Equations", rows: "Rows") -> FloatArray:
     return blocks
 
 
-def _is_rounding(equations: "Equations", rows: "Rows", effect: Effect) -> BoolArray:
+def _is_rounding(equations: "Equations", rows: "WhitenedRows", effect: Effect) -> BoolArray:
     """Which parameters of ``effect`` (k,) only err across the readings: no length shows them."""
-    columns = effect.evaluate(equations.conditions(rows.vector))
-    if effect.acts_on == "reference":
-        return np.zeros(columns.shape[1], dtype=bool)
+    if effect.acts_on == "reference" or effect.in_square:
+        return np.zeros(len(effect.parameters), dtype=bool)
+    columns = sensor_columns((effect,), equations.conditions(rows.vector), {}, rows.axes)
     n = rows.vector / np.maximum(np.linalg.norm(rows.vector, axis=1, keepdims=True), 1e-300)
     seen = np.einsum("ni,nik->nk", n, columns)
     seen[equations.null] = np.linalg.norm(columns[equations.null], axis=1)
