@@ -25,6 +25,7 @@ from calib.poses.pose_set import PoseSet
 
 FIXED_POINT_STEPS = 50
 FIXED_POINT_TOLERANCE = 1e-14
+NO_GAIN = 1e-9
 SLOPE_STEP = 1e-4
 """Relative step of the central difference dC/ds; exact for effects of second order in s."""
 
@@ -87,7 +88,9 @@ def pick(model: Model, effects: Sequence[Effect]) -> list[int]:
 
 def axes_of(matrix: FloatArray) -> FloatArray:
     """T (3, 3), from the sensitive axes to the orthogonal ones, of M = T K (3, 3)."""
-    return np.asarray(matrix / np.diag(matrix))
+    gain = np.diag(matrix)
+    # A gain of nothing has no axis; what a fit makes of it is refused at its end.
+    return np.asarray(matrix / np.where(np.abs(gain) < NO_GAIN, 1.0, gain))
 
 
 def sensor_columns(

@@ -238,14 +238,14 @@ def require_size(equations: Equations, rows: WhitenedRows) -> None:
 def with_shape_sd(fit: Fit, columns: FloatArray) -> Fit:
     """``fit`` with its shape parameters as further unknowns.
 
-    ``columns`` (r, k) are the derivatives of the residual by them.
+    ``columns`` (r, k) are the derivatives of the residual by them, zero for one that is held.
     """
     full = with_common(fit.basis, len(fit.eta))
     root = np.sqrt(fit.weight)[:, None]
     inverse = pseudo_inverse(np.column_stack([fit.rows.jacobian @ full, columns]) * root)
     cov = inverse @ inverse.T
     p, fitted = fit.model.size, full.shape[1]
-    sd = np.sqrt(np.diag(cov)[fitted:])
+    sd = np.where(columns.any(axis=0), np.sqrt(np.diag(cov)[fitted:]), np.nan)
     linear = full @ cov[:fitted, :fitted] @ full.T
     pull = _pull_of_outliers(fit.rows, fit.weight, linear)
     return replace(

@@ -44,6 +44,8 @@ SHAPE_STEP_SD = 1e-4
 """Converged once the step moves no row by more than this part of its sd."""
 
 DIFFERENCE_STEP = 1e-4
+AT_BOUND = 1e-3
+"""Relative distance within which a shape parameter is at its bound."""
 
 MEMORY_ROUNDS = 30
 MEMORY_SD = 1e-3
@@ -212,6 +214,13 @@ def _with_shape_sd(fitted: Fit, solution: Solution) -> Fit:
     """The fit with its shape parameters as further unknowns of the covariance."""
     value = np.array(list(fitted.shapes.values()))
     columns = _shape_columns(fitted.equations, solution, fitted.shapes) / value
+    shapes = [effect.shape for effect in fitted.model.effects if effect.shape]
+    # At a bound the value is the bound's: nothing is known of it, and nothing else depends on it.
+    held = [
+        not low * (1 + AT_BOUND) < at < high * (1 - AT_BOUND)
+        for at, (low, high) in zip(value, (shape.bounds for shape in shapes), strict=True)
+    ]
+    columns[:, held] = 0.0
     return with_shape_sd(fitted, columns)
 
 

@@ -31,6 +31,7 @@ from calib.fit.leave_one_out import LARGEST_LEVERAGE
 from calib.fit.model import Model
 from calib.fit.residuals import Equations
 from calib.fit.result import MISFIT_P_VALUE, Fit
+from calib.fit.solver import AT_BOUND
 from calib.poses.imu_log import FloatArray
 from pipeline.formatting import DISPLAY
 from pipeline.report.pose_charts import SHOWN_SD
@@ -39,7 +40,6 @@ from pipeline.stages.triads import TriadResult
 
 DIGITS = 7
 SHAPE_STEP = 1e-3  #: relative step of the derivative with respect to a shape parameter
-AT_BOUND = 1e-3  #: relative distance within which a shape parameter is at its bound
 BLIND_REASON = (
     "these poses cannot see it: bias, scale, misalignment and the effects in the model take up all "
     "of it"

@@ -98,16 +98,20 @@
   // --- the refit ---------------------------------------------------------------------------------
   // The combinations of an effect's parameters that are seen beside what is known, as the solver
   // keeps them: all, or those with more than VISIBLE_SHARE of their signal left.
-  function visible(columns, known) {
+  function visible(columns, known, norm) {
     const left = columns.map((column) => {
       const v = Float64Array.from(column);
       known.forEach((u) => subtract(v, dot(u, v), u));
       return v;
     });
     const { values, vectors } = eigen(left.map((a) => left.map((b) => dot(a, b))));
-    const seen = vectors.filter((_, k) => Math.sqrt(Math.max(values[k], 0)) > VISIBLE_SHARE);
-    if (seen.length < columns.length) return seen;
-    return columns.map((_, k) => columns.map((_unused, j) => (j === k ? 1 : 0)));
+    const lost = vectors.filter((_, k) => Math.sqrt(Math.max(values[k], 0)) <= VISIBLE_SHARE);
+    const each = columns.map((_, k) => columns.map((_unused, j) => (j === k ? 1 : 0)));
+    if (lost.length === 0) return each;
+    if (lost.length === columns.length) return [];
+    // Perpendicular to what is lost in the parameters' own unit, not in that of unit columns.
+    const across = lost.map((v) => Float64Array.from(v, (x, j) => x / norm[j] ** 2));
+    return qr([...across, ...each]).q.slice(lost.length).filter((u) => dot(u, u) > 0.5);
   }
 
   function refit(triad, ticked) {
@@ -118,7 +122,7 @@
     for (const effect of ticked) {
       const linear = effect.has_shape ? effect.columns.slice(0, -1) : effect.columns;
       const judged = effect.has_shape ? effect.judged : linear;
-      const seen = visible(judged, known);
+      const seen = visible(judged, known, effect.judged_norm || effect.norm);
       if (seen.length === 0) { unseen.push(effect.name); continue; }
       known = qr([...known, ...seen.map((w) => combine(judged, w))]).q;
       // Judged and fitted columns are scaled each to their own length: the parameters count.
@@ -128,7 +132,7 @@
       const own = weights.map((w) => combine(linear, w));
       if (effect.has_shape) {
         const fitted = qr(columns.map((c) => c.slice(0, d)).concat(own)).q;
-        const shape = visible(effect.columns.slice(-1), fitted);
+        const shape = visible(effect.columns.slice(-1), fitted, [1]);
         if (shape.length) own.push(effect.columns[effect.columns.length - 1]);
         else held += 1;
       }
