@@ -15,9 +15,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.bench.study_diagnosis import LISTED
-from tests.bench.trials import COMMON_PARTS, drawn
 from tests.sessions import pipeline, results_in
+from tests.trials import COMMON_PARTS, LISTED, drawn
 from tests.world.bench import Design
 from tests.world.designs import paper_design, rich_design
 from tests.world.hidden import Hidden

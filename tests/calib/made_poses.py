@@ -11,13 +11,21 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from calib.effects.catalogue import BASE
 from calib.fit.model import Model, pick, stack_columns
 from calib.fit.residuals import Equations
 from calib.poses.attitudes import natural_directions
 from calib.poses.conditions import Conditions
+from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import CommonError, Reference, constant_reference, join_references
+
+MODEL = Model.of(BASE)
+SPECS = {
+    "accelerometer": TriadSpec(20.0, 16, "twos-complement"),
+    "gyroscope": TriadSpec(8.0, 16, "offset-binary"),
+}
 
 GRAVITY = 9.81
 SLOW, FAST = 100 / 180 * np.pi, 200 / 180 * np.pi
@@ -163,4 +171,29 @@ def take(at: Conditions, rows: FloatArray | list[int]) -> Conditions:
         at.previous[rows],
         at.vibration[rows],
         {name: values[rows] for name, values in at.columns.items()},
+    )
+
+
+def noisy(poses: PoseSet, seed: int, model: Model = MODEL) -> PoseSet:
+    """``poses`` read by a low-cost unit, with a draw of every stated error."""
+    read = read_through(poses, model, base_theta(model, poses.triad))
+    return with_noise(read, np.random.default_rng([seed, 5]))
+
+
+def chosen(poses: PoseSet, rows: FloatArray | list[int]) -> PoseSet:
+    """These poses alone, or several times."""
+    r = poses.reference
+    return replace(
+        poses,
+        label=tuple(poses.label[i] for i in rows),
+        run=tuple(poses.run[i] for i in rows),
+        reading=poses.reading[rows],
+        sd=poses.sd[rows],
+        force=poses.force[rows],
+        vibration=poses.vibration[rows],
+        spin_rad_s=poses.spin_rad_s[rows],
+        time_s=30.0 * np.arange(len(rows)),
+        expected=poses.expected[rows],
+        reference=Reference(r.magnitude[rows], r.sd[rows], r.common[rows], r.common_names),
+        columns={name: values[rows] for name, values in poses.columns.items()},
     )

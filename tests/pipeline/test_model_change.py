@@ -11,8 +11,8 @@ from pipeline.errors import ConfigError
 from pipeline.model_change import edited, next_target, read_target, require_tellable, turn
 from pipeline.stages.context import Workplace
 from pipeline.stages.run import Outcome, run_stages
-from tests.bench.trials import drawn
 from tests.sessions import pipeline
+from tests.trials import drawn
 from tests.world.bench import Design
 from tests.world.designs import paper_design, rich_design
 from tests.world.session import simulate

@@ -16,9 +16,8 @@ from calib.effects.catalogue import BASE
 from calib.fit.model import Model
 from calib.fit.solver import fit
 from calib.poses.pose_set import PoseSet
-from tests.bench.recorded_blocks import settle
-from tests.bench.study_diagnosis import LISTED, hidden_of
-from tests.bench.trials import drawn, follow_to_the_end, poses_of, run_trial
+from tests.recorded_blocks import settle
+from tests.trials import LISTED, drawn, follow_to_the_end, hidden_of, poses_of, run_trial
 from tests.world.bench import Design
 from tests.world.designs import paper_design, rich_design, soak_design
 

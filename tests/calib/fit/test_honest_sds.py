@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.bench.study_coverage import draw
+from tests.calib.fit.coverage import draw
 from tests.world.designs import paper_design, rich_design
 
 PAPER = paper_design().scaled(sample_rate=0.3)
