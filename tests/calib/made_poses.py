@@ -18,8 +18,13 @@ from calib.poses.attitudes import natural_directions
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.pose_set import PoseSet
-from calib.poses.reference import CommonError, Reference, constant_reference, join_references
+from calib.poses.pose_set import (
+    CommonError,
+    PoseSet,
+    Reference,
+    constant_reference,
+    join_references,
+)
 
 MODEL = Model.of(BASE)
 SPECS = {
@@ -157,21 +162,7 @@ def some_conditions(triad: Triad, n: int = 12, seed: int = 1) -> Conditions:
     rng = np.random.default_rng(seed)
     rows = rng.permutation(len(poses))[:n]
     at = poses.conditions(poses.reading)
-    return take(at, rows)
-
-
-def take(at: Conditions, rows: FloatArray | list[int]) -> Conditions:
-    """The conditions of these rows alone."""
-    return Conditions(
-        at.vector[rows],
-        at.magnitude[rows],
-        at.force[rows],
-        at.spin_rad_s[rows],
-        at.time_s[rows],
-        at.previous[rows],
-        at.vibration[rows],
-        {name: values[rows] for name, values in at.columns.items()},
-    )
+    return at.take(rows)
 
 
 def noisy(poses: PoseSet, seed: int, model: Model = MODEL) -> PoseSet:
@@ -182,18 +173,4 @@ def noisy(poses: PoseSet, seed: int, model: Model = MODEL) -> PoseSet:
 
 def chosen(poses: PoseSet, rows: FloatArray | list[int]) -> PoseSet:
     """These poses alone, or several times."""
-    r = poses.reference
-    return replace(
-        poses,
-        label=tuple(poses.label[i] for i in rows),
-        run=tuple(poses.run[i] for i in rows),
-        reading=poses.reading[rows],
-        sd=poses.sd[rows],
-        force=poses.force[rows],
-        vibration=poses.vibration[rows],
-        spin_rad_s=poses.spin_rad_s[rows],
-        time_s=30.0 * np.arange(len(rows)),
-        expected=poses.expected[rows],
-        reference=Reference(r.magnitude[rows], r.sd[rows], r.common[rows], r.common_names),
-        columns={name: values[rows] for name, values in poses.columns.items()},
-    )
+    return replace(poses.take(rows), time_s=30.0 * np.arange(len(rows)))

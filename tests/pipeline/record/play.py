@@ -25,7 +25,6 @@ from pipeline.playback.device import Faults, PlaybackDevice, Pose, Protocol
 from pipeline.playback.pseudo_port import PseudoPort
 from pipeline.record.session import View
 from pipeline.record.start import open_session
-from pipeline.stages.context import Workplace
 from pipeline.stages.poses import average_recordings
 from tests.fitting import spec_of
 from tests.paths import ROOT
@@ -133,7 +132,7 @@ def calibrated(config: Path) -> TriadCalibration:
     """The accelerometer by the poses that were recorded."""
     loaded = load_config(config)
     assert loaded.accelerometer is not None
-    recordings = average_recordings(loaded, Workplace(), {})
+    recordings = average_recordings(loaded, {})
     assert loaded.sensor.accelerometer is not None
     spec = triad_spec(loaded.sensor.accelerometer)
     run = gravity_run("stopped", recordings.of(loaded.accelerometer.poses).means, 9.80267, 0.0)
