@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from tests.chance import spread_bounds
 from tests.vision.phase_tracks import RPM, phase_track, steady
 from vision.errors import RateRefused
 from vision.rate.least_squares import correlation_time, least_squares
@@ -42,7 +43,8 @@ def test_the_stated_sd_is_that_of_repeated_measurements(correlation):
             noise[i] += correlation * noise[i - 1]
         rate = measure_rate(phase_track(time, angle + noise[50:]), timebase=CLOCK)
         pulls.append((rate.rate_rad_s - 16.9 * RPM) / rate.sd_rad_s)
-    assert 0.7 < np.std(pulls) < 1.25
+    low, high = spread_bounds(len(pulls) - 1)
+    assert low < np.std(pulls, ddof=1) < high
     assert abs(np.mean(pulls)) < 4 / np.sqrt(len(pulls))
 
 
@@ -83,7 +85,8 @@ def test_a_film_whose_encoder_changes_its_prediction_keeps_its_rate():
         rate = measure_rate(track, timebase=CLOCK)
         pulls.append((rate.rate_rad_s - 16.9 * RPM) / rate.sd_rad_s)
         assert rate.diagnosis.verdict == "nothing_missing"
-    assert 0.6 < np.std(pulls) < 1.4
+    low, high = spread_bounds(len(pulls) - 1)
+    assert low < np.std(pulls, ddof=1) < high
     assert abs(np.mean(pulls)) < 4 / np.sqrt(len(pulls))
     untold = measure_rate(phase_track(time, lagging, noise_rad=NOISE), timebase=CLOCK)
     assert abs(untold.rate_rad_s / (16.9 * RPM) - 1) > 10e-6
