@@ -29,7 +29,10 @@ def command(
     rate_hz: float | None,
     session_clock: bool,
 ) -> None:
-    """Correct LOG with the calibration in RESULTS (results.json or its folder); CSV in SI units."""
+    """Correct LOG with the calibration in RESULTS (results.json or its folder); CSV in SI units.
+
+    If RESULTS contains a mounting, both triads are rotated into the axes of the vehicle.
+    """
     from pipeline.export.apply import applied_csv, apply_results
     from pipeline.files import write_whole
     from pipeline.logs.read import read_log
@@ -40,6 +43,7 @@ def command(
     applied = apply_results(stored, read_log(log, names, rate_hz), session_clock)
     for note in applied.left_out:
         click.secho(f"warning: {note}", fg="yellow", err=True)
+    click.echo(f"columns are in {applied.axes}", err=True)
     if output is None:
         click.echo(applied_csv(applied), nl=False)
         return

@@ -1,14 +1,16 @@
 """The catalogue of effects as text: the list, and a page for each effect."""
 
+import sys
 import textwrap
 from collections.abc import Iterator
 
-from calib.effects.catalogue import ROOMS, UnknownEffect, find_effect
+from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import EFFECTS, Effect
 from calib.poses.imu_log import TRIADS
 from pipeline.errors import ConfigError
 from pipeline.formatting import aligned
 from pipeline.names import nearest_name
+from vision.rate.terms import MEANING, TERMS
 
 WIDTH = 92
 PLACES = {
@@ -16,29 +18,21 @@ PLACES = {
     "sensor": "the corrected vector; all effects are fitted jointly",
     "reference": "the reference (the rate of the plate, or gravity), not the sensor",
 }
-VISION_TERMS = (
-    ("once_per_rev", "a wave once per revolution: eccentric mark or drive, unbalanced plate"),
-    ("twice_per_rev", "a wave twice per revolution: tilted view of the plate"),
-    ("rate_drift", "the rate changes linearly during the clip"),
-    ("frame_steps", "dropped frames that the time stamps do not show"),
-    ("rolling_shutter", "the camera exposes the rows of a frame one after the other"),
-)
-
 
 def catalogue_lines() -> Iterator[str]:
     """Every listed effect under the heading of its module, with its formula."""
-    for room in ROOMS:
-        heading = (room.__doc__ or "").strip().splitlines()[0]
-        yield heading
-        effects = [e for e in EFFECTS.values() if e.columns.__module__ == room.__name__]
-        rows = [[e.name, _triads(e), e.page.formula] for e in effects]
-        yield from aligned(rows)
+    by_module: dict[str, list[Effect]] = {}
+    for effect in EFFECTS.values():
+        by_module.setdefault(effect.columns.__module__, []).append(effect)
+    for module, effects in by_module.items():
+        yield (sys.modules[module].__doc__ or module).strip().splitlines()[0]
+        yield from aligned([[e.name, _triads(e), e.page.formula] for e in effects])
         yield ""
     yield "Bias proportional to a logged column."
     yield from aligned([["column:NAME", "both", "e_k = c_k · NAME"]])
     yield ""
     yield "Terms of the plate's phase (pipeline add CONFIG rate.SETTING.TERM)."
-    yield from aligned([list(term) for term in VISION_TERMS])
+    yield from aligned([[term, MEANING[term]] for term in TERMS])
     yield ""
     yield "`pipeline effects NAME` prints the page of an effect."
 
@@ -55,15 +49,14 @@ def page_lines(name: str, width: int = WIDTH) -> Iterator[str]:
     ConfigError
         No effect has this name.
     """
-    for term, meaning in VISION_TERMS:
-        if name == term:
-            yield f"{term}, a term of the plate's phase: {meaning}."
-            yield f"Add it with: pipeline add CONFIG rate.SETTING.{term}"
-            return
+    if name in TERMS:
+        yield from textwrap.wrap(f"{name}, a term of the plate's phase: {MEANING[name]}.", width)
+        yield f"Add it with: pipeline add CONFIG rate.SETTING.{name}"
+        return
     try:
         effect = find_effect(name)
     except UnknownEffect as error:
-        near = nearest_name(name, [*EFFECTS, *(term for term, _ in VISION_TERMS)])
+        near = nearest_name(name, [*EFFECTS, *TERMS])
         raise ConfigError(f"no effect is named '{name}'{near}; `pipeline effects` lists all "
                           f"effects.") from error
     yield effect.name

@@ -3,11 +3,11 @@
 import math
 from collections.abc import Iterator
 
-from calib.mounting.mounting import Installation
+from calib.mounting.mounting import Mounting
 from pipeline.formatting import with_sd
 
 
-def mounting_parts(mounting: Installation) -> Iterator[str]:
+def mounting_parts(mounting: Mounting) -> Iterator[str]:
     """``roll 30.65 ± 0.01°`` and so on, for each measured angle."""
     roll_sd, pitch_sd = mounting.sd_rad
     yield f"roll {_degrees(mounting.roll_rad, roll_sd)}"
@@ -20,7 +20,7 @@ def mounting_parts(mounting: Installation) -> Iterator[str]:
             yield f"floor rises along {axis} by {_degrees(float(rise), float(sd))}"
 
 
-def mounting_text(mounting: Installation) -> str:
+def mounting_text(mounting: Mounting) -> str:
     """One line for the terminal and the report."""
     return f"{', '.join(mounting_parts(mounting))} (order {mounting.order})"
 

@@ -33,7 +33,7 @@ def clip_lines(rate: SettingRate) -> Iterator[str]:
     for clip in rate.clips:
         if clip.channel != LUMA:
             yield f"  tracked by colour, {clip.channel}: the brightness shows no rotation"
-        counted = clip.frame_count
+        counted = clip.cross_checks.frame_count
         if counted is not None:
             difference = counted.rate_rad_s / clip.rate_rad_s - 1
             yield (
@@ -41,13 +41,13 @@ def clip_lines(rate: SettingRate) -> Iterator[str]:
                 f"± {relative(counted.sd_rad_s / counted.rate_rad_s)}, "
                 f"difference {difference * 1e6:+.0f} ppm"
             )
-        if len(clip.aliases) > 1:
+        if len(clip.aliases.rates_rad_s) > 1:
             others = ", ".join(
                 f"{abs(other) / RPM:.4g} {'ccw' if other > 0 else 'cw'}"
-                for other in clip.aliases[1:]
+                for other in clip.aliases.rates_rad_s[1:]
             )
-            yield f"  these rates give the same frames: {others} rpm; {clip.alias_says}"
-        yield f"  {clip.diagnosis.says}"
+            yield f"  these rates give the same frames: {others} rpm; {clip.aliases.reason}"
+        yield f"  {clip.diagnosis.explanation}"
 
 
 def history_lines(name: str, history: "RateHistory") -> Iterator[str]:

@@ -2,7 +2,8 @@
 
 The residual of a magnitude changes its sign with the attitude of the pose, so that an error of one
 axis looks like noise in it. With y the whitened residual, J the Jacobian of the model, h_a the
-whitened change of every row per unit error of axis a, and C = h_a E_aj the columns of the effect,
+whitened change of every row per unit error of sensitive axis a, and C = h_a E_aj the columns of the
+effect,
 
     θ      least squares of y on C, with J projected out of both
     after  residual of the model with the effect
@@ -22,9 +23,8 @@ from scipy.special import fdtrc
 
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.effects.effect import Effect
-from calib.fit.calibration import MISFIT_P_VALUE
 from calib.fit.identifiability import VISIBLE_SHARE
-from calib.fit.result import Fit
+from calib.fit.result import MISFIT_P_VALUE, Fit
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, FloatArray, IntArray
 from pipeline.formatting import DISPLAY, RPM
@@ -120,14 +120,16 @@ def panels(fit: Fit, effect: Effect, shape: float | None = None) -> tuple[Panel,
     if effect.acts_on != "sensor":
         return ()
     equations, s = fit.equations, fit.rows.vector
+    turn = np.eye(3) if effect.orthogonal else fit.rows.axes  # T, from the sensitive axes
     at = equations.conditions(s)
+    at = replace(at, vector=np.asarray(np.linalg.solve(turn, at.vector.T).T, dtype=float))
     value = fit.shapes.get(effect.name, shape)
     errors = effect.evaluate(at, value)
-    solved = _solved(fit, effect, equations.whitened(errors, s))
+    solved = _solved(fit, effect, equations.whitened(turn @ errors, s))
     if solved is None:
         return ()
     theta, theta_sd, after = solved
-    sensitivity = equations.whitened(np.tile(np.eye(3), (len(s), 1, 1)), s)
+    sensitivity = equations.whitened(np.tile(turn, (len(s), 1, 1)), s)
     shown = []
     for j, name in enumerate(effect.parameters):
         axes = np.flatnonzero(np.abs(errors[:, :, j]).max(axis=0) > 0)

@@ -52,7 +52,7 @@ def rate_view(rate: SettingRate, config: str = "CONFIG") -> RateView:
         return RateView(rate.name, headline, tuple(_facts(rate)),
                         "The configuration states this rate; it was not measured from a clip.")
     # One clip per pose: the page shows the clip with the largest residual.
-    worst = max(range(len(rate.clips)), key=lambda i: rate.clips[i].phase_rms_rad)
+    worst = max(range(len(rate.clips)), key=lambda i: rate.clips[i].fit.rms_rad)
     clip, source = rate.clips[worst], rate.sources[worst]
     diagnosis = clip.diagnosis
     lacks = (diagnosis.name or "") if diagnosis.verdict == "effect" else ""
@@ -63,7 +63,7 @@ def rate_view(rate: SettingRate, config: str = "CONFIG") -> RateView:
         name=rate.name,
         headline=f"{headline}, {rate.plate.direction} as filmed",
         facts=tuple(_facts(rate)),
-        text=" ".join(filter(None, (diagnosis.says, diagnosis.record_next))),
+        text=" ".join(filter(None, (diagnosis.explanation, diagnosis.record_next))),
         verdict=diagnosis.verdict,
         lacks=lacks,
         command=f"pipeline add {config} {target}" if lacks else "",
@@ -84,44 +84,49 @@ def _facts(rate: SettingRate) -> Iterator[tuple[str, str]]:
     yield "uncertainty from the frames", relative(rate.image_sd_rad_s / whole)
     yield "uncertainty from the clock", relative(rate.timebase_sd_rad_s / whole)
     yield "turns", f"{sum(clip.revolutions for clip in rate.clips):.1f}"
-    yield "frames", str(sum(clip.frames for clip in rate.clips))
-    counted = [(clip.frame_count, clip.rate_rad_s) for clip in rate.clips if clip.frame_count]
+    yield "frames", str(sum(clip.frames.used for clip in rate.clips))
+    counted = [
+        (count.rate_rad_s / clip.rate_rad_s, count.sd_rad_s / clip.rate_rad_s)
+        for clip in rate.clips
+        if (count := clip.cross_checks.frame_count)
+    ]
     if counted:
-        difference = float(np.mean([by_count.rate_rad_s / by_phase - 1
-                                    for by_count, by_phase in counted]))
-        sd = float(np.mean([by_count.sd_rad_s / by_phase for by_count, by_phase in counted]))
+        difference = float(np.mean([ratio for ratio, _ in counted])) - 1
+        sd = float(np.mean([sd for _, sd in counted]))
         yield "difference by counting frames", f"{difference * PPM:+.0f} ppm ± {relative(sd)}"
-    lagged = [(clip.lag_rate, clip.rate_rad_s) for clip in rate.clips if clip.lag_rate]
+    lagged = [
+        lag.rate_rad_s / clip.rate_rad_s for clip in rate.clips if (lag := clip.cross_checks.lag)
+    ]
     if lagged:
-        difference = float(np.mean([by_lag.rate_rad_s / by_phase - 1
-                                    for by_lag, by_phase in lagged]))
+        difference = float(np.mean(lagged)) - 1
         yield "difference by correlating frames", f"{difference * PPM:+.0f} ppm"
-    dropped = sum(clip.lost_frames for clip in rate.clips)
+    dropped = sum(clip.frames.dropped for clip in rate.clips)
     if dropped:
         yield "dropped frames without a gap in the time stamps", str(dropped)
     coloured = sorted({clip.channel for clip in rate.clips} - {LUMA})
     if coloured:
         yield "tracked by colour", ", ".join(coloured)
-    rms = math.sqrt(float(np.mean([clip.phase_rms_rad**2 for clip in rate.clips])))
+    rms = math.sqrt(float(np.mean([clip.fit.rms_rad**2 for clip in rate.clips])))
     yield "phase residual (RMS)", f"{math.degrees(rms):.3g}°"
 
 
 def _figures(rate: SettingRate, worst: int) -> Iterator[Figure]:
     clip = rate.clips[worst]
-    kept = np.flatnonzero(clip.used)[thinned(int(clip.used.sum()), MOST_DOTS)]
-    residual = np.degrees(clip.residual_rad)
-    limit = nice_limit(max(float(np.percentile(np.abs(residual[clip.used]), SHOWN_SHARE)), 1e-6))
+    fit = clip.fit
+    kept = np.flatnonzero(fit.used)[thinned(int(fit.used.sum()), MOST_DOTS)]
+    residual = np.degrees(fit.residual_rad)
+    limit = nice_limit(max(float(np.percentile(np.abs(residual[fit.used]), SHOWN_SHARE)), 1e-6))
     shown = kept[np.abs(residual[kept]) <= limit]
-    rms = f"RMS residual {math.degrees(clip.phase_rms_rad):.3g}°"
-    thin = f"; the chart shows {len(shown)} of {int(clip.used.sum())} frames." if len(shown) < len(
-        clip.time_s) else "."
+    rms = f"RMS residual {math.degrees(fit.rms_rad):.3g}°"
+    thin = f"; the chart shows {len(shown)} of {int(fit.used.sum())} frames." if len(shown) < len(
+        fit.time_s) else "."
     yield _phase_figure(
-        clip.time_s[shown], residual[shown], limit, "Angle residual against time",
+        fit.time_s[shown], residual[shown], limit, "Angle residual against time",
         "time in the clip [s]", f"{rms}{thin}",
         "a horizontal band without bend, step or wave: the rate of the plate was constant.",
     )
-    angle = np.degrees(clip.angle_rad)
-    means = _means_over_angle(angle[clip.used], residual[clip.used])
+    angle = np.degrees(fit.angle_rad)
+    means = _means_over_angle(angle[fit.used], residual[fit.used])
     yield _phase_figure(
         angle[shown], residual[shown], limit, "Angle residual against plate angle",
         "plate angle [°]", f"The line shows means over {360 // ANGLE_BINS}° of angle.",

@@ -25,12 +25,13 @@ from calib.diagnosis.hypotheses import candidate_effects
 from calib.diagnosis.refit import FEWEST_DOF
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import Effect
-from calib.fit.calibration import MISFIT_P_VALUE
+from calib.fit.column_scaling import unit_columns
 from calib.fit.identifiability import VISIBLE_SHARE
 from calib.fit.leave_one_out import LARGEST_LEVERAGE
 from calib.fit.model import Model
 from calib.fit.residuals import Equations
-from calib.fit.result import Fit
+from calib.fit.result import MISFIT_P_VALUE, Fit
+from calib.fit.solver import AT_BOUND
 from calib.poses.imu_log import FloatArray
 from pipeline.formatting import DISPLAY
 from pipeline.report.pose_charts import SHOWN_SD
@@ -40,7 +41,6 @@ from pipeline.stages.triads import TriadResult
 
 DIGITS = 7
 SHAPE_STEP = 1e-3  #: relative step of the derivative with respect to a shape parameter
-AT_BOUND = 1e-3  #: relative distance within which a shape parameter is at its bound
 BLIND_REASON = (
     "these poses cannot determine it: bias, scale, misalignment and the effects in the model have "
     "the same signature"
@@ -100,7 +100,7 @@ def refit_json(result: TriadResult, defined: Mapping[str, Effect]) -> Json:
         "labels": list(fit.poses.label),
         "is_null": [bool(null) for null in equations.is_null],
         "noise_dof": float(fit.poses.noise_dof),
-        "base": [_rounded(column) for column in _unit(base)[0].T],
+        "base": [_rounded(column) for column in unit_columns(base)[0].T],
         "base_fitted": int(base.shape[1] - len(fit.eta)),
         "effects": [_box_json(box, root[:d], result) for box in boxes]
         + list(_unseen(result)),
@@ -179,7 +179,7 @@ def _inside(effect: Effect, shape: float) -> bool:
 def _left(fit: Fit, columns: FloatArray) -> FloatArray:
     """What the model and ``columns`` (d, k) leave of the whitened residual, (r,)."""
     full = np.hstack([fit.rows.jacobian, _padded(columns, len(fit.rows.residual))])
-    unit, _ = _unit(full * np.sqrt(fit.weight)[:, None])
+    unit, _ = unit_columns(full * np.sqrt(fit.weight)[:, None])
     r = fit.rows.residual * np.sqrt(fit.weight)
     return np.asarray(r - unit @ np.linalg.lstsq(unit, r, rcond=1e-9)[0])
 
@@ -188,7 +188,7 @@ def _sizes(fit: Fit, columns: FloatArray) -> FloatArray:
     """The parameters (k,) that the residual asks for."""
     full = np.hstack([fit.rows.jacobian, _padded(columns, len(fit.rows.residual))])
     root = np.sqrt(fit.weight)
-    unit, norm = _unit(full * root[:, None])
+    unit, norm = unit_columns(full * root[:, None])
     beta = np.linalg.lstsq(unit, fit.rows.residual * root, rcond=1e-9)[0] / norm
     return np.asarray(beta[-columns.shape[1] :])
 
@@ -213,8 +213,8 @@ def best_shape(fit: Fit, model: Model, effect: Effect) -> float | None:
 
 def _box_json(box: Box, root: FloatArray, result: TriadResult) -> Json:
     effect = box.effect
-    unit, norm = _unit(box.columns * root[:, None])
-    judged, judged_norm = _unit(box.judged * root[:, None])
+    unit, norm = unit_columns(box.columns * root[:, None])
+    judged, judged_norm = unit_columns(box.judged * root[:, None])
     unit_of_effect = effect.unit_for(result.triad)
     parameters = [{"name": name, "unit": unit_of_effect} for name in effect.parameters]
     if effect.shape is not None:
@@ -263,13 +263,6 @@ def _padded(columns: FloatArray, rows: int) -> FloatArray:
     full = np.zeros((rows, columns.shape[1]))
     full[: len(columns)] = columns
     return full
-
-
-def _unit(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Columns scaled to unit length, and the lengths (k,); a column of zeros stays one."""
-    norm = np.sqrt((columns**2).sum(axis=0))
-    norm[norm == 0] = 1.0
-    return columns / norm, norm
 
 
 def _rounded(values: FloatArray | Sequence[float]) -> list[float]:

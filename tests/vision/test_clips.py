@@ -13,7 +13,7 @@ pytest.importorskip("av", reason="rendering clips needs PyAV")
 from tests.world.film import Recorder, Scene
 from tests.world.plate import PlateMotion
 from tests.world.scene import Mark, homography
-from vision.geometry import View, view_of_ellipse
+from vision.geometry import PlateView, view_of_ellipse
 
 RPM = 2 * np.pi / 60
 CLOCK = Timebase(ppm=0.0)
@@ -53,10 +53,11 @@ def test_the_motion_shows_where_the_axis_is(render):
     scene = Scene(tilt_rad=np.radians(35), camera_distance=4.5, tilt_azimuth_rad=-2.0)
     path, _ = render(PlateMotion(16.7 * RPM), scene, seconds=16)
     track = track_phase(path)
-    found, true = View(track.view), View(homography(scene))
+    found, true = PlateView(track.plate.view), PlateView(homography(scene))
     assert found.centre_px == pytest.approx(true.centre_px, abs=0.1)
     assert found.tilt_rad == pytest.approx(true.tilt_rad, abs=np.radians(0.3))
-    assert track.deck_mark_rad == pytest.approx(scene.deck_mark_azimuth_rad, abs=0.05)
+    fixed_rad = track.plate.fixed_mark_azimuth_rad
+    assert fixed_rad == pytest.approx(scene.deck_mark_azimuth_rad, abs=0.05)
 
 
 @pytest.mark.parametrize("rpm", [33.3, -33.4])
@@ -72,7 +73,7 @@ def test_the_rim_is_found_where_only_the_label_turns_about_the_middle_of_its_ell
     """Seen steeply from nearby; the measure ended at the label, with 2.3 times the noise."""
     scene = Scene(marks=(), tilt_rad=0.6, camera_distance=4.2, texture=2.5)
     path, _ = render(PlateMotion(16.7 * RPM), scene, seconds=16)
-    found, true = View(track_phase(path).view), View(homography(scene))
+    found, true = PlateView(track_phase(path).plate.view), PlateView(homography(scene))
     assert found.radius_px == pytest.approx(true.radius_px, rel=0.02)
     assert found.centre_px == pytest.approx(true.centre_px, abs=0.5)
 
@@ -81,8 +82,8 @@ def test_frame_faults_of_a_recorder_are_found_counted_and_repaired(render):
     motion = PlateMotion(33.3 * RPM)
     path, truth = render(motion, seconds=20, recorder=Recorder(lost=0.02, duplicated=0.03))
     rate = measure_rate(track_phase(path), timebase=CLOCK)
-    assert rate.lost_frames == truth.lost_before.sum() > 0
-    assert rate.duplicate_frames == truth.duplicate.sum() > 0
+    assert rate.frames.dropped == truth.lost_before.sum() > 0
+    assert rate.frames.repeated == truth.duplicate.sum() > 0
     assert abs(error_ppm(rate, motion)) < 20
 
 
@@ -93,7 +94,7 @@ def test_dropped_frames_with_true_stamps_and_jitter_cost_nothing(render):
     track = track_phase(path)
     assert np.abs(track.time_s - truth.stamp_s).max() < 0.6e-3  # mkv stores milliseconds
     rate = measure_rate(track, timebase=CLOCK)
-    assert rate.lost_frames == 0
+    assert rate.frames.dropped == 0
     assert abs(error_ppm(rate, motion)) < 30
 
 
@@ -143,9 +144,10 @@ def test_a_plate_half_outside_the_picture_is_followed_by_its_label_and_mark(rend
     path, _ = render(motion, Scene(centre_px=(5.0, 181.0), sensor_box=False), seconds=12,
                      recorder=STRONG)
     track = track_phase(path)
-    assert track.explained > 0.97
+    assert track.plate.explained > 0.97
     rate = measure_rate(track, timebase=CLOCK)
-    assert abs(error_ppm(rate, motion)) < min(100, 3 * rate.image_sd_rad_s / rate.rate_rad_s * 1e6)
+    sd_ppm = rate.uncertainty.image_rad_s / rate.rate_rad_s * 1e6
+    assert abs(error_ppm(rate, motion)) < min(100, 3 * sd_ppm)
 
 
 @pytest.mark.parametrize("rpm", [16.7, 33.3])
@@ -161,7 +163,7 @@ def test_two_equal_marks_opposite_each_other_do_not_halve_the_turn(render):
     motion = PlateMotion(33.3 * RPM)
     path, _ = render(motion, Scene(marks=marks, label=False, sensor_box=False), seconds=10)
     track = track_phase(path)
-    assert track.symmetry == 2
+    assert track.plate.symmetry == 2
     assert abs(error_ppm(measure_rate(track, timebase=CLOCK), motion)) < 30
 
 
@@ -172,7 +174,7 @@ def test_an_aliased_plate_lists_its_rates_and_takes_the_nominal_one(render):
     assert abs(error_ppm(measure_rate(track, timebase=CLOCK, nominal_rpm=600), motion)) < 20
     blind = measure_rate(track, timebase=CLOCK)
     assert blind.rate_rad_s / RPM == pytest.approx(300, abs=0.1)
-    assert blind.aliases[1] / RPM == pytest.approx(600, abs=0.1)
+    assert blind.aliases.rates_rad_s[1] / RPM == pytest.approx(600, abs=0.1)
 
 
 @pytest.mark.parametrize("rpm", [45.0, -78.26])
@@ -185,7 +187,7 @@ def test_an_ordinary_speed_at_15_pictures_per_second_is_no_alias(rpm, render):
         assert abs(error_ppm(rate, motion)) < 30
         assert rate.warnings == ()
     # Fifteen turns a second more or less give the same pictures.
-    listed = np.array(rate.aliases) / RPM
+    listed = np.array(rate.aliases.rates_rad_s) / RPM
     assert sorted(np.abs(listed))[:3] == pytest.approx(
         [abs(rpm), 900 - abs(rpm), 900 + abs(rpm)], abs=0.01
     )
@@ -209,7 +211,7 @@ def test_a_plate_at_rest_is_refused(render):
 
 
 def test_a_sheared_view_and_its_inverse_agree():
-    view = View(homography(Scene(tilt_rad=0.5)), lag_rad_px=2e-4)
+    view = PlateView(homography(Scene(tilt_rad=0.5)), lag_rad_px=2e-4)
     radius, azimuth = np.array([0.3, 0.9, 0.9]), np.array([0.5, 2.0, -1.2])
     assert view.plate(*view.pixels(radius, azimuth)) == (
         pytest.approx(radius),
@@ -236,9 +238,9 @@ def test_the_read_out_time_of_the_camera_is_measured(render):
     rate = measure_rate(
         track_phase(path), timebase=CLOCK, model=("constant_rate", "rolling_shutter")
     )
-    (term,) = rate.terms
+    (term,) = rate.fit.terms
     assert term.value[0] == pytest.approx(60e-6, rel=0.02)
-    assert rate.phase_rms_rad < 4e-4
+    assert rate.fit.rms_rad < 4e-4
 
 
 def test_a_slow_plate_before_a_fast_camera_is_learned_over_two_seconds_and_more(render):
@@ -248,5 +250,5 @@ def test_a_slow_plate_before_a_fast_camera_is_learned_over_two_seconds_and_more(
     track = track_phase(path)
     assert len(track.time_s) == 8 * 240
     rate = measure_rate(track, timebase=CLOCK)
-    assert rate.lost_frames == 0
+    assert rate.frames.dropped == 0
     assert abs(rate.rate_rad_s / motion.rate_rad_s - 1) < 1e-4

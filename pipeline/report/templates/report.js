@@ -98,16 +98,20 @@
   // --- the refit ---------------------------------------------------------------------------------
   // The combinations of an effect's parameters that the rows determine beside the known columns, as in
   // the solver: all, or those with more than VISIBLE_SHARE of their signal remaining.
-  function visible(columns, known) {
+  function visible(columns, known, norm) {
     const remainder = columns.map((column) => {
       const v = Float64Array.from(column);
       known.forEach((u) => subtract(v, dot(u, v), u));
       return v;
     });
     const { values, vectors } = eigen(remainder.map((a) => remainder.map((b) => dot(a, b))));
-    const seen = vectors.filter((_, k) => Math.sqrt(Math.max(values[k], 0)) > VISIBLE_SHARE);
-    if (seen.length < columns.length) return seen;
-    return columns.map((_, k) => columns.map((_unused, j) => (j === k ? 1 : 0)));
+    const lost = vectors.filter((_, k) => Math.sqrt(Math.max(values[k], 0)) <= VISIBLE_SHARE);
+    const each = columns.map((_, k) => columns.map((_unused, j) => (j === k ? 1 : 0)));
+    if (lost.length === 0) return each;
+    if (lost.length === columns.length) return [];
+    // Perpendicular to what is lost in the parameters' own unit, not in that of unit columns.
+    const across = lost.map((v) => Float64Array.from(v, (x, j) => x / norm[j] ** 2));
+    return qr([...across, ...each]).q.slice(lost.length).filter((u) => dot(u, u) > 0.5);
   }
 
   function refit(triad, ticked) {
@@ -118,7 +122,7 @@
     for (const effect of ticked) {
       const linear = effect.has_shape ? effect.columns.slice(0, -1) : effect.columns;
       const judged = effect.has_shape ? effect.judged : linear;
-      const seen = visible(judged, known);
+      const seen = visible(judged, known, effect.judged_norm || effect.norm);
       if (seen.length === 0) { unseen.push(effect.name); continue; }
       known = qr([...known, ...seen.map((w) => combine(judged, w))]).q;
       // Judged and fitted columns are scaled each to their own length: the parameters count.
@@ -128,7 +132,7 @@
       const added = weights.map((w) => combine(linear, w));
       if (effect.has_shape) {
         const fitted = qr(columns.map((c) => c.slice(0, d)).concat(added)).q;
-        const shape = visible(effect.columns.slice(-1), fitted);
+        const shape = visible(effect.columns.slice(-1), fitted, [1]);
         if (shape.length) added.push(effect.columns[effect.columns.length - 1]);
         else held += 1;
       }
@@ -161,28 +165,35 @@
     for (let i = 0; i < d; i++) outSquares += (out[i] * triad.row_unit[i]) ** 2;
     return {
       chi2, dof, p, residual, unseen, rms: Math.sqrt(squares / d), loo: Math.sqrt(outSquares / d),
-      sizes: parts.flatMap((part) => sizes(part, beta, inverse, widening)),
+      sizes: parts.flatMap((part) => sizes(part, beta, inverse, widening, q, d)),
     };
   }
 
-  function sizes({ effect, weights, first, count }, beta, inverse, widening) {
+  function sizes({ effect, weights, first, count }, beta, inverse, widening, q, d) {
     return effect.parameters.map((parameter, k) => {
       const isShape = effect.has_shape && k === effect.parameters.length - 1;
       if (isShape && count === weights.length) {
         return { effect: effect.name, ...parameter, value: effect.start[k], sd: NaN };
       }
       const along = isShape ? [[first + count - 1, 1]] : weights.map((w, j) => [first + j, w[k]]);
-      let value = 0, variance = 0;
+      let value = 0, common = 0;
       along.forEach(([j, w]) => { value += w * beta[j]; });
-      inverse.forEach((column) => {
+      const response = inverse.map((column) => {
         let s = 0;
         along.forEach(([j, w]) => { s += w * column[j]; });
-        variance += s * s;
+        return s;
       });
+      // The prior rows, last, are the errors that the references have in common: no misfit widens them.
+      for (let i = d; i < q[0].length; i++) {
+        let p = 0;
+        q.forEach((u, j) => { p += response[j] * u[i]; });
+        common += p * p;
+      }
+      const variance = common + widening ** 2 * Math.max(dot(response, response) - common, 0);
       return {
         effect: effect.name, ...parameter,
         value: value / effect.norm[k] + effect.start[k],
-        sd: widening * Math.sqrt(variance) / effect.norm[k],
+        sd: Math.sqrt(variance) / effect.norm[k],
       };
     });
   }

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from calib.effects.catalogue import find_effect
-from calib.fit.calibration import MISFIT_P_VALUE, misfit_p_value
-from calib.fit.result import Fit
+from calib.fit.result import MISFIT_P_VALUE, Fit
 from calib.fit.solver import fit
 from pipeline.config.load import load_config
 from pipeline.report.axis_charts import axis_charts
@@ -44,7 +43,7 @@ def exact(base: Fit, name: str) -> tuple[np.ndarray, np.ndarray, float]:
     full = fit(base.poses, base.model + find_effect(name))
     where = full.model.slices()[name]
     ratio = full.chi2 / full.dof
-    misfit = misfit_p_value(full) < MISFIT_P_VALUE
+    misfit = full.bounded_p_value < MISFIT_P_VALUE
     return full.theta[where], np.sqrt(np.diag(full.cov))[where], ratio**0.5 if misfit else 1.0
 
 
