@@ -14,6 +14,12 @@ from pipeline.stages.run import OnStage, Outcome, run_stages
 CACHE_NAME = "cache"  #: folder of the phase tracks, in that of the results
 
 
+def say_waiting(folder: Path) -> None:
+    """Another command is working on this session."""
+    click.echo(f"{folder}: another command is working on this session; waiting for it to end "
+               f"(Ctrl-C to give up)", err=True)
+
+
 def show_warnings(_name: str, artefact: Any) -> None:
     """Warnings of a stage to standard error."""
     for warning in stage_warnings(artefact):
