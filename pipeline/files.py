@@ -9,6 +9,7 @@ import json
 import os
 import tempfile
 from collections.abc import Collection, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 
 from pipeline.errors import UnwritableOutput
@@ -55,17 +56,15 @@ def write_together(contents: Mapping[Path, str | bytes], journal: Path) -> None:
         As :func:`write_whole`.
     """
     staged: dict[Path, Path] = {}
-    try:
+    with ExitStack() as undo:
         for path, content in contents.items():
             target = _target(path)
             staged[target] = _stage(target, content)
+            undo.callback(staged[target].unlink, missing_ok=True)
+        undo.callback(journal.unlink, missing_ok=True)  # goes first: parts alone mean nothing
         names = {_relative(target, journal): part.name for target, part in staged.items()}
         write_whole(journal, json.dumps(names, ensure_ascii=False))
-    except BaseException:
-        journal.unlink(missing_ok=True)  # first: without it the staged files mean nothing
-        for part in staged.values():
-            part.unlink(missing_ok=True)
-        raise
+        undo.pop_all()
     try:
         finish_interrupted(journal, contents)
     except KeyboardInterrupt:
@@ -81,10 +80,12 @@ def finish_interrupted(journal: Path, expected: Collection[Path]) -> bool:
     """
     try:
         noted = json.loads(journal.read_text(encoding="utf-8"))
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         return False
-    except (OSError, ValueError):
+    except ValueError:
         noted = {}
+    except OSError as error:
+        raise _unwritable(journal, error) from error
     if not isinstance(noted, dict):
         noted = {}
     targets = {_relative(_target(path), journal): _target(path) for path in expected}
@@ -125,23 +126,22 @@ def _relative(path: Path, journal: Path) -> str:
 def _stage(target: Path, content: str | bytes) -> Path:
     """``content`` on the disk beside ``target``, with its permissions, not yet under its name."""
     data = content.encode() if isinstance(content, str) else content
-    staged: Path | None = None
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=PART)
-        staged = Path(name)
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(staged, _mode_of(target))
-    except BaseException as error:
-        if staged is not None:
-            staged.unlink(missing_ok=True)
-        if isinstance(error, OSError):
+    with ExitStack() as undo:
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            handle, name = tempfile.mkstemp(
+                dir=target.parent, prefix=f".{target.name}.", suffix=PART
+            )
+            undo.callback(Path(name).unlink, missing_ok=True)
+            with os.fdopen(handle, "wb") as file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+            os.chmod(name, _mode_of(target))
+        except OSError as error:
             raise _unwritable(target, error) from error
-        raise
-    return staged
+        undo.pop_all()
+    return Path(name)
 
 
 def _rename(staged: Path, target: Path) -> None:

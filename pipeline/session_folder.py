@@ -4,7 +4,10 @@ One command at a time: another one waits. What a killed command left half done i
 cleared away first, and what the user changed meanwhile is never overwritten.
 """
 
+import hashlib
 import json
+import os
+import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,7 +20,7 @@ from pipeline.files import finish_interrupted, remove_parts, write_together
 from pipeline.results.history import HISTORY_NAME
 from pipeline.results.read import REPORT_MARK, REPORT_NAME, RESULTS_NAME
 
-LOCK_NAME, JOURNAL_NAME = ".lock", ".unfinished.json"
+JOURNAL_NAME = ".unfinished.json"
 OUTPUTS = (RESULTS_NAME, HISTORY_NAME, REPORT_NAME)
 
 
@@ -58,22 +61,28 @@ def working_on(
     try:
         files = [config.source.path, *(folder / name for name in OUTPUTS)]
         finish_interrupted(folder / JOURNAL_NAME, files)
-        remove_parts(files)
+        remove_parts([*files, folder / JOURNAL_NAME])
         yield load_config(path), folder  # read again: the command before may have changed it
     finally:
         lock.release()
 
 
 def _lock(folder: Path) -> FileLock:
+    """The lock of ``folder``, outside it: a command that is refused leaves no folder behind.
+
+    The system frees it when its process ends, however that happens.
+    """
+    locks = Path(tempfile.gettempdir()) / f"pipeline-locks-{getattr(os, 'getuid', str)()}"
+    name = hashlib.sha256(os.path.realpath(folder).encode()).hexdigest()
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / LOCK_NAME).touch()
+        locks.mkdir(mode=0o700, exist_ok=True)
+        (locks / name).touch()
     except OSError as error:
         raise UnwritableOutput(
-            f"{folder}: cannot be written ({error.strerror}). Allow writing to the folder, or "
-            f"choose another with --output."
+            f"{locks}: cannot be written ({error.strerror}). Free the space, or name another "
+            f"folder for temporary files by the variable TMPDIR."
         ) from error
-    return FileLock(folder / LOCK_NAME)
+    return FileLock(locks / name)
 
 
 def require_own_files(folder: Path, force: bool = False) -> None:
