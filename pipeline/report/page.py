@@ -29,7 +29,6 @@ from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.stages.user_effects import own_effects
 
-REPORT_NAME = "report.html"
 TEMPLATE_NAME = "report.html"
 
 
