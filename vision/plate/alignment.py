@@ -51,8 +51,6 @@ class AlignmentThresholds:
         Sd of the share seen, above which a place is not judged covered.
     passing : float
         Of the ring's mean expected energy: a place that less passes is not judged.
-    hidden : float
-        Times the turning energy: a frame whose mark is covered misfits by less.
     shown : float
         Of the expected change, below which a place counts as covered.
     separated : float
@@ -69,7 +67,6 @@ class AlignmentThresholds:
     outlier: float = 3.0
     share_sd: float = 0.08
     passing: float = 0.1
-    hidden: float = 1.5
     shown: float = 0.5
     separated: float = 0.1
     near_enough: float = 0.8
@@ -242,10 +239,7 @@ class _Fit:
 
     def leave_out_covered(self) -> None:
         """Mark in the grid where something stands in front of the plate."""
-        # A mark that is hidden is missing once; a hand adds more than that.
-        fair = self._misfit_energy <= THRESHOLDS.hidden * energy(self._turned, self._grid)
-        if fair.any():
-            self._grid = _without_covered(self._grid, self._difference[fair], self._turned[fair])
+        self._grid = _without_covered(self._grid, self._difference, self._turned)
 
     def alignment(self) -> Alignment:
         """The template as it stands."""
