@@ -15,7 +15,9 @@ another function for :func:`sensitivity`.
 import argparse
 import dataclasses
 import importlib
+import inspect
 import pkgutil
+import re
 import sys
 import tempfile
 import time
@@ -119,6 +121,24 @@ def records_of(package: str) -> list[Any]:
                     and not any(value is each for each in records)):
                 records.append(value)
     return records
+
+
+def described(record: Any) -> dict[str, str]:
+    """What the docstring of a record says of each field."""
+    text = inspect.getdoc(type(record)) or ""
+    fields = re.findall(r"^(\w+) : \w+\n((?:    .*\n?)+)", text, re.M)
+    return {name: " ".join(lines.split()) for name, lines in fields}
+
+
+def table(record: Any, effects: Sequence[Effect]) -> str:
+    """A table of a record's fields, in Markdown."""
+    lines = [f"`{type(record).__name__}`: {(inspect.getdoc(type(record)) or '').split(chr(10))[0]}",
+             "", "| threshold | value | unit, origin | × 0.5 | × 2 |", "|---|---|---|---|---|"]
+    for field, text in described(record).items():
+        by_factor = [str(each) for each in effects if each.field == field]
+        value = getattr(record, field)
+        lines.append(f"| {field} | {value:g} | {text} | {' | '.join(by_factor)} |")
+    return "\n".join(lines)
 
 
 @contextmanager
@@ -288,9 +308,14 @@ def main() -> None:
     for each in measure():
         print(f"{each.name:20s} {each.error_ppm:10.3f} ppm (sd {each.sd_ppm:8.3f})")
     print(f"{summary(measure())}, {(time.perf_counter() - start) / 2:.1f} s", flush=True)
-    for effect in sensitivity(records_of(options.package), measure, options.only):
-        print(f"{effect.record}.{effect.field} = {effect.value:g} x {effect.factor:g}: {effect}",
-              flush=True)
+    for record in records_of(options.package):
+        effects = []
+        for effect in sensitivity([record], measure, options.only):
+            effects.append(effect)
+            name = f"{effect.record}.{effect.field}"
+            print(f"{name} = {effect.value:g} x {effect.factor:g}: {effect}", flush=True)
+        if effects:
+            print(f"\n{table(record, effects)}\n", flush=True)
 
 
 if __name__ == "__main__":

@@ -24,8 +24,9 @@ def again(
     """Decode a clip and encode it otherwise, at 15 frames per second."""
     with av.open(str(source)) as old, av.open(str(target), "w") as new:
         stream = new.add_stream(codec, rate=15)
+        assert isinstance(stream, av.VideoStream)
         for i, frame in enumerate(old.decode(video=0)):
-            image = frame.to_ndarray(format="bgr24")
+            image = np.asarray(frame.to_ndarray(format="bgr24"), np.uint8)
             if change is not None:
                 image = change(i, image)
             if size is not None:
@@ -35,7 +36,8 @@ def again(
                 stream.pix_fmt = pixel_format
                 stream.options = {"preset": "ultrafast"} if codec == "libx264" else {}
                 stream.codec_context.thread_count = 1  # the same clip on any number of cores
-            encoded = av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format="bgr24")
+            whole = np.ascontiguousarray(image, np.uint8)
+            encoded = av.VideoFrame.from_ndarray(whole, format="bgr24")
             encoded.pts, encoded.time_base = i, Fraction(1, 15)
             new.mux(stream.encode(encoded))
         new.mux(stream.encode())
