@@ -1,7 +1,7 @@
 """Whether the camera itself turns: what surrounds the plate stands still, unless the camera moves.
 
-A camera that rolls adds its own rate to the plate's, and the plate cannot tell them apart; what
-lies around it can. Against the background S, each frame of the surroundings is, for a small
+A camera that rolls adds its own rate to the plate's, and the plate cannot show it; what lies around
+it can. Against the background S, each frame of the surroundings is, for a small
 roll α about the spindle and a small shift (u, v),
 
     P - S = -α t·∇S - u ∂S/∂x - v ∂S/∂y + g S + h,        t = (-(y - y₀), x - x₀),
@@ -26,13 +26,13 @@ LARGEST_SIDE = 160  # pixels; the surroundings are large
 BORDER = 4  # pixels; what moves in there from outside is unknown
 ITERATIONS = 2
 BACK = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-RIDGE = 1e-12
+RIDGE = 1e-12  # of the mean diagonal: above rounding, below all that is measured
 SECTORS = 8  # of the surroundings, about the spindle
 
 
 @dataclass(frozen=True)
 class CameraMotionThresholds:
-    """What of the surroundings counts.
+    """Which of the surroundings count.
 
     Attributes
     ----------
@@ -87,13 +87,22 @@ class CameraMotion:
         self._normal = np.array(
             [self._basis[:, part] @ self._basis[:, part].T for part in self._sectors], float
         )
-        self._determined = np.linalg.matrix_rank(self._normal.sum(axis=0)) == len(parts)
+        without = self._normal.sum(axis=0) - self._normal
+        self._determined = bool((np.linalg.matrix_rank(without) == len(parts)).all())
         self._moved = np.zeros(3)  # α, u, v of the latest frame
 
     def roll(self, image: Luma) -> float:
-        """Angle in rad by which the surroundings seem to turn, counter-clockwise as filmed.
+        """Angle by which the surroundings seem to turn since the background.
 
-        NaN where they do not determine it. Frames have to come in order.
+        Parameters
+        ----------
+        image : array of uint8, shape (h, w)
+            Frames have to come in order.
+
+        Returns
+        -------
+        float
+            In rad, counter-clockwise as filmed; NaN where the surroundings do not determine it.
         """
         if not self._determined:
             return float("nan")
