@@ -94,6 +94,13 @@ class Effect:
             return "no effect"
         return f"{summary(self.outcomes)}; changed: {', '.join(self.changed)}"
 
+    @property
+    def in_short(self) -> str:
+        """For a cell of a table."""
+        if not self.outcomes or not self.changed:
+            return str(self)
+        return f"{len(self.changed)} clips change: {summary(self.outcomes)}"
+
 
 Measure = Callable[[], Sequence[Outcome]]
 
@@ -135,7 +142,7 @@ def table(record: Any, effects: Sequence[Effect]) -> str:
     lines = [f"`{type(record).__name__}`: {(inspect.getdoc(type(record)) or '').split(chr(10))[0]}",
              "", "| threshold | value | unit, origin | × 0.5 | × 2 |", "|---|---|---|---|---|"]
     for field, text in described(record).items():
-        by_factor = [str(each) for each in effects if each.field == field]
+        by_factor = [each.in_short for each in effects if each.field == field]
         value = getattr(record, field)
         lines.append(f"| {field} | {value:g} | {text} | {' | '.join(by_factor)} |")
     return "\n".join(lines)

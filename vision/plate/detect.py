@@ -26,7 +26,7 @@ BORDER = 2  # pixels of the reduced frame, in which a contour is the frame's own
 SPOT_REACH = 8  # pixels about the most changed one
 TRACK_FRAMES = 120
 FEWEST_SPOTS = 12  # two per parameter of an ellipse and spindle
-CERTAIN = 0.99  # probability that need not be told from one
+CERTAIN = 0.99  # probability that need not be distinguished from one
 SAMPLE = 6  # spots; five make an ellipse
 TRACK_TRIALS = 300
 
@@ -75,14 +75,18 @@ THRESHOLDS = DetectionThresholds()
 
 
 def proposals(background: Luma, images: Sequence[Luma]) -> list[PlateView]:
-    """Views of possible plates, the unit circle on the rim (about), largest first."""
+    """Views of possible plates, the unit circle about on the rim, largest first.
+
+    Parameters
+    ----------
+    background : array of uint8, shape (h, w)
+    images : sequence of arrays of uint8, shape (h, w)
+    """
     factor = -(-max(background.shape) // LARGEST_SIDE)
     small = _reduced(background, factor)
-    some = [
-        _reduced(images[i], factor) for i in spread_choice(len(images), TRACK_FRAMES)
-    ]
+    chosen = [_reduced(images[i], factor) for i in spread_choice(len(images), TRACK_FRAMES)]
     ellipses: list[Ellipse] = []
-    for ellipse in (*_edges(small), *_mark_tracks(small, some)):
+    for ellipse in (*_edges(small), *_mark_tracks(small, chosen)):
         if not any(_same(ellipse, other) for other in ellipses):
             ellipses.append(ellipse)
     ellipses.sort(key=lambda e: -e[1][0] * e[1][1])
