@@ -36,7 +36,7 @@ class AliasThresholds:
     Attributes
     ----------
     worse : float
-        Times the smallest scatter of the steps; an alias that leaves more is excluded.
+        Of the smallest scatter of the steps; an alias that leaves so much more is excluded.
     near_nominal : float
         Relative; a nominal rate further away does not choose. Fact: pitch controls usually reach
         8 %.
@@ -48,7 +48,7 @@ class AliasThresholds:
         nearest ratios of the list, 24/30 and 25/30 (4 % apart), less one for the drive.
     """
 
-    worse: float = 1.5
+    worse: float = 0.5
     near_nominal: float = 0.15
     far_from_nominal: float = 0.02
     retimed_within: float = 0.01
@@ -110,7 +110,7 @@ def list_aliases(
         surprise = step - rate * step_s
         surprise -= period * np.round(surprise / period)
         scatter.append(float(np.median(np.abs(surprise - np.median(surprise)))))
-    alike = rates[np.array(scatter) <= THRESHOLDS.worse * min(scatter) + 1e-9]
+    alike = rates[np.array(scatter) <= (1 + THRESHOLDS.worse) * min(scatter) + 1e-9]
     alike = alike[np.argsort(np.abs(alike))]
     if nominal_rpm is None:
         chosen = float(alike[0])
