@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.vision.phase_tracks import RPM, cut_label, phase_track, steady
+from tests.vision.cut_label import cut_label
+from tests.vision.phase_tracks import RPM, phase_track, steady
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.phase_track import BoolArray
