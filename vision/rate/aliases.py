@@ -11,7 +11,7 @@ import numpy as np
 
 from vision.geometry import FloatArray
 from vision.phase_track import PhaseTrack
-from vision.rate.unwrap import frame_time, usable
+from vision.rate.unwrap import frame_time, stamped_in_bursts, usable
 
 REACH = 3  # aliases that are listed to either side
 RETIMED = {  # playback rate over capture rate of clips that were retimed, and how that happens
@@ -102,7 +102,10 @@ def list_aliases(
     """
     good = np.flatnonzero(usable(track))
     step_s, step = np.diff(time_s[good]), np.diff(track.phase_rad[good])
-    spacing = 2 * np.pi / (track.symmetry * frame_time(time_s[good]))
+    frame_s = frame_time(time_s[good])
+    if stamped_in_bursts(time_s[good]):
+        step_s = np.full_like(step_s, frame_s)  # stamps that are no times exclude no rate
+    spacing = 2 * np.pi / (track.symmetry * frame_s)
     rates = rough_rad_s + spacing * np.arange(-REACH, REACH + 1)
     period = 2 * np.pi / track.symmetry
     scatter = []

@@ -267,6 +267,17 @@ def test_uneven_stamps_exclude_the_aliases() -> None:
     assert rate.rate_rad_s == pytest.approx(600 * RPM, rel=1e-4)
 
 
+def test_stamps_in_bursts_exclude_no_rate() -> None:
+    """Two frames at once: an alias fitted such stamps better, and the plate was at 2778 rpm."""
+    rpm = -78.26
+    time, angle = steady(rpm, fps=15, seconds=20.0)
+    burst = time.copy()
+    burst[1::2] = time[::2] + 2e-3
+    rate = measure_rate(phase_track(burst, angle, noise_rad=NOISE), timebase=CLOCK)
+    assert abs(rate.rate_rad_s - abs(rpm) * RPM) < 3 * rate.sd_rad_s
+    assert len(rate.aliases.rates_rad_s) > 1
+
+
 def test_a_plate_with_two_equal_marks_is_followed_over_whole_turns() -> None:
     time, angle = steady(33.3)
     ambiguous = np.mod(angle, np.pi)  # what a two-fold symmetric picture can tell
