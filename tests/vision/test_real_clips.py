@@ -62,8 +62,8 @@ def test_a_plate_cut_by_the_edge_of_the_frame_is_refused_for_that() -> None:
 
 
 @pytest.mark.parametrize("name", ["a/video/17rpm.mp4", "b/video/m33rpm.mp4"])
-def test_bench_clips_agree_with_counted_frames(name):
-    rate = measure_rate(track_phase(film(f"bench/{name}")), timebase=Timebase())
+def test_bench_clips_agree_with_counted_frames(name: str) -> None:
+    rate = measure_rate(track_phase(recorded(f"bench/{name}")), timebase=Timebase())
     count = rate.cross_checks.frame_count
     assert count is not None
     assert abs(count.rate_rad_s - rate.rate_rad_s) < 3 * count.sd_rad_s
