@@ -12,7 +12,7 @@ from calib.errors import Undetermined
 from calib.poses.averaging import PoseMean
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, BoolArray, FloatArray, IntArray, Triad
-from calib.poses.mean_noise import NOISE_DOF_PER_POSE, correlated_sd
+from calib.poses.mean_noise import NOISE_DOF_PER_POSE, pose_mean_sd
 
 RowIndex = IntArray | BoolArray | slice | Sequence[int]
 PER_POSE = ("reading", "sd", "force", "vibration", "spin_rad_s", "time_s", "expected")
@@ -266,7 +266,7 @@ def pose_set(
         label=tuple(mean.label for mean in means),
         run=tuple(run.name for run in runs for _ in run.means),
         reading=np.array([getattr(mean, triad).mean for mean in means]),
-        sd=correlated_sd([run.means for run in runs], triad),
+        sd=pose_mean_sd([run.means for run in runs], triad),
         force=np.array([mean.accelerometer.mean for mean in means]),
         vibration=np.array([mean.accelerometer.scatter for mean in means]),
         spin_rad_s=np.concatenate([run.spin_rad_s for run in runs]),

@@ -42,6 +42,7 @@ def triad_json(result: TriadResult, own: Mapping[str, EffectSection]) -> Json:
         "worst_poses": [pose.label for pose in comparison.worst(WORST_POSES)],
         "misfit_follows": result.diagnosis.follows,
         "poses": _poses(result),
+        "prediction": _prediction(result),
         "diagnosis": _diagnosis(result),
         "correction": correction_json(result, own),
     }
@@ -99,6 +100,18 @@ def _poses(result: TriadResult) -> list[Json]:
         }
         for i, pose in enumerate(result.comparison.poses)
     ]
+
+
+def _prediction(result: TriadResult) -> Json | None:
+    """What a corrected magnitude will err by, 1 sd, over all directions; SI."""
+    prediction = result.prediction
+    if prediction is None:
+        return None
+    return {
+        "sd_median": number(prediction.sd_median),
+        "sd_worst": number(prediction.sd_worst),
+        "worst_direction": numbers(prediction.worst_direction),
+    }
 
 
 def _diagnosis(result: TriadResult) -> Json:

@@ -14,6 +14,7 @@ from calib.fit.calibration import TriadCalibration, calibrate_triad
 from calib.fit.frame_alignment import FrameRotation, frame_rotation
 from calib.fit.leave_one_out import Comparison, compare
 from calib.fit.model import Model
+from calib.fit.prediction import Prediction, predict
 from calib.fit.solver import fit
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import Triad
@@ -34,6 +35,7 @@ from pipeline.stages.user_effects import own_effects
 class TriadResult:
     """One triad: calibrated, laid beside its measurements, and what its model misses.
 
+    ``prediction`` is what it will err by on the next log, None where only rest was measured;
     ``gravity`` is the reference of an accelerometer, None for a gyroscope; ``frame`` its rotation
     against the accelerometer, None for an accelerometer and where the poses do not show it;
     ``warnings`` what one stage knows that contradicts another.
@@ -42,6 +44,7 @@ class TriadResult:
     calibration: TriadCalibration
     comparison: Comparison
     diagnosis: Diagnosis
+    prediction: Prediction | None
     gravity: Gravity | None = None
     frame: FrameRotation | None = None
     warnings: tuple[str, ...] = ()
@@ -160,6 +163,7 @@ def _calibrated(
         calibration,
         compare(found),
         diagnose(found, tuple(mine.values()), spec.full_scale),
+        predict(calibration),
         gravity,
         warnings=(
             *turning_while_still(poses),
