@@ -11,7 +11,7 @@ import numpy as np
 from calib.poses.data_sheet import TriadSpec
 from pipeline.playback.device import Faults, PlaybackDevice, Pose, Protocol
 from pipeline.playback.pseudo_port import PseudoPort
-from pipeline.record.session import View
+from pipeline.record.session import RecordingView
 from tests.fitting import spec_of
 from tests.world.designs import paper_design
 from tests.world.imu import Sensor
@@ -95,10 +95,10 @@ class Onlooker:
     def say(self, text: str) -> None:
         self.said.append(text)
 
-    def show(self, view: View) -> None:
+    def show(self, view: RecordingView) -> None:
         self.phases.add(view.status.phase)
 
-    def taken(self, text: str) -> None:
+    def recorded(self, text: str) -> None:
         self.said.append(text)
 
 

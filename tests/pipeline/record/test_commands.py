@@ -106,16 +106,16 @@ def test_permissions_are_explained(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "sudo usermod -aG dialout $USER" in permission_advice("/dev/nothing")
 
 
-@pytest.mark.parametrize(("ports", "says"), [
+@pytest.mark.parametrize(("ports", "message"), [
     ([], "no USB serial port is there"),
     ([FoundPort("COM3", "", "Arduino", True), FoundPort("COM4", "", "Xsens", True)],
      r"there are 2 USB serial ports: COM3 \(Arduino\), COM4 \(Xsens\)"),
 ])
 def test_the_port_is_asked_for_where_it_is_not_clear(
-    monkeypatch: pytest.MonkeyPatch, ports: list[FoundPort], says: str
+    monkeypatch: pytest.MonkeyPatch, ports: list[FoundPort], message: str
 ) -> None:
     monkeypatch.setattr(line, "find_ports", lambda: ports)
-    with pytest.raises(line.DeviceError, match=says):
+    with pytest.raises(line.DeviceError, match=message):
         only_port()
     monkeypatch.setattr(line, "find_ports", lambda: [FoundPort("COM3", "", "Arduino", True)])
     assert only_port() == "COM3"
