@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from calib.poses.data_sheet import TriadSpec
-from pipeline.playback.device import Faults, PlaybackDevice, Pose, Protocol
+from pipeline.playback import Protocol
+from pipeline.playback.device import Faults, PlaybackDevice, Pose
 from pipeline.playback.pseudo_port import PseudoPort
 from pipeline.record.session import RecordingView
 from tests.fitting import spec_of

@@ -19,7 +19,8 @@ from calib.poses.runs import gravity_run
 from pipeline.config.load import load_config
 from pipeline.errors import ConfigError, DeviceError
 from pipeline.logs.read import read_log
-from pipeline.playback.device import Faults, Protocol
+from pipeline.playback import Protocol
+from pipeline.playback.device import Faults
 from pipeline.record.start import open_session
 from pipeline.stages.poses import average_recordings
 from tests.paths import ROOT
