@@ -29,8 +29,7 @@ from calib.poses.attitudes import NEAR_COSINE, natural_directions
 from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog, Triad
-from calib.poses.pose_set import PoseSet, Run, pose_set
-from calib.poses.reference import CommonError
+from calib.poses.pose_set import CommonError, PoseSet, Run, pose_set
 from calib.poses.runs import (
     GRAVITY,
     TIME_BASE,
