@@ -44,15 +44,15 @@ class SettingRate:
         What the clips are called; empty where the rate was stated.
     clips : tuple of RateMeasurement
         What was measured in each of them.
-    pictures : tuple of array of uint8, shape (h, w, 3)
-        One picture of each clip, blue-green-red, with what was found drawn in.
+    annotated : tuple of array of uint8, shape (b,)
+        A PNG of one frame of each clip, with plate, centre and marks drawn in.
     """
 
     name: str
     plate: PlateRate
     sources: tuple[str, ...]
     clips: "tuple[RateMeasurement, ...]"
-    pictures: tuple[NDArray[np.uint8], ...] = ()
+    annotated: tuple[NDArray[np.uint8], ...] = ()
 
     @property
     def rate_rad_s(self) -> float:
@@ -161,5 +161,5 @@ def measure_setting(
         plate,
         sources=tuple(track.source for track in tracks),
         clips=clips,
-        pictures=tuple(track.annotated for track in tracks),
+        annotated=tuple(track.annotated for track in tracks),
     )
