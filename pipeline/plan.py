@@ -224,7 +224,7 @@ def _runs(
     force = gravity.value_m_s2 if gravity else STANDARD_GRAVITY_M_S2
     latitude = latitude_of(config.site)
     common: tuple[CommonError, ...] = ()
-    own, magnitude = 0.0, setting.rate_rad_s
+    reference_sd, magnitude = 0.0, setting.rate_rad_s
     if triad == "accelerometer":
         magnitude = force
         common = (CommonError(GRAVITY, gravity.sd_m_s2 if gravity else 0.0),)
@@ -232,12 +232,14 @@ def _runs(
         common = (CommonError(TIME_BASE, setting.relative_sd * setting.rate_rad_s),
                   CommonError(f"rate {setting.name}", setting.rate_sd_rad_s))
     else:
-        own = (earth_rate_horizontal(latitude) / math.sqrt(2) if latitude is not None
-               else EARTH_RATE_RAD_S / math.sqrt(3))
+        reference_sd = (
+            EARTH_RATE_RAD_S / math.sqrt(3) if latitude is None
+            else earth_rate_horizontal(latitude) / math.sqrt(2)
+        )
     if len(up):
         yield PlannedRun(
             setting.name, up, magnitude, setting.rate_rad_s,
-            noise_sd / math.sqrt(setting.seconds), own, common, force,
+            noise_sd / math.sqrt(setting.seconds), reference_sd, common, force,
             (setting.seconds + PAUSE_S) * np.arange(len(up), dtype=float))
 
 

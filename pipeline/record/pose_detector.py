@@ -72,15 +72,15 @@ class PoseDetector:
 
     def feed(self, rows: Sequence[TimedSample]) -> list[Refused | Complete]:
         """What the rows lead to; :attr:`status` is brought up to date."""
-        found: list[Refused | Complete] = []
+        events: list[Refused | Complete] = []
         for row in rows:
             self._pending.append(row)
             if len(self._pending) == self._hop:
                 hop, self._pending = self._pending, []
                 event = self._look(hop)
                 if event is not None:
-                    found.append(event)
-        return found
+                    events.append(event)
+        return events
 
     def accept(self, direction: int) -> None:
         """The pose is written."""

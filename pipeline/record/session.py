@@ -294,6 +294,6 @@ def loss_of(rows: list[TimedSample], stream: Stream) -> str:
     clock, rate_hz = stream.parser.clock, stream.rate_hz
     if first is None or last is None or clock is None or rate_hz is None:
         return ""
-    made = last - first + 1 if clock.tick_s is None else (last - first) * clock.tick_s * rate_hz + 1
-    share = 1 - len(rows) / made
+    sent = last - first + 1 if clock.tick_s is None else (last - first) * clock.tick_s * rate_hz + 1
+    share = 1 - len(rows) / sent
     return f"; {100 * share:.0f} % of its samples were lost" if share > LOST_SHARE else ""

@@ -39,13 +39,13 @@ def open_session(
     options = {"baud": baud, "camera": camera, "port": port}
     record = config.record.model_copy(
         update={key: value for key, value in options.items() if value is not None})
-    wanted = config.model_copy(update={"record": record})
+    chosen = config.model_copy(update={"record": record})
     name = record.port or only_port()
 
     def open_port(speed: int) -> Port:
         return SerialPort(name, speed)
 
-    return Session(wanted, open_port, display, _open_camera(
+    return Session(chosen, open_port, display, _open_camera(
         record.camera if camera_source is None else camera_source))
 
 

@@ -98,7 +98,7 @@ class Conversation:
             f"that no other program talks to it."
         )
 
-    def _wait_for(self, mid: int, asked: int) -> Message | None:
+    def _wait_for(self, mid: int, request: int) -> Message | None:
         until = time.monotonic() + ANSWER_S
         while time.monotonic() < until:
             data, heard_s = self._port.read()
@@ -108,7 +108,7 @@ class Conversation:
                 if message.mid == WAKE_UP:
                     self._port.write(frame(WAKE_UP_ACK))
                 if message.mid == ERROR and message.data:
-                    raise XsensError(asked, message.data[0])
+                    raise XsensError(request, message.data[0])
                 if message.mid == mid:
                     return message
         return None

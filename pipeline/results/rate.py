@@ -95,13 +95,13 @@ def _clip(source: str, clip: "RateMeasurement") -> Json:
     }
 
 
-def _phase_diagnosis(found: "PhaseDiagnosis") -> Json:
+def _phase_diagnosis(diagnosis: "PhaseDiagnosis") -> Json:
     return {
-        "verdict": found.verdict,
-        "name": found.name,
-        "group": list(found.group),
-        "says": found.says,
-        "record_next": found.record_next,
+        "verdict": diagnosis.verdict,
+        "name": diagnosis.name,
+        "group": list(diagnosis.group),
+        "says": diagnosis.says,
+        "record_next": diagnosis.record_next,
         "ranking": [
             {
                 "name": each.name,
@@ -110,10 +110,10 @@ def _phase_diagnosis(found: "PhaseDiagnosis") -> Json:
                 "size": numbers(each.size),
                 "sd": numbers(each.sd),
                 "rms_after": number(each.rms_after_rad),
-                "loo_after": None,  # a turn left out says nothing that the turns beside it do not
+                "loo_after": None,  # a revolution left out is no test: those beside it determine it
                 "blind": each.blind,
                 "aliases": list(each.aliases),
             }
-            for each in found.ranking
+            for each in diagnosis.ranking
         ],
     }

@@ -100,8 +100,8 @@ def calibrate_accelerometer(
     run = gravity_run(STOPPED, means, gravity.value_m_s2, gravity.sd_m_s2)
     poses = pose_set("accelerometer", [run], recordings.origin_s)
     spec = triad_spec(config.sensor.accelerometer)
-    own = own_effects(config, context.allow_python)
-    return _calibrated(poses, config.accelerometer, spec, own, gravity)
+    user_effects = own_effects(config, context.allow_python)
+    return _calibrated(poses, config.accelerometer, spec, user_effects, gravity)
 
 
 def calibrate_gyroscope(
@@ -117,23 +117,24 @@ def calibrate_gyroscope(
     assert config.sensor.gyroscope is not None
     latitude = latitude_of(config.site)
     runs: list[Run] = []
-    for asked in config.gyroscope.runs:
-        means = recordings.of(asked.poses, asked.rate).means
+    for run_section in config.gyroscope.runs:
+        means = recordings.of(run_section.poses, run_section.rate).means
         runs.append(
-            stopped_run(asked.rate, means, latitude)
-            if asked.rate == STOPPED
-            else turning_run(means, rates[asked.rate].plate, latitude)
+            stopped_run(run_section.rate, means, latitude)
+            if run_section.rate == STOPPED
+            else turning_run(means, rates[run_section.rate].plate, latitude)
         )
     correct = accelerometer.calibration.correct if accelerometer else None
     poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
-    own = own_effects(config, context.allow_python)
-    found = _calibrated(poses, config.gyroscope, triad_spec(config.sensor.gyroscope), own, None)
+    user_effects = own_effects(config, context.allow_python)
+    spec = triad_spec(config.sensor.gyroscope)
+    result = _calibrated(poses, config.gyroscope, spec, user_effects, None)
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
     return replace(
-        found,
-        frame=frame_rotation(found.calibration.fit, beside),
-        warnings=(*found.warnings, *direction_against_film(poses, filmed)),
+        result,
+        frame=frame_rotation(result.calibration.fit, beside),
+        warnings=(*result.warnings, *direction_against_film(poses, filmed)),
     )
 
 
@@ -141,25 +142,25 @@ def _calibrated(
     poses: PoseSet,
     section: AccelerometerSection | GyroscopeSection,
     spec: TriadSpec,
-    own: Mapping[str, Effect],
+    user_effects: Mapping[str, Effect],
     gravity: Gravity | None,
 ) -> TriadResult:
-    mine = {name: effect for name, effect in own.items() if poses.triad in effect.triads}
-    for name, effect in mine.items():
+    acting = {name: effect for name, effect in user_effects.items() if poses.triad in effect.triads}
+    for name, effect in acting.items():
         wrong = check_own(effect, poses.conditions(poses.reading))
         if wrong is not None:
             raise Undetermined(f"effects.{name}: the effect {wrong}.")
-    model = Model.of(section.model, mine)
-    found = (
+    model = Model.of(section.model, acting)
+    fitted = (
         fit_paper(poses, model, spec)
         if section.solver == "paper"
         else fit(poses, model, robust=section.loss == "huber")
     )
-    calibration = calibrate_triad(found, spec)
+    calibration = calibrate_triad(fitted, spec)
     return TriadResult(
         calibration,
-        compare(found),
-        diagnose(found, tuple(mine.values()), spec.full_scale),
+        compare(fitted),
+        diagnose(fitted, tuple(acting.values()), spec.full_scale),
         gravity,
         warnings=(
             *turning_while_still(poses),
