@@ -65,7 +65,11 @@ def pose_rate(
 
 
 def up_direction(mean: PoseMean, rest: FloatArray | None) -> FloatArray:
-    """Unit vector (3,) of the side that faces up in a pose."""
+    """Unit vector (3,) of the side that faces up in a pose, in the sensor's axes.
+
+    By the accelerometer; by the turning gyroscope where no accelerometer was logged, ``rest`` (3,)
+    being its reading at rest in rad/s.
+    """
     vector = mean.accelerometer.mean
     if not np.isfinite(vector).all():
         vector = mean.gyroscope.mean - (np.zeros(3) if rest is None else rest)

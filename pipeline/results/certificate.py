@@ -8,7 +8,7 @@ from calib.certificate import CertificateComparison
 
 
 def certificate_json(comparison: CertificateComparison) -> dict[str, Any]:
-    """A triad's ``certificate`` in results.json, group by group; null for what has no value."""
+    """The section ``certificate`` of a triad, group by group; null for what has no value."""
     return {
         group.name: {
             "unit": group.unit,

@@ -32,11 +32,11 @@ from pipeline.stages.user_effects import own_effects
 
 @dataclass(frozen=True, eq=False)
 class TriadResult:
-    """One triad: calibrated, laid beside its measurements, and what its model misses.
+    """One triad: its calibration, the comparison with its poses, and what its model misses.
 
     ``gravity`` is the reference of an accelerometer, None for a gyroscope; ``frame`` its rotation
     against the accelerometer, None for an accelerometer and where the poses do not show it;
-    ``warnings`` what one stage knows that contradicts another.
+    ``warnings`` where two stages contradict each other.
     """
 
     calibration: TriadCalibration
@@ -89,7 +89,18 @@ def require_fittable(config: Config) -> None:
 def calibrate_accelerometer(
     config: Config, context: RunContext, recordings: Recordings
 ) -> TriadResult | None:
-    """Calibrate the accelerometer to gravity; None where the file has no such section."""
+    """Calibrate the accelerometer against gravity.
+
+    Returns
+    -------
+    TriadResult or None
+        None where the configuration has no such section.
+
+    Raises
+    ------
+    Undetermined
+        The poses do not determine the model.
+    """
     if config.accelerometer is None:
         return None
     # The configuration's rules refuse an accelerometer without a site and a data sheet.
@@ -111,7 +122,28 @@ def calibrate_gyroscope(
     recordings: Recordings,
     accelerometer: TriadResult | None,
 ) -> TriadResult | None:
-    """Calibrate the gyroscope to the plate's rates; None where the file has no such section."""
+    """Calibrate the gyroscope against the plate's rates, all runs jointly.
+
+    Parameters
+    ----------
+    rates : mapping of str to SettingRate
+        The plate's rates by setting.
+    recordings : Recordings
+        The averaged poses.
+    accelerometer : TriadResult or None
+        Corrects the specific force of the poses, and is the frame that the gyroscope's rotation is
+        measured against.
+
+    Returns
+    -------
+    TriadResult or None
+        None where the configuration has no such section.
+
+    Raises
+    ------
+    Undetermined
+        The poses do not determine the model.
+    """
     if config.gyroscope is None:
         return None
     assert config.sensor.gyroscope is not None
