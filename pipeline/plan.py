@@ -1,4 +1,4 @@
-"""From a configuration to what its poses can determine, before and after they are recorded.
+"""What the poses of a configuration can determine, before and after they are recorded.
 
 Noise comes from the poses that are recorded, where there are any; else it is the typical noise of
 the sensor's preset; else no sds are stated.
@@ -67,7 +67,9 @@ NoiseSource = Literal["measured", "typical", "unknown"]
 class PlannedSetting:
     """Poses of one setting: what is recorded, what is still to come.
 
-    ``rate_rad_s`` is 0 at rest; ``unusable`` says of recorded poses why they are none.
+    ``rate_rad_s`` is 0 at rest; ``relative_sd`` is that of the camera's clock, a fraction of the
+    rate; ``missing`` (n, 3) are unit vectors still to be recorded; ``seconds`` is the length of a
+    pose; ``unusable`` says of recorded files why they are no poses.
     """
 
     name: str
@@ -138,13 +140,13 @@ def _read_setting(config: Config, poses: PosesSection, name: str) -> PlannedSett
     means, unusable = [], []
     for log in _logs(config, poses):
         if math.isnan(rate):
-            rate = _felt_rate(log, specs[1])
+            rate = _sensed_rate(log, specs[1])
         try:
             means.append(average_pose(log, *specs, rate))
         except CalibrationError as error:
             unusable.append(str(error))
     if math.isnan(rate):
-        rate = 100 / 3 * RPM  # nothing tells it: the speed that every record player has
+        rate = 100 / 3 * RPM  # not known: the speed that every record player has
     seconds = config.record.seconds_per_pose if config.record else POSE_S
     seconds = max(seconds, TURNS * 2 * math.pi / rate) if rate else seconds
     if means:
@@ -160,7 +162,7 @@ def _logs(config: Config, poses: PosesSection) -> Iterator[ImuLog]:
     yield from read_logs(poses, poses.files, folder)
 
 
-def _felt_rate(log: ImuLog, spec: TriadSpec | None) -> float:
+def _sensed_rate(log: ImuLog, spec: TriadSpec | None) -> float:
     if spec is None or not log.has("gyroscope"):
         return math.nan
     return float(np.linalg.norm(spec.nominal(log.gyroscope).mean(axis=0)))
@@ -224,7 +226,7 @@ def _runs(
     force = gravity.value_m_s2 if gravity else STANDARD_GRAVITY_M_S2
     latitude = latitude_of(config.site)
     common: tuple[CommonError, ...] = ()
-    own, magnitude = 0.0, setting.rate_rad_s
+    reference_sd, magnitude = 0.0, setting.rate_rad_s
     if triad == "accelerometer":
         magnitude = force
         common = (CommonError(GRAVITY, gravity.sd_m_s2 if gravity else 0.0),)
@@ -232,12 +234,14 @@ def _runs(
         common = (CommonError(TIME_BASE, setting.relative_sd * setting.rate_rad_s),
                   CommonError(f"rate {setting.name}", setting.rate_sd_rad_s))
     else:
-        own = (earth_rate_horizontal(latitude) / math.sqrt(2) if latitude is not None
-               else EARTH_RATE_RAD_S / math.sqrt(3))
+        reference_sd = (
+            EARTH_RATE_RAD_S / math.sqrt(3) if latitude is None
+            else earth_rate_horizontal(latitude) / math.sqrt(2)
+        )
     if len(up):
         yield PlannedRun(
             setting.name, up, magnitude, setting.rate_rad_s,
-            noise_sd / math.sqrt(setting.seconds), own, common, force,
+            noise_sd / math.sqrt(setting.seconds), reference_sd, common, force,
             (setting.seconds + PAUSE_S) * np.arange(len(up), dtype=float))
 
 

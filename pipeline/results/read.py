@@ -57,7 +57,7 @@ class Stored:
     """A results.json: where it is, everything in it, and its triads."""
 
     path: Path
-    found: Mapping[str, Any]
+    contents: Mapping[str, Any]
     triads: tuple[StoredTriad, ...]
 
     @property
@@ -68,13 +68,13 @@ class Stored:
     @property
     def mounting_rotation(self) -> FloatArray | None:
         """R (3, 3) of the installation, from the vehicle's axes to the sensor's; None without."""
-        section = self.found.get("installation")
+        section = self.contents.get("installation")
         return None if section is None else np.array(section["rotation"], dtype=float)
 
     @property
     def gyroscope_to_accelerometer_rad(self) -> FloatArray | None:
         """Rotation vector (3,) between the triads' frames; None where it was not measured."""
-        angles = (self.found.get("gyroscope") or {}).get("frame_to_accelerometer_rad")
+        angles = (self.contents.get("gyroscope") or {}).get("frame_to_accelerometer_rad")
         return None if angles is None else np.array(angles, dtype=float)
 
 
@@ -88,7 +88,7 @@ def load_results(path: Path) -> Stored:
     """
     path = path / RESULTS_NAME if path.is_dir() else path
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        contents = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise UnreadableInput(
             f"{path}: cannot be read ({error.strerror}). Name the {RESULTS_NAME} that `pipeline "
@@ -99,24 +99,25 @@ def load_results(path: Path) -> Stored:
             f"{path}: is not JSON ({error}). Name the {RESULTS_NAME} that `pipeline run` has "
             f"written, or write it anew with `pipeline run`."
         ) from error
-    if not isinstance(found, dict) or found.get("format") != FORMAT:
-        kind = found.get("format") if isinstance(found, dict) else None
+    if not isinstance(contents, dict) or contents.get("format") != FORMAT:
+        kind = contents.get("format") if isinstance(contents, dict) else None
         raise UnreadableInput(
             f"{path}: format {kind!r} found, {FORMAT} is expected. Write it anew with this "
             f"version's `pipeline run`."
         )
     try:
-        triads = tuple(_triad(name, found[name]) for name in TRIADS if found[name] is not None)
+        sections = {name: contents[name] for name in TRIADS}
+        triads = tuple(_triad(*each) for each in sections.items() if each[1] is not None)
     except (KeyError, TypeError, ValueError, CalibrationError) as error:
         raise UnreadableInput(
             f"{path}: a part is missing or is not what `pipeline run` writes ({error}). Write it "
             f"anew with `pipeline run`."
         ) from error
-    return Stored(path, found, triads)
+    return Stored(path, contents, triads)
 
 
-def _triad(name: str, given: Mapping[str, Any]) -> StoredTriad:
-    value, sd, stored = given["parameters"], given["sd"], given["correction"]
+def _triad(name: str, section: Mapping[str, Any]) -> StoredTriad:
+    value, sd, stored = section["parameters"], section["sd"], section["correction"]
     sheet = stored["sheet"]
     full_scale = math.inf if sheet["full_scale"] is None else float(sheet["full_scale"])
     spec = TriadSpec(full_scale, sheet["bits"], sheet["encoding"], sheet["si_per_unit"])
@@ -133,24 +134,24 @@ def _triad(name: str, given: Mapping[str, Any]) -> StoredTriad:
         misalignment_sd=_array(sd["misalignment_rad"]),
         bias_sd=_array(sd["bias_counts"]),
         scale_sd=_array(sd["scale_counts_per_unit"]),
-        effects=given["effects"],
+        effects=section["effects"],
     )
 
 
-def _own_effects(given: Mapping[str, Any]) -> dict[str, Effect]:
-    code = [name for name, own in given.items() if own["python"] is not None]
+def _own_effects(definitions: Mapping[str, Any]) -> dict[str, Effect]:
+    code = [name for name, definition in definitions.items() if definition["python"] is not None]
     if code:
         raise ValueError(
             f"'{code[0]}' is Python code of the user's own, which results do not carry; state it "
             f"as an expression to apply it elsewhere"
         )
-    if not given:
+    if not definitions:
         return {}
     from pipeline.stages.user_effects import (
         stored_effects,  # pydantic and all, which few calibrations need
     )
 
-    return stored_effects(given)
+    return stored_effects(definitions)
 
 
 #: The keys of the nine parameters in results.json.

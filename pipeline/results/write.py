@@ -1,4 +1,4 @@
-"""results.json: what a run has found, for programs.
+"""results.json: the results of a run, for programs.
 
 SI units, arrays in the order x, y, z, null for what was not determined. The same input gives the
 same file, byte for byte: it holds no time of day and no absolute path.
@@ -18,13 +18,13 @@ from pipeline.stages.run import Outcome
 
 
 def config_sha256(outcome: Outcome) -> str:
-    """What tells one configuration from another: the hash of its text."""
+    """The SHA-256 of the configuration's text, which identifies it."""
     return hashlib.sha256(outcome.config.source.text.encode()).hexdigest()
 
 
 def results_of(outcome: Outcome) -> Json:
-    """Everything a run has found, as plain values."""
-    found: Json = {
+    """The results of a run as plain values, as results.json has them."""
+    results: Json = {
         "format": FORMAT,
         "title": outcome.config.title,
         "sensor": outcome.config.sensor.name,
@@ -38,10 +38,10 @@ def results_of(outcome: Outcome) -> Json:
     }
     for result in outcome.triads:
         certificate = compare_with_certificate(outcome.config, result)
-        found[result.triad] = triad_json(result, outcome.config.effects) | {
+        results[result.triad] = triad_json(result, outcome.config.effects) | {
             "certificate": certificate_json(certificate) if certificate else None
         }
-    return found
+    return results
 
 
 def results_text(results: Json) -> str:
