@@ -43,10 +43,11 @@ from calib.poses.static_intervals import find_still
 from pipeline.config.load import Config, triad_spec
 from pipeline.config.schema import KnownRate, Poses, VideoRate
 from pipeline.config.types import STOPPED
-from pipeline.stages.poses import read_joined, read_labelled
+from pipeline.stages.poses import read_joined, read_labelled, still_search
 from pipeline.stages.site import gravity_of, latitude_of
 
 RAD_S_PER_RPM = 2 * math.pi / 60
+USUAL_RATE_RAD_S = 100 / 3 * RAD_S_PER_RPM  #: the speed that every record player has
 PAUSE_S = 20.0  #: between two planned poses
 POSE_S = 10.0  #: of a pose, where the configuration has no ``record``
 TURNS = 3.0  #: of the plate in a pose at least
@@ -134,7 +135,8 @@ def _read_setting(config: Config, poses: Poses, name: str) -> PlannedSetting:
         relative = stated.timebase.relative_sd
     specs = _specs(config)
     means, unusable = [], []
-    for log in _logs(config, poses):
+    usual = USUAL_RATE_RAD_S if math.isnan(rate) else rate
+    for log in _logs(config, poses, usual):
         if math.isnan(rate):
             rate = _felt_rate(log, specs[1])
         try:
@@ -142,7 +144,7 @@ def _read_setting(config: Config, poses: Poses, name: str) -> PlannedSetting:
         except CalibrationError as error:
             unusable.append(str(error))
     if math.isnan(rate):
-        rate = 100 / 3 * RAD_S_PER_RPM  # nothing tells it: the speed that every record player has
+        rate = USUAL_RATE_RAD_S
     seconds = config.record.seconds_per_pose if config.record else POSE_S
     seconds = max(seconds, TURNS * 2 * math.pi / rate) if rate else seconds
     if means:
@@ -151,10 +153,11 @@ def _read_setting(config: Config, poses: Poses, name: str) -> PlannedSetting:
                    tuple(unusable))
 
 
-def _logs(config: Config, poses: Poses) -> Iterator[ImuLog]:
+def _logs(config: Config, poses: Poses, rate_rad_s: float) -> Iterator[ImuLog]:
     folder = config.source.path.parent
     if poses.log:
-        yield from find_still(read_joined(poses, folder))
+        search = still_search(poses.still)
+        yield from find_still(read_joined(poses, folder), *_specs(config), rate_rad_s, search).logs
     for i, path in enumerate(poses.files):
         yield read_labelled(path, poses, i, folder)
 

@@ -103,7 +103,14 @@ def poses(given: Given) -> Findings:
         yield "find", "is missing: say `find: still` to find the still parts of the log"
     if "files" in given and "find" in given:
         yield "find", "only for `log`; each of `files` is one pose"
+    yield from still(given)
     yield from columns(given)
+
+
+def still(given: Given) -> Findings:
+    """What a search is to look for needs a search."""
+    if "still" in given and "find" not in given:
+        yield "still", "only with `find: still`, whose search it overrules"
 
 
 def columns(given: Given) -> Findings:
@@ -164,6 +171,7 @@ RULES: tuple[tuple[PathTo, Callable[[Given], Findings]], ...] = (
     (("accelerometer", "poses"), poses),
     (("gyroscope", "runs", "*", "poses"), poses),
     (("installation",), columns),
+    (("installation",), still),
     (("effects", "*"), own_effect),
     (("record",), record),
 )

@@ -137,6 +137,17 @@ Rate = Annotated[
 # --- poses and triads --------------------------------------------------------------------------
 
 
+class StillSection(Section):
+    """What the user overrules of the search for static intervals.
+
+    ``seconds`` is the shortest stop, ``threshold`` the noise allowed in it as a multiple of that of
+    the quietest rest.
+    """
+
+    seconds: Annotated[Positive, Field(le=60)] | None = None
+    threshold: Annotated[Positive, Field(ge=1)] | None = None
+
+
 class Poses(Section):
     """One file per pose (a pattern or a list), or one long log in which still parts are found."""
 
@@ -145,6 +156,7 @@ class Poses(Section):
     columns: Columns | None = None
     sample_rate_hz: Positive | None = None
     find: Literal["still"] | None = None
+    still: StillSection = StillSection()
 
     @model_validator(mode="before")
     @classmethod
@@ -222,6 +234,7 @@ class Installation(Section):
     columns: Columns | None = None
     sample_rate_hz: Positive | None = None
     find: Literal["still"] | None = None
+    still: StillSection = StillSection()
 
 
 def _device(name: str) -> str:

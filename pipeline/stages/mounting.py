@@ -5,12 +5,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from calib.mounting.mounting import Installation, measure_installation
+from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
 from calib.poses.static_intervals import find_still
 from pipeline.config.load import Config
 from pipeline.config.schema import Installation as InstallationSection
 from pipeline.logs.read import read_log
 from pipeline.stages.context import Workplace
+from pipeline.stages.poses import still_search
 from pipeline.stages.triads import TriadResult
 
 
@@ -34,23 +36,25 @@ def measure_mounting(
     assert accelerometer is not None
     assert accelerometer.gravity is not None
     folder = config.source.path.parent
+    spec = accelerometer.calibration.spec
     return measure_installation(
-        _still_logs(section, section.log, folder),
+        _still_logs(section, section.log, folder, spec),
         accelerometer.calibration,
         accelerometer.gravity.value_m_s2,
         accelerometer.gravity.sd_m_s2,
-        reverse=_still_logs(section, section.reverse_log, folder),
+        reverse=_still_logs(section, section.reverse_log, folder, spec),
         drive=[_read(section, path, i, folder) for i, path in enumerate(section.drive_log)],
         first_push=section.drive_direction,
     )
 
 
 def _still_logs(
-    section: InstallationSection, paths: tuple[Path, ...], folder: Path
+    section: InstallationSection, paths: tuple[Path, ...], folder: Path, spec: TriadSpec
 ) -> list[ImuLog]:
     logs = [_read(section, path, i, folder) for i, path in enumerate(paths)]
     if section.find == "still":
-        return [part for log in logs for part in find_still(log)]
+        return [part for log in logs
+                for part in find_still(log, spec, search=still_search(section.still)).logs]
     return logs
 
 

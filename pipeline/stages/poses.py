@@ -8,16 +8,25 @@ from pathlib import Path
 import numpy as np
 
 from calib.errors import Undetermined
-from calib.poses.averaging import PoseMean, average_pose
+from calib.poses.averaging import LARGEST_STILL_SHIFT, PoseMean, average_pose
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
-from calib.poses.static_intervals import find_still
+from calib.poses.rest_candidates import WANDER_M_S2, StillSearch
+from calib.poses.runs import TURNING_RAD_S
+from calib.poses.static_intervals import find_still, list_stops
 from pipeline.config.load import Config, triad_spec
-from pipeline.config.schema import Poses
+from pipeline.config.schema import Poses, StillSection
 from pipeline.config.types import STOPPED
 from pipeline.logs.read import join_logs, read_log
 from pipeline.stages.context import Workplace
 from pipeline.stages.rate import SettingRate
+
+STILL_SHIFT = {**LARGEST_STILL_SHIFT, "accelerometer": WANDER_M_S2}
+"""How far the halves of a stop in a hand may differ: the magnitude hardly feels it, and the sd of
+the mean has it."""
+
+SMALLEST_SHARE_AT_REST = 0.25
+"""Poses of one attitude on a turning plate read alike too; no design repeats one so often."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +107,7 @@ def _record(
     poses = setting.poses
     plate = np.zeros(1) if rate is None else rate.plate.rate_rad_s
     if poses.log:
-        return _found(read_joined(poses, folder), specs, float(plate.mean()))
+        return _found(read_joined(poses, folder), specs, float(plate.mean()), poses.still)
     logs = [
         read_labelled(path, poses, i, folder) for i, path in enumerate(poses.files)
     ]
@@ -118,18 +127,55 @@ def read_joined(poses: Poses, folder: Path) -> ImuLog:
     return join_logs([read_labelled(path, poses, i, folder) for i, path in enumerate(poses.log)])
 
 
+def still_search(section: StillSection) -> StillSearch:
+    """What the user overrules of the search for static intervals."""
+    return StillSearch(section.seconds, section.threshold)
+
+
 def _found(
-    log: ImuLog, specs: tuple[TriadSpec | None, TriadSpec | None], rate_rad_s: float
+    log: ImuLog,
+    specs: tuple[TriadSpec | None, TriadSpec | None],
+    rate_rad_s: float,
+    still: StillSection,
 ) -> Recording:
-    """The still poses of a long log; one that turns out to have moved is left out and named."""
+    """The poses of a long log; stops that turn out to be none are left out, with the reason."""
+    intervals = find_still(log, *specs, rate_rad_s, still_search(still))
     means: list[PoseMean] = []
     refused: list[Undetermined] = []
-    for pose in find_still(log):
+    for pose in intervals.logs:
         try:
-            means.append(average_pose(pose, *specs, rate_rad_s))
+            means.append(average_pose(pose, *specs, rate_rad_s, STILL_SHIFT))
         except Undetermined as error:
             refused.append(error)
     if not means:
         raise refused[0]
-    warnings = tuple(f"Left out: {error}" for error in refused)
-    return Recording(tuple(means), float(log.time_s[0]), warnings)
+    skipped = list(intervals.skipped)
+    if rate_rad_s == 0:
+        means, turning = _parted_by_rate(means)
+        skipped += [(mean.label.removeprefix(f"{log.label} "), "the plate or the hand turned it")
+                    for mean in turning]
+    warnings = [f"Left out: {error}" for error in refused]
+    if skipped:
+        warnings.append(
+            f"{log.label}: {len(means)} stops are poses; left out: {list_stops(skipped)}. Stops "
+            f"are found up to {intervals.threshold:.2g} times the noise of the quietest rest; "
+            f"`still: {{threshold: ...}}` beside `find: still` overrules that."
+        )
+    return Recording(tuple(means), float(log.time_s[0]), tuple(warnings))
+
+
+def _parted_by_rate(means: list[PoseMean]) -> tuple[list[PoseMean], list[PoseMean]]:
+    """Poses at rest and poses that turned, of a log that holds both.
+
+    At rest a gyroscope reads its bias in every attitude, on a turning plate something else in each.
+    Where too few poses read alike to be the ones at rest, none is taken out.
+    """
+    rate = np.array([mean.gyroscope.mean for mean in means])
+    if not np.isfinite(rate).all():
+        return means, []
+    alike = np.linalg.norm(rate[:, None] - rate, axis=2) < TURNING_RAD_S
+    at_rest = alike[int(np.argmax(alike.sum(axis=1)))]
+    if at_rest.mean() < SMALLEST_SHARE_AT_REST:
+        return means, []
+    return ([mean for mean, rests in zip(means, at_rest, strict=True) if rests],
+            [mean for mean, rests in zip(means, at_rest, strict=True) if not rests])
