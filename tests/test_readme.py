@@ -34,6 +34,7 @@ from pipeline.config.schema import (
     Run,
     Sensor,
     Site,
+    StillSection,
     Timebase,
     TriadCertificate,
     VideoRate,
@@ -169,7 +170,7 @@ def test_the_table_of_effects_is_the_catalogue() -> None:
 SECTIONS: tuple[type[BaseModel], ...] = (
     Config, Accelerometer, Gyroscope, Sensor, AccelerometerSheet, GyroscopeSheet, Site, VideoRate,
     KnownRate, Timebase, Plate, Poses, Run, Installation, Certificate, TriadCertificate, OwnEffect,
-    Record,
+    Record, StillSection,
 )  # fmt: skip
 
 

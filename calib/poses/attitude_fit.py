@@ -68,17 +68,20 @@ def prediction_error(
     if n < p + SPARE:
         return float("inf")
     theta = np.array([1.0, 0, 0, 1, 0, 1, 0, 0, 0])
-    for _ in range(STEPS):
+    with np.errstate(over="ignore", invalid="ignore"):  # what diverges is not finite in the end
+        for _ in range(STEPS):
+            length, columns = _magnitude(vectors, theta)
+            if not np.isfinite(columns).all():
+                return float("inf")
+            step = np.linalg.lstsq(columns @ model, length - magnitude)[0]
+            theta = theta - model @ step
         length, columns = _magnitude(vectors, theta)
-        step = np.linalg.lstsq(columns @ model, length - magnitude)[0]
-        theta = theta - model @ step
-    length, columns = _magnitude(vectors, theta)
-    residual = length - magnitude
-    if not np.isfinite(residual).all():
-        return float("inf")
-    variance = float(residual @ residual) / (n - p - 2)
+        residual = length - magnitude
+        variance = float(residual @ residual) / (n - p - 2)
     design = columns @ model
     scale = np.sqrt((design**2).sum(axis=0))
+    if not (np.isfinite(variance) and scale.all()):
+        return float("inf")
     singular, axes = np.linalg.svd(design / scale, full_matrices=False)[1:]
     if singular[-1] < 1e-9 * singular[0]:
         return float("inf")

@@ -16,7 +16,8 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import SI_UNIT, FloatArray, ImuLog, Triad
 
 WINDOW_S = 0.5
-"""The shortest stop that people make on purpose."""
+"""The shortest stop that people make on purpose. In ``tests.bench.study_static_intervals`` a
+quarter of a second takes movement for stops (0.5 %), a whole one loses 23 % of the stops."""
 
 FEWEST_WINDOW = 8
 FEWEST_SAMPLES = 12
@@ -26,7 +27,8 @@ QUIETEST_SHARE = 0.05
 """A log that rests for less than this share of its time, a minute of twenty, never rests."""
 
 LARGEST_SWING: dict[Triad, float] = {"accelerometer": 1.0, "gyroscope": 0.09}
-"""From peak to peak, m/s² and rad/s: what no stop does. 5 °/s is no turn of a plate either."""
+"""From peak to peak, m/s² and rad/s: what no stop does. 5 °/s is no turn of a plate either. In the
+study half of it loses 4 % of the stops, all in trembling hands; twice of it changes nothing."""
 
 SWING_PER_SD = 2 * math.sqrt(2)
 """Peak to peak of a sinusoid in units of its sd."""
