@@ -39,7 +39,7 @@ def test_a_hand_turned_log_gives_the_sensor_s_errors(tmp_path: Path) -> None:
 def test_what_is_left_out_is_said_with_how_to_overrule_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    stops = [*[Stop(3.0, 0.01)] * 20, Stop(2.0, 0.15), Stop(3.0)]
+    stops = [*[Stop(3.0, 0.01)] * 20, Stop(2.0, 0.1), Stop(3.0)]
     strict = CONFIG.replace("find: still", "find: still, still: {threshold: 3}")
     config = write(tmp_path, turn_through(stops, 42), strict)
     assert pipeline("run", config) == 0
@@ -47,7 +47,7 @@ def test_what_is_left_out_is_said_with_how_to_overrule_it(
     assert "21 stops are poses; left out: " in error
     assert ": noisier than " in error
     assert "`still: {threshold: ...}` beside `find: still` overrules that" in error
-    generous = CONFIG.replace("find: still", "find: still, still: {threshold: 20, seconds: 1}")
+    generous = CONFIG.replace("find: still", "find: still, still: {threshold: 8, seconds: 1}")
     config = write(tmp_path, turn_through(stops, 42), generous)
     assert pipeline("run", config) == 0
     assert results_in(tmp_path / "config.run")["accelerometer"]["n_poses"] == 22
