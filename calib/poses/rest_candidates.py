@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2
 
+from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Undetermined
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import SI_UNIT, FloatArray, ImuLog, Triad
@@ -49,7 +50,6 @@ MOST_BLOCKS = 8
 """Parts of a rest whose means are compared, and their range by noise alone in sds of one: enough of
 them to see a slow turn, few enough to average."""
 
-STANDARD_GRAVITY_M_S2 = 9.80665
 WANDER_M_S2 = STANDARD_GRAVITY_M_S2 * SAME_ATTITUDE
 PLATE_STANDS = 1 / 3
 """Part of the plate's rate. No gain is that wrong, so below it the plate stood still."""
@@ -148,6 +148,12 @@ class DecidingTriad:
     def sd(self, rest: Rest) -> float:
         """Sd of the samples about it, axes summed, SI."""
         return math.sqrt(float(self.values[rest.start : rest.stop].var(axis=0).sum()))
+
+    def shift(self, rest: Rest) -> float:
+        """By how much its halves differ on the axis on which they differ most, SI."""
+        values = self.values[rest.start : rest.stop]
+        half = len(values) // 2
+        return float(np.abs(values[half:].mean(axis=0) - values[:half].mean(axis=0)).max())
 
     def span(self, rest: Rest) -> str:
         """When, in words."""

@@ -41,14 +41,16 @@ class StaticIntervals:
     """The rests of a log, in time order, each as a log of its own.
 
     ``threshold`` is the multiple of the quietest rest's noise amplitude that was taken,
-    ``largest_sd`` the same in SI units of ``triad``, which decided. ``skipped`` are stops that are
-    not among the rests: when they were, and why.
+    ``largest_sd`` the same in SI units of ``triad``, which decided. ``usual_shift`` is by how much
+    the halves of a rest typically differ, SI: little on a table, more in a hand. ``skipped`` are
+    stops that are not among the rests: when they were, and why.
     """
 
     logs: tuple[ImuLog, ...]
     triad: Triad
     threshold: float
     largest_sd: float
+    usual_shift: float
     skipped: tuple[tuple[str, str], ...] = ()
 
 
@@ -92,6 +94,7 @@ def find_still(
         triad=triad.triad,
         threshold=math.sqrt(thresholds[best] / triad.quietest),
         largest_sd=math.sqrt(thresholds[best]),
+        usual_shift=float(np.median([triad.shift(rest) for rest in poses[best]])),
         skipped=tuple((triad.span(rest), str(rest.fault))
                       for rest in sorted(skipped, key=lambda rest: rest.start)),
     )

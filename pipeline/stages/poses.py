@@ -1,29 +1,27 @@
 """Logs in, pose means out: every set of poses that the configuration names, each read once."""
 
-import os
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from calib.errors import Undetermined
 from calib.poses.averaging import LARGEST_STILL_SHIFT, PoseMean, average_pose
-from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
 from calib.poses.rest_candidates import WANDER_M_S2, StillSearch
 from calib.poses.runs import TURNING_RAD_S
-from calib.poses.static_intervals import find_still, list_stops
-from pipeline.config.load import Config, triad_spec
-from pipeline.config.schema import Poses, StillSection
+from calib.poses.static_intervals import StaticIntervals, find_still, list_stops
+from pipeline.config.load import Config, Specs, sensor_specs
+from pipeline.config.schema import PosesSection, StillSection
 from pipeline.config.types import STOPPED
-from pipeline.logs.read import join_logs, read_log
-from pipeline.stages.context import Workplace
+from pipeline.logs.read import join_logs
 from pipeline.stages.rate import SettingRate
+from pipeline.stages.session_logs import read_logs
 
-STILL_SHIFT = {**LARGEST_STILL_SHIFT, "accelerometer": WANDER_M_S2}
-"""How far the halves of a stop in a hand may differ: the magnitude hardly feels it, and the sd of
-the mean has it."""
+LARGEST_OF_USUAL = 5.0
+"""Between the halves of a stop, where each differs as one-sided noise does: beyond 3.2 sds, since
+the median of that is two thirds of an sd."""
 
 SMALLEST_SHARE_AT_REST = 0.25
 """Poses of one attitude on a turning plate read alike too; no design repeats one so often."""
@@ -33,7 +31,7 @@ SMALLEST_SHARE_AT_REST = 0.25
 class Setting:
     """Which poses, at which plate rate; what a recording is found by."""
 
-    poses: Poses
+    poses: PosesSection
     rate: str
 
 
@@ -55,7 +53,7 @@ class Recordings:
 
     by_setting: Mapping[Setting, Recording]
 
-    def of(self, poses: Poses, rate: str = STOPPED) -> Recording:
+    def of(self, poses: PosesSection, rate: str = STOPPED) -> Recording:
         """The recording of these poses at this rate."""
         return self.by_setting[Setting(poses, rate)]
 
@@ -70,9 +68,7 @@ class Recordings:
         return tuple(w for recording in self.by_setting.values() for w in recording.warnings)
 
 
-def average_recordings(
-    config: Config, _workplace: Workplace, rates: Mapping[str, SettingRate]
-) -> Recordings:
+def average_recordings(config: Config, rates: Mapping[str, SettingRate]) -> Recordings:
     """Read and average the poses of both triads; poses that serve both are read once.
 
     Raises
@@ -85,10 +81,7 @@ def average_recordings(
     settings = [Setting(config.accelerometer.poses, STOPPED)] if config.accelerometer else []
     if config.gyroscope:
         settings += [Setting(run.poses, run.rate) for run in config.gyroscope.runs]
-    specs = (
-        triad_spec(config.sensor.accelerometer) if config.sensor.accelerometer else None,
-        triad_spec(config.sensor.gyroscope) if config.sensor.gyroscope else None,
-    )
+    specs = sensor_specs(config.sensor)
     folder = config.source.path.parent
     return Recordings(
         {
@@ -100,31 +93,19 @@ def average_recordings(
 
 def _record(
     setting: Setting,
-    specs: tuple[TriadSpec | None, TriadSpec | None],
+    specs: Specs,
     rate: SettingRate | None,
     folder: Path,
 ) -> Recording:
     poses = setting.poses
     plate = np.zeros(1) if rate is None else rate.plate.rate_rad_s
     if poses.log:
-        return _found(read_joined(poses, folder), specs, float(plate.mean()), poses.still)
-    logs = [
-        read_labelled(path, poses, i, folder) for i, path in enumerate(poses.files)
-    ]
+        log = join_logs(read_logs(poses, poses.log, folder))
+        return _found(log, specs, float(plate.mean()), poses.still)
+    logs = read_logs(poses, poses.files, folder)
     turning = np.broadcast_to(plate, len(logs))
     means = [average_pose(log, *specs, float(w)) for log, w in zip(logs, turning, strict=True)]
     return Recording(tuple(means), min(float(log.time_s[0]) for log in logs))
-
-
-def read_labelled(path: Path, poses: Poses, i: int, folder: Path) -> ImuLog:
-    """The i-th file of ``poses``, called by its path from the configuration's folder."""
-    log = read_log(path, poses.columns_of(i), poses.sample_rate_hz)
-    return replace(log, label=Path(os.path.relpath(path, folder)).as_posix())
-
-
-def read_joined(poses: Poses, folder: Path) -> ImuLog:
-    """The one long log of ``poses``, its files joined on time."""
-    return join_logs([read_labelled(path, poses, i, folder) for i, path in enumerate(poses.log)])
 
 
 def still_search(section: StillSection) -> StillSearch:
@@ -133,18 +114,16 @@ def still_search(section: StillSection) -> StillSearch:
 
 
 def _found(
-    log: ImuLog,
-    specs: tuple[TriadSpec | None, TriadSpec | None],
-    rate_rad_s: float,
-    still: StillSection,
+    log: ImuLog, specs: Specs, rate_rad_s: float, still: StillSection
 ) -> Recording:
     """The poses of a long log; stops that turn out to be none are left out, with the reason."""
     intervals = find_still(log, *specs, rate_rad_s, still_search(still))
     means: list[PoseMean] = []
     refused: list[Undetermined] = []
+    largest_shift = _largest_shift(intervals)
     for pose in intervals.logs:
         try:
-            means.append(average_pose(pose, *specs, rate_rad_s, STILL_SHIFT))
+            means.append(average_pose(pose, *specs, rate_rad_s, largest_shift))
         except Undetermined as error:
             refused.append(error)
     if not means:
@@ -162,6 +141,19 @@ def _found(
             f"`still: {{threshold: ...}}` beside `find: still` overrules that."
         )
     return Recording(tuple(means), float(log.time_s[0]), tuple(warnings))
+
+
+def _largest_shift(intervals: StaticIntervals) -> Mapping[str, float]:
+    """How far the halves of a stop may differ, by triad, SI.
+
+    A hand gives way by a degree, which the magnitude hardly feels and the sd of the mean has: there
+    a stop counts as moved where it gives way more than the others of the log do.
+    """
+    if intervals.triad == "gyroscope":
+        return LARGEST_STILL_SHIFT
+    usual = min(LARGEST_OF_USUAL * intervals.usual_shift, WANDER_M_S2)
+    return {**LARGEST_STILL_SHIFT,
+            "accelerometer": max(LARGEST_STILL_SHIFT["accelerometer"], usual)}
 
 
 def _parted_by_rate(means: list[PoseMean]) -> tuple[list[PoseMean], list[PoseMean]]:
