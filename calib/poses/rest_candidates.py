@@ -51,6 +51,9 @@ MOST_BLOCKS = 8
 them to see a slow turn, few enough to average."""
 
 WANDER_M_S2 = STANDARD_GRAVITY_M_S2 * SAME_ATTITUDE
+NOISE_OF_SHIFT = 3.0
+"""Sds by which the halves of a rest differ by noise alone, at most."""
+
 PLATE_STANDS = 1 / 3
 """Part of the plate's rate. No gain is that wrong, so below it the plate stood still."""
 
@@ -150,10 +153,13 @@ class DecidingTriad:
         return math.sqrt(float(self.values[rest.start : rest.stop].var(axis=0).sum()))
 
     def shift(self, rest: Rest) -> float:
-        """By how much its halves differ on the axis on which they differ most, SI."""
+        """By how much its halves differ on the axis on which they do most, beyond noise, SI."""
         values = self.values[rest.start : rest.stop]
         half = len(values) // 2
-        return float(np.abs(values[half:].mean(axis=0) - values[:half].mean(axis=0)).max())
+        first, second = values[:half], values[half:]
+        noise = np.sqrt((first.var(axis=0) + second.var(axis=0)) / half)
+        shift = np.abs(second.mean(axis=0) - first.mean(axis=0)) - NOISE_OF_SHIFT * noise
+        return max(0.0, float(shift.max()))
 
     def span(self, rest: Rest) -> str:
         """When, in words."""
