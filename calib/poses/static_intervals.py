@@ -33,6 +33,7 @@ STILL_RATIO = 4.0
 or twice of it moves 0.3 % of the stops in ``tests.bench.study_static_intervals``."""
 
 THRESHOLD_STEP = 2.0
+USUAL_SHARE = 0.75
 SEARCH = StillSearch()
 
 
@@ -42,8 +43,8 @@ class StaticIntervals:
 
     ``threshold`` is the multiple of the quietest rest's noise amplitude that was taken,
     ``largest_sd`` the same in SI units of ``triad``, which decided. ``usual_shift`` is by how much
-    the halves of a rest typically differ, SI: little on a table, more in a hand. ``skipped`` are
-    stops that are not among the rests: when they were, and why.
+    the halves of three rests in four differ at most, SI: nothing on a table, a degree in a hand.
+    ``skipped`` are stops that are not among the rests: when they were, and why.
     """
 
     logs: tuple[ImuLog, ...]
@@ -94,7 +95,7 @@ def find_still(
         triad=triad.triad,
         threshold=math.sqrt(thresholds[best] / triad.quietest),
         largest_sd=math.sqrt(thresholds[best]),
-        usual_shift=float(np.median([triad.shift(rest) for rest in poses[best]])),
+        usual_shift=float(np.quantile([triad.shift(rest) for rest in poses[best]], USUAL_SHARE)),
         skipped=tuple((triad.span(rest), str(rest.fault))
                       for rest in sorted(skipped, key=lambda rest: rest.start)),
     )

@@ -19,9 +19,9 @@ from pipeline.logs.read import join_logs
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.session_logs import read_logs
 
-LARGEST_OF_USUAL = 10.0
-"""How far a stop may give way, as a multiple of the log's median: speeds and lengths of stops in a
-hand spread over a decade each. With half of it 3 of 24 simulated stops in a hand count as moved."""
+LARGEST_OF_USUAL = 5.0
+"""How far a stop may give way, as a multiple of what three in four of its log do: speeds and
+lengths of stops in a hand spread over a decade each."""
 
 SMALLEST_SHARE_AT_REST = 0.25
 """Poses of one attitude on a turning plate read alike too; no design repeats one so often."""
