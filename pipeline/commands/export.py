@@ -16,7 +16,9 @@ LISTED = "\b\nFormats:\n" + "\n".join(f"  {name:<8}  {says}" for name, says in F
               help="Program or format, one of the list below.")
 @click.option("--output", type=click.Path(path_type=Path, file_okay=False),
               help="Folder for the files, instead of that of RESULTS.")
-def command(results: Path, form: str, output: Path | None) -> None:
+@click.option("--allow-python", is_flag=True,
+              help="Let Python files of user-defined effects run.")
+def command(results: Path, form: str, output: Path | None, allow_python: bool) -> None:
     """Write the calibration in RESULTS (results.json, or its folder) for another program."""
     from pipeline.export.write import EXPORTERS
     from pipeline.files import write_whole
@@ -28,7 +30,7 @@ def command(results: Path, form: str, output: Path | None) -> None:
             f"no format is named '{form}'{nearest_name(form, EXPORTERS)}; there are: "
             f"{', '.join(EXPORTERS)}"
         )
-    stored = load_results(results)
+    stored = load_results(results, allow_python)
     made = EXPORTERS[form](stored)
     for says in made.loses:
         click.secho(f"note: {says}", fg="yellow", err=True)

@@ -242,11 +242,16 @@ class CertificateSection(Section):
 
 
 class EffectSection(Section):
-    """A user-defined effect: an expression in the pose's columns, or a Python function."""
+    """A user-defined effect: an expression in the pose's columns, or a Python function.
+
+    ``shapes`` maps the name of a shape parameter to its unit and its bounds.
+    """
 
     expression: str | None = None
     python: str | None = None
-    per: Literal["axis", "common", "reference"] = "axis"
+    per: Literal["axis", "common", "matrix", "reference"] = "axis"
+    shapes: Annotated[dict[str, tuple[str, Positive, Positive]], Field(max_length=1)] = Field(
+        default_factory=dict)
     unit: str
     triad: Literal["accelerometer", "gyroscope"] | None = None
 

@@ -40,7 +40,9 @@ def results_of(outcome: Outcome) -> Json:
     }
     for result in outcome.triads:
         certificate = compare_with_certificate(outcome.config, result)
-        found[result.triad] = triad_json(result, outcome.config.effects) | {
+        found[result.triad] = triad_json(
+            result, outcome.config.effects, outcome.config.source.path.parent
+        ) | {
             "certificate": certificate_json(certificate) if certificate else None
         }
     return found

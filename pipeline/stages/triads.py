@@ -7,7 +7,7 @@ from calib.consistency import direction_against_film, gain_off_the_sheet, turnin
 from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
-from calib.effects.user_defined import check_own
+from calib.effects.user_defined import fault_of_user_effect
 from calib.errors import Undetermined
 from calib.fit.angrisano import fit_paper
 from calib.fit.calibration import TriadCalibration, calibrate_triad
@@ -27,7 +27,7 @@ from pipeline.stages.context import RunContext
 from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.site import Gravity, gravity_of, latitude_of
-from pipeline.stages.user_effects import own_effects
+from pipeline.stages.user_effects import check_user_effects, user_effects
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +70,10 @@ def require_fittable(config: Config) -> None:
         where = (triad, "model")
         for name in section.model:
             if name in config.effects:
+                if config.effects[name].triad not in (None, triad):
+                    problems.append(config.source.problem(where, (
+                        f"'{name}' is defined for the {config.effects[name].triad}. Take it out "
+                        f"of this model")))
                 continue
             if triad not in find_effect(name).triads:
                 problems.append(config.source.problem(where, (
@@ -84,6 +88,7 @@ def require_fittable(config: Config) -> None:
                 f"[{', '.join(section.model)}]. Use `solver: default` with any other model")))
     if problems:
         raise ConfigError(*problems)
+    check_user_effects(config)
 
 
 def calibrate_accelerometer(
@@ -100,7 +105,7 @@ def calibrate_accelerometer(
     run = gravity_run(STOPPED, means, gravity.value_m_s2, gravity.sd_m_s2)
     poses = pose_set("accelerometer", [run], recordings.origin_s)
     spec = triad_spec(config.sensor.accelerometer)
-    own = own_effects(config, context.allow_python)
+    own = user_effects(config, "accelerometer", context.allow_python)
     return _calibrated(poses, config.accelerometer, spec, own, gravity)
 
 
@@ -126,7 +131,7 @@ def calibrate_gyroscope(
         )
     correct = accelerometer.calibration.correct if accelerometer else None
     poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
-    own = own_effects(config, context.allow_python)
+    own = user_effects(config, "gyroscope", context.allow_python)
     found = _calibrated(poses, config.gyroscope, triad_spec(config.sensor.gyroscope), own, None)
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
@@ -144,12 +149,11 @@ def _calibrated(
     own: Mapping[str, Effect],
     gravity: Gravity | None,
 ) -> TriadResult:
-    mine = {name: effect for name, effect in own.items() if poses.triad in effect.triads}
-    for name, effect in mine.items():
-        wrong = check_own(effect, poses.conditions(poses.reading))
-        if wrong is not None:
-            raise Undetermined(f"effects.{name}: the effect {wrong}.")
-    model = Model.of(section.model, mine)
+    for name, effect in own.items():
+        fault = fault_of_user_effect(effect, poses.conditions(poses.reading))
+        if fault is not None:
+            raise Undetermined(f"effects.{name}: the effect {fault}.")
+    model = Model.of(section.model, own)
     found = (
         fit_paper(poses, model, spec)
         if section.solver == "paper"
@@ -159,7 +163,7 @@ def _calibrated(
     return TriadResult(
         calibration,
         compare(found),
-        diagnose(found, tuple(mine.values()), spec.full_scale),
+        diagnose(found, tuple(own.values()), spec.full_scale),
         gravity,
         warnings=(
             *turning_while_still(poses),
