@@ -249,6 +249,7 @@ def d_efficiency(found: Fit) -> float:
         reference=Reference(reference.magnitude[take], reference.sd[take],
                             reference.common[take], reference.common_names),
         columns={name: values[take] for name, values in poses.columns.items()},
+        other_reading=None,
     )
     ideal = Equations(wedge, found.model)
     eta = np.zeros(ideal.common.shape[1])

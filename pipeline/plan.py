@@ -44,9 +44,11 @@ from pipeline.config.schema import KnownRateSection, PosesSection, VideoRateSect
 from pipeline.config.types import STOPPED
 from pipeline.formatting import RPM
 from pipeline.logs.read import join_logs
+from pipeline.stages.poses import still_search
 from pipeline.stages.session_logs import read_logs
 from pipeline.stages.site import gravity_of, latitude_of
 
+USUAL_RATE_RAD_S = 100 / 3 * RPM  #: the speed that every record player has
 PAUSE_S = 20.0  #: between two planned poses
 POSE_S = 10.0  #: of a pose, where the configuration has no ``record``
 TURNS = 3.0  #: of the plate in a pose at least
@@ -138,7 +140,8 @@ def _read_setting(config: Config, poses: PosesSection, name: str) -> PlannedSett
         relative = stated.timebase.relative_sd
     specs = sensor_specs(config.sensor)
     means, unusable = [], []
-    for log in _logs(config, poses):
+    usual = USUAL_RATE_RAD_S if math.isnan(rate) else rate
+    for log in _logs(config, poses, usual):
         if math.isnan(rate):
             rate = _sensed_rate(log, specs[1])
         try:
@@ -146,7 +149,7 @@ def _read_setting(config: Config, poses: PosesSection, name: str) -> PlannedSett
         except CalibrationError as error:
             unusable.append(str(error))
     if math.isnan(rate):
-        rate = 100 / 3 * RPM  # not known: the speed that every record player has
+        rate = USUAL_RATE_RAD_S
     seconds = config.record.seconds_per_pose if config.record else POSE_S
     seconds = max(seconds, TURNS * 2 * math.pi / rate) if rate else seconds
     if means:
@@ -155,10 +158,11 @@ def _read_setting(config: Config, poses: PosesSection, name: str) -> PlannedSett
                    tuple(unusable))
 
 
-def _logs(config: Config, poses: PosesSection) -> Iterator[ImuLog]:
+def _logs(config: Config, poses: PosesSection, rate_rad_s: float) -> Iterator[ImuLog]:
     folder = config.source.path.parent
     if poses.log:
-        yield from find_still(join_logs(read_logs(poses, poses.log, folder)))
+        log, specs = join_logs(read_logs(poses, poses.log, folder)), sensor_specs(config.sensor)
+        yield from find_still(log, *specs, rate_rad_s, still_search(poses.still)).logs
     yield from read_logs(poses, poses.files, folder)
 
 

@@ -10,6 +10,7 @@ turn (plate tilt, wow) is taken out first: it averages to nothing but would look
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -170,10 +171,10 @@ def _without_harmonics(values: FloatArray, time_s: FloatArray, rate_rad_s: float
     return np.asarray(values - waves @ solution[1:])
 
 
-def _check_still(label: str, triad: str, values: FloatArray) -> None:
+def _check_still(label: str, triad: str, values: FloatArray, largest_shift: float) -> None:
     first, second, noise = _halves(values)
     shift = np.abs(second - first)
-    limit = np.maximum(LARGEST_STILL_SHIFT[triad], LARGEST_SHIFT_SD * noise)
+    limit = np.maximum(largest_shift, LARGEST_SHIFT_SD * noise)
     axis = int(np.argmax(shift / limit))
     if shift[axis] > limit[axis]:
         unit = SI_UNIT[triad]
@@ -205,8 +206,11 @@ def average_pose(
     accelerometer: TriadSpec | None,
     gyroscope: TriadSpec | None,
     rate_rad_s: float = 0.0,
+    largest_shift: Mapping[str, float] = LARGEST_STILL_SHIFT,
 ) -> PoseMean:
     """Average one pose, still (``rate_rad_s`` 0) or turning at about ``rate_rad_s``.
+
+    ``largest_shift`` is by how much the halves of a still pose may differ, by triad, SI.
 
     Raises
     ------
@@ -230,7 +234,7 @@ def average_pose(
         _check_counts(log.label, triad, counts, spec)
         values = spec.nominal(counts)
         if rate_rad_s == 0:
-            _check_still(log.label, triad, values)
+            _check_still(log.label, triad, values, largest_shift[triad])
             rest = values
         else:
             rest = _without_harmonics(values, log.time_s[:n], abs(rate_rad_s))

@@ -16,6 +16,8 @@ import click
               help="Sample rate, where the log has no time.")
 @click.option("--session-clock", is_flag=True,
               help="The log's time counts on the clock of the calibration session: correct drifts.")
+@click.option("--allow-python", is_flag=True,
+              help="Let Python files of user-defined effects run.")
 def command(
     results: Path,
     log: Path,
@@ -24,6 +26,7 @@ def command(
     columns: str | None,
     rate_hz: float | None,
     session_clock: bool,
+    allow_python: bool,
 ) -> None:
     """Correct LOG by RESULTS (results.json, or its folder): CSV in SI units.
 
@@ -34,7 +37,7 @@ def command(
     from pipeline.results.read import load_results
     from pipeline.results.written import write_output
 
-    stored = load_results(results)
+    stored = load_results(results, allow_python)
     names = None if columns is None else [name.strip() for name in columns.split(",")]
     applied = apply_results(stored, read_log(log, names, rate_hz), session_clock)
     for says in applied.left_out:

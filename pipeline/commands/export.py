@@ -17,7 +17,11 @@ LISTED = "\b\nFormats:\n" + "\n".join(f"  {name:<8}  {says}" for name, says in F
 @click.option("--output", type=click.Path(path_type=Path, file_okay=False),
               help="Folder for the files, instead of that of RESULTS.")
 @click.option("--force", is_flag=True, help="Replace files that no command wrote.")
-def command(results: Path, form: str, output: Path | None, force: bool) -> None:
+@click.option("--allow-python", is_flag=True,
+              help="Let Python files of user-defined effects run.")
+def command(
+    results: Path, form: str, output: Path | None, force: bool, allow_python: bool
+) -> None:
     """Write the calibration in RESULTS (results.json, or its folder) for another program."""
     from pipeline.export.write import EXPORTERS
     from pipeline.names import nearest_name
@@ -29,7 +33,7 @@ def command(results: Path, form: str, output: Path | None, force: bool) -> None:
             f"no format is named '{form}'{nearest_name(form, EXPORTERS)}; there are: "
             f"{', '.join(EXPORTERS)}"
         )
-    stored = load_results(results)
+    stored = load_results(results, allow_python)
     made = EXPORTERS[form](stored)
     for says in made.loses:
         click.secho(f"note: {says}", fg="yellow", err=True)

@@ -9,7 +9,9 @@ import click
 @click.argument("config", type=click.Path(path_type=Path))
 @click.option("--effect", "effects", multiple=True, metavar="NAME",
               help="Say what to record to see this effect; may be given several times.")
-def command(config: Path, effects: tuple[str, ...]) -> None:
+@click.option("--allow-python", is_flag=True,
+              help="Let Python files of user-defined effects run.")
+def command(config: Path, effects: tuple[str, ...], allow_python: bool) -> None:
     """Say what the poses of CONFIG determine, recorded and still to come, and what next.
 
     Before the first pose it goes by the data sheet and the sensor's typical noise, then by the
@@ -26,7 +28,7 @@ def command(config: Path, effects: tuple[str, ...]) -> None:
         raise ConfigError(f"{config}: names no poses to plan; add the section accelerometer, "
                           "gyroscope or both.")
     asked = [find_effect(name) for name in effects]
-    for plan in plan_of(loaded):
+    for plan in plan_of(loaded, allow_python):
         sheet = getattr(loaded.sensor, plan.triad)
         mine = [effect for effect in asked if plan.triad in effect.triads]
         for line in plan_lines(plan, mine, triad_spec(sheet).full_scale):

@@ -38,7 +38,9 @@ def results_of(outcome: Outcome) -> Json:
     }
     for result in outcome.triads:
         certificate = compare_with_certificate(outcome.config, result)
-        results[result.triad] = triad_json(result, outcome.config.effects) | {
+        results[result.triad] = triad_json(
+            result, outcome.config.effects, outcome.config.source.path.parent
+        ) | {
             "certificate": certificate_json(certificate) if certificate else None
         }
     return results
