@@ -163,13 +163,13 @@ def _evaluate(node: ast.expr, at: Conditions, shapes: Mapping[str, float]) -> Fl
             inner = _evaluate(operand, at, shapes)
             return np.negative(inner) if isinstance(operator, ast.USub) else inner
         case ast.BinOp(left=left, op=operator, right=right):
-            return OPERATORS[type(operator)](
-                _evaluate(left, at, shapes), _evaluate(right, at, shapes))
+            return np.asarray(OPERATORS[type(operator)](
+                _evaluate(left, at, shapes), _evaluate(right, at, shapes)))
         case ast.Call(func=ast.Name(id="run"), args=[ast.Constant(value=str() as run)]):
             elsewhere = np.zeros(len(at))
             return np.asarray(at.columns.get(RUN_COLUMN + run, elsewhere)[:, None])
         case ast.Call(func=ast.Name(id=name), args=[argument]):
-            return FUNCTIONS[name](_evaluate(argument, at, shapes))
+            return np.asarray(FUNCTIONS[name](_evaluate(argument, at, shapes)))
     raise AssertionError(ast.dump(node))  # _check has let through what is not evaluated
 
 
@@ -182,9 +182,8 @@ def _named(name: str, at: Conditions) -> FloatArray:
     if name == "pi":
         return np.asarray(np.pi, float)
     if name == "vibration":
-        return at.vibration.sum(axis=1)[:, None]
+        return np.asarray(at.vibration.sum(axis=1)[:, None])
     if name in OF_POSE:
         values: FloatArray = getattr(at, name)
-        return values[:, None]
-    column: FloatArray = at.column(name)
-    return column[:, None]
+        return np.asarray(values[:, None])
+    return at.column(name)[:, None]

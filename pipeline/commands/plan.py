@@ -21,15 +21,21 @@ def command(config: Path, effects: tuple[str, ...], allow_python: bool) -> None:
     from pipeline.config.load import load_config, triad_spec
     from pipeline.console.plan_text import plan_lines
     from pipeline.errors import ConfigError
-    from pipeline.plan import plan_of
+    from pipeline.plan.outlook import plan_of
+    from pipeline.stages.user_effects import user_effects
 
     loaded = load_config(config, files_may_be_missing=True)
     if loaded.accelerometer is None and loaded.gyroscope is None:
         raise ConfigError(f"{config}: names no poses to plan; add the section accelerometer, "
                           "gyroscope or both.")
-    asked = [find_effect(name) for name in effects]
+    for name in effects:
+        if name not in loaded.effects:
+            find_effect(name)  # a wrong name is said before anything slow
     for plan in plan_of(loaded, allow_python):
         sheet = getattr(loaded.sensor, plan.triad)
+        own = user_effects(loaded, plan.triad, allow_python)
+        asked = [own[name] if name in own else find_effect(name)
+                 for name in effects if name in own or name not in loaded.effects]
         mine = [effect for effect in asked if plan.triad in effect.triads]
         for line in plan_lines(plan, mine, triad_spec(sheet).full_scale):
             click.echo(line)

@@ -17,7 +17,7 @@ WORST_POSES = 3
 def triad_json(
     result: TriadResult, user_effects: Mapping[str, EffectSection], folder: Path
 ) -> Json:
-    """One calibrated triad; ``user_effects`` are those defined by the configuration in ``folder``."""
+    """One calibrated triad; ``user_effects`` are defined by the configuration in ``folder``."""
     calibration, comparison = result.calibration, result.comparison
     fit, parameters = calibration.fit, calibration.parameters
     misalignment_sd, bias_sd, scale_sd = parameters.sd
