@@ -19,6 +19,8 @@ from pipeline.errors import UnreadableInput
 
 FORMAT = 1
 RESULTS_NAME = "results.json"
+REPORT_NAME = "report.html"
+REPORT_MARK = '<meta name="generator" content="pipeline run">'
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,14 +6,12 @@ same file, byte for byte: it holds no time of day and no absolute path.
 
 import hashlib
 import json
-from pathlib import Path
 
-from pipeline.files import write_whole
 from pipeline.results.certificate import certificate_json
 from pipeline.results.json_values import Json
 from pipeline.results.mounting import mounting_json
 from pipeline.results.rate import rate_json
-from pipeline.results.read import FORMAT, RESULTS_NAME
+from pipeline.results.read import FORMAT
 from pipeline.results.triad import triad_json
 from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
@@ -46,8 +44,6 @@ def results_of(outcome: Outcome) -> Json:
     return found
 
 
-def write_results(folder: Path, found: Json) -> Path:
-    """Write ``results.json`` into ``folder``, whole or not at all."""
-    path = folder / RESULTS_NAME
-    write_whole(path, json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
-    return path
+def results_text(results: Json) -> str:
+    """The text of ``results.json``."""
+    return json.dumps(results, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
