@@ -2,9 +2,6 @@
 
 Help is printed without importing click; everything else goes through
 :mod:`pipeline.commands.group`, which imports a command's module when the command is typed.
-
-A reader of the output that closes it early (``pipeline effects | head``) is no error of this
-program: the front page then ends as done, a command as interrupted.
 """
 
 import os
@@ -12,10 +9,10 @@ import sys
 from collections.abc import Sequence
 
 from pipeline.commands import front_page
+from pipeline.terminal import shown_streams, terminated_as_interrupted
 
 #: The variable by which a shell asks click for completions.
 COMPLETION = "_PIPELINE_COMPLETE"
-CLOSED_PIPE = 1  #: code with which click exits when the reader of the output has gone
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -27,8 +24,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
         What follows the program's name; by default from ``sys.argv``.
     """
     typed = list(sys.argv[1:] if arguments is None else arguments)
+    with shown_streams() as output, terminated_as_interrupted():
+        code = _run(typed)
+        output.flush()
+        if output.fault is not None:
+            print(f"standard output cannot be written ({output.fault.strerror}); files were "
+                  f"written all the same.", file=sys.stderr)
+            return code or 2
+    return code
+
+
+def _run(typed: list[str]) -> int:
     if typed in ([], ["-h"], ["--help"]) and COMPLETION not in os.environ:
-        return _print_front_page()
+        print(front_page())
+        return 0
     try:
         return _run_command(typed)
     except KeyboardInterrupt:  # during the imports; click turns it into Abort later
@@ -36,15 +45,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
         print(INTERRUPTED_SAYS, file=sys.stderr)
         return INTERRUPTED
-
-
-def _print_front_page() -> int:
-    try:
-        print(front_page(), flush=True)
-    except BrokenPipeError:
-        # Python flushes standard output again when it exits: that must not fail a second time.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return 0
 
 
 def _run_command(typed: list[str]) -> int:
@@ -78,9 +78,5 @@ def _run_command(typed: list[str]) -> int:
         return error.exit_code
     except click.Abort:  # click's name for Ctrl-C and for end of input
         print(INTERRUPTED_SAYS, file=sys.stderr)
-        return INTERRUPTED
-    except SystemExit as error:
-        if error.code != CLOSED_PIPE:
-            raise
         return INTERRUPTED
     return done if isinstance(done, int) else 0

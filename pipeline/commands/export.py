@@ -21,26 +21,31 @@ EXAMPLES = (
               help="One of the formats below.")
 @click.option("--output", type=click.Path(path_type=Path, file_okay=False),
               help="Folder for the files; default: that of RESULTS.")
-def command(results: Path, form: str, output: Path | None) -> None:
+@click.option("--force", is_flag=True, help="Replace files that this program did not write.")
+@click.option("--allow-python", is_flag=True,
+              help="Run the Python files of user-defined effects.")
+def command(
+    results: Path, form: str, output: Path | None, force: bool, allow_python: bool
+) -> None:
     """Write the calibration in RESULTS (results.json or its folder) for another program.
 
     The command prints what the format cannot store.
     """
     from pipeline.export.write import EXPORTERS
-    from pipeline.files import write_whole
     from pipeline.names import nearest_name
     from pipeline.results.read import load_results
+    from pipeline.results.written import write_output
 
     if form not in EXPORTERS:
         raise click.UsageError(
             f"no format is named '{form}'{nearest_name(form, EXPORTERS)}; there are: "
             f"{', '.join(EXPORTERS)}"
         )
-    stored = load_results(results)
+    stored = load_results(results, allow_python)
     export = EXPORTERS[form](stored)
     for note in export.loses:
         click.secho(f"note: {note}", fg="yellow", err=True)
     for name, text in export.files.items():
         path = (output or stored.folder) / name
-        write_whole(path, text)
+        write_output(stored.folder, path, text, force=force, inputs=(stored.path,))
         click.echo(path)

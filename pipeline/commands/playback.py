@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.playback_protocols import PROTOCOL_NAMES
+from pipeline.playback import PROTOCOLS, Protocol
 
 
 @click.command(epilog=examples(
@@ -13,7 +13,7 @@ from pipeline.commands.playback_protocols import PROTOCOL_NAMES
     "pipeline playback config.yaml --lost 0.01 --link /tmp/sensor",
 ))
 @click.argument("config", type=click.Path(path_type=Path))
-@click.option("--protocol", type=click.Choice(PROTOCOL_NAMES), default="sketch",
+@click.option("--protocol", type=click.Choice(PROTOCOLS), default="sketch",
               show_default=True, help="Protocol of the simulated device.")
 @click.option("--hold", default=15.0, show_default=True,
               help="Duration of each pose in seconds.")
@@ -28,7 +28,7 @@ from pipeline.commands.playback_protocols import PROTOCOL_NAMES
 @click.option("--seed", default=0,
               help="Random seed of the motion between poses and of the faults.")
 def command(
-    config: Path, protocol: str, hold: float, speed: float, lost: float, flipped: float,
+    config: Path, protocol: Protocol, hold: float, speed: float, lost: float, flipped: float,
     garbage: float, unplug_every: float | None, link: Path | None, seed: int,
 ) -> None:
     """Play the recorded poses of CONFIG on a simulated serial port.
@@ -38,14 +38,13 @@ def command(
     the motion of a hand between them. Ctrl-C ends the command.
     """
     from pipeline.config.load import load_config
-    from pipeline.playback.device import PROTOCOLS, Faults, PlaybackDevice
+    from pipeline.playback.device import Faults, PlaybackDevice
     from pipeline.playback.pseudo_port import PseudoPort
     from pipeline.playback.session import both_specs, played_poses
 
     loaded = load_config(config)
     poses, rate_hz = played_poses(loaded)
-    chosen = PROTOCOLS[PROTOCOL_NAMES.index(protocol)]
-    device = PlaybackDevice(chosen, poses, rate_hz, hold, both_specs(loaded), seed,
+    device = PlaybackDevice(protocol, poses, rate_hz, hold, both_specs(loaded), seed,
                             Faults(lost, flipped, garbage))
     port = PseudoPort(link)
     click.echo(f"{link or port.name}")

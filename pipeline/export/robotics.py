@@ -121,7 +121,7 @@ def _kalibr_gyroscope(stored: Stored, gyroscope: StoredTriad, body: FloatArray) 
 
 
 def _frame_angles(stored: Stored) -> FloatArray | None:
-    angles = (stored.found["gyroscope"] or {}).get("frame_to_accelerometer_rad")
+    angles = (stored.contents["gyroscope"] or {}).get("frame_to_accelerometer_rad")
     return None if angles is None else np.array(angles, float)
 
 

@@ -3,7 +3,6 @@
 import json
 import shlex
 from collections.abc import Sequence
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,6 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from pipeline.console.mounting_text import mounting_text
 from pipeline.console.run_text import triad_figures
-from pipeline.files import write_whole
 from pipeline.report.added_variable import added_variable_figure
 from pipeline.report.axis_charts import axis_charts
 from pipeline.report.glossary import TERMS, with_terms
@@ -26,15 +24,13 @@ from pipeline.report.rate_charts import rate_view
 from pipeline.report.refit_data import constants_json, refit_json
 from pipeline.report.summary import STANDING, Answer, answer_for, overall_verdict
 from pipeline.report.tables import budget_rows, parameter_groups
-from pipeline.results.history import Step, read_history, with_step, write_history
+from pipeline.results.history import Step
 from pipeline.results.json_values import Json
-from pipeline.results.write import results_of, write_results
 from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
-from pipeline.stages.user_effects import own_effects
+from pipeline.stages.user_effects import user_effects
 
-REPORT_NAME = "report.html"
 TEMPLATE_NAME = "report.html"
 
 
@@ -90,11 +86,7 @@ def _triad_view(
 ) -> dict[str, Any]:
     """What the page shows of one triad."""
     # Python code among them has run before in this run, or there would be no outcome.
-    defined = {
-        name: effect
-        for name, effect in own_effects(outcome.config, allow_python=True).items()
-        if result.triad in effect.triads
-    }
+    defined = user_effects(outcome.config, result.triad, allow_python=True)
     payload = refit_json(result, defined)
     certificate = compare_with_certificate(outcome.config, result)
     calibration = result.calibration
@@ -138,27 +130,3 @@ def _script_json(payload: Json) -> str:
     """JSON that can stand inside a script element: no text in it ends the element."""
     text = json.dumps(payload, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return text.replace("<", "\\u003c")
-
-
-def write_outputs(outcome: Outcome, folder: Path) -> Path:
-    """Write results, history and report into ``folder``; returns the report's path.
-
-    All three are complete before the first is written.
-
-    Raises
-    ------
-    UnwritableOutput
-        A file cannot be written; it is unchanged.
-    UnreadableInput
-        The existing history is damaged; nothing is written.
-    """
-    results = results_of(outcome)
-    history = read_history(folder)
-    if outcome.triads:
-        history = with_step(history, results, datetime.now().astimezone())
-    report, page = folder / REPORT_NAME, report_html(outcome, history, folder)
-    write_results(folder, results)
-    if outcome.triads:
-        write_history(folder, history)
-    write_whole(report, page)
-    return report

@@ -1,5 +1,6 @@
 """The vision stage in the report: for every plate setting the rate, a frame, and its charts."""
 
+import base64
 import math
 import shlex
 from collections.abc import Iterator
@@ -9,7 +10,6 @@ import numpy as np
 
 from calib.poses.imu_log import FloatArray
 from pipeline.formatting import RPM, count, relative
-from pipeline.report.png import image_address
 from pipeline.report.svg import Chart, Figure, across, nice_limit, thinned, upward
 from pipeline.stages.rate import SettingRate
 from vision.phase_track import LUMA
@@ -55,6 +55,7 @@ def rate_view(rate: SettingRate, config: str = "CONFIG") -> RateView:
     worst = max(range(len(rate.clips)), key=lambda i: rate.clips[i].fit.rms_rad)
     clip, source = rate.clips[worst], rate.sources[worst]
     diagnosis = clip.diagnosis
+    frame = base64.b64encode(rate.annotated[worst].tobytes()).decode() if rate.annotated else ""
     lacks = (diagnosis.name or "") if diagnosis.verdict == "effect" else ""
     target = shlex.quote(f"rate.{rate.name}.{lacks}")
     of = (f" of {source}, which has the largest residual of {len(rate.clips)} clips"
@@ -67,7 +68,7 @@ def rate_view(rate: SettingRate, config: str = "CONFIG") -> RateView:
         verdict=diagnosis.verdict,
         lacks=lacks,
         command=f"pipeline add {config} {target}" if lacks else "",
-        frame=image_address(rate.pictures[worst]) if rate.pictures else "",
+        frame=f"data:image/png;base64,{frame}" if frame else "",
         frame_caption=(
             f"One frame{of}. The overlay shows the rim of the plate, the ring in which the angle "
             f"is measured, the spindle (cross) and the marks (circles)."

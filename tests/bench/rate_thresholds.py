@@ -21,7 +21,8 @@ from typing import Any
 import numpy as np
 
 import vision.rate
-from tests.vision.phase_tracks import RPM, cut_label, phase_track, steady
+from tests.vision.cut_label import cut_label
+from tests.vision.phase_tracks import RPM, phase_track, steady
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.phase_track import PhaseTrack
@@ -52,7 +53,7 @@ def _even(rng: np.random.Generator) -> tuple[FloatArray, FloatArray, float, floa
         rpm = float(rng.choice([16.67, 33.3, 45, 78.26, 20.3, 60.2]) * rng.choice([-1, 1]))
         if 5 < 60 * fps / abs(rpm) < 90:
             break
-    time, angle = steady(rpm, seconds=float(rng.uniform(10, 40)), fps=fps)
+    time, angle = steady(rpm, seconds=float(rng.uniform(8, 24)), fps=fps)
     return time, angle + rng.uniform(0, 6), rpm * RPM, 1 / fps
 
 
@@ -338,7 +339,7 @@ def changed(value: float, factor: float) -> float:
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--tracks", type=int, default=150)
+    parser.add_argument("--tracks", type=int, default=120)
     parser.add_argument("--only", default="")
     parser.add_argument("--table", action="store_true")
     options = parser.parse_args()

@@ -188,8 +188,8 @@ def _repeats_keep_time(track: PhaseTrack, angle: PlateAngle, candidates: int) ->
     """
     if not FEWEST_REGULAR <= candidates <= track.duplicate.sum():
         return False
-    rate = (angle.angle_rad[-1] - angle.angle_rad[0]) / (angle.time_s[-1] - angle.time_s[0])
-    low, high = np.quantile(angle.time_s - angle.angle_rad / rate, (0.01, 0.99))
+    line = np.polynomial.Polynomial.fit(angle.angle_rad, angle.time_s, 1)
+    low, high = np.quantile(angle.time_s - line(angle.angle_rad), (0.01, 0.99))
     return bool(high - low < angle.frame_s)
 
 

@@ -261,8 +261,8 @@ def test_the_command_turns_both_triads_into_the_vehicle_s_axes_and_says_so(
         x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle), z
     ])
     assert turned[:, 4:7] == pytest.approx(in_accelerometer @ TURNED, abs=3e-8)
-    assert "columns are in the sensor's axes" in said[0]
-    assert "columns are in the vehicle's axes" in said[1]
+    assert "columns are in the axes of the sensor" in said[0]
+    assert "columns are in the axes of the vehicle" in said[1]
     assert "count as 0" not in said[1]
 
 
