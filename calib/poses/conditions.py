@@ -1,13 +1,19 @@
 """What an effect may depend on: the conditions of every pose, or of every sample of a log."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from calib.poses.imu_log import FloatArray, IntArray
 
 VECTORS = ("force", "previous", "vibration")
+RUN_COLUMN = "run:"
+"""Before the name of a run: the column that is 1 in its poses."""
+
+OTHER_TRIAD = ("other_x", "other_y", "other_z")
+"""Columns with the nominal reading of the other triad, SI."""
+
 FIELDS = (*VECTORS, "magnitude", "spin_rad_s", "time_s")
 """Fields of :class:`Conditions` beside the vector and the logged columns."""
 
@@ -29,11 +35,12 @@ class Conditions:
     time_s : array, shape (n,)
         Time since the session began.
     previous : array, shape (n, 3)
-        What each axis felt in the pose recorded before this one; 0 for the first.
+        What each sensitive axis felt in the pose recorded before; 0 for the first and after rest.
     vibration : array, shape (n, 3)
         Variance of the accelerometer within the pose, (m/s²)².
     columns : mapping of name to array, shape (n,)
-        Logged covariates, for example ``temperature_c``.
+        Logged covariates, for example ``temperature_c``; in the poses of a fit also
+        :data:`OTHER_TRIAD` and a column for every run.
     """
 
     vector: FloatArray
@@ -74,6 +81,10 @@ class Conditions:
             columns={name: values[rows] for name, values in self.columns.items()},
             **{name: getattr(self, name)[rows] for name in FIELDS},
         )
+
+    def with_previous(self, previous: FloatArray) -> "Conditions":
+        """The same after other poses before, ``previous`` (n, 3)."""
+        return replace(self, previous=previous)
 
     def column(self, name: str) -> FloatArray:
         """The logged column ``name``, all NaN where it was not logged, shape (n,)."""
