@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from calib.fit.parameters import TriadParameters
+from calib.fit.calibration import TriadParameters
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, FloatArray
 from calib.poses.pose_set import PoseSet
@@ -65,5 +65,5 @@ def gain_off_the_sheet(parameters: TriadParameters, spec: TriadSpec, triad: str)
         yield (
             f"the {triad}'s gain on {AXES[worst]} is {ratio[worst]:.2f} times the data sheet's"
             f"{range_says}. The calibration holds all the same; if that is not this unit's range, "
-            f"check sensor.{triad}."
+            f"check the {triad}'s full scale and bits."
         )

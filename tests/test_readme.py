@@ -205,9 +205,7 @@ def test_the_effect_in_ten_lines_joins_the_catalogue() -> None:
     try:
         exec(compile(code, "README.md", "exec"), names)
         (added,) = set(EFFECTS) - before
-        nothing = np.full((2, 3), np.nan)
-        at = Conditions(np.ones((2, 3)), nothing[:, 0], nothing, nothing[:, 0], nothing[:, 0],
-                        nothing, nothing, {"supply_v": np.array([3.3, 3.8])})
+        at = Conditions.of_vectors(np.ones((2, 3)), {"supply_v": np.array([3.3, 3.8])})
         columns = EFFECTS[added].evaluate(at)
         assert columns[0] == pytest.approx(0.0)
         assert columns[1] == pytest.approx(0.5 * np.eye(3))

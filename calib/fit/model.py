@@ -1,29 +1,33 @@
-"""A model is a sum of effects.
+"""A model is a sum of effects; fitted, it corrects readings.
 
 With y the nominal reading and s the corrected vector:
 
     v = y - E(y) theta_reading            the linear form M y + c of Angrisano et al. eq. (1)
-    s + F(s) theta_sensor = v             solved for s by fixed point
+    s + C(s) theta_sensor = v             solved for s by fixed point
     m + D theta_reference                 the reference magnitude
+
+An effect F of the sensor acts on what its sensitive axes feel, ``u = T⁻¹ s`` with T of eq. (2), the
+columns of M over its diagonal: ``C(s) = T F(T⁻¹ s)``.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from calib.effects.catalogue import find_effect
-from calib.effects.effect import Effect
-from calib.errors import CalibrationError, FitFailed
+from calib.effects.effect import Effect, Need
+from calib.errors import CalibrationError, FitFailed, Remedy
 from calib.poses.conditions import Conditions
+from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 
 FIXED_POINT_STEPS = 50
 FIXED_POINT_TOLERANCE = 1e-14
+NO_GAIN = 1e-9
 SLOPE_STEP = 1e-4
-"""Relative step of the central difference dF/ds; exact for effects of second order in s."""
+"""Relative step of the central difference dC/ds; exact for effects of second order in s."""
 
 
 @dataclass(frozen=True)
@@ -82,14 +86,53 @@ def pick(model: Model, effects: Sequence[Effect]) -> list[int]:
     return [i for e in effects for i in range(slices[e.name].start, slices[e.name].stop)]
 
 
+def axes_of(matrix: FloatArray) -> FloatArray:
+    """T (3, 3), from the sensitive axes to the orthogonal ones, of M = T K (3, 3)."""
+    gain = np.diag(matrix)
+    # A gain of nothing has no axis; what a fit makes of it is refused at its end.
+    return np.asarray(matrix / np.where(np.abs(gain) < NO_GAIN, 1.0, gain))
+
+
+def sensor_columns(
+    effects: Sequence[Effect], at: Conditions, shapes: Mapping[str, float], axes: FloatArray
+) -> FloatArray:
+    """Columns of sensor-side effects side by side in orthogonal axes, C of this module.
+
+    Parameters
+    ----------
+    effects : sequence of Effect
+    at : Conditions
+        Of n rows, with the vectors in orthogonal axes.
+    shapes : mapping
+        Shape parameters by effect.
+    axes : array, shape (3, 3)
+        T, see :func:`axes_of`.
+
+    Returns
+    -------
+    array, shape (n, 3, k)
+    """
+    sensed = replace(at, vector=at.vector @ np.linalg.inv(axes).T)
+    return np.concatenate(
+        [
+            effect.evaluate(at, shapes.get(effect.name))
+            if effect.orthogonal
+            else axes @ effect.evaluate(sensed, shapes.get(effect.name))
+            for effect in effects
+        ],
+        axis=2,
+    )
+
+
 def solve_sensor(
     effects: Sequence[Effect],
     theta: FloatArray,
     shapes: Mapping[str, float],
     conditions: Callable[[FloatArray], Conditions],
     linear: FloatArray,
+    axes: FloatArray,
 ) -> FloatArray:
-    """The corrected vector s of ``s + F(s) theta = linear`` by fixed point, shape (n, 3).
+    """The corrected vector s of ``s + C(s) theta = linear`` by fixed point, shape (n, 3).
 
     ``conditions`` gives what the effects are evaluated on when the vectors are s (n, 3).
 
@@ -101,7 +144,7 @@ def solve_sensor(
     s = linear
     largest = float(np.abs(linear).max()) + 1e-300
     for _ in range(FIXED_POINT_STEPS):
-        columns = stack_columns(effects, conditions(s), shapes)
+        columns = sensor_columns(effects, conditions(s), shapes, axes)
         following = linear - columns @ theta
         change = float(np.abs(following - s).max())
         s = following
@@ -113,7 +156,8 @@ def solve_sensor(
         return s
     raise FitFailed(
         "the effects in the model are larger than the readings themselves, so that no true vector "
-        "fits them. Remove the last effect added (`pipeline remove`)."
+        "fits them. Remove the last effect added.",
+        Remedy("remove_effect"),
     )
 
 
@@ -124,18 +168,22 @@ def follows_vector(effect: Effect, at: Conditions) -> bool:
 
 
 def sensor_slope(
-    effects: Sequence[Effect], theta: FloatArray, shapes: Mapping[str, float], at: Conditions
+    effects: Sequence[Effect],
+    theta: FloatArray,
+    shapes: Mapping[str, float],
+    at: Conditions,
+    axes: FloatArray,
 ) -> FloatArray:
-    """``I + d(F theta)/ds`` at ``at``, shape (n, 3, 3), by central differences in s."""
+    """``d(C theta)/ds`` at ``at``, shape (n, 3, 3), by central differences in s."""
     step = SLOPE_STEP * (float(np.abs(at.vector).max()) or 1.0)
     slope = np.zeros((len(at.vector), 3, 3))
     for j in range(3):
         move = np.zeros(3)
         move[j] = step
-        up = stack_columns(effects, replace(at, vector=at.vector + move), shapes) @ theta
-        down = stack_columns(effects, replace(at, vector=at.vector - move), shapes) @ theta
+        up = sensor_columns(effects, replace(at, vector=at.vector + move), shapes, axes) @ theta
+        down = sensor_columns(effects, replace(at, vector=at.vector - move), shapes, axes) @ theta
         slope[:, :, j] = (up - down) / (2 * step)
-    return np.asarray(slope + np.eye(3))
+    return slope
 
 
 def unavailable(effect: Effect, poses: PoseSet) -> str | None:
@@ -143,20 +191,74 @@ def unavailable(effect: Effect, poses: PoseSet) -> str | None:
     at = poses.conditions(poses.reading)
     if np.isfinite(effect.evaluate(at)).all():
         return None
-    n = len(poses)
-    absent: dict[str, dict[str, Any]] = {
-        "the accelerometer was not logged in every pose": {
-            "force": np.ones((n, 3)),
-            "vibration": np.ones((n, 3)),
-        },
-        "the logs' clocks overlap or are missing, so the order in time is not known": {
-            "time_s": np.arange(n, dtype=float),
-            "previous": np.ones((n, 3)),
-        },
+    return why_lacking(effect, at) or "its columns are not numbers in these poses"
+
+
+LACKING: Mapping[Need, str] = {
+    "force": "the accelerometer was not logged in every pose",
+    "time": "the logs' clocks overlap or are missing, so the order in time is not known",
+    "previous": "the logs' clocks overlap or are missing, so the order in time is not known",
+    "vibration": "the accelerometer was not logged in every pose",
+    "plate": "the plate's rate is not known",
+}
+
+
+def lacking(effect: Effect, at: Conditions) -> tuple[list[Need], list[str]]:
+    """Which needs of ``effect``, and which logged columns, are not complete in ``at``."""
+    fields: Mapping[Need, FloatArray] = {
+        "force": at.force,
+        "time": at.time_s,
+        "previous": at.previous,
+        "vibration": at.vibration,
+        "plate": at.spin_rad_s,
     }
-    for reason, stand_in in absent.items():
-        if np.isfinite(effect.evaluate(replace(at, **stand_in))).all():
-            return reason
-    if effect.name.startswith("temperature_"):
-        return "the logs have no complete column temperature_c"
-    return "the logs lack a column it follows"
+    return (
+        [need for need in effect.needs if not np.isfinite(fields[need]).all()],
+        [name for name in effect.logged if not np.isfinite(at.column(name)).all()],
+    )
+
+
+def why_lacking(effect: Effect, at: Conditions) -> str | None:
+    """The first thing that ``effect`` needs and poses at ``at`` do not have, in words."""
+    needs, columns = lacking(effect, at)
+    if needs:
+        return LACKING[needs[0]]
+    return f"the logs have no complete column {columns[0]}" if columns else None
+
+
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """What is needed to correct the readings of one triad, and nothing else.
+
+    ``theta`` (p,) are the fitted parameters of ``model`` and ``shapes`` its shape parameters;
+    ``spec`` turns counts into the nominal readings they act on.
+    """
+
+    spec: TriadSpec
+    model: Model
+    theta: FloatArray
+    shapes: Mapping[str, float]
+
+    def linear_form(self) -> tuple[FloatArray, FloatArray]:
+        """M (3, 3) and c (3,) of ``M y + c``, which bias, scale and misalignment make up."""
+        probes = np.vstack([np.zeros(3), np.eye(3)])
+        at = Conditions.of_vectors(probes)
+        effects = self.model.acting_on("reading")
+        s = probes
+        if effects:
+            s = probes - stack_columns(effects, at, {}) @ self.theta[pick(self.model, effects)]
+        return np.asarray((s[1:] - s[0]).T), np.asarray(s[0])
+
+    def correct(self, at: Conditions) -> FloatArray:
+        """Corrected vectors for nominal readings ``at.vector`` and their conditions, (n, 3).
+
+        Effects on the reference are left out: they are errors of the bench, not of the sensor.
+        """
+        matrix, offset = self.linear_form()
+        s = at.vector @ matrix.T + offset
+        sensor = self.model.acting_on("sensor")
+        if not sensor:
+            return np.asarray(s)
+        theta = self.theta[pick(self.model, sensor)]
+        axes = axes_of(matrix)
+        return solve_sensor(sensor, theta, self.shapes, lambda v: replace(at, vector=v), s, axes)

@@ -3,7 +3,7 @@
 The samples of a pose are autocorrelated, so the sd of their mean comes from batch means: the pose
 is cut into ``BATCHES`` equal stretches and the scatter of the stretch means is what counts; once
 more with half as many, twice as long ones, to see what correlation the shorter left out
-(:func:`calib.poses.pose_set.correlation_factor`).
+(:func:`calib.poses.mean_noise.correlation_factor`).
 
 On the turning plate the mean is taken over whole turns, and what comes back once and twice per
 turn (plate tilt, wow) is taken out first: it averages to nothing but would look like noise.
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.errors import Undetermined, UnusableLog
+from calib.errors import Remedy, Undetermined, UnusableLog
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, ImuLog
 
@@ -99,7 +99,8 @@ def _check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -
         raise UnusableLog(
             f"{label}: {triad} counts run from {found}, but {spec.bits} bit {spec.encoding} spans "
             f"{low:g} to {high:g}. Is the encoding {other}, or the number of bits another? "
-            f"Set sensor.{triad}.encoding and bits as the data sheet has them."
+            f"State encoding and bits as the data sheet has them.",
+            Remedy("data_sheet", triad),
         )
     at_rail = (counts <= low) | (counts >= high)
     share = at_rail.mean(axis=0)

@@ -1,11 +1,15 @@
 """What an effect may depend on: the conditions of every pose, or of every sample of a log."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import FloatArray, IntArray
+
+VECTORS = ("force", "previous", "vibration")
+FIELDS = (*VECTORS, "magnitude", "spin_rad_s", "time_s")
+"""Fields of :class:`Conditions` beside the vector and the logged columns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +29,7 @@ class Conditions:
     time_s : array, shape (n,)
         Time since the session began.
     previous : array, shape (n, 3)
-        What each axis felt in the pose recorded before this one; 0 for the first.
+        What each sensitive axis felt in the pose recorded before; 0 for the first and after rest.
     vibration : array, shape (n, 3)
         Variance of the accelerometer within the pose, (m/s²)².
     columns : mapping of name to array, shape (n,)
@@ -40,6 +44,40 @@ class Conditions:
     previous: FloatArray
     vibration: FloatArray
     columns: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    @classmethod
+    def of_vectors(
+        cls,
+        vector: FloatArray,
+        columns: Mapping[str, FloatArray] | None = None,
+        **known: FloatArray,
+    ) -> "Conditions":
+        """Conditions of which only ``vector`` (n, 3), ``columns`` and the fields in ``known`` are.
+
+        All others are NaN. A field in ``known`` may be one row, which then holds for all.
+        """
+        n = len(vector)
+        shape = {name: (n, 3) if name in VECTORS else (n,) for name in FIELDS}
+        return cls(
+            vector=vector,
+            columns=columns or {},
+            **{name: np.broadcast_to(known.get(name, np.nan), shape[name]) for name in FIELDS},
+        )
+
+    def __len__(self) -> int:
+        return len(self.vector)
+
+    def take(self, rows: IntArray | slice | Sequence[int]) -> "Conditions":
+        """The conditions of these rows alone."""
+        return Conditions(
+            vector=self.vector[rows],
+            columns={name: values[rows] for name, values in self.columns.items()},
+            **{name: getattr(self, name)[rows] for name in FIELDS},
+        )
+
+    def with_previous(self, previous: FloatArray) -> "Conditions":
+        """The same after other poses before, ``previous`` (n, 3)."""
+        return replace(self, previous=previous)
 
     def column(self, name: str) -> FloatArray:
         """The logged column ``name``, all NaN where it was not logged, shape (n,)."""

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from calib.mounting.mounting import Installation
+from calib.mounting.mounting import Mounting
 from pipeline.commands.progress import ClipProgress
 from pipeline.config.load import Config
 from pipeline.console.rate_text import rate_line
@@ -41,7 +41,7 @@ class StageDisplay(StageObserver):
         """Residual and leave-one-out error of a triad."""
         self._show(result.warnings, triad_line(result))
 
-    def on_installation(self, installation: Installation) -> None:
+    def on_installation(self, installation: Mounting) -> None:
         """The mounting angles."""
         self._show(installation.notes, installation_line(installation))
 

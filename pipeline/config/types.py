@@ -17,8 +17,7 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from calib.effects.catalogue import UnknownEffect, find_effect
-from calib.effects.effect import EFFECTS
+from calib.effects.catalogue import EFFECTS, UnknownEffect, find_effect
 from pipeline.config.file_patterns import NoSuchFile, find_files
 from pipeline.names import nearest_name
 from vision.rate.terms import CONSTANT_RATE, TERMS

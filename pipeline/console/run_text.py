@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from math import isnan
 from pathlib import Path
 
-from calib.fit.parameters import TriadParameters
-from calib.mounting.mounting import Installation
+from calib.fit.calibration import TriadParameters
+from calib.mounting.mounting import Mounting
 from calib.poses.imu_log import AXES, SI_UNIT
 from pipeline.console.mounting_text import mounting_text
 from pipeline.formatting import DISPLAY, NAME_WIDTH, aligned, count, with_sd
@@ -24,9 +24,9 @@ def recordings_line(recordings: Recordings) -> str:
     return f"{'logs':<{NAME_WIDTH}} {count(poses, 'pose')} averaged" if poses else ""
 
 
-def installation_line(installation: Installation) -> str:
+def installation_line(mounting: Mounting) -> str:
     """The mounting angles."""
-    return f"{'installation':<{NAME_WIDTH}} {mounting_text(installation)}"
+    return f"{'installation':<{NAME_WIDTH}} {mounting_text(mounting)}"
 
 
 def triad_line(result: TriadResult) -> str:

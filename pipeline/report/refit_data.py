@@ -22,19 +22,24 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from calib.diagnosis.hypotheses import candidate_effects
+from calib.diagnosis.refit import FEWEST_DOF
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import Effect
+from calib.fit.column_scaling import unit_columns
+from calib.fit.identifiability import VISIBLE_SHARE
+from calib.fit.leave_one_out import LARGEST_LEVERAGE
 from calib.fit.model import Model
 from calib.fit.residuals import Equations
-from calib.fit.result import Fit
+from calib.fit.result import MISFIT_P_VALUE, Fit
+from calib.fit.solver import AT_BOUND
 from calib.poses.imu_log import FloatArray
 from pipeline.formatting import DISPLAY
+from pipeline.report.pose_charts import SHOWN_SD
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
 
 DIGITS = 7
 SHAPE_STEP = 1e-3  #: relative step of the derivative with respect to a shape parameter
-AT_BOUND = 1e-3  #: relative distance within which a shape parameter is at its bound
 BLIND_REASON = (
     "these poses cannot see it: bias, scale, misalignment and the effects in the model take up all "
     "of it"
@@ -57,6 +62,17 @@ class Box:
     judged: FloatArray
     start: FloatArray
     theta: FloatArray | None
+
+
+def constants_json() -> Json:
+    """The levels by which the page judges, as the solver and the charts have them."""
+    return {
+        "visible_share": VISIBLE_SHARE,
+        "smallest_block": 1 - LARGEST_LEVERAGE,
+        "misfit_p_value": MISFIT_P_VALUE,
+        "fewest_dof": FEWEST_DOF,
+        "shown_sd": SHOWN_SD,
+    }
 
 
 def refit_json(result: TriadResult, own: Mapping[str, Effect]) -> Json:
@@ -82,7 +98,7 @@ def refit_json(result: TriadResult, own: Mapping[str, Effect]) -> Json:
         "labels": list(fit.poses.label),
         "is_null": [bool(null) for null in equations.is_null],
         "noise_dof": float(fit.poses.noise_dof),
-        "base": [_rounded(column) for column in _unit(base)[0].T],
+        "base": [_rounded(column) for column in unit_columns(base)[0].T],
         "base_fitted": int(base.shape[1] - len(fit.eta)),
         "effects": [_box_json(box, root[:d], result) for box in boxes]
         + list(_unseen(result)),
@@ -161,7 +177,7 @@ def _inside(effect: Effect, shape: float) -> bool:
 def _left(fit: Fit, columns: FloatArray) -> FloatArray:
     """What the model and ``columns`` (d, k) leave of the whitened residual, (r,)."""
     full = np.hstack([fit.rows.jacobian, _padded(columns, len(fit.rows.residual))])
-    unit, _ = _unit(full * np.sqrt(fit.weight)[:, None])
+    unit, _ = unit_columns(full * np.sqrt(fit.weight)[:, None])
     r = fit.rows.residual * np.sqrt(fit.weight)
     return np.asarray(r - unit @ np.linalg.lstsq(unit, r, rcond=1e-9)[0])
 
@@ -170,7 +186,7 @@ def _sizes(fit: Fit, columns: FloatArray) -> FloatArray:
     """The parameters (k,) that the residual asks for."""
     full = np.hstack([fit.rows.jacobian, _padded(columns, len(fit.rows.residual))])
     root = np.sqrt(fit.weight)
-    unit, norm = _unit(full * root[:, None])
+    unit, norm = unit_columns(full * root[:, None])
     beta = np.linalg.lstsq(unit, fit.rows.residual * root, rcond=1e-9)[0] / norm
     return np.asarray(beta[-columns.shape[1] :])
 
@@ -194,8 +210,8 @@ def _best_shape(fit: Fit, model: Model, effect: Effect) -> float | None:
 
 def _box_json(box: Box, root: FloatArray, result: TriadResult) -> Json:
     effect = box.effect
-    unit, norm = _unit(box.columns * root[:, None])
-    judged, judged_norm = _unit(box.judged * root[:, None])
+    unit, norm = unit_columns(box.columns * root[:, None])
+    judged, judged_norm = unit_columns(box.judged * root[:, None])
     own_unit = effect.unit_for(result.triad)
     parameters = [{"name": name, "unit": own_unit} for name in effect.parameters]
     if effect.shape is not None:
@@ -244,13 +260,6 @@ def _padded(columns: FloatArray, rows: int) -> FloatArray:
     full = np.zeros((rows, columns.shape[1]))
     full[: len(columns)] = columns
     return full
-
-
-def _unit(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Columns scaled to unit length, and the lengths (k,); a column of zeros stays one."""
-    norm = np.sqrt((columns**2).sum(axis=0))
-    norm[norm == 0] = 1.0
-    return columns / norm, norm
 
 
 def _rounded(values: FloatArray | Sequence[float]) -> list[float]:

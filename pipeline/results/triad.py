@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from calib.fit.budget import uncertainty_budget
+from calib.fit.calibration import uncertainty_budget
 from calib.poses.data_sheet import TriadSpec
 from pipeline.config.schema import EffectSection
 from pipeline.results.json_values import Json, number, numbers

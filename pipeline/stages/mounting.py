@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from calib.mounting.mounting import Installation, measure_installation
+from calib.mounting.mounting import Mounting, MountingLogs, mounting_from_logs
 from calib.poses.imu_log import ImuLog
 from calib.poses.static_intervals import find_still
 from pipeline.config.load import Config
@@ -13,7 +13,7 @@ from pipeline.stages.triads import TriadResult
 
 def measure_mounting(
     config: Config, accelerometer: TriadResult | None
-) -> Installation | None:
+) -> Mounting | None:
     """Measure how the sensor is mounted; None where the file has no such section.
 
     Raises
@@ -21,7 +21,7 @@ def measure_mounting(
     UnreadableInput, UnusableLog
         A log cannot be read, or holds what this sensor cannot give.
     Undetermined
-        See :func:`calib.mounting.mounting.measure_installation`.
+        See :func:`calib.mounting.mounting.mounting_from_logs`.
     """
     section = config.installation
     if section is None:
@@ -31,14 +31,15 @@ def measure_mounting(
     assert accelerometer is not None
     assert accelerometer.gravity is not None
     folder = config.source.path.parent
-    return measure_installation(
-        _still_logs(section, section.log, folder),
-        accelerometer.calibration,
-        accelerometer.gravity.value_m_s2,
-        accelerometer.gravity.sd_m_s2,
+    logs = MountingLogs(
+        still=_still_logs(section, section.log, folder),
         reverse=_still_logs(section, section.reverse_log, folder),
         drive=read_logs(section, section.drive_log, folder),
         first_push=section.drive_direction,
+    )
+    gravity = accelerometer.gravity
+    return mounting_from_logs(
+        logs, accelerometer.calibration, gravity.value_m_s2, gravity.sd_m_s2
     )
 
 

@@ -16,7 +16,7 @@ What is written and shown afterwards is in ``pipeline.results``, ``pipeline.repo
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from calib.mounting.mounting import Installation
+from calib.mounting.mounting import Mounting
 from pipeline.config.load import Config
 from pipeline.stages.context import RunContext
 from pipeline.stages.mounting import measure_mounting
@@ -40,7 +40,7 @@ class Outcome:
     recordings: Recordings
     accelerometer: TriadResult | None
     gyroscope: TriadResult | None
-    installation: Installation | None
+    installation: Mounting | None
 
     @property
     def triads(self) -> tuple[TriadResult, ...]:
@@ -68,7 +68,7 @@ class StageObserver:
     def on_triad(self, result: TriadResult) -> None:
         """One triad is calibrated, compared and diagnosed."""
 
-    def on_installation(self, installation: Installation) -> None:
+    def on_installation(self, installation: Mounting) -> None:
         """The mounting of the sensor is measured."""
 
 

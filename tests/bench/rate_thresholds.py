@@ -225,7 +225,7 @@ def disagreeing(rng: np.random.Generator) -> Case:
     time, angle, rate, _ = _even(rng)
     if rng.random() < 0.5:
         other = np.angle(np.exp(1j * (angle + 10 ** rng.uniform(-3.6, -2.5) * rate * time)))
-        track = phase_track(time, angle, noise_rad=1e-3, seed_rad=other)
+        track = phase_track(time, angle, noise_rad=1e-3, mark_angle_rad=other)
         return Case("disagreeing", track, rate, warning="centroid")
     off = angle + rng.uniform(0.01, 0.03) * rate * time
     track = phase_track(time, angle, noise_rad=1e-3)

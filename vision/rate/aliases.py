@@ -105,9 +105,9 @@ def list_aliases(
     frame_s = frame_time(time_s[good])
     if stamped_in_bursts(time_s[good]):
         step_s = np.full_like(step_s, frame_s)  # stamps that are no times exclude no rate
-    spacing = 2 * np.pi / (track.symmetry * frame_s)
+    spacing = 2 * np.pi / (track.plate.symmetry * frame_s)
     rates = rough_rad_s + spacing * np.arange(-REACH, REACH + 1)
-    period = 2 * np.pi / track.symmetry
+    period = 2 * np.pi / track.plate.symmetry
     scatter = []
     for rate in rates:
         surprise = step - rate * step_s

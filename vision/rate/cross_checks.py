@@ -81,7 +81,7 @@ def cross_check(
         The measured rate, signed, and its sd without the clock's.
     """
     by_stamps = abs(rate_rad_s) * _stretch(angle, 0, -1)
-    count = count_frames(angle, track.mark_rad, track.deck_mark_rad)
+    count = count_frames(angle, track.plate.mark_azimuth_rad, track.plate.fixed_mark_azimuth_rad)
     lag = lag_rate(track, time_s, by_stamps)
     paragraphs = (
         _compare_centroid(track, angle, rate_rad_s, sd_rad_s),
@@ -131,7 +131,7 @@ def _compare_lag(source: str, lag: LagRate | None, rate_rad_s: float, sd_rad_s: 
 def _compare_centroid(
     track: PhaseTrack, angle: PlateAngle, rate_rad_s: float, sd_rad_s: float
 ) -> str:
-    difference = np.angle(np.exp(1j * (track.seed_rad - track.phase_rad)))[angle.index]
+    difference = np.angle(np.exp(1j * (track.mark_angle_rad - track.phase_rad)))[angle.index]
     seen = np.isfinite(difference)
     if seen.sum() < FEWEST_CENTROIDS:
         return ""

@@ -88,7 +88,7 @@ class DroppedFrames:
     @property
     def count(self) -> int:
         """Frames dropped."""
-        return int(self.angle.lost.sum())
+        return int(self.angle.dropped.sum())
 
     @property
     def sd_of_rate(self) -> float:
@@ -116,7 +116,7 @@ def dropped_frames(track: PhaseTrack, angle: PlateAngle) -> DroppedFrames:
     at_rad = angle.angle_rad[count > 0]
     resultant = complex(np.exp(1j * at_rad).mean())
     uniform = float(np.exp(-len(at_rad) * abs(resultant) ** 2))  # n R² is exponential
-    repaired = replace(angle, lost=count)
+    repaired = replace(angle, dropped=count)
     share, sd = confirmed_share(repaired)
     judgement = _judge(share, sd, uniform)
     if judgement == "dropped" and _repeats_keep_time(track, angle, candidates):
@@ -151,7 +151,7 @@ def confirmed_share(angle: PlateAngle) -> tuple[float, float]:
     turned = np.abs(angle.angle_rad - angle.angle_rad[0]) / (2 * np.pi)
     place = np.floor(SECTORS * turned).astype(np.intp)
     within = SECTORS * turned - place - 0.5
-    put_back = -angle.frame_s * np.cumsum(angle.lost)
+    put_back = -angle.frame_s * np.cumsum(angle.dropped)
     rows = np.stack([angle.time_s, np.floor(turned), put_back], axis=1)
     place %= SECTORS
     free = len(rows) - 2 * len(np.unique(place)) - 2

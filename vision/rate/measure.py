@@ -197,7 +197,7 @@ def measure_rate(
         diagnosis=diagnose(
             stated, base.rows(fit.used), angle.angle_rad[fit.used], dropped.count
         ),
-        channel=track.channel,
+        channel=track.plate.channel,
         warnings=(
             *track.notes,
             *aliases.warnings,

@@ -108,10 +108,10 @@ def rough_rate(track: PhaseTrack, time_s: FloatArray) -> float:
     usual = frame_time(time_s[good])
     regular = np.abs(step_s - usual) <= REGULAR * usual
     regular |= not regular.any()
-    step = step[regular] * track.symmetry
+    step = step[regular] * track.plate.symmetry
     centre = np.angle(np.mean(np.exp(1j * step)))
     around = centre + np.angle(np.exp(1j * (step - centre)))
-    return float(np.median(around) / track.symmetry / usual)
+    return float(np.median(around) / track.plate.symmetry / usual)
 
 
 def continuous_angle(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> PlateAngle:
@@ -132,7 +132,7 @@ def continuous_angle(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -
     """
     good = np.flatnonzero(usable(track))
     time, phase = time_s[good], track.phase_rad[good]
-    period = 2 * np.pi / track.symmetry
+    period = 2 * np.pi / track.plate.symmetry
     expected = rate_rad_s * np.diff(time)
     surprise = np.diff(phase) - expected
     step = expected + surprise - period * np.round(surprise / period)
@@ -140,7 +140,7 @@ def continuous_angle(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -
         time_s=time,
         angle_rad=phase[0] + np.concatenate([[0.0], np.cumsum(step)]),
         index=good,
-        lost=np.zeros(len(good), np.int64),
+        dropped=np.zeros(len(good), np.int64),
         frame_s=frame_time(time_s),
     )
 

@@ -9,8 +9,7 @@ from calib.earth import EARTH_RATE_RAD_S
 from calib.errors import Undetermined
 from calib.poses.averaging import PoseMean, TriadMean
 from calib.poses.imu_log import FloatArray
-from calib.poses.pose_set import pose_set
-from calib.poses.reference import CommonError, constant_reference, join_references
+from calib.poses.pose_set import CommonError, constant_reference, join_references, pose_set
 from calib.poses.runs import GRAVITY, TIME_BASE, PlateRate, gravity_run, stopped_run, turning_run
 
 LATITUDE = np.radians(40.0)
@@ -156,7 +155,7 @@ def test_a_run_called_turning_that_does_not_turn_is_refused() -> None:
 
 
 def test_a_run_called_stopped_that_turns_is_refused_with_its_rate() -> None:
-    with pytest.raises(Undetermined, match=r"not taken at rest.*name its rate instead of `stop"):
+    with pytest.raises(Undetermined, match=r"not taken at rest.*name its rate instead of saying"):
         stopped_run("rest", means(OMEGA), LATITUDE)
 
 

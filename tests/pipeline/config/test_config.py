@@ -186,6 +186,14 @@ def test_lists_of_column_names_are_one_or_one_per_file_of_a_key(
     with pytest.raises(ConfigError) as caught:
         load(session, GOOD.replace(old, section))
     assert message in str(caught.value)
+def test_the_catalogue_holds_the_effects_of_the_contract() -> None:
+    assert set(EFFECTS) >= {
+        "bias", "scale", "misalignment", "frame_rotation", "quadratic", "cubic", "asymmetry",
+        "cross_quadratic", "temperature_bias", "temperature_scale", "bias_drift", "scale_drift",
+        "warm_up", "hysteresis", "vibration_rectification", "g_sensitivity",
+        "g_squared_sensitivity", "lever_arm", "earth_rate", "reference_offset", "reference_scale",
+        "reference_drift", "direction_dependent_rate",
+    }
 
 
 MISTAKES = [

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calib.mounting.mounting import Installation
+from calib.mounting.mounting import Mounting
 from pipeline.config.load import load_config
 from pipeline.logs.read import read_log
 from pipeline.stages import session_logs
@@ -51,7 +51,7 @@ class Notes(StageObserver):
     def on_triad(self, result: TriadResult) -> None:
         self.results.append((result.triad, result))
 
-    def on_installation(self, installation: Installation) -> None:
+    def on_installation(self, installation: Mounting) -> None:
         self.results.append(("installation", installation))
 
 
