@@ -34,6 +34,7 @@ from pipeline.config.schema import (
     RunSection,
     SensorSection,
     SiteSection,
+    StillSection,
     TimebaseSection,
     TriadCertificateSection,
     VideoRateSection,
@@ -170,7 +171,7 @@ SECTIONS: tuple[type[BaseModel], ...] = (
     Config, AccelerometerSection, GyroscopeSection, SensorSection, AccelerometerSheet,
     GyroscopeSheet, SiteSection, VideoRateSection, KnownRateSection, TimebaseSection, PlateSection,
     PosesSection, RunSection, InstallationSection, CertificateSection, TriadCertificateSection,
-    EffectSection, RecordSection,
+    EffectSection, RecordSection, StillSection,
 )  # fmt: skip
 
 

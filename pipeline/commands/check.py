@@ -14,6 +14,10 @@ def command(config: Path) -> None:
     """
     from pipeline.config.load import load_config
     from pipeline.console.triad_text import summary_lines
+    from pipeline.stages.user_effects import check_user_effects
 
-    for line in summary_lines(load_config(config)):
+    loaded = load_config(config)
+    if loaded.effects:
+        check_user_effects(loaded)
+    for line in summary_lines(loaded):
         click.echo(line)

@@ -5,10 +5,10 @@ from collections.abc import Iterator, Sequence
 
 from calib.diagnosis.next_measurement import Rival, best_block
 from calib.effects.effect import Effect
-from calib.planning import Prospect
+from calib.planning.prospect import Prospect
 from calib.poses.attitudes import direction_name
 from pipeline.formatting import aligned, relative
-from pipeline.plan import TriadPlan
+from pipeline.plan.outlook import TriadPlan
 
 NOISE = {
     "measured": "noise measured in the recorded poses",
@@ -41,6 +41,7 @@ def plan_lines(plan: TriadPlan, effects: Sequence[Effect], full_scale: float) ->
                f"{setting.seconds:.3g} s each, {at}")
         yield from (f"  not counted: {says}" for says in setting.unusable)
     yield from (f"  range: {says}" for says in plan.saturates)
+    yield from (f"  planned without {name}: {says}" for name, says in plan.not_planned.items())
     if isinstance(plan.at_hand, str):
         yield f"  at hand: {plan.at_hand}"
     judged = {"at hand": plan.at_hand, "complete": plan.complete if missing else None}

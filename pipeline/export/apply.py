@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from calib.effects.effect import Effect, Need
 from calib.errors import Undetermined, UnusableLog
 from calib.fit.model import Correction, Model, lacking, pick
-from calib.poses.conditions import Conditions
+from calib.poses.conditions import OTHER_TRIAD, Conditions
 from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.logs.write import LARGEST, csv_rows
 from pipeline.results.read import Stored, StoredTriad
@@ -71,7 +71,7 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
     _require_writable(log)
     corrected: dict[str, FloatArray] = {}
     left_out: list[str] = []
-    clock = log.time_s - float(stored.found["session_start_s"] or 0.0)
+    clock = log.time_s - float(stored.contents["session_start_s"] or 0.0)
     known: dict[str, FloatArray] = {"time_s": clock} if session_clock else {}
     for each in stored.triads:
         if not log.has(each.triad):
@@ -84,7 +84,8 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
         ]
         correction = _of_the_sensor(each)
         nominal = correction.spec.nominal(getattr(log, each.triad))
-        at = Conditions.of_vectors(nominal, log.columns, **known)
+        columns = {**_other_triad(stored, each.triad, log), **log.columns}
+        at = Conditions.of_vectors(nominal, columns, **known)
         _require_evaluable(log.label, each.triad, correction, at)
         corrected[each.triad] = _correct(correction, at)
         if each.triad == "accelerometer":
@@ -98,6 +99,15 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
         )
     axes, turned = _in_the_vehicle(stored, corrected)
     return Applied(log.time_s, turned, log.columns, axes, tuple(left_out))
+
+
+def _other_triad(stored: Stored, triad: str, log: ImuLog) -> dict[str, FloatArray]:
+    """The nominal reading of the triad that is not ``triad``, where it is there."""
+    for each in stored.triads:
+        if each.triad != triad and log.has(each.triad):
+            nominal = each.correction.spec.nominal(getattr(log, each.triad))
+            return dict(zip(OTHER_TRIAD, nominal.T, strict=True))
+    return {}
 
 
 def _in_the_vehicle(

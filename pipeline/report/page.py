@@ -27,9 +27,8 @@ from pipeline.results.json_values import Json
 from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
-from pipeline.stages.user_effects import own_effects
+from pipeline.stages.user_effects import user_effects
 
-REPORT_NAME = "report.html"
 TEMPLATE_NAME = "report.html"
 
 
@@ -80,12 +79,7 @@ def _triad_view(
 ) -> dict[str, Any]:
     """What the page shows of one triad."""
     # Python code among them has run before in this very run, or there would be no outcome.
-    own = {
-        name: effect
-        for name, effect in own_effects(outcome.config, allow_python=True).items()
-        if result.triad in effect.triads
-    }
-    payload = refit_json(result, own)
+    payload = refit_json(result, user_effects(outcome.config, result.triad, allow_python=True))
     certificate = compare_with_certificate(outcome.config, result)
     calibration = result.calibration
     return {

@@ -1,5 +1,6 @@
 """The vision stage in the report: of every plate setting the rate, a picture, and its charts."""
 
+import base64
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,7 +9,6 @@ import numpy as np
 
 from calib.poses.imu_log import FloatArray
 from pipeline.formatting import RPM, count, relative
-from pipeline.report.png import picture_address
 from pipeline.report.svg import Chart, Figure, across, nice_limit, thinned, upward
 from pipeline.stages.rate import SettingRate
 from vision.phase_track import LUMA
@@ -45,7 +45,7 @@ def rate_view(rate: SettingRate) -> RateView:
     # One clip per pose: the clip that its model fits worst is the one to look at.
     worst = max(range(len(rate.clips)), key=lambda i: rate.clips[i].fit.rms_rad)
     clip, source = rate.clips[worst], rate.sources[worst]
-    picture = picture_address(rate.pictures[worst]) if rate.pictures else ""
+    frame = base64.b64encode(rate.annotated[worst].tobytes()).decode() if rate.annotated else ""
     of = f" of {source}, the least steady of {len(rate.clips)} clips" if len(rate.clips) > 1 else ""
     return RateView(
         name=rate.name,
@@ -53,7 +53,7 @@ def rate_view(rate: SettingRate) -> RateView:
         facts=tuple(_facts(rate)),
         says=clip.diagnosis.explanation,
         next=clip.diagnosis.record_next or "",
-        picture=picture,
+        picture=f"data:image/png;base64,{frame}" if frame else "",
         picture_says=(
             f"One frame{of} with what was found: the rim of the plate, the ring in which its "
             f"angle is measured, the spindle as a cross, and the marks as circles."

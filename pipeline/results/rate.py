@@ -110,7 +110,7 @@ def _phase_diagnosis(diagnosis: "PhaseDiagnosis") -> Json:
                 "size": numbers(each.size),
                 "sd": numbers(each.sd),
                 "rms_after": number(each.rms_after_rad),
-                "loo_after": None,  # a turn left out says nothing that the turns beside it do not
+                "loo_after": None,  # a revolution left out is no test: those beside it determine it
                 "blind": each.blind,
                 "aliases": list(each.aliases),
             }

@@ -11,15 +11,8 @@ import pytest
 from calib.effects.catalogue import BASE
 from calib.errors import Undetermined
 from calib.fit.model import Model
-from calib.planning import (
-    WEDGE,
-    PlannedRun,
-    best_pose,
-    expected_widening,
-    ideal_poses,
-    one_second_sd,
-    prospect_of,
-)
+from calib.planning.ideal_poses import PlannedRun, expected_widening, ideal_poses, one_second_sd
+from calib.planning.prospect import WEDGE, best_pose, prospect_of
 from calib.poses.attitudes import natural_directions
 from calib.poses.imu_log import Triad
 from calib.poses.pose_set import CommonError

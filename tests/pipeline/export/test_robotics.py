@@ -87,7 +87,7 @@ def test_kalibr_reads_back_as_the_same_correction_in_its_frame(
     assert body @ body.T == pytest.approx(np.eye(3), abs=1e-9)  # a rotation, nothing else
     assert force == pytest.approx(applied["accelerometer"] @ body.T, abs=1e-7)
     to_accelerometer = rotation_matrix(
-        np.array(stored.found["gyroscope"]["frame_to_accelerometer_rad"]))
+        np.array(stored.contents["gyroscope"]["frame_to_accelerometer_rad"]))
     expected = applied["gyroscope"] @ to_accelerometer.T @ body.T
     assert rate == pytest.approx(expected, abs=1e-8)
 

@@ -21,9 +21,10 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.pose_set import pose_set
 from calib.poses.runs import gravity_run
 from pipeline.config.load import load_config, triad_spec
-from pipeline.playback.device import Faults, PlaybackDevice, Pose, Protocol
+from pipeline.playback import Protocol
+from pipeline.playback.device import Faults, PlaybackDevice, Pose
 from pipeline.playback.pseudo_port import PseudoPort
-from pipeline.record.session import View
+from pipeline.record.session import RecordingView
 from pipeline.record.start import open_session
 from pipeline.stages.poses import average_recordings
 from tests.fitting import spec_of
@@ -110,10 +111,10 @@ class Onlooker:
     def say(self, text: str) -> None:
         self.said.append(text)
 
-    def show(self, view: View) -> None:
+    def show(self, view: RecordingView) -> None:
         self.phases.add(view.status.phase)
 
-    def taken(self, text: str) -> None:
+    def recorded(self, text: str) -> None:
         self.said.append(text)
 
 

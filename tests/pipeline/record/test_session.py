@@ -8,7 +8,8 @@ import pytest
 from calib.fit.calibration import TriadCalibration
 from pipeline.errors import ConfigError, DeviceError
 from pipeline.logs.read import read_log
-from pipeline.playback.device import Faults, Protocol
+from pipeline.playback import Protocol
+from pipeline.playback.device import Faults
 from tests.pipeline.record.play import (
     calibrated,
     evening,
@@ -59,7 +60,7 @@ def test_eighteen_poses_are_recorded_and_calibrate_to_the_truth(
     config = write_config(tmp_path, session, device, more=more)
     with playing(session, protocol) as port:
         watcher = record(config, port)
-    assert sum(says.startswith("taken ") for says in watcher.said) == 18
+    assert sum(message.startswith("taken ") for message in watcher.said) == 18
     assert "taken 18 of 18" in watcher.said[-1]
     assert len(list((tmp_path / "acc").glob("pose_*.csv"))) == 18
     assert_true(calibrated(config), session)
@@ -101,7 +102,7 @@ def test_an_unplugged_device_is_waited_for(tmp_path: Path, mpu_evening: Session)
     config = write_config(tmp_path, mpu_evening, "mpu-6050", more=", poses: 6")
     with playing(mpu_evening, "sketch", link=tmp_path / "port", unplug_every_s=2.0) as port:
         watcher = record(config, port)
-    assert any("the device is gone" in says for says in watcher.said)
+    assert any("the device is gone" in message for message in watcher.said)
     assert "the device is back" in watcher.said
     assert len(list((tmp_path / "acc").glob("pose_*.csv"))) == 6
 
@@ -122,7 +123,7 @@ def test_what_is_taken_is_not_asked_for_again(tmp_path: Path, six_faces: Session
         before = {path: path.read_bytes() for path in (tmp_path / "acc").iterdir()}
         (tmp_path / "acc" / "pose_03.csv").unlink()
         watcher = record(config, port)
-    assert any(says.startswith("1 poses of 3 s") and "5 are there" in says for says in watcher.said)
+    assert any(text.startswith("1 poses of 3 s") and "5 are there" in text for text in watcher.said)
     assert set((tmp_path / "acc").iterdir()) == set(before)
     changed = [path.name for path, data in before.items() if path.read_bytes() != data]
     assert changed == ["pose_03.csv"]
@@ -152,18 +153,18 @@ def assert_same(one: TriadCalibration, two: TriadCalibration) -> None:
         assert np.abs((a - b) / sd).max() < 2.0, name
 
 
-@pytest.mark.parametrize(("protocol", "device", "more", "says"), [
+@pytest.mark.parametrize(("protocol", "device", "more", "message"), [
     ("xsens-mti", "mpu-6050", ", baud: 9600", "The port is open, but nothing comes|Bytes come"),
     ("binary", "lines", ", baud: 9600, pattern: '{acc_x},{acc_y},{acc_z}'", "Bytes come|none fits"),
     ("sketch", "xsens-mti", ", baud: 9600", "does not answer message 0x30"),
 ])
 def test_another_device_than_named_is_told(
     tmp_path: Path, mpu_evening: Session, mti_evening: Session, protocol: Protocol, device: str,
-    more: str, says: str,
+    more: str, message: str,
 ) -> None:
     session = mti_evening if protocol == "xsens-mti" else mpu_evening
     config = write_config(tmp_path, session, device, more=more)
-    with (playing(session, protocol) as port, pytest.raises(DeviceError, match=says)):
+    with (playing(session, protocol) as port, pytest.raises(DeviceError, match=message)):
         record(config, port)
 
 
@@ -174,11 +175,11 @@ def test_an_absent_port_is_told_with_those_there_are(tmp_path: Path, mti_evening
 
 
 def test_a_port_in_use_is_told(tmp_path: Path, mti_evening: Session) -> None:
-    from pipeline.record.serial_port import SerialLine
+    from pipeline.record.serial_port import SerialPort
 
     config = write_config(tmp_path, mti_evening, "xsens-mti")
     with playing(mti_evening, "xsens-mti") as port:
-        other = SerialLine(port, 115200)
+        other = SerialPort(port, 115200)
         with pytest.raises(DeviceError, match="another program uses it"):
             record(config, port)
         other.close()

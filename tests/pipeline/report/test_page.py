@@ -8,7 +8,6 @@ import pytest
 
 from pipeline.formatting import DISPLAY, with_sd
 from pipeline.report.history_chart import staircase
-from pipeline.report.png import png
 from pipeline.report.summary import STANDING, overall_verdict
 from pipeline.report.svg import nice_limit, tick_text, upward
 from pipeline.results.history import Step, TriadStep
@@ -139,17 +138,6 @@ def test_one_step_is_no_staircase() -> None:
 
 
 # --- pieces ------------------------------------------------------------------------------------
-
-
-def test_a_picture_is_a_png_that_decodes_to_what_was_given() -> None:
-    import cv2
-    import numpy as np
-
-    y, x = np.mgrid[0:40, 0:60]
-    grey = np.repeat(((x + y) * 2.5).astype(np.uint8)[:, :, None], 3, axis=2)
-    grey[10:20, 10:20] = (0, 200, 255)  # a coloured mark, blue-green-red
-    seen = cv2.imdecode(np.frombuffer(png(grey), np.uint8), cv2.IMREAD_COLOR)
-    assert np.abs(seen.astype(int) - grey.astype(int)).max() <= 26
 
 
 @pytest.mark.parametrize(("value", "limit"), [(0.9, 1.0), (1.0, 1.0), (1.01, 1.5), (37.0, 40.0)])
