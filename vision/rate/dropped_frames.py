@@ -128,10 +128,11 @@ def dropped_frames(track: PhaseTrack, angle: PlateAngle) -> DroppedFrames:
 
 
 def _judge(share: float, sd: float, uniform: float) -> Judgement:
-    if THRESHOLDS.determined * sd < 1:
-        if abs(share - 1) < THRESHOLDS.confirmed:
-            return "dropped"
-        return "mismeasured" if share < THRESHOLDS.confirmed else "undecided"
+    determined = THRESHOLDS.determined * sd < 1
+    if determined and abs(share - 1) < THRESHOLDS.confirmed:
+        return "dropped"
+    if determined and share < THRESHOLDS.confirmed:
+        return "mismeasured"
     return "mismeasured" if uniform < THRESHOLDS.clustered else "undecided"
 
 

@@ -112,15 +112,15 @@ def test_the_angles_confirm_what_was_dropped_and_nothing_else(seconds: float) ->
         track = phase_track(*squeezed(time, angle, keep), noise_rad=2e-3, seed=seed)
         stamped = continuous_angle(track, track.time_s, RATE)
         count = np.concatenate([[0], frame_jumps(stamped)])
-        share, sd = confirmed_share(replace(stamped, lost=count))
+        share, sd = confirmed_share(replace(stamped, dropped=count))
         pulls.append((share - 1) / sd)
         assert sd < 0.1
         shuffled = np.zeros_like(count)
         shuffled[rng.choice(len(count), 3, replace=False)] = 1
         even = phase_track(*steady(33.3, seconds=seconds, fps=30), noise_rad=2e-3, seed=seed)
         angle_of_even = continuous_angle(even, even.time_s, RATE)
-        shuffled = np.resize(shuffled, len(angle_of_even.lost))
-        share, sd = confirmed_share(replace(angle_of_even, lost=shuffled))
+        shuffled = np.resize(shuffled, len(angle_of_even.dropped))
+        share, sd = confirmed_share(replace(angle_of_even, dropped=shuffled))
         assert abs(share) < 5 * sd
     assert np.sqrt(np.mean(np.square(pulls))) < 2
 
