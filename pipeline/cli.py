@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 
 from pipeline.commands import front_page
+from pipeline.terminal import shown_streams, terminated_as_interrupted
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -20,6 +21,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         What follows the program's name; by default from ``sys.argv``.
     """
     typed = list(sys.argv[1:] if arguments is None else arguments)
+    with shown_streams() as output, terminated_as_interrupted():
+        code = _run(typed)
+        output.flush()
+        if output.fault is not None:
+            print(f"standard output cannot be written ({output.fault.strerror}); files were "
+                  f"written all the same.", file=sys.stderr)
+            return code or 2
+    return code
+
+
+def _run(typed: list[str]) -> int:
     if typed in ([], ["-h"], ["--help"]):
         print(front_page())
         return 0
@@ -45,6 +57,7 @@ def _run_command(typed: list[str]) -> int:
         INTERRUPTED_SAYS,
         PipelineError,
         exit_code_of,
+        message_of,
         report_bug,
     )
     from vision.errors import VisionError
@@ -55,7 +68,7 @@ def _run_command(typed: list[str]) -> int:
     try:
         done = root.main(typed, prog_name="pipeline", standalone_mode=False, color=color)
     except (PipelineError, CalibrationError, VisionError) as error:
-        print(error, file=sys.stderr)
+        print(message_of(error), file=sys.stderr)
         return exit_code_of(error)
     except click.ClickException as error:
         error.show()

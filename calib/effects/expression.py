@@ -180,7 +180,7 @@ def _named(name: str, at: Conditions) -> FloatArray:
         vectors: FloatArray = getattr(at, field)
         return vectors if axis is None else vectors[:, [axis]]
     if name == "pi":
-        return np.asarray(np.pi)
+        return np.asarray(np.pi, float)
     if name == "vibration":
         return np.asarray(at.vibration.sum(axis=1)[:, None])
     if name in OF_POSE:

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from calib.fit.residuals import Start
+from calib.fit.initial_estimate import Start
 from calib.poses.averaging import PoseMean
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.mean_noise import NOISE_DOF_PER_POSE, correlated_sd
+from calib.poses.mean_noise import NOISE_DOF_PER_POSE, noise_sd
 from calib.poses.pose_set import CommonError, PoseSet, Reference, join_references
 
 
@@ -68,7 +68,7 @@ def one_second_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArra
 
     Correlation of the samples is included, as in the sds of the poses themselves.
     """
-    sd = correlated_sd(runs, triad)
+    sd = noise_sd(runs, triad)
     duration_s = np.array([mean.duration_s for means in runs for mean in means])
     return np.asarray(np.sqrt(np.median(sd**2 * duration_s[:, None], axis=0)))
 

@@ -11,11 +11,11 @@ turn (plate tilt, wow) is taken out first: it averages to nothing but would look
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from calib.errors import Undetermined, UnusableLog
+from calib.errors import Remedy, Undetermined, UnusableLog
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, ImuLog
 
@@ -35,6 +35,9 @@ LARGEST_STILL_SHIFT = {"accelerometer": 0.02, "gyroscope": 0.02}
 
 LARGEST_RATE_CHANGE = 0.005
 SHORTEST_SAMPLES = 2 * BATCHES
+MOST_DECIMALS = 9
+PRINTED_TOLERANCE = 1e-6
+"""Of the last decimal: far above the rounding of a double, far below one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,14 +45,16 @@ class TriadMean:
     """Mean of one triad over one pose, in nominal SI units.
 
     ``mean`` (3,), ``variance`` and ``coarse_variance`` (3,) of that mean from BATCHES and from
-    COARSE_BATCHES batches, ``scatter`` (3,) variance of the samples about it; all NaN where the
-    triad was not logged.
+    COARSE_BATCHES batches, ``scatter`` (3,) variance of the samples about it, ``step`` (3,) between
+    neighbouring values of the log (0 where it is not known); all NaN where the triad was not
+    logged.
     """
 
     mean: FloatArray
     variance: FloatArray
     coarse_variance: FloatArray
     scatter: FloatArray
+    step: FloatArray = field(default_factory=lambda: np.zeros(3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +83,35 @@ def batch_variance(values: FloatArray, count: int) -> FloatArray:
     return np.asarray(batch_means(values, count).var(axis=0, ddof=1) / count)
 
 
+def value_steps(counts: FloatArray, spec: TriadSpec) -> FloatArray:
+    """The step between neighbouring values of each axis of a log (t, 3), SI, (3,).
+
+    A converter steps by one count, or by more where the log was shifted or rounded; of a log in
+    physical units the values themselves show it. Where all are the same, the decimals they were
+    printed with are all there is to go by.
+    """
+    steps = []
+    for values in counts.T:
+        whole = np.rint(values)
+        if np.array_equal(values, whole):
+            step = float(np.gcd.reduce((whole - whole[0]).astype(np.int64)))
+        else:
+            gaps = np.diff(np.unique(values))
+            step = float(gaps.min()) if gaps.size else 0.0
+        if step == 0:  # never another value
+            step = 1.0 if spec.encoding != "si" else _printed_unit(float(values[0]))
+        steps.append(step)
+    return np.asarray(steps) * abs(spec.nominal_scale)
+
+
+def _printed_unit(value: float) -> float:
+    """The unit of the last decimal that ``value`` needs."""
+    for decimals in range(MOST_DECIMALS):
+        if abs(value * 10.0**decimals - round(value * 10.0**decimals)) < PRINTED_TOLERANCE:
+            return float(10.0**-decimals)
+    return 0.0
+
+
 def _halves(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Means of both halves and the sd their difference has by noise alone, each (k,).
 
@@ -100,7 +134,8 @@ def _check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -
         raise UnusableLog(
             f"{label}: {triad} counts run from {found}, but {spec.bits} bit {spec.encoding} spans "
             f"{low:g} to {high:g}. Is the encoding {other}, or the number of bits another? "
-            f"Set sensor.{triad}.encoding and bits as the data sheet has them."
+            f"State encoding and bits as the data sheet has them.",
+            Remedy("data_sheet", triad),
         )
     at_rail = (counts <= low) | (counts >= high)
     share = at_rail.mean(axis=0)
@@ -211,6 +246,7 @@ def average_pose(
                 variance=batch_variance(rest, BATCHES),
                 coarse_variance=batch_variance(rest, COARSE_BATCHES),
                 scatter=rest.var(axis=0, ddof=1),
+                step=value_steps(counts, spec),
             )
         )
     return PoseMean(

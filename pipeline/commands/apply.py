@@ -10,6 +10,7 @@ import click
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option("--output", type=click.Path(path_type=Path, dir_okay=False),
               help="The file to write, instead of standard output.")
+@click.option("--force", is_flag=True, help="Replace a file that no command wrote.")
 @click.option("--columns", help="Names of the log's columns, with commas, where it has no header.")
 @click.option("--rate-hz", type=click.FloatRange(min=0, min_open=True),
               help="Sample rate, where the log has no time.")
@@ -21,6 +22,7 @@ def command(
     results: Path,
     log: Path,
     output: Path | None,
+    force: bool,
     columns: str | None,
     rate_hz: float | None,
     session_clock: bool,
@@ -31,9 +33,9 @@ def command(
     Where RESULTS have an installation, both triads are turned into the vehicle's axes.
     """
     from pipeline.export.apply import applied_csv, apply_results
-    from pipeline.files import write_whole
     from pipeline.logs.read import read_log
     from pipeline.results.read import load_results
+    from pipeline.results.written import write_output
 
     stored = load_results(results, allow_python)
     names = None if columns is None else [name.strip() for name in columns.split(",")]
@@ -44,5 +46,6 @@ def command(
     if output is None:
         click.echo(applied_csv(applied), nl=False)
         return
-    write_whole(output, applied_csv(applied))
+    inputs = (log, stored.path)
+    write_output(stored.folder, output, applied_csv(applied), force=force, inputs=inputs)
     click.echo(output)

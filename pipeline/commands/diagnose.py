@@ -14,16 +14,16 @@ def command(config: Path, allow_python: bool) -> None:
 
     Every stage is run; results and history are left as they are.
     """
-    from pipeline.commands.run_with_progress import run_watched
-    from pipeline.config.load import load_config
+    from pipeline.commands.run_with_progress import run_watched, say_waiting
     from pipeline.console.run_text import comparison_lines, next_step, ranking_lines, verdict_line
+    from pipeline.session_folder import working_on
 
-    asked = load_config(config)
-    outcome = run_watched(asked, asked.output_folder, allow_python)
+    with working_on(config, on_wait=say_waiting) as (session, folder):
+        outcome = run_watched(session, folder, allow_python)
     for result in outcome.triads:
         click.echo()
         click.secho(verdict_line(result), bold=True)
         for line in [*comparison_lines(result), *ranking_lines(result)]:
             click.echo(line)
     click.echo()
-    click.echo(next_step(outcome, asked.output_folder, look="pipeline effects"))
+    click.echo(next_step(outcome, folder, look="pipeline effects"))

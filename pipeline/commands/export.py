@@ -16,14 +16,17 @@ LISTED = "\b\nFormats:\n" + "\n".join(f"  {name:<8}  {says}" for name, says in F
               help="Program or format, one of the list below.")
 @click.option("--output", type=click.Path(path_type=Path, file_okay=False),
               help="Folder for the files, instead of that of RESULTS.")
+@click.option("--force", is_flag=True, help="Replace files that no command wrote.")
 @click.option("--allow-python", is_flag=True,
               help="Let Python files of user-defined effects run.")
-def command(results: Path, form: str, output: Path | None, allow_python: bool) -> None:
+def command(
+    results: Path, form: str, output: Path | None, force: bool, allow_python: bool
+) -> None:
     """Write the calibration in RESULTS (results.json, or its folder) for another program."""
     from pipeline.export.write import EXPORTERS
-    from pipeline.files import write_whole
     from pipeline.names import nearest_name
     from pipeline.results.read import load_results
+    from pipeline.results.written import write_output
 
     if form not in EXPORTERS:
         raise click.UsageError(
@@ -36,5 +39,5 @@ def command(results: Path, form: str, output: Path | None, allow_python: bool) -
         click.secho(f"note: {says}", fg="yellow", err=True)
     for name, text in made.files.items():
         path = (output or stored.folder) / name
-        write_whole(path, text)
+        write_output(stored.folder, path, text, force=force, inputs=(stored.path,))
         click.echo(path)

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import click
 
-from pipeline.commands.playback_protocols import PROTOCOL_NAMES
+from pipeline.playback import PROTOCOLS, Protocol
 
 
 @click.command()
 @click.argument("config", type=click.Path(path_type=Path))
-@click.option("--protocol", type=click.Choice(PROTOCOL_NAMES), default="sketch",
+@click.option("--protocol", type=click.Choice(PROTOCOLS), default="sketch",
               show_default=True, help="What the device speaks.")
 @click.option("--hold", default=15.0, show_default=True, help="Seconds each pose is held.")
 @click.option("--speed", default=1.0, show_default=True, help="Times as fast as it was recorded.")
@@ -20,7 +20,7 @@ from pipeline.commands.playback_protocols import PROTOCOL_NAMES
 @click.option("--link", type=click.Path(path_type=Path), help="A lasting name for the port.")
 @click.option("--seed", default=0, help="Of the hand's motion and the faults.")
 def command(
-    config: Path, protocol: str, hold: float, speed: float, lost: float, flipped: float,
+    config: Path, protocol: Protocol, hold: float, speed: float, lost: float, flipped: float,
     garbage: float, unplug_every: float | None, link: Path | None, seed: int,
 ) -> None:
     """Play the recorded poses of CONFIG as if their sensor were on a serial port.
@@ -30,14 +30,13 @@ def command(
     with a hand's motion in between. Ctrl-C ends it.
     """
     from pipeline.config.load import load_config
-    from pipeline.playback.device import PROTOCOLS, Faults, PlaybackDevice
+    from pipeline.playback.device import Faults, PlaybackDevice
     from pipeline.playback.pseudo_port import PseudoPort
     from pipeline.playback.session import both_specs, played_poses
 
     loaded = load_config(config)
     poses, rate_hz = played_poses(loaded)
-    chosen = PROTOCOLS[PROTOCOL_NAMES.index(protocol)]
-    device = PlaybackDevice(chosen, poses, rate_hz, hold, both_specs(loaded), seed,
+    device = PlaybackDevice(protocol, poses, rate_hz, hold, both_specs(loaded), seed,
                             Faults(lost, flipped, garbage))
     port = PseudoPort(link)
     click.echo(f"{link or port.name}")

@@ -5,6 +5,8 @@ import threading
 from types import TracebackType
 from typing import TYPE_CHECKING
 
+from pipeline.terminal import shown
+
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
@@ -41,7 +43,7 @@ class ClipProgress:
                 self._bars = _bars()
                 self._bars.start()
             if clip not in self._tasks:
-                self._tasks[clip] = self._bars.add_task(clip, total=stated)
+                self._tasks[clip] = self._bars.add_task(shown(clip), total=stated)
             self._bars.update(self._tasks[clip], completed=done)
 
     def close(self) -> None:
@@ -67,6 +69,6 @@ def _bars() -> "Progress":
         MofNCompleteColumn(),
         TextColumn("pictures"),
         TimeRemainingColumn(),
-        console=Console(stderr=True),
+        console=Console(file=getattr(sys.stderr, "raw", sys.stderr)),
         transient=True,
     )

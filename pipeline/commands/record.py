@@ -31,5 +31,5 @@ def command(config: Path, port: str | None, baud: int | None, camera: int | None
     finally:
         display.close()
     for block in done:
-        click.echo(f"{block.rate}: {block.taken} of {block.wanted} poses")
+        click.echo(f"{block.rate}: {block.recorded} of {block.wanted} poses")
     click.echo(f"next: pipeline plan {config}, then pipeline run {config}")

@@ -19,6 +19,12 @@ from pipeline.stages.triads import TriadResult
 CACHE_NAME = "cache"  #: folder of the phase tracks, in that of the results
 
 
+def say_waiting(folder: Path) -> None:
+    """Another command is working on this session."""
+    click.echo(f"{folder}: another command is working on this session; waiting for it to end "
+               f"(Ctrl-C to give up)", err=True)
+
+
 class StageDisplay(StageObserver):
     """Shows each stage: its warnings on standard error, its line on standard output.
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from calib.fit.calibration import TriadParameters
 from calib.mounting.mounting import Mounting
+from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, SI_UNIT
 from pipeline.console.mounting_text import mounting_text
 from pipeline.formatting import DISPLAY, NAME_WIDTH, aligned, count, with_sd
@@ -51,12 +52,26 @@ def parameter_lines(result: TriadResult) -> list[str]:
         angles = zip(result.frame.angles_rad, result.frame.sd_rad, strict=True)
         rows.append(["  to accelerometer [rad]", *(with_sd(v, s) for v, s in angles)])
     lines = aligned(rows, indent="")
+    if result.prediction is not None:
+        lines.append(f"  {prediction_text(result)}")
     if result.calibration.widening > 1:
         lines.append(
             f"  sds are {result.calibration.widening:.2g} times what the noise gives: the model "
             f"does not explain the residual"
         )
     return lines
+
+
+def prediction_text(result: TriadResult) -> str:
+    """What the calibration will err by on the next log, in one clause."""
+    prediction = result.prediction
+    assert prediction is not None
+    unit, factor = DISPLAY[result.triad]
+    return (
+        f"corrected magnitudes err by {prediction.sd_median * factor:.2g} {unit} (1 sd, median "
+        f"over all directions), by {prediction.sd_worst * factor:.2g} {unit} at worst "
+        f"({direction_name(prediction.worst_direction)})"
+    )
 
 
 def base_rows(triad: str, parameters: TriadParameters) -> list[list[str]]:

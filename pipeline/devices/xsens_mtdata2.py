@@ -74,8 +74,8 @@ class MtData2Parser:
         return self._samples(self._frames.finish())
 
     def _samples(self, messages: list[Message]) -> list[Sample]:
-        found = (self._sample(message.data) for message in messages if message.mid == MTDATA2)
-        return [sample for sample in found if sample is not None]
+        samples = (self._sample(message.data) for message in messages if message.mid == MTDATA2)
+        return [sample for sample in samples if sample is not None]
 
     def _sample(self, data: bytes) -> Sample | None:
         """The sample of one message, None where it holds no triad."""

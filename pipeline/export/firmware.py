@@ -128,7 +128,7 @@ def to_inav(stored: Stored) -> Export:
         gain = np.round(_gains(accelerometer) * INAV_UNIT_GAIN)
         lines += [f"set acczero_{axis} = {v:.0f}" for axis, v in zip(AXES, zero, strict=True)]
         lines += [f"set accgain_{axis} = {v:.0f}" for axis, v in zip(AXES, gain, strict=True)]
-        gravity = stored.found["accelerometer"]["gravity"]
+        gravity = stored.contents["accelerometer"]["gravity"]
         lines.append(f"set ins_gravity_cmss = {100 * gravity['value_m_s2']:.3f}")
         loses.append(_what_is_left(accelerometer, "INAV", keeps_scale=True))
     gyroscope = triad_named(stored, "gyroscope")

@@ -77,10 +77,10 @@ def no_effects(
 
 def origin(stored: Stored) -> tuple[str, ...]:
     """Lines that say where the numbers come from, for the comments of a file."""
-    title = " ".join(str(stored.found["title"] or "untitled").split())  # one line, whatever it was
+    title = " ".join(str(stored.contents["title"] or "untitled").split())  # on one line
     lines = [
-        f"Calibration of {stored.found['sensor']}: {title}",
-        f"configuration {str(stored.found['config_sha256'])[:16]} (SHA-256)",
+        f"Calibration of {stored.contents['sensor']}: {title}",
+        f"configuration {str(stored.contents['config_sha256'])[:16]} (SHA-256)",
     ]
     for each in stored.triads:
         spec = each.correction.spec
@@ -99,6 +99,6 @@ def _temperatures(stored: Stored) -> list[float]:
     return [
         pose["columns"]["temperature_c"]
         for each in stored.triads
-        for pose in stored.found[each.triad]["poses"]
+        for pose in stored.contents[each.triad]["poses"]
         if pose["columns"].get("temperature_c") is not None
     ]

@@ -22,7 +22,7 @@ def to_json(stored: Stored) -> Export:
         }
         for each in stored.triads
     }
-    text = json.dumps({"title": stored.found["title"], **found}, indent=1, ensure_ascii=False)
+    text = json.dumps({"title": stored.contents["title"], **found}, indent=1, ensure_ascii=False)
     return Export({"calibration.json": text + "\n"}, _effects_by_name(stored))
 
 

@@ -121,7 +121,7 @@ def _kalibr_gyroscope(stored: Stored, gyroscope: StoredTriad, body: FloatArray) 
 
 
 def _frame_angles(stored: Stored) -> FloatArray | None:
-    given = (stored.found["gyroscope"] or {}).get("frame_to_accelerometer_rad")
+    given = (stored.contents["gyroscope"] or {}).get("frame_to_accelerometer_rad")
     return None if given is None else np.array(given, float)
 
 

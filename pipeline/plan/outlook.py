@@ -1,4 +1,4 @@
-"""From a configuration to what its poses can determine, before and after they are recorded.
+"""What the poses of a configuration can determine, before and after they are recorded.
 
 Noise comes from the poses that are recorded, where there are any; else it is the typical noise of
 the sensor's preset; else no sds are stated.
@@ -21,7 +21,7 @@ from calib.poses.averaging import PoseMean
 from calib.poses.conditions import OTHER_TRIAD
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.pose_set import CommonError, PoseSet, Run, pose_set
+from calib.poses.pose_set import CommonError, PoseRun, PoseSet, pose_set
 from calib.poses.runs import (
     GRAVITY,
     TIME_BASE,
@@ -142,7 +142,7 @@ def _runs(
     force = gravity.value_m_s2 if gravity else STANDARD_GRAVITY_M_S2
     latitude = latitude_of(config.site)
     common: tuple[CommonError, ...] = ()
-    own, magnitude = 0.0, setting.rate_rad_s
+    reference_sd, magnitude = 0.0, setting.rate_rad_s
     if triad == "accelerometer":
         magnitude = force
         common = (CommonError(GRAVITY, gravity.sd_m_s2 if gravity else 0.0),)
@@ -150,12 +150,14 @@ def _runs(
         common = (CommonError(TIME_BASE, setting.relative_sd * setting.rate_rad_s),
                   CommonError(f"rate {setting.name}", setting.rate_sd_rad_s))
     else:
-        own = (earth_rate_horizontal(latitude) / math.sqrt(2) if latitude is not None
-               else EARTH_RATE_RAD_S / math.sqrt(3))
+        reference_sd = (
+            EARTH_RATE_RAD_S / math.sqrt(3) if latitude is None
+            else earth_rate_horizontal(latitude) / math.sqrt(2)
+        )
     if len(up):
         yield PlannedRun(
             setting.name, up, magnitude, setting.rate_rad_s,
-            noise_sd / math.sqrt(setting.seconds), own, common, force,
+            noise_sd / math.sqrt(setting.seconds), reference_sd, common, force,
             (setting.seconds + PAUSE_S) * np.arange(len(up), dtype=float),
             *_course(setting.means, len(up)))
 
@@ -185,7 +187,7 @@ def _recorded_up(triad: Triad, setting: PlannedSetting, real: Fit | None) -> Flo
 def _recorded_poses(config: Config, triad: Triad, settings: list[PlannedSetting]) -> PoseSet:
     """The recorded poses as the calibration will see them; filmed rates at their nominal value."""
     latitude = latitude_of(config.site)
-    runs: list[Run] = []
+    runs: list[PoseRun] = []
     for setting in settings:
         if not setting.means:
             continue

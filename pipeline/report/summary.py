@@ -9,6 +9,8 @@ import numpy as np
 
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
+from calib.poses.attitudes import direction_name
+from pipeline.console.run_text import prediction_text
 from pipeline.formatting import DISPLAY, count
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
@@ -74,6 +76,9 @@ def answer_for(result: TriadResult, outcome: Outcome, folder: str) -> Answer:
     code = result.diagnosis.verdict
     standing, sign = STANDING[code]
     short, wrong = _wrong(result)
+    if standing == "good" and _lost_direction(result):
+        standing, sign = "open", "?"
+        short = "directions are missing among its poses"
     following, commands = _next(result, config, shlex.quote(folder))
     return Answer(
         result.triad, standing, sign, short, _is_it_good(result), wrong, following, commands
@@ -86,10 +91,12 @@ def _is_it_good(result: TriadResult) -> str:
     noise = sqrt(float(np.mean(result.calibration.fit.equations.row_sd**2)))
     rms, loo = comparison.residual_rms * factor, comparison.loo_rms * factor
     if result.diagnosis.verdict == "nothing_missing":
+        first = _lost_direction(result) or "Yes."
         return (
-            f"Yes. The {count(len(comparison.poses), 'pose')} lie {rms:.2g} {unit} (root mean "
+            f"{first} The {count(len(comparison.poses), 'pose')} lie {rms:.2g} {unit} (root mean "
             f"square) from the model, as their own noise of {noise * factor:.2g} {unit} lets one "
-            f"expect. A pose that takes no part in the fit is predicted to {loo:.2g} {unit}."
+            f"expect. A pose that takes no part in the fit is predicted to {loo:.2g} {unit}. "
+            f"{_prediction(result)}"
         )
     times = comparison.residual_rms / noise
     return (
@@ -97,6 +104,26 @@ def _is_it_good(result: TriadResult) -> str:
         f"lie {rms:.2g} {unit} (root mean square) from the model, {times:.2g} times their own "
         f"noise of {noise * factor:.2g} {unit}."
     )
+
+
+def _lost_direction(result: TriadResult) -> str:
+    """Why the calibration is not good everywhere; empty where it is."""
+    prediction = result.prediction
+    if prediction is None or prediction.holds_everywhere:
+        return ""
+    return (
+        f"Not in every direction: with {direction_name(prediction.worst_direction)} it knows a "
+        f"magnitude {prediction.noise_worst / prediction.pose_sd:.2g} times worse than a single "
+        f"pose there would show. Add poses there."
+    )
+
+
+def _prediction(result: TriadResult) -> str:
+    """What the next log will err by, as a sentence."""
+    if result.prediction is None:
+        return "Only rest was measured: nothing is known of the gains."
+    text = prediction_text(result)
+    return f"{text[0].upper()}{text[1:]}."
 
 
 def _quoted(names: Sequence[str]) -> str:

@@ -19,6 +19,8 @@ from pipeline.errors import UnreadableInput
 
 FORMAT = 1
 RESULTS_NAME = "results.json"
+REPORT_NAME = "report.html"
+REPORT_MARK = '<meta name="generator" content="pipeline run">'
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +57,7 @@ class Stored:
     """A results.json: where it is, everything in it, and its triads."""
 
     path: Path
-    found: Mapping[str, Any]
+    contents: Mapping[str, Any]
     triads: tuple[StoredTriad, ...]
 
     @property
@@ -66,13 +68,13 @@ class Stored:
     @property
     def mounting_rotation(self) -> FloatArray | None:
         """R (3, 3) of the installation, from the vehicle's axes to the sensor's; None without."""
-        section = self.found.get("installation")
+        section = self.contents.get("installation")
         return None if section is None else np.array(section["rotation"], dtype=float)
 
     @property
     def gyroscope_to_accelerometer_rad(self) -> FloatArray | None:
         """Rotation vector (3,) between the triads' frames; None where it was not measured."""
-        angles = (self.found.get("gyroscope") or {}).get("frame_to_accelerometer_rad")
+        angles = (self.contents.get("gyroscope") or {}).get("frame_to_accelerometer_rad")
         return None if angles is None else np.array(angles, dtype=float)
 
 
@@ -89,7 +91,7 @@ def load_results(path: Path, allow_python: bool = False) -> Stored:
     """
     path = path / RESULTS_NAME if path.is_dir() else path
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        contents = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise UnreadableInput(
             f"{path}: cannot be read ({error.strerror}). Name the {RESULTS_NAME} that `pipeline "
@@ -100,30 +102,31 @@ def load_results(path: Path, allow_python: bool = False) -> Stored:
             f"{path}: is not JSON ({error}). Name the {RESULTS_NAME} that `pipeline run` has "
             f"written, or write it anew with `pipeline run`."
         ) from error
-    if not isinstance(found, dict) or found.get("format") != FORMAT:
-        kind = found.get("format") if isinstance(found, dict) else None
+    if not isinstance(contents, dict) or contents.get("format") != FORMAT:
+        kind = contents.get("format") if isinstance(contents, dict) else None
         raise UnreadableInput(
             f"{path}: format {kind!r} found, {FORMAT} is expected. Write it anew with this "
             f"version's `pipeline run`."
         )
     try:
+        sections = {name: contents[name] for name in TRIADS}
         triads = tuple(
-            _triad(name, found[name], path.parent, allow_python)
-            for name in TRIADS
-            if found[name] is not None
+            _triad(name, section, path.parent, allow_python)
+            for name, section in sections.items()
+            if section is not None
         )
     except (KeyError, TypeError, ValueError, CalibrationError) as error:
         raise UnreadableInput(
             f"{path}: a part is missing or is not what `pipeline run` writes ({error}). Write it "
             f"anew with `pipeline run`."
         ) from error
-    return Stored(path, found, triads)
+    return Stored(path, contents, triads)
 
 
 def _triad(
-    name: Triad, given: Mapping[str, Any], folder: Path, allow_python: bool
+    name: Triad, section: Mapping[str, Any], folder: Path, allow_python: bool
 ) -> StoredTriad:
-    value, sd, stored = given["parameters"], given["sd"], given["correction"]
+    value, sd, stored = section["parameters"], section["sd"], section["correction"]
     sheet = stored["sheet"]
     full_scale = math.inf if sheet["full_scale"] is None else float(sheet["full_scale"])
     spec = TriadSpec(full_scale, sheet["bits"], sheet["encoding"], sheet["si_per_unit"])
@@ -141,7 +144,7 @@ def _triad(
         misalignment_sd=_array(sd["misalignment_rad"]),
         bias_sd=_array(sd["bias_counts"]),
         scale_sd=_array(sd["scale_counts_per_unit"]),
-        effects=given["effects"],
+        effects=section["effects"],
     )
 
 

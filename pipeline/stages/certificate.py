@@ -3,20 +3,26 @@
 
 import numpy as np
 
-from calib.certificate import Certificate, CertificateComparison, compare_certificate
+from calib.certificate import CertificateComparison, FactoryCertificate, compare_certificate
 from pipeline.config.load import Config
 from pipeline.config.schema import TriadCertificateSection
 from pipeline.stages.triads import TriadResult
 
 
 def compare_with_certificate(config: Config, result: TriadResult) -> CertificateComparison | None:
-    """Lay a triad beside its certificate; None where the file has none for it."""
+    """Compare a calibrated triad with its certificate.
+
+    Returns
+    -------
+    CertificateComparison or None
+        None where the configuration has no certificate of this triad.
+    """
     stated: TriadCertificateSection | None = (
         getattr(config.certificate, result.triad) if config.certificate else None
     )
     if stated is None:
         return None
-    certificate = Certificate(
+    certificate = FactoryCertificate(
         bias_counts=np.array(stated.bias_counts),
         scale_counts_per_unit=np.array(stated.scale_counts_per_unit),
         alignment=None if stated.alignment is None else np.array(stated.alignment),

@@ -16,7 +16,12 @@ from pipeline.stages.triads import TriadResult
 def measure_mounting(
     config: Config, accelerometer: TriadResult | None
 ) -> Mounting | None:
-    """Measure how the sensor is mounted; None where the file has no such section.
+    """Measure the mounting from the logs of the section ``installation``.
+
+    Returns
+    -------
+    Mounting or None
+        None where the configuration has no such section.
 
     Raises
     ------

@@ -14,10 +14,11 @@ from calib.fit.calibration import TriadCalibration, calibrate_triad
 from calib.fit.frame_alignment import FrameRotation, frame_rotation
 from calib.fit.leave_one_out import Comparison, compare
 from calib.fit.model import Model
+from calib.fit.prediction import Prediction, predict
 from calib.fit.solver import fit
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import Triad
-from calib.poses.pose_set import PoseSet, Run, pose_set
+from calib.poses.pose_set import PoseRun, PoseSet, pose_set
 from calib.poses.runs import gravity_run, stopped_run, turning_run
 from pipeline.config.load import Config, triad_spec
 from pipeline.config.schema import AccelerometerSection, GyroscopeSection
@@ -32,16 +33,18 @@ from pipeline.stages.user_effects import check_user_effects, user_effects
 
 @dataclass(frozen=True, eq=False)
 class TriadResult:
-    """One triad: calibrated, laid beside its measurements, and what its model misses.
+    """One triad: its calibration, the comparison with its poses, and what its model misses.
 
+    ``prediction`` is what it will err by on the next log, None where only rest was measured;
     ``gravity`` is the reference of an accelerometer, None for a gyroscope; ``frame`` its rotation
     against the accelerometer, None for an accelerometer and where the poses do not show it;
-    ``warnings`` what one stage knows that contradicts another.
+    ``warnings`` where two stages contradict each other.
     """
 
     calibration: TriadCalibration
     comparison: Comparison
     diagnosis: Diagnosis
+    prediction: Prediction | None
     gravity: Gravity | None = None
     frame: FrameRotation | None = None
     warnings: tuple[str, ...] = ()
@@ -94,7 +97,18 @@ def require_fittable(config: Config) -> None:
 def calibrate_accelerometer(
     config: Config, context: RunContext, recordings: Recordings
 ) -> TriadResult | None:
-    """Calibrate the accelerometer to gravity; None where the file has no such section."""
+    """Calibrate the accelerometer against gravity.
+
+    Returns
+    -------
+    TriadResult or None
+        None where the configuration has no such section.
+
+    Raises
+    ------
+    Undetermined
+        The poses do not determine the model.
+    """
     if config.accelerometer is None:
         return None
     # The configuration's rules refuse an accelerometer without a site and a data sheet.
@@ -105,8 +119,8 @@ def calibrate_accelerometer(
     run = gravity_run(STOPPED, means, gravity.value_m_s2, gravity.sd_m_s2)
     poses = pose_set("accelerometer", [run], recordings.origin_s)
     spec = triad_spec(config.sensor.accelerometer)
-    own = user_effects(config, "accelerometer", context.allow_python)
-    return _calibrated(poses, config.accelerometer, spec, own, gravity)
+    defined = user_effects(config, "accelerometer", context.allow_python)
+    return _calibrated(poses, config.accelerometer, spec, defined, gravity)
 
 
 def calibrate_gyroscope(
@@ -116,29 +130,51 @@ def calibrate_gyroscope(
     recordings: Recordings,
     accelerometer: TriadResult | None,
 ) -> TriadResult | None:
-    """Calibrate the gyroscope to the plate's rates; None where the file has no such section."""
+    """Calibrate the gyroscope against the plate's rates, all runs jointly.
+
+    Parameters
+    ----------
+    rates : mapping of str to SettingRate
+        The plate's rates by setting.
+    recordings : Recordings
+        The averaged poses.
+    accelerometer : TriadResult or None
+        Corrects the specific force of the poses, and is the frame that the gyroscope's rotation is
+        measured against.
+
+    Returns
+    -------
+    TriadResult or None
+        None where the configuration has no such section.
+
+    Raises
+    ------
+    Undetermined
+        The poses do not determine the model.
+    """
     if config.gyroscope is None:
         return None
     assert config.sensor.gyroscope is not None
     latitude = latitude_of(config.site)
-    runs: list[Run] = []
-    for asked in config.gyroscope.runs:
-        means = recordings.of(asked.poses, asked.rate).means
+    runs: list[PoseRun] = []
+    for run_section in config.gyroscope.runs:
+        means = recordings.of(run_section.poses, run_section.rate).means
         runs.append(
-            stopped_run(asked.rate, means, latitude)
-            if asked.rate == STOPPED
-            else turning_run(means, rates[asked.rate].plate, latitude)
+            stopped_run(run_section.rate, means, latitude)
+            if run_section.rate == STOPPED
+            else turning_run(means, rates[run_section.rate].plate, latitude)
         )
     correct = accelerometer.calibration.correct if accelerometer else None
     poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
-    own = user_effects(config, "gyroscope", context.allow_python)
-    found = _calibrated(poses, config.gyroscope, triad_spec(config.sensor.gyroscope), own, None)
+    defined = user_effects(config, "gyroscope", context.allow_python)
+    spec = triad_spec(config.sensor.gyroscope)
+    result = _calibrated(poses, config.gyroscope, spec, defined, None)
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
     return replace(
-        found,
-        frame=frame_rotation(found.calibration.fit, beside),
-        warnings=(*found.warnings, *direction_against_film(poses, filmed)),
+        result,
+        frame=frame_rotation(result.calibration.fit, beside),
+        warnings=(*result.warnings, *direction_against_film(poses, filmed)),
     )
 
 
@@ -146,24 +182,25 @@ def _calibrated(
     poses: PoseSet,
     section: AccelerometerSection | GyroscopeSection,
     spec: TriadSpec,
-    own: Mapping[str, Effect],
+    defined: Mapping[str, Effect],
     gravity: Gravity | None,
 ) -> TriadResult:
-    for name, effect in own.items():
+    for name, effect in defined.items():
         fault = fault_of_user_effect(effect, poses.conditions(poses.reading))
         if fault is not None:
             raise Undetermined(f"effects.{name}: the effect {fault}.")
-    model = Model.of(section.model, own)
-    found = (
+    model = Model.of(section.model, defined)
+    fitted = (
         fit_paper(poses, model, spec)
         if section.solver == "paper"
         else fit(poses, model, robust=section.loss == "huber")
     )
-    calibration = calibrate_triad(found, spec)
+    calibration = calibrate_triad(fitted, spec)
     return TriadResult(
         calibration,
-        compare(found),
-        diagnose(found, tuple(own.values()), spec.full_scale),
+        compare(fitted),
+        diagnose(fitted, tuple(defined.values()), spec.full_scale),
+        predict(calibration),
         gravity,
         warnings=(
             *turning_while_still(poses),
