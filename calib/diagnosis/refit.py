@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
-from scipy.special import fdtrc
 
 from calib.diagnosis.hypotheses import Hypothesis, Weighed, listed_hypothesis, weigh
 from calib.diagnosis.signature import Projector
@@ -30,7 +29,6 @@ BEHIND, BEHIND_SHARE = 3.0, 0.1
 """Log evidence behind the best, or share of it, beyond which no refit makes a candidate the best:
 what the biased linearisation costs grows with the effect."""
 
-ADEQUATE_P_VALUE = 0.005
 FEWEST_DOF = 4
 """A model that leaves fewer degrees of freedom explains anything and is not trusted."""
 
@@ -55,8 +53,7 @@ def judge(found: Fit, names: tuple[str, ...] = ()) -> Refit:
     parameters = n - found.dof
     scatter = max(1.0, found.chi2 / max(found.dof, 1))
     score = found.chi2 / scatter + n * np.log(scatter) + parameters * np.log(n)
-    p_value = float(fdtrc(found.dof, found.poses.noise_dof, found.chi2 / found.dof))
-    return Refit(names, found, float(score), p_value)
+    return Refit(names, found, float(score), found.p_value)
 
 
 def parameters_of(hypothesis: Hypothesis) -> int:

@@ -12,6 +12,7 @@ import numpy as np
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.identifiability import ROUNDING, VISIBLE_SHARE
+from calib.fit.model import sensor_columns
 from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray
 
@@ -105,13 +106,17 @@ def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> Floa
         logged = at.column(effect.follows)
         at = replace(at, columns={**at.columns, effect.follows: logged - logged.mean()})
     on_reading = effect.acts_on == "reading"
-    columns = effect.evaluate(equations.at_reading if on_reading else at, shape)
+    if effect.acts_on == "sensor":
+        shapes = {} if shape is None else {effect.name: shape}
+        columns = sensor_columns((effect,), at, shapes, fit.rows.axes)
+    else:
+        columns = effect.evaluate(equations.at_reading if on_reading else at, shape)
     turning, null = equations.magnitude, equations.null
     if effect.acts_on == "reference":
         at_rest = np.zeros((3 * len(null), columns.shape[1]))
         return np.concatenate([columns[turning] / equations.magnitude_sd[:, None], at_rest])
     if equations.varying:
-        slope = equations.slope(fit.theta, fit.shapes, at)
+        slope = equations.slope(fit.theta, fit.shapes, at, fit.rows.axes)
         columns = np.asarray(np.linalg.solve(slope, columns), dtype=float)
     return project_on_rows(fit, columns)
 

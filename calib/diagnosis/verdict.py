@@ -11,9 +11,10 @@ import numpy as np
 
 from calib.diagnosis.hypotheses import Hypothesis, jump_hypothesis, unknown_hypotheses
 from calib.diagnosis.ranking import PRIOR_NONE, Candidate, key_of
-from calib.diagnosis.refit import ADEQUATE_P_VALUE, FEWEST_DOF, judge, parameters_of, refit_pairs
+from calib.diagnosis.refit import FEWEST_DOF, judge, parameters_of, refit_pairs
 from calib.diagnosis.signature import Projector
 from calib.effects.effect import Effect
+from calib.fit.result import MISFIT_P_VALUE as ADEQUATE_P_VALUE
 from calib.fit.result import Fit
 
 MISFIT_P_VALUE = 1e-3

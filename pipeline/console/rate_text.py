@@ -33,20 +33,20 @@ def clip_lines(rate: SettingRate) -> Iterator[str]:
     for clip in rate.clips:
         if clip.channel != LUMA:
             yield f"  followed by its colour, {clip.channel}: nothing turns in the brightness"
-        counted = clip.frame_count
+        counted = clip.cross_checks.frame_count
         if counted is not None:
             away = counted.rate_rad_s / clip.rate_rad_s - 1
             yield (
                 f"  by counting frames {counted.rate_rad_s / RPM:.4f} rpm "
                 f"± {relative(counted.sd_rad_s / counted.rate_rad_s)}, {away * 1e6:+.0f} ppm away"
             )
-        if len(clip.aliases) > 1:
+        if len(clip.aliases.rates_rad_s) > 1:
             others = ", ".join(
                 f"{abs(other) / RPM:.4g} {'ccw' if other > 0 else 'cw'}"
-                for other in clip.aliases[1:]
+                for other in clip.aliases.rates_rad_s[1:]
             )
-            yield f"  the pictures look the same at {others} rpm: {clip.alias_says}"
-        yield f"  {clip.diagnosis.says}"
+            yield f"  the frames look the same at {others} rpm: {clip.aliases.reason}"
+        yield f"  {clip.diagnosis.explanation}"
 
 
 def history_lines(name: str, history: "RateHistory") -> Iterator[str]:

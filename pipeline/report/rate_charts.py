@@ -13,7 +13,7 @@ from pipeline.report.svg import Chart, Figure, across, nice_limit, thinned, upwa
 from pipeline.stages.rate import SettingRate
 from vision.phase_track import LUMA
 
-MOST_DOTS = 500  #: of a chart of the phase; a minute of film has twice to four times as many
+MOST_DOTS = 500  #: of a chart of the phase; a minute of a clip has twice to four times as many
 ANGLE_BINS = 36
 SHOWN_SHARE = 99.5  #: per cent of the residuals that a chart of the phase reaches to
 PPM = 1e6
@@ -43,7 +43,7 @@ def rate_view(rate: SettingRate) -> RateView:
             "", "", "", (),
         )
     # One clip per pose: the clip that its model fits worst is the one to look at.
-    worst = max(range(len(rate.clips)), key=lambda i: rate.clips[i].phase_rms_rad)
+    worst = max(range(len(rate.clips)), key=lambda i: rate.clips[i].fit.rms_rad)
     clip, source = rate.clips[worst], rate.sources[worst]
     frame = base64.b64encode(rate.annotated[worst].tobytes()).decode() if rate.annotated else ""
     of = f" of {source}, the least steady of {len(rate.clips)} clips" if len(rate.clips) > 1 else ""
@@ -51,7 +51,7 @@ def rate_view(rate: SettingRate) -> RateView:
         name=rate.name,
         headline=f"{headline}, {rate.plate.direction} as filmed",
         facts=tuple(_facts(rate)),
-        says=clip.diagnosis.says,
+        says=clip.diagnosis.explanation,
         next=clip.diagnosis.record_next or "",
         picture=f"data:image/png;base64,{frame}" if frame else "",
         picture_says=(
@@ -67,45 +67,52 @@ def _facts(rate: SettingRate) -> Iterator[tuple[str, str]]:
     yield "rate", f"{whole:.7f} ± {rate.sd_rad_s:.2g} rad/s"
     if not rate.clips:
         return
-    yield "uncertainty by the pictures", relative(rate.image_sd_rad_s / whole)
+    yield "uncertainty by the frames", relative(rate.image_sd_rad_s / whole)
     yield "uncertainty by the clock", relative(rate.timebase_sd_rad_s / whole)
     yield "turns", f"{sum(clip.revolutions for clip in rate.clips):.1f}"
-    yield "frames", str(sum(clip.frames for clip in rate.clips))
-    counted = [(clip.frame_count, clip.rate_rad_s) for clip in rate.clips if clip.frame_count]
+    yield "frames", str(sum(clip.frames.used for clip in rate.clips))
+    counted = [
+        (count.rate_rad_s / clip.rate_rad_s, count.sd_rad_s / clip.rate_rad_s)
+        for clip in rate.clips
+        if (count := clip.cross_checks.frame_count)
+    ]
     if counted:
-        away = float(np.mean([found.rate_rad_s / own - 1 for found, own in counted]))
-        sd = float(np.mean([found.sd_rad_s / own for found, own in counted]))
+        away = float(np.mean([ratio for ratio, _ in counted])) - 1
+        sd = float(np.mean([sd for _, sd in counted]))
         yield "by counting frames", f"{away * PPM:+.0f} ppm away, ± {relative(sd)} by itself"
-    lagged = [(clip.lag_rate, clip.rate_rad_s) for clip in rate.clips if clip.lag_rate]
+    lagged = [
+        lag.rate_rad_s / clip.rate_rad_s for clip in rate.clips if (lag := clip.cross_checks.lag)
+    ]
     if lagged:
-        away = float(np.mean([found.rate_rad_s / own - 1 for found, own in lagged]))
-        yield "by comparing whole pictures", f"{away * PPM:+.0f} ppm away"
-    lost = sum(clip.lost_frames for clip in rate.clips)
-    if lost:
-        yield "pictures lost without a trace", str(lost)
+        away = float(np.mean(lagged)) - 1
+        yield "by comparing whole frames", f"{away * PPM:+.0f} ppm away"
+    dropped = sum(clip.frames.dropped for clip in rate.clips)
+    if dropped:
+        yield "frames dropped without a gap in the stamps", str(dropped)
     coloured = sorted({clip.channel for clip in rate.clips} - {LUMA})
     if coloured:
         yield "followed by colour", ", ".join(coloured)
-    rms = math.sqrt(float(np.mean([clip.phase_rms_rad**2 for clip in rate.clips])))
+    rms = math.sqrt(float(np.mean([clip.fit.rms_rad**2 for clip in rate.clips])))
     yield "phase residual", f"{math.degrees(rms):.3g}°"
 
 
 def _figures(rate: SettingRate, worst: int) -> Iterator[Figure]:
     clip = rate.clips[worst]
-    kept = np.flatnonzero(clip.used)[thinned(int(clip.used.sum()), MOST_DOTS)]
-    residual = np.degrees(clip.residual_rad)
-    limit = nice_limit(max(float(np.percentile(np.abs(residual[clip.used]), SHOWN_SHARE)), 1e-6))
+    fit = clip.fit
+    kept = np.flatnonzero(fit.used)[thinned(int(fit.used.sum()), MOST_DOTS)]
+    residual = np.degrees(fit.residual_rad)
+    limit = nice_limit(max(float(np.percentile(np.abs(residual[fit.used]), SHOWN_SHARE)), 1e-6))
     shown = kept[np.abs(residual[kept]) <= limit]
-    rms = f"Root mean square {math.degrees(clip.phase_rms_rad):.3g}°"
-    thin = f", {len(shown)} of {int(clip.used.sum())} frames drawn." if len(shown) < len(
-        clip.time_s) else "."
+    rms = f"Root mean square {math.degrees(fit.rms_rad):.3g}°"
+    thin = f", {len(shown)} of {int(fit.used.sum())} frames drawn." if len(shown) < len(
+        fit.time_s) else "."
     yield _phase_figure(
-        clip.time_s[shown], residual[shown], limit, "Angle residual against time",
+        fit.time_s[shown], residual[shown], limit, "Angle residual against time",
         "time in the clip [s]", f"{rms}{thin}",
         "a level band without bend, step or wave: the plate turned at one rate.",
     )
-    angle = np.degrees(clip.angle_rad)
-    means = _means_over_angle(angle[clip.used], residual[clip.used])
+    angle = np.degrees(fit.angle_rad)
+    means = _means_over_angle(angle[fit.used], residual[fit.used])
     yield _phase_figure(
         angle[shown], residual[shown], limit, "Angle residual against plate angle",
         "plate angle [°]", f"The line is the mean over {360 // ANGLE_BINS}° of angle.",
@@ -127,7 +134,7 @@ def _figures(rate: SettingRate, worst: int) -> Iterator[Figure]:
         yield _deviation_figure(
             np.arange(1.0, len(each) + 1), (each / each.mean() - 1) * PPM,
             rate.plate.sd_rad_s / each.mean() * PPM, "Rate of every clip", "clip",
-            "Bars are ± one sd by the pictures.",
+            "Bars are ± one sd by the frames.",
             "no drift from clip to clip; each pose is measured against its own clip.",
         )
 
@@ -165,8 +172,8 @@ def _deviation_figure(
     chart.axes()
     chart.level(0.0)
     if sd is not None:
-        for x, y, own in zip(xs, ppm, sd, strict=True):
-            chart.bar(x, y - own, y + own, "band")
+        for x, y, half in zip(xs, ppm, sd, strict=True):
+            chart.bar(x, y - half, y + half, "band")
     for x, y in zip(xs, ppm, strict=True):
         chart.mark(x, y, 0, "mark run0")
     spread = f"They scatter by {float(np.std(ppm)):.3g} ppm over {count(len(ppm), 'value')}."

@@ -180,7 +180,7 @@ def measure_setting(
     plate = PlateRate(
         name=name,
         rate_rad_s=np.array([clip.rate_rad_s for clip in clips]),
-        sd_rad_s=np.array([clip.image_sd_rad_s for clip in clips]),
+        sd_rad_s=np.array([clip.uncertainty.image_rad_s for clip in clips]),
         timebase_relative=timebase.ppm * 1e-6,
         direction=clips[0].direction,
     )

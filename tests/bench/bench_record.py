@@ -19,9 +19,16 @@ from pipeline.playback.pseudo_port import PseudoPort
 from pipeline.record.serial_port import SerialPort
 from pipeline.record.store import RawFile
 from pipeline.record.stream import Stream
-from tests.pipeline.devices.test_fuzz import PARSERS, fuzz
-from tests.pipeline.record.play import evening, onlooker, playing, write_config
-from tests.pipeline.record.test_session import calibrated, record, record_with_kills
+from tests.pipeline.devices.random_streams import PARSERS, fuzz
+from tests.pipeline.record.play import (
+    calibrated,
+    evening,
+    onlooker,
+    playing,
+    record,
+    record_with_kills,
+    write_config,
+)
 
 BAUD, BITS_PER_BYTE = 460800, 10
 TICK_S = 0.004

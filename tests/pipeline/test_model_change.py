@@ -17,8 +17,8 @@ from pipeline.model_change import (
 )
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
-from tests.bench.trials import drawn
 from tests.sessions import pipeline
+from tests.trials import drawn
 from tests.world.bench import Design
 from tests.world.designs import paper_design, rich_design
 from tests.world.session import simulate

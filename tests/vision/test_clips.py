@@ -82,8 +82,8 @@ def test_frame_faults_of_a_recorder_are_found_counted_and_repaired(render):
     motion = PlateMotion(33.3 * RPM)
     path, truth = render(motion, seconds=20, recorder=Recorder(lost=0.02, duplicated=0.03))
     rate = measure_rate(track_phase(path), timebase=CLOCK)
-    assert rate.lost_frames == truth.lost_before.sum() > 0
-    assert rate.duplicate_frames == truth.duplicate.sum() > 0
+    assert rate.frames.dropped == truth.lost_before.sum() > 0
+    assert rate.frames.repeated == truth.duplicate.sum() > 0
     assert abs(error_ppm(rate, motion)) < 20
 
 
@@ -94,7 +94,7 @@ def test_dropped_frames_with_true_stamps_and_jitter_cost_nothing(render):
     track = track_phase(path)
     assert np.abs(track.time_s - truth.stamp_s).max() < 0.6e-3  # mkv stores milliseconds
     rate = measure_rate(track, timebase=CLOCK)
-    assert rate.lost_frames == 0
+    assert rate.frames.dropped == 0
     assert abs(error_ppm(rate, motion)) < 30
 
 
@@ -146,7 +146,8 @@ def test_a_plate_half_outside_the_picture_is_followed_by_its_label_and_mark(rend
     track = track_phase(path)
     assert track.plate.explained > 0.97
     rate = measure_rate(track, timebase=CLOCK)
-    assert abs(error_ppm(rate, motion)) < min(100, 3 * rate.image_sd_rad_s / rate.rate_rad_s * 1e6)
+    sd_ppm = rate.uncertainty.image_rad_s / rate.rate_rad_s * 1e6
+    assert abs(error_ppm(rate, motion)) < min(100, 3 * sd_ppm)
 
 
 @pytest.mark.parametrize("rpm", [16.7, 33.3])
@@ -173,7 +174,7 @@ def test_an_aliased_plate_lists_its_rates_and_takes_the_nominal_one(render):
     assert abs(error_ppm(measure_rate(track, timebase=CLOCK, nominal_rpm=600), motion)) < 20
     blind = measure_rate(track, timebase=CLOCK)
     assert blind.rate_rad_s / RPM == pytest.approx(300, abs=0.1)
-    assert blind.aliases[1] / RPM == pytest.approx(600, abs=0.1)
+    assert blind.aliases.rates_rad_s[1] / RPM == pytest.approx(600, abs=0.1)
 
 
 @pytest.mark.parametrize("rpm", [45.0, -78.26])
@@ -186,7 +187,7 @@ def test_an_ordinary_speed_at_15_pictures_per_second_is_no_alias(rpm, render):
         assert abs(error_ppm(rate, motion)) < 30
         assert rate.warnings == ()
     # Fifteen turns a second more or less give the same pictures.
-    listed = np.array(rate.aliases) / RPM
+    listed = np.array(rate.aliases.rates_rad_s) / RPM
     assert sorted(np.abs(listed))[:3] == pytest.approx(
         [abs(rpm), 900 - abs(rpm), 900 + abs(rpm)], abs=0.01
     )
@@ -237,9 +238,9 @@ def test_the_read_out_time_of_the_camera_is_measured(render):
     rate = measure_rate(
         track_phase(path), timebase=CLOCK, model=("constant_rate", "rolling_shutter")
     )
-    (term,) = rate.terms
+    (term,) = rate.fit.terms
     assert term.value[0] == pytest.approx(60e-6, rel=0.02)
-    assert rate.phase_rms_rad < 4e-4
+    assert rate.fit.rms_rad < 4e-4
 
 
 def test_a_slow_plate_before_a_fast_camera_is_learned_over_two_seconds_and_more(render):
@@ -249,5 +250,5 @@ def test_a_slow_plate_before_a_fast_camera_is_learned_over_two_seconds_and_more(
     track = track_phase(path)
     assert len(track.time_s) == 8 * 240
     rate = measure_rate(track, timebase=CLOCK)
-    assert rate.lost_frames == 0
+    assert rate.frames.dropped == 0
     assert abs(rate.rate_rad_s / motion.rate_rad_s - 1) < 1e-4

@@ -25,8 +25,8 @@ def test_an_oblique_record_label_turns_at_its_hand_counted_rate():
     rate = measure_rate(track_phase(path), timebase=Timebase())
     assert rate.rate_rad_s / RPM == pytest.approx(33.68, abs=0.03)
     assert rate.direction == "cw"
-    assert rate.lag_rate is not None
-    assert rate.lag_rate.rate_rad_s / RPM == pytest.approx(33.68, abs=0.03)
+    assert rate.cross_checks.lag is not None
+    assert rate.cross_checks.lag.rate_rad_s / RPM == pytest.approx(33.68, abs=0.03)
 
 
 def test_a_coasting_disc_has_no_constant_rate_but_a_history():
@@ -61,7 +61,8 @@ def test_a_plate_cut_by_the_edge_of_the_picture_is_refused_for_that():
 @pytest.mark.parametrize("name", ["a/video/17rpm.mp4", "b/video/m33rpm.mp4"])
 def test_bench_clips_agree_with_counted_frames(name):
     rate = measure_rate(track_phase(film(f"bench/{name}")), timebase=Timebase())
-    assert rate.frame_count is not None
-    assert abs(rate.frame_count.rate_rad_s - rate.rate_rad_s) < 3 * rate.frame_count.sd_rad_s
-    assert rate.image_sd_rad_s / rate.rate_rad_s < 2e-6
+    count = rate.cross_checks.frame_count
+    assert count is not None
+    assert abs(count.rate_rad_s - rate.rate_rad_s) < 3 * count.sd_rad_s
+    assert rate.uncertainty.image_rad_s / rate.rate_rad_s < 2e-6
     assert rate.direction == ("cw" if "m33" in name else "ccw")

@@ -12,7 +12,7 @@ from calib.effects.catalogue import BASE, find_effect
 from calib.fit.model import Model
 from calib.fit.solver import fit
 from calib.poses.pose_set import PoseSet
-from tests.bench.trials import DESIGNS, drawn, poses_of
+from tests.trials import DESIGNS, drawn, poses_of
 
 
 def session(name: str, size: float, design: str = "paper", seed: int = 41) -> PoseSet:
@@ -54,7 +54,7 @@ def test_what_a_pose_remembers_is_judged_at_the_solution(seed: int) -> None:
     found = fit(poses, Model.of((*BASE, "hysteresis")))
     assert found.chi2 / found.dof < 3
     remembered = np.sign(found.equations.at_start.previous)
-    at_solution = np.sign(poses.conditions(poses.reading, found.pushed).previous)
+    at_solution = np.sign(poses.conditions(poses.reading, found.sensed).previous)
     assert (remembered == at_solution).all()
 
 

@@ -10,8 +10,7 @@ from calib.fit.leave_one_out import compare
 from calib.fit.model import Model
 from calib.fit.residuals import Equations
 from calib.fit.solver import fit
-from tests.calib.fit.test_solver import chosen, noisy
-from tests.calib.made_poses import FAST, SLOW, made_poses
+from tests.calib.made_poses import FAST, SLOW, chosen, made_poses, noisy
 
 MODEL = Model.of(BASE)
 

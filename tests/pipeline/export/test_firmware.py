@@ -14,7 +14,7 @@ from pipeline.export.parts import Export, triad_named
 from pipeline.export.write import EXPORTERS
 from pipeline.results.read import Stored, StoredTriad, load_results
 from tests.pipeline.conftest import RunSession
-from tests.pipeline.export.test_apply import a_log, with_effects
+from tests.pipeline.export.stored_results import a_log, with_effects
 
 GCC = shutil.which("gcc")
 needs_gcc = pytest.mark.skipif(GCC is None, reason="no gcc here to compile the header with")

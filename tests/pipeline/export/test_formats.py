@@ -11,7 +11,7 @@ from pipeline.export.formats import FORMATS
 from pipeline.export.write import EXPORTERS
 from pipeline.results.read import Stored, load_results
 from tests.pipeline.conftest import RunSession
-from tests.pipeline.export.test_apply import with_effects
+from tests.pipeline.export.stored_results import with_effects
 from tests.sessions import pipeline
 
 COUNTS = np.array([[20_000.0, 31_000.0, 45_000.0], [32_768.0, 32_768.0, 32_768.0]])

@@ -13,7 +13,7 @@ from pipeline.export.parts import triad_named
 from pipeline.export.robotics import lower_and_rotation, to_kalibr, to_ros
 from pipeline.results.read import Stored, load_results
 from tests.pipeline.conftest import RunSession
-from tests.pipeline.export.test_apply import a_log, with_effects
+from tests.pipeline.export.stored_results import a_log, with_effects
 
 COMMENTED = "    # bias: "
 

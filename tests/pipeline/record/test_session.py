@@ -1,30 +1,23 @@
 """A guided recording over a real pseudo-terminal and pyserial, with every trouble of the line."""
 
-import os
-import random
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from calib.fit.calibration import TriadCalibration, calibrate_triad
-from calib.fit.model import Model
-from calib.fit.solver import fit
-from calib.poses.pose_set import pose_set
-from calib.poses.runs import gravity_run
-from pipeline.config.load import load_config
+from calib.fit.calibration import TriadCalibration
 from pipeline.errors import ConfigError, DeviceError
 from pipeline.logs.read import read_log
 from pipeline.playback import Protocol
 from pipeline.playback.device import Faults
-from pipeline.record.start import open_session
-from pipeline.stages.poses import average_recordings
-from tests.paths import ROOT
-from tests.pipeline.record.play import Onlooker, evening, onlooker, playing, write_config
+from tests.pipeline.record.play import (
+    calibrated,
+    evening,
+    playing,
+    record,
+    record_with_kills,
+    write_config,
+)
 from tests.world.imu import mpu6050
 from tests.world.session import Session
 
@@ -42,26 +35,6 @@ def mpu_evening() -> Session:
 @pytest.fixture(scope="module")
 def six_faces() -> Session:
     return evening(faces_only=True)
-
-
-def record(config: Path, port: str, watcher: Onlooker | None = None) -> Onlooker:
-    watcher = watcher or onlooker()
-    open_session(load_config(config, files_may_be_missing=True), watcher, port=port).run()
-    return watcher
-
-
-def calibrated(config: Path) -> TriadCalibration:
-    """The accelerometer by the poses that were recorded."""
-    loaded = load_config(config)
-    assert loaded.accelerometer is not None
-    recordings = average_recordings(loaded, {})
-    from pipeline.config.load import triad_spec
-
-    assert loaded.sensor.accelerometer is not None
-    spec = triad_spec(loaded.sensor.accelerometer)
-    run = gravity_run("stopped", recordings.of(loaded.accelerometer.poses).means, 9.80267, 0.0)
-    poses = pose_set("accelerometer", [run], recordings.origin_s)
-    return calibrate_triad(fit(poses, Model.of(("bias", "scale", "misalignment"))), spec)
 
 
 def assert_true(found: TriadCalibration, session: Session) -> None:
@@ -170,23 +143,6 @@ def test_a_recording_killed_again_and_again_ends_like_an_undisturbed_one(
     assert len(list((tmp_path / "b" / "acc").glob("*.csv"))) == 18
     assert not list((tmp_path / "b" / "acc").glob(".*"))
     assert_same(calibrated(undisturbed), calibrated(killed))
-
-
-def record_with_kills(config: Path, port: str, kills: int, seed: int) -> int:
-    """Record in a process that is killed ``kills`` times; how often it was still running then."""
-    rng = random.Random(seed)
-    command = [sys.executable, "-m", "pipeline", "record", str(config), "--port", port]
-    done = 0
-    for _ in range(kills):
-        process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.DEVNULL,
-                                   stdout=subprocess.DEVNULL)
-        time.sleep(rng.uniform(1.0, 3.0))
-        if process.poll() is None:
-            os.kill(process.pid, signal.SIGKILL)
-            done += 1
-        process.wait()
-    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
-    return done
 
 
 def assert_same(one: TriadCalibration, two: TriadCalibration) -> None:

@@ -14,7 +14,7 @@ from pipeline.stages.context import RunContext
 from pipeline.stages.rate import measure_setting
 from pipeline.stages.run import Outcome, run_stages
 from tests.pipeline.conftest import RunSession
-from tests.pipeline.report.test_page import Page
+from tests.pipeline.report.html_page import Page
 from tests.vision.phase_tracks import phase_track, steady
 from vision.rate.timebase import Timebase
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.bench.trials import drawn
 from tests.sessions import pipeline, results_in
+from tests.trials import drawn
 from tests.world.designs import rich_design
 from tests.world.session import simulate
 from tests.world.write import write_session

@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from vision.rate.camera_roll import camera_roll
 from vision.rate.measure import measure_rate
+from vision.rate.stability import camera_roll
 from vision.rate.timebase import Timebase
 from vision.tracking.track import track_phase
 
@@ -33,7 +33,7 @@ def test_a_camera_that_rolls_is_noticed_and_doubted(render, tmp_path, degrees_pe
     found = camera_roll(track, CLOCK.times(track))
     assert np.degrees(found.rate_rad_s) == pytest.approx(degrees_per_s, rel=0.15)
     rate = measure_rate(track, timebase=CLOCK)
-    assert abs(rate.rate_rad_s - motion.rate_rad_s) < 2 * rate.image_sd_rad_s
+    assert abs(rate.rate_rad_s - motion.rate_rad_s) < 2 * rate.uncertainty.image_rad_s
     assert any("the camera rolled by" in warning for warning in rate.warnings)
     assert camera_roll(track_phase(still), CLOCK.times(track)) is None
 

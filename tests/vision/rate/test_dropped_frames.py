@@ -23,7 +23,7 @@ def test_a_jump_that_an_encoder_spreads_over_some_pictures_is_counted(shown):
         angle[gone + later] -= (1 - part) * 33.3 * RPM / 30
     squeezed = time[: keep.sum()]
     rate = measure_rate(phase_track(squeezed, angle[keep], noise_rad=NOISE), timebase=CLOCK)
-    assert rate.lost_frames == len(gone)
+    assert rate.frames.dropped == len(gone)
     assert abs(rate.rate_rad_s / (33.3 * RPM) - 1) < 2e-5
 
 
@@ -31,6 +31,6 @@ def test_some_pictures_far_ahead_do_not_make_an_even_plate_unsteady():
     time, angle = steady(100.7, seconds=15, fps=120)
     angle[140:146] += np.radians([20, 26, 21, 14, 17, 7])
     rate = measure_rate(phase_track(time, angle, noise_rad=NOISE), timebase=CLOCK)
-    assert rate.lost_frames == 0
+    assert rate.frames.dropped == 0
     assert abs(rate.rate_rad_s / (100.7 * RPM) - 1) < 1e-5
     assert np.ptp(motion.rate_history(rate.history.angle).rate_rad_s) < 1e-3 * rate.rate_rad_s

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.chance import spread_bounds
 from tests.vision.phase_tracks import RPM, phase_track, steady
 from vision.errors import RateRefused
 from vision.rate.measure import measure_rate
@@ -57,7 +58,7 @@ def test_pictures_delivered_again_are_still_left_out():
     rate = measure_rate(
         phase_track(time, held, noise_rad=NOISE, duplicate=again), timebase=CLOCK
     )
-    assert rate.frames == (~again).sum()
+    assert rate.frames.used == (~again).sum()
     assert abs(rate.rate_rad_s / FAST - 1) < 5e-6
 
 
@@ -73,7 +74,7 @@ def test_a_camera_slower_than_its_film_gives_its_rate_all_the_same(camera_fps, s
         rate = measure_rate(
             phase_track(time, angle, noise_rad=NOISE, duplicate=seen), timebase=CLOCK
         )
-        assert rate.lost_frames == 0
+        assert rate.frames.dropped == 0
         assert abs(rate.rate_rad_s - FAST) < 3 * rate.sd_rad_s
         assert rate.sd_rad_s < 3e-4 * FAST
 
@@ -85,8 +86,9 @@ def test_frames_are_counted_between_alignments_that_were_seen():
     hidden &= time < 12
     track = phase_track(time, angle, noise_rad=NOISE, quality=np.where(hidden, 0.1, 0.99))
     rate = measure_rate(track, timebase=CLOCK)
-    assert rate.frame_count is not None
-    assert abs(rate.frame_count.rate_rad_s - FAST) < 2.5 * rate.frame_count.sd_rad_s
+    count = rate.cross_checks.frame_count
+    assert count is not None
+    assert abs(count.rate_rad_s - FAST) < 2.5 * count.sd_rad_s
     assert rate.warnings == ()
 
 
@@ -101,8 +103,8 @@ def test_a_narrow_mark_returns_within_the_sd_of_its_return(rpm):
     seen = gain * (still + 100 * np.exp(-0.5 * (away / 0.04) ** 2))
     track = phase_track(time, angle, noise_rad=NOISE, thumbnail=np.rint(seen).astype(np.uint8))
     rate = measure_rate(track, timebase=CLOCK)
-    assert rate.lag_rate is not None
-    assert abs(rate.lag_rate.rate_rad_s - rpm * RPM) < 3 * rate.lag_rate.sd_rad_s
+    assert rate.cross_checks.lag is not None
+    assert abs(rate.cross_checks.lag.rate_rad_s - rpm * RPM) < 3 * rate.cross_checks.lag.sd_rad_s
     assert rate.warnings == ()
 
 
@@ -114,10 +116,11 @@ def test_stamps_that_come_early_or_late_are_no_change_of_the_rate(rpm):
         time, angle = steady(rpm, seconds=40.0)
         late = np.random.default_rng(seed).normal(0, 6e-3, len(time)).clip(-0.02, 0.02)
         rate = measure_rate(phase_track(time + late, angle, noise_rad=NOISE), timebase=CLOCK)
-        assert rate.lost_frames == 0
+        assert rate.frames.dropped == 0
         assert not any("changes by" in text for text in rate.warnings)
         pulls.append((rate.rate_rad_s / (rpm * RPM) - 1) * rate.rate_rad_s / rate.sd_rad_s)
-    assert 0.5 < np.sqrt(np.mean(np.square(pulls))) < 1.6
+    low, high = spread_bounds(len(pulls))
+    assert low < np.sqrt(np.mean(np.square(pulls))) < high
 
 
 def test_a_change_of_the_rate_shows_through_stamps_that_come_early_or_late():
@@ -136,18 +139,19 @@ def test_stamps_in_whole_milliseconds_are_as_good_as_exact_ones(fps):
     kept[0] = True
     stamps = np.round(time, 3)
     whole = measure_rate(phase_track(stamps, angle, noise_rad=NOISE), timebase=CLOCK)
-    assert whole.lag_rate is not None
-    assert abs(whole.lag_rate.rate_rad_s / FAST - 1) < 2e-4
+    assert whole.cross_checks.lag is not None
+    assert abs(whole.cross_checks.lag.rate_rad_s / FAST - 1) < 2e-4
     assert whole.warnings == ()
     lossy = phase_track(stamps[: kept.sum()], angle[kept], noise_rad=NOISE)
     rate = measure_rate(lossy, timebase=CLOCK)
-    assert rate.lost_frames > 10
+    assert rate.frames.dropped > 10
     assert abs(rate.rate_rad_s / FAST - 1) < 10e-6
 
 
 def test_one_return_of_the_picture_is_no_second_opinion():
     time, angle = steady(33.3, seconds=3.7)  # two turns, the second cut short
-    assert measure_rate(phase_track(time, angle, noise_rad=NOISE), timebase=CLOCK).lag_rate is None
+    rate = measure_rate(phase_track(time, angle, noise_rad=NOISE), timebase=CLOCK)
+    assert rate.cross_checks.lag is None
 
 
 def test_stamps_in_bursts_do_not_make_the_plate_a_hundred_times_as_fast():
