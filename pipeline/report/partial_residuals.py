@@ -120,9 +120,10 @@ def panels(fit: Fit, effect: Effect, shape: float | None = None) -> tuple[Panel,
     if effect.acts_on != "sensor":
         return ()
     equations, s = fit.equations, fit.rows.vector
-    turn = np.eye(3) if effect.orthogonal else fit.rows.axes  # T, from the sensitive axes
+    axes = ALIGNED if effect.orthogonal else fit.rows.axes
+    turn = axes.to_orthogonal  # T, from the sensitive axes
     at = equations.conditions(s)
-    at = replace(at, vector=np.asarray(np.linalg.solve(turn, at.vector.T).T, dtype=float))
+    at = replace(at, vector=axes.sensed(at.vector))
     value = fit.shapes.get(effect.name, shape)
     errors = effect.evaluate(at, value)
     solved = _solved(fit, effect, equations.whitened(turn @ errors, s))
@@ -132,10 +133,10 @@ def panels(fit: Fit, effect: Effect, shape: float | None = None) -> tuple[Panel,
     sensitivity = equations.whitened(np.tile(turn, (len(s), 1, 1)), s)
     shown = []
     for j, name in enumerate(effect.parameters):
-        axes = np.flatnonzero(np.abs(errors[:, :, j]).max(axis=0) > 0)
-        if len(axes) != 1:
+        acting = np.flatnonzero(np.abs(errors[:, :, j]).max(axis=0) > 0)
+        if len(acting) != 1:
             continue
-        a = int(axes[0])
+        a = int(acting[0])
         driven = _driver(fit.poses.triad, effect, value, at, a, j)
         if driven is None:
             continue
