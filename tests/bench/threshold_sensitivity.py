@@ -273,7 +273,7 @@ def outcome(name: str, track: Callable[[], PhaseTrack]) -> Outcome:
     stated = (f"{plate.symmetry} {plate.mark_radius:.2f} {plate.mark_azimuth_rad:.2f} "
               f"{plate.fixed_mark_radius:.2f} {plate.fixed_mark_azimuth_rad:.2f} "
               f"{sorted(text[:40] for text in rate.warnings)}")
-    sd_ppm = rate.image_sd_rad_s / rate.rate_rad_s * 1e6
+    sd_ppm = rate.uncertainty.image_rad_s / rate.rate_rad_s * 1e6
     return Outcome(name, error_ppm, sd_ppm, measurable, stated)
 
 
