@@ -11,6 +11,9 @@ from collections.abc import Sequence
 from pipeline.commands import front_page
 from pipeline.terminal import shown_streams, terminated_as_interrupted
 
+#: The variable by which a shell asks click for completions.
+COMPLETION = "_PIPELINE_COMPLETE"
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code (see :mod:`pipeline.errors`).
@@ -32,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(typed: list[str]) -> int:
-    if typed in ([], ["-h"], ["--help"]):
+    if typed in ([], ["-h"], ["--help"]) and COMPLETION not in os.environ:
         print(front_page())
         return 0
     try:

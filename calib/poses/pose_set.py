@@ -278,6 +278,7 @@ def pose_set(
     if overlap.any():  # every file starts its own clock: the order of the poses is not known
         time_s = np.full(len(means), np.nan)
     names = sorted(set.intersection(*(set(mean.columns) for mean in means)))
+    other = "gyroscope" if triad == "accelerometer" else "accelerometer"
     poses = PoseSet(
         triad=triad,
         label=tuple(mean.label for mean in means),
@@ -291,10 +292,7 @@ def pose_set(
         expected=np.concatenate([run.expected for run in runs]),
         reference=join_references([run.reference for run in runs]),
         columns={name: np.array([mean.columns[name] for mean in means]) for name in names},
-        other_reading=np.array([
-            (mean.gyroscope if triad == "accelerometer" else mean.accelerometer).mean
-            for mean in means
-        ]),
+        other_reading=np.array([getattr(mean, other).mean for mean in means]),
     )
     if correct_force is None or not np.isfinite(poses.force).all():
         return poses

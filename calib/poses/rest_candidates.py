@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Undetermined
@@ -124,7 +124,8 @@ class DecidingTriad:
         if positive.size == 0:
             return self.smallest_variance
         dof = 3 * (self.window - 1)
-        white = float(chi2.ppf(QUIETEST_SHARE, dof)) / (dof + 3)
+        quantile = 2 * float(gammaincinv(dof / 2, QUIETEST_SHARE))  # of chi-square
+        white = quantile / (dof + 3)
         return max(float(np.quantile(positive, QUIETEST_SHARE)) / white, self.smallest_variance)
 
     @property

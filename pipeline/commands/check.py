@@ -4,13 +4,15 @@ from pathlib import Path
 
 import click
 
+from pipeline.commands import examples
 
-@click.command()
+
+@click.command(epilog=examples("pipeline check config.yaml"))
 @click.argument("config", type=click.Path(path_type=Path))
 def command(config: Path) -> None:
-    """Validate CONFIG and find its files; every mistake is listed with its line.
+    """Validate CONFIG, find its files, and list every error with its line.
 
-    Nothing is measured and nothing is written.
+    The command measures nothing and writes nothing.
     """
     from pipeline.config.load import load_config
     from pipeline.console.triad_text import summary_lines

@@ -1,10 +1,11 @@
-"""A model change at the command line: run, change the model, run again, show before and after."""
+"""A model change at the terminal: run, change the model, run again, print both results."""
 
 from collections.abc import Callable
 from pathlib import Path
 
 import click
 
+from pipeline.commands import paragraph
 from pipeline.commands.run_with_progress import run_quietly, say_waiting
 from pipeline.config.load import Config
 from pipeline.console.model_change_text import change_lines
@@ -23,7 +24,7 @@ def change_and_show(
     remove: bool = False,
     although_aliased: bool = False,
 ) -> None:
-    """One change of the model, shown and written."""
+    """Make one change of the model; print it and write the results."""
     with working_on(path, on_wait=say_waiting) as (config, folder):
         change = change_model(
             config,
@@ -38,7 +39,7 @@ def change_and_show(
 
 
 def add_until_settled(path: Path, allow_python: bool) -> None:
-    """Add what the diagnosis names, again and again, until it names nothing more."""
+    """Add the effect that the diagnosis names until it names none."""
     with working_on(path, on_wait=say_waiting) as (config, folder):
         run = _runner(folder, allow_python)
         outcome = run(config)
@@ -52,9 +53,9 @@ def add_until_settled(path: Path, allow_python: bool) -> None:
             _write(change, folder)
             outcome = change.after
     for result in outcome.triads:
-        click.secho(verdict_line(result), bold=True)
+        click.secho(paragraph(verdict_line(result)), bold=True)
     if outcome.config.source.text == config.source.text:
-        click.echo(f"{path} is as it was: nothing was added.")
+        click.echo(f"{path} was not changed: the diagnosis names no effect to add.")
         click.echo(next_step(outcome, folder))
         return
     _finish(outcome, folder)
@@ -78,5 +79,5 @@ def _write(change: ModelChange, folder: Path) -> None:
 
 def _finish(outcome: Outcome, folder: Path) -> None:
     path = outcome.config.source.path
-    click.echo(f"{path} is changed; `pipeline history {path}` shows every step")
+    click.echo(f"{path} was changed. `pipeline history {path}` lists all runs.")
     click.echo(next_step(outcome, folder))

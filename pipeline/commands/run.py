@@ -4,19 +4,24 @@ from pathlib import Path
 
 import click
 
+from pipeline.commands import examples, paragraph
 
-@click.command()
+
+@click.command(epilog=examples(
+    "pipeline run config.yaml",
+    "pipeline run config.yaml --output results",
+))
 @click.argument("config", type=click.Path(path_type=Path))
 @click.option("--output", type=click.Path(path_type=Path, file_okay=False),
-              help="Folder for the results, instead of the one in CONFIG.")
+              help="Folder for the results; default: that of CONFIG.")
 @click.option("--force", is_flag=True,
               help="Replace a results.json or report.html that `pipeline run` did not write.")
 @click.option("--allow-python", is_flag=True,
-              help="Let Python files that CONFIG names for its own effects run.")
+              help="Run the Python files that CONFIG names for user-defined effects.")
 def command(config: Path, output: Path | None, force: bool, allow_python: bool) -> None:
-    """Run every stage in CONFIG and write results.json, report.html and a line of history.
+    """Run every stage of CONFIG and write results.json, report.html and a line of history.
 
-    Clips are followed once: later runs find their phase tracks in the results' folder.
+    Later runs read the measured angles of the clips from the folder of the results.
     """
     from pipeline.commands.run_with_progress import run_watched, say_waiting
     from pipeline.console.certificate_text import certificate_lines
@@ -39,7 +44,7 @@ def command(config: Path, output: Path | None, force: bool, allow_python: bool) 
                     click.echo(line)
         click.echo()
         for result in outcome.triads:
-            click.secho(verdict_line(result), bold=True)
+            click.secho(paragraph(verdict_line(result)), bold=True)
         write_session(folder, outputs_of(outcome, folder))
     click.echo(next_step(outcome, folder))
     click.echo(folder / REPORT_NAME)

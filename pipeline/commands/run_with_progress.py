@@ -1,4 +1,4 @@
-"""A run in front of a user: a line for each stage, warnings, progress of the clips."""
+"""Running the stages at the terminal: a line for each, warnings, progress of the clips."""
 
 from collections.abc import Iterable
 from pathlib import Path

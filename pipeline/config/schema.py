@@ -290,7 +290,7 @@ class RecordSection(Section):
     sample_rate_hz: Positive | None = None  #: an Xsens is set to it; others have their own
     poses: Annotated[Count, Field(ge=6, le=26)] = 18  #: faces, edges, corners, in this order
     seconds_per_pose: Annotated[Positive, Field(ge=2)] = 10.0
-    order: Literal["natural", "random"] = "natural"  #: random parts time from attitude
+    order: Literal["natural", "random"] = "natural"  #: random separates time from attitude
     pattern: Annotated[str, AfterValidator(_pattern)] | None = None  #: of ``device: lines``
     camera: Annotated[int, Field(strict=True, ge=0)] | None = None  #: films turning poses
 

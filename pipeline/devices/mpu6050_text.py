@@ -162,7 +162,7 @@ class Mpu6050TextParser:
         self._bare += 1
         if len(values) != 6:
             self.advice = (
-                f"lines hold {len(values)} numbers and no header tells what they are; describe "
+                f"lines hold {len(values)} numbers and no header names them; describe "
                 f"the line by `pattern` with `device: lines`, or upload the sketch in data/arduino"
             )
             return None

@@ -35,7 +35,7 @@ def packets(data: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def reals(data_id: int, data: bytes) -> tuple[float, ...]:
-    """The numbers of a packet in the format that its DataID tells; none where the size is wrong."""
+    """The numbers of a packet in the format of its DataID; none where the size is wrong."""
     form = data_id & 0x3
     if form == 0:
         return tuple(x for (x,) in struct.iter_unpack(">f", data)) if len(data) % 4 == 0 else ()

@@ -175,7 +175,7 @@ def _course(
 
 
 def _recorded_up(triad: Triad, setting: PlannedSetting, real: Fit | None) -> FloatArray:
-    """Sides (n, 3) that face up in recorded poses, corrected where the poses tell how."""
+    """Sides (n, 3) that face up in recorded poses, corrected where the poses determine how."""
     force = np.array([mean.accelerometer.mean for mean in setting.means])
     if triad == "accelerometer" and real is not None:
         force = real.rows.vector

@@ -154,5 +154,5 @@ def require_clip_names(config: Config, blocks: tuple[RecordingBlock, ...]) -> No
         if block.turns and not (isinstance(clips, NumberedFiles) and clips.after.endswith(".mkv")):
             raise ConfigError(config.source.problem(("rate", block.rate), (
                 "filming makes a clip of every pose, as Matroska, whose stamps are those of the "
-                f"pictures. Write `video: video/{block.rate}_*.mkv`, or record without a camera."
+                f"frames. Write `video: video/{block.rate}_*.mkv`, or record without a camera."
             )))

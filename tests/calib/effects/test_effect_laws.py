@@ -8,7 +8,7 @@ import pytest
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import EFFECTS, REFERENCE_TEMPERATURE_C, Effect
 from calib.errors import Undetermined
-from calib.fit.model import Model, pick, solve_sensor, stack_columns, unavailable
+from calib.fit.model import ALIGNED, Model, pick, solve_sensor, stack_columns, unavailable
 from calib.fit.residuals import Equations
 from calib.fit.solver import fit
 from calib.poses.conditions import Conditions
@@ -150,7 +150,7 @@ def test_correcting_what_was_simulated_gives_the_truth_back(name: str, triad: Tr
     def conditions(s: FloatArray) -> Conditions:
         return poses.conditions(s, sensed=poses.reading)
 
-    s = solve_sensor(model.effects, theta, shapes, conditions, simulated, np.eye(3))
+    s = solve_sensor(model.effects, theta, shapes, conditions, simulated, ALIGNED)
     assert s == pytest.approx(poses.reading, abs=1e-12 * np.abs(poses.reading).max())
 
 

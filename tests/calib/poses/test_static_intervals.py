@@ -11,7 +11,7 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
 from calib.poses.rest_candidates import StillSearch, window_variance
 from calib.poses.static_intervals import StaticIntervals, find_still, quiet_level
-from tests.bench.study_static_intervals import KINDS, count, made
+from tests.calib.poses.hand_turned_logs import KINDS, count, made
 from tests.world.hand_turned import (
     GRAVITY_M_S2,
     OFFSET_M_S2,
