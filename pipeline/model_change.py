@@ -16,7 +16,6 @@ from pipeline.config.edit import with_item, without_item
 from pipeline.config.load import Config, parse_config
 from pipeline.config.yaml_text import PathTo
 from pipeline.errors import ConfigError
-from pipeline.files import write_whole
 from pipeline.names import nearest_name
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
@@ -112,12 +111,12 @@ def change_model(
     remove: bool = False,
     although_aliased: bool = False,
 ) -> ModelChange:
-    """Change the model by ``target``, run, and only then write the configuration.
+    """Change the model by ``target`` and run; nothing is written.
 
     Raises
     ------
     ConfigError, Undetermined
-        The change is refused; the configuration is as it was.
+        The change is refused.
     """
     changed = edited_config(config, target, remove)
     before = before or run(config)
@@ -125,7 +124,6 @@ def change_model(
     if result is not None and not remove:
         require_addable(result, target, although_aliased)
     after = run(changed)
-    write_whole(config.source.path, changed.source.text)
     return ModelChange(target, before, after)
 
 

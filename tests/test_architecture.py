@@ -27,6 +27,7 @@ HOME = {
     "pydantic_core": ("pipeline.config",),
     "jinja2": ("pipeline.report",),
     "rich": ("pipeline.cli", "pipeline.commands"),
+    "filelock": ("pipeline.session_folder",),
     "click": ("pipeline.cli", "pipeline.commands"),
 }
 #: Which of our packages each may import besides itself.
@@ -43,9 +44,10 @@ FLOORS = {
         ("plate", "rate"), ("tracking",),
     ],
     "pipeline": [
-        ("errors", "names", "formatting"), ("files",), ("logs",), ("devices",), ("config",),
-        ("stages",), ("results", "record", "plan", "model_change", "playback"),
-        ("console", "export"), ("report",), ("commands",), ("cli",), ("__main__",),
+        ("errors", "names", "formatting", "terminal"), ("files",), ("logs",), ("devices",),
+        ("config",), ("stages",), ("results", "record", "plan", "model_change", "playback"),
+        ("console", "export"), ("report",), ("session_folder",), ("commands",), ("cli",),
+        ("__main__",),
     ],
 }
 

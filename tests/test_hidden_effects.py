@@ -156,7 +156,7 @@ def test_auto_adds_nothing_where_nothing_is_hidden(
     seen = typed(capsys, config, "add", config, "--auto")
     assert seen.verdict == "nothing_missing"
     assert config.read_bytes() == text
-    assert "is as it was: nothing was added" in seen.printed
+    assert "was not changed: the diagnosis names no effect to add" in seen.printed
 
 
 def test_aliases_are_refused_with_the_measurement_that_tells_them_apart(
@@ -204,5 +204,5 @@ def test_diagnose_shows_the_ranking_and_changes_nothing(
     assert "'hysteresis' is missing" in printed
     ranked = printed[printed.rindex("candidate") :].splitlines()
     assert ranked[1].split()[0] == "hysteresis"
-    assert "these data cannot see: frame_rotation" in printed
+    assert "these data cannot determine: frame_rotation" in printed
     assert not config.with_suffix(".run").exists()

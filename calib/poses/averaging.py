@@ -10,7 +10,8 @@ turn (plate tilt, wow) is taken out first: it averages to nothing but would look
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -34,6 +35,9 @@ LARGEST_STILL_SHIFT = {"accelerometer": 0.02, "gyroscope": 0.02}
 
 LARGEST_RATE_CHANGE = 0.005
 SHORTEST_SAMPLES = 2 * BATCHES
+MOST_DECIMALS = 9
+PRINTED_TOLERANCE = 1e-6
+"""Of the last decimal: far above the rounding of a double, far below one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,14 +45,16 @@ class TriadMean:
     """Mean of one triad over one pose, in nominal SI units.
 
     ``mean`` (3,), ``variance`` and ``coarse_variance`` (3,) of that mean from BATCHES and from
-    COARSE_BATCHES batches, ``scatter`` (3,) variance of the samples about it; all NaN where the
-    triad was not logged.
+    COARSE_BATCHES batches, ``scatter`` (3,) variance of the samples about it, ``step`` (3,) between
+    neighbouring values of the log (0 where it is not known); all NaN where the triad was not
+    logged.
     """
 
     mean: FloatArray
     variance: FloatArray
     coarse_variance: FloatArray
     scatter: FloatArray
+    step: FloatArray = field(default_factory=lambda: np.zeros(3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +81,35 @@ def batch_means(values: FloatArray, count: int) -> FloatArray:
 def batch_variance(values: FloatArray, count: int) -> FloatArray:
     """Variance of the mean of each column of ``values`` (t, k) from ``count`` batches, (k,)."""
     return np.asarray(batch_means(values, count).var(axis=0, ddof=1) / count)
+
+
+def value_steps(counts: FloatArray, spec: TriadSpec) -> FloatArray:
+    """The step between neighbouring values of each axis of a log (t, 3), SI, (3,).
+
+    A converter steps by one count, or by more where the log was shifted or rounded; of a log in
+    physical units the values themselves show it. Where all are the same, the decimals they were
+    printed with are all there is to go by.
+    """
+    steps = []
+    for values in counts.T:
+        whole = np.rint(values)
+        if np.array_equal(values, whole):
+            step = float(np.gcd.reduce((whole - whole[0]).astype(np.int64)))
+        else:
+            gaps = np.diff(np.unique(values))
+            step = float(gaps.min()) if gaps.size else 0.0
+        if step == 0:  # never another value
+            step = 1.0 if spec.encoding != "si" else _printed_unit(float(values[0]))
+        steps.append(step)
+    return np.asarray(steps) * abs(spec.nominal_scale)
+
+
+def _printed_unit(value: float) -> float:
+    """The unit of the last decimal that ``value`` needs."""
+    for decimals in range(MOST_DECIMALS):
+        if abs(value * 10.0**decimals - round(value * 10.0**decimals)) < PRINTED_TOLERANCE:
+            return float(10.0**-decimals)
+    return 0.0
 
 
 def _halves(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -136,10 +171,10 @@ def _without_harmonics(values: FloatArray, time_s: FloatArray, rate_rad_s: float
     return np.asarray(values - waves @ solution[1:])
 
 
-def _check_still(label: str, triad: str, values: FloatArray) -> None:
+def _check_still(label: str, triad: str, values: FloatArray, largest_shift: float) -> None:
     first, second, noise = _halves(values)
     shift = np.abs(second - first)
-    limit = np.maximum(LARGEST_STILL_SHIFT[triad], LARGEST_SHIFT_SD * noise)
+    limit = np.maximum(largest_shift, LARGEST_SHIFT_SD * noise)
     axis = int(np.argmax(shift / limit))
     if shift[axis] > limit[axis]:
         unit = SI_UNIT[triad]
@@ -171,8 +206,11 @@ def average_pose(
     accelerometer: TriadSpec | None,
     gyroscope: TriadSpec | None,
     rate_rad_s: float = 0.0,
+    largest_shift: Mapping[str, float] = LARGEST_STILL_SHIFT,
 ) -> PoseMean:
     """Average one pose, still (``rate_rad_s`` 0) or turning at about ``rate_rad_s``.
+
+    ``largest_shift`` is by how much the halves of a still pose may differ, by triad, SI.
 
     Raises
     ------
@@ -196,7 +234,7 @@ def average_pose(
         _check_counts(log.label, triad, counts, spec)
         values = spec.nominal(counts)
         if rate_rad_s == 0:
-            _check_still(log.label, triad, values)
+            _check_still(log.label, triad, values, largest_shift[triad])
             rest = values
         else:
             rest = _without_harmonics(values, log.time_s[:n], abs(rate_rad_s))
@@ -208,6 +246,7 @@ def average_pose(
                 variance=batch_variance(rest, BATCHES),
                 coarse_variance=batch_variance(rest, COARSE_BATCHES),
                 scatter=rest.var(axis=0, ddof=1),
+                step=value_steps(counts, spec),
             )
         )
     return PoseMean(

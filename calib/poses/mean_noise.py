@@ -29,6 +29,9 @@ NOISE_DOF_PER_POSE = 2.0
 MEDIAN_OF_CHI2_5 = 4.3515
 """Median of chi-square with OWN_DOF = 5, to turn a median of variances into a variance."""
 
+STEP_TERMS = 100
+"""The series is within 0.6 % of Δ²/12 without noise, and exact with any."""
+
 HARMONICS = 4
 """Slow enough for noise that stays correlated over a tenth of the log, and with three axes enough
 degrees of freedom (24) that Student's factor is small."""
@@ -92,15 +95,62 @@ def correlation_factor(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> floa
     return student * max(1.0, 2 * coarse / fine - 1) if fine > 0 else 1.0
 
 
-def correlated_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
-    """Sd of every pose mean of all runs, one after another, correlation included, (n, 3)."""
+def noise_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
+    """Sd (n, 3) of every pose mean of all runs by its noise, correlation included, nominal SI."""
     length = [float(np.median([mean.duration_s for mean in means])) for means in runs]
     parts = []
-    for means, own in zip(runs, length, strict=True):
+    for means, seconds in zip(runs, length, strict=True):
         alike = [
             other
             for other, its in zip(runs, length, strict=True)
-            if 1 / SIMILAR_LENGTH < its / own < SIMILAR_LENGTH
+            if 1 / SIMILAR_LENGTH < its / seconds < SIMILAR_LENGTH
         ]
         parts.append(pooled_sd(means, triad) * np.sqrt(correlation_factor(alike, triad)))
     return np.concatenate(parts)
+
+
+def pose_mean_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
+    """Sd (n, 3) of every pose mean of all runs, one after another: noise and converter steps.
+
+    Parameters
+    ----------
+    runs : sequence of sequences of PoseMean
+        Averaged poses of one sensor, run by run.
+    triad : str
+        ``accelerometer`` or ``gyroscope``.
+    """
+    by_steps = []
+    for means in runs:
+        step = np.min([getattr(mean, triad).step for mean in means], axis=0)
+        scatter = np.median([getattr(mean, triad).scatter for mean in means], axis=0)
+        by_steps.append(np.tile(step_variance(step, scatter), (len(means), 1)))
+    return np.asarray(np.sqrt(noise_sd(runs, triad) ** 2 + np.concatenate(by_steps)))
+
+
+def step_variance(step: FloatArray, scatter: FloatArray) -> FloatArray:
+    """Variance of a mean by the converter's steps, over where between two steps the truth lies.
+
+    The mean of rounded samples with noise of sd σ misses the truth x by a periodic function of x
+    (Widrow & Kollár, *Quantization Noise*, 2008, its Fourier series), of the variance
+
+        Σ_k Δ² / (2π² k²) · exp(−4π² k² σ² / Δ²),
+
+    which is Δ²/12 without noise and vanishes once σ exceeds half a step. It does not fall with the
+    length of the pose.
+
+    Parameters
+    ----------
+    step : array, shape (3,)
+        Δ; 0 where there is none.
+    scatter : array, shape (3,)
+        Variance of the logged samples, rounding included: σ² + Δ²/12.
+
+    Returns
+    -------
+    array, shape (3,)
+    """
+    square = np.maximum(step**2, 1e-300)[:, None]
+    dither = np.maximum(scatter - step**2 / 12, 0.0)[:, None]
+    k = np.arange(1, STEP_TERMS + 1)
+    terms = np.exp(-4 * np.pi**2 * k**2 * dither / square) / (2 * np.pi**2 * k**2)
+    return np.asarray(step**2 * terms.sum(axis=1))

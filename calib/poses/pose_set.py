@@ -10,9 +10,9 @@ import numpy as np
 
 from calib.errors import Undetermined
 from calib.poses.averaging import PoseMean
-from calib.poses.conditions import Conditions
+from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
 from calib.poses.imu_log import AXES, BoolArray, FloatArray, IntArray, Triad
-from calib.poses.mean_noise import NOISE_DOF_PER_POSE, correlated_sd
+from calib.poses.mean_noise import NOISE_DOF_PER_POSE, pose_mean_sd
 
 RowIndex = IntArray | BoolArray | slice | Sequence[int]
 PER_POSE = ("reading", "sd", "force", "vibration", "spin_rad_s", "time_s", "expected")
@@ -125,6 +125,9 @@ class PoseSet:
         Magnitudes and their sds.
     columns : mapping of name to array, shape (n,)
         Pose means of the logged columns.
+    other_reading : array, shape (n, 3), or None
+        Mean nominal reading of the other triad, NaN where not logged. Ideal poses have None: what
+        the other triad reads follows from the plate and from gravity.
     """
 
     triad: Triad
@@ -139,6 +142,7 @@ class PoseSet:
     expected: FloatArray
     reference: Reference
     columns: Mapping[str, FloatArray] = field(default_factory=dict)
+    other_reading: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.label)
@@ -152,6 +156,7 @@ class PoseSet:
             run=tuple(self.run[i] for i in index),
             reference=self.reference.take(index),
             columns={name: values[index] for name, values in self.columns.items()},
+            other_reading=None if self.other_reading is None else self.other_reading[index],
             **{name: getattr(self, name)[index] for name in PER_POSE},
         )
 
@@ -207,8 +212,20 @@ class PoseSet:
             time_s=self.time_s,
             previous=previous if np.isfinite(self.time_s).all() else np.full_like(vector, np.nan),
             vibration=self.vibration,
-            columns=self.columns,
+            columns={**self.columns, **self._unlogged(vector)},
         )
+
+    def _unlogged(self, vector: FloatArray) -> dict[str, FloatArray]:
+        """The other triad's reading and which pose belongs to which run, each (n,)."""
+        other = self.other_reading
+        if other is None and self.triad == "gyroscope":
+            other = self.force
+        elif other is None:
+            length = np.linalg.norm(vector, axis=1, keepdims=True)
+            other = self.spin_rad_s[:, None] * vector / np.where(length > 0, length, 1.0)
+        run = np.array(self.run)
+        members = {RUN_COLUMN + name: (run == name).astype(float) for name in dict.fromkeys(run)}
+        return {**dict(zip(OTHER_TRIAD, other.T, strict=True)), **members}
 
 
 def check_alive(means: Sequence[PoseMean], triad: Triad, run: str) -> None:
@@ -261,12 +278,13 @@ def pose_set(
     if overlap.any():  # every file starts its own clock: the order of the poses is not known
         time_s = np.full(len(means), np.nan)
     names = sorted(set.intersection(*(set(mean.columns) for mean in means)))
+    other = "gyroscope" if triad == "accelerometer" else "accelerometer"
     poses = PoseSet(
         triad=triad,
         label=tuple(mean.label for mean in means),
         run=tuple(run.name for run in runs for _ in run.means),
         reading=np.array([getattr(mean, triad).mean for mean in means]),
-        sd=correlated_sd([run.means for run in runs], triad),
+        sd=pose_mean_sd([run.means for run in runs], triad),
         force=np.array([mean.accelerometer.mean for mean in means]),
         vibration=np.array([mean.accelerometer.scatter for mean in means]),
         spin_rad_s=np.concatenate([run.spin_rad_s for run in runs]),
@@ -274,6 +292,7 @@ def pose_set(
         expected=np.concatenate([run.expected for run in runs]),
         reference=join_references([run.reference for run in runs]),
         columns={name: np.array([mean.columns[name] for mean in means]) for name in names},
+        other_reading=np.array([getattr(mean, other).mean for mean in means]),
     )
     if correct_force is None or not np.isfinite(poses.force).all():
         return poses

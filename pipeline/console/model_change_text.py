@@ -32,9 +32,9 @@ def _triad_lines(change: ModelChange, before: TriadResult, after: TriadResult) -
                                for r in (before, after))])
     rows.append(["verdict", *(r.diagnosis.verdict for r in (before, after))])
     yield from aligned(rows, indent="")
-    own = [row for row in effect_rows(after) if row[0].strip().startswith(change.target.name)]
-    if own:
-        yield from aligned(own, indent="")
+    sizes = [row for row in effect_rows(after) if row[0].strip().startswith(change.target.name)]
+    if sizes:
+        yield from aligned(sizes, indent="")
     yield verdict_line(after)
 
 

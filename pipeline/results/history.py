@@ -9,7 +9,6 @@ from typing import Any
 
 from calib.poses.imu_log import TRIADS
 from pipeline.errors import UnreadableInput
-from pipeline.files import write_whole
 from pipeline.formatting import DISPLAY, aligned, short_model
 
 HISTORY_NAME = "history.jsonl"
@@ -82,11 +81,9 @@ def with_step(
     return (*earlier, Step(when.isoformat(timespec="seconds"), results["config_sha256"], triads))
 
 
-def write_history(folder: Path, steps: Sequence[Step]) -> Path:
-    """Write the history, a line for each run."""
-    path = folder / HISTORY_NAME
-    write_whole(path, "".join(_line(step) + "\n" for step in steps))
-    return path
+def history_text(steps: Sequence[Step]) -> str:
+    """The text of the history, a line for each run."""
+    return "".join(_line(step) + "\n" for step in steps)
 
 
 def _triad_step(section: Mapping[str, Any]) -> TriadStep:

@@ -14,11 +14,13 @@ from calib.errors import CalibrationError
 from calib.fit.calibration import alignment
 from calib.fit.model import Correction, Model
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import TRIADS, FloatArray
+from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from pipeline.errors import UnreadableInput
 
 FORMAT = 1
 RESULTS_NAME = "results.json"
+REPORT_NAME = "report.html"
+REPORT_MARK = '<meta name="generator" content="pipeline run">'
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +78,11 @@ class Stored:
         return None if angles is None else np.array(angles, dtype=float)
 
 
-def load_results(path: Path) -> Stored:
+def load_results(path: Path, allow_python: bool = False) -> Stored:
     """Read ``results.json``; ``path`` is the file or its folder.
+
+    ``allow_python`` lets the Python files of user-defined effects run; without it these effects
+    are there by name and cannot be evaluated.
 
     Raises
     ------
@@ -105,7 +110,11 @@ def load_results(path: Path) -> Stored:
         )
     try:
         sections = {name: contents[name] for name in TRIADS}
-        triads = tuple(_triad(*each) for each in sections.items() if each[1] is not None)
+        triads = tuple(
+            _triad(name, section, path.parent, allow_python)
+            for name, section in sections.items()
+            if section is not None
+        )
     except (KeyError, TypeError, ValueError, CalibrationError) as error:
         raise UnreadableInput(
             f"{path}: a part is missing or is not what `pipeline run` writes ({error}). Write it "
@@ -114,12 +123,15 @@ def load_results(path: Path) -> Stored:
     return Stored(path, contents, triads)
 
 
-def _triad(name: str, section: Mapping[str, Any]) -> StoredTriad:
+def _triad(
+    name: Triad, section: Mapping[str, Any], folder: Path, allow_python: bool
+) -> StoredTriad:
     value, sd, stored = section["parameters"], section["sd"], section["correction"]
     sheet = stored["sheet"]
     full_scale = math.inf if sheet["full_scale"] is None else float(sheet["full_scale"])
     spec = TriadSpec(full_scale, sheet["bits"], sheet["encoding"], sheet["si_per_unit"])
-    model = Model.of(stored["model"], _own_effects(stored["own_effects"]))
+    own = _user_effects(stored["own_effects"], name, folder, allow_python)
+    model = Model.of(stored["model"], own)
     theta = _array(stored["theta"])
     if len(theta) != model.size:
         raise ValueError(f"{name}: {len(theta)} parameters for a model of {model.size}")
@@ -136,20 +148,16 @@ def _triad(name: str, section: Mapping[str, Any]) -> StoredTriad:
     )
 
 
-def _own_effects(definitions: Mapping[str, Any]) -> dict[str, Effect]:
-    code = [name for name, definition in definitions.items() if definition["python"] is not None]
-    if code:
-        raise ValueError(
-            f"'{code[0]}' is Python code of the user's own, which results do not carry; state it "
-            f"as an expression to apply it elsewhere"
-        )
-    if not definitions:
+def _user_effects(
+    stored: Mapping[str, Any], triad: Triad, folder: Path, allow_python: bool
+) -> dict[str, Effect]:
+    if not stored:
         return {}
     from pipeline.stages.user_effects import (
         stored_effects,  # pydantic and all, which few calibrations need
     )
 
-    return stored_effects(definitions)
+    return stored_effects(stored, triad, folder, allow_python)
 
 
 #: The keys of the nine parameters in results.json.

@@ -1,6 +1,7 @@
 """A calibrated triad as it stands in results.json."""
 
 from collections.abc import Mapping
+from pathlib import Path
 
 from calib.fit.calibration import uncertainty_budget
 from calib.poses.data_sheet import TriadSpec
@@ -8,12 +9,15 @@ from pipeline.config.schema import EffectSection
 from pipeline.results.json_values import Json, number, numbers
 from pipeline.results.read import PARAMETERS
 from pipeline.stages.triads import TriadResult
+from pipeline.stages.user_effects import python_sha256
 
 WORST_POSES = 3
 
 
-def triad_json(result: TriadResult, user_effects: Mapping[str, EffectSection]) -> Json:
-    """One calibrated triad; ``user_effects`` are those that the configuration defines."""
+def triad_json(
+    result: TriadResult, user_effects: Mapping[str, EffectSection], folder: Path
+) -> Json:
+    """One calibrated triad; ``user_effects`` are defined by the configuration in ``folder``."""
     calibration, comparison = result.calibration, result.comparison
     fit, parameters = calibration.fit, calibration.parameters
     misalignment_sd, bias_sd, scale_sd = parameters.sd
@@ -42,8 +46,9 @@ def triad_json(result: TriadResult, user_effects: Mapping[str, EffectSection]) -
         "worst_poses": [pose.label for pose in comparison.worst(WORST_POSES)],
         "misfit_follows": result.diagnosis.follows,
         "poses": _poses(result),
+        "prediction": _prediction(result),
         "diagnosis": _diagnosis(result),
-        "correction": correction_json(result, user_effects),
+        "correction": correction_json(result, user_effects, folder),
     }
     if result.triad == "gyroscope":
         frame = result.frame
@@ -101,6 +106,18 @@ def _poses(result: TriadResult) -> list[Json]:
     ]
 
 
+def _prediction(result: TriadResult) -> Json | None:
+    """What a corrected magnitude will err by, 1 sd, over all directions; SI."""
+    prediction = result.prediction
+    if prediction is None:
+        return None
+    return {
+        "sd_median": number(prediction.sd_median),
+        "sd_worst": number(prediction.sd_worst),
+        "worst_direction": numbers(prediction.worst_direction),
+    }
+
+
 def _diagnosis(result: TriadResult) -> Json:
     diagnosis = result.diagnosis
     return {
@@ -143,10 +160,12 @@ def _blind(name: str) -> Json:
     }
 
 
-def correction_json(result: TriadResult, user_effects: Mapping[str, EffectSection]) -> Json:
+def correction_json(
+    result: TriadResult, user_effects: Mapping[str, EffectSection], folder: Path
+) -> Json:
     """What :mod:`pipeline.results.read` needs to correct other logs: data sheet, model, parameters.
 
-    User-defined effects are kept as they were defined, Python code by its file's name only.
+    User-defined effects are kept as they were defined; Python code by its file's name and hash.
     """
     correction = result.calibration.correction
     return {
@@ -155,11 +174,21 @@ def correction_json(result: TriadResult, user_effects: Mapping[str, EffectSectio
         "theta": numbers(correction.theta),
         "shapes": {name: float(value) for name, value in correction.shapes.items()},
         "own_effects": {
-            name: user_effects[name].model_dump(include={"expression", "python", "per", "unit"})
+            name: _definition(user_effects[name], folder)
             for name in correction.model.names
             if name in user_effects
         },
     }
+
+
+def _definition(section: EffectSection, folder: Path) -> Json:
+    """A user-defined effect as it stands in the configuration."""
+    kept = section.model_dump(mode="json", include={"expression", "python", "per", "unit"})
+    if section.shapes:
+        kept["shapes"] = {name: list(each) for name, each in section.shapes.items()}
+    if section.python is not None:
+        kept["python_sha256"] = python_sha256(folder, section.python)
+    return kept
 
 
 def _sheet(spec: TriadSpec) -> Json:

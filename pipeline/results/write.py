@@ -6,14 +6,12 @@ same file, byte for byte: it holds no time of day and no absolute path.
 
 import hashlib
 import json
-from pathlib import Path
 
-from pipeline.files import write_whole
 from pipeline.results.certificate import certificate_json
 from pipeline.results.json_values import Json
 from pipeline.results.mounting import mounting_json
 from pipeline.results.rate import rate_json
-from pipeline.results.read import FORMAT, RESULTS_NAME
+from pipeline.results.read import FORMAT
 from pipeline.results.triad import triad_json
 from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
@@ -40,14 +38,14 @@ def results_of(outcome: Outcome) -> Json:
     }
     for result in outcome.triads:
         certificate = compare_with_certificate(outcome.config, result)
-        results[result.triad] = triad_json(result, outcome.config.effects) | {
+        results[result.triad] = triad_json(
+            result, outcome.config.effects, outcome.config.source.path.parent
+        ) | {
             "certificate": certificate_json(certificate) if certificate else None
         }
     return results
 
 
-def write_results(folder: Path, results: Json) -> Path:
-    """Write ``results.json`` into ``folder``, whole or not at all."""
-    path = folder / RESULTS_NAME
-    write_whole(path, json.dumps(results, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
-    return path
+def results_text(results: Json) -> str:
+    """The text of ``results.json``."""
+    return json.dumps(results, indent=1, ensure_ascii=False, allow_nan=False) + "\n"

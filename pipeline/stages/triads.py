@@ -7,13 +7,14 @@ from calib.consistency import direction_against_film, gain_off_the_sheet, turnin
 from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
-from calib.effects.user_defined import check_own
+from calib.effects.user_defined import fault_of_user_effect
 from calib.errors import Undetermined
 from calib.fit.angrisano import fit_paper
 from calib.fit.calibration import TriadCalibration, calibrate_triad
 from calib.fit.frame_alignment import FrameRotation, frame_rotation
 from calib.fit.leave_one_out import Comparison, compare
 from calib.fit.model import Model
+from calib.fit.prediction import Prediction, predict
 from calib.fit.solver import fit
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import Triad
@@ -27,13 +28,14 @@ from pipeline.stages.context import RunContext
 from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.site import Gravity, gravity_of, latitude_of
-from pipeline.stages.user_effects import own_effects
+from pipeline.stages.user_effects import check_user_effects, user_effects
 
 
 @dataclass(frozen=True, eq=False)
 class TriadResult:
     """One triad: its calibration, the comparison with its poses, and what its model misses.
 
+    ``prediction`` is what it will err by on the next log, None where only rest was measured;
     ``gravity`` is the reference of an accelerometer, None for a gyroscope; ``frame`` its rotation
     against the accelerometer, None for an accelerometer and where the poses do not show it;
     ``warnings`` where two stages contradict each other.
@@ -42,6 +44,7 @@ class TriadResult:
     calibration: TriadCalibration
     comparison: Comparison
     diagnosis: Diagnosis
+    prediction: Prediction | None
     gravity: Gravity | None = None
     frame: FrameRotation | None = None
     warnings: tuple[str, ...] = ()
@@ -70,6 +73,10 @@ def require_fittable(config: Config) -> None:
         where = (triad, "model")
         for name in section.model:
             if name in config.effects:
+                if config.effects[name].triad not in (None, triad):
+                    problems.append(config.source.problem(where, (
+                        f"'{name}' is defined for the {config.effects[name].triad}. Take it out "
+                        f"of this model")))
                 continue
             if triad not in find_effect(name).triads:
                 problems.append(config.source.problem(where, (
@@ -84,6 +91,7 @@ def require_fittable(config: Config) -> None:
                 f"[{', '.join(section.model)}]. Use `solver: default` with any other model")))
     if problems:
         raise ConfigError(*problems)
+    check_user_effects(config)
 
 
 def calibrate_accelerometer(
@@ -111,8 +119,8 @@ def calibrate_accelerometer(
     run = gravity_run(STOPPED, means, gravity.value_m_s2, gravity.sd_m_s2)
     poses = pose_set("accelerometer", [run], recordings.origin_s)
     spec = triad_spec(config.sensor.accelerometer)
-    user_effects = own_effects(config, context.allow_python)
-    return _calibrated(poses, config.accelerometer, spec, user_effects, gravity)
+    defined = user_effects(config, "accelerometer", context.allow_python)
+    return _calibrated(poses, config.accelerometer, spec, defined, gravity)
 
 
 def calibrate_gyroscope(
@@ -158,9 +166,9 @@ def calibrate_gyroscope(
         )
     correct = accelerometer.calibration.correct if accelerometer else None
     poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
-    user_effects = own_effects(config, context.allow_python)
+    defined = user_effects(config, "gyroscope", context.allow_python)
     spec = triad_spec(config.sensor.gyroscope)
-    result = _calibrated(poses, config.gyroscope, spec, user_effects, None)
+    result = _calibrated(poses, config.gyroscope, spec, defined, None)
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
     return replace(
@@ -174,15 +182,14 @@ def _calibrated(
     poses: PoseSet,
     section: AccelerometerSection | GyroscopeSection,
     spec: TriadSpec,
-    user_effects: Mapping[str, Effect],
+    defined: Mapping[str, Effect],
     gravity: Gravity | None,
 ) -> TriadResult:
-    acting = {name: effect for name, effect in user_effects.items() if poses.triad in effect.triads}
-    for name, effect in acting.items():
-        wrong = check_own(effect, poses.conditions(poses.reading))
-        if wrong is not None:
-            raise Undetermined(f"effects.{name}: the effect {wrong}.")
-    model = Model.of(section.model, acting)
+    for name, effect in defined.items():
+        fault = fault_of_user_effect(effect, poses.conditions(poses.reading))
+        if fault is not None:
+            raise Undetermined(f"effects.{name}: the effect {fault}.")
+    model = Model.of(section.model, defined)
     fitted = (
         fit_paper(poses, model, spec)
         if section.solver == "paper"
@@ -192,7 +199,8 @@ def _calibrated(
     return TriadResult(
         calibration,
         compare(fitted),
-        diagnose(fitted, tuple(acting.values()), spec.full_scale),
+        diagnose(fitted, tuple(defined.values()), spec.full_scale),
+        predict(calibration),
         gravity,
         warnings=(
             *turning_while_still(poses),

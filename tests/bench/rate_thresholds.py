@@ -1,27 +1,26 @@
 """What each threshold of ``vision.rate`` does: halved and doubled, over simulated phase tracks.
 
-    python -m tests.bench.rate_thresholds [--tracks 260] [--only DroppedFrames] [--table]
+    python -m tests.bench.rate_thresholds [--tracks 120] [--only DroppedFrames]
 
 The tracks need no image: plates that turn evenly, wobble, drift, stop, run up; frames dropped,
 repeated, mismeasured, noisy, left out, stamped late; labels that show little at one angle; cameras
 that roll. Of each track it is known whether it can be measured, its rate, how many frames were
 dropped and which term is missing. Printed for each field of each record of thresholds, at half and
 at twice its value: refusals without cause, rates that should have been refused, wrong counts of
-dropped frames, wrong diagnoses, wrong warnings, and the errors of the rate in sds (rms, largest).
-``--table`` prints the rows for ``data/docs/thresholds.md``.
+dropped frames, wrong diagnoses, wrong warnings, errors beyond four sds, their rms in sds and the
+median sd in ppm. The table stands in ``data/docs/thresholds.md``.
 """
 
 import argparse
-import importlib
-import pkgutil
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
 
-import vision.rate
-from tests.vision.phase_tracks import RPM, cut_label, phase_track, steady
+from tests.bench.threshold_sensitivity import FACTORS, records_of, replaced
+from tests.vision.cut_label import cut_label
+from tests.vision.phase_tracks import RPM, phase_track, steady
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.phase_track import PhaseTrack
@@ -52,7 +51,7 @@ def _even(rng: np.random.Generator) -> tuple[FloatArray, FloatArray, float, floa
         rpm = float(rng.choice([16.67, 33.3, 45, 78.26, 20.3, 60.2]) * rng.choice([-1, 1]))
         if 5 < 60 * fps / abs(rpm) < 90:
             break
-    time, angle = steady(rpm, seconds=float(rng.uniform(10, 40)), fps=fps)
+    time, angle = steady(rpm, seconds=float(rng.uniform(8, 24)), fps=fps)
     return time, angle + rng.uniform(0, 6), rpm * RPM, 1 / fps
 
 
@@ -224,7 +223,7 @@ def disagreeing(rng: np.random.Generator) -> Case:
     time, angle, rate, _ = _even(rng)
     if rng.random() < 0.5:
         other = np.angle(np.exp(1j * (angle + 10 ** rng.uniform(-3.6, -2.5) * rate * time)))
-        track = phase_track(time, angle, noise_rad=1e-3, seed_rad=other)
+        track = phase_track(time, angle, noise_rad=1e-3, mark_angle_rad=other)
         return Case("disagreeing", track, rate, warning="centroid")
     off = angle + rng.uniform(0.01, 0.03) * rate * time
     track = phase_track(time, angle, noise_rad=1e-3)
@@ -321,47 +320,28 @@ def judge(every: list[Case], show: bool = False) -> Score:
                  float(np.sqrt((size.clip(max=20) ** 2).mean())), float(np.median(sds)))
 
 
-def records() -> Iterator[tuple[Any, str, Any]]:
-    """Module, name and value of each record of thresholds of ``vision.rate``."""
-    for info in pkgutil.iter_modules(vision.rate.__path__, "vision.rate."):
-        module = importlib.import_module(info.name)
-        for name, value in vars(module).items():
-            if is_dataclass(value) and type(value).__module__ == info.name:
-                yield module, name, value
-
-
-def changed(value: float, factor: float) -> float:
-    """A threshold times a factor; a count of frames stays whole."""
-    return max(1, round(value * factor)) if isinstance(value, int) else value * factor
-
-
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--tracks", type=int, default=150)
+    parser.add_argument("--tracks", type=int, default=120)
     parser.add_argument("--only", default="")
-    parser.add_argument("--table", action="store_true")
     options = parser.parse_args()
     every = list(cases(options.tracks))
-    usual = str(judge(every, show=not options.table))
+    usual = str(judge(every, show=True))
     print(f"refused, not refused, count, diagnosis, warnings, beyond {FAR:g} sds, rms, sd in ppm")
     print(f"{'as they are':<50} {usual}", flush=True)
-    for module, name, record in records():
+    for record in records_of("vision.rate"):
         for each in fields(record):
             label = f"{type(record).__name__}.{each.name}"
             if options.only not in label:
                 continue
             value = getattr(record, each.name)
             scores = []
-            for factor in (0.5, 2.0):
-                setattr(module, name, replace(record, **{each.name: changed(value, factor)}))
-                score = str(judge(every))
+            for factor in FACTORS:
+                with replaced(record, replace(record, **{each.name: factor * value})):
+                    score = str(judge(every))
                 scores.append("no effect" if score == usual else score)
-            setattr(module, name, record)
-            if options.table:
-                print(f"| `{label}` | {value:g} | {scores[0]} | {scores[1]} |", flush=True)
-            else:
-                print(f"{label:<44} {value:5g} {scores[0]:>48} {scores[1]:>48}", flush=True)
+            print(f"{label:<40} {value:7g} {scores[0]:>48} {scores[1]:>48}", flush=True)
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from calib.fit.angrisano import data_sheet_start
+from calib.poses.imu_log import FloatArray
 from tests.calib.real_xsens import GRAVITY_M_S2, SPEC, real_accelerometer
 from tests.paths import DATA
 from tests.studies.angrisano import mounting as paper_mounting
@@ -19,7 +20,7 @@ from tests.studies.angrisano.bench import leaning_axes, wedge_directions
 from tests.studies.angrisano.errata import alpha_of, misordered, third_column
 from tests.studies.angrisano.figures import paper_figures
 from tests.studies.angrisano.iteration import iterate_as_printed
-from tests.studies.angrisano.published import ACCELEROMETER, TABLE_2
+from tests.studies.angrisano.published import ACCELEROMETER, TABLE_2, PublishedSet
 from tests.studies.angrisano.table1 import accelerometer, table_1
 from tests.studies.angrisano.table2 import start_study, table_2
 from tests.studies.angrisano.table3 import (
@@ -60,7 +61,9 @@ def three(row: dict[str, str]) -> list[float]:
         ),
     ],
 )
-def test_the_study_compares_with_what_was_printed(file, stated, certificate) -> None:  # type: ignore[no-untyped-def]
+def test_the_study_compares_with_what_was_printed(
+    file: str, stated: tuple[PublishedSet, ...], certificate: tuple[FloatArray, FloatArray]
+) -> None:
     printed = rows(file)
     for i, one in enumerate(stated):
         alpha, bias, scale = printed[3 * i : 3 * i + 3]

@@ -70,17 +70,3 @@ def steady(
     """Times and angles of an even rotation."""
     time = np.arange(round(seconds * fps)) / fps
     return time, start_rad + rpm * RPM * time
-
-
-def cut_label(angle_rad, *, jump_rad, over_rad=0.2, at_rad=3.4, rng=None):
-    """Angle error of a label that shows little at one plate angle, where the frame cuts it.
-
-    The error repeats with every turn: it rises by ``jump_rad`` over ``over_rad`` of plate angle at
-    ``at_rad`` and creeps back over the rest, unevenly where a generator is passed.
-    """
-    past = np.mod(angle_rad - at_rad, 2 * np.pi)
-    rise = np.clip(past / over_rad, 0, 1)
-    fall = (past - over_rad).clip(0) / (2 * np.pi - over_rad)
-    if rng is not None:
-        fall = fall + rng.uniform(0, 0.1) * np.sin(np.pi * fall + rng.uniform(-0.5, 0.5))
-    return jump_rad * (rise - fall - 0.5)

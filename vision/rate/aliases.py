@@ -11,7 +11,7 @@ import numpy as np
 
 from vision.geometry import FloatArray
 from vision.phase_track import PhaseTrack
-from vision.rate.unwrap import frame_time, usable
+from vision.rate.unwrap import frame_time, stamped_in_bursts, usable
 
 REACH = 3  # aliases that are listed to either side
 RETIMED = {  # playback rate over capture rate of clips that were retimed, and how that happens
@@ -36,7 +36,7 @@ class AliasThresholds:
     Attributes
     ----------
     worse : float
-        Times the smallest scatter of the steps; an alias that leaves more is excluded.
+        Of the smallest scatter of the steps; an alias that leaves so much more is excluded.
     near_nominal : float
         Relative; a nominal rate further away does not choose. Fact: pitch controls usually reach
         8 %.
@@ -48,7 +48,7 @@ class AliasThresholds:
         nearest ratios of the list, 24/30 and 25/30 (4 % apart), less one for the drive.
     """
 
-    worse: float = 1.5
+    worse: float = 0.5
     near_nominal: float = 0.15
     far_from_nominal: float = 0.02
     retimed_within: float = 0.01
@@ -102,7 +102,10 @@ def list_aliases(
     """
     good = np.flatnonzero(usable(track))
     step_s, step = np.diff(time_s[good]), np.diff(track.phase_rad[good])
-    spacing = 2 * np.pi / (track.plate.symmetry * frame_time(time_s[good]))
+    frame_s = frame_time(time_s[good])
+    if stamped_in_bursts(time_s[good]):
+        step_s = np.full_like(step_s, frame_s)  # stamps that are no times exclude no rate
+    spacing = 2 * np.pi / (track.plate.symmetry * frame_s)
     rates = rough_rad_s + spacing * np.arange(-REACH, REACH + 1)
     period = 2 * np.pi / track.plate.symmetry
     scatter = []
@@ -110,7 +113,7 @@ def list_aliases(
         surprise = step - rate * step_s
         surprise -= period * np.round(surprise / period)
         scatter.append(float(np.median(np.abs(surprise - np.median(surprise)))))
-    alike = rates[np.array(scatter) <= THRESHOLDS.worse * min(scatter) + 1e-9]
+    alike = rates[np.array(scatter) <= (1 + THRESHOLDS.worse) * min(scatter) + 1e-9]
     alike = alike[np.argsort(np.abs(alike))]
     if nominal_rpm is None:
         chosen = float(alike[0])

@@ -128,10 +128,11 @@ def dropped_frames(track: PhaseTrack, angle: PlateAngle) -> DroppedFrames:
 
 
 def _judge(share: float, sd: float, uniform: float) -> Judgement:
-    if THRESHOLDS.determined * sd < 1:
-        if abs(share - 1) < THRESHOLDS.confirmed:
-            return "dropped"
-        return "mismeasured" if share < THRESHOLDS.confirmed else "undecided"
+    determined = THRESHOLDS.determined * sd < 1
+    if determined and abs(share - 1) < THRESHOLDS.confirmed:
+        return "dropped"
+    if determined and share < THRESHOLDS.confirmed:
+        return "mismeasured"
     return "mismeasured" if uniform < THRESHOLDS.clustered else "undecided"
 
 
@@ -188,8 +189,8 @@ def _repeats_keep_time(track: PhaseTrack, angle: PlateAngle, candidates: int) ->
     """
     if not FEWEST_REGULAR <= candidates <= track.duplicate.sum():
         return False
-    rate = (angle.angle_rad[-1] - angle.angle_rad[0]) / (angle.time_s[-1] - angle.time_s[0])
-    low, high = np.quantile(angle.time_s - angle.angle_rad / rate, (0.01, 0.99))
+    line = np.polynomial.Polynomial.fit(angle.angle_rad, angle.time_s, 1)
+    low, high = np.quantile(angle.time_s - line(angle.angle_rad), (0.01, 0.99))
     return bool(high - low < angle.frame_s)
 
 

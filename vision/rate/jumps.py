@@ -11,6 +11,7 @@ from vision.rate.unwrap import LOCAL_STEPS, running_median
 
 SPREAD = (1, 2, 3)  # steps over which an encoder that blends frames spreads a jump
 LOCAL_S = 1.0  # over which the usual step is taken, at least
+STAYS = 8  # frames on either side of a jump from which its level is read
 
 
 @dataclass(frozen=True)
@@ -25,15 +26,12 @@ class JumpThresholds:
     near_whole : float
         Frame times, from the nearest whole number of them. Derived: half of the half that lies
         between two neighbours.
-    stays : int
-        Frames on either side of a jump from which its level is read.
     tidied : float
         Spread of the angles about a jump with its time put back, relative to that without.
     """
 
     clear: float = 6.0
     near_whole: float = 0.25
-    stays: int = 8
     tidied: float = 0.6
 
 
@@ -85,10 +83,9 @@ def _jumps(excess: FloatArray, whole: FloatArray, width: int) -> list[tuple[int,
     for at, frames in steps:
         put_back[at] -= frames * whole[at]
     level = np.concatenate([[0.0], np.cumsum(put_back)])
-    stays = THRESHOLDS.stays
     jumps = []
     for i, (at, frames) in zip(apart, steps, strict=True):
-        before, after = level[max(0, i + 1 - stays) : i + 1], level[i + width : i + width + stays]
+        before, after = level[max(0, i + 1 - STAYS) : i + 1], level[i + width : i + width + STAYS]
         # An angle that jumps there and back, or creeps back, was mismeasured.
         as_measured = np.concatenate([before, after + frames * whole[at]])
         if _spread(np.concatenate([before, after])) < THRESHOLDS.tidied * _spread(as_measured):
@@ -103,9 +100,8 @@ def _spread(values: FloatArray) -> float:
 def _level_noise(excess: FloatArray) -> float:
     """Sd of the level of some frames against that of the next ones, jumps left aside."""
     level = np.concatenate([[0.0], np.cumsum(excess)])
-    stays = THRESHOLDS.stays
-    if len(level) < 2 * stays:
+    if len(level) < 2 * STAYS:
         return np.inf
-    level = np.median(np.lib.stride_tricks.sliding_window_view(level, stays), axis=1)
+    level = np.median(np.lib.stride_tricks.sliding_window_view(level, STAYS), axis=1)
     # A quarter of Gaussian values lies within 0.3186 sds.
-    return float(np.quantile(np.abs(level[stays:] - level[:-stays]), 0.25)) / 0.3186
+    return float(np.quantile(np.abs(level[STAYS:] - level[:-STAYS]), 0.25)) / 0.3186

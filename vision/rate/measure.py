@@ -163,9 +163,9 @@ def measure_rate(
     dropped = dropped_frames(track, continuous_angle(track, stamps, aliases.chosen_rad_s))
     angle = dropped.angle
     history = rate_history(angle)
+    refuse_undecided(track.source, dropped, history)
     refuse_unsteady(track.source, history)
     _require_a_turn(track.source, history)
-    refuse_undecided(track.source, dropped, history)
     fit, base, always = fit_rate(
         track, angle, aliases.chosen_rad_s, with_drift="rate_drift" in stated
     )

@@ -84,12 +84,21 @@ def _repeated(track: PhaseTrack, seen: BoolArray) -> BoolArray:
 
 def frame_time(time_s: FloatArray) -> float:
     """Usual time from frame to frame, s, finer than the stamps: Matroska rounds them to 1 ms."""
+    if stamped_in_bursts(time_s):
+        return float(np.median(time_s[2:] - time_s[:-2])) / 2
     step = np.diff(time_s)
-    usual = float(np.quantile(step, 0.5, method="lower"))  # one of the steps, never between two
-    pair = float(np.median(time_s[2:] - time_s[:-2]))
-    if pair > BURST * usual:  # two frames come at once, then none for long
-        return pair / 2
+    usual = _usual_step(step)
     return float(step[np.abs(step - usual) <= REGULAR * usual].mean())
+
+
+def stamped_in_bursts(time_s: FloatArray) -> bool:
+    """Two frames come at once, then none for long: the stamps are not the times of the frames."""
+    pair = float(np.median(time_s[2:] - time_s[:-2]))
+    return pair > BURST * _usual_step(np.diff(time_s))
+
+
+def _usual_step(step: FloatArray) -> float:
+    return float(np.quantile(step, 0.5, method="lower"))  # one of the steps, never between two
 
 
 def rough_rate(track: PhaseTrack, time_s: FloatArray) -> float:

@@ -8,7 +8,7 @@ from calib.errors import Undetermined, UnusableLog
 from calib.poses.averaging import average_pose, batch_variance
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
-from calib.poses.mean_noise import correlated_sd
+from calib.poses.mean_noise import pose_mean_sd
 
 RATE_HZ = 100.0
 ACC = TriadSpec(20.0, 16, "twos-complement")
@@ -48,7 +48,7 @@ def test_batch_means_hold_where_white_noise_over_root_n_does_not() -> None:
     for seed in range(30):
         rng = np.random.default_rng([seed, 1])
         poses = [average_pose(log(rng, slow_sd=0.4), ACC, GYR) for _ in range(18)]
-        stated.append(correlated_sd([poses], "accelerometer") ** 2)
+        stated.append(pose_mean_sd([poses], "accelerometer") ** 2)
         white.append([p.accelerometer.scatter / 800 for p in poses])
         means.append([p.accelerometer.mean for p in poses])
     true = np.mean(np.square(means))
@@ -87,7 +87,7 @@ def test_what_comes_back_every_turn_does_not_count_as_noise() -> None:
             )
             for k in range(12)
         ]
-        sds.append(correlated_sd([means], "accelerometer").mean())
+        sds.append(pose_mean_sd([means], "accelerometer").mean())
     assert sds[1] == pytest.approx(sds[0], rel=0.05)
 
 
@@ -106,8 +106,8 @@ def test_a_quiet_minority_of_disturbed_poses_does_not_spoil_the_others() -> None
             poses.append(average_pose(log(rng, acc=shake), ACC, GYR))
         return poses  # type: ignore[return-value]
 
-    calm = correlated_sd([means(0)], "accelerometer")  # type: ignore[list-item]
-    some = correlated_sd([means(2)], "accelerometer")  # type: ignore[list-item]
+    calm = pose_mean_sd([means(0)], "accelerometer")  # type: ignore[list-item]
+    some = pose_mean_sd([means(2)], "accelerometer")  # type: ignore[list-item]
     assert some[2:].mean() == pytest.approx(calm[2:].mean(), rel=0.25)
     assert some[:2].mean() > 3 * calm[:2].mean()
 

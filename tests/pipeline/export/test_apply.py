@@ -96,7 +96,7 @@ def test_a_temperature_effect_follows_the_log_s_column(
         ({"temperature_bias": [1.0, 0, 0]}, "temperature_bias, .* no column temperature_c"),
         ({"column:supply_v": [1.0, 0, 0]}, "column:supply_v, .* no column supply_v"),
         ({"bias_drift": [1.0, 0, 0]}, "bias_drift, .* --session-clock"),
-        ({"hysteresis": [1.0, 0, 0]}, "hysteresis, .* whole poses only"),
+        ({"hysteresis": [1.0, 0, 0]}, "hysteresis, .* defined for whole poses"),
         ({"vibration_rectification": [1.0, 0, 0]}, "vibration_rectification, .* whole poses"),
     ],
 )
@@ -114,7 +114,7 @@ def test_g_sensitivity_needs_an_accelerometer_in_the_log(
     stored = with_effects(finished, tmp_path, "gyroscope", {"g_sensitivity": [1e-4] * 9})
     log = a_log()
     alone = ImuLog("gyro.csv", log.time_s, np.full((500, 3), np.nan), log.gyroscope)
-    with pytest.raises(Undetermined, match=r"g_sensitivity, .* Log the accelerometer as well"):
+    with pytest.raises(Undetermined, match=r"g_sensitivity, .* Log the accelerometer too"):
         apply_results(stored, alone)
 
 
@@ -158,7 +158,7 @@ def test_a_log_without_any_calibrated_triad_is_refused(
     (tmp_path / "results.json").write_text(json.dumps(found), encoding="utf-8")
     log = a_log()
     alone = ImuLog("acc.csv", log.time_s, log.accelerometer, np.full((500, 3), np.nan))
-    with pytest.raises(Undetermined, match="calibrates gyroscope, and the log holds no such"):
+    with pytest.raises(Undetermined, match="calibrates gyroscope, and the log has no such"):
         apply_results(load_results(tmp_path), alone)
 
 
@@ -212,7 +212,7 @@ def test_columns_of_any_size_are_written(finished: RunSession, value: float) -> 
 def test_a_column_that_cannot_be_written_is_refused_by_name(
     finished: RunSession, value: float
 ) -> None:
-    with pytest.raises(UnusableLog, match=re.escape(f"drive.csv: column odd holds {value:g}")):
+    with pytest.raises(UnusableLog, match=re.escape(f"drive.csv: column odd contains {value:g}")):
         apply_results(load_results(finished.folder), a_log(odd=np.full(500, value)))
 
 
@@ -261,8 +261,8 @@ def test_the_command_turns_both_triads_into_the_vehicle_s_axes_and_says_so(
         x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle), z
     ])
     assert turned[:, 4:7] == pytest.approx(in_accelerometer @ TURNED, abs=3e-8)
-    assert "columns are in the sensor's axes" in said[0]
-    assert "columns are in the vehicle's axes" in said[1]
+    assert "columns are in the axes of the sensor" in said[0]
+    assert "columns are in the axes of the vehicle" in said[1]
     assert "count as 0" not in said[1]
 
 

@@ -121,7 +121,7 @@ def own(stored: Stored, triad: str) -> StoredTriad:
 
 def stated_share(made: Export, triad: str) -> float:
     """The relative error that the export says it leaves."""
-    says = next(each for each in made.loses if f"of the {triad}: up to" in each)
+    says = next(each for each in made.loses if f"of the {triad}: an error of up to" in each)
     found = re.search(r"up to ([\d.e-]+) %", says)
     assert found
     return float(found[1]) / 100

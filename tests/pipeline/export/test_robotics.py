@@ -99,9 +99,9 @@ def test_kalibr_says_what_it_loses(finished: RunSession, tmp_path: Path) -> None
     )
     loses = " ".join(to_kalibr(stored).loses)
     assert "stores no bias" in loses
-    assert "body frame of the file is that of this calibration turned by" in loses
+    assert "body frame of the file is that of this calibration, rotated by" in loses
     assert "noise_density" in loses
-    assert "no place for quadratic of the gyroscope" in loses
+    assert "cannot store quadratic of the gyroscope" in loses
     assert "g_sensitivity" not in loses
 
 

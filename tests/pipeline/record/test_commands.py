@@ -72,7 +72,7 @@ def test_ctrl_c_keeps_what_is_taken_and_says_how_to_go_on(tmp_path: Path, port: 
     os.kill(process.pid, signal.SIGINT)
     _, errors = process.communicate(timeout=20)
     assert process.returncode == 130
-    assert f"go on with: pipeline record {config}" in errors
+    assert f"Continue with: pipeline record {config}" in errors
     assert "Traceback" not in errors
     assert list(tmp_path.glob("rehearsal/pose_*.csv"))
 
@@ -101,7 +101,7 @@ def test_every_protocol_of_the_simulated_device_is_offered() -> None:
 def test_ports_says_what_to_do_where_none_is(monkeypatch: pytest.MonkeyPatch) -> None:
     done = pipeline("ports")
     assert done.returncode == 0
-    assert "no serial port is here" in done.stdout or "next: set `port:" in done.stdout
+    assert "No serial port was detected" in done.stdout or "next: set `port:" in done.stdout
 
 
 def test_permissions_are_explained(monkeypatch: pytest.MonkeyPatch) -> None:
