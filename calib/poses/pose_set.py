@@ -12,7 +12,7 @@ from calib.errors import Undetermined
 from calib.poses.averaging import PoseMean
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, BoolArray, FloatArray, IntArray, Triad
-from calib.poses.mean_noise import NOISE_DOF_PER_POSE, pose_mean_sd
+from calib.poses.mean_noise import NOISE_DOF_PER_POSE, pose_mean_sd, too_short
 
 RowIndex = IntArray | BoolArray | slice | Sequence[int]
 PER_POSE = ("reading", "sd", "force", "vibration", "spin_rad_s", "time_s", "expected")
@@ -125,6 +125,8 @@ class PoseSet:
         Magnitudes and their sds.
     columns : mapping of name to array, shape (n,)
         Pose means of the logged columns.
+    notes : tuple of str
+        Why some of the sds may not hold.
     """
 
     triad: Triad
@@ -139,6 +141,7 @@ class PoseSet:
     expected: FloatArray
     reference: Reference
     columns: Mapping[str, FloatArray] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.label)
@@ -152,6 +155,7 @@ class PoseSet:
             run=tuple(self.run[i] for i in index),
             reference=self.reference.take(index),
             columns={name: values[index] for name, values in self.columns.items()},
+            notes=self.notes,
             **{name: getattr(self, name)[index] for name in PER_POSE},
         )
 
@@ -170,6 +174,7 @@ class PoseSet:
                 for name, values in self.columns.items()
                 if name in other.columns
             },
+            notes=tuple(dict.fromkeys((*self.notes, *other.notes))),
             **{
                 name: np.concatenate([getattr(self, name), getattr(other, name)])
                 for name in PER_POSE
@@ -274,6 +279,7 @@ def pose_set(
         expected=np.concatenate([run.expected for run in runs]),
         reference=join_references([run.reference for run in runs]),
         columns={name: np.array([mean.columns[name] for mean in means]) for name in names},
+        notes=tuple(filter(None, (too_short(run.means, triad, run.name) for run in runs))),
     )
     if correct_force is None or not np.isfinite(poses.force).all():
         return poses
