@@ -18,25 +18,26 @@ from calib.effects.catalogue import EFFECTS
 from calib.poses.conditions import Conditions
 from pipeline.commands import COMMANDS
 from pipeline.config.load import Config, load_config
-from pipeline.config.presets import PRESETS
 from pipeline.config.schema import (
-    Accelerometer,
+    PRESETS,
+    AccelerometerSection,
     AccelerometerSheet,
-    Certificate,
-    Gyroscope,
+    CertificateSection,
+    EffectSection,
+    GyroscopeSection,
     GyroscopeSheet,
-    Installation,
-    KnownRate,
-    OwnEffect,
-    Plate,
-    Poses,
-    Record,
-    Run,
-    Sensor,
-    Site,
-    Timebase,
-    TriadCertificate,
-    VideoRate,
+    InstallationSection,
+    KnownRateSection,
+    PlateSection,
+    PosesSection,
+    RecordSection,
+    RunSection,
+    SensorSection,
+    SiteSection,
+    StillSection,
+    TimebaseSection,
+    TriadCertificateSection,
+    VideoRateSection,
 )
 from pipeline.export.formats import FORMATS
 from tests.paths import ROOT
@@ -167,9 +168,10 @@ def test_the_table_of_effects_is_the_catalogue() -> None:
 
 
 SECTIONS: tuple[type[BaseModel], ...] = (
-    Config, Accelerometer, Gyroscope, Sensor, AccelerometerSheet, GyroscopeSheet, Site, VideoRate,
-    KnownRate, Timebase, Plate, Poses, Run, Installation, Certificate, TriadCertificate, OwnEffect,
-    Record,
+    Config, AccelerometerSection, GyroscopeSection, SensorSection, AccelerometerSheet,
+    GyroscopeSheet, SiteSection, VideoRateSection, KnownRateSection, TimebaseSection, PlateSection,
+    PosesSection, RunSection, InstallationSection, CertificateSection, TriadCertificateSection,
+    EffectSection, RecordSection, StillSection,
 )  # fmt: skip
 
 
@@ -194,11 +196,11 @@ def test_the_sample_configuration_is_valid(tmp_path: Path) -> None:
     assert [run.rate for run in config.gyroscope.runs] == ["slow", "stopped"]
 
 
-# --- an effect of one's own --------------------------------------------------------------------
+# --- user-defined effects --------------------------------------------------------------------
 
 
 def test_the_effect_in_ten_lines_joins_the_catalogue() -> None:
-    code = block(README, "own-effect: python")
+    code = block(README, "user-defined effect: python")
     before = set(EFFECTS)
     names: dict[str, object] = {}
     try:
@@ -217,7 +219,7 @@ def test_the_effect_in_ten_lines_joins_the_catalogue() -> None:
 
 
 def test_the_effect_in_yaml_is_accepted(tmp_path: Path) -> None:
-    own = yaml.safe_load(block(README, "own-effect: yaml"))
+    own = yaml.safe_load(block(README, "user-defined effect: yaml"))
     text = yaml.safe_load(block(CONFIGURATION, "config"))
     text["gyroscope"] |= own["gyroscope"]
     path = tmp_path / "config.yaml"

@@ -10,13 +10,21 @@ turn (plate tilt, wow) is taken out first: it averages to nothing but would look
 """
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from calib.errors import Remedy, Undetermined, UnusableLog
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, ImuLog
+from calib.poses.imu_log import (
+    AXES,
+    SI_UNIT,
+    TRIADS,
+    FloatArray,
+    ImuLog,
+    Triad,
+)
 
 BATCHES = 6
 COARSE_BATCHES = BATCHES // 2
@@ -170,10 +178,10 @@ def _without_harmonics(values: FloatArray, time_s: FloatArray, rate_rad_s: float
     return np.asarray(values - waves @ solution[1:])
 
 
-def _check_still(label: str, triad: str, values: FloatArray) -> None:
+def _check_still(label: str, triad: str, values: FloatArray, largest_shift: float) -> None:
     first, second, noise = _halves(values)
     shift = np.abs(second - first)
-    limit = np.maximum(LARGEST_STILL_SHIFT[triad], LARGEST_SHIFT_SD * noise)
+    limit = np.maximum(largest_shift, LARGEST_SHIFT_SD * noise)
     axis = int(np.argmax(shift / limit))
     if shift[axis] > limit[axis]:
         unit = SI_UNIT[triad]
@@ -205,8 +213,11 @@ def average_pose(
     accelerometer: TriadSpec | None,
     gyroscope: TriadSpec | None,
     rate_rad_s: float = 0.0,
+    largest_shift: Mapping[str, float] = LARGEST_STILL_SHIFT,
 ) -> PoseMean:
     """Average one pose, still (``rate_rad_s`` 0) or turning at about ``rate_rad_s``.
+
+    ``largest_shift`` is by how much the halves of a still pose may differ, by triad, SI.
 
     Raises
     ------
@@ -230,7 +241,7 @@ def average_pose(
         _check_counts(log.label, triad, counts, spec)
         values = spec.nominal(counts)
         if rate_rad_s == 0:
-            _check_still(log.label, triad, values)
+            _check_still(log.label, triad, values, largest_shift[triad])
             rest = values
         else:
             rest = _without_harmonics(values, log.time_s[:n], abs(rate_rad_s))
@@ -254,3 +265,17 @@ def average_pose(
         duration_s=float(log.time_s[n - 1] - log.time_s[0]),
         columns={name: float(values[:n].mean()) for name, values in log.columns.items()},
     )
+
+
+def check_alive(means: Sequence[PoseMean], triad: Triad, run: str) -> None:
+    """Refuse a run in which an axis gave the very same value all the time."""
+    spread = np.max([getattr(mean, triad).scatter for mean in means], axis=0)
+    values = np.array([getattr(mean, triad).mean for mean in means])
+    stuck = (spread == 0) & (np.ptp(values, axis=0) == 0)
+    if len(means) > 1 and stuck.any():
+        axis = AXES[int(np.argmax(stuck))]
+        raise Undetermined(
+            f"{run}: {triad} {axis} is stuck: it gives the same value in every sample of all "
+            f"{len(means)} poses. Check the wiring, the register settings, or whether the column "
+            f"was logged twice."
+        )

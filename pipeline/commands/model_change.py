@@ -1,20 +1,22 @@
-"""Turns of the loop in front of a user: run, change the model, run again, show both sides."""
+"""A model change at the terminal: run, change the model, run again, print both results."""
 
 from collections.abc import Callable
 from pathlib import Path
 
 import click
 
-from pipeline.commands.run_with_progress import run_quietly
-from pipeline.config.load import Config, load_config
-from pipeline.console.model_change_text import turn_lines
+from pipeline.commands import paragraph
+from pipeline.commands.run_with_progress import run_quietly, say_waiting
+from pipeline.config.load import Config
+from pipeline.console.model_change_text import change_lines
 from pipeline.console.run_text import next_step, verdict_line
-from pipeline.model_change import MOST_TURNS, Turn, next_target, read_target, turn
-from pipeline.report.outputs import write_outputs
+from pipeline.model_change import MOST_CHANGES, ModelChange, change_model, next_target, read_target
+from pipeline.report.outputs import outputs_of
+from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome
 
 
-def make_turn(
+def change_and_show(
     path: Path,
     target: str,
     allow_python: bool,
@@ -22,55 +24,60 @@ def make_turn(
     remove: bool = False,
     although_aliased: bool = False,
 ) -> None:
-    """One change of the model, shown and written."""
-    config = load_config(path)
-    done = turn(
-        config,
-        read_target(config, target),
-        _runner(config, allow_python),
-        remove=remove,
-        although_aliased=although_aliased,
-    )
-    _show(done)
-    _finish(done.after, config)
+    """Make one change of the model; print it and write the results."""
+    with working_on(path, on_wait=say_waiting) as (config, folder):
+        change = change_model(
+            config,
+            read_target(config, target),
+            _runner(folder, allow_python),
+            remove=remove,
+            although_aliased=although_aliased,
+        )
+        _show(change)
+        _write(change, folder)
+    _finish(change.after, folder)
 
 
 def add_until_settled(path: Path, allow_python: bool) -> None:
-    """Add what the diagnosis names, again and again, until it names nothing more."""
-    config = load_config(path)
-    run = _runner(config, allow_python)
-    outcome = run(config)
-    write_outputs(outcome, config.output_folder)
-    for _ in range(MOST_TURNS):
-        target = next_target(outcome)
-        if target is None:
-            break
-        done = turn(outcome.config, target, run, before=outcome)
-        _show(done)
-        outcome = done.after
-        write_outputs(outcome, config.output_folder)
+    """Add the effect that the diagnosis names until it names none."""
+    with working_on(path, on_wait=say_waiting) as (config, folder):
+        run = _runner(folder, allow_python)
+        outcome = run(config)
+        write_session(folder, outputs_of(outcome, folder))
+        for _ in range(MOST_CHANGES):
+            target = next_target(outcome)
+            if target is None:
+                break
+            change = change_model(outcome.config, target, run, before=outcome)
+            _show(change)
+            _write(change, folder)
+            outcome = change.after
     for result in outcome.triads:
-        click.secho(verdict_line(result), bold=True)
+        click.secho(paragraph(verdict_line(result)), bold=True)
     if outcome.config.source.text == config.source.text:
-        click.echo(f"{config.source.path} is as it was: nothing was added.")
-        click.echo(next_step(outcome, config.output_folder))
+        click.echo(f"{path} was not changed: the diagnosis names no effect to add.")
+        click.echo(next_step(outcome, folder))
         return
-    _finish(outcome, config, written=True)
+    _finish(outcome, folder)
 
 
-def _runner(config: Config, allow_python: bool) -> Callable[[Config], Outcome]:
-    return lambda asked: run_quietly(asked, config.output_folder, allow_python)
+def _runner(folder: Path, allow_python: bool) -> Callable[[Config], Outcome]:
+    return lambda config: run_quietly(config, folder, allow_python)
 
 
-def _show(done: Turn) -> None:
-    for line in turn_lines(done):
+def _show(change: ModelChange) -> None:
+    for line in change_lines(change):
         click.echo(line)
     click.echo()
 
 
-def _finish(outcome: Outcome, config: Config, written: bool = False) -> None:
-    if not written:
-        write_outputs(outcome, config.output_folder)
-    click.echo(f"{config.source.path} is changed; `pipeline history {config.source.path}` shows "
-               f"every step")
-    click.echo(next_step(outcome, config.output_folder))
+def _write(change: ModelChange, folder: Path) -> None:
+    """The configuration and its results change together."""
+    text = change.after.config.source.text
+    write_session(folder, outputs_of(change.after, folder), change.before.config, text)
+
+
+def _finish(outcome: Outcome, folder: Path) -> None:
+    path = outcome.config.source.path
+    click.echo(f"{path} was changed. `pipeline history {path}` lists all runs.")
+    click.echo(next_step(outcome, folder))

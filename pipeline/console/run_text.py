@@ -1,17 +1,15 @@
-"""What a run says on the terminal: a line for each stage, the parameters, the verdict."""
+"""A run as text: one line for each stage, the parameters, the verdict, the next step."""
 
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from math import isnan
 from pathlib import Path
-from typing import Any
 
 from calib.fit.calibration import TriadParameters
 from calib.mounting.mounting import Mounting
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, SI_UNIT
 from pipeline.console.mounting_text import mounting_text
-from pipeline.console.rate_text import rate_line
 from pipeline.formatting import DISPLAY, NAME_WIDTH, aligned, count, with_sd
 from pipeline.stages.poses import Recordings
 from pipeline.stages.run import Outcome
@@ -21,41 +19,30 @@ WORST_POSES = 3  #: poses that `pipeline diagnose` names
 RANKED = 6  #: candidates that `pipeline diagnose` shows
 
 
-def stage_lines(name: str, artefact: Any) -> Iterator[str]:
-    """The lines that a stage ends with; none for a stage that had nothing to do."""
-    if isinstance(artefact, TriadResult):
-        yield triad_line(artefact)
-    elif isinstance(artefact, Mapping):
-        yield from map(rate_line, artefact.values())
-    elif isinstance(artefact, Recordings):
-        poses = sum(len(recording.means) for recording in artefact.by_setting.values())
-        if poses:
-            yield f"{'logs':<{NAME_WIDTH}} {count(poses, 'pose')} averaged"
-    elif isinstance(artefact, Mounting):
-        yield f"{'installation':<{NAME_WIDTH}} {mounting_text(artefact)}"
-    elif artefact is not None:
-        raise TypeError(f"no line is known for the stage {name}")
+def recordings_line(recordings: Recordings) -> str:
+    """The number of averaged poses; empty if the configuration contains none."""
+    poses = sum(len(recording.means) for recording in recordings.by_setting.values())
+    return f"{'logs':<{NAME_WIDTH}} {count(poses, 'pose')} averaged" if poses else ""
 
 
-def stage_warnings(artefact: Any) -> Iterator[str]:
-    """What the user should know of an artefact, a paragraph each."""
-    if isinstance(artefact, Mapping):
-        for rate in artefact.values():
-            yield from rate.warnings
-    elif isinstance(artefact, Recordings | TriadResult):
-        yield from artefact.warnings
-    elif isinstance(artefact, Mounting):
-        yield from artefact.notes
+def installation_line(mounting: Mounting) -> str:
+    """The mounting angles."""
+    return f"{'installation':<{NAME_WIDTH}} {mounting_text(mounting)}"
 
 
 def triad_line(result: TriadResult) -> str:
+    """Name, poses, residual, leave-one-out error and chi-square of a triad."""
+    return f"{result.triad:<{NAME_WIDTH}} {triad_figures(result)}"
+
+
+def triad_figures(result: TriadResult) -> str:
     """Poses, residual, leave-one-out error and chi-square of a triad."""
     unit, factor = DISPLAY[result.triad]
     fit, comparison = result.calibration.fit, result.comparison
     runs = len(set(fit.poses.run))
     poses = count(len(fit.poses), "pose") + (f" in {runs} runs" if runs > 1 else "")
     return (
-        f"{result.triad:<{NAME_WIDTH}} {poses}, residual {comparison.residual_rms * factor:.3g} "
+        f"{poses}, residual {comparison.residual_rms * factor:.3g} "
         f"{unit}, leave-one-out {comparison.loo_rms * factor:.3g} {unit}, chi²/dof "
         f"{fit.chi2 / fit.dof:.2f}"
     )
@@ -74,8 +61,8 @@ def parameter_lines(result: TriadResult) -> list[str]:
         lines.append(f"  {prediction_text(result)}")
     if result.calibration.widening > 1:
         lines.append(
-            f"  sds are {result.calibration.widening:.2g} times what the noise gives: the model "
-            f"does not explain the residual"
+            f"  the sds include the Birge ratio {result.calibration.widening:.2g}: the model does "
+            f"not explain the residual"
         )
     return lines
 
@@ -93,7 +80,7 @@ def prediction_text(result: TriadResult) -> str:
 
 
 def base_rows(triad: str, parameters: TriadParameters) -> list[list[str]]:
-    """Name with unit and three values of alpha, b and k⁻¹; what was not fitted is the sheet's."""
+    """Name with unit and three values of alpha, b and k⁻¹; the data sheet's if not fitted."""
     values = (
         ("misalignment [rad]", parameters.misalignment_rad),
         ("bias [counts]", parameters.bias_counts),
@@ -117,14 +104,14 @@ def effect_rows(result: TriadResult) -> list[list[str]]:
         effect = model[name]
         linear = len(effect.parameters)
         texts = [
-            f"{v:.3g} (not seen alone)" if isnan(s) else with_sd(v, s)
+            f"{v:.3g} (not determined alone)" if isnan(s) else with_sd(v, s)
             for v, s in zip(values, sds, strict=True)
         ]
         for i in range(0, linear, len(AXES)):
-            own = effect.parameters[i : i + len(AXES)]
-            axis = f" {own[0][0]}" if linear > len(AXES) else ""
+            names = effect.parameters[i : i + len(AXES)]
+            axis = f" {names[0][0]}" if linear > len(AXES) else ""
             unit = effect.unit_for(result.triad)
-            rows.append([f"  {name}{axis} [{unit}]", *texts[i : i + len(own)]])
+            rows.append([f"  {name}{axis} [{unit}]", *texts[i : i + len(names)]])
         if effect.shape is not None:
             rows.append([f"  {name} {effect.shape.name} [{effect.shape.unit}]", texts[-1]])
     return rows
@@ -136,46 +123,58 @@ def verdict_line(result: TriadResult) -> str:
 
 
 def next_step(outcome: Outcome, folder: Path, look: str = "pipeline diagnose {config}") -> str:
-    """What one would do next: a command, or what to record.
+    """The next step: a command, or a measurement.
 
-    ``look`` is the command for a misfit that no single effect and no measurement would settle.
+    ``look`` is the command for a misfit that neither one effect nor one measurement explains.
     """
     config = shlex.quote(str(outcome.config.source.path))
-    found = {result.triad: result.diagnosis for result in outcome.triads}
-    for triad, diagnosis in found.items():
+    diagnoses = {result.triad: result.diagnosis for result in outcome.triads}
+    for triad, diagnosis in diagnoses.items():
         if diagnosis.verdict == "effect" and len(diagnosis.group) == 1:
             return f"next: pipeline add {config} {triad}.{diagnosis.name}"
-    for diagnosis in found.values():
+    for diagnosis in diagnoses.values():
         if diagnosis.record_next:
             return (
-                f"next: record {diagnosis.record_next}; name the new logs in {config}, then: "
+                f"next: record {diagnosis.record_next}; add the new logs to {config}, then type: "
                 f"pipeline run {config}"
             )
-    if any(diagnosis.verdict != "nothing_missing" for diagnosis in found.values()):
+    if any(diagnosis.verdict != "nothing_missing" for diagnosis in diagnoses.values()):
         return f"next: {look.format(config=config)}"
-    if found:
+    if diagnoses:
         return f"next: pipeline apply {shlex.quote(str(folder))} LOG --output FILE"
     return f"next: add the sections accelerometer and gyroscope to {config}"
 
 
 def comparison_lines(result: TriadResult) -> Iterator[str]:
-    """Where the model fails: the poses farthest from it, and what the misfit follows."""
+    """Where the model fails: the largest residuals, and the covariate that they follow."""
     unit, factor = DISPLAY[result.triad]
     worst = ", ".join(
         f"{pose.label} {pose.residual * factor:+.3g} {unit} ({pose.in_sd:+.1f} sd)"
         for pose in result.comparison.worst(WORST_POSES)
     )
-    yield f"  farthest from the model: {worst}"
-    if result.diagnosis.follows is not None:
-        yield f"  the misfit follows: {result.diagnosis.follows}"
+    yield f"  largest residuals: {worst}"
+    covariate = leading_covariate(result)
+    if covariate is not None:
+        yield f"  the misfit follows: {covariate}"
+
+
+def leading_covariate(result: TriadResult) -> str | None:
+    """The covariate that the misfit follows; None where it explains less than half of the misfit.
+
+    A misfit of another cause can follow a covariate a little: that is a by-product of the cause.
+    """
+    name, chi2 = result.diagnosis.follows, result.calibration.fit.chi2
+    drops = (c.chi2_drop for c in result.diagnosis.ranking
+             if c.name == name and c.kind != "listed")
+    return name if max(drops, default=0.0) > chi2 / 2 else None
 
 
 def ranking_lines(result: TriadResult) -> list[str]:
-    """The best candidates of a diagnosis, what each would do, and what these data cannot see."""
+    """The best candidates with their errors after a refit, and what cannot be determined."""
     unit, factor = DISPLAY[result.triad]
-    found = result.diagnosis
+    diagnosis = result.diagnosis
     rows = [["candidate", "log evidence", "chi² drop", f"RMS after [{unit}]", "leave-one-out",
-             "cannot be told from"]]
+             "cannot be separated from"]]
     rows += [
         [
             each.name,
@@ -184,9 +183,9 @@ def ranking_lines(result: TriadResult) -> list[str]:
             *("-" if isnan(e) else f"{e * factor:.3g}" for e in (each.rms_after, each.loo_after)),
             ", ".join(each.aliases),
         ]
-        for each in found.ranking[:RANKED]
+        for each in diagnosis.ranking[:RANKED]
     ]
     lines = aligned(rows)
-    if found.blind:
-        lines.append(f"  these data cannot see: {', '.join(found.blind)}")
+    if diagnosis.blind:
+        lines.append(f"  these data cannot determine: {', '.join(diagnosis.blind)}")
     return lines

@@ -1,4 +1,4 @@
-"""The verdict for somebody who has never met the words: is it good, what is wrong, what next."""
+"""The verdict in words that need no statistics: is it good, what is wrong, what to do next."""
 
 import shlex
 from collections.abc import Sequence
@@ -12,10 +12,11 @@ from calib.errors import CalibrationError
 from calib.poses.attitudes import direction_name
 from pipeline.console.run_text import prediction_text
 from pipeline.formatting import DISPLAY, count
+from pipeline.report.rate_charts import COMPLETE, RateView
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 
-#: Verdict of a diagnosis -> how it stands: a word and a sign, since colour alone says nothing.
+#: Verdict of a diagnosis -> how it stands: a word, and a sign that needs no colour.
 STANDING = {
     "nothing_missing": ("good", "✓"),
     "effect": ("act", "!"),
@@ -24,12 +25,13 @@ STANDING = {
     "bad_pose": ("act", "!"),
     "noise": ("open", "?"),
 }
-LOG = "LOG.csv"  #: stands for the user's own file
+LOG = "LOG.csv"  #: placeholder for a file of the user
+HOLDS_EFFECTS = "json"  #: format that stores added effects
 
 
 @dataclass(frozen=True)
 class Answer:
-    """Three answers for one triad, and the commands that follow from them."""
+    """Three answers for one triad, and the commands for the next step."""
 
     triad: str
     standing: str
@@ -42,32 +44,51 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Verdict:
-    """The whole session in one sentence."""
+class Headline:
+    """The whole session in one or two sentences."""
 
     standing: str
     sign: str
-    says: str
+    text: str
 
 
-def overall_verdict(answers: Sequence[Answer]) -> Verdict:
-    """One sentence for the session."""
+def overall_verdict(answers: Sequence[Answer], rates: Sequence[RateView] = ()) -> Headline:
+    """The headline of the page; it states everything that a section below calls incomplete."""
+    standings = {answer.standing for answer in answers}
+    rates_text = _rates_text(rates)
+    if rates_text or not answers:
+        standings.add("open")
+    worst = next(each for each in ("act", "open", "good") if each in standings)
+    text = " ".join(filter(None, (_triads_text(answers), rates_text)))
+    return Headline(worst, dict(STANDING.values())[worst], text)
+
+
+def _triads_text(answers: Sequence[Answer]) -> str:
     if not answers:
-        return Verdict("open", "?", "Only the plate was measured: no triad is in the "
-                       "configuration yet.")
-    names = " and ".join(answer.triad for answer in answers)
-    wanting = [answer for answer in answers if answer.standing != "good"]
-    if not wanting:
-        return Verdict(
-            "good", "✓",
-            f"The calibration is good: what the model of the {names} leaves is the noise of the "
-            f"measurements.",
-        )
-    fine = [answer.triad for answer in answers if answer.standing == "good"]
-    says = "; ".join(f"the {answer.triad}: {answer.short}" for answer in wanting)
-    so_far = f"The {' and the '.join(fine)} is good. " if fine else ""
-    worst = "act" if any(answer.standing == "act" for answer in wanting) else "open"
-    return Verdict(worst, "!" if worst == "act" else "?", f"{so_far}Not finished yet is {says}.")
+        return "Only the rate of the plate was measured: the configuration contains no triad yet."
+    good = [answer.triad for answer in answers if answer.standing == "good"]
+    incomplete = [answer for answer in answers if answer.standing != "good"]
+    if not incomplete:
+        names = " and the ".join(good)
+        return f"The calibration is good: noise explains the residuals of the {names}."
+    sentences = [f"The calibration of the {triad} is good." for triad in good]
+    sentences += [f"The calibration of the {answer.triad} is not complete: {answer.short}."
+                  for answer in incomplete]
+    return " ".join(sentences)
+
+
+def _rates_text(rates: Sequence[RateView]) -> str:
+    """What the rate models lack, a sentence for each term; empty if they are complete."""
+    settings: dict[str, list[str]] = {}
+    for rate in rates:
+        if rate.verdict != COMPLETE:
+            settings.setdefault(rate.lacks, []).append(rate.name)
+    return " ".join(
+        f"The rate {'model' if len(names) == 1 else 'models'} of {' and '.join(names)} "
+        f"{'lacks' if len(names) == 1 else 'lack'} "
+        f"{term or 'a term that the clip does not determine'}."
+        for term, names in settings.items()
+    )
 
 
 def answer_for(result: TriadResult, outcome: Outcome, folder: str) -> Answer:
@@ -93,16 +114,16 @@ def _is_it_good(result: TriadResult) -> str:
     if result.diagnosis.verdict == "nothing_missing":
         first = _lost_direction(result) or "Yes."
         return (
-            f"{first} The {count(len(comparison.poses), 'pose')} lie {rms:.2g} {unit} (root mean "
-            f"square) from the model, as their own noise of {noise * factor:.2g} {unit} lets one "
-            f"expect. A pose that takes no part in the fit is predicted to {loo:.2g} {unit}. "
+            f"{first} The RMS residual of the {count(len(comparison.poses), 'pose')} is {rms:.2g} "
+            f"{unit}, and their own noise explains it (sd {noise * factor:.2g} {unit}). The "
+            f"leave-one-out error, for a pose that takes no part in the fit, is {loo:.2g} {unit}. "
             f"{_prediction(result)}"
         )
     times = comparison.residual_rms / noise
     return (
-        f"{'Not yet' if times > 2 else 'Perhaps not'}. The {count(len(comparison.poses), 'pose')} "
-        f"lie {rms:.2g} {unit} (root mean square) from the model, {times:.2g} times their own "
-        f"noise of {noise * factor:.2g} {unit}."
+        f"{'Not yet' if times > 2 else 'Perhaps not'}. The RMS residual of the "
+        f"{count(len(comparison.poses), 'pose')} is {rms:.2g} {unit}, which is {times:.2g} times "
+        f"their own noise (sd {noise * factor:.2g} {unit})."
     )
 
 
@@ -134,86 +155,87 @@ def _readable(name: str) -> str:
     if name.startswith("~"):
         return f"something that follows {name[1:]}"
     return {"jump": "a jump of the bias", "bad_pose": "one bad pose",
-            "noise": "more noise than stated"}.get(name, name)
+            "noise": "more noise than the poses show"}.get(name, name)
 
 
 def _wrong(result: TriadResult) -> tuple[str, str]:
     """What is wrong in a few words, and in two or three sentences."""
-    found = result.diagnosis
-    if found.verdict == "nothing_missing":
+    diagnosis = result.diagnosis
+    if diagnosis.verdict == "nothing_missing":
         return "nothing is missing", _nothing_wrong(result)
-    if found.verdict == "effect" and found.name is not None:
-        return _missing(result, found.name)
-    if found.verdict == "ambiguous":
-        return "something may be missing, and these data cannot tell what", (
-            f"Something may be missing. It could be {_quoted(found.group)}; in these poses they "
-            f"look too much alike, or too small, to say which."
+    if diagnosis.verdict == "effect" and diagnosis.name is not None:
+        return _missing(result, diagnosis.name)
+    if diagnosis.verdict == "ambiguous":
+        return "an effect may be missing, and these data cannot determine which", (
+            f"An effect may be missing. The candidates are {_quoted(diagnosis.group)}. In these "
+            f"poses their signatures are too similar, or too small, to separate them."
         )
     short = {
-        "unknown": f"the misfit follows {found.name}, in a way that no listed effect does",
-        "bad_pose": f"the pose {found.name} contradicts the others",
-        "noise": "the residual is larger than the noise, without any shape",
-    }[found.verdict]
-    return short, found.says
+        "unknown": f"the misfit follows {diagnosis.name}, and no listed effect has this shape",
+        "bad_pose": f"the pose {diagnosis.name} contradicts the other poses",
+        "noise": "the residuals are larger than the noise and have no systematic shape",
+    }[diagnosis.verdict]
+    return short, diagnosis.says
 
 
 def _nothing_wrong(result: TriadResult) -> str:
     added = [e.name for e in result.calibration.fit.model.effects if e.acts_on != "reading"]
-    says = "Nothing that these poses can see."
+    text = "These poses show no missing effect."
     if added:
-        says += f" The model holds {' and '.join(added)} besides bias, scale and misalignment."
+        text += f" The model contains {' and '.join(added)} besides bias, scale and misalignment."
     blind = result.diagnosis.blind
     if blind:
-        says += f" They cannot see {', '.join(blind)}; the boxes below say why."
-    return says
+        text += f" They cannot determine {', '.join(blind)}; the boxes below state the reasons."
+    return text
 
 
 def _missing(result: TriadResult, name: str) -> tuple[str, str]:
-    found = result.diagnosis
-    best = next(c for c in found.ranking if c.name == name and c.kind == "listed")
+    diagnosis = result.diagnosis
+    best = next(c for c in diagnosis.ranking if c.name == name and c.kind == "listed")
     share = 100 * best.chi2_drop / result.calibration.fit.chi2
-    says = f"The model lacks {name}: {_physics(name)} It explains {share:.0f} % of the misfit."
+    text = f"The model lacks {name}: {_physics(name)} It explains {share:.0f} % of the misfit."
     short = f"its model lacks {name}"
-    if len(found.group) > 1:
-        others = _quoted(found.group[1:])
-        says += f" In these poses {others} would look the same."
-        short = f"its model lacks {name} or {others}, which look the same here"
-    if found.partner is not None:
-        says += f" A second effect shows beside it: {found.partner}."
-    return short, says
+    if len(diagnosis.group) > 1:
+        others = _quoted(diagnosis.group[1:])
+        text += f" In these poses {others} would have the same signature."
+        short = f"its model lacks {name} or {others}, which these poses cannot separate"
+    if diagnosis.partner is not None:
+        text += f" A second effect is missing too: {diagnosis.partner}."
+    return short, text
 
 
 def _physics(name: str) -> str:
     try:
-        said = find_effect(name).physics
+        physics = find_effect(name).physics
     except CalibrationError:
-        return "your own effect."
-    return said[0].lower() + said[1:]
+        return "a user-defined effect."
+    return physics[0].lower() + physics[1:]
 
 
 def _next(result: TriadResult, config: str, folder: str) -> tuple[str, tuple[str, ...]]:
     """What to do, and the commands."""
-    found = result.diagnosis
+    diagnosis = result.diagnosis
     run = f"pipeline run {config}"
-    if found.verdict == "nothing_missing":
-        return "Correct a log, or hand the calibration to another program:", (
+    if diagnosis.verdict == "nothing_missing":
+        base_only = all(e.acts_on == "reading" for e in result.calibration.fit.model.effects)
+        return "Correct a log, or export the calibration for another program:", (
             f"pipeline apply {folder} {LOG} --output calibrated.csv",
-            f"pipeline export {folder} --to arduino",
+            f"pipeline export {folder} --to {'arduino' if base_only else HOLDS_EFFECTS}",
         )
-    if found.verdict == "effect" and len(found.group) == 1:
-        return "Add it; everything is refitted together and the error shown before and after:", (
-            f"pipeline add {config} {result.triad}.{found.name}",
+    if diagnosis.verdict == "effect" and len(diagnosis.group) == 1:
+        return "Add it. The command refits everything and prints the errors before and after:", (
+            f"pipeline add {config} {result.triad}.{diagnosis.name}",
         )
-    if found.record_next:
-        return f"Record {found.record_next}; name the new logs in the configuration and run:", (
+    if diagnosis.record_next:
+        return f"Record {diagnosis.record_next}. Add the new logs to the configuration and run:", (
             run,
         )
-    if found.verdict == "bad_pose":
-        return "Record that pose again, or take it out of the list of poses, and run:", (run,)
-    if found.verdict == "effect":
-        separates = find_effect(found.group[0]).page.separates
-        return f"What tells them apart: {separates}. Then run:", (run,)
-    if found.verdict == "unknown":
-        return ("If you know its physics, write it as your own effect under `effects:` in the "
-                "configuration; the charts below show its shape:"), (f"pipeline diagnose {config}",)
-    return "Record the same poses once more, for longer and in random order, and run:", (run,)
+    if diagnosis.verdict == "bad_pose":
+        return "Record this pose again, or remove it from the list of poses, and run:", (run,)
+    if diagnosis.verdict == "effect":
+        separates = find_effect(diagnosis.group[0]).page.separates
+        return f"This separates them: {separates}. Then run:", (run,)
+    if diagnosis.verdict == "unknown":
+        return ("The charts below show its shape. If you know its physics, define the effect under "
+                "`effects:` in the configuration:"), (f"pipeline diagnose {config}",)
+    return "Record the same poses again, for longer and in random order, and run:", (run,)

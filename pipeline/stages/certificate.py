@@ -5,13 +5,19 @@ import numpy as np
 
 from calib.certificate import CertificateComparison, FactoryCertificate, compare_certificate
 from pipeline.config.load import Config
-from pipeline.config.schema import TriadCertificate
+from pipeline.config.schema import TriadCertificateSection
 from pipeline.stages.triads import TriadResult
 
 
 def compare_with_certificate(config: Config, result: TriadResult) -> CertificateComparison | None:
-    """Lay a triad beside its certificate; None where the file has none for it."""
-    stated: TriadCertificate | None = (
+    """Compare a calibrated triad with its certificate.
+
+    Returns
+    -------
+    CertificateComparison or None
+        None where the configuration has no certificate of this triad.
+    """
+    stated: TriadCertificateSection | None = (
         getattr(config.certificate, result.triad) if config.certificate else None
     )
     if stated is None:

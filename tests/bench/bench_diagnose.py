@@ -13,8 +13,8 @@ from calib.effects.catalogue import BASE
 from calib.effects.effect import EFFECTS
 from calib.fit.model import Model
 from calib.fit.solver import Fit, fit
-from tests.bench.bench_fit import median_ms
-from tests.bench.trials import DESIGNS, drawn, poses_of
+from tests.bench.timing import median_ms
+from tests.trials import DESIGNS, drawn, poses_of
 
 HIDDEN = ((), ("quadratic",), ("g_sensitivity",), ("warm_up",), ("quadratic", "bias_drift"))
 SIZE = 5.0

@@ -1,29 +1,40 @@
 """How wrong the view is, from the plate's own motion.
 
-D_i = S + T(φ - θ_i) is the model of picture i (``vision.plate.template``). Where the view is wrong
-by a small change p (shift, stretch, perspective, read-out: ``View.adjusted``) the picture differs
-from it, in the frame of the plate, by
+D_i = S + T(φ - θ_i) is the model of frame i (``vision.plate.template``). Where the view is wrong
+by a small change p (shift, stretch, perspective, read-out: ``PlateView.adjusted``) the frame
+differs from it, in plate coordinates, by
 
     e_i = d_i - T = -Σ_j B_j (R(θ_i) p)_j - δθ_i ∂T/∂φ,
 
 because an error fixed to the camera turns backwards as seen from the plate. B_j, the change of T
-per unit of each parameter, does not depend on i, so that one small matrix serves all pictures, and
+per unit of each parameter, does not depend on i, so that one small matrix serves all frames, and
 no outline or calibration pattern is needed to find the axis: the motion shows where it is.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import VIEW_PARAMETERS, FloatArray
-from vision.plate.polar import Grid, Spectra, Strips, ring_spectra
-
-RIDGE = 1e-4  # relative; keeps parameters that the picture does not show at zero
+from vision.plate.polar import Grid, Spectra, Strips, ring_spectra, turns
 
 
-def turns(angle_rad: FloatArray, orders: int) -> Spectra:
-    """exp(ikθ), shape (pictures, 1, orders)."""
-    k = np.arange(orders)
-    return np.asarray(np.exp(1j * k * angle_rad[:, None])[:, None, :], np.complex64)
+@dataclass(frozen=True)
+class RefinementThresholds:
+    """Which changes of the view the frames show.
+
+    Attributes
+    ----------
+    ridge : float
+        Relative to the mean diagonal of the normal matrix; keeps parameters that the frames do not
+        show at zero. Tuned on tests.bench.vision_scenes.
+    """
+
+    ridge: float = 0.0001
+
+
+THRESHOLDS = RefinementThresholds()
 
 
 def motion_basis(turning: Spectra, radius: FloatArray, azimuths: int) -> NDArray[np.float32]:
@@ -57,9 +68,23 @@ def motion_basis(turning: Spectra, radius: FloatArray, azimuths: int) -> NDArray
 def view_change(
     misfit: Strips, angle_rad: FloatArray, turning: Spectra, grid: Grid, free: int
 ) -> FloatArray:
-    """Least-squares change of the view, shape (7,), each picture's own angle left free.
+    """Least-squares change of the view, each frame's own angle left free.
 
-    Only the first ``free`` of the view's parameters change.
+    Parameters
+    ----------
+    misfit : array, shape (f, r, n)
+        Frames less the model.
+    angle_rad : array, shape (f,)
+    turning : array, shape (r, k)
+        Spectrum of T.
+    grid : Grid
+    free : int
+        Only the first ``free`` of the view's parameters change.
+
+    Returns
+    -------
+    array, shape (7,)
+        As ``PlateView.adjusted`` takes it.
     """
     basis = motion_basis(turning, grid.radius, grid.azimuths)
     weighted = basis * grid.weight()[:, None]
@@ -67,26 +92,26 @@ def view_change(
     spectra = ring_spectra(misfit) * turns(angle_rad, turning.shape[-1])
     back = np.fft.irfft(spectra, grid.azimuths, axis=-1)
     # Ring by ring: a product so small stays on one thread, beside the decoder's.
-    seen = -np.vecdot(back[:, None], weighted).sum(axis=-1).astype(float)  # (f, 9)
+    shown = -np.vecdot(back[:, None], weighted).sum(axis=-1).astype(float)  # (f, 9)
 
-    field, own = slice(0, len(basis) - 1), len(basis) - 1
-    coupling = normal[field, own] / normal[own, own]
-    reduced = normal[field, field] - np.outer(coupling, normal[own, field])
-    pull = seen[:, field] - seen[:, own, None] * coupling  # (f, 8)
+    # The frame's own angle, the last column, is eliminated.
+    field, angle = slice(0, len(basis) - 1), len(basis) - 1
+    coupling = normal[field, angle] / normal[angle, angle]
+    reduced = normal[field, field] - np.outer(coupling, normal[angle, field])
+    pull = shown[:, field] - shown[:, angle, None] * coupling  # (f, 8)
 
-    turn = np.zeros((len(angle_rad), own, own))
+    turn = np.zeros((len(angle_rad), angle, angle))
     for first, order in ((0, 1), (2, 2), (4, 1), (6, 1)):
         c, s = np.cos(order * angle_rad), np.sin(order * angle_rad)
         turn[:, first, first], turn[:, first, first + 1] = c, s
         turn[:, first + 1, first], turn[:, first + 1, first + 1] = -s, c
-    # Pictures are read out downwards: of the last two distortions one direction is possible.
-    possible = np.zeros((own, VIEW_PARAMETERS))
+    # Frames are read out downwards: of the last two distortions one direction is possible.
+    possible = np.zeros((angle, VIEW_PARAMETERS))
     possible[:6, :6] = np.eye(6)
     possible[6:, 6] = grid.view.down / np.hypot(*grid.view.down)
     turn = turn @ possible[:, :free]
-    left = np.einsum("fai,faj->ij", turn, reduced @ turn)
-    right = np.einsum("fai,fa->i", turn, pull)
-    left += RIDGE * np.trace(left) / free * np.eye(free)
+    matrix = np.einsum("fai,faj->ij", turn, reduced @ turn)
+    matrix += THRESHOLDS.ridge * np.trace(matrix) / free * np.eye(free)
     change = np.zeros(VIEW_PARAMETERS)
-    change[:free] = np.linalg.solve(left, right)
+    change[:free] = np.linalg.solve(matrix, np.einsum("fai,fa->i", turn, pull))
     return change

@@ -12,12 +12,14 @@ from calib.fit.model import Model
 from calib.fit.residuals import Equations
 from calib.fit.solver import fit
 from calib.poses.pose_set import PoseSet
-from tests.calib.fit.test_solver import SPECS, chosen, noisy
 from tests.calib.made_poses import (
     FAST,
     SLOW,
+    SPECS,
     base_theta,
+    chosen,
     made_poses,
+    noisy,
     read_through,
     with_noise,
 )

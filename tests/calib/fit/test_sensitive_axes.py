@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.bench.trials import DESIGNS, drawn
 
 from calib.effects.catalogue import BASE, find_effect
 from calib.errors import Undetermined
@@ -12,7 +13,6 @@ from calib.fit.solver import fit
 from calib.poses.attitudes import natural_directions
 from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.runs import gravity_run
-from tests.bench.trials import DESIGNS, drawn
 from tests.calib.made_poses import GRAVITY, base_theta, made_poses, read_through, with_noise
 from tests.fitting import averaged, pose_sets, spec_of
 from tests.world.bench import Design, Run, Turntable
