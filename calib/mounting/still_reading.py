@@ -18,7 +18,7 @@ from calib.fit.calibration import TriadCalibration
 from calib.poses.averaging import average_pose
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, ImuLog
-from calib.poses.mean_noise import step_variance, variance_of_mean
+from calib.poses.mean_noise import known_step, step_variance, variance_of_mean
 
 SAME_PLACE_SD = 6.0
 SAME_PLACE_M_S2 = 0.02
@@ -127,7 +127,7 @@ def _one_log(log: ImuLog, accelerometer: TriadCalibration) -> StillReading:
     columns = {name: np.array([value]) for name, value in mean.columns.items()}
     row = replace(at.take([0]), vector=reading, force=reading, columns=columns)
     averaged = mean.accelerometer
-    variance = variance_of_mean(nominal) + step_variance(averaged.step, averaged.scatter)
+    variance = variance_of_mean(nominal) + step_variance(known_step([averaged]), averaged.scatter)
     return StillReading(log.label, row, variance, len(nominal), mean.duration_s)
 
 

@@ -10,14 +10,21 @@ turn (plate tilt, wow) is taken out first: it averages to nothing but would look
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from calib.errors import Remedy, Undetermined, UnusableLog
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, ImuLog
+from calib.poses.imu_log import (
+    AXES,
+    SI_UNIT,
+    TRIADS,
+    FloatArray,
+    ImuLog,
+    Triad,
+)
 
 BATCHES = 6
 COARSE_BATCHES = BATCHES // 2
@@ -46,15 +53,16 @@ class TriadMean:
 
     ``mean`` (3,), ``variance`` and ``coarse_variance`` (3,) of that mean from BATCHES and from
     COARSE_BATCHES batches, ``scatter`` (3,) variance of the samples about it, ``step`` (3,) between
-    neighbouring values of the log (0 where it is not known); all NaN where the triad was not
-    logged.
+    neighbouring values of the log (infinite where there was one value only), ``unit`` (3,) the
+    least step that its converter or its decimals can have; all NaN where the triad was not logged.
     """
 
     mean: FloatArray
     variance: FloatArray
     coarse_variance: FloatArray
     scatter: FloatArray
-    step: FloatArray = field(default_factory=lambda: np.zeros(3))
+    step: FloatArray = field(default_factory=lambda: np.full(3, np.inf))
+    unit: FloatArray = field(default_factory=lambda: np.zeros(3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,33 +91,32 @@ def batch_variance(values: FloatArray, count: int) -> FloatArray:
     return np.asarray(batch_means(values, count).var(axis=0, ddof=1) / count)
 
 
-def value_steps(counts: FloatArray, spec: TriadSpec) -> FloatArray:
-    """The step between neighbouring values of each axis of a log (t, 3), SI, (3,).
+def value_steps(values: FloatArray) -> FloatArray:
+    """The step between neighbouring values of each axis of a log (t, 3), in its units, (3,).
 
     A converter steps by one count, or by more where the log was shifted or rounded; of a log in
-    physical units the values themselves show it. Where all are the same, the decimals they were
-    printed with are all there is to go by.
+    physical units the values themselves show it. Infinite where all are the same.
     """
     steps = []
-    for values in counts.T:
-        whole = np.rint(values)
-        if np.array_equal(values, whole):
+    for axis in values.T:
+        whole = np.rint(axis)
+        if np.array_equal(axis, whole):
             step = float(np.gcd.reduce((whole - whole[0]).astype(np.int64)))
         else:
-            gaps = np.diff(np.unique(values))
+            gaps = np.diff(np.unique(axis))
             step = float(gaps.min()) if gaps.size else 0.0
-        if step == 0:  # never another value
-            step = 1.0 if spec.encoding != "si" else _printed_unit(float(values[0]))
-        steps.append(step)
-    return np.asarray(steps) * abs(spec.nominal_scale)
+        steps.append(step or np.inf)
+    return np.array(steps)
 
 
-def _printed_unit(value: float) -> float:
-    """The unit of the last decimal that ``value`` needs."""
-    for decimals in range(MOST_DECIMALS):
-        if abs(value * 10.0**decimals - round(value * 10.0**decimals)) < PRINTED_TOLERANCE:
-            return float(10.0**-decimals)
-    return 0.0
+def least_steps(values: FloatArray, spec: TriadSpec) -> FloatArray:
+    """One count, or the unit of the last decimal that the first of ``values`` (t, 3) has, (3,)."""
+    if spec.encoding != "si":
+        return np.ones(3)
+    decimals = np.arange(MOST_DECIMALS)
+    scaled = values[0][:, None] * 10.0**decimals
+    is_whole = np.abs(scaled - np.rint(scaled)) < PRINTED_TOLERANCE
+    return np.where(is_whole.any(axis=1), 10.0 ** -np.argmax(is_whole, axis=1).astype(float), 0.0)
 
 
 def _halves(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -246,7 +253,8 @@ def average_pose(
                 variance=batch_variance(rest, BATCHES),
                 coarse_variance=batch_variance(rest, COARSE_BATCHES),
                 scatter=rest.var(axis=0, ddof=1),
-                step=value_steps(counts, spec),
+                step=value_steps(counts) * spec.nominal_scale,
+                unit=least_steps(counts, spec) * spec.nominal_scale,
             )
         )
     return PoseMean(
@@ -257,3 +265,17 @@ def average_pose(
         duration_s=float(log.time_s[n - 1] - log.time_s[0]),
         columns={name: float(values[:n].mean()) for name, values in log.columns.items()},
     )
+
+
+def check_alive(means: Sequence[PoseMean], triad: Triad, run: str) -> None:
+    """Refuse a run in which an axis gave the very same value all the time."""
+    spread = np.max([getattr(mean, triad).scatter for mean in means], axis=0)
+    values = np.array([getattr(mean, triad).mean for mean in means])
+    stuck = (spread == 0) & (np.ptp(values, axis=0) == 0)
+    if len(means) > 1 and stuck.any():
+        axis = AXES[int(np.argmax(stuck))]
+        raise Undetermined(
+            f"{run}: {triad} {axis} is stuck: it gives the same value in every sample of all "
+            f"{len(means)} poses. Check the wiring, the register settings, or whether the column "
+            f"was logged twice."
+        )

@@ -8,11 +8,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from calib.errors import Undetermined
-from calib.poses.averaging import PoseMean
+from calib.poses.averaging import PoseMean, check_alive
 from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
-from calib.poses.imu_log import AXES, BoolArray, FloatArray, IntArray, Triad
-from calib.poses.mean_noise import NOISE_DOF_PER_POSE, pose_mean_sd
+from calib.poses.imu_log import BoolArray, FloatArray, IntArray, Triad
+from calib.poses.mean_noise import NOISE_DOF_PER_POSE, pose_mean_sd, too_short
 
 RowIndex = IntArray | BoolArray | slice | Sequence[int]
 PER_POSE = ("reading", "sd", "force", "vibration", "spin_rad_s", "time_s", "expected")
@@ -125,6 +124,8 @@ class PoseSet:
         Magnitudes and their sds.
     columns : mapping of name to array, shape (n,)
         Pose means of the logged columns.
+    notes : tuple of str
+        Why some of the sds may not hold.
     other_reading : array, shape (n, 3), or None
         Mean nominal reading of the other triad, NaN where not logged. Ideal poses have None: what
         the other triad reads follows from the plate and from gravity.
@@ -142,6 +143,7 @@ class PoseSet:
     expected: FloatArray
     reference: Reference
     columns: Mapping[str, FloatArray] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
     other_reading: FloatArray | None = None
 
     def __len__(self) -> int:
@@ -156,6 +158,7 @@ class PoseSet:
             run=tuple(self.run[i] for i in index),
             reference=self.reference.take(index),
             columns={name: values[index] for name, values in self.columns.items()},
+            notes=self.notes,
             other_reading=None if self.other_reading is None else self.other_reading[index],
             **{name: getattr(self, name)[index] for name in PER_POSE},
         )
@@ -175,6 +178,10 @@ class PoseSet:
                 for name, values in self.columns.items()
                 if name in other.columns
             },
+            other_reading=None
+            if self.other_reading is None or other.other_reading is None
+            else np.concatenate([self.other_reading, other.other_reading]),
+            notes=tuple(dict.fromkeys((*self.notes, *other.notes))),
             **{
                 name: np.concatenate([getattr(self, name), getattr(other, name)])
                 for name in PER_POSE
@@ -228,20 +235,6 @@ class PoseSet:
         return {**dict(zip(OTHER_TRIAD, other.T, strict=True)), **members}
 
 
-def check_alive(means: Sequence[PoseMean], triad: Triad, run: str) -> None:
-    """Refuse a run in which an axis gave the very same value all the time."""
-    spread = np.max([getattr(mean, triad).scatter for mean in means], axis=0)
-    values = np.array([getattr(mean, triad).mean for mean in means])
-    stuck = (spread == 0) & (np.ptp(values, axis=0) == 0)
-    if len(means) > 1 and stuck.any():
-        axis = AXES[int(np.argmax(stuck))]
-        raise Undetermined(
-            f"{run}: {triad} {axis} is stuck: it gives the same value in every sample of all "
-            f"{len(means)} poses. Check the wiring, the register settings, or whether the column "
-            f"was logged twice."
-        )
-
-
 @dataclass(frozen=True, eq=False)
 class PoseRun:
     """Poses recorded under one reference.
@@ -292,6 +285,7 @@ def pose_set(
         expected=np.concatenate([run.expected for run in runs]),
         reference=join_references([run.reference for run in runs]),
         columns={name: np.array([mean.columns[name] for mean in means]) for name in names},
+        notes=tuple(filter(None, (too_short(run.means, triad, run.name) for run in runs))),
         other_reading=np.array([getattr(mean, other).mean for mean in means]),
     )
     if correct_force is None or not np.isfinite(poses.force).all():

@@ -203,6 +203,7 @@ def _calibrated(
         predict(calibration),
         gravity,
         warnings=(
+            *poses.notes,
             *turning_while_still(poses),
             *gain_off_the_sheet(calibration.parameters, spec, poses.triad),
         ),

@@ -9,7 +9,7 @@ from calib.effects.catalogue import BASE
 from calib.fit.calibration import calibrate_triad
 from calib.fit.model import Model
 from calib.fit.solver import fit
-from calib.poses.averaging import average_pose, value_steps
+from calib.poses.averaging import average_pose, least_steps, value_steps
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 from calib.poses.mean_noise import pose_mean_sd, step_variance
@@ -41,14 +41,20 @@ def test_no_step_and_much_noise_add_nothing() -> None:
 def test_the_step_is_found_where_the_log_is_coarser_than_the_data_sheet() -> None:
     rng = np.random.default_rng(2)
     analogue = 5 + rng.standard_normal((500, 3))
+    lsb = 20 / 2**15
+    counts = np.rint(analogue / lsb)
+    assert value_steps(counts) == pytest.approx(1)
+    assert value_steps(16 * np.rint(analogue / lsb / 16)) == pytest.approx(16)
+    assert value_steps(np.round(analogue, 1)) == pytest.approx(0.1)
+    assert (value_steps(analogue) < 1e-3).all()
+
+
+def test_a_log_of_one_value_says_so_and_what_its_step_is_at_least() -> None:
     sheet = TriadSpec(20.0, 16, "twos-complement")
-    lsb = sheet.nominal_scale
-    assert value_steps(np.rint(analogue / lsb), sheet) == pytest.approx(lsb)
-    assert value_steps(16 * np.rint(analogue / lsb / 16), sheet) == pytest.approx(16 * lsb)
-    assert value_steps(np.round(analogue, 1), SI) == pytest.approx(0.1)
-    assert (value_steps(analogue, SI) < 1e-3).all()
-    assert value_steps(np.full((500, 3), 9.8), SI) == pytest.approx(0.1)
-    assert value_steps(np.full((500, 3), 120.0), sheet) == pytest.approx(lsb)
+    assert np.isinf(value_steps(np.full((500, 3), 9.8))).all()
+    assert least_steps(np.full((500, 3), 9.8), SI) == pytest.approx(0.1)
+    assert least_steps(np.full((500, 3), 9.8125), SI) == pytest.approx(1e-4)
+    assert least_steps(np.full((500, 3), 120.0), sheet) == pytest.approx(1)
 
 
 def coarse(triad: Triad, bits: int, noise_counts: float) -> Triad:
