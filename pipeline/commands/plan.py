@@ -33,9 +33,9 @@ def command(config: Path, effects: tuple[str, ...], allow_python: bool) -> None:
             find_effect(name)  # a wrong name is said before anything slow
     for plan in plan_of(loaded, allow_python):
         sheet = getattr(loaded.sensor, plan.triad)
-        own = user_effects(loaded, plan.triad, allow_python)
-        asked = [own[name] if name in own else find_effect(name)
-                 for name in effects if name in own or name not in loaded.effects]
-        mine = [effect for effect in asked if plan.triad in effect.triads]
-        for line in plan_lines(plan, mine, triad_spec(sheet).full_scale):
+        user_defined = user_effects(loaded, plan.triad, allow_python)
+        wanted = [user_defined[name] if name in user_defined else find_effect(name)
+                  for name in effects if name in user_defined or name not in loaded.effects]
+        of_triad = [effect for effect in wanted if plan.triad in effect.triads]
+        for line in plan_lines(plan, of_triad, triad_spec(sheet).full_scale):
             click.echo(line)

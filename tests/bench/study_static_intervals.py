@@ -26,6 +26,7 @@ KINDS = ("hand", "hand, 20 Hz", "strong tremor", "noisy sensor", "table, then ha
 CONSTANTS: tuple[tuple[ModuleType, str], ...] = (
     (rest_candidates, "WINDOW_S"),
     (rest_candidates, "QUIETEST_SHARE"),
+    (rest_candidates, "LARGEST_TURN"),
     (rest_candidates, "MARGIN_SHARE"),
     (rest_candidates, "SAME_ATTITUDE"),
     (rest_candidates, "WANDER_S"),
