@@ -244,6 +244,37 @@ gyroscope:
     assert "the plate stood still" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(("board", "bias_deg_s"), [("Boost1", [-1.27, 0.37, -1.15])])
+def test_a_rate_table_that_turns_between_its_rests_leaves_the_bias(
+    tmp_path: Path, board: str, bias_deg_s: list[float], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The table turns about the vertical, which the accelerometer does not feel. The log begins at
+    rest: the means of its first 100 rows are the reference."""
+    lines = gzip.decompress((REAL / f"ouranos_rate_table/GSDataLog2{board}.csv.gz").read_bytes())
+    rows = []
+    for line in lines.decode("utf-8", "replace").splitlines()[2:]:
+        try:
+            rows.append([float(cell) for cell in line.split(",")[5:11]])
+        except ValueError:  # blank and truncated rows of the radio link
+            continue
+    table = np.array([row for row in rows if len(row) == 6])
+    table = table[np.isfinite(table).all(axis=1)]
+    time_s = np.arange(len(table)) / LEG_HZ
+    np.savetxt(tmp_path / "log.csv", np.column_stack([time_s, table]), delimiter=",", fmt="%.6f",
+               header="time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z", comments="")
+    config = write(tmp_path, """
+sensor: {accelerometer: {unit: g}, gyroscope: {unit: deg_s}}
+gyroscope:
+  model: [bias]
+  runs:
+  - {poses: {log: log.csv, find: still}, rate: stopped}
+""")
+    assert pipeline("run", config) == 0
+    assert "the plate or the hand turned it" in capsys.readouterr().err
+    bias = results_in(tmp_path / "config.run")["gyroscope"]["parameters"]["bias_counts"]
+    assert bias == pytest.approx(bias_deg_s, abs=0.05)
+
+
 # --- sets that determine nothing ----------------------------------------------------------------
 
 GEOMETRY = {
