@@ -116,7 +116,8 @@ def _kalibr_gyroscope(stored: Stored, gyroscope: StoredTriad, body: FloatArray) 
         "    C_gyro_i:",
         *_rows(turned @ to_accelerometer.T @ body.T, 4),
         "    A:",
-        *_rows(forward @ sensitivity @ body.T, 4),
+        # G acts on the sensitive axes, T turns them into the orthogonal ones that M^-1 takes.
+        *_rows(forward @ gyroscope.alignment @ sensitivity @ body.T, 4),
     ]
 
 

@@ -100,6 +100,8 @@ def refit_json(result: TriadResult, defined: Mapping[str, Effect]) -> Json:
         "labels": list(fit.poses.label),
         "is_null": [bool(null) for null in equations.is_null],
         "noise_dof": float(fit.poses.noise_dof),
+        # By refits without each pose; the page's own, of one step, is scaled to it.
+        "loo": result.comparison.loo_rms * factor,
         "base": [_rounded(column) for column in unit_columns(base)[0].T],
         "base_fitted": int(base.shape[1] - len(fit.eta)),
         "effects": [_box_json(box, root[:d], result) for box in boxes]

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from calib.errors import Undetermined, UnusableLog
 from calib.poses.imu_log import ImuLog
 from pipeline.export.apply import applied_csv, apply_results
+from pipeline.export.parts import triad_named
 from pipeline.logs.write import csv_rows
 from pipeline.results.read import load_results
 from tests.pipeline.conftest import RunSession
@@ -75,7 +76,10 @@ def test_an_effect_of_the_gyroscope_uses_the_corrected_accelerometer(
         apply_results(each, a_log()) for each in (load_results(finished.folder), stored)
     )
     force = plain.triads["accelerometer"]
-    expected = plain.triads["gyroscope"] - force @ g.reshape(3, 3).T
+    gyroscope = triad_named(stored, "gyroscope")
+    assert gyroscope is not None
+    # G is of the sensitive axes; T of eq. (2) turns its error into the orthogonal ones.
+    expected = plain.triads["gyroscope"] - force @ g.reshape(3, 3).T @ gyroscope.alignment.T
     assert better.triads["gyroscope"] == pytest.approx(expected, abs=1e-12)
 
 
@@ -248,8 +252,9 @@ def test_the_command_turns_both_triads_into_the_vehicle_s_axes_and_says_so(
     angle = 0.02
     with_mounting(finished, tmp_path, [0.0, 0.0, angle])
     for results in (finished.folder, tmp_path):
-        assert pipeline("apply", results, log, "--output", tmp_path / "out.csv") == 0
-        tables.append(np.loadtxt(tmp_path / "out.csv", delimiter=",", skiprows=1))
+        output = tmp_path / f"{results.name}.csv"
+        assert pipeline("apply", results, log, "--output", output) == 0
+        tables.append(np.loadtxt(output, delimiter=",", skiprows=1))
         said.append(capsys.readouterr().err)
     plain, turned = tables
     # Written out: e_z of the vehicle is the third column of R in the sensor's axes.
