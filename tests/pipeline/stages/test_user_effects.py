@@ -226,7 +226,7 @@ def test_what_belongs_to_one_run_is_no_error_of_the_sensor(
     assert pipeline("run", config) == 0
     log = damp.parent / "gyroscope" / "17rpm" / "pose_01.csv"
     corrected(config.with_suffix(".run"), log)
-    assert "once belongs to the bench" in capsys.readouterr().err
+    assert "once is an effect of the bench" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("names", ["bent", "cross"])
