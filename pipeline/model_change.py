@@ -5,7 +5,7 @@ calibrations, before and after, are known; or it is refused, with the reason and
 that would allow it, and the file stays as it was.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 from calib.diagnosis.next_measurement import Rival, best_block
@@ -111,8 +111,11 @@ def turn(
     before: Outcome | None = None,
     remove: bool = False,
     although_aliased: bool = False,
+    only_if_better: bool = False,
 ) -> Turn:
     """Change the model by ``target``, run, and only then write the configuration.
+
+    ``only_if_better`` leaves it as it was where the leave-one-out error does not fall.
 
     Raises
     ------
@@ -124,9 +127,10 @@ def turn(
     result = result_of(before, target)
     if result is not None and not remove:
         require_tellable(result, target, although_aliased)
-    after = run(changed)
-    write_whole(config.source.path, changed.source.text)
-    return Turn(target, before, after)
+    done = Turn(target, before, run(changed))
+    if not only_if_better or predicts_better(done):
+        write_whole(config.source.path, changed.source.text)
+    return done
 
 
 def require_tellable(result: TriadResult, target: Target, although_aliased: bool) -> None:
@@ -147,6 +151,8 @@ def require_tellable(result: TriadResult, target: Target, although_aliased: bool
         )
     candidate = next((c for c in found.ranking if c.name == name and c.kind == "listed"), None)
     if candidate is None or although_aliased:
+        return
+    if name in found.addable:  # the verdict named it: its own refit told it from what looks alike
         return
     group = found.group if found.name == name else (name, *candidate.aliases)
     if len(group) > 1:
@@ -175,9 +181,22 @@ def _what_would_show(result: TriadResult, names: list[str]) -> str:
     return f"What would allow it: {effects[0].page.separates}."
 
 
-def next_target(outcome: Outcome) -> Target | None:
-    """What ``--auto`` adds next: the first effect that a diagnosis names without doubt."""
+def next_target(outcome: Outcome, refused: Collection[Target] = ()) -> Target | None:
+    """What ``--auto`` adds next: the first effect that a diagnosis names without doubt.
+
+    ``refused`` are those that were tried and did not lower the leave-one-out error.
+    """
     for result in outcome.triads:
-        if result.diagnosis.addable and result.diagnosis.name is not None:
-            return Target((result.triad,), result.diagnosis.name)
+        for name in result.diagnosis.addable:
+            target = Target((result.triad,), name)
+            if target not in refused:
+                return target
     return None
+
+
+def predicts_better(done: Turn) -> bool:
+    """Whether the leave-one-out error of the triad fell with the change."""
+    before, after = (result_of(outcome, done.target) for outcome in (done.before, done.after))
+    if before is None or after is None:
+        return True
+    return after.comparison.loo_rms < before.comparison.loo_rms

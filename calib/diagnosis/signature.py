@@ -5,17 +5,17 @@ projected out, are its signature. What has less than ``VISIBLE_SHARE`` of its si
 the model would swallow it. Two effects whose signatures span the same space are aliases.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
 from calib.fit.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.fit.leave_one_out import orthonormal_columns
 from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray
-
-ALIAS_CORRELATION = 0.99
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,18 +52,20 @@ class Signature:
 class Projector:
     """Projects the fitted model out of whitened rows.
 
-    ``tested`` names an effect of the model that is on trial: its columns are left in, and what it
-    explained is put back into the residual.
+    ``tested`` names the effects of the model that are on trial: their columns are kept out of what
+    is projected, and what they explained is put back into the residual.
     """
 
-    def __init__(self, fit: Fit, tested: str | None = None) -> None:
+    def __init__(self, fit: Fit, tested: Sequence[str] = ()) -> None:
         root = np.sqrt(fit.weight)
         residual, jacobian, dof = fit.rows.residual, fit.rows.jacobian, fit.dof
-        if tested is not None:
-            where = fit.model.slices()[tested]
+        if tested:
+            slices = fit.model.slices()
+            where = [i for name in tested for i in range(slices[name].start, slices[name].stop)]
             residual = residual - jacobian[:, where] @ fit.theta[where]
             jacobian = np.delete(jacobian, where, axis=1)
             dof += int(np.linalg.matrix_rank(fit.basis[where]))
+            dof += sum(name in fit.shapes for name in tested)
         self.root = root
         self.model = orthonormal_columns(jacobian * root[:, None])
         self.residual = self(residual * root)
@@ -98,6 +100,13 @@ def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> Floa
 
     Their sign is that of the effect: a residual of ``columns @ theta`` is what theta would leave.
     """
+    if effect.acts_on == "reference":
+        return reference_columns(fit, effect)
+    return vector_columns(fit, effect_vectors(fit, effect, shape))
+
+
+def effect_vectors(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:
+    """Errors (n, 3, k) of an effect on the reading or the sensor, per unit of its parameters."""
     equations = fit.equations
     at = equations.conditions(fit.rows.vector)
     if effect.follows is not None and "bias" in fit.model.names:
@@ -105,15 +114,25 @@ def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> Floa
         logged = at.column(effect.follows)
         at = replace(at, columns={**at.columns, effect.follows: logged - logged.mean()})
     on_reading = effect.acts_on == "reading"
-    columns = effect.evaluate(equations.at_reading if on_reading else at, shape)
-    turning, null = equations.magnitude, equations.null
-    if effect.acts_on == "reference":
-        at_rest = np.zeros((3 * len(null), columns.shape[1]))
-        return np.concatenate([columns[turning] / equations.magnitude_sd[:, None], at_rest])
+    return effect.evaluate(equations.at_reading if on_reading else at, shape)
+
+
+def reference_columns(fit: Fit, effect: Effect) -> FloatArray:
+    """Whitened columns (d, k) of an effect on the reference."""
+    equations = fit.equations
+    columns = effect.evaluate(equations.conditions(fit.rows.vector))
+    at_rest = np.zeros((3 * len(equations.null), columns.shape[1]))
+    turning = columns[equations.magnitude] / equations.magnitude_sd[:, None]
+    return np.concatenate([turning, at_rest])
+
+
+def vector_columns(fit: Fit, vectors: FloatArray) -> FloatArray:
+    """Whitened columns (d, k) of errors (n, 3, k) ahead of the effects that follow the vector."""
+    equations = fit.equations
     if equations.varying:
-        slope = equations.slope(fit.theta, fit.shapes, at)
-        columns = np.asarray(np.linalg.solve(slope, columns), dtype=float)
-    return project_on_rows(fit, columns)
+        slope = equations.slope(fit.theta, fit.shapes, equations.conditions(fit.rows.vector))
+        vectors = np.asarray(np.linalg.inv(slope) @ vectors, dtype=float)
+    return project_on_rows(fit, vectors)
 
 
 def project_on_rows(fit: Fit, vectors: FloatArray) -> FloatArray:
@@ -131,10 +150,10 @@ def contains(larger: Signature, smaller: Signature) -> bool:
     if smaller.is_blind or larger.seen < smaller.seen:
         return False
     overlap = smaller.basis.T @ larger.basis
-    if (overlap**2).sum() < smaller.seen * ALIAS_CORRELATION**2:  # the correlations, squared
+    if (overlap**2).sum() < smaller.seen * CONSTANTS.alias_correlation**2:
         return False
     correlation = np.linalg.svd(overlap, compute_uv=False)
-    return bool(correlation[: smaller.seen].min() > ALIAS_CORRELATION)
+    return bool(correlation[: smaller.seen].min() > CONSTANTS.alias_correlation)
 
 
 def are_aliases(a: Signature, b: Signature) -> bool:

@@ -9,7 +9,15 @@ from pipeline.commands.run_with_progress import run_quietly
 from pipeline.config.load import Config, load_config
 from pipeline.console.model_change_text import turn_lines
 from pipeline.console.run_text import next_step, verdict_line
-from pipeline.model_change import MOST_TURNS, Turn, next_target, read_target, turn
+from pipeline.model_change import (
+    MOST_TURNS,
+    Target,
+    Turn,
+    next_target,
+    predicts_better,
+    read_target,
+    turn,
+)
 from pipeline.report.outputs import write_outputs
 from pipeline.stages.run import Outcome
 
@@ -36,17 +44,22 @@ def make_turn(
 
 
 def add_until_settled(path: Path, allow_python: bool) -> None:
-    """Add what the diagnosis names, again and again, until it names nothing more."""
+    """Add what the diagnosis names, again and again, while the leave-one-out error falls."""
     config = load_config(path)
     run = _runner(config, allow_python)
     outcome = run(config)
     write_outputs(outcome, config.output_folder)
+    refused: list[Target] = []
     for _ in range(MOST_TURNS):
-        target = next_target(outcome)
+        target = next_target(outcome, refused)
         if target is None:
             break
-        done = turn(outcome.config, target, run, before=outcome)
+        done = turn(outcome.config, target, run, before=outcome, only_if_better=True)
         _show(done)
+        if not predicts_better(done):
+            click.echo(f"{target} is not kept: the leave-one-out error does not fall with it.")
+            refused.append(target)
+            continue
         outcome = done.after
         write_outputs(outcome, config.output_folder)
     for result in outcome.triads:

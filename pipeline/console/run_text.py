@@ -128,7 +128,7 @@ def next_step(outcome: Outcome, folder: Path, look: str = "pipeline diagnose {co
     config = shlex.quote(str(outcome.config.source.path))
     found = {result.triad: result.diagnosis for result in outcome.triads}
     for triad, diagnosis in found.items():
-        if diagnosis.verdict == "effect" and len(diagnosis.group) == 1:
+        if diagnosis.explanation.step == "add":
             return f"next: pipeline add {config} {triad}.{diagnosis.name}"
     for diagnosis in found.values():
         if diagnosis.record_next:
@@ -136,7 +136,7 @@ def next_step(outcome: Outcome, folder: Path, look: str = "pipeline diagnose {co
                 f"next: record {diagnosis.record_next}; name the new logs in {config}, then: "
                 f"pipeline run {config}"
             )
-    if any(diagnosis.verdict != "nothing_missing" for diagnosis in found.values()):
+    if any(diagnosis.explanation.step != "apply" for diagnosis in found.values()):
         return f"next: {look.format(config=config)}"
     if found:
         return f"next: pipeline apply {shlex.quote(str(folder))} LOG --output FILE"
@@ -172,6 +172,8 @@ def ranking_lines(result: TriadResult) -> list[str]:
         for each in found.ranking[:RANKED]
     ]
     lines = aligned(rows)
+    for limit in found.limits[:RANKED]:
+        lines.append(f"  at 95 % no larger than: {limit.name} {limit.value:.2g} {limit.unit}")
     if found.blind:
         lines.append(f"  these data cannot see: {', '.join(found.blind)}")
     return lines

@@ -7,21 +7,10 @@ from math import sqrt
 
 import numpy as np
 
-from calib.effects.catalogue import find_effect
-from calib.errors import CalibrationError
 from pipeline.formatting import DISPLAY, count
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 
-#: Verdict of a diagnosis -> how it stands: a word and a sign, since colour alone says nothing.
-STANDING = {
-    "nothing_missing": ("good", "✓"),
-    "effect": ("act", "!"),
-    "ambiguous": ("open", "?"),
-    "unknown": ("act", "!"),
-    "bad_pose": ("act", "!"),
-    "noise": ("open", "?"),
-}
 LOG = "LOG.csv"  #: stands for the user's own file
 
 
@@ -71,12 +60,12 @@ def overall_verdict(answers: Sequence[Answer]) -> Verdict:
 def answer_for(result: TriadResult, outcome: Outcome, folder: str) -> Answer:
     """The three answers for one triad; ``folder`` is where its results are."""
     config = shlex.quote(str(outcome.config.source.path))
-    code = result.diagnosis.verdict
-    standing, sign = STANDING[code]
-    short, wrong = _wrong(result)
-    following, commands = _next(result, config, shlex.quote(folder))
+    words = result.diagnosis.explanation
+    wrong = _nothing_wrong(result) if words.standing == "good" else words.says
     return Answer(
-        result.triad, standing, sign, short, _is_it_good(result), wrong, following, commands
+        result.triad, words.standing, words.sign, words.short, _is_it_good(result), wrong,
+        f"{words.following}{'' if words.step in ('apply', 'add') else ', then'}:",
+        _commands(result, config, shlex.quote(folder)),
     )
 
 
@@ -99,94 +88,26 @@ def _is_it_good(result: TriadResult) -> str:
     )
 
 
-def _quoted(names: Sequence[str]) -> str:
-    return " or ".join(_readable(name) for name in names)
-
-
-def _readable(name: str) -> str:
-    if name.startswith("~"):
-        return f"something that follows {name[1:]}"
-    return {"jump": "a jump of the bias", "bad_pose": "one bad pose",
-            "noise": "more noise than stated"}.get(name, name)
-
-
-def _wrong(result: TriadResult) -> tuple[str, str]:
-    """What is wrong in a few words, and in two or three sentences."""
-    found = result.diagnosis
-    if found.verdict == "nothing_missing":
-        return "nothing is missing", _nothing_wrong(result)
-    if found.verdict == "effect" and found.name is not None:
-        return _missing(result, found.name)
-    if found.verdict == "ambiguous":
-        return "something may be missing, and these data cannot tell what", (
-            f"Something may be missing. It could be {_quoted(found.group)}; in these poses they "
-            f"look too much alike, or too small, to say which."
-        )
-    short = {
-        "unknown": f"the misfit follows {found.name}, in a way that no listed effect does",
-        "bad_pose": f"the pose {found.name} contradicts the others",
-        "noise": "the residual is larger than the noise, without any shape",
-    }[found.verdict]
-    return short, found.says
-
-
 def _nothing_wrong(result: TriadResult) -> str:
     added = [e.name for e in result.calibration.fit.model.effects if e.acts_on != "reading"]
     says = "Nothing that these poses can see."
     if added:
         says += f" The model holds {' and '.join(added)} besides bias, scale and misalignment."
+    limits = [f"{each.name} {each.value:.2g} {each.unit}" for each in result.diagnosis.limits]
+    if limits:
+        says += f" At 95 % what was looked for is no larger than: {'; '.join(limits)}."
     blind = result.diagnosis.blind
     if blind:
         says += f" They cannot see {', '.join(blind)}; the boxes below say why."
     return says
 
 
-def _missing(result: TriadResult, name: str) -> tuple[str, str]:
-    found = result.diagnosis
-    best = next(c for c in found.ranking if c.name == name and c.kind == "listed")
-    share = 100 * best.chi2_drop / result.calibration.fit.chi2
-    says = f"The model lacks {name}: {_physics(name)} It explains {share:.0f} % of the misfit."
-    short = f"its model lacks {name}"
-    if len(found.group) > 1:
-        others = _quoted(found.group[1:])
-        says += f" In these poses {others} would look the same."
-        short = f"its model lacks {name} or {others}, which look the same here"
-    if found.partner is not None:
-        says += f" A second effect shows beside it: {found.partner}."
-    return short, says
-
-
-def _physics(name: str) -> str:
-    try:
-        said = find_effect(name).physics
-    except CalibrationError:
-        return "your own effect."
-    return said[0].lower() + said[1:]
-
-
-def _next(result: TriadResult, config: str, folder: str) -> tuple[str, tuple[str, ...]]:
-    """What to do, and the commands."""
-    found = result.diagnosis
-    run = f"pipeline run {config}"
-    if found.verdict == "nothing_missing":
-        return "Correct a log, or hand the calibration to another program:", (
-            f"pipeline apply {folder} {LOG} --output calibrated.csv",
-            f"pipeline export {folder} --to arduino",
-        )
-    if found.verdict == "effect" and len(found.group) == 1:
-        return "Add it; everything is refitted together and the error shown before and after:", (
-            f"pipeline add {config} {result.triad}.{found.name}",
-        )
-    if found.record_next:
-        return f"Record {found.record_next}; name the new logs in the configuration and run:", (
-            run,
-        )
-    if found.verdict == "bad_pose":
-        return "Record that pose again, or take it out of the list of poses, and run:", (run,)
-    if found.verdict == "effect":
-        separates = find_effect(found.group[0]).page.separates
-        return f"What tells them apart: {separates}. Then run:", (run,)
-    if found.verdict == "unknown":
-        return ("If you know its physics, write it as your own effect under `effects:` in the "
-                "configuration; the charts below show its shape:"), (f"pipeline diagnose {config}",)
-    return "Record the same poses once more, for longer and in random order, and run:", (run,)
+def _commands(result: TriadResult, config: str, folder: str) -> tuple[str, ...]:
+    """The commands that the next step takes."""
+    step = result.diagnosis.explanation.step
+    if step == "apply":
+        return (f"pipeline apply {folder} {LOG} --output calibrated.csv",
+                f"pipeline export {folder} --to arduino")
+    if step == "add":
+        return (f"pipeline add {config} {result.triad}.{result.diagnosis.name}",)
+    return (f"pipeline {'diagnose' if step == 'define' else 'run'} {config}",)

@@ -104,9 +104,14 @@ def _poses(result: TriadResult) -> list[Json]:
 def _diagnosis(result: TriadResult) -> Json:
     found = result.diagnosis
     return {
-        "verdict": found.verdict,
+        "verdict": str(found.verdict),
         "name": found.name,
+        "names": list(found.names),
         "group": list(found.group),
+        "inclusion": [
+            {"class": each.name, "members": list(each.members), "probability": each.probability}
+            for each in found.inclusion
+        ],
         "says": found.says,
         "record_next": found.record_next,
         "blind": list(found.blind),

@@ -157,7 +157,7 @@ def test_aliases_are_named_together_with_what_separates_them() -> None:
     assert found.verdict == "effect"
     assert set(found.group) == {"quadratic", "asymmetry", "g_squared_sensitivity"}
     assert not found.addable
-    assert "they cannot tell which it is" in found.says
+    assert "they cannot determine which it is" in found.says
     assert found.record_next is not None
     assert found.record_next in found.says
 
