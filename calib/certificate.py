@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.errors import CalibrationError
-from calib.fit.parameters import TriadParameters
+from calib.fit.calibration import TriadParameters
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 

@@ -25,6 +25,7 @@ geodetic vertical contain it.
 import math
 
 EARTH_RATE_RAD_S = 7.292115e-5
+STANDARD_GRAVITY_M_S2 = 9.80665  #: the unit g, by definition
 SEMI_MAJOR_AXIS_M = 6378137.0
 FLATTENING = 1 / 298.257223563
 GRAVITATIONAL_CONSTANT_M3_S2 = 3.986004418e14

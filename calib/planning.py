@@ -16,19 +16,18 @@ import numpy as np
 from calib.diagnosis.hypotheses import candidate_effects
 from calib.diagnosis.signature import Projector, Signature, are_aliases, effect_columns
 from calib.effects.effect import Effect
+from calib.fit.calibration import triad_parameters
 from calib.fit.identifiability import scaled_condition
-from calib.fit.initial_estimate import Start
 from calib.fit.model import Model, stack_columns, unavailable
-from calib.fit.parameters import triad_parameters
-from calib.fit.residuals import Equations
+from calib.fit.residuals import Equations, Start
 from calib.fit.result import Fit
 from calib.fit.solver import fit
 from calib.poses.attitudes import natural_directions
 from calib.poses.averaging import PoseMean
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.pose_set import NOISE_DOF_PER_POSE, PoseSet, correlated_sd
-from calib.poses.reference import CommonError, Reference, join_references
+from calib.poses.mean_noise import NOISE_DOF_PER_POSE, correlated_sd
+from calib.poses.pose_set import CommonError, PoseSet, Reference, join_references
 
 WEDGE = natural_directions(corners=False)
 

@@ -10,7 +10,7 @@ DISPLAY: Mapping[str, tuple[str, float]] = {
     "accelerometer": ("mm/s²", 1000.0),
     "gyroscope": ("°/s", math.degrees(1.0)),
 }
-RPM = 2 * math.pi / 60
+RPM = 2 * math.pi / 60  #: rad/s
 NAME_WIDTH = 15  #: of a stage's name at the beginning of its line
 SD_DIGITS = 2  #: significant digits of an sd; its value is shown to the same decimal
 FINEST = 1e-4  #: smaller numbers are shown with a power of ten

@@ -1,8 +1,8 @@
-"""Add an effect, refit, compare: one turn of the loop that the project is built for.
+"""A model change: one effect is added to the configuration or removed from it, and refitted.
 
-A turn ends in one of two ways: the configuration names one effect more (or fewer) and both
-calibrations, before and after, are known; or it is refused, with the reason and the measurement
-that would allow it, and the file stays as it was.
+A change ends in one of two ways. The configuration names one effect more (or fewer), and the
+calibrations before and after are both known; or the change is refused with its reason and the
+measurement that would allow it, and the file is not changed.
 """
 
 from collections.abc import Callable, Collection
@@ -14,7 +14,7 @@ from calib.errors import CalibrationError, Undetermined
 from calib.poses.imu_log import TRIADS
 from pipeline.config.edit import with_item, without_item
 from pipeline.config.load import Config, parse_config
-from pipeline.config.yaml_reader import PathTo
+from pipeline.config.yaml_text import PathTo
 from pipeline.errors import ConfigError
 from pipeline.files import write_whole
 from pipeline.names import nearest_name
@@ -23,8 +23,8 @@ from pipeline.stages.triads import TriadResult
 
 RunConfig = Callable[[Config], Outcome]
 CONSTANT_RATE = ("constant_rate",)
-MOST_TURNS = 8
-"""Turns of ``--auto`` before it stops: no sensor in the catalogue's sources needs as many."""
+MOST_CHANGES = 8
+"""Changes of ``--auto`` before it stops: no sensor in the catalogue's sources needs as many."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +44,8 @@ class Target:
 
 
 @dataclass(frozen=True, eq=False)
-class Turn:
-    """One turn: what was added or taken out, and the outcomes on both sides of it."""
+class ModelChange:
+    """What was added or removed, and the outcomes before and after it."""
 
     target: Target
     before: Outcome
@@ -80,7 +80,7 @@ def result_of(outcome: Outcome, target: Target) -> TriadResult | None:
     return next((r for r in outcome.triads if (r.triad,) == target.section), None)
 
 
-def edited(config: Config, target: Target, remove: bool) -> Config:
+def edited_config(config: Config, target: Target, remove: bool) -> Config:
     """``config`` with ``target`` added or removed, checked whole; nothing is written yet."""
     model = _model(config, target)
     if remove and target.name not in model:
@@ -103,7 +103,7 @@ def _model(config: Config, target: Target) -> tuple[str, ...]:
     return tuple(getattr(config, str(target.section[0])).model)
 
 
-def turn(
+def change_model(
     config: Config,
     target: Target,
     run: RunConfig,
@@ -112,7 +112,7 @@ def turn(
     remove: bool = False,
     although_aliased: bool = False,
     only_if_better: bool = False,
-) -> Turn:
+) -> ModelChange:
     """Change the model by ``target``, run, and only then write the configuration.
 
     ``only_if_better`` leaves it as it was where the leave-one-out error does not fall.
@@ -122,50 +122,50 @@ def turn(
     ConfigError, Undetermined
         The change is refused; the configuration is as it was.
     """
-    changed = edited(config, target, remove)
+    changed = edited_config(config, target, remove)
     before = before or run(config)
     result = result_of(before, target)
     if result is not None and not remove:
-        require_tellable(result, target, although_aliased)
-    done = Turn(target, before, run(changed))
-    if not only_if_better or predicts_better(done):
+        require_addable(result, target, although_aliased)
+    change = ModelChange(target, before, run(changed))
+    if not only_if_better or predicts_better(change):
         write_whole(config.source.path, changed.source.text)
-    return done
+    return change
 
 
-def require_tellable(result: TriadResult, target: Target, although_aliased: bool) -> None:
-    """Refuse an effect that these data cannot see, or cannot tell from another.
+def require_addable(result: TriadResult, target: Target, although_aliased: bool) -> None:
+    """Refuse an effect that these data cannot determine, or cannot separate from another.
 
     Raises
     ------
     Undetermined
         With the reason, and the measurement that would allow it.
     """
-    found, name = result.diagnosis, target.name
-    if name in found.unavailable:
-        raise Undetermined(f"{target}: cannot be evaluated here: {found.unavailable[name]}.")
-    if name in found.blind:
+    diagnosis, name = result.diagnosis, target.name
+    if name in diagnosis.unavailable:
+        raise Undetermined(f"{target}: cannot be evaluated here: {diagnosis.unavailable[name]}.")
+    if name in diagnosis.blind:
         raise Undetermined(
             f"{target}: these data cannot see it; bias, scale, misalignment and the effects in "
-            f"the model take up all of it. {_what_would_show(result, [name])}"
+            f"the model take up all of it. {_next_measurement(result, [name])}"
         )
-    candidate = next((c for c in found.ranking if c.name == name and c.kind == "listed"), None)
+    candidate = next((c for c in diagnosis.ranking if c.name == name and c.kind == "listed"), None)
     if candidate is None or although_aliased:
         return
-    if name in found.addable:  # the verdict named it: its own refit told it from what looks alike
+    if name in diagnosis.addable:  # named, and its own refit told it from what looks alike
         return
-    group = found.group if found.name == name else (name, *candidate.aliases)
+    group = diagnosis.group if diagnosis.name == name else (name, *candidate.aliases)
     if len(group) > 1:
         others = " and ".join(f"'{other}'" for other in group[1:])
         raise Undetermined(
             f"{target}: looks the same as {others} in these data; adding it would be a guess. "
-            f"{_what_would_show(result, list(group))} To go on with '{name}' all the same, add "
+            f"{_next_measurement(result, list(group))} To go on with '{name}' all the same, add "
             f"--although-aliased."
         )
 
 
-def _what_would_show(result: TriadResult, names: list[str]) -> str:
-    """The measurement that would make ``names`` visible or tell them apart."""
+def _next_measurement(result: TriadResult, names: list[str]) -> str:
+    """The measurement that would make ``names`` visible or separate them."""
     sizes = {c.name: c.size for c in result.diagnosis.ranking if c.kind == "listed"}
     try:
         effects = [find_effect(name) for name in names]
@@ -194,9 +194,9 @@ def next_target(outcome: Outcome, refused: Collection[Target] = ()) -> Target | 
     return None
 
 
-def predicts_better(done: Turn) -> bool:
+def predicts_better(change: ModelChange) -> bool:
     """Whether the leave-one-out error of the triad fell with the change."""
-    before, after = (result_of(outcome, done.target) for outcome in (done.before, done.after))
+    before, after = (result_of(outcome, change.target) for outcome in (change.before, change.after))
     if before is None or after is None:
         return True
     return after.comparison.loo_rms < before.comparison.loo_rms

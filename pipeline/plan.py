@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from calib.earth import EARTH_RATE_RAD_S, earth_rate_horizontal
+from calib.earth import EARTH_RATE_RAD_S, STANDARD_GRAVITY_M_S2, earth_rate_horizontal
 from calib.errors import CalibrationError
 from calib.fit.model import Model
 from calib.fit.result import Fit
@@ -29,8 +29,7 @@ from calib.poses.attitudes import NEAR_COSINE, natural_directions
 from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog, Triad
-from calib.poses.pose_set import PoseSet, Run, pose_set
-from calib.poses.reference import CommonError
+from calib.poses.pose_set import CommonError, PoseSet, Run, pose_set
 from calib.poses.runs import (
     GRAVITY,
     TIME_BASE,
@@ -40,19 +39,19 @@ from calib.poses.runs import (
     turning_run,
 )
 from calib.poses.static_intervals import find_still
-from pipeline.config.load import Config, triad_spec
-from pipeline.config.schema import KnownRate, Poses, VideoRate
+from pipeline.config.load import Config, sensor_specs
+from pipeline.config.schema import KnownRateSection, PosesSection, VideoRateSection
 from pipeline.config.types import STOPPED
-from pipeline.stages.poses import read_joined, read_labelled
+from pipeline.formatting import RPM
+from pipeline.logs.read import join_logs
+from pipeline.stages.session_logs import read_logs
 from pipeline.stages.site import gravity_of, latitude_of
 
-RAD_S_PER_RPM = 2 * math.pi / 60
 PAUSE_S = 20.0  #: between two planned poses
 POSE_S = 10.0  #: of a pose, where the configuration has no ``record``
 TURNS = 3.0  #: of the plate in a pose at least
 WEDGE = 18
 HEADROOM = 0.9  #: of the full scale; gain and offset take the rest
-STANDARD_GRAVITY_M_S2 = 9.80665
 
 #: Sd of a mean over one second, SI, correlation included: the median axis of still stretches in
 #: public logs of these sensors (33 poses of an MTi, 53 stretches of an MPU-6050; see data/README).
@@ -106,7 +105,7 @@ class TriadPlan:
 
 def plan_of(config: Config) -> Iterator[TriadPlan]:
     """The outlook of every triad that the configuration fits."""
-    means: dict[tuple[Poses, str], PlannedSetting] = {}
+    means: dict[tuple[PosesSection, str], PlannedSetting] = {}
     if config.accelerometer:
         yield _triad_plan(config, "accelerometer", [_setting(
             config, config.accelerometer.poses, STOPPED, means)])
@@ -116,7 +115,10 @@ def plan_of(config: Config) -> Iterator[TriadPlan]:
 
 
 def _setting(
-    config: Config, poses: Poses, name: str, known: dict[tuple[Poses, str], PlannedSetting]
+    config: Config,
+    poses: PosesSection,
+    name: str,
+    known: dict[tuple[PosesSection, str], PlannedSetting],
 ) -> PlannedSetting:
     """Read what is recorded of one setting; each set of files once."""
     if (poses, name) not in known:
@@ -124,15 +126,15 @@ def _setting(
     return known[poses, name]
 
 
-def _read_setting(config: Config, poses: Poses, name: str) -> PlannedSetting:
+def _read_setting(config: Config, poses: PosesSection, name: str) -> PlannedSetting:
     rate, stated = 0.0, config.rate.get(name)
     relative, sd = 0.0, 0.0
-    if isinstance(stated, KnownRate):
+    if isinstance(stated, KnownRateSection):
         rate, sd = stated.rate_rad_s, stated.sd_rad_s
-    elif isinstance(stated, VideoRate):
-        rate = (stated.nominal_rpm or math.nan) * RAD_S_PER_RPM
+    elif isinstance(stated, VideoRateSection):
+        rate = (stated.nominal_rpm or math.nan) * RPM
         relative = stated.timebase.relative_sd
-    specs = _specs(config)
+    specs = sensor_specs(config.sensor)
     means, unusable = [], []
     for log in _logs(config, poses):
         if math.isnan(rate):
@@ -142,7 +144,7 @@ def _read_setting(config: Config, poses: Poses, name: str) -> PlannedSetting:
         except CalibrationError as error:
             unusable.append(str(error))
     if math.isnan(rate):
-        rate = 100 / 3 * RAD_S_PER_RPM  # nothing tells it: the speed that every record player has
+        rate = 100 / 3 * RPM  # nothing tells it: the speed that every record player has
     seconds = config.record.seconds_per_pose if config.record else POSE_S
     seconds = max(seconds, TURNS * 2 * math.pi / rate) if rate else seconds
     if means:
@@ -151,24 +153,17 @@ def _read_setting(config: Config, poses: Poses, name: str) -> PlannedSetting:
                    tuple(unusable))
 
 
-def _logs(config: Config, poses: Poses) -> Iterator[ImuLog]:
+def _logs(config: Config, poses: PosesSection) -> Iterator[ImuLog]:
     folder = config.source.path.parent
     if poses.log:
-        yield from find_still(read_joined(poses, folder))
-    for i, path in enumerate(poses.files):
-        yield read_labelled(path, poses, i, folder)
+        yield from find_still(join_logs(read_logs(poses, poses.log, folder)))
+    yield from read_logs(poses, poses.files, folder)
 
 
 def _felt_rate(log: ImuLog, spec: TriadSpec | None) -> float:
     if spec is None or not log.has("gyroscope"):
         return math.nan
     return float(np.linalg.norm(spec.nominal(log.gyroscope).mean(axis=0)))
-
-
-def _specs(config: Config) -> tuple[TriadSpec | None, TriadSpec | None]:
-    sensor = config.sensor
-    return (triad_spec(sensor.accelerometer) if sensor.accelerometer else None,
-            triad_spec(sensor.gyroscope) if sensor.gyroscope else None)
 
 
 def _missing(config: Config, means: list[PoseMean]) -> FloatArray:
@@ -186,7 +181,7 @@ def _missing(config: Config, means: list[PoseMean]) -> FloatArray:
 
 
 def _triad_plan(config: Config, triad: Triad, settings: list[PlannedSetting]) -> TriadPlan:
-    spec = _specs(config)[triad == "gyroscope"]
+    spec = sensor_specs(config.sensor)[triad == "gyroscope"]
     section = config.accelerometer if triad == "accelerometer" else config.gyroscope
     assert spec is not None
     assert section is not None

@@ -146,7 +146,7 @@ CASES: dict[str, tuple[Spoil, int, str]] = {
     "time going backwards": (in_line_5(0, "-1.0"), 3, "pose_07.csv:5: time does not increase"),
     "a truncated clip": (filmed(truncated_clip), 3, "clip.mp4"),
     "an empty clip": (filmed(empty_clip), 3, "clip.mp4"),
-    "a clip that is not a plate": (filmed(no_plate), 4, "nothing in the picture turns"),
+    "a clip that is not a plate": (filmed(no_plate), 4, "nothing in the frame turns"),
     "8 poses": (eight_poses, 4, "8 poses give 8 equations for 9 parameters"),
     "18 copies of one pose": (copies_of_one_pose, 4, "these 18 poses do not determine"),
     "counts at the rails": (

@@ -18,25 +18,25 @@ from calib.effects.catalogue import EFFECTS
 from calib.poses.conditions import Conditions
 from pipeline.commands import COMMANDS
 from pipeline.config.load import Config, load_config
-from pipeline.config.presets import PRESETS
 from pipeline.config.schema import (
-    Accelerometer,
+    PRESETS,
+    AccelerometerSection,
     AccelerometerSheet,
-    Certificate,
-    Gyroscope,
+    CertificateSection,
+    EffectSection,
+    GyroscopeSection,
     GyroscopeSheet,
-    Installation,
-    KnownRate,
-    OwnEffect,
-    Plate,
-    Poses,
-    Record,
-    Run,
-    Sensor,
-    Site,
-    Timebase,
-    TriadCertificate,
-    VideoRate,
+    InstallationSection,
+    KnownRateSection,
+    PlateSection,
+    PosesSection,
+    RecordSection,
+    RunSection,
+    SensorSection,
+    SiteSection,
+    TimebaseSection,
+    TriadCertificateSection,
+    VideoRateSection,
 )
 from pipeline.export.formats import FORMATS
 from tests.paths import ROOT
@@ -167,9 +167,10 @@ def test_the_table_of_effects_is_the_catalogue() -> None:
 
 
 SECTIONS: tuple[type[BaseModel], ...] = (
-    Config, Accelerometer, Gyroscope, Sensor, AccelerometerSheet, GyroscopeSheet, Site, VideoRate,
-    KnownRate, Timebase, Plate, Poses, Run, Installation, Certificate, TriadCertificate, OwnEffect,
-    Record,
+    Config, AccelerometerSection, GyroscopeSection, SensorSection, AccelerometerSheet,
+    GyroscopeSheet, SiteSection, VideoRateSection, KnownRateSection, TimebaseSection, PlateSection,
+    PosesSection, RunSection, InstallationSection, CertificateSection, TriadCertificateSection,
+    EffectSection, RecordSection,
 )  # fmt: skip
 
 
@@ -204,9 +205,7 @@ def test_the_effect_in_ten_lines_joins_the_catalogue() -> None:
     try:
         exec(compile(code, "README.md", "exec"), names)
         (added,) = set(EFFECTS) - before
-        nothing = np.full((2, 3), np.nan)
-        at = Conditions(np.ones((2, 3)), nothing[:, 0], nothing, nothing[:, 0], nothing[:, 0],
-                        nothing, nothing, {"supply_v": np.array([3.3, 3.8])})
+        at = Conditions.of_vectors(np.ones((2, 3)), {"supply_v": np.array([3.3, 3.8])})
         columns = EFFECTS[added].evaluate(at)
         assert columns[0] == pytest.approx(0.0)
         assert columns[1] == pytest.approx(0.5 * np.eye(3))

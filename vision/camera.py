@@ -1,7 +1,7 @@
-"""Films a plate with a live camera: pictures with the time at which each was taken.
+"""Films a plate with a live camera: frames with the time at which each was taken.
 
-A camera's own count of pictures says little of time: webcams drop pictures and change their rate
-with the light. Every picture is stamped when it comes, by the driver's own stamp where the driver
+A camera's own count of frames says little of time: webcams drop frames and change their rate
+with the light. Every frame is stamped when it comes, by the driver's own stamp where the driver
 has one that keeps pace with the computer's clock. The clip is Matroska with Motion JPEG: the stamps
 stand in the container, to the millisecond, and what was written before a crash can be read.
 """
@@ -22,18 +22,18 @@ from vision.errors import VisionError
 SUFFIX = ".mkv"
 TICKS_PER_S = 1000  #: of the container's stamps
 JPEG_QUALITY = 90
-PROBED = 12  #: pictures by which the driver's stamps are judged
+PROBED = 12  #: frames by which the driver's stamps are judged
 PACE = 0.2  #: the driver's clock may differ by so much from the computer's over the probe
-START_S = 10.0  #: for the first picture; some cameras take seconds to wake up
+START_S = 10.0  #: for the first frame; some cameras take seconds to wake up
 
 
 class CameraFailed(VisionError):
-    """The camera cannot be opened, or gives no pictures."""
+    """The camera cannot be opened, or gives no frames."""
 
 
 @dataclass(frozen=True)
 class Clip:
-    """A clip that was filmed: where it is, its pictures, its length."""
+    """A clip that was filmed: where it is, its frames, its length."""
 
     path: Path
     frames: int
@@ -46,14 +46,14 @@ class Camera:
     Parameters
     ----------
     source : int or Path
-        Number of the camera; or a film that is played in real time, over and over, for trials.
+        Number of the camera; or a clip that is played in real time, over and over, for trials.
     clock : callable
         The clock that the sensor's log is kept on, in seconds.
 
     Raises
     ------
     CameraFailed
-        There is no such camera, or it gives no picture.
+        There is no such camera, or it gives no frame.
     """
 
     def __init__(self, source: int | Path, clock: Callable[[], float] = time.monotonic) -> None:
@@ -73,7 +73,7 @@ class Camera:
         self._thread.start()
         if not self._seen.wait(START_S) or self._error:
             self.close()
-            raise CameraFailed(self._error or f"{self._name} gives no picture within "
+            raise CameraFailed(self._error or f"{self._name} gives no frame within "
                                               f"{START_S:g} s. Close other programs that use it.")
 
     def start(self, path: Path) -> None:
@@ -119,30 +119,30 @@ class Camera:
     def _run(self) -> None:
         stamp = _Stamp(self._clock) if isinstance(self._source, int) else _Playback(self._clock)
         while not self._stop.is_set():
-            ok, picture = self._capture.read()
+            ok, image = self._capture.read()
             if not ok and isinstance(stamp, _Playback) and self._seen.is_set():
                 self._capture = self._open()
                 stamp = _Playback(self._clock)
                 continue
             if not ok:
-                self._error = f"{self._name} gives no more pictures. Plug it in again."
+                self._error = f"{self._name} gives no more frames. Plug it in again."
                 self._seen.set()
                 return
             time_s = stamp(self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3)
             with self._lock:
                 if self._writer is not None:
-                    self._write(self._writer, np.asarray(picture), time_s)
+                    self._write(self._writer, np.asarray(image), time_s)
             self._seen.set()
 
-    def _write(self, writer: "_ClipWriter", picture: NDArray[np.uint8], time_s: float) -> None:
+    def _write(self, writer: "_ClipWriter", image: NDArray[np.uint8], time_s: float) -> None:
         try:
-            writer.write(picture, time_s)
+            writer.write(image, time_s)
         except (CameraFailed, cv2.error) as error:
             self._error = str(error)
 
 
 class _Stamp:
-    """Time of each picture: the driver's, moved to our clock, once it has proved to keep pace."""
+    """Time of each frame: the driver's, moved to our clock, once it has proved to keep pace."""
 
     def __init__(self, clock: Callable[[], float]) -> None:
         self._clock = clock
@@ -159,7 +159,7 @@ class _Stamp:
                 self._judge()
         time_s = now
         if self._trusted and self._offset is not None:
-            # A picture is never heard of before it was taken: the least delay is the offset.
+            # A frame is never heard of before it was taken: the least delay is the offset.
             self._offset = min(self._offset, now - driver_s)
             time_s = driver_s + self._offset
         time_s = max(time_s, self._last + 1 / TICKS_PER_S)
@@ -176,16 +176,16 @@ class _Stamp:
 
 
 class _Playback:
-    """A film in real time: waits for each picture's own stamp."""
+    """A clip in real time: waits for each frame's own stamp."""
 
     def __init__(self, clock: Callable[[], float]) -> None:
         self._clock, self._begun_s = clock, clock()
 
-    def __call__(self, film_s: float) -> float:
-        wait = self._begun_s + film_s - self._clock()
+    def __call__(self, clip_s: float) -> float:
+        wait = self._begun_s + clip_s - self._clock()
         if wait > 0:
             time.sleep(wait)
-        return self._begun_s + film_s
+        return self._begun_s + clip_s
 
 
 class _ClipWriter:
@@ -198,11 +198,11 @@ class _ClipWriter:
         self._times_s: list[float] = []
         self._ticks = -1
 
-    def write(self, picture: NDArray[np.uint8], time_s: float) -> None:
-        """Append a picture; the first one gives the size."""
+    def write(self, image: NDArray[np.uint8], time_s: float) -> None:
+        """Append a frame; the first one gives the size."""
         if self._writer is None:
-            self._writer = self._open(picture)
-        ok, jpeg = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+            self._writer = self._open(image)
+        ok, jpeg = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
         first_s = self._times_s[0] if self._times_s else time_s
         ticks = round((time_s - first_s) * TICKS_PER_S)
         if ok and ticks > self._ticks:
@@ -212,8 +212,8 @@ class _ClipWriter:
             self._times_s.append(time_s)
             self._ticks = ticks
 
-    def _open(self, picture: NDArray[np.uint8]) -> cv2.VideoWriter:
-        height, width = picture.shape[:2]
+    def _open(self, image: NDArray[np.uint8]) -> cv2.VideoWriter:
+        height, width = image.shape[:2]
         writer = cv2.VideoWriter()
         encoded = [cv2.VIDEOWRITER_PROP_RAW_VIDEO, 1]
         fourcc = cv2.VideoWriter.fourcc(*"MJPG")

@@ -14,7 +14,7 @@ class VisionError(Exception):
 
 
 class UnreadableVideo(VisionError):
-    """The file is not a video that can be decoded, or has too few pictures."""
+    """The file is not a video that can be decoded, or has too few frames."""
 
 
 class RateRefused(VisionError):

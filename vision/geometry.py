@@ -1,4 +1,4 @@
-"""The view of the plate: where a point of its plane appears in the picture.
+"""The view of the plate: where a point of its plane appears in the frame.
 
 A pinhole camera maps the plane of the plate by a homography,
 
@@ -7,7 +7,7 @@ A pinhole camera maps the plane of the plate by a homography,
 with the spindle at u = v = 0 and the rim at √(u² + v²) = 1. Turning and scaling the plate leaves
 six numbers that matter: the two of the centre, two of the foreshortening, two of the perspective.
 
-Most cameras read a picture row by row, and the plate turns meanwhile: what stands at azimuth φ in
+Most cameras read a frame row by row, and the plate turns meanwhile: what stands at azimuth φ in
 the row of the spindle appears at φ + λ (y - y_spindle) in row y, with λ the rate times the time
 per row. That is the seventh number.
 """
@@ -24,7 +24,7 @@ READOUT_ROUNDS = 3  # of the row of a point, which its own lag moves: exact to �
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class PlateView:
     """Plate coordinates to pixels.
 
     Attributes
@@ -39,7 +39,7 @@ class View:
     lag_rad_px: float = 0.0
 
     @property
-    def at_rest(self) -> "View":
+    def at_rest(self) -> "PlateView":
         """The view of what does not turn: the read-out does not move it."""
         return replace(self, lag_rad_px=0.0)
 
@@ -90,22 +90,22 @@ class View:
 
     @property
     def down(self) -> FloatArray:
-        """Direction on the plate that runs down the picture, times its pixels, shape (2,)."""
+        """Direction on the plate that runs down the frame, times its pixels, shape (2,)."""
         return np.asarray(self.jacobian_at_centre()[1])
 
-    def adjusted(self, change: FloatArray) -> "View":
+    def adjusted(self, change: FloatArray) -> "PlateView":
         """The view after a small change, shape (7,).
 
         Shift u, v; stretch; shear; perspective u, v; lag over as many rows as a radius down the
-        picture has. A point (u, v) moves to (u, v) + shift + stretch (u, -v) + shear (v, u), over
+        frame has. A point (u, v) moves to (u, v) + shift + stretch (u, -v) + shear (v, u), over
         1 + p_u u + p_v v.
         """
         du, dv, stretch, shear, pu, pv, lag = change
         step = np.array([[1 + stretch, shear, du], [shear, 1 - stretch, dv], [pu, pv, 1.0]])
         rows = float(np.hypot(*self.down))
-        return View(self.matrix @ step, self.lag_rad_px + lag / rows)
+        return PlateView(self.matrix @ step, self.lag_rad_px + lag / rows)
 
-    def about(self, x: float, y: float) -> "View":
+    def about(self, x: float, y: float) -> "PlateView":
         """The view with the same rim whose spindle appears at a pixel inside it.
 
         The projective maps that keep the unit circle carry its centre to any point p inside:
@@ -125,7 +125,7 @@ class View:
 
 def view_of_ellipse(
     centre_px: tuple[float, float], axes_px: tuple[float, float], angle_rad: float
-) -> View:
+) -> PlateView:
     """The view without perspective in which the unit circle appears as the ellipse.
 
     Parameters
@@ -138,22 +138,22 @@ def view_of_ellipse(
     """
     c, s = np.cos(angle_rad), np.sin(angle_rad)
     along, across = np.array([c, s]), np.array([-s, c])
-    # Symmetric, so that azimuth zero stays to the right and the picture is not turned.
+    # Symmetric, so that azimuth zero stays to the right and the frame is not turned.
     shape = axes_px[0] * np.outer(along, along) + axes_px[1] * np.outer(across, across)
     matrix = np.eye(3)
     matrix[:2, :2] = shape @ np.diag([1.0, -1.0])  # v upwards
     matrix[:2, 2] = centre_px
-    return View(matrix)
+    return PlateView(matrix)
 
 
 @dataclass(frozen=True)
 class PlateOverride:
-    """The plate's rim as an ellipse that the user measured in the picture.
+    """The plate's rim as an ellipse that the user measured in the frame.
 
     Parameters
     ----------
     centre_px : (x, y)
-        Centre of the ellipse in pixels of the film.
+        Centre of the ellipse in pixels of the clip.
     radius_px : float
         Its semi-major axis.
     minor_px : float, optional
@@ -167,8 +167,8 @@ class PlateOverride:
     minor_px: float | None = None
     angle_deg: float = 0.0
 
-    def view(self, reduction: int) -> View:
-        """The view in pixels of a picture reduced by a whole factor."""
+    def view(self, reduction: int) -> PlateView:
+        """The view in pixels of a frame reduced by a whole factor."""
         minor = self.radius_px if self.minor_px is None else self.minor_px
         # A block of n pixels has its centre at (n - 1)/2 of the old pixels.
         x, y = ((c + 0.5) / reduction - 0.5 for c in self.centre_px)

@@ -1,7 +1,7 @@
-"""How the pictures of a file are to be turned and mirrored for display.
+"""How the frames of a file are to be turned and mirrored for display.
 
-A phone writes the pictures as its sensor lies, with a matrix in the header of the track that takes
-a point (x, y) of the stored picture to the displayed one (ISO 14496-12, 8.3.2),
+A phone writes the frames as its sensor lies, with a matrix in the header of the track that takes
+a point (x, y) of the stored frame to the displayed one (ISO 14496-12, 8.3.2),
 
     (x', y') = (a x + c y, b x + d y)   up to a shift.
 
@@ -43,17 +43,17 @@ class Orientation:
 
     @property
     def mirrored(self) -> bool:
-        """The sense of rotation as displayed is not that of the stored pictures."""
+        """The sense of rotation as displayed is not that of the stored frames."""
         return self.transposed ^ self.left_right ^ self.up_down
 
-    def displayed(self, picture: NDArray[Any]) -> NDArray[Any]:
-        """The picture as it is to be shown."""
+    def displayed(self, image: NDArray[Any]) -> NDArray[Any]:
+        """The frame as it is to be shown."""
         if self.transposed:
-            picture = np.asarray(cv2.transpose(picture))
+            image = np.asarray(cv2.transpose(image))
         if self.left_right or self.up_down:
             around = -1 if self.left_right and self.up_down else int(self.left_right)
-            picture = np.asarray(cv2.flip(picture, around))
-        return picture
+            image = np.asarray(cv2.flip(image, around))
+        return image
 
 
 def stated_orientation(path: Path) -> Orientation | None:

@@ -1,155 +1,166 @@
-"""The result of the slow part: arrays, numbers and strings only, so that it can be stored."""
+"""What the tracking hands on: arrays, numbers and strings only, so that it can be stored.
+
+``PhaseTrack`` is the plate angle as measured in each frame, within one turn; ``PlateAngle`` the
+continuous angle that ``vision.rate`` makes of it; ``RateHistory`` the rate from turn to turn.
+"""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.geometry import FloatArray, View
+from vision.geometry import FloatArray, PlateView
 
 BoolArray = NDArray[np.bool_]
 
-USUAL_MARK_RADIUS = 0.7
-LUMA = "luma"  # the usual channel
+USUAL_MARK_RADIUS = 0.7  #: plate radii
+LUMA = "luma"  #: the usual channel
 
 
 @dataclass(frozen=True, eq=False)
-class PhaseTrack:
-    """Plate angle in every picture of a film.
+class PlateLayout:
+    """Where the plate lies in the frames of a clip, and what was recognised on it and beside it.
 
     Attributes
     ----------
-    source : str
-        Name of the file, for messages.
-    time_s : array, shape (f,)
-        Time stamps of the container, seconds from the first picture.
-    phase_rad : array, shape (f,)
-        Refined plate angle in (-π, π], zero where the template has its azimuth zero, at the time
-        when the row of the mark was read; NaN where the plate was not seen.
-    seed_rad : array, shape (f,)
-        Angle of the mark's centroid, in (-π, π], on its own zero; NaN without a mark.
-    quality : array, shape (f,)
-        Correlation of the picture with the template, -1 to 1.
-    duplicate : array of bool, shape (f,)
-        The picture repeats the one before.
-    coding : array of uint8, shape (f,)
-        ASCII code of I, P or B: coded by itself, predicted from pictures before it, or from both
-        sides; any other where that is not known.
-    thumbnail : array of uint8, shape (f, m)
-        The plate's surroundings at a few hundred pixels, for the opinion without a plate model.
-    roll_rad : array, shape (f,)
-        Roll of the camera as what lies around the plate shows it, counter-clockwise as filmed; NaN
-        in the pictures, most of them, that were not asked.
+    view : array, shape (3, 3)
+        Plate coordinates to pixels of the reduced frame (``vision.geometry``).
+    reduction : int
+        Whole factor by which the frames were reduced.
+    size_px : (int, int)
+        Width and height of the clip as displayed, before the reduction.
+    channel : str
+        What of the frames was measured: "luma", or an axis of colour, "0.99 Cr + 0.12 Cb".
     symmetry : int
         The plate looks the same after a turn of 2π/symmetry.
-    mark_rad : float
-        Azimuth of the mark at plate angle zero; NaN without a mark.
-    mark_radius : float
-        Its radius in plate radii; NaN without.
-    deck_mark_rad : float
-        Azimuth of the fixed mark beside the plate, NaN if none was found.
-    deck_mark_radius : float
-    view : array, shape (3, 3)
-        Plate coordinates to pixels (``vision.geometry``).
-    size_px : tuple of int
-        Width and height of the film.
-    reduction : int
-        Whole factor by which the pictures were reduced; ``view`` is in reduced pixels.
     explained : float
-        Share of the variation on the plate that its turning explains.
-    fps_stated : float
-        Frame rate in the container's header.
-    annotated : array of uint8, shape (h, w, 3)
-        One picture, blue-green-red, with plate, centre, marks and radii drawn in.
-    notes : tuple of str
-        What the user should know about how the track was found.
-    channel : str
-        What of the pictures was followed: "luma", or an axis of colour, "0.99 Cr + 0.12 Cb".
+        Share of the variation on the plate that its turning explains, at most 1.
+    mark_azimuth_rad, mark_radius : float
+        The mark at plate angle zero, the radius in plate radii; NaN without a mark.
+    fixed_mark_azimuth_rad, fixed_mark_radius : float
+        The fixed mark beside the plate, in the same coordinates; NaN where there is none.
     """
 
-    source: str
-    time_s: FloatArray
-    phase_rad: FloatArray
-    seed_rad: FloatArray
-    quality: FloatArray
-    duplicate: BoolArray
-    coding: NDArray[np.uint8]
-    thumbnail: NDArray[np.uint8]
-    roll_rad: FloatArray
-    symmetry: int
-    mark_rad: float
-    mark_radius: float
-    deck_mark_rad: float
-    deck_mark_radius: float
     view: FloatArray
-    size_px: tuple[int, int]
     reduction: int
-    explained: float
-    fps_stated: float
-    annotated: NDArray[np.uint8]
-    notes: tuple[str, ...]
+    size_px: tuple[int, int]
     channel: str
-
-    @property
-    def apparent_turns(self) -> float:
-        """Turns from the first picture to the last, the shortest way from each to the next."""
-        phase = np.unwrap(self.phase_rad[np.isfinite(self.phase_rad)])
-        return float(abs(phase[-1] - phase[0]) / (2 * np.pi)) if phase.size else 0.0
-
-    @property
-    def forward(self) -> BoolArray:
-        """Pictures predicted from those before, no neighbour being from both sides; shape (f,)."""
-        both = np.pad(self.coding == ord("B"), 1)
-        return np.asarray((self.coding == ord("P")) & ~both[:-2] & ~both[2:])
+    symmetry: int
+    explained: float
+    mark_azimuth_rad: float
+    mark_radius: float
+    fixed_mark_azimuth_rad: float
+    fixed_mark_radius: float
 
     def mark_row_px(self, angle_rad: FloatArray) -> FloatArray:
-        """How far below the spindle the mark stands at plate angles, pixels of the picture.
+        """How far below the spindle the mark stands at plate angles of shape (f,).
 
-        Without a mark, that of a place on the plate where one would be.
+        In pixels of the reduced frame, shape (f,). Without a mark, that of a place on the plate
+        where one would be.
         """
-        azimuth = 0.0 if np.isnan(self.mark_rad) else self.mark_rad
+        azimuth = 0.0 if np.isnan(self.mark_azimuth_rad) else self.mark_azimuth_rad
         radius = USUAL_MARK_RADIUS if np.isnan(self.mark_radius) else self.mark_radius
-        view = View(self.view)
+        view = PlateView(self.view)
         _, rows = view.pixels(np.full_like(angle_rad, radius), angle_rad + azimuth)
         return rows - view.centre_px[1]
 
 
 @dataclass(frozen=True, eq=False)
+class PhaseTrack:
+    """Plate angle in every frame of a clip.
+
+    Attributes
+    ----------
+    source : str
+        Name of the file, for messages.
+    plate : PlateLayout
+    time_s : array, shape (f,)
+        Time stamps of the container, seconds from the first frame.
+    phase_rad : array, shape (f,)
+        Refined plate angle in (-π, π], zero where the template has its azimuth zero, at the time
+        when the row of the mark was read; NaN where the plate was not seen.
+    mark_angle_rad : array, shape (f,)
+        Angle of the mark's centroid, in (-π, π], on its own zero; NaN without a mark.
+    quality : array, shape (f,)
+        Correlation of the frame with the template, -1 to 1.
+    duplicate : array of bool, shape (f,)
+        The frame repeats the one before.
+    coding : array of uint8, shape (f,)
+        ASCII code of I, P or B: coded by itself, predicted from frames before it, or from both
+        sides; any other where that is not known.
+    thumbnail : array of uint8, shape (f, m)
+        The luma of a few hundred pixels on and around the plate, for the rate by autocorrelation.
+    roll_rad : array, shape (f,)
+        Roll of the camera as what lies around the plate shows it, counter-clockwise as filmed; NaN
+        in the frames, most of them, in which it is not measured.
+    annotated : array of uint8, shape (h, w, 3)
+        One frame, blue-green-red, with plate, centre, marks and radii drawn in.
+    notes : tuple of str
+        What the user should know about the tracking.
+    """
+
+    source: str
+    plate: PlateLayout
+    time_s: FloatArray
+    phase_rad: FloatArray
+    mark_angle_rad: FloatArray
+    quality: FloatArray
+    duplicate: BoolArray
+    coding: NDArray[np.uint8]
+    thumbnail: NDArray[np.uint8]
+    roll_rad: FloatArray
+    annotated: NDArray[np.uint8]
+    notes: tuple[str, ...]
+
+    @property
+    def apparent_turns(self) -> float:
+        """Turns from the first frame to the last, the shortest way from each to the next."""
+        phase = np.unwrap(self.phase_rad[np.isfinite(self.phase_rad)])
+        return float(abs(phase[-1] - phase[0]) / (2 * np.pi)) if phase.size else 0.0
+
+    @property
+    def forward(self) -> BoolArray:
+        """Frames predicted from those before, no neighbour being from both sides; shape (f,)."""
+        both = np.pad(self.coding == ord("B"), 1)
+        return np.asarray((self.coding == ord("P")) & ~both[:-2] & ~both[2:])
+
+
+@dataclass(frozen=True, eq=False)
 class PlateAngle:
-    """The continuous angle, on the pictures that can be used.
+    """The continuous angle, on the frames that can be used.
 
     Attributes
     ----------
     time_s, angle_rad : array, shape (u,)
         Positive angle counter-clockwise as filmed; time as the time base has it.
     index : array of int, shape (u,)
-        Picture number.
+        Frame number.
     lost : array of int, shape (u,)
-        Pictures lost silently between the one before and this one.
+        Frames lost silently between the one before and this one.
     frame_s : float
-        Usual time from picture to picture.
+        Usual time from frame to frame.
     """
 
     time_s: FloatArray
     angle_rad: FloatArray
     index: NDArray[np.intp]
-    lost: NDArray[np.int64]
+    dropped: NDArray[np.int64]
     frame_s: float
 
     @property
     def repaired_time_s(self) -> FloatArray:
-        """Time with that of the lost pictures put back, shape (u,)."""
-        return np.asarray(self.time_s + self.frame_s * np.cumsum(self.lost))
+        """Time with that of the lost frames put back, shape (u,)."""
+        return np.asarray(self.time_s + self.frame_s * np.cumsum(self.dropped))
 
     def between(self, first: int, last: int) -> "PlateAngle":
-        """The part on pictures ``first`` to ``last``, both included."""
+        """The part on frames ``first`` to ``last``, both included."""
         part = (self.index >= first) & (self.index <= last)
         return replace(
             self,
             time_s=self.time_s[part],
             angle_rad=self.angle_rad[part],
             index=self.index[part],
-            lost=self.lost[part],
+            dropped=self.dropped[part],
         )
 
 
@@ -173,5 +184,5 @@ class RateHistory:
 
     @property
     def revolutions(self) -> float:
-        """Turns from the first picture to the last, unsigned."""
+        """Turns from the first frame to the last, unsigned."""
         return float(abs(self.angle.angle_rad[-1] - self.angle.angle_rad[0]) / (2 * np.pi))

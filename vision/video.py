@@ -1,8 +1,8 @@
-"""A film as luma pictures with their time stamps, decoded in a thread of its own.
+"""A clip as luma frames with their time stamps, decoded in a thread of its own.
 
 The stamp is ``CAP_PROP_POS_MSEC`` read after ``read()``, which is exact for every container tried;
-read before, it is one frame late, and index over frame rate is wrong by up to 26 % on films of
-uneven frame rate. There is no seeking: a film is read once, from its first picture to its last.
+read before, it is one frame late, and index over frame rate is wrong by up to 26 % on clips of
+uneven frame rate. There is no seeking: a clip is read once, from its first frame to its last.
 """
 
 import queue
@@ -22,17 +22,17 @@ from vision.orientation import Orientation, stated_orientation
 
 Luma = NDArray[np.uint8]
 
-LARGEST_SIDE = 1000  # pixels; a larger picture is reduced by a whole factor
-BATCH = 16  # pictures handed over at once
+LARGEST_SIDE = 1000  # pixels; a larger frame is reduced by a whole factor
+BATCH = 16  # frames handed over at once
 LUMA_FIRST = (b"I420", b"NV12", b"Y800")  # 8 bits of luma per pixel, before anything else
-SMALL = 500_000  # pixels of a picture
+SMALL = 500_000  # pixels of a frame
 NO_CHROMA = np.zeros((0, 0, 2), np.uint8)
 QUEUE_BYTES = 160_000_000  # decoded ahead while the plate is being learned
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One picture: stamp in seconds from the first, luma (h, w), Cr and Cb (h, w, 2) or none, and
+    """One frame: stamp in seconds from the first, luma (h, w), Cr and Cb (h, w, 2) or none, and
     how it is coded: the ASCII code of I, P or B, any other where the decoder does not say.
     """
 
@@ -48,29 +48,29 @@ class Frame:
 
     @property
     def bgr(self) -> NDArray[np.uint8]:
-        """The picture to look at, blue-green-red, grey without chroma; shape (h, w, 3)."""
+        """The frame to look at, blue-green-red, grey without chroma; shape (h, w, 3)."""
         if self.chroma is NO_CHROMA:
             return np.asarray(cv2.cvtColor(self.luma, cv2.COLOR_GRAY2BGR), np.uint8)
         planes = np.dstack([self.luma, self.chroma])
         return np.asarray(cv2.cvtColor(planes, cv2.COLOR_YCrCb2BGR), np.uint8)
 
 
-class Film:
-    """The pictures of a file in order; use as a context manager and iterate once.
+class ClipReader:
+    """The frames of a file in order; use as a context manager and iterate once.
 
     Parameters
     ----------
     path : path
     colours : bool
-        The frames carry chroma. It has half the luma's resolution in most films, and pictures are
+        The frames carry chroma. It has half the luma's resolution in most clips, and frames are
         reduced to that.
 
     Attributes
     ----------
     orientation : Orientation
-        How the stored pictures are turned, where we do that and not the decoder.
+        How the stored frames are turned, where we do that and not the decoder.
     reduction : int
-        Whole factor by which the pictures are reduced.
+        Whole factor by which the frames are reduced.
     frames_stated : int or None
         What the container says about its length, often wrong, good for a progress bar.
     fps_stated : float
@@ -87,7 +87,7 @@ class Film:
         if not self._capture.isOpened():
             raise UnreadableVideo(
                 f"{path}: no video stream that can be decoded was found in the file. Expected a "
-                f"film such as .mp4, .mov, .mkv or .avi; if it plays elsewhere, convert it to "
+                f"clip such as .mp4, .mov, .mkv or .avi; if it plays elsewhere, convert it to "
                 f"H.264, if it does not, it is damaged or was not closed by the recorder."
             )
         stated = int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT))
@@ -99,7 +99,7 @@ class Film:
             self._capture.get(cv2.CAP_PROP_FRAME_HEIGHT),
         )
         self.reduction = max(1, int(np.ceil(side / LARGEST_SIDE))) * (2 if colours else 1)
-        # Older versions of the decoder turn pictures the wrong way or not; none mirrors them.
+        # Older versions of the decoder turn frames the wrong way or not; none mirrors them.
         orientation = stated_orientation(self.path)
         if orientation is not None:
             self._capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
@@ -115,7 +115,7 @@ class Film:
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._decode, daemon=True)
 
-    def __enter__(self) -> "Film":
+    def __enter__(self) -> "ClipReader":
         self._thread.start()
         return self
 
@@ -131,7 +131,7 @@ class Film:
         self._capture.release()
 
     def __iter__(self) -> Iterator[list[Frame]]:
-        """Batches of pictures, at least one picture each."""
+        """Batches of frames, at least one frame each."""
         while (item := self._queue.get()) is not None:
             if isinstance(item, BaseException):
                 raise item
@@ -143,12 +143,12 @@ class Film:
             batch: list[Frame] = []
             sized = False
             while not self._stop.is_set():
-                ok, picture = self._capture.read()
+                ok, image = self._capture.read()
                 if not ok:
                     break
                 time_s = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3
                 coding = int(self._capture.get(cv2.CAP_PROP_FRAME_TYPE))
-                batch.append(self._frame(time_s, coding, np.asarray(picture)))
+                batch.append(self._frame(time_s, coding, np.asarray(image)))
                 if not sized:
                     batches = QUEUE_BYTES // (BATCH * batch[0].nbytes)
                     for _ in range(max(1, batches) - 1):
@@ -163,31 +163,31 @@ class Film:
             self._queue.put(None)
         except cv2.error as error:
             self._queue.put(
-                UnreadableVideo(f"{self.path}: the decoder failed ({error}); convert the film.")
+                UnreadableVideo(f"{self.path}: the decoder failed ({error}); convert the clip.")
             )
 
-    def _frame(self, time_s: float, coding: int, picture: NDArray[Any]) -> Frame:
+    def _frame(self, time_s: float, coding: int, image: NDArray[Any]) -> Frame:
         if self._colours:
-            picture = np.asarray(cv2.cvtColor(self._displayed(picture), cv2.COLOR_BGR2YCrCb))
-            return Frame(time_s, picture[:, :, 0].copy(), picture[:, :, 1:].copy(), coding)
-        if picture.ndim == 3 and picture.shape[2] == 3:
-            picture = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY))
-        elif picture.ndim == 3:
-            picture = picture[:, :, 0]
-        return Frame(time_s, np.asarray(self._displayed(picture), np.uint8), NO_CHROMA, coding)
+            image = np.asarray(cv2.cvtColor(self._displayed(image), cv2.COLOR_BGR2YCrCb))
+            return Frame(time_s, image[:, :, 0].copy(), image[:, :, 1:].copy(), coding)
+        if image.ndim == 3 and image.shape[2] == 3:
+            image = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
+        elif image.ndim == 3:
+            image = image[:, :, 0]
+        return Frame(time_s, np.asarray(self._displayed(image), np.uint8), NO_CHROMA, coding)
 
-    def _displayed(self, picture: NDArray[Any]) -> NDArray[Any]:
+    def _displayed(self, image: NDArray[Any]) -> NDArray[Any]:
         """Turned as it is to be shown, and reduced."""
-        picture = self.orientation.displayed(picture)
+        image = self.orientation.displayed(image)
         if self.reduction > 1:
-            h, w = (n // self.reduction for n in picture.shape[:2])
-            picture = picture[: h * self.reduction, : w * self.reduction]
-            picture = np.asarray(cv2.resize(picture, (w, h), interpolation=cv2.INTER_AREA))
-        return picture
+            h, w = (n // self.reduction for n in image.shape[:2])
+            image = image[: h * self.reduction, : w * self.reduction]
+            image = np.asarray(cv2.resize(image, (w, h), interpolation=cv2.INTER_AREA))
+        return image
 
 
 def _opened(path: Path | str) -> cv2.VideoCapture:
-    """The film, small pictures decoded by one thread: several lose more by waiting for each other.
+    """The clip, small frames decoded by one thread: several lose more by waiting for each other.
 
     The number of threads can only be asked for while opening.
     """
@@ -197,7 +197,7 @@ def _opened(path: Path | str) -> cv2.VideoCapture:
 
 
 def _refuse_unreadable(path: Path) -> None:
-    """What the system says of a file; the decoder would only say that it found no film."""
+    """What the system says of a file; the decoder would only say that it found no clip."""
     try:
         with path.open("rb") as file:
             empty = not file.read(1)

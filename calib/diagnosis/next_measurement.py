@@ -13,7 +13,7 @@ import numpy as np
 from calib.diagnosis.pose_blocks import hypothetical
 from calib.diagnosis.signature import effect_columns
 from calib.effects.effect import Effect
-from calib.fit.leave_one_out import orthonormal_columns
+from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray
 

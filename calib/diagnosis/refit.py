@@ -14,10 +14,10 @@ from scipy.special import fdtrc
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect, Shape
 from calib.errors import CalibrationError
-from calib.fit.gauss_newton import step_of, with_common
+from calib.fit.column_scaling import RANK_TOLERANCE, unit_columns
 from calib.fit.identifiability import require_determined, require_enough, visible_basis
 from calib.fit.residuals import Equations, Rows
-from calib.fit.result import Fit, require_size
+from calib.fit.result import Fit, require_size, with_common
 from calib.fit.solver import remembers_alike
 from calib.poses.imu_log import FloatArray
 
@@ -137,7 +137,7 @@ def _minimise(
     slope = _slope(state, free)
     for _ in range(STEPS):
         rows = replace(state.rows, jacobian=np.hstack([state.rows.jacobian, slope]))
-        step = step_of(rows, weight, full)
+        step = _step(rows, weight, full)
         step = _within(step, state, free, shapes)
         cost = float(weight @ state.rows.residual**2)
         trial = state
@@ -160,6 +160,19 @@ def _minimise(
         if gained < STEP_SD:
             break
     return state, slope
+
+
+def _step(rows: Rows, weight: FloatArray, basis: FloatArray) -> FloatArray:
+    """Gauss-Newton step along ``basis``, column-scaled, by QR."""
+    root = np.sqrt(weight)
+    unit, scale = unit_columns((rows.jacobian @ basis) * root[:, None])
+    q, r = np.linalg.qr(unit)
+    diagonal = np.abs(np.diag(r))
+    if diagonal.min() > RANK_TOLERANCE * diagonal.max():
+        step = np.linalg.solve(r, -(q.T @ (rows.residual * root)))
+    else:  # the shape of an effect that is still zero leaves no trace
+        step = np.linalg.lstsq(unit, -rows.residual * root, rcond=RANK_TOLERANCE)[0]
+    return np.asarray(basis @ (step / scale))
 
 
 def _within(

@@ -12,8 +12,8 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
+from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.identifiability import ROUNDING, VISIBLE_SHARE
-from calib.fit.leave_one_out import orthonormal_columns
 from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray
 

@@ -20,8 +20,9 @@ from calib.diagnosis.evidence import (
 )
 from calib.diagnosis.hypotheses import Hypothesis
 from calib.diagnosis.signature import Projector, reference_columns, vector_columns
+from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.identifiability import VISIBLE_SHARE
-from calib.fit.leave_one_out import left_out_residual, orthonormal_columns
+from calib.fit.leave_one_out import left_out_residual
 from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray, IntArray
 

@@ -1,14 +1,22 @@
-"""The catalogue: importing this module registers every listed effect, in the order shown."""
+"""The catalogue: importing this module registers the effects of every module in this folder.
 
-from calib.effects import base as base_effects
-from calib.effects import environment as environment_effects
-from calib.effects import motion as motion_effects
-from calib.effects import nonlinear as nonlinear_effects
-from calib.effects import reference as reference_effects
+The registry ``EFFECTS`` is the one list of effects. A new effect is a decorated function in a
+module of this folder, a new one or one that is there; nothing else names it.
+"""
+
+import pkgutil
+from importlib import import_module
+
+from calib import effects
 from calib.effects.effect import EFFECTS, Effect, column_effect
 from calib.errors import CalibrationError
 
-ROOMS = (base_effects, nonlinear_effects, environment_effects, motion_effects, reference_effects)
+for _module in pkgutil.iter_modules(effects.__path__):  # in the order of their names
+    if _module.name != "catalogue":
+        import_module(f"{effects.__name__}.{_module.name}")
+
+__all__ = ["BASE", "EFFECTS", "UnknownEffect", "find_effect"]
+
 BASE = ("bias", "scale", "misalignment")
 
 
@@ -16,7 +24,7 @@ class UnknownEffect(CalibrationError):
     """No effect has this name; carries ``name``."""
 
     def __init__(self, name: str) -> None:
-        super().__init__(f"no effect is named '{name}'; `pipeline effects` lists them all")
+        super().__init__(f"no effect is named '{name}'")
         self.name = name
 
 

@@ -29,6 +29,15 @@ REFERENCE_TEMPERATURE_C = 25.0
 
 Columns = Callable[..., FloatArray]
 
+Need = Literal["force", "time", "previous", "vibration", "plate"]
+"""What the columns of an effect are made of besides the vector itself, as the fields of
+:class:`calib.poses.conditions.Conditions`: the specific force; the time since the session began;
+the pose before; the vibration within the pose; the plate's rate and the reference magnitude."""
+
+Owner = Literal["sensor", "session", "bench"]
+"""Whose an effect is. The sensor's goes wherever the sensor goes; the session's holds on the clock
+of one session; the bench's stays with the plate, its camera and where the sensor stood on it."""
+
 
 @dataclass(frozen=True)
 class Shape:
@@ -60,7 +69,35 @@ class Page:
 
 @dataclass(frozen=True)
 class Effect:
-    """One physical effect: its columns, its parameters and its page in the catalogue."""
+    """One physical effect: its columns, its parameters and its page in the catalogue.
+
+    Parameters
+    ----------
+    name : str
+    acts_on : str
+        ``reading``, ``sensor`` or ``reference``; see the module's docstring.
+    triads, parameters : tuple of str
+        For which triads it is, and what its k parameters are called.
+    unit : str
+        Of every parameter, ``{u}`` standing for the SI unit of the triad.
+    columns : callable
+        From :class:`calib.poses.conditions.Conditions` of n rows (and the shape parameter where
+        there is one) to (n, 3, k), or (n, k) for an effect on the reference.
+    physics : str
+        One sentence.
+    page : Page
+    shape : Shape or None
+    needs : tuple of str
+        What its columns are made of besides the vector; see :data:`Need`.
+    logged : tuple of str
+        Columns of the log that it reads.
+    belongs_to : str
+        ``sensor``, ``session`` or ``bench``; see :data:`Owner`.
+    follows : str or None
+        Logged column that a bias follows from an origin of no meaning: 5 V, 1013 hPa.
+    names_column : str or None
+        Logged column whose linear effect on the bias this is: ``column:NAME`` would say the same.
+    """
 
     name: str
     acts_on: Literal["reading", "sensor", "reference"]
@@ -71,8 +108,11 @@ class Effect:
     physics: str
     page: Page
     shape: Shape | None = None
+    needs: tuple[Need, ...] = ()
+    logged: tuple[str, ...] = ()
+    belongs_to: Owner = "sensor"
     follows: str | None = None
-    """Logged column that a bias follows from an origin of no meaning: 5 V, 1013 hPa."""
+    names_column: str | None = None
 
     def unit_for(self, triad: str) -> str:
         """Unit of the parameters when the effect acts on ``triad``."""
@@ -105,14 +145,34 @@ def effect(
     page: Page,
     triads: tuple[Triad, ...] = TRIADS,
     shape: Shape | None = None,
+    needs: tuple[Need, ...] = (),
+    logged: tuple[str, ...] = (),
+    belongs_to: Owner = "sensor",
+    names_column: str | None = None,
 ) -> Callable[[Columns], Columns]:
-    """Register the decorated column function under its own name; its docstring is the physics."""
+    """Register the decorated column function under its own name; its docstring is the physics.
+
+    The arguments are the fields of :class:`Effect`. Registered, the effect has its page in the
+    catalogue and can be named in a model, diagnosed, added, and applied to other logs.
+    """
 
     def register(function: Columns) -> Columns:
         name = function.__name__
         physics = " ".join((function.__doc__ or "").split())
         EFFECTS[name] = Effect(
-            name, acts_on, triads, parameters, unit, function, physics, page, shape
+            name=name,
+            acts_on=acts_on,
+            triads=triads,
+            parameters=parameters,
+            unit=unit,
+            columns=function,
+            physics=physics,
+            page=page,
+            shape=shape,
+            needs=needs,
+            logged=logged,
+            belongs_to=belongs_to,
+            names_column=names_column,
         )
         return function
 
@@ -134,7 +194,9 @@ def column_effect(name: str) -> Effect:
         triads=TRIADS,
         parameters=AXES,
         unit=f"{{u}} per unit of {name}",
+        logged=(name,),
         follows=name,
+        names_column=name,
         columns=lambda at: per_axis(np.tile(at.column(name)[:, None], 3)),
         physics=f"Bias that moves in proportion to the logged column {name}.",
         page=Page(

@@ -20,6 +20,8 @@ def _hours(at: Conditions) -> FloatArray:
 @effect(
     *AXES,
     unit="{u}/K",
+    logged=("temperature_c",),
+    names_column="temperature_c",
     page=Page(
         formula="e_k = c_k · (T − 25 °C)",
         typical={"MPU-6050": "0.16 °/s/K; 0.5 to 0.9 mg/K", "MTi": "< 0.1 mg/K after the factory"},
@@ -36,6 +38,7 @@ def temperature_bias(at: Conditions) -> FloatArray:
 @effect(
     *AXES,
     unit="1/K",
+    logged=("temperature_c",),
     page=Page(
         formula="e_k = c_k · (T − 25 °C) · s_k",
         typical={"MPU-6050": "0.02 %/K", "MTi": "compensated in the factory model"},
@@ -52,6 +55,8 @@ def temperature_scale(at: Conditions) -> FloatArray:
 @effect(
     *AXES,
     unit="{u}/h",
+    needs=("time",),
+    belongs_to="session",
     page=Page(
         formula="e_k = d_k · t",
         typical={"MPU-6050": "0.01 to 0.05 °/s in a run; 1 mg/h", "MTi": "10 °/h; 0.02 mg/h"},
@@ -68,6 +73,8 @@ def bias_drift(at: Conditions) -> FloatArray:
 @effect(
     *AXES,
     unit="1/h",
+    needs=("time",),
+    belongs_to="session",
     page=Page(
         formula="e_k = d_k · t · s_k",
         typical={"MPU-6050": "0.1 %/h while warming", "MTi": "small"},
@@ -85,6 +92,8 @@ def scale_drift(at: Conditions) -> FloatArray:
 @effect(
     *AXES,
     unit="{u}",
+    needs=("time",),
+    belongs_to="session",
     page=Page(
         formula="e_k = w_k · exp(−t/τ),  τ fitted",
         typical={"MPU-6050": "0.1 to 1 °/s, 5 to 20 mg over 10 min", "MTi": "< 1 mg"},
@@ -103,6 +112,7 @@ def warm_up(at: Conditions, tau_s: float) -> FloatArray:
 @effect(
     *AXES,
     unit="{u}",
+    needs=("previous",),
     page=Page(
         formula="e_k = h_k · sign(what axis k felt in the pose before)",
         typical={"MPU-6050": "0.1 to 1 mg", "MTi": "< 0.1 mg"},
@@ -119,6 +129,7 @@ def hysteresis(at: Conditions) -> FloatArray:
 @effect(
     *AXES,
     unit="{u}/(m/s²)²",
+    needs=("vibration",),
     page=Page(
         formula="e_k = v_k · σ_a²,  σ_a² the accelerometer's variance within the pose, axes summed",
         typical={

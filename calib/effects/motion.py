@@ -10,6 +10,7 @@ from calib.poses.imu_log import AXES, FloatArray
 @effect(
     *(f"{k}{j}" for k in "xyz" for j in "xyz"),
     unit="(rad/s)/(m/s²)",
+    needs=("force",),
     triads=("gyroscope",),
     page=Page(
         formula="e_k = Σ_j G_kj · f_j",
@@ -32,6 +33,7 @@ def g_sensitivity(at: Conditions) -> FloatArray:
 @effect(
     *AXES,
     unit="(rad/s)/(m/s²)²",
+    needs=("force",),
     triads=("gyroscope",),
     page=Page(
         formula="e_k = h_k · f_k²",
@@ -49,6 +51,8 @@ def g_squared_sensitivity(at: Conditions) -> FloatArray:
 @effect(
     *AXES,
     unit="m",
+    needs=("plate",),
+    belongs_to="bench",
     triads=("accelerometer",),
     page=Page(
         formula="e = Ω² (u (u·r) − r),  u the axis of the plate",
@@ -72,6 +76,8 @@ def lever_arm(at: Conditions) -> FloatArray:
 @effect(
     "vertical",
     unit="rad/s",
+    needs=("force",),
+    belongs_to="bench",
     triads=("gyroscope",),
     page=Page(
         formula="e = w · u,  u = f/|f|",

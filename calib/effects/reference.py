@@ -19,6 +19,8 @@ def _turning(at: Conditions) -> FloatArray:
     "offset",
     acts_on="reference",
     unit="{u}",
+    needs=("plate",),
+    belongs_to="bench",
     page=Page(
         formula="m → m + c",
         typical={"record player": "frame counting at 15 fps: up to 1.85 % in one turn"},
@@ -36,6 +38,8 @@ def reference_offset(at: Conditions) -> FloatArray:
     "scale",
     acts_on="reference",
     unit="1",
+    needs=("plate",),
+    belongs_to="bench",
     page=Page(
         formula="m → m (1 + c)",
         typical={"camera crystal": "20 to 100 ppm; 0.1 % for 30 against 29.97 fps"},
@@ -53,6 +57,8 @@ def reference_scale(at: Conditions) -> FloatArray:
     "drift",
     acts_on="reference",
     unit="1/h",
+    needs=("plate", "time"),
+    belongs_to="bench",
     triads=("gyroscope",),
     page=Page(
         formula="m → m (1 + d · t)",
@@ -72,6 +78,8 @@ def reference_drift(at: Conditions) -> FloatArray:
     "direction",
     acts_on="reference",
     unit="1",
+    needs=("plate",),
+    belongs_to="bench",
     triads=("gyroscope",),
     page=Page(
         formula="m → m (1 + c · sign(Ω))",

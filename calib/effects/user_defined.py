@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from calib.effects.effect import Effect, Page, per_axis
+from calib.effects.effect import Effect, Need, Page, per_axis
 from calib.errors import CalibrationError
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, TRIADS, FloatArray, Triad
@@ -44,6 +44,14 @@ OPERATORS: dict[type[ast.operator], Callable[[FloatArray, FloatArray], FloatArra
 }
 COMPONENTS = {"x": 0, "y": 1, "z": 2}
 FORCE_COMPONENTS = {"fx": 0, "fy": 1, "fz": 2}
+NEEDS: dict[str, Need] = {
+    **dict.fromkeys(("f", *FORCE_COMPONENTS), "force"),
+    "time_s": "time",
+    "spin_rad_s": "plate",
+    "magnitude": "plate",
+}
+KNOWN_NAMES = (*NEEDS, *COMPONENTS, "s", "pi")
+"""Names of an expression that are no logged columns."""
 
 
 class BadExpression(CalibrationError):
@@ -157,6 +165,7 @@ def own_effect(
     ``per``: ``axis``, one parameter for each axis times its own value; ``common``, one for all
     three; ``reference``, one on the reference magnitude (the value of the x axis).
     """
+    names = value.names if isinstance(value, Expression) else ()
     columns: dict[Per, Callable[[Conditions], FloatArray]] = {
         "axis": lambda at: per_axis(value(at)),
         "common": lambda at: value(at)[:, :, None],
@@ -169,12 +178,15 @@ def own_effect(
         parameters=AXES if per == "axis" else ("common",),
         unit=unit,
         columns=columns[per],
+        needs=tuple(dict.fromkeys(NEEDS[name] for name in names if name in NEEDS)),
+        logged=tuple(name for name in names if name not in KNOWN_NAMES),
+        belongs_to="bench" if per == "reference" else "session" if "time_s" in names else "sensor",
         physics="Your own effect.",
         page=Page(
             formula=name,
             typical={},
             source="your configuration",
-            confounded="see the aliases that `pipeline diagnose` lists",
+            confounded="see the aliases that the diagnosis lists",
             separates="poses in which its columns change while everything else stays",
         ),
     )
@@ -196,19 +208,7 @@ def check_own(effect: Effect, at: Conditions) -> str | None:
             f"is not a number in {int(bad.sum())} of {n} poses. Are all its columns logged, and "
             f"is it defined there (logarithms, roots, divisions)?"
         )
-    if n > 1 and not np.allclose(effect.evaluate(_every_other(at)), columns[::2]):
+    if n > 1 and not np.allclose(effect.evaluate(at.take(slice(None, None, 2))), columns[::2]):
         return "changes in a pose when other poses are left out; each must depend on itself only"
     return None
 
-
-def _every_other(at: Conditions) -> Conditions:
-    return Conditions(
-        at.vector[::2],
-        at.magnitude[::2],
-        at.force[::2],
-        at.spin_rad_s[::2],
-        at.time_s[::2],
-        at.previous[::2],
-        at.vibration[::2],
-        {name: values[::2] for name, values in at.columns.items()},
-    )

@@ -18,9 +18,10 @@ import numpy as np
 
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, FitFailed
+from calib.fit.calibration import TriadParameters, theta_of
+from calib.fit.column_scaling import unit_columns
 from calib.fit.identifiability import require_determined, require_enough
 from calib.fit.model import Model
-from calib.fit.parameters import TriadParameters, theta_of
 from calib.fit.residuals import Equations
 from calib.fit.result import Fit, finish
 from calib.poses.data_sheet import TriadSpec
@@ -99,10 +100,9 @@ class _System:
     def step(self) -> FloatArray:
         """dX of eq. (11), followed by the change of the common errors."""
         design = self.design * self.root_weight[:, None]
-        scale = np.sqrt((design**2).sum(axis=0))
-        scale[scale == 0] = 1.0
+        unit, scale = unit_columns(design)
         right = self.misclosure * self.root_weight
-        return np.asarray(np.linalg.lstsq(design / scale, right, rcond=None)[0] / scale)
+        return np.asarray(np.linalg.lstsq(unit, right, rcond=None)[0] / scale)
 
 
 def _system(

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.fit.column_scaling import pseudo_inverse
 from calib.fit.model import pick, stack_columns
 from calib.fit.result import Fit
 from calib.poses.conditions import Conditions
@@ -23,6 +24,8 @@ from calib.poses.imu_log import BoolArray, FloatArray
 FEWEST_POSES = 6
 ITERATIONS = 20
 LARGEST_PLACEMENT_M = 0.5
+LEAST_SINGULAR = 1e-6
+"""Relative singular value below which the lever is not seen and stays at zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,8 +107,7 @@ class _Rows:
         """What turns whitened rows into the solution, (6, 2m), and the rows' sd, (m, 1)."""
         sd = np.sqrt(self.noise_sd**2 + (placement_m * self.per_metre) ** 2)[:, None]
         a = (self.design / sd[:, :, None]).reshape(-1, 6)
-        scale = np.sqrt((a**2).sum(axis=0))
-        return np.linalg.pinv(a / scale, rcond=1e-6) / scale[:, None], sd
+        return pseudo_inverse(a, LEAST_SINGULAR), sd
 
     def placement(self) -> float:
         """The scatter of the placement at which chi-square is what it should be."""
@@ -171,9 +173,7 @@ def frame_rotation(fit: Fit, accelerometer: Fit | None = None) -> FrameRotation 
 
 def _moved(fit: Fit, vector: FloatArray) -> FloatArray:
     """How far each parameter of bias, scale and misalignment moves ``vector`` (m, 3), (m, 3, p)."""
-    m = len(vector)
-    nothing = np.full(m, np.nan)
-    at = Conditions(vector, nothing, vector, nothing, nothing, vector, vector)
+    at = Conditions.of_vectors(vector)
     return np.asarray(-stack_columns(fit.model.acting_on("reading"), at, {}))
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.errors import Undetermined
+from calib.fit.column_scaling import RANK_TOLERANCE, orthonormal_columns, unit_columns
 from calib.fit.model import stack_columns
 from calib.poses.attitudes import list_directions, uncovered
 from calib.poses.imu_log import BoolArray, FloatArray
@@ -19,7 +20,6 @@ from calib.poses.imu_log import BoolArray, FloatArray
 if TYPE_CHECKING:
     from calib.fit.residuals import Equations, Rows
 
-RANK_TOLERANCE = 1e-9
 CONDITION_LIMIT = 25.0
 """The 18 wedge poses give 1.4, ten usable free-hand poses up to 8; from 25 on the worst
 combination of parameters is known twenty times worse than the best."""
@@ -35,10 +35,10 @@ ROUNDING = 1e-3
 
 def scaled_condition(jacobian: FloatArray) -> tuple[float, FloatArray]:
     """Condition number of the column-scaled Jacobian and its weakest combination (p,)."""
-    scale = np.sqrt((jacobian**2).sum(axis=0))
-    if (scale == 0).any():
-        return np.inf, (scale == 0).astype(float)
-    _, singular, combinations = np.linalg.svd(jacobian / scale, full_matrices=False)
+    nothing = (jacobian == 0).all(axis=0)
+    if nothing.any():
+        return np.inf, nothing.astype(float)
+    _, singular, combinations = np.linalg.svd(unit_columns(jacobian)[0], full_matrices=False)
     if singular[-1] < RANK_TOLERANCE * singular[0]:
         return np.inf, np.asarray(combinations[-1])
     return float(singular[0] / singular[-1]), np.asarray(combinations[-1])
@@ -127,7 +127,7 @@ def visible_basis(equations: "Equations", rows: "Rows") -> FloatArray:
     if len(equations.reading_index) == model.size:
         return np.eye(model.size)
     jacobian = rows.jacobian[: equations.data_count, : model.size]
-    known = _orthonormal(jacobian[:, equations.reading_index])
+    known = orthonormal_columns(jacobian[:, equations.reading_index])
     blocks = np.zeros((model.size, 0))
     slices = model.slices()
     for effect in model.effects:
@@ -155,7 +155,7 @@ def visible_basis(equations: "Equations", rows: "Rows") -> FloatArray:
                 block = np.zeros((model.size, seen.shape[1]))
                 block[where] = seen
             known = np.hstack(
-                [known, _orthonormal(columns @ seen - known @ (known.T @ columns @ seen))]
+                [known, orthonormal_columns(columns @ seen - known @ (known.T @ columns @ seen))]
             )
         blocks = np.hstack([blocks, block])
     return blocks
@@ -171,9 +171,3 @@ def _is_rounding(equations: "Equations", rows: "Rows", effect: Effect) -> BoolAr
     seen[equations.null] = np.linalg.norm(columns[equations.null], axis=1)
     whole = np.sqrt((columns**2).sum(axis=(0, 1)))
     return np.asarray(np.sqrt((seen**2).sum(axis=0)) < ROUNDING * whole)
-
-
-def _orthonormal(columns: FloatArray) -> FloatArray:
-    scale = np.maximum(np.sqrt((columns**2).sum(axis=0)), 1e-300)
-    u, singular, _ = np.linalg.svd(columns / scale, full_matrices=False)
-    return np.asarray(u[:, singular > RANK_TOLERANCE * max(float(singular.max(initial=0)), 1e-300)])

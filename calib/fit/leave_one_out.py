@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray, IntArray
 
@@ -44,14 +45,6 @@ class Comparison:
     def worst(self, count: int) -> list[PoseResidual]:
         """The poses farthest from the model, in their own sds, the worst first."""
         return sorted(self.poses, key=lambda pose: -abs(pose.in_sd))[:count]
-
-
-def orthonormal_columns(jacobian: FloatArray) -> FloatArray:
-    """Orthonormal basis of the column space, shape (r, rank)."""
-    scale = np.sqrt((jacobian**2).sum(axis=0))
-    scale[scale == 0] = 1.0
-    u, singular, _ = np.linalg.svd(jacobian / scale, full_matrices=False)
-    return np.asarray(u[:, singular > 1e-9 * singular[0]])
 
 
 def pose_blocks(q: FloatArray, pose: IntArray) -> Iterator[tuple[IntArray, FloatArray]]:

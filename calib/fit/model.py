@@ -1,4 +1,4 @@
-"""A model is a sum of effects.
+"""A model is a sum of effects; fitted, it corrects readings.
 
 With y the nominal reading and s the corrected vector:
 
@@ -9,14 +9,14 @@ With y the nominal reading and s the corrected vector:
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from calib.effects.catalogue import find_effect
-from calib.effects.effect import Effect
+from calib.effects.effect import Effect, Need
 from calib.errors import CalibrationError, FitFailed
 from calib.poses.conditions import Conditions
+from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 
@@ -143,20 +143,73 @@ def unavailable(effect: Effect, poses: PoseSet) -> str | None:
     at = poses.conditions(poses.reading)
     if np.isfinite(effect.evaluate(at)).all():
         return None
-    n = len(poses)
-    absent: dict[str, dict[str, Any]] = {
-        "the accelerometer was not logged in every pose": {
-            "force": np.ones((n, 3)),
-            "vibration": np.ones((n, 3)),
-        },
-        "the logs' clocks overlap or are missing, so the order in time is not known": {
-            "time_s": np.arange(n, dtype=float),
-            "previous": np.ones((n, 3)),
-        },
+    return why_lacking(effect, at) or "its columns are not numbers in these poses"
+
+
+LACKING: Mapping[Need, str] = {
+    "force": "the accelerometer was not logged in every pose",
+    "time": "the logs' clocks overlap or are missing, so the order in time is not known",
+    "previous": "the logs' clocks overlap or are missing, so the order in time is not known",
+    "vibration": "the accelerometer was not logged in every pose",
+    "plate": "the plate's rate is not known",
+}
+
+
+def lacking(effect: Effect, at: Conditions) -> tuple[list[Need], list[str]]:
+    """Which needs of ``effect``, and which logged columns, are not complete in ``at``."""
+    fields: Mapping[Need, FloatArray] = {
+        "force": at.force,
+        "time": at.time_s,
+        "previous": at.previous,
+        "vibration": at.vibration,
+        "plate": at.spin_rad_s,
     }
-    for reason, stand_in in absent.items():
-        if np.isfinite(effect.evaluate(replace(at, **stand_in))).all():
-            return reason
-    if effect.name.startswith("temperature_"):
-        return "the logs have no complete column temperature_c"
-    return "the logs lack a column it follows"
+    return (
+        [need for need in effect.needs if not np.isfinite(fields[need]).all()],
+        [name for name in effect.logged if not np.isfinite(at.column(name)).all()],
+    )
+
+
+def why_lacking(effect: Effect, at: Conditions) -> str | None:
+    """The first thing that ``effect`` needs and poses at ``at`` do not have, in words."""
+    needs, columns = lacking(effect, at)
+    if needs:
+        return LACKING[needs[0]]
+    return f"the logs have no complete column {columns[0]}" if columns else None
+
+
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """What is needed to correct the readings of one triad, and nothing else.
+
+    ``theta`` (p,) are the fitted parameters of ``model`` and ``shapes`` its shape parameters;
+    ``spec`` turns counts into the nominal readings they act on.
+    """
+
+    spec: TriadSpec
+    model: Model
+    theta: FloatArray
+    shapes: Mapping[str, float]
+
+    def linear_form(self) -> tuple[FloatArray, FloatArray]:
+        """M (3, 3) and c (3,) of ``M y + c``, which bias, scale and misalignment make up."""
+        probes = np.vstack([np.zeros(3), np.eye(3)])
+        at = Conditions.of_vectors(probes)
+        effects = self.model.acting_on("reading")
+        s = probes
+        if effects:
+            s = probes - stack_columns(effects, at, {}) @ self.theta[pick(self.model, effects)]
+        return np.asarray((s[1:] - s[0]).T), np.asarray(s[0])
+
+    def correct(self, at: Conditions) -> FloatArray:
+        """Corrected vectors for nominal readings ``at.vector`` and their conditions, (n, 3).
+
+        Effects on the reference are left out: they are errors of the bench, not of the sensor.
+        """
+        matrix, offset = self.linear_form()
+        s = at.vector @ matrix.T + offset
+        sensor = self.model.acting_on("sensor")
+        if not sensor:
+            return np.asarray(s)
+        theta = self.theta[pick(self.model, sensor)]
+        return solve_sensor(sensor, theta, self.shapes, lambda v: replace(at, vector=v), s)

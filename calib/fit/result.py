@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.errors import FitFailed
-from calib.fit.gauss_newton import with_common
+from calib.fit.column_scaling import unit_columns
 from calib.fit.identifiability import require_determined, require_enough
 from calib.fit.model import Model
 from calib.fit.residuals import Equations, Rows
@@ -73,8 +73,7 @@ class Fit:
     @property
     def determined(self) -> BoolArray:
         """Which parameters the poses see by themselves, not only in combination, (p,)."""
-        scale = np.maximum(np.sqrt((self.basis**2).sum(axis=0)), 1e-300)
-        q, _ = np.linalg.qr(self.basis / scale)
+        q, _ = np.linalg.qr(unit_columns(self.basis)[0])
         return np.asarray((q**2).sum(axis=1) > 1 - UNDETERMINED_SHARE)
 
     @property
@@ -104,9 +103,8 @@ def finish(
     p = equations.model.size
     full = with_common(basis, len(eta))
     jacobian = (rows.jacobian @ full) * np.sqrt(weight)[:, None]
-    scale = np.sqrt((jacobian**2).sum(axis=0))
-    scale[scale == 0] = 1.0
-    r = np.linalg.qr(jacobian / scale, mode="r")
+    unit, scale = unit_columns(jacobian)
+    r = np.linalg.qr(unit, mode="r")
     inverse = np.linalg.inv(r) / scale[:, None]
     cov = (full @ (inverse @ inverse.T) @ full.T)[:p, :p]
     if not (np.isfinite(theta).all() and np.isfinite(cov).all()):
@@ -147,3 +145,12 @@ def require_size(equations: Equations, rows: Rows) -> None:
 def with_shape_sd(found: Fit, cov: FloatArray, shape_sd: Mapping[str, float]) -> Fit:
     """``found`` with the covariance widened by its fitted shape parameters."""
     return replace(found, cov=cov, shape_sd=dict(shape_sd))
+
+
+def with_common(basis: FloatArray, common: int) -> FloatArray:
+    """``basis`` (p, v) extended by the ``common`` errors, which are always fitted."""
+    p, v = basis.shape
+    full = np.zeros((p + common, v + common))
+    full[:p, :v] = basis
+    full[p:, v:] = np.eye(common)
+    return full

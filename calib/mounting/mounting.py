@@ -39,7 +39,6 @@ from calib.mounting.still_reading import (
     noise_covariance,
     still_reading,
 )
-from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, ImuLog
 
 WRONG_GRAVITY = 0.02
@@ -73,8 +72,31 @@ class Slope:
 
 
 @dataclass(frozen=True, eq=False)
-class Installation:
-    """The mounting of one sensor.
+class MountingLogs:
+    """The raw logs of a mounted sensor.
+
+    Parameters
+    ----------
+    still : sequence of ImuLog
+        At rest, all at one place and heading.
+    reverse : sequence of ImuLog
+        The same at the same place with the vehicle turned round by 180°.
+    drive : sequence of ImuLog
+        Straight driving with marked acceleration or braking.
+    first_push : str
+        ``forward`` where the drive begins by speeding up ahead, ``backward`` where it begins by
+        braking.
+    """
+
+    still: Sequence[ImuLog]
+    reverse: Sequence[ImuLog] = ()
+    drive: Sequence[ImuLog] = ()
+    first_push: FirstPush = "forward"
+
+
+@dataclass(frozen=True, eq=False)
+class Mounting:
+    """How one sensor sits in its vehicle.
 
     Parameters
     ----------
@@ -119,47 +141,42 @@ class Installation:
         """Sds of roll and pitch, shape (2,)."""
         return np.asarray(np.sqrt(np.diag(self.cov)))
 
+    def turn(self, vectors: FloatArray) -> FloatArray:
+        """Vectors (n, 3) of the sensor's axes in the vehicle's, ``Rᵀ v``."""
+        return np.asarray(vectors @ self.rotation)
+
 
 @dataclass(frozen=True, eq=False)
-class MountedAccelerometer:
-    """Calibration and mounting as one: nominal readings in, the vehicle's axes out."""
+class _Upright:
+    """The calibrated mean reading at each heading, and what is up on a level floor.
 
-    calibration: TriadCalibration
-    installation: Installation
+    ``forces`` (h, 3) and ``noise`` (h, 3, 3), their covariance by noise alone; ``up`` (3,) the mean
+    over the headings and its covariance ``cov`` (3, 3), the calibration's included.
+    """
 
-    def correct(self, at: Conditions) -> FloatArray:
-        """Specific force in the vehicle's axes for nominal readings ``at.vector``, (n, 3)."""
-        return np.asarray(self.calibration.correct(at) @ self.installation.rotation)
+    readings: Sequence[StillReading]
+    forces: FloatArray
+    noise: FloatArray
+    up: FloatArray
+    cov: FloatArray
 
 
-def measure_installation(
-    still: Sequence[ImuLog],
+def mounting_from_logs(
+    logs: MountingLogs,
     accelerometer: TriadCalibration,
     gravity_m_s2: float,
     gravity_sd_m_s2: float = 0.0,
-    *,
-    reverse: Sequence[ImuLog] = (),
-    drive: Sequence[ImuLog] = (),
-    first_push: FirstPush = "forward",
     order: Order | None = None,
-) -> Installation:
-    """Roll, pitch and, where the logs tell them, the floor's slope and the yaw.
+) -> Mounting:
+    """Roll, pitch and, where the logs show them, the floor's slope and the yaw.
 
     Parameters
     ----------
-    still : sequence of ImuLog
-        Logs of the mounted sensor at rest, all at one place and heading; raw readings.
+    logs : MountingLogs
     accelerometer : TriadCalibration
         Its calibration.
     gravity_m_s2, gravity_sd_m_s2 : float
         Gravity where the logs were made.
-    reverse : sequence of ImuLog
-        The same at the same place with the vehicle turned round by 180°.
-    drive : sequence of ImuLog
-        Straight driving with marked acceleration or braking.
-    first_push : str
-        ``forward`` where the drive begins by speeding up ahead, ``backward`` where it begins by
-        braking.
     order : str, optional
         Rotation order; by eq. (6) where None.
 
@@ -169,30 +186,62 @@ def measure_installation(
         The sensor moved, the corrected magnitude is not gravity, the order is locked at this
         mounting, the second log is not the reverse heading, or the drive has no clear direction.
     """
-    readings = [still_reading(still, accelerometer)]
-    if reverse:
-        readings.append(still_reading(reverse, accelerometer))
+    upright = _upright(logs, accelerometer)
+    cov, notes = _with_drift(upright, gravity_m_s2, gravity_sd_m_s2)
+    if logs.reverse:
+        cov = cov + _turned_short(upright)
+    chosen = order or rotation_order(upright.up / gravity_m_s2)
+    _refuse_lock(upright.readings[0].label, upright.up, chosen)
+    roll, pitch = roll_pitch(upright.up, chosen)
+    to_angles = roll_pitch_jacobian(upright.up, chosen)
+    levelled = mounting_rotation(chosen, roll, pitch)
+    yaw = measure_yaw(logs.drive, accelerometer, levelled, logs.first_push) if logs.drive else None
+    rotation = mounting_rotation(chosen, roll, pitch, yaw.yaw_rad) if yaw else levelled
+    first = upright.forces[0]
+    return Mounting(
+        order=chosen,
+        roll_rad=roll,
+        pitch_rad=pitch,
+        cov=to_angles @ cov @ to_angles.T,
+        rotation=rotation,
+        before=first,
+        after=first @ rotation,
+        magnitude_error_m_s2=float(np.linalg.norm(first)) - gravity_m_s2,
+        notes=notes,
+        samples=sum(reading.samples for reading in upright.readings),
+        slope=_floor_slope(upright, rotation, yaw) if logs.reverse else None,
+        yaw=yaw,
+    )
+
+
+def _upright(logs: MountingLogs, accelerometer: TriadCalibration) -> _Upright:
+    """Average and calibrate the still logs of each heading."""
+    headings = (logs.still, logs.reverse) if logs.reverse else (logs.still,)
+    readings = [still_reading(each, accelerometer) for each in headings]
 
     def forces(calibration: TriadCalibration) -> FloatArray:
         return np.array([corrected(reading, calibration) for reading in readings])
 
-    def level(calibration: TriadCalibration) -> FloatArray:
-        """Sensor's view of the direction that is up on a level floor, (3,)."""
+    def up(calibration: TriadCalibration) -> FloatArray:
         return np.asarray(forces(calibration).mean(axis=0))
 
-    noise = [noise_covariance(reading, accelerometer) for reading in readings]
-    cov = sum(noise, np.zeros((3, 3))) / len(noise) ** 2
-    cov = cov + calibration_covariance(level, accelerometer)
+    noise = np.array([noise_covariance(reading, accelerometer) for reading in readings])
+    cov = noise.sum(axis=0) / len(noise) ** 2 + calibration_covariance(up, accelerometer)
+    return _Upright(readings, forces(accelerometer), noise, up(accelerometer), cov)
 
-    felt = forces(accelerometer)
-    notes = []
-    for reading, force in zip(readings, felt, strict=True):
+
+def _with_drift(
+    upright: _Upright, gravity: float, gravity_sd: float
+) -> tuple[FloatArray, tuple[str, ...]]:
+    """Covariance (3, 3) of ``up`` with what the stated sds do not explain, and notes on it."""
+    cov, notes = upright.cov, []
+    for reading, force in zip(upright.readings, upright.forces, strict=True):
         if reading.longest_s < SHORTEST_S:
             notes.append(
                 f"{reading.label} lasts {reading.longest_s:.1f} s: slow noise is not seen in less "
                 f"than {SHORTEST_S:g} s, and the sds are lower bounds. Log half a minute."
             )
-        unexplained = _unexplained(reading, force, cov, gravity_m_s2, gravity_sd_m_s2)
+        unexplained = _unexplained(reading, force, cov, gravity, gravity_sd)
         if unexplained > 0:
             # The calibration no longer holds to this extent, in a direction that nobody knows.
             cov = cov + unexplained**2 * np.eye(3)
@@ -201,37 +250,7 @@ def measure_installation(
                 f"gravity, more than the stated uncertainties explain: the calibration has "
                 f"drifted. The sds of the angles contain it; calibrate again for smaller ones."
             )
-
-    up = level(accelerometer)
-    if reverse:
-        cov = cov + _turned_short(readings[1].label, felt, up)
-    chosen = order or rotation_order(up / gravity_m_s2)
-    _refuse_lock(readings[0].label, up, chosen)
-    roll, pitch = roll_pitch(up, chosen)
-    to_angles = roll_pitch_jacobian(up, chosen)
-
-    yaw = None
-    if drive:
-        levelled = mounting_rotation(chosen, roll, pitch)
-        yaw = measure_yaw(drive, accelerometer, levelled, first_push)
-    rotation = mounting_rotation(chosen, roll, pitch, yaw.yaw_rad if yaw else 0.0)
-    slope = None
-    if reverse:
-        slope = _floor_slope(felt @ rotation, rotation.T @ (noise[0] + noise[1]) @ rotation, yaw)
-    return Installation(
-        order=chosen,
-        roll_rad=roll,
-        pitch_rad=pitch,
-        cov=to_angles @ cov @ to_angles.T,
-        rotation=rotation,
-        before=felt[0],
-        after=felt[0] @ rotation,
-        magnitude_error_m_s2=float(np.linalg.norm(felt[0])) - gravity_m_s2,
-        notes=tuple(notes),
-        samples=sum(reading.samples for reading in readings),
-        slope=slope,
-        yaw=yaw,
-    )
+    return cov, tuple(notes)
 
 
 def _unexplained(
@@ -253,28 +272,31 @@ def _unexplained(
     return abs(deviation) if abs(deviation) > EXPLAINED_SD * sd else 0.0
 
 
-def _turned_short(label: str, felt: FloatArray, up: FloatArray) -> FloatArray:
+def _turned_short(upright: _Upright) -> FloatArray:
     """Covariance (3, 3) of the mean of both headings by a turn that is not quite 180°."""
-    first, second = felt / np.linalg.norm(felt, axis=1, keepdims=True)
+    forces, up = upright.forces, upright.up
+    first, second = forces / np.linalg.norm(forces, axis=1, keepdims=True)
     # Half the angle between two unit vectors; exact also where they nearly agree.
     tilt = math.atan2(float(np.linalg.norm(first - second)), float(np.linalg.norm(first + second)))
     if tilt > STEEPEST_FLOOR_RAD:
         raise Undetermined(
-            f"{label}: between the two headings the plumb line turns by "
+            f"{upright.readings[1].label}: between the two headings the plumb line turns by "
             f"{math.degrees(2 * tilt):.1f}° in the sensor, as on a floor that slopes by "
             f"{math.degrees(tilt):.1f}°; up to {math.degrees(STEEPEST_FLOOR_RAD):g}° is accepted. "
             f"The sensor was remounted, or the logs are of different places; record both headings "
             f"at one place without touching the sensor."
         )
-    sloping = (felt[0] - felt[1]) / 2
+    sloping = (forces[0] - forces[1]) / 2
     short = np.cross(up / np.linalg.norm(up), sloping) * REVERSAL_SD_RAD / 2
     return np.outer(short, short)
 
 
-def _floor_slope(felt: FloatArray, noise: FloatArray, yaw: Yaw | None) -> Slope:
-    """The floor's rise from both headings; ``felt`` (2, 3) and ``noise`` in the vehicle's axes."""
-    gravity = float(np.linalg.norm(felt, axis=1).mean())
-    rise = (felt[0] - felt[1])[:2] / (2 * gravity)
+def _floor_slope(upright: _Upright, rotation: FloatArray, yaw: Yaw | None) -> Slope:
+    """The floor's rise from both headings, ``rotation`` (3, 3) from the vehicle to the sensor."""
+    forces = upright.forces @ rotation
+    noise = rotation.T @ upright.noise.sum(axis=0) @ rotation
+    gravity = float(np.linalg.norm(forces, axis=1).mean())
+    rise = (forces[0] - forces[1])[:2] / (2 * gravity)
     sideways = np.array([-rise[1], rise[0]])
     turned = (REVERSAL_SD_RAD / 2) ** 2 + (yaw.sd_rad**2 if yaw else 0.0)
     cov = noise[:2, :2] / (2 * gravity) ** 2 + turned * np.outer(sideways, sideways)

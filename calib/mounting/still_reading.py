@@ -54,16 +54,12 @@ def log_conditions(log: ImuLog, nominal: FloatArray) -> Conditions:
 
     The time of the calibration session and the pose before are not known here: they are NaN.
     """
-    n = len(nominal)
-    return Conditions(
-        vector=nominal,
-        magnitude=np.full(n, np.nan),
+    return Conditions.of_vectors(
+        nominal,
+        log.columns,
         force=nominal,
-        spin_rad_s=np.zeros(n),
-        time_s=np.full(n, np.nan),
-        previous=np.full((n, 3), np.nan),
-        vibration=np.tile(nominal.var(axis=0, ddof=1), (n, 1)),
-        columns=log.columns,
+        spin_rad_s=np.zeros(1),
+        vibration=nominal.var(axis=0, ddof=1),
     )
 
 
@@ -127,17 +123,9 @@ def _one_log(log: ImuLog, accelerometer: TriadCalibration) -> StillReading:
     mean = average_pose(log, accelerometer.spec, None)  # refuses what moved or is saturated
     nominal = accelerometer.spec.nominal(log.accelerometer)
     at = log_conditions(log, nominal)
-    row = replace(
-        at,
-        vector=mean.accelerometer.mean[None],
-        magnitude=at.magnitude[:1],
-        force=mean.accelerometer.mean[None],
-        spin_rad_s=at.spin_rad_s[:1],
-        time_s=at.time_s[:1],
-        previous=at.previous[:1],
-        vibration=at.vibration[:1],
-        columns={name: np.array([value]) for name, value in mean.columns.items()},
-    )
+    reading = mean.accelerometer.mean[None]
+    columns = {name: np.array([value]) for name, value in mean.columns.items()}
+    row = replace(at.take([0]), vector=reading, force=reading, columns=columns)
     return StillReading(
         log.label, row, variance_of_mean(nominal), len(nominal), mean.duration_s
     )

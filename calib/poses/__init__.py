@@ -1,7 +1,7 @@
 """Readings to poses.
 
-    imu_log ─ static_intervals ─ averaging ─ runs ─┐
-    data_sheet (counts to SI) ───────┘             ├─ pose_set ─ conditions (what effects see)
-    reference (gravity, rate, null rows) ──────────┘
+    imu_log ─ static_intervals ─ averaging ─ mean_noise ─ runs ─┐
+    data_sheet (counts to SI) ───────┘                          ├─ pose_set ─ conditions
+               pose_set: references (gravity, rate, null rows) ─┘  (what effects see)
                                                 attitudes: which directions are covered
 """

@@ -3,7 +3,7 @@
 The samples of a pose are autocorrelated, so the sd of their mean comes from batch means: the pose
 is cut into ``BATCHES`` equal stretches and the scatter of the stretch means is what counts; once
 more with half as many, twice as long ones, to see what correlation the shorter left out
-(:func:`calib.poses.pose_set.correlation_factor`).
+(:func:`calib.poses.mean_noise.correlation_factor`).
 
 On the turning plate the mean is taken over whole turns, and what comes back once and twice per
 turn (plate tilt, wow) is taken out first: it averages to nothing but would look like noise.

@@ -1,11 +1,15 @@
 """What an effect may depend on: the conditions of every pose, or of every sample of a log."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import FloatArray, IntArray
+
+VECTORS = ("force", "previous", "vibration")
+FIELDS = (*VECTORS, "magnitude", "spin_rad_s", "time_s")
+"""Fields of :class:`Conditions` beside the vector and the logged columns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +44,36 @@ class Conditions:
     previous: FloatArray
     vibration: FloatArray
     columns: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    @classmethod
+    def of_vectors(
+        cls,
+        vector: FloatArray,
+        columns: Mapping[str, FloatArray] | None = None,
+        **known: FloatArray,
+    ) -> "Conditions":
+        """Conditions of which only ``vector`` (n, 3), ``columns`` and the fields in ``known`` are.
+
+        All others are NaN. A field in ``known`` may be one row, which then holds for all.
+        """
+        n = len(vector)
+        shape = {name: (n, 3) if name in VECTORS else (n,) for name in FIELDS}
+        return cls(
+            vector=vector,
+            columns=columns or {},
+            **{name: np.broadcast_to(known.get(name, np.nan), shape[name]) for name in FIELDS},
+        )
+
+    def __len__(self) -> int:
+        return len(self.vector)
+
+    def take(self, rows: IntArray | slice | Sequence[int]) -> "Conditions":
+        """The conditions of these rows alone."""
+        return Conditions(
+            vector=self.vector[rows],
+            columns={name: values[rows] for name, values in self.columns.items()},
+            **{name: getattr(self, name)[rows] for name in FIELDS},
+        )
 
     def column(self, name: str) -> FloatArray:
         """The logged column ``name``, all NaN where it was not logged, shape (n,)."""

@@ -1,4 +1,7 @@
-"""The poses of one triad, ready to be fitted: readings, their sds, references and covariates."""
+"""The poses of one triad, ready to be fitted: readings, their sds, references and covariates.
+
+A reference is the magnitude that each pose should show, and how well it is known.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -6,27 +9,94 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from calib.errors import Undetermined
-from calib.poses.averaging import BATCHES, PoseMean
+from calib.poses.averaging import PoseMean
 from calib.poses.conditions import Conditions
-from calib.poses.imu_log import AXES, FloatArray, IntArray, Triad
-from calib.poses.reference import Reference, join_references
+from calib.poses.imu_log import AXES, BoolArray, FloatArray, IntArray, Triad
+from calib.poses.mean_noise import NOISE_DOF_PER_POSE, correlated_sd
 
-OWN_DOF = BATCHES - 1
-POOLED_DOF = 2 * OWN_DOF
-"""How many degrees of freedom the other poses' scatter counts for in the sd of one pose."""
+Rows = IntArray | BoolArray | slice | Sequence[int]
+PER_POSE = ("reading", "sd", "force", "vibration", "spin_rad_s", "time_s", "expected")
+"""Arrays of a :class:`PoseSet` with one row per pose."""
 
-LARGEST_TYPICAL = 10.0
-"""Poses noisier than this many times the typical variance were disturbed; they say nothing of the
-sensor's correlation."""
 
-SIMILAR_LENGTH = 1.3
-"""Runs whose poses differ by less than this factor in length share one correlation."""
+@dataclass(frozen=True)
+class CommonError:
+    """One error shared by all poses that name it; ``sd`` is in the unit of the magnitude."""
 
-NOISE_DOF_PER_POSE = 2.0
-"""Degrees of freedom that a pose adds to the estimate ``2 v3 - v6`` over three axes."""
+    name: str
+    sd: float
 
-MEDIAN_OF_CHI2_5 = 4.3515
-"""Median of chi-square with OWN_DOF = 5, to turn a median of variances into a variance."""
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """Reference magnitudes of n poses.
+
+    Parameters
+    ----------
+    magnitude : array, shape (n,)
+        Gravity in m/s² or plate rate in rad/s; 0 for a null pose (plate stopped).
+    sd : array, shape (n,)
+        The part of its sd that each pose has for itself.
+    common : array, shape (n, q)
+        Sd of the parts that several poses share: column j is how far one sd of the common error j
+        moves each magnitude. It does not average down; it goes straight into the scale.
+    common_names : tuple of str
+        What the q common errors are, for the uncertainty budget.
+    of_setting : frozenset of str
+        Those among them that belong to one setting of the plate: another one brings its own.
+    """
+
+    magnitude: FloatArray
+    sd: FloatArray
+    common: FloatArray
+    common_names: tuple[str, ...]
+    of_setting: frozenset[str] = frozenset()
+
+    def __post_init__(self) -> None:
+        n = len(self.magnitude)
+        assert self.sd.shape == (n,)
+        assert self.common.shape == (n, len(self.common_names))
+
+    @property
+    def is_null(self) -> BoolArray:
+        """Which poses were taken with nothing to measure, shape (n,)."""
+        return np.asarray(self.magnitude == 0.0)
+
+    def take(self, rows: Rows) -> "Reference":
+        """The references of these poses alone."""
+        return replace(
+            self, magnitude=self.magnitude[rows], sd=self.sd[rows], common=self.common[rows]
+        )
+
+
+def constant_reference(
+    n: int, magnitude: float, common: Sequence[CommonError], sd: float = 0.0
+) -> Reference:
+    """The same magnitude for ``n`` poses, its errors all in common."""
+    return Reference(
+        np.full(n, magnitude),
+        np.full(n, sd),
+        np.tile([c.sd for c in common], (n, 1)).reshape(n, len(common)),
+        tuple(c.name for c in common),
+    )
+
+
+def join_references(parts: Sequence[Reference]) -> Reference:
+    """The poses of ``parts`` one after another; common errors of the same name are the same."""
+    names = tuple(dict.fromkeys(name for part in parts for name in part.common_names))
+    blocks = []
+    for part in parts:
+        block = np.zeros((len(part.magnitude), len(names)))
+        for j, name in enumerate(part.common_names):
+            block[:, names.index(name)] = part.common[:, j]
+        blocks.append(block)
+    return Reference(
+        np.concatenate([part.magnitude for part in parts]),
+        np.concatenate([part.sd for part in parts]),
+        np.concatenate(blocks),
+        names,
+        frozenset().union(*(part.of_setting for part in parts)),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +143,39 @@ class PoseSet:
     def __len__(self) -> int:
         return len(self.label)
 
+    def take(self, rows: Rows) -> "PoseSet":
+        """These poses alone, in this order; a pose may be taken more than once."""
+        index = np.arange(len(self))[rows]
+        return PoseSet(
+            triad=self.triad,
+            label=tuple(self.label[i] for i in index),
+            run=tuple(self.run[i] for i in index),
+            reference=self.reference.take(index),
+            columns={name: values[index] for name, values in self.columns.items()},
+            **{name: getattr(self, name)[index] for name in PER_POSE},
+        )
+
+    def concat(self, other: "PoseSet") -> "PoseSet":
+        """These poses followed by those of ``other``, with the columns that both have.
+
+        Common errors of the same name are the same error.
+        """
+        return PoseSet(
+            triad=self.triad,
+            label=self.label + other.label,
+            run=self.run + other.run,
+            reference=join_references([self.reference, other.reference]),
+            columns={
+                name: np.concatenate([values, other.columns[name]])
+                for name, values in self.columns.items()
+                if name in other.columns
+            },
+            **{
+                name: np.concatenate([getattr(self, name), getattr(other, name)])
+                for name in PER_POSE
+            },
+        )
+
     @property
     def noise_dof(self) -> float:
         """Degrees of freedom behind ``sd``: how well the noise itself is known."""
@@ -106,57 +209,6 @@ class PoseSet:
             vibration=self.vibration,
             columns=self.columns,
         )
-
-
-def pooled_sd(means: Sequence[PoseMean], triad: Triad) -> FloatArray:
-    """Sd of each pose mean by its batches, (n, 3), steadied by those of the run's other poses.
-
-    A pose's own estimate has 5 degrees of freedom, too few to weight by. The typical variance of
-    the run, scaled to the length of the pose, is mixed in with twice that weight; being a median,
-    it does not follow the few poses that were disturbed.
-    """
-    own = np.array([getattr(mean, triad).variance for mean in means])
-    duration = np.array([mean.duration_s for mean in means])[:, None]
-    typical = np.median(own * duration, axis=0) * OWN_DOF / MEDIAN_OF_CHI2_5 / duration
-    mixed = (OWN_DOF * own + POOLED_DOF * typical) / (OWN_DOF + POOLED_DOF)
-    return np.asarray(np.sqrt(mixed))
-
-
-def correlation_factor(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> float:
-    """By how much the variance of a pose mean exceeds what its BATCHES batches say.
-
-    Where samples stay correlated over a time short against the pose, batches of length L have
-    ``V(L) = A/L - B/L²``, and cutting a pose in 6 and in 3 gives estimates v6 and v3 of the
-    variance of its mean that fall short by 6 and 3 times the same amount, so that
-    ``V = 2 v3 - v6``. The ratio belongs to the sensor and the length of the pose: it is taken over
-    all ``runs``, whose poses are alike in length. The last factor is Student's: an sd known with
-    few degrees of freedom is wider than it says.
-    """
-    fine, coarse = 0.0, 0.0
-    for means in runs:
-        v6 = np.array([getattr(mean, triad).variance for mean in means])
-        v3 = np.array([getattr(mean, triad).coarse_variance for mean in means])
-        typical = np.maximum(np.median(v6, axis=0), 1e-300)
-        disturbed = np.maximum(v6, v3) > LARGEST_TYPICAL * typical
-        fine += float(np.where(disturbed, 0.0, v6 / typical).sum())
-        coarse += float(np.where(disturbed, 0.0, v3 / typical).sum())
-    dof = NOISE_DOF_PER_POSE * sum(len(means) for means in runs)
-    student = dof / max(dof - 2, 1.0)
-    return student * max(1.0, 2 * coarse / fine - 1) if fine > 0 else 1.0
-
-
-def correlated_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
-    """Sd of every pose mean of all runs, one after another, correlation included, (n, 3)."""
-    length = [float(np.median([mean.duration_s for mean in means])) for means in runs]
-    parts = []
-    for means, own in zip(runs, length, strict=True):
-        alike = [
-            other
-            for other, its in zip(runs, length, strict=True)
-            if 1 / SIMILAR_LENGTH < its / own < SIMILAR_LENGTH
-        ]
-        parts.append(pooled_sd(means, triad) * np.sqrt(correlation_factor(alike, triad)))
-    return np.concatenate(parts)
 
 
 def check_alive(means: Sequence[PoseMean], triad: Triad, run: str) -> None:

@@ -9,8 +9,7 @@ from calib.earth import EARTH_RATE_RAD_S, earth_rate_horizontal, earth_rate_vert
 from calib.errors import Undetermined
 from calib.poses.averaging import PoseMean
 from calib.poses.imu_log import FloatArray
-from calib.poses.pose_set import Run
-from calib.poses.reference import CommonError, Reference, constant_reference
+from calib.poses.pose_set import CommonError, Reference, Run, constant_reference
 
 TURNING_RAD_S = 0.09
 """5 °/s: above any zero-rate offset of a working MEMS gyro, below the rate of any plate."""
@@ -20,6 +19,8 @@ PLAUSIBLE_RATIO = 3.0
 
 GRAVITY = "local gravity"
 TIME_BASE = "time base of the camera"
+RATE_OF = "rate "
+"""Followed by the setting: what the sd of one rate is called in the budget."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,8 +114,8 @@ def turning_run(means: Sequence[PoseMean], rate: PlateRate, latitude_rad: float 
     names = [TIME_BASE]
     if shared:
         common.append(np.full(n, float(rate.sd_rad_s[0])))
-        names.append(f"rate {rate.name}")
-    own = np.zeros(n) if shared else np.asarray(rate.sd_rad_s, float)
+        names.append(RATE_OF + rate.name)
+    each_sd = np.zeros(n) if shared else np.asarray(rate.sd_rad_s, float)
     vertical = 0.0 if latitude_rad is None else earth_rate_vertical(latitude_rad)
     if latitude_rad is None:
         common.append(sign * EARTH_RATE_RAD_S / np.sqrt(3))
@@ -122,7 +123,13 @@ def turning_run(means: Sequence[PoseMean], rate: PlateRate, latitude_rad: float 
     return Run(
         name=rate.name,
         means=means,
-        reference=Reference(plate + sign * vertical, own, np.column_stack(common), tuple(names)),
+        reference=Reference(
+            magnitude=plate + sign * vertical,
+            sd=each_sd,
+            common=np.column_stack(common),
+            common_names=tuple(names),
+            of_setting=frozenset({RATE_OF + rate.name}),
+        ),
         spin_rad_s=sign * plate,
         expected=np.zeros((n, 3)),
     )

@@ -22,11 +22,11 @@ def command(
     TARGET is accelerometer.NAME, gyroscope.NAME, or rate.SETTING.TERM. What these data cannot see
     or cannot tell apart is refused, with the measurement that would allow it.
     """
-    from pipeline.commands.model_change import add_until_settled, make_turn
+    from pipeline.commands.model_change import add_until_settled, change_and_show
 
     if auto == (target is not None):
         raise click.UsageError("name one effect to add, as in gyroscope.g_sensitivity, or --auto")
     if target is None:
         add_until_settled(config, allow_python)
     else:
-        make_turn(config, target, allow_python, although_aliased=although_aliased)
+        change_and_show(config, target, allow_python, although_aliased=although_aliased)

@@ -23,7 +23,10 @@ def command(
     rate_hz: float | None,
     session_clock: bool,
 ) -> None:
-    """Correct LOG by RESULTS (results.json, or its folder): CSV in SI units."""
+    """Correct LOG by RESULTS (results.json, or its folder): CSV in SI units.
+
+    Where RESULTS have an installation, both triads are turned into the vehicle's axes.
+    """
     from pipeline.export.apply import applied_csv, apply_results
     from pipeline.files import write_whole
     from pipeline.logs.read import read_log
@@ -34,6 +37,7 @@ def command(
     applied = apply_results(stored, read_log(log, names, rate_hz), session_clock)
     for says in applied.left_out:
         click.secho(f"warning: {says}", fg="yellow", err=True)
+    click.echo(f"columns are in {applied.axes}", err=True)
     if output is None:
         click.echo(applied_csv(applied), nl=False)
         return

@@ -1,4 +1,4 @@
-"""Turns of the loop in front of a user: run, change the model, run again, show both sides."""
+"""A model change at the command line: run, change the model, run again, show before and after."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -7,22 +7,22 @@ import click
 
 from pipeline.commands.run_with_progress import run_quietly
 from pipeline.config.load import Config, load_config
-from pipeline.console.model_change_text import turn_lines
+from pipeline.console.model_change_text import change_lines
 from pipeline.console.run_text import next_step, verdict_line
 from pipeline.model_change import (
-    MOST_TURNS,
+    MOST_CHANGES,
+    ModelChange,
     Target,
-    Turn,
+    change_model,
     next_target,
     predicts_better,
     read_target,
-    turn,
 )
 from pipeline.report.outputs import write_outputs
 from pipeline.stages.run import Outcome
 
 
-def make_turn(
+def change_and_show(
     path: Path,
     target: str,
     allow_python: bool,
@@ -30,17 +30,17 @@ def make_turn(
     remove: bool = False,
     although_aliased: bool = False,
 ) -> None:
-    """One change of the model, shown and written."""
+    """Change the model once; show and write what it brought."""
     config = load_config(path)
-    done = turn(
+    change = change_model(
         config,
         read_target(config, target),
         _runner(config, allow_python),
         remove=remove,
         although_aliased=although_aliased,
     )
-    _show(done)
-    _finish(done.after, config)
+    _show(change)
+    _finish(change.after, config)
 
 
 def add_until_settled(path: Path, allow_python: bool) -> None:
@@ -50,17 +50,17 @@ def add_until_settled(path: Path, allow_python: bool) -> None:
     outcome = run(config)
     write_outputs(outcome, config.output_folder)
     refused: list[Target] = []
-    for _ in range(MOST_TURNS):
+    for _ in range(MOST_CHANGES):
         target = next_target(outcome, refused)
         if target is None:
             break
-        done = turn(outcome.config, target, run, before=outcome, only_if_better=True)
-        _show(done)
-        if not predicts_better(done):
+        change = change_model(outcome.config, target, run, before=outcome, only_if_better=True)
+        _show(change)
+        if not predicts_better(change):
             click.echo(f"{target} is not kept: the leave-one-out error does not fall with it.")
             refused.append(target)
             continue
-        outcome = done.after
+        outcome = change.after
         write_outputs(outcome, config.output_folder)
     for result in outcome.triads:
         click.secho(verdict_line(result), bold=True)
@@ -72,11 +72,11 @@ def add_until_settled(path: Path, allow_python: bool) -> None:
 
 
 def _runner(config: Config, allow_python: bool) -> Callable[[Config], Outcome]:
-    return lambda asked: run_quietly(asked, config.output_folder, allow_python)
+    return lambda changed: run_quietly(changed, config.output_folder, allow_python)
 
 
-def _show(done: Turn) -> None:
-    for line in turn_lines(done):
+def _show(change: ModelChange) -> None:
+    for line in change_lines(change):
         click.echo(line)
     click.echo()
 

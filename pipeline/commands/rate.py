@@ -69,13 +69,12 @@ def _measure(
     import json
 
     from pipeline.commands.progress import ClipProgress
-    from pipeline.config.schema import CLOCK_PPM
     from pipeline.console.rate_text import clip_lines, history_lines, rate_line
     from pipeline.results.rate import history_json, rate_json
-    from pipeline.stages.context import Workplace
+    from pipeline.stages.context import RunContext
     from pipeline.stages.rate import follow_clips, measure_setting
     from vision.errors import RateRefused
-    from vision.rate.timebase import Timebase
+    from vision.rate.timebase import CLOCK_PPM, Timebase
 
     stems = [video.stem for video in videos]
     if len(set(stems)) < len(stems):
@@ -87,7 +86,7 @@ def _measure(
     source: Literal["container", "constant"] = "container" if fps is None else "constant"
     clock = Timebase(source=source, fps=fps, ppm=CLOCK_PPM[source])
     with ClipProgress() as progress:
-        tracks = follow_clips([(video, None) for video in videos], Workplace(None, progress))
+        tracks = follow_clips([(video, None) for video in videos], RunContext(None, progress))
     rates = []
     for stem, track in zip(stems, tracks, strict=True):
         try:

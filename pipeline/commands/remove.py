@@ -12,6 +12,6 @@ import click
               help="Let Python files that CONFIG names for its own effects run.")
 def command(config: Path, target: str, allow_python: bool) -> None:
     """Take an effect out of CONFIG (comments kept), rerun, and show before → after."""
-    from pipeline.commands.model_change import make_turn
+    from pipeline.commands.model_change import change_and_show
 
-    make_turn(config, target, allow_python, remove=True)
+    change_and_show(config, target, allow_python, remove=True)

@@ -1,48 +1,69 @@
-"""Running the stages in front of a user: a line for each, warnings, progress of the clips."""
+"""A run in front of a user: a line for each stage, warnings, progress of the clips."""
 
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import click
 
+from calib.mounting.mounting import Mounting
 from pipeline.commands.progress import ClipProgress
 from pipeline.config.load import Config
-from pipeline.console.run_text import stage_lines, stage_warnings
-from pipeline.stages.context import Workplace
-from pipeline.stages.run import OnStage, Outcome, run_stages
+from pipeline.console.rate_text import rate_line
+from pipeline.console.run_text import installation_line, recordings_line, triad_line
+from pipeline.stages.context import RunContext
+from pipeline.stages.poses import Recordings
+from pipeline.stages.rate import SettingRate
+from pipeline.stages.run import Outcome, StageObserver, run_stages
+from pipeline.stages.triads import TriadResult
 
 CACHE_NAME = "cache"  #: folder of the phase tracks, in that of the results
 
 
-def show_warnings(_name: str, artefact: Any) -> None:
-    """Warnings of a stage to standard error."""
-    for warning in stage_warnings(artefact):
-        click.secho(f"warning: {warning}", fg="yellow", err=True)
+class StageDisplay(StageObserver):
+    """Shows each stage: its warnings on standard error, its line on standard output.
 
+    ``progress`` is closed before anything is written; ``lines`` is False for commands that show
+    what they compare, and then only the warnings are written.
+    """
 
-def show_stage(name: str, artefact: Any) -> None:
-    """Warnings of a stage to standard error, its lines to standard output."""
-    show_warnings(name, artefact)
-    for line in stage_lines(name, artefact):
-        click.echo(line)
+    def __init__(self, progress: ClipProgress, lines: bool) -> None:
+        self._progress, self._lines = progress, lines
+
+    def on_rate(self, rate: SettingRate) -> None:
+        """The rate of a plate setting."""
+        self._show(rate.warnings, rate_line(rate))
+
+    def on_recordings(self, recordings: Recordings) -> None:
+        """How many poses are averaged."""
+        self._show(recordings.warnings, recordings_line(recordings))
+
+    def on_triad(self, result: TriadResult) -> None:
+        """Residual and leave-one-out error of a triad."""
+        self._show(result.warnings, triad_line(result))
+
+    def on_installation(self, installation: Mounting) -> None:
+        """The mounting angles."""
+        self._show(installation.notes, installation_line(installation))
+
+    def _show(self, warnings: Iterable[str], line: str) -> None:
+        self._progress.close()
+        for warning in warnings:
+            click.secho(f"warning: {warning}", fg="yellow", err=True)
+        if self._lines and line:
+            click.echo(line)
 
 
 def run_watched(config: Config, folder: Path, allow_python: bool = False) -> Outcome:
     """Run every stage of ``config``; phase tracks are kept in ``folder``."""
-    return _run(config, folder, allow_python, show_stage)
+    return _run(config, folder, allow_python, lines=True)
 
 
 def run_quietly(config: Config, folder: Path, allow_python: bool = False) -> Outcome:
     """The same with warnings and progress only, for commands that show what they compare."""
-    return _run(config, folder, allow_python, show_warnings)
+    return _run(config, folder, allow_python, lines=False)
 
 
-def _run(config: Config, folder: Path, allow_python: bool, show: OnStage) -> Outcome:
+def _run(config: Config, folder: Path, allow_python: bool, *, lines: bool) -> Outcome:
     with ClipProgress() as progress:
-
-        def on_stage(name: str, artefact: Any) -> None:
-            progress.close()
-            show(name, artefact)
-
-        workplace = Workplace(folder / CACHE_NAME, progress, allow_python)
-        return run_stages(config, workplace, on_stage)
+        context = RunContext(folder / CACHE_NAME, progress, allow_python)
+        return run_stages(config, context, StageDisplay(progress, lines))

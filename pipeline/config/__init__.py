@@ -1,5 +1,5 @@
 """YAML to a checked configuration, and edits of the file that keep its comments.
 
-    yaml_reader ─ yaml_text ─ schema (types, units, presets, file_patterns) ─ rules ─ load
+    yaml_syntax ─ yaml_text ─ schema (types, file_patterns, units) ─ rules ─ load
                      └─ edit                    messages: every mistake, with line and mend
 """

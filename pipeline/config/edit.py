@@ -1,4 +1,4 @@
-"""Puts an effect into the model of a configuration, or takes it out, as a person would.
+"""Adds an effect to the model of a configuration, or removes it, as a person would.
 
 Only the characters of that one name change; comments, order and layout of the file stay.
 """
@@ -6,8 +6,7 @@ Only the characters of that one name change; comments, order and layout of the f
 import re
 from collections.abc import Sequence
 
-from pipeline.config.yaml_reader import PathTo
-from pipeline.config.yaml_text import YamlSource
+from pipeline.config.yaml_text import PathTo, YamlSource
 
 
 def with_item(source: YamlSource, section: PathTo, name: str, default: Sequence[str]) -> str:
@@ -32,18 +31,18 @@ def with_item(source: YamlSource, section: PathTo, name: str, default: Sequence[
 
 
 def without_item(source: YamlSource, section: PathTo, name: str) -> str:
-    """The text with ``name`` taken out of the list ``model`` of ``section``."""
+    """The text with ``name`` removed from the list ``model`` of ``section``."""
     path = (*section, "model")
     items = source.value(path)
     i = items.index(name)
-    own = source.span((*path, i))
+    item = source.span((*path, i))
     if not source.span(path).flow:
-        start = source.text.rindex("\n", 0, own.start)
-        return _spliced(source.text, start, _line_end(source.text, own.end), "")
+        start = source.text.rindex("\n", 0, item.start)
+        return _spliced(source.text, start, _line_end(source.text, item.end), "")
     if i > 0:
-        return _spliced(source.text, source.span((*path, i - 1)).end, own.end, "")
-    after = source.span((*path, 1)).start if len(items) > 1 else own.end
-    return _spliced(source.text, own.start, after, "")
+        return _spliced(source.text, source.span((*path, i - 1)).end, item.end, "")
+    after = source.span((*path, 1)).start if len(items) > 1 else item.end
+    return _spliced(source.text, item.start, after, "")
 
 
 def _with_new_model(source: YamlSource, section: PathTo, names: Sequence[str]) -> str:

@@ -1,4 +1,4 @@
-"""From names and patterns in a configuration to the files they stand for."""
+"""The files that names and patterns in a configuration stand for."""
 
 import re
 from itertools import takewhile
@@ -60,10 +60,10 @@ def find_files(name: str, folder: Path) -> tuple[Path, ...]:
     fixed = tuple(takewhile(lambda part: not is_pattern(part), literal.parts))
     start = Path(*fixed)
     rest = str(Path(*literal.parts[len(fixed):]))
-    found = [path for path in start.glob(rest) if path.is_file()] if start.is_dir() else []
-    if not found:
+    paths = [path for path in start.glob(rest) if path.is_file()] if start.is_dir() else []
+    if not paths:
         raise NoSuchFile(f"no file matches '{name}'. {_holds(start)}")
-    return tuple(sorted(found, key=lambda path: natural_key(str(path))))
+    return tuple(sorted(paths, key=lambda path: natural_key(str(path))))
 
 
 def _names(folder: Path) -> list[str]:

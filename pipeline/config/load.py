@@ -1,4 +1,4 @@
-"""The configuration of a session: one YAML file, read and checked whole before anything slow."""
+"""The configuration of a session: one YAML file, checked as a whole before anything slow runs."""
 
 import math
 from collections.abc import Iterator
@@ -9,44 +9,48 @@ from pydantic import Field, PrivateAttr, ValidationError
 from calib.poses.data_sheet import TriadSpec
 from pipeline.config.messages import problems_of
 from pipeline.config.schema import (
-    Accelerometer,
+    AccelerometerSection,
     AccelerometerSheet,
-    Certificate,
-    Gyroscope,
+    CertificateSection,
+    EffectSection,
+    GyroscopeSection,
     GyroscopeSheet,
-    Installation,
-    OwnEffect,
+    InstallationSection,
+    LogsSection,
     Rate,
-    Record,
-    Sensor,
+    RecordSection,
     SensorOrPreset,
-    Site,
-    VideoRate,
+    SensorSection,
+    SiteSection,
+    VideoRateSection,
 )
-from pipeline.config.types import MISSING_FILE, OwnName, Section, Surroundings
+from pipeline.config.types import MISSING_FILE, Section, UserEffectName, ValidationContext
 from pipeline.config.units import UNITS
-from pipeline.config.yaml_reader import PathTo
-from pipeline.config.yaml_text import YamlSource, parse_source, read_source
+from pipeline.config.yaml_text import PathTo, YamlSource, parse_source, read_source
 from pipeline.errors import ConfigError, MissingFiles
+from pipeline.formatting import count
+
+#: The data sheets of accelerometer and gyroscope.
+Specs = tuple[TriadSpec | None, TriadSpec | None]
 
 
 class Config(Section):
     """A session, as its YAML file states it; made by :func:`load_config`.
 
-    Values are as in the file, in the units of their keys. Paths are found and exist.
+    Values are as in the file, in the units of their keys. Every path exists.
     """
 
     title: str = ""
     output: str | None = None
-    sensor: SensorOrPreset = Sensor()
+    sensor: SensorOrPreset = SensorSection()
     rate: dict[str, Rate] = Field(default_factory=dict)
-    site: Site | None = None
-    accelerometer: Accelerometer | None = None
-    gyroscope: Gyroscope | None = None
-    installation: Installation | None = None
-    certificate: Certificate | None = None
-    effects: dict[OwnName, OwnEffect] = Field(default_factory=dict)
-    record: Record | None = None
+    site: SiteSection | None = None
+    accelerometer: AccelerometerSection | None = None
+    gyroscope: GyroscopeSection | None = None
+    installation: InstallationSection | None = None
+    certificate: CertificateSection | None = None
+    effects: dict[UserEffectName, EffectSection] = Field(default_factory=dict)
+    record: RecordSection | None = None
     _source: YamlSource = PrivateAttr()
 
     @property
@@ -88,17 +92,19 @@ def parse_config(path: Path, text: str) -> Config:
 
 
 def _checked(source: YamlSource, files_may_be_missing: bool) -> Config:
-    surroundings = Surroundings(
+    context = ValidationContext(
         source.path.parent, _names(source, "rate"), _names(source, "effects"), files_may_be_missing
     )
     config, error = None, None
     try:
-        config = Config.model_validate(source.values, context=surroundings)
-    except ValidationError as found:
-        error = found
-    problems = problems_of(source, error, surroundings)
+        config = Config.model_validate(source.values, context=context)
+    except ValidationError as invalid:
+        error = invalid
+    problems = problems_of(source, error, context)
     if config is not None and not files_may_be_missing:
-        problems += tuple(source.problem(path, says) for path, says in _clip_counts(config))
+        problems += tuple(source.problem(path, problem) for path, problem in _clip_counts(config))
+    if config is not None and not files_may_be_missing:
+        problems += tuple(source.problem(path, text) for path, text in _column_counts(config))
     if problems or config is None:
         raise (MissingFiles if _missing_files(error) == len(problems) else ConfigError)(*problems)
     config._source = source
@@ -112,20 +118,47 @@ def _missing_files(error: ValidationError | None) -> int:
 
 
 def _names(source: YamlSource, section: str) -> tuple[str, ...]:
-    given = source.values.get(section)
-    return tuple(given) if isinstance(given, dict) else ()
+    entries = source.values.get(section)
+    return tuple(entries) if isinstance(entries, dict) else ()
 
 
 def _clip_counts(config: Config) -> Iterator[tuple[PathTo, str]]:
     """Runs whose poses and clips cannot be paired."""
     for i, run in enumerate(config.gyroscope.runs if config.gyroscope else ()):
         rate = config.rate.get(run.rate)
-        clips = len(rate.video) if isinstance(rate, VideoRate) else 1
+        clips = len(rate.video) if isinstance(rate, VideoRateSection) else 1
         if run.poses.files and clips not in (1, len(run.poses.files)):
             yield ("gyroscope", "runs", i, "rate"), (
                 f"'{run.rate}' has {clips} clips for {len(run.poses.files)} poses. Give one clip "
                 f"for the whole run, or one per pose in the order of the poses."
             )
+
+
+def _column_counts(config: Config) -> Iterator[tuple[PathTo, str]]:
+    """Lists of column names that cannot be paired with the files of a key."""
+    sections: list[tuple[PathTo, LogsSection]] = []
+    if config.accelerometer:
+        sections.append((("accelerometer", "poses"), config.accelerometer.poses))
+    for i, run in enumerate(config.gyroscope.runs if config.gyroscope else ()):
+        sections.append((("gyroscope", "runs", i, "poses"), run.poses))
+    if config.installation:
+        sections.append((("installation",), config.installation))
+    for path, section in sections:
+        lists = len(section.columns or ())
+        for key, paths in section.files_by_key().items():
+            if lists > 1 and paths and len(paths) != lists:
+                yield (*path, "columns"), (
+                    f"{lists} lists of names for the {count(len(paths), 'file')} of `{key}`. Give "
+                    f"one list for all files, or one per file in the same order."
+                )
+
+
+def sensor_specs(sensor: SensorSection) -> Specs:
+    """The data sheets of accelerometer and gyroscope in SI units, None where one is not stated."""
+    return (
+        triad_spec(sensor.accelerometer) if sensor.accelerometer else None,
+        triad_spec(sensor.gyroscope) if sensor.gyroscope else None,
+    )
 
 
 def triad_spec(sheet: AccelerometerSheet | GyroscopeSheet) -> TriadSpec:

@@ -1,4 +1,4 @@
-"""From everything found wrong in a configuration to one paragraph per mistake, by line."""
+"""Every mistake in a configuration as one paragraph, in the order of the lines."""
 
 from typing import Any
 
@@ -6,10 +6,9 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from pipeline.config.rules import broken_rules, empty_keys
-from pipeline.config.types import MISSING_FILE, REFUSED, Surroundings
+from pipeline.config.types import MISSING_FILE, REFUSED, ValidationContext
 from pipeline.config.units import converted, same_quantity, split_unit
-from pipeline.config.yaml_reader import PathTo
-from pipeline.config.yaml_text import YamlSource
+from pipeline.config.yaml_text import PathTo, YamlSource
 from pipeline.names import nearest_names
 
 #: pydantic's kinds of error -> what was expected, filled from the error's own figures.
@@ -34,11 +33,8 @@ UNKNOWN_KEY = "extra_forbidden"  #: pydantic's name for it
 LONGEST_SHOWN = 60  #: characters of a wrong value that a message repeats
 
 
-Found = tuple[PathTo, str]
-
-
 def problems_of(
-    source: YamlSource, error: ValidationError | None, surroundings: Surroundings
+    source: YamlSource, error: ValidationError | None, context: ValidationContext
 ) -> tuple[str, ...]:
     """One paragraph per mistake, in the order of the lines.
 
@@ -48,33 +44,33 @@ def problems_of(
         The file.
     error : ValidationError or None
         What pydantic found.
-    surroundings : Surroundings
-        The validation's context, with the keys that each mapping may have.
+    context : ValidationContext
+        Of the validation, with the keys that each mapping may have.
     """
     details = error.errors(include_url=False) if error else []
     unknown = [_path_in_file(source, each) for each in details if each["type"] == UNKNOWN_KEY]
-    meant = {path: _meant_by(source, path, surroundings) for path in unknown}
+    meant = {path: _meant_by(source, path, context) for path in unknown}
     # A key that stands there under a wrong name is not missing as well.
     misnamed = {(*path[:-1], key) for path, keys in meant.items() for key in keys}
 
-    found: dict[PathTo, str] = {}
-    for path, says in (*empty_keys(source.values), *broken_rules(source.values)):
+    problems: dict[PathTo, str] = {}
+    for path, problem in (*empty_keys(source.values), *broken_rules(source.values)):
         if path not in misnamed:
-            found.setdefault(path, says)
+            problems.setdefault(path, problem)
     for detail in details:
         path = _path_in_file(source, detail)
         if _only_seems_short(detail):
             continue
         if path in meant:
-            says = _unknown_key(source, path, meant[path], surroundings)
+            problem = _unknown_key(source, path, meant[path], context)
         elif path in misnamed:
             continue
         else:
-            says = _wrong_value(detail)
-        found.setdefault(path, says)
-    paragraphs = [(source.line(path), source.problem(path, f"{says.removesuffix('.')}."))
-                  for path, says in found.items()]
-    return tuple(says for _, says in sorted([*paragraphs, *source.duplicates]))
+            problem = _wrong_value(detail)
+        problems.setdefault(path, problem)
+    paragraphs = [(source.line(path), source.problem(path, f"{problem.removesuffix('.')}."))
+                  for path, problem in problems.items()]
+    return tuple(problem for _, problem in sorted([*paragraphs, *source.duplicates]))
 
 
 def _path_in_file(source: YamlSource, detail: ErrorDetails) -> PathTo:
@@ -96,22 +92,22 @@ def _only_seems_short(detail: ErrorDetails) -> bool:
             and len(detail["input"]) >= detail["ctx"]["min_length"])
 
 
-def _keys_at(source: YamlSource, path: PathTo, surroundings: Surroundings) -> tuple[str, ...]:
+def _keys_at(source: YamlSource, path: PathTo, context: ValidationContext) -> tuple[str, ...]:
     """The keys that the mapping around ``path`` may have."""
-    return surroundings.keys_of[id(source.value(path[:-1]))]
+    return context.keys_of[id(source.value(path[:-1]))]
 
 
-def _meant_by(source: YamlSource, path: PathTo, surroundings: Surroundings) -> list[str]:
+def _meant_by(source: YamlSource, path: PathTo, context: ValidationContext) -> list[str]:
     """The right keys that an unknown one may stand for: another unit, or a slip of the finger."""
-    wrong, right = str(path[-1]), _keys_at(source, path, surroundings)
+    wrong, right = str(path[-1]), _keys_at(source, path, context)
     return same_quantity(wrong, right) or nearest_names(wrong, right)
 
 
 def _unknown_key(
-    source: YamlSource, path: PathTo, meant: list[str], surroundings: Surroundings
+    source: YamlSource, path: PathTo, meant: list[str], context: ValidationContext
 ) -> str:
     """What is wrong with an unknown key, and what it should be."""
-    wrong, right = str(path[-1]), _keys_at(source, path, surroundings)
+    wrong, right = str(path[-1]), _keys_at(source, path, context)
     others = ", ".join(right)
     if not same_quantity(wrong, right):
         near = f" (did you mean '{meant[0]}'?)" if meant else ""
@@ -122,19 +118,19 @@ def _unknown_key(
     value = source.value(path)
     now = (f", here `{meant[0]}: {converted(value, wrong, meant[0]):.7g}`"
            if isinstance(value, int | float) else "")
-    return (f"the key '{wrong}' is in a unit that is not taken here; write {meant[0]} = "
+    return (f"the key '{wrong}' has a unit that is not accepted here; write {meant[0]} = "
             f"{factor:.7g} × {wrong}{now}")
 
 
 def _wrong_value(detail: ErrorDetails) -> str:
     """What was found and what was expected."""
-    kind, context = detail["type"], detail.get("ctx", {})
+    kind, limits = detail["type"], detail.get("ctx", {})
     if kind == "missing":
         key = detail["loc"][-1]
         return f"entry {key + 1} is missing" if isinstance(key, int) else "is missing; add it"
     if kind in (REFUSED, MISSING_FILE):
         return detail["msg"]
-    expected = EXPECTED[kind].format(**context) if kind in EXPECTED else detail["msg"]
+    expected = EXPECTED[kind].format(**limits) if kind in EXPECTED else detail["msg"]
     return f"found {_shown(detail['input'])}, expected {expected}"
 
 

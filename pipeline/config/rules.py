@@ -8,149 +8,146 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from pipeline.config.types import STOPPED
-from pipeline.config.yaml_reader import PathTo, path_text
+from pipeline.config.yaml_text import PathTo, path_text
 from pipeline.logs.columns import TIME, missing_columns
 
-Given = Mapping[str, Any]
-Findings = Iterator[tuple[str, str]]
+Values = Mapping[str, Any]
+Problems = Iterator[tuple[str, str]]
 
 
-def _one_of(given: Given, *keys: str) -> Findings:
+def _one_of(section: Values, *keys: str) -> Problems:
     """Exactly one of ``keys``."""
-    there = [key for key in keys if key in given]
-    if len(there) > 1:
-        yield there[1], f"'{there[0]}' is given as well; give one of the two"
-    elif not there:
+    present = [key for key in keys if key in section]
+    if len(present) > 1:
+        yield present[1], f"'{present[0]}' is given as well; give one of the two"
+    elif not present:
         yield keys[0], f"{' or '.join(keys)} is missing; add one of them"
 
 
-def whole_file(given: Given) -> Findings:
-    """A file must ask for something, and each thing asked for needs its surroundings."""
+def whole_file(section: Values) -> Problems:
+    """A file must ask for something, and each section needs those it depends on."""
     tasks = ("rate", "accelerometer", "gyroscope", "installation", "record")
-    if not any(task in given for task in tasks):
+    if not any(task in section for task in tasks):
         yield "", f"nothing to do: none of {', '.join(tasks)} is given"
-    triads = [triad for triad in ("accelerometer", "gyroscope") if triad in given]
-    if triads and "sensor" not in given:
+    triads = [triad for triad in ("accelerometer", "gyroscope") if triad in section]
+    if triads and "sensor" not in section:
         yield "sensor", ("is missing; name a preset as in `sensor: xsens-mti`, or give the data "
                    "sheet's full scale, bits and encoding")
-    sheet = given.get("sensor")
+    sheet = section.get("sensor")
     for triad in triads:
         if isinstance(sheet, dict) and triad not in sheet:
             yield "sensor", f"the data sheet of the {triad} is missing; add sensor.{triad}"
-    if "accelerometer" in given and "site" not in given:
+    if "accelerometer" in section and "site" not in section:
         yield "site", ("is missing: the accelerometer is fitted to gravity. Give latitude_deg "
                    "and height_m, or gravity_m_s2")
-    if "installation" in given and "accelerometer" not in given:
+    if "installation" in section and "accelerometer" not in section:
         yield "installation", ("needs the accelerometer's calibration; add the accelerometer "
                                "section with its poses")
 
 
-def triad_sheet(given: Given) -> Findings:
+def triad_sheet(section: Values) -> Problems:
     """A data sheet in counts, or the unit of logs in physical units."""
-    sheet = [key for key in given if key in ("bits", "encoding") or key.startswith("full_scale")]
-    if "unit" in given:
+    sheet = [key for key in section if key in ("bits", "encoding") or key.startswith("full_scale")]
+    if "unit" in section:
         for key in sheet:
             yield key, ("only for logs in counts; `unit` says that these logs are in physical "
                         "units. Delete one of the two")
         return
-    if not any(key.startswith("full_scale") for key in given):
+    if not any(key.startswith("full_scale") for key in section):
         yield "full_scale", ("is missing; add full_scale_g or full_scale_m_s2 of an accelerometer, "
                              "full_scale_deg_s of a gyroscope, or `unit` for logs in physical "
                              "units")
-    scales = [key for key in given if key.startswith("full_scale")]
+    scales = [key for key in section if key.startswith("full_scale")]
     if len(scales) > 1:
         yield scales[1], f"'{scales[0]}' is given as well; give one of the two"
     for key in ("bits", "encoding"):
-        if key not in given:
-            yield key, "is missing; the sensor's data sheet tells it"
+        if key not in section:
+            yield key, "is missing; the sensor's data sheet states it"
 
 
-def site(given: Given) -> Findings:
+def site(section: Values) -> Problems:
     """Gravity must be known."""
-    if not any(key.startswith(("gravity", "latitude")) for key in given):
-        yield "gravity_m_s2", "is missing, and latitude_deg too: one of them must tell gravity"
+    if not any(key.startswith(("gravity", "latitude")) for key in section):
+        yield "gravity_m_s2", "is missing, and latitude_deg too: one of them must state gravity"
 
 
-def rate(given: Given) -> Findings:
+def rate(section: Values) -> Problems:
     """A rate is filmed or known, not both."""
-    stated = [key for key in given if key.startswith(("rate", "sd_"))]
-    if "video" not in given and not stated:
+    stated = [key for key in section if key.startswith(("rate", "sd_"))]
+    if "video" not in section and not stated:
         yield "video", "video is missing; or give rate_rad_s and sd_rad_s, measured elsewhere"
-    if "video" in given:
+    if "video" in section:
         for key in stated:
             yield key, "'video' is given as well; give one of the two"
 
 
-def rates(given: Given) -> Findings:
+def rates(section: Values) -> Problems:
     """The reserved name."""
-    if STOPPED in given:
+    if STOPPED in section:
         yield STOPPED, (f"'{STOPPED}' is the rate of a plate that does not turn and needs no "
                         "entry; choose another name")
 
 
-def timebase(given: Given) -> Findings:
+def timebase(section: Values) -> Problems:
     """A constant frame rate needs its value, time stamps take none."""
-    if given.get("source") == "constant" and "fps" not in given:
+    if section.get("source") == "constant" and "fps" not in section:
         yield "fps", "is missing: `source: constant` takes the time from the frame rate"
-    if given.get("source", "container") == "container" and "fps" in given:
-        yield "fps", "only for `source: constant`; the container has time stamps of its own"
+    if section.get("source", "container") == "container" and "fps" in section:
+        yield "fps", "only for `source: constant`; the container states its time stamps itself"
 
 
-def poses(given: Given) -> Findings:
+def poses(section: Values) -> Problems:
     """Files or one long log, and columns that fit them."""
-    yield from _one_of(given, "log", "files")
-    if "log" in given and "find" not in given:
+    yield from _one_of(section, "log", "files")
+    if "log" in section and "find" not in section:
         yield "find", "is missing: say `find: still` to find the still parts of the log"
-    if "files" in given and "find" in given:
+    if "files" in section and "find" in section:
         yield "find", "only for `log`; each of `files` is one pose"
-    yield from columns(given)
+    yield from columns(section)
 
 
-def columns(given: Given) -> Findings:
-    """One list of names per file, each of which makes a log."""
-    rows = given.get("columns")
+def columns(section: Values) -> Problems:
+    """Lists of names, each of which makes a log."""
+    rows = section.get("columns")
     if not isinstance(rows, list) or not rows:
         return
     rows = rows if isinstance(rows[0], list) else [rows]
-    if isinstance(given.get("log"), list) and len(rows) not in (1, len(given["log"])):
-        yield "columns", (f"{len(rows)} lists of names for {len(given['log'])} files; give one "
-                          "list, or one per file in the same order")
     for names in rows:
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
             continue  # the type itself is wrong and reported as such
         if lacks := missing_columns(names):
             yield "columns", lacks
-        if TIME not in names and "sample_rate_hz" not in given:
+        if TIME not in names and "sample_rate_hz" not in section:
             yield "columns", f"{TIME} is missing; name it, or give sample_rate_hz beside columns"
-        if TIME in names and "sample_rate_hz" in given:
+        if TIME in names and "sample_rate_hz" in section:
             yield "sample_rate_hz", f"the columns have {TIME}; delete one of the two"
 
 
-def model(given: Given) -> Findings:
+def model(section: Values) -> Problems:
     """No effect twice."""
-    names = given.get("model")
+    names = section.get("model")
     if isinstance(names, list):
         for i, name in enumerate(names):
             if name in names[:i]:
                 yield "model", f"'{name}' is given twice. Delete one of the two"
 
 
-def own_effect(given: Given) -> Findings:
+def user_effect(section: Values) -> Problems:
     """An expression or a function."""
-    yield from _one_of(given, "expression", "python")
+    yield from _one_of(section, "expression", "python")
 
 
-def record(given: Given) -> Findings:
+def record(section: Values) -> Problems:
     """A line's pattern, where and only where lines are read by one."""
-    if given.get("device") == "lines" and "pattern" not in given:
+    if section.get("device") == "lines" and "pattern" not in section:
         yield "pattern", ("is missing; say what a line looks like, as in "
                           "'{time_ms},{acc_x},{acc_y},{acc_z},{gyr_x},{gyr_y},{gyr_z}'")
-    if "pattern" in given and given.get("device") != "lines":
+    if "pattern" in section and section.get("device") != "lines":
         yield "pattern", "only for `device: lines`; the other devices are known. Delete it"
 
 
 #: Where each rule applies; ``*`` is any key or list position.
-RULES: tuple[tuple[PathTo, Callable[[Given], Findings]], ...] = (
+RULES: tuple[tuple[PathTo, Callable[[Values], Problems]], ...] = (
     ((), whole_file),
     (("sensor", "accelerometer"), triad_sheet),
     (("sensor", "gyroscope"), triad_sheet),
@@ -164,17 +161,17 @@ RULES: tuple[tuple[PathTo, Callable[[Given], Findings]], ...] = (
     (("accelerometer", "poses"), poses),
     (("gyroscope", "runs", "*", "poses"), poses),
     (("installation",), columns),
-    (("effects", "*"), own_effect),
+    (("effects", "*"), user_effect),
     (("record",), record),
 )
 
 
-def broken_rules(values: Given) -> Iterator[tuple[PathTo, str]]:
+def broken_rules(values: Values) -> Iterator[tuple[PathTo, str]]:
     """Where and how the values of a file break the rules."""
     for pattern, rule in RULES:
-        for path, given in _matches(values, pattern, ()):
-            for key, says in rule(given):
-                yield ((*path, key) if key else path), says
+        for path, section in _matches(values, pattern, ()):
+            for key, problem in rule(section):
+                yield ((*path, key) if key else path), problem
 
 
 def empty_keys(value: object, path: PathTo = ()) -> Iterator[tuple[PathTo, str]]:
@@ -188,7 +185,7 @@ def empty_keys(value: object, path: PathTo = ()) -> Iterator[tuple[PathTo, str]]
         yield from empty_keys(child, (*path, key))
 
 
-def _matches(value: Any, pattern: PathTo, path: PathTo) -> Iterator[tuple[PathTo, Given]]:
+def _matches(value: Any, pattern: PathTo, path: PathTo) -> Iterator[tuple[PathTo, Values]]:
     """Every mapping whose path matches ``pattern``."""
     if not pattern:
         if isinstance(value, dict):

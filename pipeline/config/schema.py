@@ -6,12 +6,12 @@ exclude or need each other is in :mod:`pipeline.config.rules`. Paths are relativ
 
 import re
 from collections.abc import Mapping
-from typing import Annotated, Literal
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from calib.effects.catalogue import BASE
-from pipeline.config.presets import PRESETS
 from pipeline.config.types import (
     Columns,
     Count,
@@ -28,10 +28,24 @@ from pipeline.config.types import (
 )
 from pipeline.devices.line_pattern import LinePattern
 from pipeline.devices.table import DEVICES
+from vision.rate.timebase import CLOCK_PPM
 
-#: Sd of a camera's clock, parts per million, where nobody states it: crystals are good to 20-100;
-#: a stated frame rate ("15 fps") is often a rounded or nominal one.
-CLOCK_PPM = {"container": 100.0, "constant": 500.0}
+#: name -> what the user would otherwise write under ``sensor:``.
+PRESETS: Mapping[str, Mapping[str, Any]] = {
+    # MTi data sheet as used by Angrisano et al.: 16 bit, ±5 g class (50 m/s²), ±150 °/s.
+    "xsens-mti": {
+        "name": "Xsens MTi",
+        "accelerometer": {"full_scale_m_s2": 50.0, "bits": 16, "encoding": "offset-binary"},
+        "gyroscope": {"full_scale_deg_s": 150.0, "bits": 16, "encoding": "offset-binary"},
+    },
+    # MPU-6000/6050 product specification after reset and after i2cdevlib's initialize():
+    # AFS_SEL = 0 (±2 g, 16384 LSB/g) and FS_SEL = 0 (±250 °/s, 131 LSB/(°/s)).
+    "mpu-6050": {
+        "name": "InvenSense MPU-6050",
+        "accelerometer": {"full_scale_g": 2.0, "bits": 16, "encoding": "twos-complement"},
+        "gyroscope": {"full_scale_deg_s": 250.0, "bits": 16, "encoding": "twos-complement"},
+    },
+}
 
 # --- sensor and site ---------------------------------------------------------------------------
 
@@ -57,7 +71,7 @@ class GyroscopeSheet(_TriadSheet):
     unit: Literal["rad_s", "deg_s"] | None = None
 
 
-class Sensor(Section):
+class SensorSection(Section):
     """A sensor; in YAML a preset's name, or its data sheet."""
 
     name: str = "IMU"
@@ -65,16 +79,16 @@ class Sensor(Section):
     gyroscope: GyroscopeSheet | None = None
 
 
-def _preset(given: object) -> object:
-    if not isinstance(given, str):
-        return given
-    if given not in PRESETS:
-        raise no_such("sensor preset", given, tuple(PRESETS))
-    return dict(PRESETS[given])
+def _preset(sensor: object) -> object:
+    if not isinstance(sensor, str):
+        return sensor
+    if sensor not in PRESETS:
+        raise no_such("sensor preset", sensor, tuple(PRESETS))
+    return dict(PRESETS[sensor])
 
 
-class Site(Section):
-    """Where it was done: gravity and the Earth's rate. Ranges are those of the Earth's surface."""
+class SiteSection(Section):
+    """The site: gravity and the Earth's rate. The ranges are those of the Earth's surface."""
 
     gravity_m_s2: Annotated[Number, Field(ge=9.7, le=9.9)] | None = None
     sd_m_s2: Positive | None = None
@@ -84,7 +98,7 @@ class Site(Section):
 
 # --- rates -------------------------------------------------------------------------------------
 
-class Timebase(Section):
+class TimebaseSection(Section):
     """Where a clip's time comes from: its own stamps, or a constant frame rate."""
 
     source: Literal["container", "constant"] = "container"
@@ -98,86 +112,99 @@ class Timebase(Section):
         return ppm * 1e-6
 
 
-class Plate(Section):
-    """The plate's ellipse and its mark, stated by hand where they cannot be found."""
+class PlateSection(Section):
+    """The plate's ellipse and its mark, stated by hand where they are not detected."""
 
     centre_px: tuple[Number, Number]
     radii_px: tuple[Positive, Positive]
     angle_deg: Number = 0.0
 
 
-class VideoRate(Section):
+class VideoRateSection(Section):
     """A plate setting measured from clips: one for the whole run, or one per pose."""
 
     video: Files
     nominal_rpm: Positive | None = None
-    timebase: Timebase = Timebase()
+    timebase: TimebaseSection = TimebaseSection()
     model: VisionTerms = ("constant_rate",)
-    plate: Plate | None = None
+    plate: PlateSection | None = None
 
 
-class KnownRate(Section):
+class KnownRateSection(Section):
     """A plate setting measured elsewhere."""
 
     rate_rad_s: Positive
     sd_rad_s: Positive
 
 
-def _kind_of_rate(given: object) -> str:
+def _kind_of_rate(entry: object) -> str:
     """Known where a rate and no video is stated; anything else is read as a video's entry."""
-    stated = isinstance(given, Mapping) and any(re.match(r"(rate|sd)(_|$)", key) for key in given)
-    return "<known>" if stated and "video" not in given else "<video>"  # type: ignore[operator]
+    stated = isinstance(entry, Mapping) and any(re.match(r"(rate|sd)(_|$)", key) for key in entry)
+    return "<known>" if stated and "video" not in entry else "<video>"  # type: ignore[operator]
 
 
 Rate = Annotated[
-    Annotated[VideoRate, Tag("<video>")] | Annotated[KnownRate, Tag("<known>")],
+    Annotated[VideoRateSection, Tag("<video>")] | Annotated[KnownRateSection, Tag("<known>")],
     Discriminator(_kind_of_rate),
 ]
 
 # --- poses and triads --------------------------------------------------------------------------
 
 
-class Poses(Section):
-    """One file per pose (a pattern or a list), or one long log in which still parts are found."""
+class LogsSection(Section):
+    """Log files: how their columns are named, and whether static intervals are to be found."""
 
-    files: Files = ()
-    log: Files = ()
+    FILE_KEYS: ClassVar[tuple[str, ...]] = ()
+
     columns: Columns | None = None
     sample_rate_hz: Positive | None = None
     find: Literal["still"] | None = None
 
-    @model_validator(mode="before")
-    @classmethod
-    def _files_alone(cls, given: object) -> object:
-        return {"files": given} if isinstance(given, str | list) else given
+    def files_by_key(self) -> Mapping[str, tuple[Path, ...]]:
+        """The files that each key of the section names."""
+        return {key: getattr(self, key) for key in self.FILE_KEYS}
 
     def columns_of(self, i: int) -> tuple[str, ...] | None:
-        """The names for the i-th file: its own list, or the one for all."""
+        """The names for the i-th file of a key: the i-th list, or the one list for all files."""
         if self.columns is None:
             return None
         return self.columns[i] if len(self.columns) > 1 else self.columns[0]
 
 
-class Accelerometer(Section):
+class PosesSection(LogsSection):
+    """One file per pose (a pattern or a list), or one long log with static intervals."""
+
+    FILE_KEYS = ("files", "log")
+
+    files: Files = ()
+    log: Files = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _files_alone(cls, poses: object) -> object:
+        return {"files": poses} if isinstance(poses, str | list) else poses
+
+
+class AccelerometerSection(Section):
     """What to fit to the accelerometer's poses."""
 
-    poses: Poses
+    poses: PosesSection
     model: Effects = BASE
     solver: Literal["default", "paper"] = "default"
     loss: Literal["squares", "huber"] = "squares"
 
 
-class Run(Section):
+class RunSection(Section):
     """Poses taken at one plate setting."""
 
-    poses: Poses
+    poses: PosesSection
     rate: RateName
 
 
-class Gyroscope(Section):
+class GyroscopeSection(Section):
     """What to fit to the gyroscope's poses, all runs jointly."""
 
-    runs: Annotated[tuple[Run, ...], Field(min_length=1)]
+    runs: Annotated[tuple[RunSection, ...], Field(min_length=1)]
     model: Effects = BASE
     solver: Literal["default", "paper"] = "default"
     loss: Literal["squares", "huber"] = "squares"
@@ -186,7 +213,7 @@ class Gyroscope(Section):
 # --- the rest ----------------------------------------------------------------------------------
 
 
-class TriadCertificate(Section):
+class TriadCertificateSection(Section):
     """A factory certificate's values of one triad, to lay beside the estimate."""
 
     bias_counts: Three
@@ -195,15 +222,15 @@ class TriadCertificate(Section):
     alignment: tuple[Three, Three, Three] | None = None
 
 
-class Certificate(Section):
+class CertificateSection(Section):
     """The factory certificate."""
 
-    accelerometer: TriadCertificate | None = None
-    gyroscope: TriadCertificate | None = None
+    accelerometer: TriadCertificateSection | None = None
+    gyroscope: TriadCertificateSection | None = None
 
 
-class OwnEffect(Section):
-    """A user's own effect: an expression in the pose's columns, or a Python function."""
+class EffectSection(Section):
+    """A user-defined effect: an expression in the pose's columns, or a Python function."""
 
     expression: str | None = None
     python: str | None = None
@@ -212,16 +239,15 @@ class OwnEffect(Section):
     triad: Literal["accelerometer", "gyroscope"] | None = None
 
 
-class Installation(Section):
+class InstallationSection(LogsSection):
     """Logs of the sensor where it is mounted, for roll, pitch and yaw of the mounting."""
+
+    FILE_KEYS = ("log", "reverse_log", "drive_log")
 
     log: Files
     reverse_log: Files = ()
     drive_log: Files = ()
     drive_direction: Literal["forward", "backward"] = "forward"
-    columns: Columns | None = None
-    sample_rate_hz: Positive | None = None
-    find: Literal["still"] | None = None
 
 
 def _device(name: str) -> str:
@@ -238,7 +264,7 @@ def _pattern(text: str) -> str:
     return text
 
 
-class Record(Section):
+class RecordSection(Section):
     """What ``pipeline record`` is to record, and from what."""
 
     device: Annotated[str, AfterValidator(_device)]
@@ -252,6 +278,6 @@ class Record(Section):
     camera: Annotated[int, Field(strict=True, ge=0)] | None = None  #: films turning poses
 
 
-SensorOrPreset = Annotated[Sensor, BeforeValidator(_preset)]
+SensorOrPreset = Annotated[SensorSection, BeforeValidator(_preset)]
 
 

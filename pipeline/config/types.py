@@ -17,31 +17,24 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
+from calib.effects.catalogue import EFFECTS, UnknownEffect, find_effect
 from pipeline.config.file_patterns import NoSuchFile, find_files
 from pipeline.names import nearest_name
+from vision.rate.terms import CONSTANT_RATE, TERMS
 
-EFFECT_NAMES = (
-    "bias", "scale", "misalignment", "frame_rotation", "quadratic", "cubic", "asymmetry",
-    "cross_quadratic", "temperature_bias", "temperature_scale", "bias_drift", "scale_drift",
-    "warm_up", "hysteresis", "vibration_rectification", "g_sensitivity", "g_squared_sensitivity",
-    "lever_arm", "earth_rate", "reference_offset", "reference_scale", "reference_drift",
-    "direction_dependent_rate",
-)
-VISION_TERMS = ("constant_rate", "once_per_rev", "twice_per_rev", "rate_drift", "frame_steps",
-                "rolling_shutter")
 STOPPED = "stopped"  #: the run's rate that means: the plate did not turn
 
 
 @dataclass(frozen=True)
-class Surroundings:
-    """What a value is checked against besides itself; the context of the validation.
+class ValidationContext:
+    """What the values of one file are checked against.
 
     Parameters
     ----------
     folder : Path
         The configuration's folder.
-    rates, own_effects : tuple of str
-        Names given under ``rate:`` and ``effects:`` in the same file.
+    rates, user_effects : tuple of str
+        Names defined under ``rate:`` and ``effects:`` in the same file.
     files_may_be_missing : bool
         Names of files that are still to be recorded stand for no files, instead of a mistake.
     keys_of : dict
@@ -50,24 +43,27 @@ class Surroundings:
 
     folder: Path
     rates: tuple[str, ...] = ()
-    own_effects: tuple[str, ...] = ()
+    user_effects: tuple[str, ...] = ()
     files_may_be_missing: bool = False
     keys_of: dict[int, tuple[str, ...]] = field(default_factory=dict)
 
 
-def _around(info: ValidationInfo) -> Surroundings:
-    """The validation's context; sections made in Python stand in the working folder."""
-    return info.context if isinstance(info.context, Surroundings) else Surroundings(Path())
+def _context(info: ValidationInfo) -> ValidationContext:
+    """The context of the validation; sections built in Python stand in the working folder."""
+    context = info.context
+    return context if isinstance(context, ValidationContext) else ValidationContext(Path())
 
 
-#: Kinds of our own among pydantic's errors.
+#: The kinds of error that this package adds to pydantic's.
 REFUSED: Final = "refused"
 MISSING_FILE: Final = "missing_file"
 
 
-def refusal(says: str, kind: Literal["refused", "missing_file"] = REFUSED) -> PydanticCustomError:
-    """The error a validator raises; ``says`` is the message."""
-    return PydanticCustomError(kind, "{says}", {"says": says})
+def refusal(
+    problem: str, kind: Literal["refused", "missing_file"] = REFUSED
+) -> PydanticCustomError:
+    """The error a validator raises; ``problem`` is the message."""
+    return PydanticCustomError(kind, "{problem}", {"problem": problem})
 
 
 def no_such(kind: str, name: str, right: tuple[str, ...]) -> PydanticCustomError:
@@ -85,57 +81,61 @@ Three = tuple[Number, Number, Number]
 
 
 def _effect(name: str, info: ValidationInfo) -> str:
-    right = EFFECT_NAMES + _around(info).own_effects
-    column = name.removeprefix("column:")
-    if name not in right and (column in (name, "")):
-        near = nearest_name(name, (*right, "column:NAME"))
-        raise refusal(f"no effect is named '{name}'{near}; `pipeline effects` lists them all")
-    return name
+    user_effects = _context(info).user_effects
+    if name in user_effects:
+        return name
+    try:
+        return find_effect(name).name
+    except UnknownEffect as error:
+        near = nearest_name(name, (*EFFECTS, *user_effects, "column:NAME"))
+        raise refusal(
+            f"no effect is named '{name}'{near}; `pipeline effects` lists them all"
+        ) from error
 
 
-def _own_name(name: str) -> str:
-    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name) or name in EFFECT_NAMES:
-        raise refusal(f"'{name}' cannot name an effect of your own: letters, digits and _ are "
+def _user_effect_name(name: str) -> str:
+    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name) or name in EFFECTS:
+        raise refusal(f"'{name}' cannot name a user-defined effect: letters, digits and _ are "
                       "expected, and a name that no listed effect has")
     return name
 
 
 def _vision_term(name: str) -> str:
-    if name not in VISION_TERMS:
-        raise no_such("vision term", name, VISION_TERMS)
+    known = (CONSTANT_RATE, *TERMS)
+    if name not in known:
+        raise no_such("vision term", name, known)
     return name
 
 
 def _rate_name(name: object, info: ValidationInfo) -> object:
     name = str(name) if isinstance(name, int) else name  # `33:` is the key "33"
-    right = (*_around(info).rates, STOPPED)
+    right = (*_context(info).rates, STOPPED)
     if isinstance(name, str) and name not in right:
         raise no_such("rate", name, right)
     return name
 
 
 def _files(names: object, info: ValidationInfo) -> tuple[Path, ...]:
-    """All files of a name, a pattern, or a list of these; each fault at its own list item."""
-    given = names if isinstance(names, list) else [names]
-    found: list[Path] = []
+    """All files of a name, a pattern, or a list of these; each fault at its list item."""
+    paths: list[Path] = []
     faults: list[InitErrorDetails] = []
-    for i, name in enumerate(given):
+    for i, name in enumerate(names if isinstance(names, list) else [names]):
         try:
             if not isinstance(name, str):
                 raise FileNotFoundError(f"found {name!r}, a file's name or pattern is expected")
-            found += find_files(name, _around(info).folder)
+            paths += find_files(name, _context(info).folder)
         except FileNotFoundError as fault:
             missing = isinstance(fault, NoSuchFile)
-            if missing and _around(info).files_may_be_missing:
+            if missing and _context(info).files_may_be_missing:
                 continue
             at = (i,) if isinstance(names, list) else ()
             error = refusal(str(fault), MISSING_FILE if missing else REFUSED)
             faults.append(InitErrorDetails(type=error, loc=at, input=name))
     if faults:
         raise ValidationError.from_exception_data("files", faults)
-    if repeated := next((path for i, path in enumerate(found) if path in found[:i]), None):
+    if repeated := next((path for i, path in enumerate(paths) if path in paths[:i]), None):
         raise refusal(f"{repeated} is named twice. Name each file once")
-    return tuple(found)
+    return tuple(paths)
 
 
 def _rows(columns: object) -> object:
@@ -146,7 +146,7 @@ def _rows(columns: object) -> object:
 
 
 RateName = Annotated[str, BeforeValidator(_rate_name)]
-OwnName = Annotated[str, AfterValidator(_own_name)]
+UserEffectName = Annotated[str, AfterValidator(_user_effect_name)]
 Files = Annotated[tuple[Path, ...], BeforeValidator(_files)]
 Effects = Annotated[tuple[Annotated[str, AfterValidator(_effect)], ...],
                     Field(min_length=1)]
@@ -164,7 +164,7 @@ class Section(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _note_keys(cls, given: object, info: ValidationInfo) -> object:
-        if isinstance(given, dict):
-            _around(info).keys_of[id(given)] = tuple(cls.model_fields)
-        return given
+    def _note_keys(cls, section: object, info: ValidationInfo) -> object:
+        if isinstance(section, dict):
+            _context(info).keys_of[id(section)] = tuple(cls.model_fields)
+        return section

@@ -1,20 +1,23 @@
-"""Units that keys end in, to answer a wrong one with the right key and the converted value."""
+"""The units that keys end in: a key in a wrong unit is answered with the converted value."""
 
 import math
 from collections.abc import Iterable, Mapping
+
+from calib.earth import STANDARD_GRAVITY_M_S2
+from pipeline.formatting import RPM
 
 #: Ending of a key -> quantity and the factor to its SI unit.
 UNITS: Mapping[str, tuple[str, float]] = {
     "m_s2": ("acceleration", 1.0),
     "m_per_s2": ("acceleration", 1.0),
-    "g": ("acceleration", 9.80665),  # standard gravity, by definition
-    "mg": ("acceleration", 9.80665e-3),
+    "g": ("acceleration", STANDARD_GRAVITY_M_S2),
+    "mg": ("acceleration", STANDARD_GRAVITY_M_S2 * 1e-3),
     "mgal": ("acceleration", 1e-5),
     "rad_s": ("angular rate", 1.0),
     "deg_s": ("angular rate", math.pi / 180),
     "dps": ("angular rate", math.pi / 180),
     "deg_per_s": ("angular rate", math.pi / 180),
-    "rpm": ("angular rate", 2 * math.pi / 60),
+    "rpm": ("angular rate", RPM),
     "rad": ("angle", 1.0),
     "deg": ("angle", math.pi / 180),
     "m": ("length", 1.0),

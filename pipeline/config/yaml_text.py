@@ -1,6 +1,7 @@
 """YAML text in, plain values out, with the place in the text of every key and value.
 
-Read event by event rather than through PyYAML's loaders, because a configuration needs
+PyYAML composes the text to nodes, which know their places; the values are taken from the nodes
+here and not by PyYAML's own constructor, because a configuration needs
 
 - the line of every key for messages, and the exact span of every value so that ``pipeline add``
   can edit the text with its comments kept;
@@ -10,17 +11,66 @@ Read event by event rather than through PyYAML's loaders, because a configuratio
   ``12:30`` are text (YAML 1.1 reads False and 750), and keys are always text (``33:`` is "33").
 """
 
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from pipeline.config.yaml_reader import PathTo, Span, YamlReader, path_text, syntax_error
+from pipeline.config.yaml_syntax import syntax_error
 from pipeline.errors import ConfigError
 
-#: A session of a thousand poses listed by hand is 40 kB; this much parses in about two seconds.
+Key = str | int
+PathTo = tuple[Key, ...]  #: keys and list positions from the top, ("gyroscope", "runs", 0, "rate")
+
+#: A session of a thousand poses listed by hand is 40 kB; this much parses in a third of a second.
 LARGEST_BYTES = 200_000
+#: The configuration's own depth is six; deeper nesting is a mistake or an attack.
+DEEPEST = 20
+#: Digits; longer whole numbers are read as floats, which range checks then refuse.
+LONGEST_INTEGER = 19
+
+_INTEGER = re.compile(r"[-+]?[0-9]+")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_WORDS: dict[str, bool | float | None] = {
+    word: value
+    for value, words in (
+        (None, ("", "~", "null", "Null", "NULL")),
+        (True, ("true", "True", "TRUE")),
+        (False, ("false", "False", "FALSE")),
+        (float("inf"), (".inf", ".Inf", ".INF", "+.inf")),
+        (float("-inf"), ("-.inf", "-.Inf", "-.INF")),
+        (float("nan"), (".nan", ".NaN", ".NAN")),
+    )
+    for word in words
+}
+
+
+@dataclass(frozen=True)
+class Span:
+    """Where a value stands: ``text[start:end]``, without blanks or comments after it.
+
+    Parameters
+    ----------
+    start, end : int
+        Positions in the text, in characters.
+    line : int
+        Of ``start``, counted from 1.
+    flow : bool
+        Whether it is a list or mapping written in brackets or braces.
+    """
+
+    start: int
+    end: int
+    line: int
+    flow: bool = False
+
+
+def path_text(path: PathTo) -> str:
+    """``gyroscope.runs[1].rate``; the index of a last list item is left out."""
+    keys = path[:-1] if path and isinstance(path[-1], int) else path
+    return "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys)[1:]
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,10 +117,10 @@ class YamlSource:
             return 1
         return (self.key_spans.get(path) or self.spans[path]).line
 
-    def problem(self, path: PathTo, says: str) -> str:
+    def problem(self, path: PathTo, text: str) -> str:
         """One paragraph about the value at ``path``: file, line, keys, what is wrong."""
         keys = f"{path_text(path)}: " if path else ""
-        return f"{self.path}:{self.line(path)}: {keys}{says}"
+        return f"{self.path}:{self.line(path)}: {keys}{text}"
 
 
 def read_source(path: Path) -> YamlSource:
@@ -114,9 +164,132 @@ def parse_source(path: Path, text: str) -> YamlSource:
         The text is not one YAML mapping, or uses what a configuration must not: anchors,
         aliases, tags, several documents, keys that are not plain text.
     """
-    reader = YamlReader(path, text)
     try:
-        values = reader.document()
+        root = _root(text)
+        reader = _NodeReader(path)
+        values = reader.mapping(root, ())
+    except _Refused as error:
+        raise ConfigError(f"{path}:{error.line}: {error}") from error
     except yaml.YAMLError as error:
         raise syntax_error(path, text, error) from error
     return YamlSource(path, text, values, tuple(reader.duplicates), reader.spans, reader.key_spans)
+
+
+class _Refused(Exception):
+    """YAML that no configuration may use, at a mark."""
+
+    def __init__(self, mark: yaml.Mark, reason: str) -> None:
+        super().__init__(reason)
+        self.line = mark.line + 1
+
+
+class _Loader(yaml.SafeLoader):
+    """Composes nodes; refuses what could expand without bound or name a Python object."""
+
+    depth = 0
+
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+        event: Any = self.peek_event()  # type: ignore[no-untyped-call]
+        mark, tag = event.start_mark, getattr(event, "tag", None)
+        if event.anchor is not None:
+            raise _Refused(mark, "anchors (&) and aliases (*) are not allowed in a configuration. "
+                           "Write the value out, or quote the text if it begins with such a sign.")
+        if tag not in (None, "!"):
+            raise _Refused(mark, f"the tag '{tag}' is not allowed in a configuration. Delete it, "
+                           "or quote the text.")
+        if self.depth > DEEPEST:
+            raise _Refused(mark, f"values are nested deeper than {DEEPEST} levels. Check the "
+                           "brackets and the indentation.")
+        self.depth += 1
+        node = super().compose_node(parent, index)
+        self.depth -= 1
+        return node
+
+
+def _root(text: str) -> yaml.MappingNode:
+    """The one mapping of the text."""
+    loader = _Loader(text)
+    try:
+        if not loader.check_node():
+            raise _Refused(loader.get_mark(), "the file is empty. `pipeline init` writes a "
+                           "template.")
+        root: Any = loader.get_node()
+        if not isinstance(root, yaml.MappingNode):
+            kind = "a list" if isinstance(root, yaml.SequenceNode) else f"the text '{root.value}'"
+            raise _Refused(root.start_mark, f"found {kind} at the top level; keys with values "
+                           "are expected, such as `sensor: xsens-mti`. `pipeline init` writes a "
+                           "template.")
+        if loader.check_node():
+            event: Any = loader.peek_event()  # type: ignore[no-untyped-call]
+            raise _Refused(event.start_mark, "a second document begins here "
+                           "('---'); one configuration per file is expected. Delete it or move it "
+                           "to a file of its own.")
+    finally:
+        loader.dispose()
+    return root
+
+
+class _NodeReader:
+    """Builds plain values from nodes and notes their spans."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.duplicates: list[tuple[int, str]] = []
+        self.spans: dict[PathTo, Span] = {}
+        self.key_spans: dict[PathTo, Span] = {}
+
+    def value(self, node: yaml.Node, path: PathTo) -> Any:
+        """The value of a node."""
+        if isinstance(node, yaml.MappingNode):
+            return self.mapping(node, path)
+        if isinstance(node, yaml.SequenceNode):
+            values = [self.value(child, (*path, i)) for i, child in enumerate(node.value)]
+            self.note_block(node, path, (*path, len(values) - 1))
+            return values
+        assert isinstance(node, yaml.ScalarNode)
+        self.spans[path] = _span(node)
+        return _scalar(node)
+
+    def mapping(self, node: yaml.MappingNode, path: PathTo) -> dict[str, Any]:
+        """A mapping; a key given twice is noted, and its first value kept."""
+        values: dict[str, Any] = {}
+        at = path
+        for key, child in node.value:
+            if not isinstance(key, yaml.ScalarNode):
+                raise _Refused(key.start_mark, "a list or mapping stands where a key is expected. "
+                               "A key is plain text, such as `sensor:`.")
+            at, span = (*path, key.value), _span(key)
+            if key.value in values:
+                self.duplicates.append((span.line, (
+                    f"{self.path}:{span.line}: {path_text(at)}: the key '{key.value}' is given "
+                    f"twice, first in line {self.key_spans[at].line}. Delete one of the two."
+                )))
+                at = (*path, f"{key.value} (line {span.line})")
+            self.key_spans[at] = span
+            values.setdefault(key.value, self.value(child, at))
+        self.note_block(node, path, at)
+        return values
+
+    def note_block(self, node: yaml.CollectionNode, path: PathTo, last: PathTo) -> None:
+        """Note a collection's span; without brackets it ends where its last item ends."""
+        span = _span(node)
+        ends_with_item = node.value and not node.flow_style  # the mark is that of the next text
+        self.spans[path] = replace(span, end=self.spans[last].end) if ends_with_item else span
+
+
+def _scalar(node: yaml.ScalarNode) -> str | int | float | bool | None:
+    """The value of a scalar by YAML 1.2's core rules; quoted and block text is always text."""
+    text = str(node.value)
+    if node.style is not None:
+        return text
+    if text in _WORDS:
+        return _WORDS[text]
+    if _INTEGER.fullmatch(text) and len(text) < LONGEST_INTEGER:
+        return int(text)
+    return float(text) if _FLOAT.fullmatch(text) else text
+
+
+def _span(node: yaml.Node) -> Span:
+    mark = node.start_mark
+    flow = bool(getattr(node, "flow_style", False))
+    return Span(mark.index, node.end_mark.index, mark.line + 1, flow)

@@ -1,14 +1,16 @@
 """The catalogue of effects as a person reads it: the list, and a page that teaches each."""
 
+import sys
 import textwrap
 from collections.abc import Iterator
 
-from calib.effects.catalogue import ROOMS, UnknownEffect, find_effect
+from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import EFFECTS, Effect
 from calib.poses.imu_log import TRIADS
 from pipeline.errors import ConfigError
 from pipeline.formatting import aligned
 from pipeline.names import nearest_name
+from vision.rate.terms import MEANING, TERMS
 
 WIDTH = 92
 PLACES = {
@@ -16,29 +18,21 @@ PLACES = {
     "sensor": "on the corrected vector, fitted jointly with everything else",
     "reference": "on the reference: the plate's rate or gravity, not the sensor",
 }
-VISION_TERMS = (
-    ("once_per_rev", "a wave once per turn: eccentric mark or drive, unbalanced plate"),
-    ("twice_per_rev", "a wave twice per turn: the plate is seen at an angle"),
-    ("rate_drift", "the rate changes steadily through the clip"),
-    ("frame_steps", "frames lost without a trace in the time stamps"),
-    ("rolling_shutter", "rows of a picture are taken one after the other"),
-)
-
 
 def catalogue_lines() -> Iterator[str]:
     """Every listed effect under the heading of its module, with its formula."""
-    for room in ROOMS:
-        heading = (room.__doc__ or "").strip().splitlines()[0]
-        yield heading
-        own = [e for e in EFFECTS.values() if e.columns.__module__ == room.__name__]
-        rows = [[e.name, _triads(e), e.page.formula] for e in own]
-        yield from aligned(rows)
+    by_module: dict[str, list[Effect]] = {}
+    for effect in EFFECTS.values():
+        by_module.setdefault(effect.columns.__module__, []).append(effect)
+    for module, effects in by_module.items():
+        yield (sys.modules[module].__doc__ or module).strip().splitlines()[0]
+        yield from aligned([[e.name, _triads(e), e.page.formula] for e in effects])
         yield ""
     yield "Follows a logged column."
     yield from aligned([["column:NAME", "both", "e_k = c_k · NAME"]])
     yield ""
     yield "Terms of the phase track (pipeline add CONFIG rate.SETTING.TERM)."
-    yield from aligned([list(term) for term in VISION_TERMS])
+    yield from aligned([[term, MEANING[term]] for term in TERMS])
     yield ""
     yield "pipeline effects NAME explains one."
 
@@ -55,15 +49,14 @@ def page_lines(name: str) -> Iterator[str]:
     ConfigError
         No effect has this name.
     """
-    for term, says in VISION_TERMS:
-        if name == term:
-            yield f"{term}, a term of the phase track: {says}."
-            yield f"Add it with: pipeline add CONFIG rate.SETTING.{term}"
-            return
+    if name in TERMS:
+        yield from textwrap.wrap(f"{name}, a term of the phase track: {MEANING[name]}.", WIDTH)
+        yield f"Add it with: pipeline add CONFIG rate.SETTING.{name}"
+        return
     try:
         effect = find_effect(name)
     except UnknownEffect as error:
-        near = nearest_name(name, [*EFFECTS, *(term for term, _ in VISION_TERMS)])
+        near = nearest_name(name, [*EFFECTS, *TERMS])
         raise ConfigError(f"no effect is named '{name}'{near}; `pipeline effects` lists them "
                           f"all.") from error
     yield effect.name

@@ -1,28 +1,29 @@
-"""What one turn of the loop says: the errors before and after, and the size that was found."""
+"""The text of a model change: the errors before and after, and the size of the effect."""
 
+import math
 from collections.abc import Iterator
 
 from pipeline.console.run_text import effect_rows, verdict_line
 from pipeline.formatting import DISPLAY, aligned
-from pipeline.model_change import Turn, result_of
+from pipeline.model_change import ModelChange, result_of
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 
 
-def turn_lines(turn: Turn) -> Iterator[str]:
+def change_lines(change: ModelChange) -> Iterator[str]:
     """The table before → after, the new effect's size ± sd, and the new verdict."""
-    before, after = (result_of(outcome, turn.target) for outcome in (turn.before, turn.after))
+    before, after = (result_of(outcome, change.target) for outcome in (change.before, change.after))
     if before is not None and after is not None:
-        yield from _triad_lines(turn, before, after)
+        yield from _triad_lines(change, before, after)
         return
-    setting = str(turn.target.section[1])
-    yield from _rate_lines(setting, turn.before, turn.after)
+    setting = str(change.target.section[1])
+    yield from _rate_lines(setting, change.before, change.after)
 
 
-def _triad_lines(turn: Turn, before: TriadResult, after: TriadResult) -> Iterator[str]:
+def _triad_lines(change: ModelChange, before: TriadResult, after: TriadResult) -> Iterator[str]:
     unit, factor = DISPLAY[before.triad]
-    rows = [[str(turn.target), "before", "after"]]
+    rows = [[str(change.target), "before", "after"]]
     rows.append([f"RMS [{unit}]", *(f"{r.comparison.residual_rms * factor:.4g}"
                                     for r in (before, after))])
     rows.append([f"leave-one-out [{unit}]", *(f"{r.comparison.loo_rms * factor:.4g}"
@@ -31,7 +32,7 @@ def _triad_lines(turn: Turn, before: TriadResult, after: TriadResult) -> Iterato
                                for r in (before, after))])
     rows.append(["verdict", *(r.diagnosis.verdict for r in (before, after))])
     yield from aligned(rows, indent="")
-    own = [row for row in effect_rows(after) if row[0].strip().startswith(turn.target.name)]
+    own = [row for row in effect_rows(after) if row[0].strip().startswith(change.target.name)]
     if own:
         yield from aligned(own, indent="")
     yield verdict_line(after)
@@ -40,7 +41,7 @@ def _triad_lines(turn: Turn, before: TriadResult, after: TriadResult) -> Iterato
 def _rate_lines(setting: str, before: Outcome, after: Outcome) -> Iterator[str]:
     rates: list[SettingRate] = [outcome.rates[setting] for outcome in (before, after)]
     rows = [[f"rate.{setting}", "before", "after"]]
-    rows.append(["phase residual [°]", *(f"{57.29578 * _phase_rms(r):.4g}" for r in rates)])
+    rows.append(["phase residual [°]", *(f"{math.degrees(_phase_rms(r)):.4g}" for r in rates)])
     rows.append(["verdict", *(r.clips[0].diagnosis.verdict for r in rates)])
     yield from aligned(rows, indent="")
     for clip in rates[1].clips[:1]:

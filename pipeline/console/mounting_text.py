@@ -3,11 +3,11 @@
 import math
 from collections.abc import Iterator
 
-from calib.mounting.mounting import Installation
+from calib.mounting.mounting import Mounting
 from pipeline.formatting import with_sd
 
 
-def mounting_parts(found: Installation) -> Iterator[str]:
+def mounting_parts(found: Mounting) -> Iterator[str]:
     """``roll 30.65 ± 0.01°`` and so on, what was measured."""
     roll_sd, pitch_sd = found.sd_rad
     yield f"roll {_degrees(found.roll_rad, roll_sd)}"
@@ -19,7 +19,7 @@ def mounting_parts(found: Installation) -> Iterator[str]:
             yield f"floor rises along {axis} by {_degrees(float(rise), float(sd))}"
 
 
-def mounting_text(found: Installation) -> str:
+def mounting_text(found: Mounting) -> str:
     """One line for the terminal and the report."""
     return f"{', '.join(mounting_parts(found))} (order {found.order})"
 

@@ -1,16 +1,14 @@
 """What a run says on the terminal: a line for each stage, the parameters, the verdict."""
 
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from math import isnan
 from pathlib import Path
-from typing import Any
 
-from calib.fit.parameters import TriadParameters
-from calib.mounting.mounting import Installation
+from calib.fit.calibration import TriadParameters
+from calib.mounting.mounting import Mounting
 from calib.poses.imu_log import AXES, SI_UNIT
 from pipeline.console.mounting_text import mounting_text
-from pipeline.console.rate_text import rate_line
 from pipeline.formatting import DISPLAY, NAME_WIDTH, aligned, count, with_sd
 from pipeline.stages.poses import Recordings
 from pipeline.stages.run import Outcome
@@ -20,31 +18,15 @@ WORST_POSES = 3  #: poses that `pipeline diagnose` names
 RANKED = 6  #: candidates that `pipeline diagnose` shows
 
 
-def stage_lines(name: str, artefact: Any) -> Iterator[str]:
-    """The lines that a stage ends with; none for a stage that had nothing to do."""
-    if isinstance(artefact, TriadResult):
-        yield triad_line(artefact)
-    elif isinstance(artefact, Mapping):
-        yield from map(rate_line, artefact.values())
-    elif isinstance(artefact, Recordings):
-        poses = sum(len(recording.means) for recording in artefact.by_setting.values())
-        if poses:
-            yield f"{'logs':<{NAME_WIDTH}} {count(poses, 'pose')} averaged"
-    elif isinstance(artefact, Installation):
-        yield f"{'installation':<{NAME_WIDTH}} {mounting_text(artefact)}"
-    elif artefact is not None:
-        raise TypeError(f"no line is known for the stage {name}")
+def recordings_line(recordings: Recordings) -> str:
+    """How many poses are averaged; empty where the configuration names none."""
+    poses = sum(len(recording.means) for recording in recordings.by_setting.values())
+    return f"{'logs':<{NAME_WIDTH}} {count(poses, 'pose')} averaged" if poses else ""
 
 
-def stage_warnings(artefact: Any) -> Iterator[str]:
-    """What the user should know of an artefact, a paragraph each."""
-    if isinstance(artefact, Mapping):
-        for rate in artefact.values():
-            yield from rate.warnings
-    elif isinstance(artefact, Recordings | TriadResult):
-        yield from artefact.warnings
-    elif isinstance(artefact, Installation):
-        yield from artefact.notes
+def installation_line(mounting: Mounting) -> str:
+    """The mounting angles."""
+    return f"{'installation':<{NAME_WIDTH}} {mounting_text(mounting)}"
 
 
 def triad_line(result: TriadResult) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from pipeline.config.load import Config
-from pipeline.config.schema import Poses, VideoRate
+from pipeline.config.schema import PosesSection, VideoRateSection
 
 
 def summary_lines(config: Config) -> Iterator[str]:
@@ -12,7 +12,7 @@ def summary_lines(config: Config) -> Iterator[str]:
     yield f"{path}: no mistake found{f' in {config.title!r}' if config.title else ''}"
     yield f"sensor         {config.sensor.name}"
     for name, rate in config.rate.items():
-        if isinstance(rate, VideoRate):
+        if isinstance(rate, VideoRateSection):
             clock = f"{rate.timebase.source} time, {rate.timebase.relative_sd * 1e6:g} ppm"
             yield f"rate           {name}: {_count(len(rate.video), 'clip')}, {clock}"
         else:
@@ -28,7 +28,7 @@ def summary_lines(config: Config) -> Iterator[str]:
     yield f"next: pipeline run {path}"
 
 
-def _poses(poses: Poses) -> str:
+def _poses(poses: PosesSection) -> str:
     if poses.log:
         return f"still poses in {', '.join(path.name for path in poses.log)}"
     return _count(len(poses.files), "pose")

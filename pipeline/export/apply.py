@@ -1,28 +1,28 @@
-"""A log corrected by a calibration: counts in, SI units out.
+"""A log corrected by a calibration: counts in, SI units out, in the vehicle's axes where measured.
 
 What a log cannot tell is refused by name rather than left out: an effect that follows a column
 the log lacks, or the time since the session began. Effects of the bench (the plate's rate, the
 lever to its axis, the Earth's rotation) are no errors of the sensor and stay out of the correction.
+
+Where the results have a mounting R (vehicle to sensor, Promrit et al.), both triads are turned by
+``Rᵀ``. R is measured in the accelerometer's frame; the gyro's vectors are first turned into that,
+where the calibration session showed the angles between the two frames.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from calib.effects.effect import Effect
+from calib.effects.effect import Effect, Need
 from calib.errors import Undetermined, UnusableLog
-from calib.fit.correction import Correction
-from calib.fit.model import Model, pick
+from calib.fit.model import Correction, Model, lacking, pick
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.logs.write import LARGEST, csv_rows
 from pipeline.results.read import Stored, StoredTriad
 
-#: Effects of the bench, which a log taken elsewhere does not have.
-OF_THE_BENCH = ("lever_arm", "earth_rate")
-#: Effects that follow the time since the calibration session began.
-OF_THE_SESSION = ("bias_drift", "scale_drift", "warm_up")
 BLOCK = 20_000  #: rows corrected at a time
 
 #: Name and decimals of the corrected columns: micrometres per second², 0.01 °/h.
@@ -37,13 +37,14 @@ MOST_DECIMALS = 6  #: of time and of further columns
 class Applied:
     """A corrected log.
 
-    ``triads`` holds the corrected vectors (t, 3) by triad; ``left_out`` says which of the model's
-    effects had nothing to correct, and why.
+    ``triads`` holds the corrected vectors (t, 3) by triad; ``axes`` says in which axes they are;
+    ``left_out`` which of the model's effects had nothing to correct, and why.
     """
 
     time_s: FloatArray
     triads: Mapping[str, FloatArray]
     columns: Mapping[str, FloatArray]
+    axes: str
     left_out: tuple[str, ...]
 
 
@@ -70,10 +71,8 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
     _require_writable(log)
     corrected: dict[str, FloatArray] = {}
     left_out: list[str] = []
-    n = len(log.time_s)
-    absent, absent_vector = np.broadcast_to(np.nan, n), np.broadcast_to(np.nan, (n, 3))
-    force = absent_vector
-    origin_s = float(stored.found["session_start_s"] or 0.0)
+    clock = log.time_s - float(stored.found["session_start_s"] or 0.0)
+    known: dict[str, FloatArray] = {"time_s": clock} if session_clock else {}
     for each in stored.triads:
         if not log.has(each.triad):
             left_out.append(f"{log.label} has no {each.triad}; nothing to correct there.")
@@ -81,24 +80,15 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
         left_out += [
             f"{each.triad}: {effect.name} belongs to the bench and is no error of the sensor."
             for effect in each.correction.model.effects
-            if effect.name in OF_THE_BENCH or effect.acts_on == "reference"
+            if effect.belongs_to == "bench"
         ]
         correction = _of_the_sensor(each)
-        counts = getattr(log, each.triad)
-        at = Conditions(
-            vector=correction.spec.nominal(counts),
-            magnitude=absent,
-            force=force,
-            spin_rad_s=absent,
-            time_s=log.time_s - origin_s if session_clock else absent,
-            previous=absent_vector,
-            vibration=absent_vector,
-            columns=log.columns,
-        )
-        _require_columns(log.label, each.triad, correction, at)
+        nominal = correction.spec.nominal(getattr(log, each.triad))
+        at = Conditions.of_vectors(nominal, log.columns, **known)
+        _require_evaluable(log.label, each.triad, correction, at)
         corrected[each.triad] = _correct(correction, at)
         if each.triad == "accelerometer":
-            force = corrected[each.triad]
+            known["force"] = corrected[each.triad]
     if not corrected:
         there = " and ".join(each.triad for each in stored.triads) or "no triad"
         raise Undetermined(
@@ -106,7 +96,28 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
             f"Name a log of the same sensor, with the columns acc_x, acc_y, acc_z or gyr_x, gyr_y, "
             f"gyr_z."
         )
-    return Applied(log.time_s, corrected, log.columns, tuple(left_out))
+    axes, turned = _in_the_vehicle(stored, corrected)
+    return Applied(log.time_s, turned, log.columns, axes, tuple(left_out))
+
+
+def _in_the_vehicle(
+    stored: Stored, corrected: Mapping[str, FloatArray]
+) -> tuple[str, Mapping[str, FloatArray]]:
+    """Which axes the output has, and the vectors in them: the vehicle's where R is known."""
+    to_sensor = stored.mounting_rotation
+    if to_sensor is None:
+        return "the sensor's axes, as calibrated (the results have no installation)", corrected
+    angles = stored.gyroscope_to_accelerometer_rad
+    turned = {}
+    for triad, vectors in corrected.items():
+        in_sensor = vectors
+        if triad == "gyroscope" and angles is not None:
+            in_sensor = Rotation.from_rotvec(angles).apply(vectors)
+        turned[triad] = np.asarray(in_sensor @ to_sensor)  # row by row Rᵀ v
+    axes = "the vehicle's axes, turned by the installation of these results"
+    if "gyroscope" in turned and angles is None:
+        axes += "; the angles between gyroscope and accelerometer were not measured and count as 0"
+    return axes, turned
 
 
 def _require_writable(log: ImuLog) -> None:
@@ -125,59 +136,56 @@ def _of_the_sensor(stored: StoredTriad) -> Correction:
     effects = tuple(
         effect
         for effect in correction.model.effects
-        if effect.acts_on != "reference" and effect.name not in OF_THE_BENCH
+        if effect.belongs_to != "bench"
     )
     theta = correction.theta[pick(correction.model, effects)]
     return replace(correction, model=Model(effects), theta=theta)
 
 
-def _require_columns(label: str, triad: str, correction: Correction, at: Conditions) -> None:
-    first = _rows(at, slice(0, 1))
-    for effect in correction.model.effects:
-        if not np.isfinite(effect.evaluate(first)).all():
+def _require_evaluable(label: str, triad: str, correction: Correction, at: Conditions) -> None:
+    """Refuse an effect that some row of the log cannot evaluate, with the reason."""
+    for effect in correction.model.acting_on("sensor"):
+        if not np.isfinite(effect.evaluate(at, correction.shapes.get(effect.name))).all():
             raise Undetermined(
                 f"{label}: the calibration of the {triad} contains {effect.name}, which cannot be "
-                f"corrected in this log: {_lacking(effect)}"
+                f"corrected in this log: {_reason(effect, at)}"
             )
 
 
-def _lacking(effect: Effect) -> str:
-    if effect.name in OF_THE_SESSION:
+WHOLE_POSES = "it is known for whole poses only, not for samples. Calibrate without it."
+REASONS: Mapping[Need, str] = {
+    "force": "it follows the specific force. Log the accelerometer as well, and calibrate it in "
+    "the same results.",
+    "time": "it follows the time since the calibration session began. If the log's time_s counts "
+    "on that clock, add --session-clock; else calibrate without it.",
+    "previous": WHOLE_POSES,
+    "vibration": WHOLE_POSES,
+    "plate": "it follows the plate's rate, which no log away from the plate has. Calibrate "
+    "without it.",
+}
+
+
+def _reason(effect: Effect, at: Conditions) -> str:
+    needs, columns = lacking(effect, at)
+    if needs:
+        return REASONS[needs[0]]
+    if columns:
+        values = at.column(columns[0])
+        if not np.isfinite(values).any():
+            return f"there is no column {columns[0]}. Log it, or calibrate without it."
+        row = int(np.flatnonzero(~np.isfinite(values))[0])
         return (
-            "it follows the time since the calibration session began. If the log's time_s counts "
-            "on that clock, add --session-clock; else calibrate without it."
+            f"the column {columns[0]} has no number at sample {row + 1}. Delete the rows in which "
+            f"it is empty, or calibrate without it."
         )
-    if effect.name.startswith("column:"):
-        column = effect.name.removeprefix("column:")
-        return f"there is no column {column}. Log it, or calibrate without it."
-    if effect.name.startswith("temperature_"):
-        return "there is no column temperature_c. Log it, or calibrate without it."
-    if effect.name.startswith("g_"):
-        return (
-            "it follows the specific force. Log the accelerometer as well, and calibrate it in "
-            "the same results."
-        )
-    return "it is known for whole poses only, not for samples. Calibrate without it."
+    return "its formula gives no number there. Calibrate without it."
 
 
 def _correct(correction: Correction, at: Conditions) -> FloatArray:
     """Block by block, which keeps the effects' columns small and in the processor's cache."""
     n = len(at.vector)
     blocks = [slice(start, start + BLOCK) for start in range(0, n, BLOCK)]
-    return np.concatenate([correction.correct(_rows(at, block)) for block in blocks])
-
-
-def _rows(at: Conditions, rows: slice) -> Conditions:
-    return Conditions(
-        vector=at.vector[rows],
-        magnitude=at.magnitude[rows],
-        force=at.force[rows],
-        spin_rad_s=at.spin_rad_s[rows],
-        time_s=at.time_s[rows],
-        previous=at.previous[rows],
-        vibration=at.vibration[rows],
-        columns={name: values[rows] for name, values in at.columns.items()},
-    )
+    return np.concatenate([correction.correct(at.take(block)) for block in blocks])
 
 
 def applied_csv(applied: Applied) -> bytes:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.poses.imu_log import AXES, FloatArray
 from pipeline.export.parts import (
     Export,
@@ -20,7 +21,6 @@ from pipeline.export.parts import (
 from pipeline.export.robotics import nominal_offset
 from pipeline.results.read import Stored, StoredTriad
 
-STANDARD_GRAVITY_M_S2 = 9.80665  #: the unit g of Fusion, by definition
 #: Ranges that INAV sets the sensors of this family to, counts over the 16-bit half range.
 INAV_ACCELEROMETER = 16 * STANDARD_GRAVITY_M_S2 / 32768  #: m/s² per count
 INAV_GYROSCOPE = math.radians(2000.0) / 32768  #: rad/s per count

@@ -1,7 +1,7 @@
 """Log files in, :class:`calib.poses.imu_log.ImuLog` out.
 
-Plain numbers are read all at once, others by NumPy's C parser. Only where that fails, or finds
-something that cannot be, is the file gone through line by line to say exactly where.
+NumPy's C parser reads the rows. Only where it fails, or finds something that cannot be, the file is
+read again line by line to say exactly where.
 """
 
 from collections.abc import Sequence
@@ -12,7 +12,6 @@ import numpy as np
 from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.errors import UnreadableInput
 from pipeline.logs.columns import ACCELEROMETER, COUNTER, GYROSCOPE, SKIP, TIME
-from pipeline.logs.plain_table import read_plain
 from pipeline.logs.text import LogText, is_number, read_head, read_text
 
 COUNTER_PERIOD = 65536  #: the Xsens packet counter has 16 bits; others never jump that far
@@ -124,9 +123,6 @@ def _numbers(text: LogText) -> FloatArray:
     wanted = [i for i, name in enumerate(text.names) if name != SKIP]
     all_wanted = len(wanted) == len(text.names)
     rows = text.lines[text.first :]
-    plain = read_plain(rows, text.delimiter, len(text.names)) if all_wanted else None
-    if plain is not None:
-        return plain
     try:
         # With usecols NumPy no longer minds ragged rows: these are counted here.
         if not all_wanted and any(len(cells) != len(text.names) for _, cells in text.rows()):

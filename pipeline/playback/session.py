@@ -4,11 +4,11 @@ import numpy as np
 
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
-from pipeline.config.load import Config, triad_spec
-from pipeline.config.schema import Poses
+from pipeline.config.load import Config, sensor_specs
+from pipeline.config.schema import PosesSection
 from pipeline.errors import ConfigError
-from pipeline.logs.read import read_log
 from pipeline.playback.device import Pose
+from pipeline.stages.session_logs import read_logs
 
 TEMPERATURE = "temperature_c"
 ROOM_C = 25.0  #: where the logs have no temperature
@@ -22,17 +22,18 @@ def played_poses(config: Config) -> tuple[list[Pose], float]:
     ConfigError
         The configuration names no files of poses, or they lack a triad.
     """
-    named: list[Poses] = [config.accelerometer.poses] if config.accelerometer else []
+    named: list[PosesSection] = [config.accelerometer.poses] if config.accelerometer else []
     named += [run.poses for run in config.gyroscope.runs] if config.gyroscope else []
-    paths = list(dict.fromkeys((path, poses.columns_of(i), poses.sample_rate_hz)
-                               for poses in named for i, path in enumerate(poses.files)))
-    if not paths:
+    folder = config.source.path.parent
+    logs = {log.label: log for poses in dict.fromkeys(named)
+            for log in read_logs(poses, poses.files, folder)}
+    if not logs:
         raise ConfigError(f"{config.source.path}: names no files of poses that could be played.")
-    logs = [read_log(*each) for each in paths]
-    if not all(log.has("accelerometer") and log.has("gyroscope") for log in logs):
+    if not all(log.has("accelerometer") and log.has("gyroscope") for log in logs.values()):
         raise ConfigError(f"{config.source.path}: poses to be played need both triads.")
-    rate_hz = 1 / float(np.median(np.diff(logs[0].time_s)))
-    return [_pose(log) for log in logs], rate_hz
+    poses = [_pose(log) for log in logs.values()]
+    rate_hz = 1 / float(np.median(np.diff(next(iter(logs.values())).time_s)))
+    return poses, rate_hz
 
 
 def _pose(log: ImuLog) -> Pose:
@@ -48,8 +49,8 @@ def both_specs(config: Config) -> tuple[TriadSpec, TriadSpec]:
     ConfigError
         One of them is missing.
     """
-    sensor = config.sensor
-    if sensor.accelerometer is None or sensor.gyroscope is None:
+    accelerometer, gyroscope = sensor_specs(config.sensor)
+    if accelerometer is None or gyroscope is None:
         raise ConfigError(config.source.problem(("sensor",), (
             "poses to be played need the data sheets of both triads.")))
-    return triad_spec(sensor.accelerometer), triad_spec(sensor.gyroscope)
+    return accelerometer, gyroscope

@@ -7,13 +7,13 @@ from pathlib import Path
 
 from pipeline.config.file_patterns import is_pattern, natural_key
 from pipeline.config.load import Config
-from pipeline.config.schema import VideoRate
+from pipeline.config.schema import VideoRateSection
 from pipeline.config.types import STOPPED
-from pipeline.config.yaml_reader import PathTo
+from pipeline.config.yaml_text import PathTo
 from pipeline.errors import ConfigError
+from pipeline.formatting import RPM
 
 FEWEST_TURNS = 3.0  #: of the plate in one pose: over whole turns its tilt averages out
-RAD_S_PER_RPM = 2 * math.pi / 60
 
 
 @dataclass(frozen=True)
@@ -89,10 +89,10 @@ def blocks_of(config: Config) -> tuple[Block, ...]:
         stated = config.rate.get(rate)
         rate_rad_s: float | None = 0.0 if rate == STOPPED else None
         clips = None
-        if isinstance(stated, VideoRate):
+        if isinstance(stated, VideoRateSection):
             clips = _clips(config, ("rate", rate, "video"))
             if stated.nominal_rpm is not None:
-                rate_rad_s = stated.nominal_rpm * RAD_S_PER_RPM
+                rate_rad_s = stated.nominal_rpm * RPM
         elif stated is not None:
             rate_rad_s = stated.rate_rad_s
         turns_s = FEWEST_TURNS * 2 * math.pi / rate_rad_s if rate_rad_s else 0.0

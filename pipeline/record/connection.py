@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from typing import Protocol
 
 from pipeline.config.load import Config
-from pipeline.config.schema import AccelerometerSheet, GyroscopeSheet, Record
+from pipeline.config.schema import AccelerometerSheet, GyroscopeSheet, RecordSection
 from pipeline.devices.mpu6050_text import Mpu6050TextParser
 from pipeline.devices.sample import AS_LABELLED, COUNTS, Parser
 from pipeline.devices.table import DEVICES, StreamSettings
@@ -60,7 +60,7 @@ class Connection:
 
     def __init__(self, config: Config, open_line: OpenLine, store: Store, tell: Tell) -> None:
         assert config.record is not None
-        self._record: Record = config.record
+        self._record: RecordSection = config.record
         self._config, self._store = config, store
         self._device = DEVICES[self._record.device]
         bauds = (self._record.baud,) if self._record.baud else self._device.bauds

@@ -17,6 +17,7 @@ from calib.poses.attitudes import NEAR_COSINE, direction_name
 from calib.poses.imu_log import SI_UNIT, TRIADS, FloatArray
 from calib.poses.runs import PLAUSIBLE_RATIO, TURNING_RAD_S
 from calib.poses.static_intervals import STILL_RATIO, quiet_level
+from pipeline.formatting import RPM
 from pipeline.record.stream import Row
 from pipeline.record.task import Complete, Phase, Refused, Status, Task
 
@@ -233,8 +234,8 @@ class Guide:
         if rest is not None and task.rate_rad_s:
             off = felt / task.rate_rad_s - 1
             if abs(off) > SAME_SPEED:
-                return (f"the plate turns at {felt * 60 / 2 / np.pi:.1f} rpm, the configuration "
-                        f"says {task.rate_rad_s * 60 / 2 / np.pi:.1f}: set its speed")
+                return (f"the plate turns at {felt / RPM:.1f} rpm, the configuration "
+                        f"says {task.rate_rad_s / RPM:.1f}: set its speed")
         if len(self._means) < STEADY_HOPS:
             return "waiting for the plate's rate to be steady"
         hops = np.array(self._means)[:, 3:]

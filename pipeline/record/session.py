@@ -13,12 +13,12 @@ from calib.errors import CalibrationError
 from calib.poses.attitudes import direction_name, natural_directions
 from calib.poses.averaging import average_pose
 from calib.poses.imu_log import FloatArray, ImuLog
-from pipeline.config.load import Config, triad_spec
+from pipeline.config.load import Config, sensor_specs
 from pipeline.errors import DeviceError
 from pipeline.record.block_files import Block, Numbered, blocks_of, require_clip_names
 from pipeline.record.connection import SILENT_S, Connection, OpenLine
 from pipeline.record.pose_detector import Guide
-from pipeline.record.recorded_poses import Specs, rate_of_pose, rest_of, taken_poses
+from pipeline.record.recorded_poses import rate_of_pose, rest_of, taken_poses
 from pipeline.record.serial_port import LineLost
 from pipeline.record.store import Store
 from pipeline.record.stream import Row, Stream
@@ -127,10 +127,7 @@ class Session:
         self._blocks = blocks_of(config)
         if open_camera is not None:
             require_clip_names(config, self._blocks)
-        self._specs: Specs = (
-            triad_spec(config.sensor.accelerometer) if config.sensor.accelerometer else None,
-            triad_spec(config.sensor.gyroscope) if config.sensor.gyroscope else None,
-        )
+        self._specs = sensor_specs(config.sensor)
         self._store = Store(config)
         self._connection: Connection | None = None
         self._filming = open_camera(self._store.now_s) if open_camera else None

@@ -24,6 +24,7 @@ from scipy.optimize import minimize_scalar
 from calib.diagnosis.hypotheses import candidate_effects
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import Effect
+from calib.fit.column_scaling import unit_columns
 from calib.fit.model import Model
 from calib.fit.residuals import Equations
 from calib.fit.result import Fit
@@ -82,7 +83,7 @@ def refit_json(result: TriadResult, own: Mapping[str, Effect]) -> Json:
         "labels": list(fit.poses.label),
         "is_null": [bool(null) for null in equations.is_null],
         "noise_dof": float(fit.poses.noise_dof),
-        "base": [_rounded(column) for column in _unit(base)[0].T],
+        "base": [_rounded(column) for column in unit_columns(base)[0].T],
         "base_fitted": int(base.shape[1] - len(fit.eta)),
         "effects": [_box_json(box, root[:d], result) for box in boxes]
         + list(_unseen(result)),
@@ -161,7 +162,7 @@ def _inside(effect: Effect, shape: float) -> bool:
 def _left(fit: Fit, columns: FloatArray) -> FloatArray:
     """What the model and ``columns`` (d, k) leave of the whitened residual, (r,)."""
     full = np.hstack([fit.rows.jacobian, _padded(columns, len(fit.rows.residual))])
-    unit, _ = _unit(full * np.sqrt(fit.weight)[:, None])
+    unit, _ = unit_columns(full * np.sqrt(fit.weight)[:, None])
     r = fit.rows.residual * np.sqrt(fit.weight)
     return np.asarray(r - unit @ np.linalg.lstsq(unit, r, rcond=1e-9)[0])
 
@@ -170,7 +171,7 @@ def _sizes(fit: Fit, columns: FloatArray) -> FloatArray:
     """The parameters (k,) that the residual asks for."""
     full = np.hstack([fit.rows.jacobian, _padded(columns, len(fit.rows.residual))])
     root = np.sqrt(fit.weight)
-    unit, norm = _unit(full * root[:, None])
+    unit, norm = unit_columns(full * root[:, None])
     beta = np.linalg.lstsq(unit, fit.rows.residual * root, rcond=1e-9)[0] / norm
     return np.asarray(beta[-columns.shape[1] :])
 
@@ -194,8 +195,8 @@ def _best_shape(fit: Fit, model: Model, effect: Effect) -> float | None:
 
 def _box_json(box: Box, root: FloatArray, result: TriadResult) -> Json:
     effect = box.effect
-    unit, norm = _unit(box.columns * root[:, None])
-    judged, judged_norm = _unit(box.judged * root[:, None])
+    unit, norm = unit_columns(box.columns * root[:, None])
+    judged, judged_norm = unit_columns(box.judged * root[:, None])
     own_unit = effect.unit_for(result.triad)
     parameters = [{"name": name, "unit": own_unit} for name in effect.parameters]
     if effect.shape is not None:
@@ -244,13 +245,6 @@ def _padded(columns: FloatArray, rows: int) -> FloatArray:
     full = np.zeros((rows, columns.shape[1]))
     full[: len(columns)] = columns
     return full
-
-
-def _unit(columns: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Columns scaled to unit length, and the lengths (k,); a column of zeros stays one."""
-    norm = np.sqrt((columns**2).sum(axis=0))
-    norm[norm == 0] = 1.0
-    return columns / norm, norm
 
 
 def _rounded(values: FloatArray | Sequence[float]) -> list[float]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.certificate import CertificateComparison
-from calib.fit.budget import NOISE, uncertainty_budget
+from calib.fit.calibration import NOISE, uncertainty_budget
 from calib.poses.imu_log import AXES, SI_UNIT
 from pipeline.formatting import DISPLAY, relative, with_sd
 from pipeline.stages.triads import TriadResult

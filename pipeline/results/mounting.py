@@ -3,10 +3,10 @@
 import math
 from typing import Any
 
-from calib.mounting.mounting import Installation
+from calib.mounting.mounting import Mounting
 
 
-def mounting_json(found: Installation) -> dict[str, Any]:
+def mounting_json(found: Mounting) -> dict[str, Any]:
     """The section ``installation`` of results.json; null for what was not measured."""
     yaw, slope = found.yaw, found.slope
     return {

@@ -11,9 +11,8 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.errors import CalibrationError
-from calib.fit.correction import Correction
-from calib.fit.model import Model
-from calib.fit.parameters import alignment
+from calib.fit.calibration import alignment
+from calib.fit.model import Correction, Model
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray
 from pipeline.errors import UnreadableInput
@@ -63,6 +62,18 @@ class Stored:
     def folder(self) -> Path:
         """Where it is."""
         return self.path.parent
+
+    @property
+    def mounting_rotation(self) -> FloatArray | None:
+        """R (3, 3) of the installation, from the vehicle's axes to the sensor's; None without."""
+        section = self.found.get("installation")
+        return None if section is None else np.array(section["rotation"], dtype=float)
+
+    @property
+    def gyroscope_to_accelerometer_rad(self) -> FloatArray | None:
+        """Rotation vector (3,) between the triads' frames; None where it was not measured."""
+        angles = (self.found.get("gyroscope") or {}).get("frame_to_accelerometer_rad")
+        return None if angles is None else np.array(angles, dtype=float)
 
 
 def load_results(path: Path) -> Stored:

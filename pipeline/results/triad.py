@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 
-from calib.fit.budget import uncertainty_budget
+from calib.fit.calibration import uncertainty_budget
 from calib.poses.data_sheet import TriadSpec
-from pipeline.config.schema import OwnEffect
+from pipeline.config.schema import EffectSection
 from pipeline.results.json_values import Json, number, numbers
 from pipeline.results.read import PARAMETERS
 from pipeline.stages.triads import TriadResult
@@ -12,7 +12,7 @@ from pipeline.stages.triads import TriadResult
 WORST_POSES = 3
 
 
-def triad_json(result: TriadResult, own: Mapping[str, OwnEffect]) -> Json:
+def triad_json(result: TriadResult, own: Mapping[str, EffectSection]) -> Json:
     """One calibrated triad; ``own`` are the effects that the configuration defines."""
     calibration, comparison = result.calibration, result.comparison
     fit, parameters = calibration.fit, calibration.parameters
@@ -148,7 +148,7 @@ def _blind(name: str) -> Json:
     }
 
 
-def correction_json(result: TriadResult, own: Mapping[str, OwnEffect]) -> Json:
+def correction_json(result: TriadResult, own: Mapping[str, EffectSection]) -> Json:
     """What :mod:`pipeline.results.read` needs to correct other logs: data sheet, model, parameters.
 
     Effects of the user's own are kept as they were defined; Python code by its file's name only.

@@ -1,6 +1,6 @@
-"""The stages of a run: sections of the configuration to artefacts.
+"""The stages of a run: sections of the configuration to results. ``run`` is the place to begin.
 
     plate_settings ─ rate (track_cache, live_clip) ──┐
-    poses ─────────────────────────┬─ triads (site, user_effects) ─ certificate
-    context (cache, progress)      └─ mounting
+    session_logs ─ poses ──────────┬─ triads (site, user_effects) ─ certificate
+    context (cache, progress)      └─ mounting                        run: all of them
 """

@@ -5,13 +5,13 @@ import numpy as np
 
 from calib.certificate import Certificate, CertificateComparison, compare_certificate
 from pipeline.config.load import Config
-from pipeline.config.schema import TriadCertificate
+from pipeline.config.schema import TriadCertificateSection
 from pipeline.stages.triads import TriadResult
 
 
 def compare_with_certificate(config: Config, result: TriadResult) -> CertificateComparison | None:
     """Lay a triad beside its certificate; None where the file has none for it."""
-    stated: TriadCertificate | None = (
+    stated: TriadCertificateSection | None = (
         getattr(config.certificate, result.triad) if config.certificate else None
     )
     if stated is None:

@@ -1,22 +1,19 @@
 """The mounting stage: the logs of the mounted sensor to its mounting angles."""
 
-import os
-from dataclasses import replace
 from pathlib import Path
 
-from calib.mounting.mounting import Installation, measure_installation
+from calib.mounting.mounting import Mounting, MountingLogs, mounting_from_logs
 from calib.poses.imu_log import ImuLog
 from calib.poses.static_intervals import find_still
 from pipeline.config.load import Config
-from pipeline.config.schema import Installation as InstallationSection
-from pipeline.logs.read import read_log
-from pipeline.stages.context import Workplace
+from pipeline.config.schema import InstallationSection
+from pipeline.stages.session_logs import read_logs
 from pipeline.stages.triads import TriadResult
 
 
 def measure_mounting(
-    config: Config, _workplace: Workplace, accelerometer: TriadResult | None
-) -> Installation | None:
+    config: Config, accelerometer: TriadResult | None
+) -> Mounting | None:
     """Measure how the sensor is mounted; None where the file has no such section.
 
     Raises
@@ -24,7 +21,7 @@ def measure_mounting(
     UnreadableInput, UnusableLog
         A log cannot be read, or holds what this sensor cannot give.
     Undetermined
-        See :func:`calib.mounting.mounting.measure_installation`.
+        See :func:`calib.mounting.mounting.mounting_from_logs`.
     """
     section = config.installation
     if section is None:
@@ -34,31 +31,22 @@ def measure_mounting(
     assert accelerometer is not None
     assert accelerometer.gravity is not None
     folder = config.source.path.parent
-    return measure_installation(
-        _still_logs(section, section.log, folder),
-        accelerometer.calibration,
-        accelerometer.gravity.value_m_s2,
-        accelerometer.gravity.sd_m_s2,
+    logs = MountingLogs(
+        still=_still_logs(section, section.log, folder),
         reverse=_still_logs(section, section.reverse_log, folder),
-        drive=[_read(section, path, i, folder) for i, path in enumerate(section.drive_log)],
+        drive=read_logs(section, section.drive_log, folder),
         first_push=section.drive_direction,
+    )
+    gravity = accelerometer.gravity
+    return mounting_from_logs(
+        logs, accelerometer.calibration, gravity.value_m_s2, gravity.sd_m_s2
     )
 
 
 def _still_logs(
     section: InstallationSection, paths: tuple[Path, ...], folder: Path
 ) -> list[ImuLog]:
-    logs = [_read(section, path, i, folder) for i, path in enumerate(paths)]
+    logs = read_logs(section, paths, folder)
     if section.find == "still":
         return [part for log in logs for part in find_still(log)]
     return logs
-
-
-def _read(section: InstallationSection, path: Path, i: int, folder: Path) -> ImuLog:
-    columns = None
-    if section.columns is not None:
-        columns = section.columns[i] if i < len(section.columns) else section.columns[-1]
-    log = read_log(path, columns, section.sample_rate_hz)
-    return replace(log, label=Path(os.path.relpath(path, folder)).as_posix())
-
-

@@ -6,15 +6,14 @@ import numpy as np
 
 from calib.poses.runs import PlateRate
 from pipeline.config.load import Config
-from pipeline.config.schema import KnownRate, Plate, VideoRate
-from pipeline.config.schema import Timebase as TimebaseSection
-from pipeline.stages.context import Workplace
+from pipeline.config.schema import KnownRateSection, PlateSection, TimebaseSection, VideoRateSection
+from pipeline.stages.context import RunContext
 from pipeline.stages.rate import SettingRate, follow_clips, measure_setting
 from vision.geometry import PlateOverride
 from vision.rate.timebase import Timebase
 
 
-def measure_rates(config: Config, workplace: Workplace) -> Mapping[str, SettingRate]:
+def measure_rates(config: Config, context: RunContext) -> Mapping[str, SettingRate]:
     """The rates of all plate settings, in the order of the file.
 
     Raises
@@ -22,14 +21,16 @@ def measure_rates(config: Config, workplace: Workplace) -> Mapping[str, SettingR
     UnreadableVideo, RateRefused
         From :mod:`vision`, when a clip gives no honest rate.
     """
-    filmed = {name: rate for name, rate in config.rate.items() if isinstance(rate, VideoRate)}
+    filmed = {
+        name: rate for name, rate in config.rate.items() if isinstance(rate, VideoRateSection)
+    }
     rims = {name: None if rate.plate is None else rim(rate.plate) for name, rate in filmed.items()}
     named = [(clip, rims[name]) for name, rate in filmed.items() for clip in rate.video]
     clips = list(dict.fromkeys(named))
-    tracks = dict(zip(clips, follow_clips(clips, workplace), strict=True))
+    tracks = dict(zip(clips, follow_clips(clips, context), strict=True))
     return {
         name: _stated(name, rate)
-        if isinstance(rate, KnownRate)
+        if isinstance(rate, KnownRateSection)
         else measure_setting(
             name,
             [tracks[clip, rims[name]] for clip in rate.video],
@@ -41,7 +42,7 @@ def measure_rates(config: Config, workplace: Workplace) -> Mapping[str, SettingR
     }
 
 
-def _stated(name: str, rate: KnownRate) -> SettingRate:
+def _stated(name: str, rate: KnownRateSection) -> SettingRate:
     plate = PlateRate(name, np.array([rate.rate_rad_s]), np.array([rate.sd_rad_s]))
     return SettingRate(name, plate, (), ())
 
@@ -51,7 +52,7 @@ def clock(stated: TimebaseSection) -> Timebase:
     return Timebase(source=stated.source, fps=stated.fps, ppm=stated.relative_sd * 1e6)
 
 
-def rim(stated: Plate) -> PlateOverride:
+def rim(stated: PlateSection) -> PlateOverride:
     """The ellipse as :mod:`vision` takes it: the longer radius first."""
     first, second = stated.radii_px
     longer_first = first >= second

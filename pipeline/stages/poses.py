@@ -1,30 +1,28 @@
 """Logs in, pose means out: every set of poses that the configuration names, each read once."""
 
-import os
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from calib.errors import Undetermined
 from calib.poses.averaging import PoseMean, average_pose
-from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
 from calib.poses.static_intervals import find_still
-from pipeline.config.load import Config, triad_spec
-from pipeline.config.schema import Poses
+from pipeline.config.load import Config, Specs, sensor_specs
+from pipeline.config.schema import PosesSection
 from pipeline.config.types import STOPPED
-from pipeline.logs.read import join_logs, read_log
-from pipeline.stages.context import Workplace
+from pipeline.logs.read import join_logs
 from pipeline.stages.rate import SettingRate
+from pipeline.stages.session_logs import read_logs
 
 
 @dataclass(frozen=True)
 class Setting:
     """Which poses, at which plate rate; what a recording is found by."""
 
-    poses: Poses
+    poses: PosesSection
     rate: str
 
 
@@ -46,7 +44,7 @@ class Recordings:
 
     by_setting: Mapping[Setting, Recording]
 
-    def of(self, poses: Poses, rate: str = STOPPED) -> Recording:
+    def of(self, poses: PosesSection, rate: str = STOPPED) -> Recording:
         """The recording of these poses at this rate."""
         return self.by_setting[Setting(poses, rate)]
 
@@ -61,9 +59,7 @@ class Recordings:
         return tuple(w for recording in self.by_setting.values() for w in recording.warnings)
 
 
-def average_recordings(
-    config: Config, _workplace: Workplace, rates: Mapping[str, SettingRate]
-) -> Recordings:
+def average_recordings(config: Config, rates: Mapping[str, SettingRate]) -> Recordings:
     """Read and average the poses of both triads; poses that serve both are read once.
 
     Raises
@@ -76,10 +72,7 @@ def average_recordings(
     settings = [Setting(config.accelerometer.poses, STOPPED)] if config.accelerometer else []
     if config.gyroscope:
         settings += [Setting(run.poses, run.rate) for run in config.gyroscope.runs]
-    specs = (
-        triad_spec(config.sensor.accelerometer) if config.sensor.accelerometer else None,
-        triad_spec(config.sensor.gyroscope) if config.sensor.gyroscope else None,
-    )
+    specs = sensor_specs(config.sensor)
     folder = config.source.path.parent
     return Recordings(
         {
@@ -91,35 +84,22 @@ def average_recordings(
 
 def _record(
     setting: Setting,
-    specs: tuple[TriadSpec | None, TriadSpec | None],
+    specs: Specs,
     rate: SettingRate | None,
     folder: Path,
 ) -> Recording:
     poses = setting.poses
     plate = np.zeros(1) if rate is None else rate.plate.rate_rad_s
     if poses.log:
-        return _found(read_joined(poses, folder), specs, float(plate.mean()))
-    logs = [
-        read_labelled(path, poses, i, folder) for i, path in enumerate(poses.files)
-    ]
+        return _found(join_logs(read_logs(poses, poses.log, folder)), specs, float(plate.mean()))
+    logs = read_logs(poses, poses.files, folder)
     turning = np.broadcast_to(plate, len(logs))
     means = [average_pose(log, *specs, float(w)) for log, w in zip(logs, turning, strict=True)]
     return Recording(tuple(means), min(float(log.time_s[0]) for log in logs))
 
 
-def read_labelled(path: Path, poses: Poses, i: int, folder: Path) -> ImuLog:
-    """The i-th file of ``poses``, called by its path from the configuration's folder."""
-    log = read_log(path, poses.columns_of(i), poses.sample_rate_hz)
-    return replace(log, label=Path(os.path.relpath(path, folder)).as_posix())
-
-
-def read_joined(poses: Poses, folder: Path) -> ImuLog:
-    """The one long log of ``poses``, its files joined on time."""
-    return join_logs([read_labelled(path, poses, i, folder) for i, path in enumerate(poses.log)])
-
-
 def _found(
-    log: ImuLog, specs: tuple[TriadSpec | None, TriadSpec | None], rate_rad_s: float
+    log: ImuLog, specs: Specs, rate_rad_s: float
 ) -> Recording:
     """The still poses of a long log; one that turns out to have moved is left out and named."""
     means: list[PoseMean] = []

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.poses.runs import PlateRate
-from pipeline.stages.context import Workplace
+from pipeline.stages.context import RunContext
 
 if TYPE_CHECKING:
     from vision.geometry import PlateOverride
@@ -82,7 +82,7 @@ class SettingRate:
 
 
 def follow_clips(
-    clips: "Sequence[tuple[Path, PlateOverride | None]]", workplace: Workplace
+    clips: "Sequence[tuple[Path, PlateOverride | None]]", context: RunContext
 ) -> "list[PhaseTrack]":
     """The phase track of each clip, from the cache where it is known, else several at a time.
 
@@ -100,14 +100,14 @@ def follow_clips(
         def on_progress(done: int, stated: int | None) -> None:
             if stop.is_set():  # another clip was refused, or Ctrl-C: end this thread too
                 raise KeyboardInterrupt
-            workplace.on_progress(clip.name, done, stated)
+            context.on_progress(clip.name, done, stated)
 
         return track_phase(clip, plate=plate, on_progress=on_progress)
 
     def find(clip: Path, plate: "PlateOverride | None") -> "PhaseTrack":
-        if workplace.cache is None:
+        if context.cache is None:
             return follow(clip, plate)
-        return kept_track(workplace.cache, track_key(clip, plate), lambda: follow(clip, plate))
+        return kept_track(context.cache, track_key(clip, plate), lambda: follow(clip, plate))
 
     with ThreadPoolExecutor(PARALLEL_CLIPS) as pool:
         waiting = [pool.submit(find, clip, plate) for clip, plate in clips]

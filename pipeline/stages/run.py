@@ -1,30 +1,46 @@
-"""Runs the stages of a configuration one after the other."""
+"""A run: five stages, from a configuration to everything that is measured. Start reading here.
 
-from collections.abc import Callable, Mapping
+    config.yaml ─┬─ rates ─────────┬──────────────────────────┐      vision: clip → rate ± sd
+                 │                 ▼                          ▼
+                 ├──────────── recordings ─┬─ accelerometer ─ gyroscope     calib: poses → fit,
+                 │                         └────────│─────────▲             comparison, diagnosis
+                 └──────────────────────────────────▼
+                                              installation           calib: mounting angles
+
+Each stage is a plain function of the configuration and of what earlier stages made; it returns
+None where the configuration has no section for it. :func:`run_stages` calls them in this order.
+What is written and shown afterwards is in ``pipeline.results``, ``pipeline.report`` and
+``pipeline.console``.
+"""
+
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
-from calib.mounting.mounting import Installation
+from calib.mounting.mounting import Mounting
 from pipeline.config.load import Config
-from pipeline.stages.context import Workplace
-from pipeline.stages.poses import Recordings
+from pipeline.stages.context import RunContext
+from pipeline.stages.mounting import measure_mounting
+from pipeline.stages.plate_settings import measure_rates
+from pipeline.stages.poses import Recordings, average_recordings
 from pipeline.stages.rate import SettingRate
-from pipeline.stages.table import STAGES
-from pipeline.stages.triads import TriadResult, require_fittable
-
-OnStage = Callable[[str, Any], None]
+from pipeline.stages.triads import (
+    TriadResult,
+    calibrate_accelerometer,
+    calibrate_gyroscope,
+    require_fittable,
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What a run has made: one artefact for each stage of :data:`pipeline.stages.table.STAGES`."""
+    """What a run has made: the result of each stage, None for a stage without a section."""
 
     config: Config
     rates: Mapping[str, SettingRate]
     recordings: Recordings
     accelerometer: TriadResult | None
     gyroscope: TriadResult | None
-    installation: Installation | None
+    installation: Mounting | None
 
     @property
     def triads(self) -> tuple[TriadResult, ...]:
@@ -40,17 +56,61 @@ class Outcome:
         return of_rates + self.recordings.warnings + of_triads + of_mounting
 
 
-def run_stages(config: Config, workplace: Workplace, on_stage: OnStage) -> Outcome:
-    """Run every stage; ``on_stage`` is told each artefact as soon as it is made.
+class StageObserver:
+    """Receives each stage's result as soon as it is made; this one ignores them."""
+
+    def on_rate(self, rate: SettingRate) -> None:
+        """One plate setting is measured."""
+
+    def on_recordings(self, recordings: Recordings) -> None:
+        """All poses are read and averaged."""
+
+    def on_triad(self, result: TriadResult) -> None:
+        """One triad is calibrated, compared and diagnosed."""
+
+    def on_installation(self, installation: Mounting) -> None:
+        """The mounting of the sensor is measured."""
+
+
+def run_stages(
+    config: Config, context: RunContext, observer: StageObserver | None = None
+) -> Outcome:
+    """Run every stage of a configuration.
+
+    Parameters
+    ----------
+    config : Config
+        Checked; the files it names exist.
+    context : RunContext
+        The cache of phase tracks, the progress display, what is allowed.
+    observer : StageObserver, optional
+        Receives each result before the next stage begins.
 
     Raises
     ------
     PipelineError, CalibrationError, VisionError
         The first stage that refuses ends the run.
     """
+    observer = observer or StageObserver()
     require_fittable(config)
-    made: dict[str, Any] = {}
-    for stage in STAGES:
-        made[stage.name] = stage.make(config, workplace, *(made[name] for name in stage.needs))
-        on_stage(stage.name, made[stage.name])
-    return Outcome(config, **made)
+
+    rates = measure_rates(config, context)
+    for rate in rates.values():
+        observer.on_rate(rate)
+
+    recordings = average_recordings(config, rates)
+    observer.on_recordings(recordings)
+
+    accelerometer = calibrate_accelerometer(config, context, recordings)
+    if accelerometer is not None:
+        observer.on_triad(accelerometer)
+
+    gyroscope = calibrate_gyroscope(config, context, rates, recordings, accelerometer)
+    if gyroscope is not None:
+        observer.on_triad(gyroscope)
+
+    installation = measure_mounting(config, accelerometer)
+    if installation is not None:
+        observer.on_installation(installation)
+
+    return Outcome(config, rates, recordings, accelerometer, gyroscope, installation)

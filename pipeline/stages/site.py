@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from calib.earth import NORMAL_GRAVITY_SD_M_S2, normal_gravity
-from pipeline.config.schema import Site
+from pipeline.config.schema import SiteSection
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Gravity:
     source: str
 
 
-def gravity_of(site: Site) -> Gravity:
+def gravity_of(site: SiteSection) -> Gravity:
     """Gravity as stated, else WGS84 normal gravity at the latitude and height."""
     if site.gravity_m_s2 is not None:
         return Gravity(site.gravity_m_s2, site.sd_m_s2 or 0.0, "stated")
@@ -30,7 +30,7 @@ def gravity_of(site: Site) -> Gravity:
     return Gravity(value, site.sd_m_s2 or NORMAL_GRAVITY_SD_M_S2, "WGS84 normal gravity")
 
 
-def latitude_of(site: Site | None) -> float | None:
+def latitude_of(site: SiteSection | None) -> float | None:
     """Latitude in rad, None where it was not given."""
     if site is None or site.latitude_deg is None:
         return None

@@ -11,16 +11,18 @@ import zipfile
 from collections.abc import Callable
 from dataclasses import asdict, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pipeline.errors import UnreadableInput
 from pipeline.files import write_whole
 from vision.geometry import PlateOverride
-from vision.phase_track import PhaseTrack
+from vision.phase_track import PhaseTrack, PlateLayout
 
 #: Raise it whenever :func:`vision.tracking.track.track_phase` gives other numbers than before.
-TRACK_FORMAT = 8
+TRACK_FORMAT = 9
 
 Follow = Callable[[], PhaseTrack]
 
@@ -60,24 +62,37 @@ def kept_track(cache: Path, key: str, follow: Follow) -> PhaseTrack:
 
 def _packed(track: PhaseTrack) -> bytes:
     buffer = io.BytesIO()
-    arrays = {field.name: np.asarray(getattr(track, field.name)) for field in fields(track)}
-    np.savez_compressed(buffer, **arrays)  # type: ignore[arg-type]
+    np.savez_compressed(buffer, **plain_arrays(track))  # type: ignore[arg-type]
     return buffer.getvalue()
+
+
+def plain_arrays(track: PhaseTrack) -> dict[str, NDArray[Any]]:
+    """Every field of a track as an array, those of its plate as ``plate.NAME``."""
+    arrays = {
+        field.name: np.asarray(getattr(track, field.name))
+        for field in fields(track) if field.name != "plate"
+    }
+    for field in fields(track.plate):
+        arrays[f"plate.{field.name}"] = np.asarray(getattr(track.plate, field.name))
+    return arrays
 
 
 def _load(path: Path) -> PhaseTrack | None:
     """The track in ``path``; None where it is missing or is not a whole track."""
     try:
         with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
-            values = {field.name: stored[field.name] for field in fields(PhaseTrack)}
+            plate = {field.name: stored[f"plate.{field.name}"] for field in fields(PlateLayout)}
+            values = {
+                field.name: stored[field.name]
+                for field in fields(PhaseTrack) if field.name != "plate"
+            }
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None
-    plain = {name: value.item() for name, value in values.items() if value.ndim == 0}
-    return PhaseTrack(
-        **{
-            **values,
-            **plain,
-            "size_px": tuple(int(size) for size in values["size_px"]),
-            "notes": tuple(str(note) for note in values["notes"]),
-        }
-    )
+    size_px = tuple(int(size) for size in plate["size_px"])
+    layout = PlateLayout(**{**plate, **_scalars(plate), "size_px": size_px})
+    notes = tuple(str(note) for note in values["notes"])
+    return PhaseTrack(**{**values, **_scalars(values), "notes": notes, "plate": layout})
+
+
+def _scalars(values: dict[str, NDArray[Any]]) -> dict[str, Any]:
+    return {name: value.item() for name, value in values.items() if value.ndim == 0}

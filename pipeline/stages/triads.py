@@ -20,10 +20,10 @@ from calib.poses.imu_log import Triad
 from calib.poses.pose_set import PoseSet, Run, pose_set
 from calib.poses.runs import gravity_run, stopped_run, turning_run
 from pipeline.config.load import Config, triad_spec
-from pipeline.config.schema import Accelerometer, Gyroscope
+from pipeline.config.schema import AccelerometerSection, GyroscopeSection
 from pipeline.config.types import STOPPED
 from pipeline.errors import ConfigError
-from pipeline.stages.context import Workplace
+from pipeline.stages.context import RunContext
 from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.site import Gravity, gravity_of, latitude_of
@@ -61,7 +61,7 @@ def require_fittable(config: Config) -> None:
         With the line of every such model.
     """
     problems = []
-    sections: tuple[tuple[Triad, Accelerometer | Gyroscope | None], ...] = (
+    sections: tuple[tuple[Triad, AccelerometerSection | GyroscopeSection | None], ...] = (
         ("accelerometer", config.accelerometer), ("gyroscope", config.gyroscope)
     )
     for triad, section in sections:
@@ -87,7 +87,7 @@ def require_fittable(config: Config) -> None:
 
 
 def calibrate_accelerometer(
-    config: Config, workplace: Workplace, recordings: Recordings
+    config: Config, context: RunContext, recordings: Recordings
 ) -> TriadResult | None:
     """Calibrate the accelerometer to gravity; None where the file has no such section."""
     if config.accelerometer is None:
@@ -100,13 +100,13 @@ def calibrate_accelerometer(
     run = gravity_run(STOPPED, means, gravity.value_m_s2, gravity.sd_m_s2)
     poses = pose_set("accelerometer", [run], recordings.origin_s)
     spec = triad_spec(config.sensor.accelerometer)
-    own = own_effects(config, workplace.allow_python)
+    own = own_effects(config, context.allow_python)
     return _calibrated(poses, config.accelerometer, spec, own, gravity)
 
 
 def calibrate_gyroscope(
     config: Config,
-    workplace: Workplace,
+    context: RunContext,
     rates: Mapping[str, SettingRate],
     recordings: Recordings,
     accelerometer: TriadResult | None,
@@ -126,7 +126,7 @@ def calibrate_gyroscope(
         )
     correct = accelerometer.calibration.correct if accelerometer else None
     poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
-    own = own_effects(config, workplace.allow_python)
+    own = own_effects(config, context.allow_python)
     found = _calibrated(poses, config.gyroscope, triad_spec(config.sensor.gyroscope), own, None)
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
@@ -139,7 +139,7 @@ def calibrate_gyroscope(
 
 def _calibrated(
     poses: PoseSet,
-    section: Accelerometer | Gyroscope,
+    section: AccelerometerSection | GyroscopeSection,
     spec: TriadSpec,
     own: Mapping[str, Effect],
     gravity: Gravity | None,

@@ -14,7 +14,7 @@ from calib.errors import CalibrationError
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from pipeline.config.load import Config
-from pipeline.config.schema import OwnEffect
+from pipeline.config.schema import EffectSection
 from pipeline.errors import ConfigError
 
 RAISED_BY_USERS_CODE = (
@@ -74,7 +74,7 @@ def stored_effects(given: Mapping[str, Mapping[str, str]]) -> dict[str, Effect]:
     }
 
 
-def _python_function(folder: Path, asked: OwnEffect, allow_python: bool) -> ValueOf:
+def _python_function(folder: Path, asked: EffectSection, allow_python: bool) -> ValueOf:
     assert asked.python is not None  # the rules of the section: an expression or a function
     file, _, function = asked.python.partition(":")
     path = folder / file

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 from pipeline.config.load import load_config
-from pipeline.stages.context import Workplace
+from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
 from tests.paths import ROOT
 
@@ -42,7 +42,7 @@ def main() -> None:
         config = load_config(path)
         with tempfile.TemporaryDirectory() as folder:
             begun = time.perf_counter()
-            outcome = run_stages(config, Workplace(Path(folder)), lambda *_: None)
+            outcome = run_stages(config, RunContext(Path(folder)))
             ran = time.perf_counter()
             page = report_html(outcome, ())
             took = time.perf_counter() - ran

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from calib.mounting.levelling import ORDERS
-from calib.mounting.mounting import measure_installation
+from calib.mounting.mounting import MountingLogs, mounting_from_logs
 from tests.calib.mounting.simulated_reading import (
     TRIAD,
     G,
@@ -46,7 +46,7 @@ def sphere(trials: int) -> None:
                     continue
                 evening = calibration(seed // MOUNTINGS_PER_CALIBRATION, noise)
                 log = Mounted(triad, rotation).still(seconds, seed)
-                found = measure_installation([log], evening, G, order=order)
+                found = mounting_from_logs(MountingLogs([log]), evening, G, order=order)
                 errors.append(angles_off(found, rotation))
                 scores.append(errors[-1] / found.sd_rad)
                 sds.append(found.sd_rad)
@@ -67,11 +67,12 @@ def yaw(trials: int) -> None:
             rng = np.random.default_rng([2, seed])
             roll, pitch, angle = rng.uniform([-3.1, -1.4, -3.1], [3.1, 1.4, 3.1])
             mounted = Mounted(TRIAD, vehicle_to_sensor("xyz", roll, pitch, angle))
-            found = measure_installation(
-                [mounted.still(12, seed)],
+            found = mounting_from_logs(
+                MountingLogs(
+                    [mounted.still(12, seed)], drive=[mounted.log(drive(seconds, seed), seed)]
+                ),
                 calibration(seed // MOUNTINGS_PER_CALIBRATION),
                 G,
-                drive=[mounted.log(drive(seconds, seed), seed)],
                 order="xyz",
             )
             assert found.yaw is not None

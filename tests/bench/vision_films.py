@@ -106,7 +106,7 @@ def study(kind: str, seed: int, folder: Path) -> tuple[float, float]:
     sd_ppm = rate.image_sd_rad_s / rate.rate_rad_s * 1e6
     print(
         f"{seed:3d} {shot.says:<32} error {error_ppm:9.3f} ppm = {error_ppm / sd_ppm:6.2f} sd "
-        f"(sd {sd_ppm:7.3f} ppm) by {track.channel}  {'; '.join(rate.warnings)[:120]}",
+        f"(sd {sd_ppm:7.3f} ppm) by {track.plate.channel}  {'; '.join(rate.warnings)[:120]}",
         flush=True,
     )
     return error_ppm, sd_ppm

@@ -16,8 +16,13 @@ from calib.fit.residuals import Equations
 from calib.poses.attitudes import natural_directions
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.pose_set import PoseSet
-from calib.poses.reference import CommonError, Reference, constant_reference, join_references
+from calib.poses.pose_set import (
+    CommonError,
+    PoseSet,
+    Reference,
+    constant_reference,
+    join_references,
+)
 
 GRAVITY = 9.81
 SLOW, FAST = 100 / 180 * np.pi, 200 / 180 * np.pi
@@ -149,18 +154,5 @@ def some_conditions(triad: Triad, n: int = 12, seed: int = 1) -> Conditions:
     rng = np.random.default_rng(seed)
     rows = rng.permutation(len(poses))[:n]
     at = poses.conditions(poses.reading)
-    return take(at, rows)
+    return at.take(rows)
 
-
-def take(at: Conditions, rows: FloatArray | list[int]) -> Conditions:
-    """The conditions of these rows alone."""
-    return Conditions(
-        at.vector[rows],
-        at.magnitude[rows],
-        at.force[rows],
-        at.spin_rad_s[rows],
-        at.time_s[rows],
-        at.previous[rows],
-        at.vibration[rows],
-        {name: values[rows] for name, values in at.columns.items()},
-    )

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from calib.certificate import Certificate, compare_certificate, frame_free, rounding_sd
 from calib.errors import CalibrationError
-from calib.fit.parameters import TriadParameters
+from calib.fit.calibration import TriadParameters
 from calib.poses.data_sheet import TriadSpec
 from tests.calib.real_xsens import real_accelerometer
 from tests.world.imu import mti

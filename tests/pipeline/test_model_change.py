@@ -1,4 +1,4 @@
-"""Turns of the loop: what is changed, what is refused, and that a file stays whole when it is."""
+"""Model changes: what is changed, what is refused, and that a refused change leaves the file."""
 
 import shutil
 from pathlib import Path
@@ -8,8 +8,14 @@ import pytest
 from calib.errors import CalibrationError, Undetermined
 from pipeline.config.load import Config, load_config
 from pipeline.errors import ConfigError
-from pipeline.model_change import edited, next_target, read_target, require_tellable, turn
-from pipeline.stages.context import Workplace
+from pipeline.model_change import (
+    change_model,
+    edited_config,
+    next_target,
+    read_target,
+    require_addable,
+)
+from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
 from tests.bench.trials import drawn
 from tests.sessions import pipeline
@@ -23,7 +29,7 @@ PAPER = paper_design().scaled(sample_rate=0.1)
 
 
 def run(config: Config) -> Outcome:
-    return run_stages(config, Workplace(config.output_folder), lambda name, artefact: None)
+    return run_stages(config, RunContext(config.output_folder))
 
 
 def never_run(config: Config) -> Outcome:
@@ -82,7 +88,7 @@ def test_a_target_reads_its_triad_or_its_setting(drifting: Path) -> None:
 def test_an_unknown_effect_is_refused_before_anything_runs(copied: Path) -> None:
     config, text = load_config(copied), copied.read_bytes()
     with pytest.raises((ConfigError, CalibrationError), match="quadratc"):
-        turn(config, read_target(config, "gyroscope.quadratc"), never_run)
+        change_model(config, read_target(config, "gyroscope.quadratc"), never_run)
     assert copied.read_bytes() == text
 
 
@@ -98,7 +104,7 @@ def test_changes_that_change_nothing_are_refused(
 ) -> None:
     config = load_config(drifting)
     with pytest.raises(ConfigError, match=says):
-        edited(config, read_target(config, f"gyroscope.{name}"), remove)
+        edited_config(config, read_target(config, f"gyroscope.{name}"), remove)
 
 
 def test_the_last_effect_cannot_be_taken_out(copied: Path) -> None:
@@ -106,10 +112,10 @@ def test_the_last_effect_cannot_be_taken_out(copied: Path) -> None:
     copied.write_text(text, encoding="utf-8")
     config = load_config(copied)
     with pytest.raises(ConfigError, match="all that the model has"):
-        edited(config, read_target(config, "gyroscope.bias"), remove=True)
+        edited_config(config, read_target(config, "gyroscope.bias"), remove=True)
 
 
-def test_a_turn_knows_both_sides_and_writes_the_file_after_it_ran(
+def test_a_change_knows_both_sides_and_writes_the_file_after_it_ran(
     copied: Path, drift_found: Outcome
 ) -> None:
     config = load_config(copied)
@@ -119,24 +125,24 @@ def test_a_turn_knows_both_sides_and_writes_the_file_after_it_ran(
         seen.append(copied.read_text(encoding="utf-8"))
         return run(asked)
 
-    done = turn(config, read_target(config, "gyroscope.bias_drift"), watched)
+    change = change_model(config, read_target(config, "gyroscope.bias_drift"), watched)
     assert seen == [config.source.text] * 2
-    assert copied.read_text(encoding="utf-8") == done.after.config.source.text
-    assert done.before.gyroscope is not None
-    assert done.after.gyroscope is not None
-    before, after = done.before.gyroscope.calibration.fit, done.after.gyroscope.calibration.fit
+    assert copied.read_text(encoding="utf-8") == change.after.config.source.text
+    assert change.before.gyroscope is not None
+    assert change.after.gyroscope is not None
+    before, after = change.before.gyroscope.calibration.fit, change.after.gyroscope.calibration.fit
     assert after.chi2 / after.dof < 1.4 < before.chi2 / before.dof
     assert after.model.names == (*before.model.names, "bias_drift")
 
 
-def test_a_turn_that_fails_leaves_the_file_as_it_was(copied: Path, drift_found: Outcome) -> None:
+def test_a_change_that_fails_leaves_the_file_as_it_was(copied: Path, drift_found: Outcome) -> None:
     config, text = load_config(copied), copied.read_bytes()
 
     def fails(asked: Config) -> Outcome:
         raise Undetermined("these poses do not determine it")
 
     with pytest.raises(Undetermined, match="do not determine"):
-        turn(config, read_target(config, "gyroscope.bias_drift"), fails, before=drift_found)
+        change_model(config, read_target(config, "gyroscope.bias_drift"), fails, before=drift_found)
     assert copied.read_bytes() == text
 
 
@@ -151,7 +157,7 @@ def test_a_blind_effect_is_refused_with_its_reason(drift_found: Outcome, driftin
     config = load_config(drifting)
     target = read_target(config, "gyroscope.frame_rotation")
     with pytest.raises(Undetermined, match=r"these data cannot see it.*What would allow it"):
-        require_tellable(drift_found.gyroscope, target, although_aliased=True)
+        require_addable(drift_found.gyroscope, target, although_aliased=True)
 
 
 def test_aliases_are_refused_unless_the_user_insists(tmp_path: Path) -> None:
@@ -160,19 +166,19 @@ def test_aliases_are_refused_unless_the_user_insists(tmp_path: Path) -> None:
     assert found is not None
     target = read_target(config, "gyroscope.asymmetry")
     with pytest.raises(Undetermined, match=r"looks the same as .*--although-aliased"):
-        require_tellable(found, target, although_aliased=False)
-    require_tellable(found, target, although_aliased=True)
+        require_addable(found, target, although_aliased=False)
+    require_addable(found, target, although_aliased=True)
 
 
 def test_an_effect_that_nothing_calls_for_may_still_be_tried(
     copied: Path, drift_found: Outcome
 ) -> None:
     config = load_config(copied)
-    done = turn(config, read_target(config, "gyroscope.cubic"), run, before=drift_found)
-    assert done.after.gyroscope is not None
-    assert "cubic" in done.after.gyroscope.calibration.fit.model.names
+    change = change_model(config, read_target(config, "gyroscope.cubic"), run, before=drift_found)
+    assert change.after.gyroscope is not None
+    assert "cubic" in change.after.gyroscope.calibration.fit.model.names
     # It does not help, and what is missing is still named.
-    assert done.after.gyroscope.diagnosis.name == "bias_drift"
+    assert change.after.gyroscope.diagnosis.name == "bias_drift"
 
 
 def test_one_effect_or_auto_must_be_asked_for(

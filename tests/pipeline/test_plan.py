@@ -22,7 +22,7 @@ from calib.planning import (
 )
 from calib.poses.attitudes import natural_directions
 from calib.poses.imu_log import Triad
-from calib.poses.reference import CommonError
+from calib.poses.pose_set import CommonError
 from tests.fitting import averaged, calibrated, spec_of
 from tests.paths import ROOT
 from tests.world.designs import SLOW, paper_design

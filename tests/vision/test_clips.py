@@ -13,7 +13,7 @@ pytest.importorskip("av", reason="rendering clips needs PyAV")
 from tests.world.film import Recorder, Scene
 from tests.world.plate import PlateMotion
 from tests.world.scene import Mark, homography
-from vision.geometry import View, view_of_ellipse
+from vision.geometry import PlateView, view_of_ellipse
 
 RPM = 2 * np.pi / 60
 CLOCK = Timebase(ppm=0.0)
@@ -53,10 +53,11 @@ def test_the_motion_shows_where_the_axis_is(render):
     scene = Scene(tilt_rad=np.radians(35), camera_distance=4.5, tilt_azimuth_rad=-2.0)
     path, _ = render(PlateMotion(16.7 * RPM), scene, seconds=16)
     track = track_phase(path)
-    found, true = View(track.view), View(homography(scene))
+    found, true = PlateView(track.plate.view), PlateView(homography(scene))
     assert found.centre_px == pytest.approx(true.centre_px, abs=0.1)
     assert found.tilt_rad == pytest.approx(true.tilt_rad, abs=np.radians(0.3))
-    assert track.deck_mark_rad == pytest.approx(scene.deck_mark_azimuth_rad, abs=0.05)
+    fixed_rad = track.plate.fixed_mark_azimuth_rad
+    assert fixed_rad == pytest.approx(scene.deck_mark_azimuth_rad, abs=0.05)
 
 
 @pytest.mark.parametrize("rpm", [33.3, -33.4])
@@ -72,7 +73,7 @@ def test_the_rim_is_found_where_only_the_label_turns_about_the_middle_of_its_ell
     """Seen steeply from nearby; the measure ended at the label, with 2.3 times the noise."""
     scene = Scene(marks=(), tilt_rad=0.6, camera_distance=4.2, texture=2.5)
     path, _ = render(PlateMotion(16.7 * RPM), scene, seconds=16)
-    found, true = View(track_phase(path).view), View(homography(scene))
+    found, true = PlateView(track_phase(path).plate.view), PlateView(homography(scene))
     assert found.radius_px == pytest.approx(true.radius_px, rel=0.02)
     assert found.centre_px == pytest.approx(true.centre_px, abs=0.5)
 
@@ -143,7 +144,7 @@ def test_a_plate_half_outside_the_picture_is_followed_by_its_label_and_mark(rend
     path, _ = render(motion, Scene(centre_px=(5.0, 181.0), sensor_box=False), seconds=12,
                      recorder=STRONG)
     track = track_phase(path)
-    assert track.explained > 0.97
+    assert track.plate.explained > 0.97
     rate = measure_rate(track, timebase=CLOCK)
     assert abs(error_ppm(rate, motion)) < min(100, 3 * rate.image_sd_rad_s / rate.rate_rad_s * 1e6)
 
@@ -161,7 +162,7 @@ def test_two_equal_marks_opposite_each_other_do_not_halve_the_turn(render):
     motion = PlateMotion(33.3 * RPM)
     path, _ = render(motion, Scene(marks=marks, label=False, sensor_box=False), seconds=10)
     track = track_phase(path)
-    assert track.symmetry == 2
+    assert track.plate.symmetry == 2
     assert abs(error_ppm(measure_rate(track, timebase=CLOCK), motion)) < 30
 
 
@@ -209,7 +210,7 @@ def test_a_plate_at_rest_is_refused(render):
 
 
 def test_a_sheared_view_and_its_inverse_agree():
-    view = View(homography(Scene(tilt_rad=0.5)), lag_rad_px=2e-4)
+    view = PlateView(homography(Scene(tilt_rad=0.5)), lag_rad_px=2e-4)
     radius, azimuth = np.array([0.3, 0.9, 0.9]), np.array([0.5, 2.0, -1.2])
     assert view.plate(*view.pixels(radius, azimuth)) == (
         pytest.approx(radius),

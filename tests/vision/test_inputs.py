@@ -94,7 +94,7 @@ def test_a_file_that_ends_before_its_first_picture_says_so(clip, tmp_path):
     whole = path.read_bytes()
     pictures = whole.index(b"mdat")
     path.write_bytes(whole[: pictures + 40])
-    with pytest.raises(UnreadableVideo, match="not one picture could be decoded"):
+    with pytest.raises(UnreadableVideo, match="not one frame could be decoded"):
         track_phase(path)
     path.write_bytes(whole[: pictures + (len(whole) - pictures) * 6 // 10])
     assert any("cut short" in note for note in track_phase(path).notes)
@@ -110,20 +110,20 @@ def test_sound_without_pictures_is_no_film(tmp_path):
         frame.sample_rate = 8000
         container.mux(stream.encode(frame))
         container.mux(stream.encode())
-    with pytest.raises(UnreadableVideo, match=r"no video stream|not one picture"):
+    with pytest.raises(UnreadableVideo, match=r"no video stream|not one frame"):
         track_phase(path)
 
 
 def test_a_still_picture_is_no_film(clip, tmp_path):
     capture = cv2.VideoCapture(str(clip))
     cv2.imwrite(str(tmp_path / "still.png"), capture.read()[1])
-    with pytest.raises(UnreadableVideo, match=r"1 picture\(s\) found|no video stream"):
+    with pytest.raises(UnreadableVideo, match=r"1 frame\(s\) found|no video stream"):
         track_phase(tmp_path / "still.png")
 
 
 def test_one_picture_is_not_enough(render):
     path, _ = render(MOTION, seconds=1 / 15)
-    with pytest.raises(UnreadableVideo, match=r"1 picture\(s\) found"):
+    with pytest.raises(UnreadableVideo, match=r"1 frame\(s\) found"):
         track_phase(path)
 
 
@@ -142,8 +142,8 @@ def test_motion_jpeg_in_avi_gives_the_same_rate(clip, tmp_path):
 def test_a_large_film_is_reduced_and_gives_the_same_rate(clip, tmp_path):
     path = again(clip, tmp_path / "large.mp4", size=(1920, 1440))
     track = track_phase(path)
-    assert track.reduction == 2
-    assert track.size_px == (1920, 1440)
+    assert track.plate.reduction == 2
+    assert track.plate.size_px == (1920, 1440)
     rate = measure_rate(track, timebase=CLOCK)
     assert abs(rate.rate_rad_s / MOTION.rate_rad_s - 1) < 1e-4
 

@@ -9,7 +9,7 @@ from vision.orientation import Orientation, stated_orientation
 from vision.rate.measure import measure_rate
 from vision.rate.timebase import Timebase
 from vision.tracking.track import track_phase
-from vision.video import Film
+from vision.video import ClipReader
 
 pytest.importorskip("av", reason="rendering clips needs PyAV")
 
@@ -72,7 +72,7 @@ def shown(mp4, how):
 
 
 def first_picture(path):
-    with Film(path) as film:
+    with ClipReader(path) as film:
         return next(iter(film))[0].luma
 
 
@@ -85,11 +85,11 @@ def test_a_film_is_seen_and_measured_as_it_is_shown(how, clip, stored, tmp_path)
 
     a, b, c, d = MATRIX[how]
     track = track_phase(path)
-    assert track.size_px == (stored.size_px if a else stored.size_px[::-1])
+    assert track.plate.size_px == (stored.size_px if a else stored.size_px[::-1])
     # The deck's mark stands at azimuth φ, y upwards: x = cos φ, y = -sin φ.
     x, y = np.cos(stored.deck_mark_rad), -np.sin(stored.deck_mark_rad)
     expected = np.arctan2(-(b * x + d * y), a * x + c * y)
-    assert abs(np.angle(np.exp(1j * (track.deck_mark_rad - expected)))) < 0.03
+    assert abs(np.angle(np.exp(1j * (track.plate.fixed_mark_azimuth_rad - expected)))) < 0.03
 
     mirrored = a * d - b * c < 0
     rate = measure_rate(track, timebase=Timebase(ppm=0.0))

@@ -54,7 +54,7 @@ def test_what_is_no_whole_plate_gives_no_number(name):
 
 def test_a_plate_cut_by_the_edge_of_the_picture_is_refused_for_that():
     path = film("real_video/turntable_33_grazing/turntable.mp4")
-    with pytest.raises(RateRefused, match=r"outside the picture.*the plate is not fully seen"):
+    with pytest.raises(RateRefused, match=r"outside the frame.*the plate is not fully seen"):
         track_phase(path)
 
 

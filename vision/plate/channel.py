@@ -1,13 +1,13 @@
-"""What is followed of a picture: its brightness, or where that shows nothing an axis of colour.
+"""What is followed of a frame: its brightness, or where that shows nothing an axis of colour.
 
 The colour of a pixel apart from its brightness is a point c = (Cr, Cb) of the chroma plane. Where a
 mark of another colour passes, c moves along the line between the two colours, and that line is the
-principal axis of the covariance in time, summed over the picture,
+principal axis of the covariance in time, summed over the frame,
 
     Σ_p (cov_t c_p - N),
 
-with the noise N that of a place where nothing moves, the median over the picture. What is followed
-is the coordinate along the axis, a picture like any other: 128 + a·(c - 128).
+with the noise N that of a place where nothing moves, the median over the frame. What is followed
+is the coordinate along the axis, a frame like any other: 128 + a·(c - 128).
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from vision.plate.background import spread_choice
 from vision.video import NO_CHROMA, Frame, Luma
 
 GREY = 128  # Cr and Cb of what has no colour
-MOMENTS_OF = 60  # pictures
+MOMENTS_OF = 60  # frames
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Brightness:
     """The luma."""
 
     def __call__(self, frame: Frame) -> Luma:
-        """The picture itself, shape (h, w)."""
+        """The frame itself, shape (h, w)."""
         return frame.luma
 
     def __str__(self) -> str:
@@ -44,7 +44,7 @@ class ChromaAxis:
     cb: float
 
     def __call__(self, frame: Frame) -> Luma:
-        """The picture of the coordinate, grey at 128, shape (h, w)."""
+        """The frame of the coordinate, grey at 128, shape (h, w)."""
         row = np.array([[self.cr, self.cb, GREY * (1 - self.cr - self.cb)]])
         return np.asarray(cv2.transform(frame.chroma, row), np.uint8)
 

@@ -1,10 +1,11 @@
-"""Where a plate may be: ellipses in the still picture, and ellipses along which a mark moves.
+"""Where a plate may be: ellipses in the background, and ellipses along which a mark moves.
 
 These are proposals. Which of them turns, and where exactly its axis is, the motion itself decides
 (``vision.plate.template``).
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from random import Random
 from typing import Any
 
@@ -12,53 +13,104 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.geometry import View, view_of_ellipse
+from vision.geometry import PlateView, view_of_ellipse
 from vision.plate.background import spread_choice
 from vision.video import Luma
 
 LARGEST_SIDE = 400  # pixels; a proposal needs no more
 LEVELS = 9  # brightness thresholds tried
-SMALLEST_AREA = 0.015  # of the picture
-FLATTEST = 0.2  # minor over major axis; flatter is more than 78° of tilt
-OPENINGS = (0.02, 0.07)  # of the shorter side: cuts what touches the rim (tonearm, rod, hand)
-FIT_TOLERANCE = 0.02  # of the mean axis, rms of the contour about the ellipse
-SAME = 0.06  # proposals closer than this in centre and axes (of the axes) are one
 MOST = 8
-TRACK_PICTURES = 120
+FEWEST_POINTS = 20  # of a contour: that many make an ellipse
+POINT_SPACING = 3.0  # pixels of the reduced frame
+BORDER = 2  # pixels of the reduced frame, in which a contour is the frame's own
+SPOT_REACH = 8  # pixels about the most changed one
+TRACK_FRAMES = 120
+FEWEST_SPOTS = 12  # two per parameter of an ellipse and spindle
+CERTAIN = 0.99  # probability that need not be told from one
+SAMPLE = 6  # spots; five make an ellipse
 TRACK_TRIALS = 300
-TRACK_MISSED = 1e-4  # probability at which trials end that not one of them was free of strays
-TRACK_INLIERS = 0.4
-TRACK_TOLERANCE = 0.03  # of the ellipse's mean axis
-RIM_OVER_TRACK = 1.15  # a mark is put near the rim
 
 Ellipse = tuple[tuple[float, float], tuple[float, float], float]  # centre, full axes, degrees
 
 
-def proposals(still: Luma, pictures: Sequence[Luma]) -> list[View]:
+@dataclass(frozen=True)
+class DetectionThresholds:
+    """Which ellipses are proposed. All tuned on tests.bench.vision_scenes.
+
+    Attributes
+    ----------
+    smallest_area : float
+        Of the frame, within a contour.
+    flattest : float
+        Minor over major axis; flatter is more than 78° of tilt.
+    narrow_opening : float
+        Of the shorter side of the frame: cuts what touches the rim (tonearm, rod).
+    wide_opening : float
+        The same for what is broader (hand).
+    misfit : float
+        Of the mean axis, rms of a contour about its ellipse, at most.
+    same : float
+        Of the axes: ellipses closer than this in centre and axes are one.
+    outside : float
+        Of the frame's sides, by which a centre may lie outside.
+    largest : float
+        Of the longer side of the frame, major axis at most.
+    smallest_track : float
+        Of the shorter side, minor axis of a mark's track at least.
+    track_share : float
+        Of the frames, in which the spot is on its track.
+    track_misfit : float
+        Of the mean axis, of a spot on its track.
+    missed : float
+        Probability at which trials end that not one of them was free of strays. Derived: one clip
+        in ten thousand.
+    rim_over_track : float
+        Times the track's axes: a mark is put near the rim.
+    """
+
+    smallest_area: float = 0.015
+    flattest: float = 0.2
+    narrow_opening: float = 0.02
+    wide_opening: float = 0.07
+    misfit: float = 0.02
+    same: float = 0.06
+    outside: float = 0.2
+    largest: float = 2.0
+    smallest_track: float = 0.1
+    track_share: float = 0.4
+    track_misfit: float = 0.03
+    missed: float = 0.0001
+    rim_over_track: float = 1.15
+
+
+THRESHOLDS = DetectionThresholds()
+
+
+def proposals(background: Luma, images: Sequence[Luma]) -> list[PlateView]:
     """Views of possible plates, the unit circle on the rim (about), largest first."""
-    factor = -(-max(still.shape) // LARGEST_SIDE)
-    small = _reduced(still, factor)
+    factor = -(-max(background.shape) // LARGEST_SIDE)
+    small = _reduced(background, factor)
     some = [
-        _reduced(pictures[i], factor) for i in spread_choice(len(pictures), TRACK_PICTURES)
+        _reduced(images[i], factor) for i in spread_choice(len(images), TRACK_FRAMES)
     ]
-    found: list[Ellipse] = []
+    ellipses: list[Ellipse] = []
     for ellipse in (*_edges(small), *_mark_tracks(small, some)):
-        if not any(_same(ellipse, other) for other in found):
-            found.append(ellipse)
-    found.sort(key=lambda e: -e[1][0] * e[1][1])
-    return [_view(ellipse, factor) for ellipse in found[:MOST]]
+        if not any(_same(ellipse, other) for other in ellipses):
+            ellipses.append(ellipse)
+    ellipses.sort(key=lambda e: -e[1][0] * e[1][1])
+    return [_view(ellipse, factor) for ellipse in ellipses[:MOST]]
 
 
-def _reduced(picture: Luma, factor: int) -> Luma:
+def _reduced(image: Luma, factor: int) -> Luma:
     if factor == 1:
-        return picture
-    h, w = (n // factor for n in picture.shape)
-    whole = picture[: h * factor, : w * factor]
+        return image
+    h, w = (n // factor for n in image.shape)
+    whole = image[: h * factor, : w * factor]
     return np.asarray(cv2.resize(whole, (w, h), interpolation=cv2.INTER_AREA), np.uint8)
 
 
-def _view(ellipse: Ellipse, factor: int) -> View:
-    """View of an ellipse in a picture that was reduced by a factor."""
+def _view(ellipse: Ellipse, factor: int) -> PlateView:
+    """View of an ellipse in a frame that was reduced by a factor."""
     (x, y), (a, b), degrees = ellipse
     middle = (factor - 1) / 2
     return view_of_ellipse(
@@ -72,47 +124,47 @@ def _same(one: Ellipse, other: Ellipse) -> bool:
     size = sum(one[1]) / 2
     centre = np.hypot(one[0][0] - other[0][0], one[0][1] - other[0][1])
     axes = np.abs(np.sort(one[1]) - np.sort(other[1])).max()
-    return bool(centre < SAME * size / 2 and axes < SAME * size)
+    return bool(centre < THRESHOLDS.same * size / 2 and axes < THRESHOLDS.same * size)
 
 
-def _edges(still: Luma) -> list[Ellipse]:
+def _edges(background: Luma) -> list[Ellipse]:
     """Ellipses around connected areas brighter or darker than one of several levels."""
-    smooth = cv2.GaussianBlur(still, (5, 5), 0)
+    smooth = cv2.GaussianBlur(background, (5, 5), 0)
     low, high = np.percentile(smooth, (2, 98))
-    found = []
+    fits = []
     for level in np.linspace(low, high, LEVELS + 2)[1:-1]:
         bright = np.where(smooth > level, 255, 0).astype(np.uint8)
         for area in (bright, cv2.bitwise_not(bright)):
-            for opening in OPENINGS:
-                size = 2 * round(opening * min(still.shape) / 2) + 1
+            for opening in (THRESHOLDS.narrow_opening, THRESHOLDS.wide_opening):
+                size = 2 * round(opening * min(background.shape) / 2) + 1
                 kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
                 opened = cv2.morphologyEx(area, cv2.MORPH_OPEN, kernel)
                 contours, _ = cv2.findContours(opened, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-                found += [
+                fits += [
                     fit
                     for contour in contours
-                    if (fit := _ellipse_around(np.asarray(contour), still.shape)) is not None
+                    if (fit := _ellipse_around(np.asarray(contour), background.shape)) is not None
                 ]
-    found.sort(key=lambda item: item[0])
-    return [ellipse for _, ellipse in found]
+    fits.sort(key=lambda item: item[0])
+    return [ellipse for _, ellipse in fits]
 
 
-def _ellipse_around(contour: NDArray[Any], shape: tuple[int, ...]) -> tuple[float, Ellipse] | None:
-    """Relative misfit and ellipse of the part of a contour that is not the picture's border."""
-    if len(contour) < 40 or cv2.contourArea(contour) < SMALLEST_AREA * shape[0] * shape[1]:
+def _ellipse_around(contour: NDArray[Any], shape: tuple[int, int]) -> tuple[float, Ellipse] | None:
+    """Relative misfit and ellipse of the part of a contour that is not the frame's border."""
+    h, w = shape
+    if cv2.contourArea(contour) < THRESHOLDS.smallest_area * h * w:
         return None
-    points = cv2.convexHull(contour)[:, 0].astype(np.float64)
     # The hull keeps the ends of straight runs only; points between them keep the fit balanced.
-    points = _resample(points)
-    inside = (
-        (points > 2).all(axis=1) & (points[:, 0] < shape[1] - 3) & (points[:, 1] < shape[0] - 3)
-    )
-    points = points[inside]
-    if len(points) < 20:
+    points = _resample(cv2.convexHull(contour)[:, 0].astype(np.float64))
+    inside = (points > BORDER) & (points < np.array([w, h]) - 1 - BORDER)
+    points = points[inside.all(axis=1)]
+    if len(points) < FEWEST_POINTS:
         return None
     ellipse = _fitted(points)
-    misfit = np.sqrt(np.mean(_distance(ellipse, points) ** 2))
-    return (float(misfit), ellipse) if _sound(ellipse, shape) and misfit < FIT_TOLERANCE else None
+    misfit = float(np.sqrt(np.mean(_distance(ellipse, points) ** 2)))
+    if misfit > THRESHOLDS.misfit or not _sound(ellipse, shape):
+        return None
+    return misfit, ellipse
 
 
 def _fitted(points: NDArray[np.float64]) -> Ellipse:
@@ -125,17 +177,17 @@ def _sound(ellipse: Ellipse, shape: tuple[int, ...]) -> bool:
     h, w = shape[:2]
     return bool(
         np.isfinite([x, y, *axes]).all()
-        and min(axes) > FLATTEST * max(axes)
-        and max(axes) < 2 * max(h, w)
-        and -0.2 * w < x < 1.2 * w
-        and -0.2 * h < y < 1.2 * h
+        and min(axes) > THRESHOLDS.flattest * max(axes)
+        and max(axes) < THRESHOLDS.largest * max(h, w)
+        and abs(x / w - 0.5) < 0.5 + THRESHOLDS.outside
+        and abs(y / h - 0.5) < 0.5 + THRESHOLDS.outside
     )
 
 
-def _resample(polygon: NDArray[np.float64], spacing: float = 3.0) -> NDArray[np.float64]:
+def _resample(polygon: NDArray[np.float64]) -> NDArray[np.float64]:
     closed = np.vstack([polygon, polygon[:1]])
     along = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
-    at = np.arange(0, along[-1], spacing)
+    at = np.arange(0, along[-1], POINT_SPACING)
     return np.stack([np.interp(at, along, closed[:, i]) for i in (0, 1)], axis=1)
 
 
@@ -149,39 +201,37 @@ def _distance(ellipse: Ellipse, points: NDArray[np.float64]) -> NDArray[np.float
     return np.asarray(reach * np.abs(1 - 1 / np.maximum(ratio, 1e-6)) * 2 / np.sqrt(a * b))
 
 
-def _mark_tracks(still: Luma, pictures: Sequence[Luma]) -> list[Ellipse]:
+def _mark_tracks(background: Luma, images: Sequence[Luma]) -> list[Ellipse]:
     """The ellipse along which the most conspicuous moving spot runs, grown to the rim."""
     spots = []
-    for picture in pictures:
-        change = cv2.GaussianBlur(cv2.absdiff(picture, still), (5, 5), 0)
+    for image in images:
+        change = cv2.GaussianBlur(cv2.absdiff(image, background), (5, 5), 0)
         _, peak, _, (x, y) = cv2.minMaxLoc(change)
-        box = change[max(y - 8, 0) : y + 9, max(x - 8, 0) : x + 9].astype(float)
+        left, top = max(x - SPOT_REACH, 0), max(y - SPOT_REACH, 0)
+        box = change[top : y + SPOT_REACH + 1, left : x + SPOT_REACH + 1].astype(float)
         box[box < peak / 2] = 0
         rows, columns = np.indices(box.shape)
-        spots.append(
-            [
-                max(x - 8, 0) + (box * columns).sum() / max(box.sum(), 1),
-                max(y - 8, 0) + (box * rows).sum() / max(box.sum(), 1),
-            ]
-        )
+        total = max(box.sum(), 1)
+        spots.append([left + (box * columns).sum() / total, top + (box * rows).sum() / total])
     points = np.array(spots)
-    if len(points) < 12:
+    if len(points) < FEWEST_SPOTS:
         return []
-    rng = Random(0)  # the same film gives the same proposals
+    smallest = THRESHOLDS.smallest_track * min(background.shape)
+    rng = Random(0)  # the same clip gives the same proposals
     best: NDArray[np.bool_] = np.zeros(len(points), bool)
     needed = float(TRACK_TRIALS)
     for trial in range(TRACK_TRIALS):
         if trial >= needed:
             break
-        sample = points[rng.sample(range(len(points)), 6)]
-        ellipse = _fitted(sample)
-        if not _sound(ellipse, still.shape) or min(ellipse[1]) < 0.1 * min(still.shape):
+        ellipse = _fitted(points[rng.sample(range(len(points)), SAMPLE)])
+        if not _sound(ellipse, background.shape) or min(ellipse[1]) < smallest:
             continue
-        near = _distance(ellipse, points) < TRACK_TOLERANCE
+        near = _distance(ellipse, points) < THRESHOLDS.track_misfit
         if near.sum() > best.sum():
             best = near
-            needed = np.log(TRACK_MISSED) / np.log1p(-min(best.mean() ** len(sample), 0.99))
-    if best.sum() < max(10, TRACK_INLIERS * len(points)):
+            free_of_strays = best.mean() ** SAMPLE
+            needed = np.log(THRESHOLDS.missed) / np.log1p(-min(free_of_strays, CERTAIN))
+    if best.sum() < max(FEWEST_SPOTS, THRESHOLDS.track_share * len(points)):
         return []
-    centre, axes, degrees = _fitted(points[best])
-    return [(centre, (axes[0] * RIM_OVER_TRACK, axes[1] * RIM_OVER_TRACK), degrees)]
+    centre, (a, b), degrees = _fitted(points[best])
+    return [(centre, (a * THRESHOLDS.rim_over_track, b * THRESHOLDS.rim_over_track), degrees)]

@@ -1,4 +1,4 @@
-"""The mark on the plate and the fixed mark beside it, and the centroid of a mark in a picture."""
+"""The mark on the plate and the fixed mark beside it, and the centroid of a mark in a frame."""
 
 from dataclasses import dataclass
 
@@ -6,18 +6,56 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.geometry import FloatArray, View
-from vision.plate.polar import polar_grid
+from vision.geometry import FloatArray, PlateView
+from vision.plate.polar import polar_grid, ring_spectra
 from vision.plate.template import Template
 from vision.video import Luma
 
-HALF = 0.5  # of the highest contrast: what belongs to the mark
-WIDEST_RAD = 0.7
-RIVAL = 0.75  # a second spot as strong as this along the same rings makes the mark ambiguous
-CENTROID_FLOOR = 0.25  # of the peak
-DECK_RINGS = (1.01, 1.35)  # plate radii in which a fixed mark is looked for
-DECK_CONTRAST = 6.0  # times the scatter of its surroundings
-DECK_AZIMUTHS = 720
+MOST_FOLD = 12  # turns into itself that are looked for
+NARROWEST = 3  # samples of azimuth, of a mark
+
+FIXED_MARK_RINGS = (1.01, 1.35)  # plate radii in which a fixed mark is looked for
+FIXED_MARK_AZIMUTHS = 720
+FIXED_MARK_SPACING_PX = 1.5
+FIXED_MARK_NEIGHBOURHOOD = 61  # azimuths, against whose mean the contrast is
+SD_PER_MAD = 1.4826  # fact: sd of a normal distribution over its median absolute deviation
+
+
+@dataclass(frozen=True)
+class MarkThresholds:
+    """What is a mark. Tuned on tests.bench.vision_scenes.
+
+    Attributes
+    ----------
+    edge : float
+        Of the highest contrast: what belongs to the mark.
+    widest_rad : float
+        Width of a mark in rad, at most.
+    rival : float
+        Of the mark's contrast: a second spot as strong along the same rings makes it ambiguous.
+    floor : float
+        Of the peak, taken off before the centroid is formed.
+    fixed_contrast : float
+        Times the scatter around it, that a fixed mark stands out.
+    fixed_seen : float
+        Of the ring outside the rim, that is inside the frame.
+    alike : float
+        Correlation of the template with itself turned by a part of a turn, for it to be symmetric.
+    apart : float
+        The same correlation, where a mark does not overlap itself any more.
+    """
+
+    edge: float = 0.5
+    widest_rad: float = 0.7
+    rival: float = 0.75
+    floor: float = 0.25
+    fixed_contrast: float = 6.0
+    fixed_seen: float = 0.3
+    alike: float = 0.9
+    apart: float = 0.5
+
+
+THRESHOLDS = MarkThresholds()
 
 
 @dataclass(frozen=True)
@@ -53,12 +91,13 @@ def find_mark(template: Template) -> PlateMark | None:
     best: tuple[float, PlateMark] | None = None
     for sign in (1, -1):
         contrast = np.maximum(cv2.blur(sign * np.hstack([turning, turning]), (3, 3)), 0)
-        spots = (contrast > HALF * contrast.max()).astype(np.uint8)
+        spots = (contrast > THRESHOLDS.edge * contrast.max()).astype(np.uint8)
         count, labels, stats, _ = cv2.connectedComponentsWithStats(spots)
         for i in range(1, count):
             left, top, width, height, _ = stats[i]
             width_rad = width * 2 * np.pi / n
-            if not n // 4 <= left + width / 2 < n // 4 + n or width_rad > WIDEST_RAD or width < 3:
+            in_the_middle = n // 4 <= left + width / 2 < n // 4 + n
+            if not in_the_middle or width < NARROWEST or width_rad > THRESHOLDS.widest_rad:
                 continue
             inside = np.where(labels == i, contrast, 0)[top : top + height, left : left + width]
             strength = float((inside**2 * radius[top : top + height, None]).sum())
@@ -82,19 +121,19 @@ def find_mark(template: Template) -> PlateMark | None:
     mark = best[1]
     profile = mark.sign * turning[mark.first_ring : mark.last_ring].sum(axis=0)
     away = np.abs(np.angle(np.exp(1j * (_azimuths(n) - mark.azimuth_rad)))) > mark.width_rad
-    unique = bool(profile[away].max() < RIVAL * profile[~away].max())
+    unique = bool(profile[away].max() < THRESHOLDS.rival * profile[~away].max())
     return PlateMark(**{**vars(mark), "unique": unique})
 
 
 def centroid(
     along: NDArray[np.float32], mark: PlateMark, expected_rad: FloatArray
 ) -> FloatArray:
-    """Azimuth of the mark in some pictures.
+    """Azimuth of the mark in some frames.
 
     Parameters
     ----------
     along : array, shape (f, n)
-        The pictures less what stands still, summed over the rings of the mark.
+        The frames less what stands still, summed over the rings of the mark.
     mark : PlateMark
     expected_rad : array, shape (f,)
         Where the mark should be; only an ambiguous mark needs it.
@@ -117,7 +156,7 @@ def centroid(
     nearby = np.arange(-2 * half, 2 * half + 1)
     window = np.take_along_axis(padded, (peak + 3 * half)[:, None] + nearby, axis=1)
     highest = window.max(axis=1)
-    weight = np.maximum(window - CENTROID_FLOOR * highest[:, None], 0.0)
+    weight = np.maximum(window - THRESHOLDS.floor * highest[:, None], 0.0)
     total = weight.sum(axis=1)
     clear = (highest > 0) & (total > 0)
     offset = (weight * nearby).sum(axis=1) / np.where(clear, total, 1.0)
@@ -129,30 +168,68 @@ def _azimuths(n: int) -> FloatArray:
     return np.arange(n) * 2 * np.pi / n
 
 
-def find_deck_mark(still: Luma, view: View) -> tuple[float, float] | None:
-    """Radius and azimuth of the most conspicuous compact spot just outside the rim, or None."""
-    spacing = 1.5 / view.radius_px
-    radius = np.arange(DECK_RINGS[0], DECK_RINGS[1], spacing)
-    grid = polar_grid(view, radius, DECK_AZIMUTHS, still.shape)
-    strip = cv2.GaussianBlur(grid.strip(still).astype(np.float32), (5, 3), 0)
+def find_fixed_mark(background: Luma, view: PlateView) -> tuple[float, float] | None:
+    """The most conspicuous compact spot just outside the rim.
+
+    Parameters
+    ----------
+    background : array of uint8, shape (h, w)
+    view : PlateView
+        At rest.
+
+    Returns
+    -------
+    (radius, azimuth) or None
+        In plate radii and rad.
+    """
+    spacing = FIXED_MARK_SPACING_PX / view.radius_px
+    radius = np.arange(FIXED_MARK_RINGS[0], FIXED_MARK_RINGS[1], spacing)
+    grid = polar_grid(view, radius, FIXED_MARK_AZIMUTHS, background.shape)
+    strip = cv2.GaussianBlur(grid.strip(background).astype(np.float32), (5, 3), 0)
     seen = grid.seen > 0
-    if seen.mean() < 0.3:
+    if seen.mean() < THRESHOLDS.fixed_seen:
         return None
-    filled = np.where(seen, strip, np.nan)
-    with np.errstate(all="ignore"):
-        surroundings = np.nanmedian(filled[:, seen.any(axis=0)])
-    # Against the neighbourhood, so that shading across the deck does not count.
-    wide = cv2.blur(np.where(seen, strip, surroundings).astype(np.float32), (61, 1))
+    surroundings = np.median(strip[seen])
+    # Against the neighbourhood, so that shading across the frame does not count.
+    filled = np.where(seen, strip, surroundings).astype(np.float32)
+    wide = cv2.blur(filled, (FIXED_MARK_NEIGHBOURHOOD, 1))
     contrast = np.where(seen, np.abs(strip - wide), 0)
-    scatter = 1.4826 * np.median(contrast[seen])
+    scatter = SD_PER_MAD * np.median(contrast[seen])
     _, peak, _, (column, row) = cv2.minMaxLoc(contrast)
-    if peak < DECK_CONTRAST * max(scatter, 1.0):
+    if peak < THRESHOLDS.fixed_contrast * max(scatter, 1.0):
         return None
-    spots = (np.hstack([contrast, contrast]) > HALF * peak).astype(np.uint8)
+    spots = (np.hstack([contrast, contrast]) > THRESHOLDS.edge * peak).astype(np.uint8)
     _, labels, stats, centres = cv2.connectedComponentsWithStats(spots)
-    label = int(labels[row, column if column > 60 else column + DECK_AZIMUTHS])
-    if stats[label][2] * 2 * np.pi / DECK_AZIMUTHS > WIDEST_RAD:
+    # Of the two images of the spot side by side, one that the ends of the strip do not cut.
+    whole = column if column >= FIXED_MARK_NEIGHBOURHOOD else column + FIXED_MARK_AZIMUTHS
+    label = int(labels[row, whole])
+    if stats[label][2] * 2 * np.pi / FIXED_MARK_AZIMUTHS > THRESHOLDS.widest_rad:
         return None
-    azimuth = centres[label][0] * 2 * np.pi / DECK_AZIMUTHS
+    azimuth = centres[label][0] * 2 * np.pi / FIXED_MARK_AZIMUTHS
     ring = float(np.interp(centres[label][1], np.arange(len(radius)), radius))
     return ring, float(np.angle(np.exp(1j * azimuth)))
+
+
+def symmetry(template: Template) -> int:
+    """How many times per turn the plate looks the same."""
+    alike = _likeness(template)
+    for fold in range(MOST_FOLD, 1, -1):
+        at = round(template.grid.azimuths / fold)
+        if alike[at - 1 : at + 2].max() > THRESHOLDS.alike:
+            return fold
+    return 1
+
+
+def repeats_itself(template: Template) -> bool:
+    """Whether the plate looks the same again anywhere around it."""
+    alike = _likeness(template)
+    beside = int(np.argmax(alike < THRESHOLDS.apart))
+    return bool(alike[beside : len(alike) - beside].max() > THRESHOLDS.alike)
+
+
+def _likeness(template: Template) -> FloatArray:
+    """Correlation of the template with itself turned by 0, 1, 2, … samples, shape (n,)."""
+    power = np.abs(ring_spectra(template.turning)) ** 2
+    power = (power * template.grid.weight()[:, None]).sum(axis=0)
+    correlation = np.fft.irfft(power, template.grid.azimuths)
+    return np.asarray(correlation / max(float(correlation[0]), 1e-9))

@@ -1,4 +1,4 @@
-"""Polar sampling of a picture about the spindle, in the view of the plate."""
+"""Polar sampling of a frame about the spindle, in the view of the plate."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,11 +7,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.geometry import FloatArray, View
+from vision.geometry import FloatArray, PlateView
 from vision.video import Luma
 
-Strips = NDArray[np.float32]  # (pictures, rings, azimuths), or of one picture (rings, azimuths)
-Spectra = NDArray[np.complex64]  # (pictures, rings, azimuths // 2 + 1)
+Strips = NDArray[np.float32]  # (frames, rings, azimuths), or of one frame (rings, azimuths)
+Spectra = NDArray[np.complex64]  # (frames, rings, azimuths // 2 + 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,10 +26,10 @@ class Grid:
     x, y : array, shape (r, n)
         Pixels of the samples.
     inside, uncovered : array, shape (r, n)
-        1 where the point is inside the picture; where nothing stands in front of it; else 0.
+        1 where the point is inside the frame; where nothing stands in front of it; else 0.
     """
 
-    view: View
+    view: PlateView
     radius: FloatArray
     azimuths: int
     x: Strips
@@ -37,20 +37,20 @@ class Grid:
     inside: Strips
     uncovered: Strips
 
-    def strip(self, picture: Luma) -> Luma:
-        """The picture along the rings, shape (r, n)."""
-        return np.asarray(cv2.remap(picture, self.x, self.y, cv2.INTER_LINEAR), np.uint8)
+    def strip(self, image: Luma) -> Luma:
+        """The frame along the rings, shape (r, n)."""
+        return np.asarray(cv2.remap(image, self.x, self.y, cv2.INTER_LINEAR), np.uint8)
 
-    def beyond(self, still: Strips, pictures: Sequence[Luma]) -> Strips:
-        """What the pictures show beyond a strip, 0 where nothing is seen; shape (f, r, n)."""
-        differences = np.empty((len(pictures), *self.x.shape), np.float32)
+    def differences(self, background: Strips, images: Sequence[Luma]) -> Strips:
+        """The frames less a background strip, 0 where nothing is seen; shape (f, r, n)."""
+        differences = np.empty((len(images), *self.x.shape), np.float32)
         seen = self.seen
-        for difference, picture in zip(differences, pictures, strict=True):
-            np.subtract(self.strip(picture), still, out=difference)
+        for difference, image in zip(differences, images, strict=True):
+            np.subtract(self.strip(image), background, out=difference)
             difference *= seen
         return differences
 
-    def moved(self, view: View, shape: tuple[int, ...]) -> "Grid":
+    def moved(self, view: PlateView, shape: tuple[int, ...]) -> "Grid":
         """The same rings in another view; what was covered stays covered."""
         return replace(
             polar_grid(view, self.radius, self.azimuths, shape), uncovered=self.uncovered
@@ -65,16 +65,16 @@ class Grid:
 
     @property
     def seen(self) -> Strips:
-        """1 where the point is inside the picture and not covered, else 0; shape (r, n)."""
+        """1 where the point is inside the frame and not covered, else 0; shape (r, n)."""
         return self.inside * self.uncovered
 
     def weight(self) -> NDArray[np.float32]:
-        """Pixels of the film per sample of each ring, shape (r,), up to a factor: the radius."""
+        """Pixels of the clip per sample of each ring, shape (r,), up to a factor: the radius."""
         return self.radius.astype(np.float32)
 
 
-def polar_grid(view: View, radius: FloatArray, azimuths: int, shape: tuple[int, ...]) -> Grid:
-    """Sampling positions for pictures of the given shape."""
+def polar_grid(view: PlateView, radius: FloatArray, azimuths: int, shape: tuple[int, ...]) -> Grid:
+    """Sampling positions for frames of the given shape."""
     azimuth = np.arange(azimuths) * 2 * np.pi / azimuths
     x, y = view.pixels(radius[:, None], azimuth[None, :])
     inside = (x >= 0) & (y >= 0) & (x <= shape[1] - 1) & (y <= shape[0] - 1)
@@ -101,3 +101,9 @@ def ring_spectra(strips: Strips) -> Spectra:
     pairs[:, 0] = packed[:, 0]
     pairs[:, 2:-1] = packed[:, 1:]
     return pairs.view(np.complex64).reshape(*strips.shape[:-1], n // 2 + 1)
+
+
+def turns(angle_rad: FloatArray, orders: int) -> Spectra:
+    """exp(ikθ), the factors that turn spectra back by the angles, shape (f, 1, orders)."""
+    k = np.arange(orders)
+    return np.asarray(np.exp(1j * k * angle_rad[:, None])[:, None, :], np.complex64)

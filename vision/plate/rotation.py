@@ -6,45 +6,72 @@ that adds up coherently for a trial rate, over all orders and rings,
     P(ω) = Σ_r w_r Σ_k |Σ_i F_i(r, k) exp(ikωt_i)|²,
 
 is a share of the whole energy close to one at the true rate. What brightens and fades in place, as
-flicker, reflections and the blocks of a compressed film do, is a real amplitude times a pattern and
+flicker, reflections and the blocks of a compressed clip do, is a real amplitude times a pattern and
 has the same power at ω and -ω; what turns has it at one of them. So P(ω) - P(-ω) is looked at. No
-mark, no first guess, no memory of earlier pictures.
+mark, no first guess, no memory of earlier frames.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.geometry import FloatArray, View
+from vision.geometry import FloatArray, PlateView
 
-WINDOW = 48  # pictures
-CALM = 1e-6  # mean square change, luma steps squared, that is rounding of the transforms
-LEAST_SHOWN = 0.5  # of the energy, that shows a direction however slow the plate
-FAVOUR_SLOW = 0.1  # share of the power taken off the fastest trial rate
+WINDOW = 48  # frames
 BLOCK = 32  # trial rates at once: small products stay on one thread, beside the decoder's
-STEEP_RAD = np.radians(8)  # flatter views have the spindle in the middle of the rim's ellipse
 NEARNESS = (0.1, 0.2, 0.3)  # 1/D tried, D the distance of the camera in plate radii
-SAME_SPINDLE = 0.1  # of the smaller radius
 ORDERS = 8  # angular orders 1 ... that are added up
 
 
+@dataclass(frozen=True)
+class RotationThresholds:
+    """When something turns about an axis. Tuned on tests.bench.vision_scenes but where stated.
+
+    Attributes
+    ----------
+    calm : float
+        Mean square change, luma steps squared, that is rounding of the transforms. Derived: single
+        precision of 8 bits.
+    least_shown : float
+        Of the energy, that shows a direction however slow the plate.
+    favour_slow : float
+        Share of the power taken off the fastest trial rate, for a symmetric plate to have the
+        slowest of its aliases.
+    steep_rad : float
+        Tilt from which the spindle is sought beside the middle of the rim's ellipse. Derived: at 8°
+        from three radii away it is 5 % of the radius off.
+    same_spindle : float
+        Of the smaller radius: views closer than this in centre are of one plate.
+    """
+
+    calm: float = 1e-06
+    least_shown: float = 0.5
+    favour_slow: float = 0.1
+    steep_rad: float = math.radians(8)
+    same_spindle: float = 0.1
+
+
+THRESHOLDS = RotationThresholds()
+
+
 @dataclass(frozen=True, eq=False)
-class Spin:
+class CoarseRotation:
     """Rough motion about an axis.
 
     Attributes
     ----------
     angle_rad : array, shape (f,)
-        Plate angle at each picture, zero at the first, continuous.
+        Plate angle at each frame, zero at the first, continuous.
     coherence : float
         Share of the varying energy that turns together, what would as well turn the other way not
         counted; median over the windows, 0 to 1.
     varying : float
         Energy that varies, whether it turns or not: luma steps squared times the samples' weight.
     clearest : slice
-        Pictures of the window that turns together best. Between windows pictures may be missing,
+        Frames of the window that turns together best. Between windows frames may be missing,
         and the angle with them.
     """
 
@@ -54,10 +81,10 @@ class Spin:
     clearest: slice
 
 
-def find_spin(
+def coarse_rotation(
     spectra: NDArray[np.complex64], weight: NDArray[np.float32], time_s: FloatArray
-) -> Spin:
-    """Rough plate angles from angular spectra, shape (pictures, rings, orders)."""
+) -> CoarseRotation:
+    """Rough plate angles from angular spectra, shape (frames, rings, orders)."""
     frames = len(time_s)
     window = min(WINDOW, frames)
     starts = np.unique(np.linspace(0, frames - window, max(1, -(-frames // window))).astype(int))
@@ -74,7 +101,7 @@ def find_spin(
     step = 0.5 * (rate_at[1:] + rate_at[:-1]) * np.diff(time_s)
     angle = np.concatenate([[0.0], np.cumsum(step)])
     clearest = int(starts[int(np.argmax(shares))])
-    return Spin(
+    return CoarseRotation(
         angle,
         float(np.median(shares)),
         float(np.median(energies)),
@@ -83,17 +110,17 @@ def find_spin(
 
 
 def seek_spindle(
-    view: View, spin_about: Callable[[View], Spin], certain: float
-) -> tuple[View, Spin]:
+    view: PlateView, spin_about: Callable[[PlateView], CoarseRotation], certain: float
+) -> tuple[PlateView, CoarseRotation]:
     """The view with the spindle where most turns together, and that spin.
 
     From D radii away, at a tilt α, the spindle appears off the middle of the rim's ellipse by
     sin α / D radii of the plate, on the minor axis. About the middle a label may turn, a rim seen
     steeply does not. Not sought where the coherence is ``certain`` at once.
     """
-    best, spin = view, spin_about(view)
-    if spin.coherence > certain or view.tilt_rad < STEEP_RAD:
-        return best, spin
+    best, rotation = view, spin_about(view)
+    if rotation.coherence > certain or view.tilt_rad < THRESHOLDS.steep_rad:
+        return best, rotation
     squeezed = np.linalg.svd(view.jacobian_at_centre())[2][1]  # direction on the plate
     for side in (1, -1):
         for nearness in NEARNESS:
@@ -101,16 +128,16 @@ def seek_spindle(
             x, y = view.pixels(np.hypot(u, v), np.arctan2(v, u))
             other = view.about(float(x), float(y))
             turning = spin_about(other)
-            if turning.coherence <= spin.coherence:
+            if turning.coherence <= rotation.coherence:
                 break
-            best, spin = other, turning
-    return best, spin
+            best, rotation = other, turning
+    return best, rotation
 
 
-def same_spindle(smaller: View, larger: View) -> bool:
+def same_spindle(smaller: PlateView, larger: PlateView) -> bool:
     """A label turns with a larger share of what changes inside it than its plate does."""
     (x1, y1), (x2, y2) = smaller.centre_px, larger.centre_px
-    return float(np.hypot(x1 - x2, y1 - y2)) < SAME_SPINDLE * smaller.radius_px
+    return float(np.hypot(x1 - x2, y1 - y2)) < THRESHOLDS.same_spindle * smaller.radius_px
 
 
 def _power(trial: FloatArray, time_s: FloatArray, weighted: NDArray[np.complex64]) -> FloatArray:
@@ -156,7 +183,7 @@ def _window_rate(
     )
     power -= power[::-1]
     # A plate that looks the same twice per turn ties with its aliases; take the slowest always.
-    best = int((power * (1 - FAVOUR_SLOW * np.abs(trial) / limit)).argmax())
+    best = int((power * (1 - THRESHOLDS.favour_slow * np.abs(trial) / limit)).argmax())
     rate = float(trial[best])
     if 0 < best < len(trial) - 1:
         low, at, high = power[best - 1 : best + 2]
@@ -164,8 +191,9 @@ def _window_rate(
     energy = (np.abs(weighted) ** 2).sum(axis=(1, 2))
     total = float(energy.sum())
     azimuths = 2 * (spectra.shape[-1] - 1)
-    calm = CALM * azimuths**2 * len(time) * float(weight.sum()) / 2
-    if_all_turned = max(float(energy @ _one_way(rate, time, orders)), LEAST_SHOWN * total, calm)
+    calm = THRESHOLDS.calm * azimuths**2 * len(time) * float(weight.sum()) / 2
+    turning = float(energy @ _one_way(rate, time, orders))
+    if_all_turned = max(turning, THRESHOLDS.least_shown * total, calm)
     return rate, float(power[best]) / len(time) / if_all_turned, total
 
 

@@ -1,29 +1,40 @@
 """How wrong the view is, from the plate's own motion.
 
-D_i = S + T(φ - θ_i) is the model of picture i (``vision.plate.template``). Where the view is wrong
-by a small change p (shift, stretch, perspective, read-out: ``View.adjusted``) the picture differs
-from it, in the frame of the plate, by
+D_i = S + T(φ - θ_i) is the model of frame i (``vision.plate.template``). Where the view is wrong
+by a small change p (shift, stretch, perspective, read-out: ``PlateView.adjusted``) the frame
+differs from it, in plate coordinates, by
 
     e_i = d_i - T = -Σ_j B_j (R(θ_i) p)_j - δθ_i ∂T/∂φ,
 
 because an error fixed to the camera turns backwards as seen from the plate. B_j, the change of T
-per unit of each parameter, does not depend on i, so that one small matrix serves all pictures, and
+per unit of each parameter, does not depend on i, so that one small matrix serves all frames, and
 no outline or calibration pattern is needed to find the axis: the motion shows where it is.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import VIEW_PARAMETERS, FloatArray
-from vision.plate.polar import Grid, Spectra, Strips, ring_spectra
-
-RIDGE = 1e-4  # relative; keeps parameters that the picture does not show at zero
+from vision.plate.polar import Grid, Spectra, Strips, ring_spectra, turns
 
 
-def turns(angle_rad: FloatArray, orders: int) -> Spectra:
-    """exp(ikθ), shape (pictures, 1, orders)."""
-    k = np.arange(orders)
-    return np.asarray(np.exp(1j * k * angle_rad[:, None])[:, None, :], np.complex64)
+@dataclass(frozen=True)
+class RefinementThresholds:
+    """Which changes of the view the frames show.
+
+    Attributes
+    ----------
+    ridge : float
+        Relative to the mean diagonal of the normal matrix; keeps parameters that the frames do not
+        show at zero. Tuned on tests.bench.vision_scenes.
+    """
+
+    ridge: float = 0.0001
+
+
+THRESHOLDS = RefinementThresholds()
 
 
 def motion_basis(turning: Spectra, radius: FloatArray, azimuths: int) -> NDArray[np.float32]:
@@ -57,7 +68,7 @@ def motion_basis(turning: Spectra, radius: FloatArray, azimuths: int) -> NDArray
 def view_change(
     misfit: Strips, angle_rad: FloatArray, turning: Spectra, grid: Grid, free: int
 ) -> FloatArray:
-    """Least-squares change of the view, shape (7,), each picture's own angle left free.
+    """Least-squares change of the view, shape (7,), each frame's own angle left free.
 
     Only the first ``free`` of the view's parameters change.
     """
@@ -79,14 +90,14 @@ def view_change(
         c, s = np.cos(order * angle_rad), np.sin(order * angle_rad)
         turn[:, first, first], turn[:, first, first + 1] = c, s
         turn[:, first + 1, first], turn[:, first + 1, first + 1] = -s, c
-    # Pictures are read out downwards: of the last two distortions one direction is possible.
+    # Frames are read out downwards: of the last two distortions one direction is possible.
     possible = np.zeros((own, VIEW_PARAMETERS))
     possible[:6, :6] = np.eye(6)
     possible[6:, 6] = grid.view.down / np.hypot(*grid.view.down)
     turn = turn @ possible[:, :free]
     left = np.einsum("fai,faj->ij", turn, reduced @ turn)
     right = np.einsum("fai,fa->i", turn, pull)
-    left += RIDGE * np.trace(left) / free * np.eye(free)
+    left += THRESHOLDS.ridge * np.trace(left) / free * np.eye(free)
     change = np.zeros(VIEW_PARAMETERS)
     change[:free] = np.linalg.solve(left, right)
     return change

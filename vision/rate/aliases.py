@@ -58,9 +58,9 @@ def choose_alias(
     """
     good = np.flatnonzero(usable(track))
     step_s, step = np.diff(time_s[good]), np.diff(track.phase_rad[good])
-    spacing = 2 * np.pi / (track.symmetry * frame_time(time_s[good]))
+    spacing = 2 * np.pi / (track.plate.symmetry * frame_time(time_s[good]))
     rates = rough_rad_s + spacing * np.arange(-REACH, REACH + 1)
-    period = 2 * np.pi / track.symmetry
+    period = 2 * np.pi / track.plate.symmetry
     scatter = []
     for rate in rates:
         surprise = step - rate * step_s

@@ -57,7 +57,7 @@ def second_opinions(
 def _centroid(
     track: PhaseTrack, angle: PlateAngle, rate_rad_s: float, sd_rad_s: float
 ) -> str | None:
-    difference = np.angle(np.exp(1j * (track.seed_rad - track.phase_rad)))[angle.index]
+    difference = np.angle(np.exp(1j * (track.mark_angle_rad - track.phase_rad)))[angle.index]
     seen = np.isfinite(difference)
     if seen.sum() < 12:
         return None

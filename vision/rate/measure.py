@@ -174,16 +174,18 @@ def measure_rate(
     refuse_wandering(track.source, history, fit.noise)
     angle = without_lag(angle, fit, given, always)
     rate = float(fit.beta[1])
-    lost = int(angle.lost.sum())
+    lost = int(angle.dropped.sum())
     values, residual = _fit_stated(track.source, stated, angle, given, fit.used)
     diagnosis = diagnose(stated, given.rows(fit.used), angle.angle_rad[fit.used], lost)
     roll = camera_roll(track, stamps)
     # Which part of a roll the plate's own angle took up is not known well; all of it is doubt.
     image_sd = float(np.hypot(fit.sd[1], roll.rate_rad_s if roll else 0.0))
     clock_sd = abs(rate) * timebase.ppm * 1e-6
-    count = count_frames(angle, track.mark_rad, track.deck_mark_rad)
+    count = count_frames(
+        angle, track.plate.mark_azimuth_rad, track.plate.fixed_mark_azimuth_rad
+    )
     # Where pictures are missing unseen, a lag in pictures is no time.
-    lags = None if angle.lost.any() else lag_rate(track, stamps, rate)
+    lags = None if angle.dropped.any() else lag_rate(track, stamps, rate)
     warnings = (
         *track.notes,
         *alias.warnings,
@@ -218,7 +220,7 @@ def measure_rate(
         duplicate_frames=int(track.duplicate.sum()),
         speed=speed_figures(fit, given, always, angle.frame_s),
         diagnosis=diagnosis,
-        channel=track.channel,
+        channel=track.plate.channel,
         warnings=warnings,
     )
 
@@ -242,7 +244,7 @@ def _fit_stated(
     used: BoolArray,
 ) -> tuple[tuple[TermValue, ...], FloatArray]:
     """Values of the stated terms, and the residual of the stated model on all rows."""
-    present = [t for t in stated if t != "frame_steps" or angle.lost.any()]
+    present = [t for t in stated if t != "frame_steps" or angle.dropped.any()]
     x = design(present, given, given.stamp_s)
     try:
         fit = least_squares(x[used], angle.angle_rad[used])

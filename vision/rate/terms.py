@@ -90,9 +90,9 @@ def regressors(track: PhaseTrack, angle: PlateAngle, rate_rad_s: float) -> Regre
         time_s=time,
         stamp_s=angle.time_s - angle.time_s.mean(),
         line_rad=line,
-        steps_rad=np.asarray(rate_rad_s * angle.frame_s * np.cumsum(angle.lost), float),
+        steps_rad=np.asarray(rate_rad_s * angle.frame_s * np.cumsum(angle.dropped), float),
         forward=track.forward[angle.index].astype(float),
-        mark_row_px=track.mark_row_px(line) * track.reduction,
+        mark_row_px=track.plate.mark_row_px(line) * track.plate.reduction,
         rate_rad_s=rate_rad_s,
     )
 

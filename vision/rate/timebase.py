@@ -13,6 +13,10 @@ from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.phase_track import PhaseTrack
 
+#: Sd of a camera's clock, parts per million, where nobody states it: crystals are good to 20-100;
+#: a stated frame rate ("15 fps") is often a rounded or nominal one.
+CLOCK_PPM = {"container": 100.0, "constant": 500.0}
+
 SLOWEST_FPS, FASTEST_FPS = 0.5, 2000.0
 
 

@@ -78,17 +78,17 @@ def rough_rate(track: PhaseTrack, time_s: FloatArray) -> float:
     usual = frame_time(time_s[good])
     regular = np.abs(step_s - usual) <= REGULAR * usual
     regular |= not regular.any()
-    step = step[regular] * track.symmetry
+    step = step[regular] * track.plate.symmetry
     centre = np.angle(np.mean(np.exp(1j * step)))
     around = centre + np.angle(np.exp(1j * (step - centre)))
-    return float(np.median(around) / track.symmetry / usual)
+    return float(np.median(around) / track.plate.symmetry / usual)
 
 
 def plate_angle(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> PlateAngle:
     """Make the angle continuous, near ``rate_rad_s``, and count lost pictures."""
     good = np.flatnonzero(usable(track))
     time, phase = time_s[good], track.phase_rad[good]
-    period = 2 * np.pi / track.symmetry
+    period = 2 * np.pi / track.plate.symmetry
     step_s = np.diff(time)
     expected = rate_rad_s * step_s
     surprise = np.diff(phase) - expected
@@ -99,7 +99,7 @@ def plate_angle(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> Pla
         time_s=time,
         angle_rad=phase[0] + np.concatenate([[0.0], np.cumsum(step)]),
         index=good,
-        lost=np.concatenate([[0], lost]),
+        dropped=np.concatenate([[0], lost]),
         frame_s=frame_s,
     )
 

@@ -12,7 +12,7 @@ SCATTERED_RAD = np.radians(0.7)  # about an even rotation; ten times what a poor
 def lost_pictures(source: str, history: RateHistory, noise_rad: float) -> tuple[str, ...]:
     """Pictures found lost silently, or that none could be found."""
     angle = history.angle
-    lost = int(angle.lost.sum())
+    lost = int(angle.dropped.sum())
     if lost:
         return (
             f"{source}: {lost} picture(s) were lost without a trace in the time stamps "

@@ -1,56 +1,89 @@
 """Whether the camera itself turns: what surrounds the plate stands still, unless the camera moves.
 
 A camera that rolls adds its own rate to the plate's, and the plate cannot tell them apart; what
-lies around it can. Against the still picture S, each picture of the surroundings is, for a small
+lies around it can. Against the background S, each frame of the surroundings is, for a small
 roll α about the spindle and a small shift (u, v),
 
     P - S = -α t·∇S - u ∂S/∂x - v ∂S/∂y + g S + h,        t = (-(y - y₀), x - x₀),
 
-with the light allowed to change by g and h. Large motions are followed step by step: a picture is
+with the light allowed to change by g and h. Large motions are followed step by step: a frame is
 first moved back by what the one before it gave. A camera moves all the surroundings alike; a hand
 moves in one place. So α counts where it is the same with any of the sectors left out.
 """
 
+import math
+from dataclasses import dataclass
 from itertools import pairwise
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.geometry import FloatArray, View
+from vision.geometry import FloatArray, PlateView
 from vision.video import Luma
 
 LARGEST_SIDE = 160  # pixels; the surroundings are large
-BEYOND = 1.06  # plate radii, from which on nothing turns with the plate
 BORDER = 4  # pixels; what moves in there from outside is unknown
-STRAY = 12.0  # steps of luma; more is something in the way
-MOSTLY_CLEAR = 0.7  # of the pixels around the plate; with fewer, the camera itself was pushed
 ITERATIONS = 2
 BACK = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-STEP_OF_LUMA = 2.0  # noise of a picture
-SEEN_RAD = np.radians(0.1)  # sd of the roll, above which the surroundings show too little
 RIDGE = 1e-12
 SECTORS = 8  # of the surroundings, about the spindle
 
 
-class Surroundings:
-    """The still picture around the plate, to measure the camera's roll against."""
+@dataclass(frozen=True)
+class CameraMotionThresholds:
+    """What of the surroundings counts.
 
-    def __init__(self, view: View, still: Luma) -> None:
-        self._factor = -(-max(still.shape) // LARGEST_SIDE)
-        self._still = self._reduced(still)
-        h, w = self._still.shape
+    Attributes
+    ----------
+    around : float
+        Plate radii, from which on nothing turns with the plate. Tuned on tests.bench.vision_scenes.
+    stray : float
+        Steps of luma; more is something in the way. Derived: six times the noise of a frame.
+    mostly_clear : float
+        Of the pixels around the plate; with fewer, the camera itself was pushed. Tuned on
+        tests.vision.rate.test_camera_roll.
+    noise : float
+        Steps of luma, sd of a pixel. Fact: an ordinary webcam.
+    seen_rad : float
+        Sd of the roll in rad, above which the surroundings show too little. Derived: a third of the
+        range that is worth a warning.
+    """
+
+    around: float = 1.06
+    stray: float = 12.0
+    mostly_clear: float = 0.7
+    noise: float = 2.0
+    seen_rad: float = math.radians(0.1)
+
+
+THRESHOLDS = CameraMotionThresholds()
+
+
+class CameraMotion:
+    """The camera's roll against the background around the plate.
+
+    Parameters
+    ----------
+    view : PlateView
+    background : array of uint8, shape (h, w)
+    """
+
+    def __init__(self, view: PlateView, background: Luma) -> None:
+        self._factor = -(-max(background.shape) // LARGEST_SIDE)
+        self._background = self._reduced(background)
+        h, w = self._background.shape
         middle = (self._factor - 1) / 2
         y, x = np.mgrid[0:h, 0:w].astype(float)
         radius, azimuth = view.at_rest.plate(x * self._factor + middle, y * self._factor + middle)
-        self._around = radius > BEYOND
+        self._around = radius > THRESHOLDS.around
         self._around[:BORDER] = self._around[-BORDER:] = False
         self._around[:, :BORDER] = self._around[:, -BORDER:] = False
         self._spindle = [(c - middle) / self._factor for c in view.at_rest.centre_px]
-        by_x = cv2.Sobel(self._still, cv2.CV_32F, 1, 0, scale=1 / 8)
-        by_y = cv2.Sobel(self._still, cv2.CV_32F, 0, 1, scale=1 / 8)
+        by_x = cv2.Sobel(self._background, cv2.CV_32F, 1, 0, scale=1 / 8)
+        by_y = cv2.Sobel(self._background, cv2.CV_32F, 0, 1, scale=1 / 8)
         roll = by_y * (x - self._spindle[0]) - by_x * (y - self._spindle[1])
-        parts = (-roll, -by_x, -by_y, self._still, np.ones_like(self._still))
+        parts = (-roll, -by_x, -by_y, self._background, np.ones_like(self._background))
         sector = np.floor(azimuth[self._around] * SECTORS / (2 * np.pi)).astype(int) % SECTORS
         self._order = np.argsort(sector, kind="stable")
         ends = np.searchsorted(sector[self._order], np.arange(SECTORS + 1))
@@ -58,18 +91,19 @@ class Surroundings:
         basis = np.stack([part[self._around] for part in parts])
         self._basis = np.ascontiguousarray(basis[:, self._order], np.float32)
         normal = (self._basis @ self._basis.T).astype(float)
-        told = np.linalg.matrix_rank(normal) == len(parts)
-        self._told = told and STEP_OF_LUMA * np.sqrt(np.linalg.inv(normal)[0, 0]) < SEEN_RAD
-        self._moved = np.zeros(3)  # α, u, v of the latest picture
+        self._determined = bool(np.linalg.matrix_rank(normal) == len(parts)) and (
+            THRESHOLDS.noise * np.sqrt(np.linalg.inv(normal)[0, 0]) < THRESHOLDS.seen_rad
+        )
+        self._moved = np.zeros(3)  # α, u, v of the latest frame
 
-    def roll(self, picture: Luma) -> float:
+    def roll(self, image: Luma) -> float:
         """Angle in rad by which the surroundings seem to turn, counter-clockwise as filmed.
 
-        NaN where they show nothing that could tell. Pictures have to come in order.
+        NaN where they do not determine it. Frames have to come in order.
         """
-        if not self._told:
+        if not self._determined:
             return float("nan")
-        reduced = self._reduced(picture)
+        reduced = self._reduced(image)
         h, w = reduced.shape
         for _ in range(ITERATIONS):
             alpha, u, v = self._moved
@@ -77,12 +111,12 @@ class Surroundings:
             x0, y0 = self._spindle
             back = np.array([[c, -s, x0 - c * x0 + s * y0 + u], [s, c, y0 - s * x0 - c * y0 + v]])
             moved = cv2.warpAffine(reduced, back, (w, h), flags=BACK)
-            beyond = (moved - self._still)[self._around][self._order]
-            clear = np.abs(beyond) < STRAY
-            if clear.mean() < MOSTLY_CLEAR:  # a push: even the surroundings are elsewhere
+            beyond = (moved - self._background)[self._around][self._order]
+            clear = np.abs(beyond) < THRESHOLDS.stray
+            if clear.mean() < THRESHOLDS.mostly_clear:  # the whole camera was pushed
                 clear[:] = True
             seen = self._basis * clear
-            pull = seen * np.clip(beyond, -STRAY, STRAY)
+            pull = seen * np.clip(beyond, -THRESHOLDS.stray, THRESHOLDS.stray)
             by_sector = np.array([pull[:, part].sum(axis=1) for part in self._sectors], float)
             normal = np.array(
                 [seen[:, part] @ self._basis[:, part].T for part in self._sectors], float
@@ -91,17 +125,17 @@ class Surroundings:
             self._moved = self._moved + change[:3]
         without = _solved(normal.sum(axis=0) - normal, by_sector.sum(axis=0) - by_sector)
         sd = float(np.sqrt(SECTORS - 1) * np.std(without[:, 0]))  # of the jackknife
-        return -float(self._moved[0]) if sd < SEEN_RAD else float("nan")
+        return -float(self._moved[0]) if sd < THRESHOLDS.seen_rad else float("nan")
 
-    def _reduced(self, picture: Luma) -> NDArray[np.float32]:
-        h, w = (n // self._factor for n in picture.shape)
-        whole = picture[: h * self._factor, : w * self._factor]
+    def _reduced(self, image: Luma) -> NDArray[np.float32]:
+        h, w = (n // self._factor for n in image.shape)
+        whole = image[: h * self._factor, : w * self._factor]
         small = cv2.resize(whole, (w, h), interpolation=cv2.INTER_AREA)
         return np.asarray(cv2.GaussianBlur(small.astype(np.float32), (3, 3), 0))
 
 
 def _solved(normal: FloatArray, pull: FloatArray) -> FloatArray:
-    """Solutions of one or several systems, kept near zero in what is not told."""
+    """Solutions of one or several systems, kept near zero in what they do not determine."""
     size = normal.shape[-1]
     ridge = RIDGE * np.trace(normal, axis1=-2, axis2=-1)[..., None, None] * np.eye(size)
     return np.asarray(np.linalg.solve(normal + ridge, pull[..., None])[..., 0])

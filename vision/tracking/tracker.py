@@ -1,17 +1,18 @@
-"""Plate angle of one picture after the other, against the template.
+"""Plate angle of one frame after the other, against the template.
 
-With D the picture along the rings less what stands still, the angle is the zero of
+With D the frame along the rings less what stands still, the angle is the zero of
 
     g(θ) = Σ w ∂T/∂φ(φ - θ) (D(φ) - T(φ - θ)),
 
-the matched filter, which for white picture noise of standard deviation σ reaches the bound
+the matched filter, which for white frame noise of standard deviation σ reaches the bound
 σ²/Σ w (∂T/∂φ)². The template is held at an eighth of a sample, so that the last step, taken
 linearly, is below 0.03° and free of locking to the samples. Where the expected angle does not
 lead to a good match, the whole turn is searched by correlation.
 """
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import cv2
 import numpy as np
@@ -26,15 +27,42 @@ from vision.video import Luma
 SUBSTEPS = 8
 LINEAR = 0.75 / SUBSTEPS  # of a sample: steps below this are taken without looking again
 STEPS = 4
-GOOD_MATCH = 0.75  # of the usual correlation; below, the whole turn is searched
-NEAR_RAD = np.pi / 6
-NEAR_ENOUGH = 0.8  # of the highest peak, for a peak near the expected angle to be preferred
-MEMORY = 0.05  # weight of the newest picture in the running rate and the usual correlation
+
+
+@dataclass(frozen=True)
+class TrackerThresholds:
+    """When the tracker trusts its expectation. Tuned on tests.bench.vision_films.
+
+    Attributes
+    ----------
+    good_match : float
+        Of the usual correlation; below, the whole turn is searched.
+    hidden_match : float
+        Of the usual correlation; below, something is in the way and the expectation is kept.
+    near_rad : float
+        Distance from the expected angle, rad, in which it is confirmed.
+    near_enough : float
+        Of the highest peak, for a peak near the expected angle to be preferred.
+    memory : float
+        Weight of the newest frame in the running rate and the usual correlation.
+    longest_step : float
+        Samples, that one step of Newton's method goes at most.
+    """
+
+    good_match: float = 0.75
+    hidden_match: float = 0.5
+    near_rad: float = math.pi / 6
+    near_enough: float = 0.8
+    memory: float = 0.05
+    longest_step: float = 8.0
+
+
+THRESHOLDS = TrackerThresholds()
 
 
 @dataclass(frozen=True, eq=False)
-class Angles:
-    """The plate in some pictures, each array of shape (f,).
+class MeasuredAngles:
+    """The plate in some frames, each array of shape (f,).
 
     Attributes
     ----------
@@ -42,20 +70,27 @@ class Angles:
         Continuous as far as the expectation goes.
     match : array
         Correlation with the template at that angle.
-    seed_rad : array
+    mark_angle_rad : array
         Angle by the centroid of the mark alone; NaN where no spot stands out.
     change : array
-        Mean change of luma since the picture before; infinite for the very first.
+        Mean change of luma since the frame before; infinite for the very first.
     """
 
     angle_rad: FloatArray
     match: FloatArray
-    seed_rad: FloatArray
+    mark_angle_rad: FloatArray
     change: FloatArray
 
+    @classmethod
+    def joined(cls, parts: Sequence["MeasuredAngles"]) -> "MeasuredAngles":
+        """The frames of all parts, in order."""
+        return cls(*(
+            np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)
+        ))
 
-class Follower:
-    """Keeps the expectation from picture to picture, which have to come in order."""
+
+class PlateTracker:
+    """Keeps the expectation from frame to frame, which have to come in order."""
 
     def __init__(self, template: Template, mark: PlateMark | None, rate_rad_s: float) -> None:
         self.template = template
@@ -75,10 +110,10 @@ class Follower:
         self._filter = np.concatenate([weight * slope] * 2, axis=-1).astype(np.float32)
         self._seen = grid.seen
         self._partly = not bool(self._seen.all())
-        self._still = template.still
-        self._difference = np.empty_like(template.still)
+        self._background = template.background
+        self._difference = np.empty_like(template.background)
         self._search = (weight * np.conj(spectrum)).astype(np.complex64)
-        # Rings partly hidden or outside the picture: what the template itself gives, by angle.
+        # Rings partly hidden or outside the frame: what the template itself gives, by angle.
         self._information = _by_angle(weight * slope**2, self._seen)
         self._offset = _by_angle(weight * slope * image, self._seen)
         self._energy = _by_angle(weight * image**2, self._seen)
@@ -87,15 +122,15 @@ class Follower:
         self._usual = 0.0
         self._before: Luma | None = None
 
-    def angles(self, time_s: FloatArray, strips: Sequence[Luma]) -> Angles:
-        """The plate angle in the next pictures, each given along the template's rings."""
+    def angles(self, time_s: FloatArray, strips: Sequence[Luma]) -> MeasuredAngles:
+        """The plate angle in the next frames, each given along the template's rings."""
         f = len(time_s)
         angle, match, change = np.empty(f), np.empty(f), np.empty(f)
         along_mark = np.empty((f, self._n), np.float32)
         for i, strip in enumerate(strips):
             before, self._before = self._before, strip
             change[i] = np.inf if before is None else cv2.norm(strip, before, cv2.NORM_L1)
-            difference = self._beyond_still(strip)
+            difference = self._less_background(strip)
             angle[i], match[i] = self._angle_of(difference, float(time_s[i]))
             if self._mark is not None:
                 rings = difference[self._mark.first_ring : self._mark.last_ring]
@@ -104,23 +139,23 @@ class Follower:
         if self._mark is not None:
             at = self._mark.azimuth_rad
             seed = centroid(along_mark, self._mark, at + angle) - at
-        return Angles(angle, match, seed, change / self._seen.size)
+        return MeasuredAngles(angle, match, seed, change / self._seen.size)
 
-    def _beyond_still(self, strip: Luma) -> NDArray[np.float32]:
-        cv2.subtract(strip, self._still, dst=self._difference, dtype=cv2.CV_32F)
+    def _less_background(self, strip: Luma) -> NDArray[np.float32]:
+        cv2.subtract(strip, self._background, dst=self._difference, dtype=cv2.CV_32F)
         if self._partly:
             self._difference *= self._seen
         return self._difference
 
     def _angle_of(self, difference: NDArray[np.float32], time_s: float) -> tuple[float, float]:
-        """Angle of one picture and its correlation with the template there."""
+        """Angle of one frame and its correlation with the template there."""
         expected = self._angle
         if self._time is not None:
             expected += self._rate * (time_s - self._time)
         energy = np.vecdot(difference, difference) @ self._weight
         size = float(np.sqrt(energy))
         angle, match, settled = self._refine(difference, expected, size)
-        if self._time is None or not settled or match < GOOD_MATCH * self._usual:
+        if self._time is None or not settled or match < THRESHOLDS.good_match * self._usual:
             start = self._whole_turn(difference, expected)
             searched, found, _ = self._refine(difference, start, size)
             if found > match:
@@ -132,15 +167,16 @@ class Follower:
         if self._time is None:
             self._time, self._angle, self._usual = time_s, angle, match
             return
-        if match < 0.5 * self._usual:  # something in the way: keep the expectation
-            self._usual += MEMORY * (match - self._usual)
+        if match < THRESHOLDS.hidden_match * self._usual:
+            # Something is in the way: keep the expectation.
+            self._usual += THRESHOLDS.memory * (match - self._usual)
             return
         elapsed = time_s - self._time
         surprise = angle - self._angle - self._rate * elapsed
-        if elapsed > 0 and abs(surprise) < NEAR_RAD:
-            self._rate += 2 * MEMORY * surprise / elapsed
+        if elapsed > 0 and abs(surprise) < THRESHOLDS.near_rad:
+            self._rate += 2 * THRESHOLDS.memory * surprise / elapsed
         self._time, self._angle = time_s, angle
-        self._usual += MEMORY * (match - self._usual)
+        self._usual += THRESHOLDS.memory * (match - self._usual)
 
     def _refine(
         self, difference: NDArray[np.float32], start_rad: float, size: float
@@ -150,6 +186,7 @@ class Follower:
         The clearer a mark stands out, the nearer to it Newton's method must begin.
         """
         sample = 2 * np.pi / self._n
+        longest = THRESHOLDS.longest_step * sample
         angle = start_rad
         settled = False
         for _ in range(STEPS):
@@ -161,7 +198,7 @@ class Follower:
             pull = np.vecdot(self._filter[part][:, column], difference).sum()
             # T(φ - θ) falls by ∂T/∂φ as θ grows.
             step = -float(pull - self._offset[part, turn]) / float(self._information[part, turn])
-            step = float(np.clip(step, -8 * sample, 8 * sample))
+            step = float(np.clip(step, -longest, longest))
             angle = held + step
             if settled := abs(step) < LINEAR * sample:
                 break
@@ -175,8 +212,8 @@ class Follower:
         correlation = np.fft.irfft(cross, self._n)
         azimuth = np.arange(self._n) * 2 * np.pi / self._n
         distance = np.angle(np.exp(1j * (azimuth - expected_rad)))
-        near = np.where(np.abs(distance) < NEAR_RAD, correlation, -np.inf)
-        best = near if near.max() > NEAR_ENOUGH * correlation.max() else correlation
+        near = np.where(np.abs(distance) < THRESHOLDS.near_rad, correlation, -np.inf)
+        best = near if near.max() > THRESHOLDS.near_enough * correlation.max() else correlation
         return float(expected_rad + distance[int(best.argmax())])
 
 

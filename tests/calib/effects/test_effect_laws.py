@@ -18,7 +18,6 @@ from tests.calib.made_poses import (
     read_through,
     rich_poses,
     some_conditions,
-    take,
 )
 
 NOISE_UNITS = 30.0
@@ -69,7 +68,7 @@ def test_a_row_does_not_depend_on_the_other_rows(name: str, triad: Triad) -> Non
     effect, at = EFFECTS[name], some_conditions(triad)
     whole = effect.evaluate(at)
     for rows in ([0], [7, 3], [11, 10, 9, 1]):
-        assert effect.evaluate(take(at, rows)) == pytest.approx(whole[rows], rel=1e-14, abs=0)
+        assert effect.evaluate(at.take(rows)) == pytest.approx(whole[rows], rel=1e-14, abs=0)
 
 
 @pytest.mark.parametrize("name", EFFECTS)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from calib.effects.catalogue import BASE
-from calib.fit.budget import NOISE, uncertainty_budget
-from calib.fit.calibration import TriadCalibration, calibrate_triad
+from calib.fit.calibration import NOISE, TriadCalibration, calibrate_triad, uncertainty_budget
 from calib.fit.model import Model
 from calib.fit.solver import fit
 from calib.poses.pose_set import pose_set

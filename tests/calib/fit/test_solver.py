@@ -13,8 +13,7 @@ from calib.fit.model import Model
 from calib.fit.solver import Fit, fit
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray, Triad
-from calib.poses.pose_set import PoseSet
-from calib.poses.reference import Reference
+from calib.poses.pose_set import PoseSet, Reference
 from tests.calib.made_poses import (
     FAST,
     GRAVITY,

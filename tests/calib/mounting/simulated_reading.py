@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from calib.fit.calibration import TriadCalibration, calibrate_triad
 from calib.fit.model import Model
 from calib.fit.solver import fit
-from calib.mounting.mounting import Installation
+from calib.mounting.mounting import Mounting
 from calib.poses.imu_log import ImuLog
 from calib.poses.pose_set import pose_set
 from calib.poses.runs import gravity_run
@@ -125,7 +125,7 @@ def calibration(seed: int = 0, noise: float = 1.0) -> TriadCalibration:
     return calibrate_triad(fit(poses, Model.of(["bias", "scale", "misalignment"])), specs[0])
 
 
-def angles_off(found: Installation, rotation: FloatArray) -> FloatArray:
+def angles_off(found: Mounting, rotation: FloatArray) -> FloatArray:
     """Roll and pitch less those of ``rotation`` (scipy's Euler angles), radians, (2,)."""
     first, second = found.order[1], found.order[0]
     _, inner, outer = Rotation.from_matrix(rotation.T).as_euler(f"Z{first}{second}".upper())

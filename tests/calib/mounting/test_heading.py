@@ -7,7 +7,7 @@ import pytest
 
 from calib.errors import Undetermined
 from calib.mounting.heading import FirstPush
-from calib.mounting.mounting import MountedAccelerometer, measure_installation
+from calib.mounting.mounting import MountingLogs, mounting_from_logs
 from calib.mounting.still_reading import log_conditions
 from tests.calib.mounting.simulated_reading import (
     TRIAD,
@@ -29,13 +29,15 @@ def test_yaw_slope_and_angles_lie_within_their_sds_on_simulated_drives() -> None
         rise = rng.uniform(-0.05, 0.05, 2)
         turned = math.pi + math.radians(3.0) * rng.standard_normal()
         push: FirstPush = "forward" if k % 2 else "backward"
-        found = measure_installation(
-            [mounted.still(30, k, floor(*rise))],
+        found = mounting_from_logs(
+            MountingLogs(
+                [mounted.still(30, k, floor(*rise))],
+                reverse=[mounted.still(30, 500 + k, floor(*rise, turned))],
+                drive=[mounted.log(drive(60, k, 1.0 if push == "forward" else -1.0), k)],
+                first_push=push,
+            ),
             calibration(k % 20),
             G,
-            reverse=[mounted.still(30, 500 + k, floor(*rise, turned))],
-            drive=[mounted.log(drive(60, k, 1.0 if push == "forward" else -1.0), k)],
-            first_push=push,
             order="xyz",
         )
         assert found.yaw is not None
@@ -52,8 +54,10 @@ def test_yaw_slope_and_angles_lie_within_their_sds_on_simulated_drives() -> None
 def test_the_driver_tells_the_sign_of_the_yaw() -> None:
     mounted = Mounted(TRIAD, vehicle_to_sensor("xyz", 0.1, 0.2, 0.5))
     still, moving = [mounted.still(30, 1)], [mounted.log(drive(60, 1), 1)]
-    ahead = measure_installation(still, calibration(), G, drive=moving)
-    wrong = measure_installation(still, calibration(), G, drive=moving, first_push="backward")
+    ahead = mounting_from_logs(MountingLogs(still, drive=moving), calibration(), G)
+    wrong = mounting_from_logs(
+        MountingLogs(still, drive=moving, first_push="backward"), calibration(), G
+    )
     assert ahead.yaw is not None
     assert wrong.yaw is not None
     assert ahead.yaw.yaw_rad == pytest.approx(0.5, abs=0.1)
@@ -67,8 +71,8 @@ def test_speeding_up_alone_tells_the_sign_too() -> None:
     push[:, 0] = 0.3 * np.random.default_rng(1).standard_normal(3000)
     push[1400:, 0] += 1.5
     mounted = Mounted(TRIAD, vehicle_to_sensor("xyz", 0.1, 0.2, 2.0))
-    found = measure_installation(
-        [mounted.still(30, 1)], calibration(), G, drive=[mounted.log(push, 1)]
+    found = mounting_from_logs(
+        MountingLogs([mounted.still(30, 1)], drive=[mounted.log(push, 1)]), calibration(), G
     )
     assert found.yaw is not None
     assert found.yaw.yaw_rad == pytest.approx(2.0, abs=0.15)
@@ -76,28 +80,32 @@ def test_speeding_up_alone_tells_the_sign_too() -> None:
 
 def test_calibration_and_mounting_apply_as_one() -> None:
     mounted = Mounted(TRIAD, vehicle_to_sensor("yxz", -0.6, 0.9, 1.2))
-    found = measure_installation(
-        [mounted.still(30, 1)], calibration(), G, drive=[mounted.log(drive(60, 1), 1)]
+    found = mounting_from_logs(
+        MountingLogs([mounted.still(30, 1)], drive=[mounted.log(drive(60, 1), 1)]), calibration(), G
     )
     felt = np.array([1.0, -2.0, 9.0])
     log = mounted.log(np.tile(felt, (3000, 1)), 9)
-    both = MountedAccelerometer(calibration(), found)
     at = log_conditions(log, calibration().spec.nominal(log.accelerometer))
     # The yaw is known to about a degree, which turns (1, -2) by 0.04 m/s².
-    assert both.correct(at).mean(axis=0) == pytest.approx(felt, abs=0.15)
+    in_vehicle = found.turn(calibration().correct(at))
+    assert in_vehicle.mean(axis=0) == pytest.approx(felt, abs=0.15)
 
 
 def test_drives_without_a_clear_direction_are_refused() -> None:
     mounted = Mounted(TRIAD, vehicle_to_sensor("xyz", 0.1, 0.2))
     still = [mounted.still(30, 1)]
     with pytest.raises(Undetermined, match="at least 20 s"):
-        measure_installation(still, calibration(), G, drive=[mounted.log(drive(12, 1), 1)])
+        mounting_from_logs(
+            MountingLogs(still, drive=[mounted.log(drive(12, 1), 1)]), calibration(), G
+        )
     with pytest.raises(Undetermined, match="without bends"):
-        measure_installation(
-            still, calibration(), G, drive=[mounted.log(drive(60, 1, sway_m_s2=1.5), 1)]
+        mounting_from_logs(
+            MountingLogs(still, drive=[mounted.log(drive(60, 1, sway_m_s2=1.5), 1)]),
+            calibration(),
+            G,
         )
     with pytest.raises(Undetermined, match="marked acceleration"):
-        measure_installation(still, calibration(), G, drive=[mounted.still(60, 7)])
+        mounting_from_logs(MountingLogs(still, drive=[mounted.still(60, 7)]), calibration(), G)
 
 
 def test_the_reverse_heading_tells_the_floor_from_the_mounting() -> None:
@@ -105,11 +113,13 @@ def test_the_reverse_heading_tells_the_floor_from_the_mounting() -> None:
     mounted = Mounted(TRIAD, vehicle_to_sensor("xyz", math.radians(30), math.radians(15)))
     rise = math.radians(-2.0), math.radians(0.5)
     ahead, back = floor(*rise), floor(*rise, math.pi)
-    alone = measure_installation([mounted.still(30, 1, ahead)], calibration(), G)
+    alone = mounting_from_logs(MountingLogs([mounted.still(30, 1, ahead)]), calibration(), G)
     assert abs(math.degrees(alone.pitch_rad) - 15) > 1.5
     assert alone.slope is None
-    both = measure_installation(
-        [mounted.still(30, 1, ahead)], calibration(), G, reverse=[mounted.still(30, 2, back)]
+    both = mounting_from_logs(
+        MountingLogs([mounted.still(30, 1, ahead)], reverse=[mounted.still(30, 2, back)]),
+        calibration(),
+        G,
     )
     assert both.slope is not None
     off = np.array([both.roll_rad, both.pitch_rad]) - np.radians([30, 15])
@@ -121,4 +131,4 @@ def test_a_remounted_sensor_is_not_a_reverse_heading() -> None:
     first = Mounted(TRIAD, vehicle_to_sensor("xyz", 0.1, 0.2)).still(30, 1)
     second = Mounted(TRIAD, vehicle_to_sensor("xyz", 1.1, 0.2)).still(30, 2)
     with pytest.raises(Undetermined, match="remounted"):
-        measure_installation([first], calibration(), G, reverse=[second])
+        mounting_from_logs(MountingLogs([first], reverse=[second]), calibration(), G)

@@ -8,7 +8,7 @@ from calib.errors import Undetermined, UnusableLog
 from calib.poses.averaging import average_pose, batch_variance
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
-from calib.poses.pose_set import correlated_sd
+from calib.poses.mean_noise import correlated_sd
 
 RATE_HZ = 100.0
 ACC = TriadSpec(20.0, 16, "twos-complement")

@@ -1,16 +1,17 @@
 """The configuration: every key is read, every mistake is named with its line."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import yaml
 
-from calib.effects.catalogue import EFFECTS
+from calib.effects.catalogue import BASE, find_effect
+from calib.effects.effect import EFFECTS
 from pipeline.config.load import Config, load_config, triad_spec
-from pipeline.config.schema import KnownRate, VideoRate
+from pipeline.config.schema import KnownRateSection, VideoRateSection
 from pipeline.config.template import template_text
-from pipeline.config.types import EFFECT_NAMES
 from pipeline.errors import ConfigError, MissingFiles, exit_code_of
 from tests.paths import SHARED
 
@@ -79,12 +80,12 @@ def test_every_key_of_the_contract_is_read(session: Path) -> None:
     config = load(session, GOOD)
     assert config.title == "MTi on a 16 rpm record player"
     slow, known = config.rate["slow"], config.rate["33"]
-    assert isinstance(slow, VideoRate)
+    assert isinstance(slow, VideoRateSection)
     assert slow.video == (session / "clip.mp4",)
     assert slow.timebase.relative_sd == pytest.approx(500e-6)
     assert slow.plate is not None
     assert slow.plate.radii_px == (150, 140.5)
-    assert isinstance(known, KnownRate)
+    assert isinstance(known, KnownRateSection)
     assert (known.rate_rad_s, known.sd_rad_s) == (3.4907, 2e-4)
     assert config.site is not None
     assert config.site.gravity_m_s2 == 9.80267
@@ -149,8 +150,50 @@ def test_a_config_cannot_be_changed_after_loading(session: Path) -> None:
         load(session, GOOD).title = "other"  # type: ignore[misc]
 
 
-def test_effect_names_are_those_of_the_catalogue() -> None:
-    assert set(EFFECT_NAMES) == set(EFFECTS)
+def test_every_effect_of_the_catalogue_can_be_named_in_a_model(session: Path) -> None:
+    listed = [name for name in EFFECTS if name not in BASE]
+    text = GOOD.replace("column:supply_v, mine]", ", ".join(listed) + "]")
+    accelerometer = load(session, text).accelerometer
+    assert accelerometer is not None
+    assert accelerometer.model == (*BASE, *listed)
+
+
+def test_an_effect_that_is_registered_can_be_named_in_a_model_at_once(
+    session: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    new = replace(find_effect("quadratic"), name="magnetic_field")
+    text = GOOD.replace("column:supply_v", new.name)
+    with pytest.raises(ConfigError, match="no effect is named 'magnetic_field'"):
+        load(session, text)
+    monkeypatch.setitem(EFFECTS, new.name, new)
+    accelerometer = load(session, text).accelerometer
+    assert accelerometer is not None
+    assert new.name in accelerometer.model
+
+
+COLUMNS = "columns: [[time_s, acc_x, acc_y, acc_z], [time_s, gyr_x, gyr_y, gyr_z]]"
+
+
+@pytest.mark.parametrize(("old", "section", "message"), [
+    ("acc/pose_*.csv          # in natural order", f"{{files: acc/*.csv, {COLUMNS}}}",
+     "accelerometer.poses.columns: 2 lists of names for the 3 files of `files`. Give one list"),
+    ("{log: gyr/a.csv}", f"{{log: [gyr/a.csv, gyr/b.csv], drive_log: gyr/a.csv, {COLUMNS}}}",
+     "installation.columns: 2 lists of names for the 1 file of `drive_log`. Give one list"),
+])
+def test_lists_of_column_names_are_one_or_one_per_file_of_a_key(
+    session: Path, old: str, section: str, message: str
+) -> None:
+    with pytest.raises(ConfigError) as caught:
+        load(session, GOOD.replace(old, section))
+    assert message in str(caught.value)
+def test_the_catalogue_holds_the_effects_of_the_contract() -> None:
+    assert set(EFFECTS) >= {
+        "bias", "scale", "misalignment", "frame_rotation", "quadratic", "cubic", "asymmetry",
+        "cross_quadratic", "temperature_bias", "temperature_scale", "bias_drift", "scale_drift",
+        "warm_up", "hysteresis", "vibration_rectification", "g_sensitivity",
+        "g_squared_sensitivity", "lever_arm", "earth_rate", "reference_offset", "reference_scale",
+        "reference_drift", "direction_dependent_rate",
+    }
 
 
 MISTAKES = [
@@ -198,7 +241,7 @@ MISTAKES = [
     ("[time_s, acc_x, acc_y, acc_z]", "[time_s, acc_x, acc_y]", 25, "acc_z missing beside"),
     ("        find: still\n", "", 23, "find: is missing"),
     ("[1, 2, 3]", "[1, 2, x]", 29, "found 'x', expected a number"),
-    ("  mine:", "  bias:", 31, "'bias' cannot name an effect of your own"),
+    ("  mine:", "  bias:", 31, "'bias' cannot name a user-defined effect"),
     ("installation: {log: gyr/a.csv}", "installation:", 32, "nothing stands after 'installation:'"),
     ("poses: 18}", "poses: 7.5}", 33, "expected a whole number"),
     ("poses: 18}", "poses: 27}", 33, "expected a number of at most 26"),

@@ -243,3 +243,56 @@ def test_a_log_s_csv_reads_back_to_the_last_decimal(finished: RunSession) -> Non
     table = np.loadtxt(applied_csv(applied).decode().splitlines()[1:], delimiter=",")
     assert np.abs(table[:, 1:4] - applied.triads["accelerometer"]).max() < 0.51e-6
     assert np.abs(table[:, 4:7] - applied.triads["gyroscope"]).max() < 0.51e-8
+
+
+# --- the mounting ------------------------------------------------------------------------------
+
+TURNED = np.array([[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 0.8, -0.6]])
+"""R of an installation: vehicle to sensor."""
+
+
+def with_mounting(
+    finished: RunSession, folder: Path, angles_rad: list[float] | None
+) -> Path:
+    """The session's results as they would be with an installation and these frame angles."""
+    found = results_in(finished.folder)
+    found["installation"] = {"rotation": TURNED.tolist()}
+    found["gyroscope"]["frame_to_accelerometer_rad"] = angles_rad
+    (folder / "results.json").write_text(json.dumps(found), encoding="utf-8")
+    return folder
+
+
+def test_the_command_turns_both_triads_into_the_vehicle_s_axes_and_says_so(
+    finished: RunSession, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = finished.config.parent / "gyroscope/17rpm/pose_03.csv"
+    tables, said = [], []
+    angle = 0.02
+    with_mounting(finished, tmp_path, [0.0, 0.0, angle])
+    for results in (finished.folder, tmp_path):
+        assert pipeline("apply", results, log, "--output", tmp_path / "out.csv") == 0
+        tables.append(np.loadtxt(tmp_path / "out.csv", delimiter=",", skiprows=1))
+        said.append(capsys.readouterr().err)
+    plain, turned = tables
+    # Written out: e_z of the vehicle is the third column of R in the sensor's axes.
+    for axis in range(3):
+        along = plain[:, 1:4] @ TURNED[:, axis]
+        assert turned[:, 1 + axis] == pytest.approx(along, abs=2e-6)
+    x, y, z = plain[:, 4:7].T
+    in_accelerometer = np.column_stack([
+        x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle), z
+    ])
+    assert turned[:, 4:7] == pytest.approx(in_accelerometer @ TURNED, abs=3e-8)
+    assert "columns are in the sensor's axes" in said[0]
+    assert "columns are in the vehicle's axes" in said[1]
+    assert "count as 0" not in said[1]
+
+
+def test_a_gyroscope_whose_frame_was_not_measured_is_turned_with_a_word(
+    finished: RunSession, tmp_path: Path
+) -> None:
+    stored = load_results(with_mounting(finished, tmp_path, None))
+    applied = apply_results(stored, a_log())
+    plain = apply_results(load_results(finished.folder), a_log())
+    assert applied.triads["gyroscope"] == pytest.approx(plain.triads["gyroscope"] @ TURNED)
+    assert "were not measured and count as 0" in applied.axes

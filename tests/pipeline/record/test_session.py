@@ -21,7 +21,6 @@ from pipeline.errors import ConfigError, DeviceError
 from pipeline.logs.read import read_log
 from pipeline.playback.device import Faults, Protocol
 from pipeline.record.start import open_session
-from pipeline.stages.context import Workplace
 from pipeline.stages.poses import average_recordings
 from tests.paths import ROOT
 from tests.pipeline.record.play import Onlooker, evening, onlooker, playing, write_config
@@ -54,7 +53,7 @@ def calibrated(config: Path) -> TriadCalibration:
     """The accelerometer by the poses that were recorded."""
     loaded = load_config(config)
     assert loaded.accelerometer is not None
-    recordings = average_recordings(loaded, Workplace(), {})
+    recordings = average_recordings(loaded, {})
     from pipeline.config.load import triad_spec
 
     assert loaded.sensor.accelerometer is not None

@@ -19,7 +19,7 @@ from calib.fit.result import Fit
 from calib.fit.solver import fit
 from pipeline.config.load import load_config
 from pipeline.report.page import report_html
-from pipeline.stages.context import Workplace
+from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
 from tests.sessions import pipeline, quick_session, results_in
 from tests.world.designs import rich_design
@@ -118,7 +118,7 @@ def opened(tmp_path_factory: pytest.TempPathFactory) -> Opened:
     )
     written = write_session(folder, simulate(design, 3, hidden), film=False)
     config = load_config(written.config)
-    outcome = run_stages(config, Workplace(), lambda *_: None)
+    outcome = run_stages(config, RunContext())
     page = report_html(outcome, ())
     return Opened(written.config, outcome, page, ask(page, folder, TICK_EACH))
 
@@ -139,7 +139,7 @@ def quiet(tmp_path_factory: pytest.TempPathFactory) -> Opened:
     """A session of the paper's size in which nothing is missing."""
     folder = tmp_path_factory.mktemp("quiet")
     config, _ = quick_session(folder, seed=2)
-    outcome = run_stages(load_config(config), Workplace(), lambda *_: None)
+    outcome = run_stages(load_config(config), RunContext())
     page = report_html(outcome, ())
     return Opened(config, outcome, page, ask(page, folder, TICK_EACH))
 
@@ -217,7 +217,7 @@ def test_rows_that_a_robust_loss_weighted_down_count_as_in_the_results(
     head, _, tail = text.rpartition("model: [bias, scale, misalignment]")
     config = opened.config.with_name("huber.yaml")
     config.write_text(f"{head}loss: huber\n  model: [bias, scale, misalignment]{tail}", "utf-8")
-    outcome = run_stages(load_config(config), Workplace(), lambda *_: None)
+    outcome = run_stages(load_config(config), RunContext())
     result = outcome.gyroscope
     assert result is not None
     own = result.calibration.fit

@@ -10,7 +10,7 @@ from pipeline.report.page import report_html
 from pipeline.report.rate_charts import rate_view
 from pipeline.report.refit_data import refit_json
 from pipeline.report.tables import budget_rows
-from pipeline.stages.context import Workplace
+from pipeline.stages.context import RunContext
 from pipeline.stages.rate import measure_setting
 from pipeline.stages.run import Outcome, run_stages
 from tests.pipeline.conftest import RunSession
@@ -37,7 +37,7 @@ def outcome(finished: RunSession, tmp_path_factory: pytest.TempPathFactory) -> O
     config = folder / finished.config.name
     head, _, tail = config.read_text(encoding="utf-8").rpartition("misalignment]")
     config.write_text(f"{head}misalignment, bias_drift]{tail}{MORE}", encoding="utf-8")
-    return run_stages(load_config(config), Workplace(), lambda *_: None)
+    return run_stages(load_config(config), RunContext())
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +117,7 @@ def test_long_clips_are_thinned_and_say_so() -> None:
 
 
 def test_a_stated_rate_needs_no_pictures(finished: RunSession) -> None:
-    outcome = run_stages(load_config(finished.config), Workplace(), lambda *_: None)
+    outcome = run_stages(load_config(finished.config), RunContext())
     view = rate_view(next(iter(outcome.rates.values())))
     assert (view.picture, view.figures) == ("", ())
     assert "not filmed" in view.says

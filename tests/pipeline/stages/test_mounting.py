@@ -74,7 +74,7 @@ def loaded(folder: Path, text: str) -> Config:
 
 
 def test_a_still_log_gives_roll_and_pitch_and_nothing_else(folder: Path) -> None:
-    found = measure_mounting(loaded(folder, CONFIG), None, accelerometer())  # type: ignore[arg-type]
+    found = measure_mounting(loaded(folder, CONFIG), accelerometer())
     assert found is not None
     said = mounting_json(found)
     assert set(said) >= {"order", "roll_deg", "pitch_deg", "sd_deg", "rotation", "before", "after"}
@@ -88,7 +88,7 @@ def test_a_still_log_gives_roll_and_pitch_and_nothing_else(folder: Path) -> None
 
 def test_reverse_and_drive_logs_give_floor_and_yaw(folder: Path) -> None:
     config = loaded(folder, CONFIG + "  reverse_log: back.csv\n  drive_log: drive.csv\n")
-    found = measure_mounting(config, None, accelerometer())  # type: ignore[arg-type]
+    found = measure_mounting(config, accelerometer())
     assert found is not None
     said = mounting_json(found)
     roll_sd, pitch_sd = said["sd_deg"]
@@ -102,14 +102,14 @@ def test_reverse_and_drive_logs_give_floor_and_yaw(folder: Path) -> None:
 
 def test_still_stretches_are_found_where_the_file_says_so(folder: Path) -> None:
     config = loaded(folder, CONFIG + "  find: still\n")
-    found = measure_mounting(config, None, accelerometer())  # type: ignore[arg-type]
+    found = measure_mounting(config, accelerometer())
     assert found is not None
     assert 2500 < found.samples <= 3000
 
 
 def test_without_the_section_there_is_no_installation(folder: Path) -> None:
     config = loaded(folder, CONFIG.split("installation")[0])
-    assert measure_mounting(config, None, accelerometer()) is None  # type: ignore[arg-type]
+    assert measure_mounting(config, accelerometer()) is None
 
 
 def test_the_certificate_of_the_file_stands_beside_the_triad(folder: Path) -> None:

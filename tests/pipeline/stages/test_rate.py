@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 import vision.tracking.track
-from pipeline.config.schema import Plate
+from pipeline.config.schema import PlateSection
 from pipeline.console.rate_text import clip_lines
 from pipeline.report.rate_charts import rate_view
 from pipeline.results.rate import rate_json
-from pipeline.stages.context import Workplace
+from pipeline.stages.context import RunContext
 from pipeline.stages.plate_settings import rim
 from pipeline.stages.rate import follow_clips, measure_setting
 from pipeline.stages.track_cache import kept_track, track_key
@@ -50,18 +50,18 @@ def followed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Followed]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(vision.tracking.track, "track_phase", counting)
         cache = tmp_path_factory.mktemp("cache")
-        (track,) = follow_clips([(CLIP, None)], Workplace(cache))
+        (track,) = follow_clips([(CLIP, None)], RunContext(cache))
         yield Followed(cache, track, names)
 
 
 def test_a_clip_that_did_not_change_is_not_followed_again(followed: Followed) -> None:
     before = len(followed.names)
-    (again,) = follow_clips([(CLIP, None)], Workplace(followed.cache))
+    (again,) = follow_clips([(CLIP, None)], RunContext(followed.cache))
     assert len(followed.names) == before
-    for field in fields(PhaseTrack):
-        one, other = getattr(followed.track, field.name), getattr(again, field.name)
-        assert type(one) is type(other), field.name
-        np.testing.assert_array_equal(one, other)
+    for one, other in ((followed.track, again), (followed.track.plate, again.plate)):
+        for name in {field.name for field in fields(one)} - {"plate"}:
+            assert type(getattr(one, name)) is type(getattr(other, name)), name
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
 def test_a_damaged_track_in_the_cache_is_followed_anew(followed: Followed) -> None:
@@ -69,7 +69,7 @@ def test_a_damaged_track_in_the_cache_is_followed_anew(followed: Followed) -> No
     whole = kept.read_bytes()
     kept.write_bytes(whole[: len(whole) // 2])
     before = len(followed.names)
-    follow_clips([(CLIP, None)], Workplace(followed.cache))
+    follow_clips([(CLIP, None)], RunContext(followed.cache))
     assert len(followed.names) == before + 1
     assert kept.read_bytes() == whole
 
@@ -89,7 +89,7 @@ def test_a_track_is_kept_where_there_is_a_cache_and_only_there(
 ) -> None:
     monkeypatch.setattr(vision.tracking.track, "track_phase", lambda *_, **__: followed.track)
     monkeypatch.chdir(tmp_path)
-    assert follow_clips([(CLIP, None)], Workplace(None)) == [followed.track]
+    assert follow_clips([(CLIP, None)], RunContext(None)) == [followed.track]
     assert not list(tmp_path.iterdir())
     assert kept_track(tmp_path, "key", lambda: followed.track) is followed.track
     assert [path.name for path in tmp_path.iterdir()] == ["key.npz"]
@@ -118,7 +118,8 @@ def test_a_clip_followed_by_its_colour_says_which(followed: Followed) -> None:
     plain = measure_setting("slow", [followed.track], Timebase())
     assert rate_json(plain)["clips"][0]["channel"] == "luma"
     assert not any("colour" in line for line in clip_lines(plain))
-    coloured = replace(followed.track, channel="0.98 Cr - 0.20 Cb")
+    plate = replace(followed.track.plate, channel="0.98 Cr - 0.20 Cb")
+    coloured = replace(followed.track, plate=plate)
     rate = measure_setting("slow", [coloured], Timebase())
     assert rate_json(rate)["clips"][0]["channel"] == "0.98 Cr - 0.20 Cb"
     assert any("followed by its colour, 0.98 Cr - 0.20 Cb" in line for line in clip_lines(rate))
@@ -136,7 +137,7 @@ def test_the_clip_reported_is_the_first_that_fails(tmp_path: Path) -> None:
         (tmp_path / name).write_bytes(b"no film")
     clips = [(tmp_path / "first.mp4", None), (tmp_path / "second.mp4", None)]
     with pytest.raises(UnreadableVideo, match=r"first\.mp4"):
-        follow_clips(clips, Workplace(tmp_path / "cache"))
+        follow_clips(clips, RunContext(tmp_path / "cache"))
     assert not (tmp_path / "cache").exists()
 
 
@@ -168,7 +169,7 @@ def test_ctrl_c_while_the_plate_is_being_learned_ends_at_once() -> None:
 def test_the_longer_radius_of_a_stated_ellipse_leads_whichever_is_given_first(
     radii: tuple[float, float],
 ) -> None:
-    given = rim(Plate(centre_px=(1.0, 2.0), radii_px=radii, angle_deg=10.0))
+    given = rim(PlateSection(centre_px=(1.0, 2.0), radii_px=radii, angle_deg=10.0))
     assert (given.radius_px, given.minor_px) == (300.0, 200.0)
     assert given.angle_deg == (10.0 if radii[0] > radii[1] else 100.0)
 
@@ -184,5 +185,5 @@ def test_a_stated_ellipse_reaches_the_film(
 
     monkeypatch.setattr(vision.tracking.track, "track_phase", taking)
     stated = PlateOverride((1.0, 2.0), 3.0)
-    follow_clips([(CLIP, stated)], Workplace())
+    follow_clips([(CLIP, stated)], RunContext())
     assert given == [stated]

@@ -2,16 +2,19 @@
 
 import shutil
 from pathlib import Path
-from typing import get_type_hints
 
 import numpy as np
 import pytest
 
+from calib.mounting.mounting import Mounting
 from pipeline.config.load import load_config
 from pipeline.logs.read import read_log
-from pipeline.stages import poses as recordings
-from pipeline.stages.run import Outcome
-from pipeline.stages.table import STAGES
+from pipeline.stages import session_logs
+from pipeline.stages.context import RunContext
+from pipeline.stages.poses import Recordings
+from pipeline.stages.rate import SettingRate
+from pipeline.stages.run import StageObserver, run_stages
+from pipeline.stages.triads import TriadResult
 from tests.pipeline.conftest import RunSession
 from tests.sessions import pipeline, results_in
 
@@ -30,29 +33,46 @@ def edit(config: Path, old: str, new: str) -> None:
     config.write_text(text.replace(old, new), encoding="utf-8")
 
 
-# --- the table ---------------------------------------------------------------------------------
+# --- the stages --------------------------------------------------------------------------------
 
 
-def test_what_a_stage_needs_is_made_before_it() -> None:
-    made: set[str] = set()
-    for stage in STAGES:
-        assert set(stage.needs) <= made, stage.name
-        made.add(stage.name)
+class Notes(StageObserver):
+    """Notes which stage handed over what."""
+
+    def __init__(self) -> None:
+        self.results: list[tuple[str, object]] = []
+
+    def on_rate(self, rate: SettingRate) -> None:
+        self.results.append(("rate", rate))
+
+    def on_recordings(self, recordings: Recordings) -> None:
+        self.results.append(("recordings", recordings))
+
+    def on_triad(self, result: TriadResult) -> None:
+        self.results.append((result.triad, result))
+
+    def on_installation(self, installation: Mounting) -> None:
+        self.results.append(("installation", installation))
 
 
-def test_neighbouring_stages_agree_on_what_they_hand_over() -> None:
-    makes = {stage.name: get_type_hints(stage.make)["return"] for stage in STAGES}
-    for stage in STAGES:
-        hints = get_type_hints(stage.make)
-        for need in stage.needs:
-            assert hints[need] == makes[need], f"{stage.name} takes another {need} than is made"
+def test_an_observer_receives_the_results_of_the_stages_in_their_order(session: Path) -> None:
+    notes = Notes()
+    outcome = run_stages(load_config(session), RunContext(), notes)
+    assert notes.results == [
+        ("rate", outcome.rates["17rpm"]),
+        ("recordings", outcome.recordings),
+        ("accelerometer", outcome.accelerometer),
+        ("gyroscope", outcome.gyroscope),
+    ]
 
 
-def test_an_outcome_holds_what_the_stages_make() -> None:
-    fields = get_type_hints(Outcome)
-    assert {stage.name: get_type_hints(stage.make)["return"] for stage in STAGES} == {
-        name: fields[name] for name in fields if name != "config"
-    }
+def test_a_stage_without_a_section_makes_nothing_and_is_not_announced(session: Path) -> None:
+    text = session.read_text(encoding="utf-8")
+    session.write_text(text[: text.index("\ngyroscope:")] + "\n", encoding="utf-8")
+    notes = Notes()
+    outcome = run_stages(load_config(session), RunContext(), notes)
+    assert outcome.gyroscope is None
+    assert "gyroscope" not in dict(notes.results)
 
 
 # --- what a run says and leaves ----------------------------------------------------------------
@@ -192,7 +212,7 @@ def test_poses_that_serve_both_triads_are_read_once(
         read.append(path.name)
         return read_log(path, *rest)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(recordings, "read_log", counting)
+    monkeypatch.setattr(session_logs, "read_log", counting)
     assert pipeline("run", session) == 0
     assert len(read) == 36
     assert results_in(session.with_suffix(".run"))["gyroscope"]["n_poses"] == 36

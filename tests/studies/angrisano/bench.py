@@ -11,7 +11,7 @@ from itertools import product
 
 import numpy as np
 
-from calib.fit.parameters import TriadParameters
+from calib.fit.calibration import TriadParameters
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog, Triad
 

@@ -18,9 +18,8 @@ import numpy as np
 from calib.earth import EARTH_RATE_RAD_S
 from calib.effects.catalogue import BASE
 from calib.fit.angrisano import fit_paper
-from calib.fit.calibration import calibrate_triad
+from calib.fit.calibration import TriadParameters, calibrate_triad
 from calib.fit.model import Model
-from calib.fit.parameters import TriadParameters
 from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import pose_set
@@ -83,7 +82,7 @@ def film(rate_rad_s: float, seconds: float, rng: np.random.Generator) -> PlateAn
         time_s=time_s,
         angle_rad=angle + PHASE_SD_RAD * rng.standard_normal(len(time_s)),
         index=np.arange(len(time_s)),
-        lost=np.zeros(len(time_s), np.int64),
+        dropped=np.zeros(len(time_s), np.int64),
         frame_s=1 / FRAMES_PER_SECOND,
     )
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from vision.errors import RateRefused
-from vision.geometry import PlateOverride, View
+from vision.geometry import PlateOverride, PlateView
 from vision.plate.channel import Brightness, ChromaAxis, channels
 from vision.rate.measure import measure_rate
 from vision.rate.timebase import Timebase
 from vision.tracking.track import track_phase
-from vision.video import NO_CHROMA, Film, Frame
+from vision.video import NO_CHROMA, ClipReader, Frame
 
 pytest.importorskip("av", reason="rendering clips needs PyAV")
 
@@ -46,22 +46,23 @@ def clip(render):
 def test_a_red_mark_as_bright_as_the_plate_is_followed_by_its_colour(clip):
     track = track_phase(clip)
     rate = rate_of(track)
-    cr, _, sign, cb, _ = track.channel.split()
+    cr, _, sign, cb, _ = track.plate.channel.split()
     axis = np.array([float(cr), float(sign + cb)])
     assert abs(axis @ (RED.red, RED.blue)) == pytest.approx(np.hypot(RED.red, RED.blue), rel=0.03)
-    assert rate.channel == track.channel
+    assert rate.channel == track.plate.channel
     assert rate.warnings == ()
 
 
 def test_what_is_found_by_colour_stands_in_pixels_of_the_film(clip):
     track = track_phase(clip)
-    assert track.size_px == (SCENE.width_px, SCENE.height_px)
+    assert track.plate.size_px == (SCENE.width_px, SCENE.height_px)
     # A single mark shows the centre to a pixel or so: perspective looks much the same.
-    found, true = View(track.view), View(homography(SCENE))
-    centre = [(c + 0.5) * track.reduction - 0.5 for c in found.centre_px]
+    found, true = PlateView(track.plate.view), PlateView(homography(SCENE))
+    centre = [(c + 0.5) * track.plate.reduction - 0.5 for c in found.centre_px]
     assert centre == pytest.approx(true.centre_px, abs=2.0)
-    assert track.deck_mark_rad == pytest.approx(SCENE.deck_mark_azimuth_rad, abs=0.05)
-    assert track.mark_radius == pytest.approx(RED.radius, abs=0.03)
+    fixed_rad = track.plate.fixed_mark_azimuth_rad
+    assert fixed_rad == pytest.approx(SCENE.deck_mark_azimuth_rad, abs=0.05)
+    assert track.plate.mark_radius == pytest.approx(RED.radius, abs=0.03)
 
 
 def test_the_rim_given_by_hand_holds_for_a_film_followed_by_colour(clip):
@@ -87,7 +88,7 @@ def test_the_rim_given_by_hand_holds_for_a_film_followed_by_colour(clip):
 def test_colour_is_followed_in_pictures_of(codec, pixel_format, suffix, render):
     recorder = Recorder(codec=codec, pixel_format=pixel_format)
     track = track_phase(render(MOTION, SCENE, seconds=5, suffix=suffix, recorder=recorder)[0])
-    assert track.channel != "luma"
+    assert track.plate.channel != "luma"
     rate_of(track)
 
 
@@ -108,14 +109,14 @@ def test_a_plate_at_rest_with_a_red_mark_is_refused(render):
 def test_a_mark_that_is_bright_too_is_followed_by_its_brightness(render):
     path, _ = render(MOTION, Scene(marks=(Mark(blue=-10.0, red=50.0),)), seconds=5)
     track = track_phase(path)
-    assert (track.channel, track.reduction) == ("luma", 1)
+    assert (track.plate.channel, track.plate.reduction) == ("luma", 1)
     rate_of(track)
 
 
 def test_a_film_gives_chroma_only_when_asked(clip):
-    with Film(clip) as film:
+    with ClipReader(clip) as film:
         plain = next(iter(film))[0]
-    with Film(clip, colours=True) as film:
+    with ClipReader(clip, colours=True) as film:
         coloured = next(iter(film))[0]
     assert plain.chroma is NO_CHROMA
     assert plain.luma.shape == (360, 480)
@@ -163,7 +164,7 @@ def test_less_than_a_turn_in_the_brightness_does_not_hide_a_mark_of_colour(clip,
         return np.hstack([capture.read()[1], picture])
 
     track = track_phase(again(clip, tmp_path / "beside.mp4", change=beside))
-    assert track.channel != "luma"
+    assert track.plate.channel != "luma"
     rate_of(track)
 
 

@@ -6,7 +6,7 @@ import pytest
 from vision.errors import RateRefused
 from vision.geometry import PlateOverride
 from vision.plate.polar import ring_spectra
-from vision.plate.rotation import find_spin
+from vision.plate.rotation import coarse_rotation
 from vision.tracking.track import track_phase
 
 RINGS, AZIMUTHS, FRAMES, FPS = 6, 128, 150, 15.0
@@ -30,7 +30,7 @@ def turned(strip, angle_rad):
 
 
 def spin(strips):
-    return find_spin(ring_spectra(strips.astype(np.float32)), WEIGHT, TIME)
+    return coarse_rotation(ring_spectra(strips.astype(np.float32)), WEIGHT, TIME)
 
 
 def in_place(kind, rng):
@@ -85,5 +85,5 @@ def test_a_rim_given_beside_the_plate_is_refused_as_one_that_does_not_turn(rende
     for x, y, radius in beside:
         apart = np.hypot(x - scene.centre_px[0], y - scene.centre_px[1])
         assert apart > 1.1 * scene.radius_px + radius
-        with pytest.raises(RateRefused, match="nothing in the picture turns about a fixed axis"):
+        with pytest.raises(RateRefused, match="nothing in the frame turns about a fixed axis"):
             track_phase(path, plate=PlateOverride(centre_px=(x, y), radius_px=radius))

@@ -264,7 +264,8 @@ def test_uneven_stamps_exclude_the_aliases():
 def test_a_plate_with_two_equal_marks_is_followed_over_whole_turns():
     time, angle = steady(33.3)
     ambiguous = np.mod(angle, np.pi)  # what a two-fold symmetric picture can tell
-    rate = measure_rate(phase_track(time, ambiguous, symmetry=2, mark_rad=np.nan), timebase=CLOCK)
+    track = phase_track(time, ambiguous, symmetry=2, mark_azimuth_rad=np.nan)
+    rate = measure_rate(track, timebase=CLOCK)
     assert rate.rate_rad_s == pytest.approx(33.3 * RPM, rel=1e-6)
 
 
@@ -282,7 +283,7 @@ def test_locked_frame_counts_keep_their_frame_of_uncertainty():
 def test_a_centroid_that_turns_otherwise_is_reported():
     time, angle = steady()
     track = phase_track(
-        time, angle, noise_rad=NOISE, seed_rad=np.angle(np.exp(1j * angle * (1 + 3e-4)))
+        time, angle, noise_rad=NOISE, mark_angle_rad=np.angle(np.exp(1j * angle * (1 + 3e-4)))
     )
     rate = measure_rate(track, timebase=CLOCK)
     assert any("centroid" in text for text in rate.warnings)

@@ -1,0 +1,45 @@
+"""Columns brought to one length before they are decomposed, and back.
+
+Parameters have units of their own (counts, radians, per kelvin squared), so that the columns of a
+Jacobian differ by many powers of ten. With ``J = U diag(n)``, n the lengths of the columns, the
+decompositions work on U, whose condition number speaks of the poses and not of the units.
+"""
+
+import numpy as np
+
+from calib.poses.imu_log import FloatArray
+
+RANK_TOLERANCE = 1e-9
+"""Singular value of unit columns, relative to the largest, below which they are dependent: far
+above rounding (1e-15), far below what the refused condition numbers (25 and 625) correspond to."""
+
+
+def unit_columns(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The columns of a matrix at unit length, and their lengths.
+
+    Parameters
+    ----------
+    matrix : array, shape (r, k)
+
+    Returns
+    -------
+    unit : array, shape (r, k)
+        Columns of length 1; a column of zeros stays one.
+    norm : array, shape (k,)
+        Their lengths, 1 for a column of zeros: ``matrix == unit * norm``.
+    """
+    norm = np.sqrt((matrix**2).sum(axis=0))
+    norm[norm == 0] = 1.0
+    return np.asarray(matrix / norm), np.asarray(norm)
+
+
+def orthonormal_columns(matrix: FloatArray) -> FloatArray:
+    """Orthonormal basis of the space that the columns of ``matrix`` (r, k) span, (r, rank)."""
+    u, singular, _ = np.linalg.svd(unit_columns(matrix)[0], full_matrices=False)
+    return np.asarray(u[:, singular > RANK_TOLERANCE * singular.max(initial=0.0)])
+
+
+def pseudo_inverse(matrix: FloatArray, tolerance: float = 1e-15) -> FloatArray:
+    """Pseudo-inverse (k, r) of ``matrix`` (r, k), its rank judged on the unit columns."""
+    unit, norm = unit_columns(matrix)
+    return np.asarray(np.linalg.pinv(unit, rcond=tolerance) / norm[:, None])

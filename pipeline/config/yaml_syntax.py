@@ -1,0 +1,43 @@
+"""The message for text that is no YAML: its line, what to look for, and PyYAML's own words."""
+
+import re
+from pathlib import Path
+
+import yaml
+
+from pipeline.errors import ConfigError
+
+#: PyYAML's words for a mistake -> ours; the first that is found in the line or message counts.
+_HINTS = (
+    (r"^\s*\t|'\\t'", "a tab is used where YAML allows spaces only. Replace it with spaces"),
+    (r"scanning an alias", "text that begins with * must be quoted, as in '*.csv'"),
+    (r"character '[@`%]'", "text that begins with such a sign must be quoted"),
+    (r"mapping values are not allowed", "a colon or the indentation is out of place: one `key: "
+     "value` a line, keys of one section under each other, text that holds ': ' in quotes"),
+    (r"quoted scalar", "a quote is opened and not closed"),
+    (r"flow (sequence|mapping)", "a bracket or brace is opened and not closed, a comma is "
+     "missing, or text with ? or brackets in it needs quotes, as in 'pose_?.csv'"),
+    (r"", "check that each key has a colon with a space after it and stands exactly under its "
+     "neighbours"),
+)
+
+
+def syntax_error(path: Path, text: str, error: yaml.YAMLError) -> ConfigError:
+    """The error for text that is no YAML: its line, what to look for, and YAML's own words."""
+    if isinstance(error, yaml.reader.ReaderError):
+        line = text.count("\n", 0, error.position) + 1
+        return ConfigError(
+            f"{path}:{line}: the character {chr(int(error.character))!r} cannot stand in a YAML "
+            f"file. Delete it, or save the file as plain text (UTF-8)."
+        )
+    assert isinstance(error, yaml.MarkedYAMLError)
+    mark = error.problem_mark or error.context_mark
+    line = mark.line if mark else 0
+    begun = error.context_mark.line if error.context_mark else line
+    words = f"{error.context or ''} {error.problem}".strip()
+    row = [*text.splitlines(), ""][min(line, len(text.splitlines()))]
+    hint = next(ours for theirs, ours in _HINTS
+                if re.search(theirs, row) or re.search(theirs, words))
+    since = "" if begun == line else f" (begun in line {begun + 1})"
+    return ConfigError(f"{path}:{line + 1}: this is not YAML{since}: {hint}. YAML's own words: "
+                       f"{words}.")

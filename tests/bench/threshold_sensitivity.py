@@ -1,0 +1,271 @@
+"""What halving and doubling each threshold changes.
+
+    python -m tests.bench.threshold_sensitivity vision.plate|vision.tracking|vision.rate
+                                                [--only RECORD[.FIELD]] [--keep DIR]
+
+A threshold is a field of a record: a module-level instance of a frozen dataclass whose name ends
+in ``Thresholds``. One field at a time is multiplied by a half and by two, and the clips below are
+measured again: for ``vision.rate`` from phase tracks that are made once, for the others from the
+frames. Printed per value: measurable clips that are refused, clips without a rate that get one,
+the error in ppm (median, largest) and in stated standard deviations (largest), and how many clips
+change at all. Another set of cases is another function for :func:`sensitivity`.
+"""
+
+import argparse
+import dataclasses
+import importlib
+import pkgutil
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tests.bench.vision_films import Shot
+from tests.world.film import Recorder, Scene, film
+from tests.world.plate import PlateMotion
+from tests.world.scene import Mark
+from vision.errors import VisionError
+from vision.phase_track import PhaseTrack
+from vision.rate.measure import measure_rate
+from vision.rate.timebase import Timebase
+from vision.tracking.track import track_phase
+
+RPM = 2 * np.pi / 60
+FACTORS = (0.5, 2.0)
+MEAN_OVER_S = 3000.0
+SAME_PPM, SAME_SD = 1e-6, 1e-9  # smaller changes are rounding
+STRONG = Recorder(crf=30)
+RED = Mark(luma=Scene().plate_luma, blue=-10.0, red=50.0)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one case: the error and its stated sd in ppm, NaN where it was refused."""
+
+    name: str
+    error_ppm: float
+    sd_ppm: float
+    measurable: bool = True
+
+    @property
+    def refused(self) -> bool:
+        """No rate is stated."""
+        return bool(np.isnan(self.error_ppm))
+
+    def same_as(self, other: "Outcome") -> bool:
+        """The same rate with the same sd, or both refused."""
+        if self.refused or other.refused:
+            return self.refused == other.refused
+        return (abs(self.error_ppm - other.error_ppm) < SAME_PPM
+                and abs(self.sd_ppm - other.sd_ppm) < SAME_SD + 1e-6 * self.sd_ppm)
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What one value of one threshold does."""
+
+    record: str
+    field: str
+    value: float
+    factor: float
+    outcomes: tuple[Outcome, ...]
+    changed: tuple[str, ...]
+
+    def __str__(self) -> str:
+        if not self.outcomes:
+            return "not a possible value"
+        if not self.changed:
+            return "no effect"
+        return f"{summary(self.outcomes)}; changed: {', '.join(self.changed)}"
+
+
+Measure = Callable[[], Sequence[Outcome]]
+
+
+def summary(outcomes: Sequence[Outcome]) -> str:
+    """Refusals and errors of some outcomes."""
+    refused = sum(each.refused for each in outcomes if each.measurable)
+    wrong = sum(not each.refused for each in outcomes if not each.measurable)
+    measured = [each for each in outcomes if each.measurable and not each.refused]
+    error = np.abs([each.error_ppm for each in measured] or [np.nan])
+    in_sd = np.abs([each.error_ppm / each.sd_ppm for each in measured] or [np.nan])
+    return (f"refused {refused}, wrongly measured {wrong}, median {np.median(error):.2f} ppm, "
+            f"worst {error.max():.1f} ppm, {in_sd.max():.2f} sd")
+
+
+def records_of(package: str) -> list[Any]:
+    """The records of thresholds in the modules of a package, in the order of the modules."""
+    folder = importlib.import_module(package)
+    records: list[Any] = []
+    for info in pkgutil.iter_modules(folder.__path__, f"{package}."):
+        for value in vars(importlib.import_module(info.name)).values():
+            if (dataclasses.is_dataclass(value) and not isinstance(value, type)
+                    and type(value).__name__.endswith("Thresholds")
+                    and type(value).__module__.startswith(package)
+                    and not any(value is each for each in records)):
+                records.append(value)
+    return records
+
+
+@contextmanager
+def replaced(record: Any, new: Any) -> Iterator[None]:
+    """Every module of ``vision`` that holds the record holds the new one meanwhile."""
+    holders = [
+        (module, name)
+        for path, module in list(sys.modules.items()) if path.startswith("vision.")
+        for name, value in vars(module).items() if value is record
+    ]
+    for module, name in holders:
+        setattr(module, name, new)
+    try:
+        yield
+    finally:
+        for module, name in holders:
+            setattr(module, name, record)
+
+
+def sensitivity(records: Sequence[Any], measure: Measure, only: str = "") -> Iterator[Effect]:
+    """The effect of each factor on each field, one field changed at a time.
+
+    Parameters
+    ----------
+    records : sequence of frozen dataclass instances
+        Every field a float.
+    measure : callable
+        Measures all cases with the thresholds as they stand.
+    only : str
+        A record, or ``Record.field``; all where empty.
+    """
+    usual = {each.name: each for each in measure()}
+    for record in records:
+        for each in dataclasses.fields(record):
+            kind = type(record).__name__
+            if not f"{kind}.{each.name}.".startswith(f"{only}." if only else ""):
+                continue
+            value = getattr(record, each.name)
+            for factor in FACTORS:
+                outcomes: tuple[Outcome, ...] = ()
+                with (
+                    replaced(record, dataclasses.replace(record, **{each.name: factor * value})),
+                    suppress(ValueError),  # a quantile of 1.5
+                ):
+                    outcomes = tuple(measure())
+                changed = tuple(o.name for o in outcomes if not o.same_as(usual[o.name]))
+                yield Effect(kind, each.name, value, factor, outcomes, changed)
+
+
+def cases() -> dict[str, tuple[Shot, bool]]:
+    """Short clips, each with something in it that a threshold may be for, and if it has a rate."""
+    bare = Scene(label=False, sensor_box=False)
+    steep = Scene(marks=(), tilt_rad=0.6, camera_distance=4.2, texture=2.5)
+    two = (Mark(radius=0.85), Mark(radius=0.45, azimuth_rad=2.1))
+    dots = tuple(Mark(0.9, a, 0.06, 0.05) for a in np.linspace(0, 2 * np.pi, 24, endpoint=False))
+
+    def shot(scene: Scene, rpm: float = 33.3, recorder: Recorder = STRONG, fps: float = 15.0,
+             seconds: float = 8.0, measurable: bool = True) -> tuple[Shot, bool]:
+        motion = PlateMotion(rpm * RPM, wow=((1.0, 3e-4, 1.0),) if rpm else (), angle_rad=0.4)
+        return Shot(scene, motion, fps, seconds, recorder), measurable
+
+    return {
+        "one mark": shot(Scene()),
+        "tilt of 40°": shot(Scene(tilt_rad=0.7, camera_distance=4.5, radius_px=135), -33.4),
+        "texture only": shot(Scene(marks=(), label=False, sensor_box=False, texture=6.0)),
+        "label and box": shot(Scene(marks=(), glare=90), -45.0),
+        "label seen steeply": shot(steep, 16.7, seconds=12.0),
+        "tonearm": shot(Scene(tonearm=True), 45.0),
+        "hand": shot(Scene(hand_until_s=3.0)),
+        "dim and noisy": shot(Scene(light=0.3, noise=5.0), 16.7),
+        "rolling shutter": shot(dataclasses.replace(bare, marks=two, line_time_s=60e-6), 45.0),
+        "half outside": shot(Scene(centre_px=(5.0, 181.0), sensor_box=False), 33.21),
+        "small plate": shot(Scene(radius_px=50.0)),
+        "flicker": shot(Scene(flicker=0.05), -33.2),
+        "repeated frames": shot(Scene(), fps=30.0, recorder=Recorder(camera_fps=20.0)),
+        "late stamps": shot(bare, recorder=Recorder(late_s=6e-3)),
+        "dropped frames": shot(Scene(), recorder=Recorder(lost=0.02)),
+        "two equal marks": shot(dataclasses.replace(bare, marks=(Mark(), Mark(azimuth_rad=np.pi)))),
+        "red mark": shot(dataclasses.replace(bare, marks=(RED,), chroma_noise=1.0), -33.3),
+        "at rest": shot(Scene(), 0.0, measurable=False),
+        "mark half hidden": shot(dataclasses.replace(bare, centre_px=(5.0, 181.0)),
+                                 measurable=False),
+        "strobe dots": shot(dataclasses.replace(bare, marks=dots), measurable=False),
+    }
+
+
+def rendered(folder: Path) -> dict[str, Path]:
+    """The files of the cases, rendered unless they are there."""
+    paths = {}
+    for seed, (name, (shot, _)) in enumerate(cases().items()):
+        paths[name] = folder / f"{name.replace(' ', '_')}.mp4"
+        if not paths[name].exists():
+            half = paths[name].with_suffix(".part.mp4")
+            film(half, shot.motion, shot.scene, fps=shot.fps, seconds=shot.seconds, seed=seed,
+                 recorder=shot.recorder)
+            half.rename(paths[name])
+    return paths
+
+
+def outcome(name: str, track: Callable[[], PhaseTrack]) -> Outcome:
+    """Measure one case and compare with the plate's mean rate over many turns."""
+    shot, measurable = cases()[name]
+    try:
+        rate = measure_rate(track(), timebase=Timebase(ppm=0.0))
+    except VisionError:
+        return Outcome(name, np.nan, np.nan, measurable)
+    true = float(np.diff(shot.motion.angle(np.array([0.0, MEAN_OVER_S])))[0]) / MEAN_OVER_S
+    signed = rate.rate_rad_s * (1 if rate.direction == "ccw" else -1)
+    error_ppm = (signed / true - 1) * 1e6 if true else np.inf
+    return Outcome(name, error_ppm, rate.image_sd_rad_s / rate.rate_rad_s * 1e6, measurable)
+
+
+def from_clips(paths: dict[str, Path]) -> list[Outcome]:
+    """All cases from their frames."""
+    return [outcome(name, partial(track_phase, path)) for name, path in paths.items()]
+
+
+def from_tracks(tracks: dict[str, PhaseTrack]) -> list[Outcome]:
+    """The cases whose plate was tracked, from there."""
+    return [outcome(name, partial(lambda track: track, track)) for name, track in tracks.items()]
+
+
+def tracked(paths: dict[str, Path]) -> dict[str, PhaseTrack]:
+    """Phase tracks of the clips in which a plate turns."""
+    tracks = {}
+    for name, path in paths.items():
+        try:
+            tracks[name] = track_phase(path)
+        except VisionError:
+            continue
+    return tracks
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("package", choices=("vision.plate", "vision.tracking", "vision.rate"))
+    parser.add_argument("--only", default="")
+    parser.add_argument("--keep", type=Path)
+    options = parser.parse_args()
+    folder = options.keep or Path(tempfile.mkdtemp(prefix="thresholds_"))
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = rendered(folder)
+    measure: Measure = partial(from_clips, paths)
+    if options.package == "vision.rate":
+        measure = partial(from_tracks, tracked(paths))
+    start = time.perf_counter()
+    for each in measure():
+        print(f"{each.name:20s} {each.error_ppm:10.3f} ppm (sd {each.sd_ppm:8.3f})")
+    print(f"{summary(measure())}, {(time.perf_counter() - start) / 2:.1f} s", flush=True)
+    for effect in sensitivity(records_of(options.package), measure, options.only):
+        print(f"{effect.record}.{effect.field} = {effect.value:g} x {effect.factor:g}: {effect}",
+              flush=True)
+
+
+if __name__ == "__main__":
+    main()
