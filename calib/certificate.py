@@ -28,7 +28,7 @@ LARGEST_MISALIGNMENT = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Certificate:
+class FactoryCertificate:
     """What a certificate states of one triad.
 
     Parameters
@@ -144,7 +144,7 @@ def frame_free(gain: FloatArray, aligned: FloatArray) -> tuple[FloatArray, Float
 
 
 def compare_certificate(
-    parameters: TriadParameters, certificate: Certificate, spec: TriadSpec
+    parameters: TriadParameters, certificate: FactoryCertificate, spec: TriadSpec
 ) -> CertificateComparison:
     """Lay ``parameters`` beside ``certificate``, whatever frame the certificate has.
 
@@ -152,7 +152,7 @@ def compare_certificate(
     ----------
     parameters : TriadParameters
         The estimate, with its covariance.
-    certificate : Certificate
+    certificate : FactoryCertificate
     spec : TriadSpec
         For the range that bias differences are relative to.
     """

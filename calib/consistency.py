@@ -65,5 +65,5 @@ def gain_off_the_sheet(parameters: TriadParameters, spec: TriadSpec, triad: str)
         yield (
             f"the {triad}'s gain on {AXES[worst]} is {ratio[worst]:.2f} times the data sheet's"
             f"{range_says}. The calibration holds all the same; if that is not this unit's range, "
-            f"check sensor.{triad}."
+            f"check the {triad}'s full scale and bits."
         )

@@ -1,11 +1,34 @@
 """What can go wrong in a calibration, by what the user can do about it.
 
-Every message is one paragraph: where, what was found, what was expected, what to do next.
+Every message is one paragraph: where, what was found, what was expected, what to do next. This
+package does not know how its user talks to it (commands, keys of a file): what to type is left to
+the caller, who finds in ``remedy`` what would help.
 """
+
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """What would help, for whoever knows how the user does it.
+
+    ``kind``: ``remove_effect`` (take an effect out of the model), ``list_effects``, ``data_sheet``
+    (correct the data sheet's values of ``triad``), ``default_solver``, or ``smaller_model`` (these
+    poses carry ``model``).
+    """
+
+    kind: Literal["remove_effect", "list_effects", "data_sheet", "default_solver", "smaller_model"]
+    triad: str | None = None
+    model: tuple[str, ...] = ()
 
 
 class CalibrationError(Exception):
     """Base of all expected failures of this package."""
+
+    def __init__(self, message: str, remedy: Remedy | None = None) -> None:
+        super().__init__(message)
+        self.remedy = remedy
 
 
 class UnusableLog(CalibrationError):

@@ -18,8 +18,9 @@ from calib.diagnosis.signature import Projector, Signature, are_aliases, effect_
 from calib.effects.effect import Effect
 from calib.fit.calibration import triad_parameters
 from calib.fit.identifiability import scaled_condition
+from calib.fit.initial_estimate import Start
 from calib.fit.model import Model, stack_columns, unavailable
-from calib.fit.residuals import Equations, Start
+from calib.fit.residuals import Equations
 from calib.fit.result import Fit
 from calib.fit.solver import fit
 from calib.poses.attitudes import natural_directions

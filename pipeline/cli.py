@@ -45,6 +45,7 @@ def _run_command(typed: list[str]) -> int:
         INTERRUPTED_SAYS,
         PipelineError,
         exit_code_of,
+        message_of,
         report_bug,
     )
     from vision.errors import VisionError
@@ -55,7 +56,7 @@ def _run_command(typed: list[str]) -> int:
     try:
         done = root.main(typed, prog_name="pipeline", standalone_mode=False, color=color)
     except (PipelineError, CalibrationError, VisionError) as error:
-        print(error, file=sys.stderr)
+        print(message_of(error), file=sys.stderr)
         return exit_code_of(error)
     except click.ClickException as error:
         error.show()

@@ -66,6 +66,26 @@ class DeviceError(PipelineError):
     exit_code = DEVICE
 
 
+#: What to type or to write, by the kind of a :class:`calib.errors.Remedy`.
+TYPE_THIS = {
+    "remove_effect": "`pipeline remove CONFIG TRIAD.NAME` takes an effect out of the model.",
+    "list_effects": "`pipeline effects` lists them all.",
+    "data_sheet": "In the configuration they stand under sensor.{triad}.",
+    "default_solver": "In the configuration: `solver: default`.",
+    "smaller_model": "In the configuration: {triad}: {{model: [{model}]}}.",
+}
+
+
+def message_of(error: BaseException) -> str:
+    """The message of an expected failure, with what to type where that would help."""
+    remedy = getattr(error, "remedy", None)
+    if remedy is None:
+        return str(error)
+    advice = TYPE_THIS[remedy.kind].format(triad=remedy.triad, model=", ".join(remedy.model))
+    message = str(error)
+    return f"{message if message.endswith('.') else message + '.'} {advice}"
+
+
 def exit_code_of(error: BaseException) -> int:
     """The exit code of an exception that ended a command; 1 for all that nobody expected."""
     from calib.errors import CalibrationError, FitFailed, UnusableLog

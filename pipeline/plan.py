@@ -29,7 +29,7 @@ from calib.poses.attitudes import NEAR_COSINE, natural_directions
 from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog, Triad
-from calib.poses.pose_set import CommonError, PoseSet, Run, pose_set
+from calib.poses.pose_set import CommonError, PoseRun, PoseSet, pose_set
 from calib.poses.runs import (
     GRAVITY,
     TIME_BASE,
@@ -254,7 +254,7 @@ def _recorded_up(triad: Triad, setting: PlannedSetting, real: Fit | None) -> Flo
 def _recorded_poses(config: Config, triad: Triad, settings: list[PlannedSetting]) -> PoseSet:
     """The recorded poses as the calibration will see them; filmed rates at their nominal value."""
     latitude = latitude_of(config.site)
-    runs: list[Run] = []
+    runs: list[PoseRun] = []
     for setting in settings:
         if not setting.means:
             continue

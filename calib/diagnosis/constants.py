@@ -8,6 +8,8 @@ the diagnosis is counted on other seeds.
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from calib.fit.result import MISFIT_P_VALUE
+
 
 def _constant(value: Any, origin: str) -> Any:
     return field(default=value, metadata={"origin": origin})
@@ -49,7 +51,9 @@ class Constants:
     least_offered: float = _constant(0.05, "derived: an open verdict lists what holds so much")
     least_listed: float = _constant(0.02, "derived: less likely ones are not reported")
     misfit_p_value: float = _constant(1e-3, "derived: one session in a thousand")
-    adequate_p_value: float = _constant(0.005, "derived: one explained session in two hundred")
+    adequate_p_value: float = _constant(
+        MISFIT_P_VALUE, "derived: the fit's own level, one explained session in two hundred"
+    )
     most_of_the_misfit: float = _constant(0.5, "derived: more than half")
     follows_evidence: float = _constant(3.0, "derived: log of 20 to 1")
     limit_sd: float = _constant(1.96, "derived: two-sided 95 % of a normal distribution")

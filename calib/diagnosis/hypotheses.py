@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.signature import effect_vectors
+from calib.diagnosis.signature import effect_vectors, square_vectors
 from calib.effects.catalogue import BASE
 from calib.effects.effect import EFFECTS, Effect, column_effect
 from calib.fit.model import unavailable
@@ -65,6 +65,8 @@ class Hypothesis:
         if self.vectors is not None:
             return self.vectors
         assert self.effect is not None
+        if self.effect.in_square and self.name not in fit.model.names:
+            return square_vectors(fit, self.effect)
         shape = fit.shapes.get(self.name, self.shape) if self.shape is not None else None
         return effect_vectors(fit, self.effect, shape)
 

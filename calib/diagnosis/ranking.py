@@ -78,7 +78,8 @@ def _candidate(state: Search, odds: Odds, j: int, probability: float) -> Candida
     size, sd, unit = np.zeros(0), np.zeros(0), ""
     if h.kind == "listed":
         assert h.effect is not None
-        size, sd = _predicted(state, j)
+        if not h.effect.in_square:
+            size, sd = _predicted(state, j)
         unit = h.effect.unit_for(state.base.poses.triad)
     drop, rms, loo = _after(state, j)
     p_value = float(chdtrc(int(state.table.seen[j]), drop))

@@ -9,16 +9,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import fdtrc
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect, Shape
 from calib.errors import CalibrationError
 from calib.fit.column_scaling import RANK_TOLERANCE, unit_columns
-from calib.fit.identifiability import require_determined, require_enough, visible_basis
-from calib.fit.residuals import Equations, Rows
-from calib.fit.result import Fit, require_size, with_common
-from calib.fit.solver import remembers_alike
+from calib.fit.identifiability import visible_basis
+from calib.fit.model import Model
+from calib.fit.residuals import Equations, WhitenedRows
+from calib.fit.result import Fit, Solution, finish, with_common, with_shape_sd
+from calib.fit.solver import MEMORY_SD, fit, memory_change
 from calib.poses.imu_log import FloatArray
 
 STEPS, HALVINGS = 12, 5
@@ -29,7 +29,8 @@ LONGEST_STEP = 1.0
 """Of the logarithm of a shape parameter: a factor of e."""
 
 SHAPE_STEP = 1e-4
-MEMORY_ROUNDS = 3
+MEMORY_ROUNDS = 5
+"""Often enough for a size; the fit that is kept goes on until it is steady."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,60 +52,63 @@ class Refit:
         return self.p_value >= CONSTANTS.adequate_p_value
 
 
-def p_value_of(fit: Fit) -> float:
-    """Probability of a residual this large when the model and the stated sds are right."""
-    chi2 = float(fit.weight @ fit.rows.residual**2)
-    return float(fdtrc(fit.dof, fit.poses.noise_dof, chi2 / max(fit.dof, 1)))
-
-
 def refit(base: Fit, effects: Sequence[Effect]) -> Refit | None:
     """``effects`` added to ``base`` and everything refitted; None where the poses cannot carry it.
 
     A shape parameter begins at the first of its effect's starts.
     """
     try:
-        fit, width = _refit(base, effects)
-        require_enough(fit.equations, fit.basis.shape[1] + len(fit.shapes))
-        require_determined(fit.equations, fit.rows, fit.basis)
-        require_size(fit.equations, fit.rows)
+        if any(effect.in_square for effect in effects):
+            joint = fit(base.poses, _sum(base.model, effects), robust=base.is_robust)
+        else:
+            joint = _refit(base, _sum(base.model, effects))
     except (CalibrationError, np.linalg.LinAlgError):
         return None
-    if fit.dof < CONSTANTS.fewest_dof:
+    if joint.dof < CONSTANTS.fewest_dof:
         return None
-    return Refit(tuple(effect.name for effect in effects), fit, p_value_of(fit), width)
+    names = tuple(effect.name for effect in effects)
+    return Refit(names, joint, joint.bounded_p_value, _log_shape_width(joint, effects))
 
 
-def _refit(base: Fit, effects: Sequence[Effect]) -> tuple[Fit, float]:
-    model = base.model
+def _sum(model: Model, effects: Sequence[Effect]) -> Model:
     for effect in effects:
         model = model + effect
-    shapes = {**base.shapes}
-    free = {effect.name: effect.shape for effect in effects if effect.shape is not None}
-    shapes |= {name: shape.starts[0] for name, shape in free.items()}
+    return model
+
+
+def _log_shape_width(joint: Fit, effects: Sequence[Effect]) -> float:
+    """Log share of their range that the data leave to the shape parameters of ``effects``."""
+    width = 0.0
+    for effect in effects:
+        if effect.shape is not None:
+            sd = joint.shape_sd[effect.name] / joint.shapes[effect.name]
+            span = float(np.log(effect.shape.bounds[1] / effect.shape.bounds[0]))
+            if np.isfinite(sd):  # one that the rows do not feel keeps all of its range
+                width += float(np.log(min(1.0, np.sqrt(2 * np.pi) * sd / span)))
+    return width
+
+
+def _refit(base: Fit, model: Model) -> Fit:
+    free = {effect.name: effect.shape for effect in model.effects if effect.shape is not None}
+    shapes = {name: base.shapes.get(name, shape.starts[0]) for name, shape in free.items()}
     theta = np.concatenate([base.theta, np.zeros(model.size - base.model.size)])
-    eta, pushed = base.eta, base.pushed
+    eta, sensed = base.eta, base.sensed
+    remembers = any("previous" in effect.needs for effect in model.effects)
     for _ in range(MEMORY_ROUNDS):
-        equations = Equations(base.poses, model, pushed=pushed)
+        equations = Equations(base.poses, model, sensed)
         rows = equations.rows(theta, eta, shapes)
         basis = visible_basis(equations, rows)
-        state = _State(equations, theta, eta, shapes, rows)
-        state, slope = _minimise(state, base.weight, basis, tuple(free), free)
+        start = _State(equations, theta, eta, shapes, rows)
+        state, slope = _minimise(start, base.weight, basis, tuple(free), free)
         theta, eta, shapes = state.theta, state.eta, dict(state.shapes)
-        fit = replace(
-            base, model=model, theta=theta, eta=eta, shapes=shapes, equations=equations,
-            rows=state.rows, basis=basis,
-        )
-        if remembers_alike(fit):
+        solution = Solution(theta, eta, state.rows, base.weight, STEPS)
+        joint = finish(equations, solution, basis, shapes)
+        if not remembers or memory_change(joint) < MEMORY_SD:
             break
-        pushed = fit.pushed
-    cov, shape_sd = _covariance(fit, basis, slope, base.weight)
-    named_sd = {**base.shape_sd}
-    width = 0.0
-    for (name, shape), sd in zip(free.items(), shape_sd, strict=True):
-        named_sd[name] = float(sd * shapes[name])
-        span = float(np.log(shape.bounds[1] / shape.bounds[0]))
-        width += float(np.log(min(1.0, np.sqrt(2 * np.pi) * sd / span)))
-    return replace(fit, cov=cov, shape_sd=named_sd), width
+        sensed = joint.sensed
+    if not free:
+        return joint
+    return with_shape_sd(joint, slope / np.array([shapes[name] for name in free]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +117,7 @@ class _State:
     theta: FloatArray
     eta: FloatArray
     shapes: dict[str, float]
-    rows: Rows
+    rows: WhitenedRows
 
     def moved(self, step: FloatArray, free: Sequence[str]) -> "_State":
         """One step on, its last entries those of the shapes' logarithms."""
@@ -162,7 +166,7 @@ def _minimise(
     return state, slope
 
 
-def _step(rows: Rows, weight: FloatArray, basis: FloatArray) -> FloatArray:
+def _step(rows: WhitenedRows, weight: FloatArray, basis: FloatArray) -> FloatArray:
     """Gauss-Newton step along ``basis``, column-scaled, by QR."""
     root = np.sqrt(weight)
     unit, scale = unit_columns((rows.jacobian @ basis) * root[:, None])
@@ -196,19 +200,3 @@ def _slope(state: _State, free: Sequence[str]) -> FloatArray:
         up = state.equations.rows(state.theta, state.eta, shapes).residual
         columns[:, i] = (up - state.rows.residual) / SHAPE_STEP
     return columns
-
-
-def _covariance(
-    fit: Fit, basis: FloatArray, slope: FloatArray, weight: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Covariance (p, p) of the parameters, and the sds of the shapes' logarithms."""
-    q, k, p = len(fit.eta), slope.shape[1], fit.model.size
-    full = with_common(basis, q)
-    jacobian = np.hstack([fit.rows.jacobian @ full, slope]) * np.sqrt(weight)[:, None]
-    scale = np.sqrt((jacobian**2).sum(axis=0))
-    scale[scale == 0] = 1.0
-    inverse = np.linalg.pinv(jacobian / scale) / scale[:, None]
-    cov = inverse @ inverse.T
-    fitted = full.shape[1]
-    linear = (full @ cov[:fitted, :fitted] @ full.T)[:p, :p]
-    return linear, np.sqrt(np.diag(cov)[fitted : fitted + k])

@@ -13,7 +13,7 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.evidence import nothing_log_density
 from calib.diagnosis.hypotheses import Hypothesis
-from calib.diagnosis.refit import Refit, p_value_of
+from calib.diagnosis.refit import Refit
 from calib.diagnosis.sets import OFTEN, Entry, Key, Search, is_nothing
 from calib.diagnosis.table import Beside, Table, pair_scores
 from calib.fit.result import Fit
@@ -30,7 +30,7 @@ def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Search:
     table = Table(base, hypotheses)
     alone = table.beside(())
     nothing = nothing_log_density(table.chi2, table.dof)
-    state = Search(base, hypotheses, table, alone, nothing, p_value_of(base))
+    state = Search(base, hypotheses, table, alone, nothing, base.bounded_p_value)
     empty = float(np.logaddexp(*nothing))
     state.note(Entry((), empty, whole=True))
     _note_by_name(state, (), empty, alone, None)

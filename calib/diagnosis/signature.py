@@ -14,7 +14,9 @@ from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.identifiability import ROUNDING, VISIBLE_SHARE
+from calib.fit.model import sensor_columns
 from calib.fit.result import Fit
+from calib.fit.solver import square_columns
 from calib.poses.imu_log import FloatArray
 
 
@@ -113,8 +115,21 @@ def effect_vectors(fit: Fit, effect: Effect, shape: float | None = None) -> Floa
         # From its mean on: the rest is a bias, and would make what varies look small.
         logged = at.column(effect.follows)
         at = replace(at, columns={**at.columns, effect.follows: logged - logged.mean()})
-    on_reading = effect.acts_on == "reading"
-    return effect.evaluate(equations.at_reading if on_reading else at, shape)
+    if effect.acts_on == "reading":
+        return effect.evaluate(equations.at_reading, shape)
+    shapes = {} if shape is None else {effect.name: shape}
+    return sensor_columns((effect,), at, shapes, fit.rows.axes)
+
+
+def square_vectors(fit: Fit, effect: Effect) -> FloatArray:
+    """Errors (n, 3, k) by the products of parameters that the length shows squared only."""
+    equations = fit.equations
+    n, s = equations.magnitude, fit.rows.vector
+    columns = square_columns(equations, effect, equations.conditions(s))
+    vectors = np.zeros((*s.shape, columns.shape[1]))
+    direction = s[n] / np.linalg.norm(s[n], axis=1, keepdims=True)
+    vectors[n] = direction[:, :, None] * columns[:, None, :]
+    return vectors
 
 
 def reference_columns(fit: Fit, effect: Effect) -> FloatArray:
@@ -130,7 +145,8 @@ def vector_columns(fit: Fit, vectors: FloatArray) -> FloatArray:
     """Whitened columns (d, k) of errors (n, 3, k) ahead of the effects that follow the vector."""
     equations = fit.equations
     if equations.varying:
-        slope = equations.slope(fit.theta, fit.shapes, equations.conditions(fit.rows.vector))
+        at = equations.conditions(fit.rows.vector)
+        slope = equations.slope(fit.theta, fit.shapes, at, fit.rows.axes)
         vectors = np.asarray(np.linalg.inv(slope) @ vectors, dtype=float)
     return project_on_rows(fit, vectors)
 

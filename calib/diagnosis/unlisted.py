@@ -136,7 +136,7 @@ def _internal(name: str, marks: FloatArray) -> Effect:
     def columns(at: Conditions) -> FloatArray:
         return per_axis(np.tile(marks[:, None], 3))
 
-    return Effect(name, "sensor", TRIADS, AXES, "{u}", columns, "", NO_PAGE)
+    return Effect(name, "sensor", TRIADS, AXES, "{u}", columns, "", NO_PAGE, orthogonal=True)
 
 
 def step_hypotheses(fit: Fit) -> list[Hypothesis]:

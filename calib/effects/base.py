@@ -70,6 +70,7 @@ def misalignment(at: Conditions) -> FloatArray:
 @effect(
     *AXES,
     unit="rad",
+    orthogonal=True,
     page=Page(
         formula="e = φ × s",
         typical={"MPU-6050": "1 to 2°", "MTi": "0.1°"},

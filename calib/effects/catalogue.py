@@ -9,7 +9,7 @@ from importlib import import_module
 
 from calib import effects
 from calib.effects.effect import EFFECTS, Effect, column_effect
-from calib.errors import CalibrationError
+from calib.errors import CalibrationError, Remedy
 
 for _module in pkgutil.iter_modules(effects.__path__):  # in the order of their names
     if _module.name != "catalogue":
@@ -24,7 +24,7 @@ class UnknownEffect(CalibrationError):
     """No effect has this name; carries ``name``."""
 
     def __init__(self, name: str) -> None:
-        super().__init__(f"no effect is named '{name}'")
+        super().__init__(f"no effect is named '{name}'", Remedy("list_effects"))
         self.name = name
 
 

@@ -9,8 +9,10 @@ Three places where an effect can act, and the vector its columns are evaluated o
 
 - ``reading``: bias, scale and misalignment, on the nominal reading y of eq. (12). They make up the
   linear form ``M y + c`` of Angrisano et al. eq. (1), one to one with (alpha, b, k).
-- ``sensor``: everything added to it, on the corrected vector s, which solves
-  ``s + F(s) theta = M y + c``. Parameters so mean the same in simulation, correction and fit.
+- ``sensor``: everything added to it, on what the sensitive axes feel, ``u = T⁻¹ s`` with s the
+  corrected vector in orthogonal axes and T of eq. (2); s solves ``s + T F(T⁻¹ s) theta = M y + c``.
+  Parameters so mean the same in simulation, correction and fit. What belongs to the motion and not
+  to an axis (a lever arm, a rotation of the frame) is ``orthogonal``: its columns take s itself.
 - ``reference``: the plate rate or gravity value m itself.
 """
 
@@ -95,6 +97,11 @@ class Effect:
         ``sensor``, ``session`` or ``bench``; see :data:`Owner`.
     follows : str or None
         Logged column that a bias follows from an origin of no meaning: 5 V, 1013 hPa.
+    orthogonal : bool
+        Whether an effect on the sensor acts on the orthogonal axes instead of the sensitive ones.
+    in_square : bool
+        Whether the length of the vector shows it from the square of its parameters on only: its
+        derivative vanishes where they are zero.
     names_column : str or None
         Logged column whose linear effect on the bias this is: ``column:NAME`` would say the same.
     """
@@ -111,6 +118,8 @@ class Effect:
     needs: tuple[Need, ...] = ()
     logged: tuple[str, ...] = ()
     belongs_to: Owner = "sensor"
+    orthogonal: bool = False
+    in_square: bool = False
     follows: str | None = None
     names_column: str | None = None
 
@@ -148,6 +157,8 @@ def effect(
     needs: tuple[Need, ...] = (),
     logged: tuple[str, ...] = (),
     belongs_to: Owner = "sensor",
+    orthogonal: bool = False,
+    in_square: bool = False,
     names_column: str | None = None,
 ) -> Callable[[Columns], Columns]:
     """Register the decorated column function under its own name; its docstring is the physics.
@@ -172,6 +183,8 @@ def effect(
             needs=needs,
             logged=logged,
             belongs_to=belongs_to,
+            orthogonal=orthogonal,
+            in_square=in_square,
             names_column=names_column,
         )
         return function

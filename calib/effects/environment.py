@@ -114,16 +114,22 @@ def warm_up(at: Conditions, tau_s: float) -> FloatArray:
     unit="{u}",
     needs=("previous",),
     page=Page(
-        formula="e_k = h_k · sign(what axis k felt in the pose before)",
+        formula="e_k = h_k · tanh(u_k / (width · |u|)),  u what the axes felt in the pose before",
         typical={"MPU-6050": "0.1 to 1 mg", "MTi": "< 0.1 mg"},
         source="IEEE Std 1293 hysteresis error",
         confounded="bias, when the pose order is systematic",
         separates="random pose order; each pose approached from both sides",
     ),
+    shape=Shape("width", "1", (0.3, 0.03, 1.0, 2e-4), (1e-4, 3.0)),
 )
-def hysteresis(at: Conditions) -> FloatArray:
-    """Memory of the last pose: stress that has not relaxed when the next one is taken."""
-    return per_axis(np.sign(at.previous))
+def hysteresis(at: Conditions, width: float) -> FloatArray:
+    """Memory of the last pose: stress that has not relaxed when the next one is taken.
+
+    Narrow, it keeps the sign of what an axis felt; wide, it is in proportion to it.
+    """
+    size = np.linalg.norm(at.previous, axis=1, keepdims=True)
+    share = at.previous / np.where(size == 0, 1.0, size)  # rest leaves no memory
+    return per_axis(np.tanh(share / width))
 
 
 @effect(

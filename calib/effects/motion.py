@@ -53,6 +53,8 @@ def g_squared_sensitivity(at: Conditions) -> FloatArray:
     unit="m",
     needs=("plate",),
     belongs_to="bench",
+    orthogonal=True,
+    in_square=True,
     triads=("accelerometer",),
     page=Page(
         formula="e = Ω² (u (u·r) − r),  u the axis of the plate",
@@ -78,13 +80,14 @@ def lever_arm(at: Conditions) -> FloatArray:
     unit="rad/s",
     needs=("force",),
     belongs_to="bench",
+    orthogonal=True,
     triads=("gyroscope",),
     page=Page(
         formula="e = w · u,  u = f/|f|",
         typical={"everywhere": "15.04 °/h × sin(latitude): 2.9e-5 … 7.3e-5 rad/s"},
         source="WGS84; known where the latitude is given, and then already in the reference",
         confounded="the isotropic part of g_sensitivity at every speed of a level plate",
-        separates="a plate tilted by 60°; giving site.latitude_deg",
+        separates="a plate tilted by 60°; stating the site's latitude",
     ),
 )
 def earth_rate(at: Conditions) -> FloatArray:

@@ -17,13 +17,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.effects.catalogue import BASE
-from calib.errors import CalibrationError, FitFailed
+from calib.errors import CalibrationError, FitFailed, Remedy
 from calib.fit.calibration import TriadParameters, theta_of
 from calib.fit.column_scaling import unit_columns
 from calib.fit.identifiability import require_determined, require_enough
 from calib.fit.model import Model
 from calib.fit.residuals import Equations
-from calib.fit.result import Fit, finish
+from calib.fit.result import Fit, Solution, finish
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
@@ -111,25 +111,26 @@ def _system(
     n = corrected_vectors(x, counts)
     a = jacobian(x, counts, printed_sign)
     turning, null = equations.magnitude, equations.null
-    s = equations.poses.reference.magnitude[turning] + equations.common @ eta
+    s = equations.poses.reference.magnitude[turning]
+    share = 1 - equations.common_relative @ eta  # the common errors, on |N| itself
     size = np.linalg.norm(n[turning], axis=1)
     magnitude_rows = np.einsum("ni,nij->nj", n[turning], a[turning])  # NᵀA of eq. (10)
     design = np.zeros((equations.data_count + len(eta), 9 + len(eta)))
     rows, rest = len(turning), equations.data_count
-    design[:rows, :9] = magnitude_rows
-    design[:rows, 9:] = equations.common * size[:, None]
+    design[:rows, :9] = magnitude_rows * share[:, None] ** 2
+    design[:rows, 9:] = equations.common_relative * (share * size**2)[:, None]
     design[rows:rest, :9] = a[null].reshape(-1, 9)  # eq. (4) itself, where s is known: at rest
     design[rest:, 9:] = np.eye(len(eta))
     misclosure = np.concatenate(
         [
-            (size**2 - s**2) / 2,
+            ((share * size) ** 2 - s**2) / 2,
             (n[null] - equations.poses.expected[null]).ravel(),
             -eta,
         ]
     )
     variance = np.concatenate(
         [
-            equations.magnitude_sd**2 * size * (size + np.abs(s)) / 2,
+            equations.magnitude_sd**2 * share * size * (share * size + s) / 2,
             (equations.null_sd**2).ravel(),
             np.ones(len(eta)),
         ]
@@ -205,7 +206,8 @@ def fit_paper(poses: PoseSet, model: Model, spec: TriadSpec) -> Fit:
     if set(model.names) != set(BASE):
         raise CalibrationError(
             f"solver 'paper' knows the nine parameters of the paper only, but the model is "
-            f"[{', '.join(model.names)}]. Use `solver: default` with any other model."
+            f"[{', '.join(model.names)}]. Use the default solver with any other model.",
+            Remedy("default_solver"),
         )
     equations = Equations(poses, model)
     require_enough(equations, model.size)
@@ -217,7 +219,8 @@ def fit_paper(poses: PoseSet, model: Model, spec: TriadSpec) -> Fit:
         raise FitFailed(
             f"solver 'paper' did not converge for the {poses.triad} from the data-sheet values in "
             f"{ITERATIONS} iterations: they lie outside its convergence interval. Check the full "
-            f"scale, or use `solver: default`, which needs no start."
+            f"scale, or use the default solver, which needs no start.",
+            Remedy("default_solver"),
         )
     x, eta = settled(steps[-1].x, eta, equations, counts)
     parameters = TriadParameters(x[:3], x[3:6], 1 / x[6:], np.full((9, 9), np.nan))
@@ -226,5 +229,5 @@ def fit_paper(poses: PoseSet, model: Model, spec: TriadSpec) -> Fit:
     for i, name in enumerate(BASE):
         theta[model.slices()[name]] = linear[3 * i : 3 * i + 3]
     rows = equations.rows(theta, eta, {})
-    weight, basis = np.ones(len(rows.residual)), np.eye(model.size)
-    return finish(equations, theta, eta, rows, weight, basis, len(steps))
+    solution = Solution(theta, eta, rows, np.ones(len(rows.residual)), len(steps))
+    return finish(equations, solution, np.eye(model.size))

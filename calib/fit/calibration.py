@@ -16,12 +16,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import fdtrc
 
 from calib.effects.catalogue import BASE
-from calib.fit.column_scaling import pseudo_inverse
 from calib.fit.model import Correction, Model
-from calib.fit.result import Fit, with_common
+from calib.fit.result import MISFIT_P_VALUE, Fit
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
@@ -30,9 +28,6 @@ NOISE = "noise"
 
 BASE_SIZE = 9
 COMPLEX_STEP = 1e-30
-
-MISFIT_P_VALUE = 0.01
-"""Below it the stated sds do not explain the residual, and the parameters' sds are widened."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,22 +121,13 @@ def theta_of(parameters: TriadParameters, spec: TriadSpec) -> FloatArray:
     return np.concatenate([bias, 1 - np.diag(upper), [mx, my, mz]])
 
 
-def misfit_p_value(fit: Fit) -> float:
-    """Probability of a residual this large when the model and the stated sds are right.
-
-    The sds come from the same samples with ``noise_dof`` degrees of freedom, so chi-square over
-    its degrees of freedom is an F ratio.
-    """
-    return float(fdtrc(fit.dof, fit.poses.noise_dof, fit.chi2 / fit.dof))
-
-
 @dataclass(frozen=True, eq=False)
 class TriadCalibration:
     """One calibrated triad.
 
     ``parameters`` are those of Angrisano et al. eq. (3). Where the residual is larger than the
-    stated sds explain (``p_value`` under 0.01), all sds are widened by ``widening``, the square
-    root of chi-square over its degrees of freedom.
+    stated sds explain (``MISFIT_P_VALUE``), noise is widened by ``widening``, the square root of
+    chi-square over its degrees of freedom (Birge ratio).
     """
 
     triad: Triad
@@ -152,8 +138,8 @@ class TriadCalibration:
 
     @property
     def p_value(self) -> float:
-        """See :func:`misfit_p_value`."""
-        return misfit_p_value(self.fit)
+        """See :attr:`calib.fit.result.Fit.p_value`."""
+        return self.fit.p_value
 
     def effect_values(self) -> dict[str, tuple[FloatArray, FloatArray]]:
         """Value and sd of each added effect's parameters, the shape parameter last.
@@ -184,29 +170,33 @@ class TriadCalibration:
 
 
 def calibrate_triad(fit: Fit, spec: TriadSpec) -> TriadCalibration:
-    """Read the paper's parameters off ``fit``, with honest sds."""
-    misfit = misfit_p_value(fit) < MISFIT_P_VALUE
-    widening = float(np.sqrt(fit.chi2 / fit.dof)) if misfit else 1.0
-    widened = replace(fit, cov=fit.cov * widening**2)
+    """Read the paper's parameters off ``fit``, with honest sds.
+
+    Parameters
+    ----------
+    fit : Fit
+        As :func:`calib.fit.solver.fit` gives it.
+    spec : TriadSpec
+        The data sheet that made the readings nominal.
+
+    Returns
+    -------
+    TriadCalibration
+        Where the noise does not explain the residual, noise is widened by the Birge ratio w, and
+        the errors that the references have in common are left as they were stated:
+        ``C + w² (cov - C)``, C the sum of their parts.
+    """
+    misfit = fit.bounded_p_value < MISFIT_P_VALUE
+    widening = float(np.sqrt(fit.bounded_chi2 / fit.dof)) if misfit else 1.0
+    common = fit.common_shift @ fit.common_shift.T
+    cov = common + widening**2 * (fit.cov - common)
     return TriadCalibration(
         triad=fit.poses.triad,
         spec=spec,
-        fit=widened,
-        parameters=triad_parameters(fit.model, fit.theta, widened.cov, spec),
+        fit=replace(fit, cov=cov),
+        parameters=triad_parameters(fit.model, fit.theta, cov, spec),
         widening=widening,
     )
-
-
-def common_shifts(calibration: TriadCalibration) -> dict[str, FloatArray]:
-    """How far one sd of each common error of the references moves theta, (p,) each."""
-    fit = calibration.fit
-    names, q = fit.poses.reference.common_names, len(fit.eta)
-    basis = with_common(fit.basis, q)
-    jacobian = (fit.rows.jacobian @ basis) * np.sqrt(fit.weight)[:, None]
-    solve = basis @ pseudo_inverse(jacobian)
-    priors = solve[: fit.model.size, fit.equations.data_count :]
-    known = (fit.poses.reference.common == 0).all(axis=0)  # errors that were stated to be none
-    return {name: priors[:, j] for j, name in enumerate(names) if not known[j]}
 
 
 def uncertainty_budget(calibration: TriadCalibration) -> Mapping[str, FloatArray]:
@@ -216,7 +206,14 @@ def uncertainty_budget(calibration: TriadCalibration) -> Mapping[str, FloatArray
     ``calibration.parameters.sd``.
     """
     fit = calibration.fit
-    parts = {name: np.outer(p, p) for name, p in common_shifts(calibration).items()}
+    reference = fit.poses.reference
+    parts = {
+        name: np.outer(shift, shift)
+        for name, shift, stated in zip(
+            reference.common_names, fit.common_shift.T, reference.common.T, strict=True
+        )
+        if stated.any()  # not an error that was stated to be none
+    }
     rest = fit.cov - sum(parts.values(), start=np.zeros_like(fit.cov))
     return {name: _sds(calibration, cov) for name, cov in {NOISE: rest, **parts}.items()}
 

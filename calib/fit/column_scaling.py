@@ -43,3 +43,10 @@ def pseudo_inverse(matrix: FloatArray, tolerance: float = 1e-15) -> FloatArray:
     """Pseudo-inverse (k, r) of ``matrix`` (r, k), its rank judged on the unit columns."""
     unit, norm = unit_columns(matrix)
     return np.asarray(np.linalg.pinv(unit, rcond=tolerance) / norm[:, None])
+
+
+def inverse_square(matrix: FloatArray) -> FloatArray:
+    """``(AᵀA)⁻¹`` (k, k) of a matrix A (r, k) of full rank, by its QR decomposition."""
+    unit, norm = unit_columns(matrix)
+    inverse = np.linalg.inv(np.linalg.qr(unit, mode="r")) / norm[:, None]
+    return np.asarray(inverse @ inverse.T)

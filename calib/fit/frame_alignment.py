@@ -87,7 +87,7 @@ def _transverse(n: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class _Rows:
+class _TransverseRows:
     """Transverse rows (m, 2), their design (m, 2, 6) and what weights them."""
 
     residual: FloatArray
@@ -154,7 +154,7 @@ def frame_rotation(fit: Fit, accelerometer: Fit | None = None) -> FrameRotation 
         residual = np.einsum("mij,mj->mi", across, f - turned)
         turn = np.einsum("mij,mjk->mik", across, -np.array([cross_matrix(v) for v in turned]))
         lever = -across * per_metre[:, None, None]
-        rows = _Rows(residual, np.concatenate([turn, lever], axis=2), noise, per_metre)
+        rows = _TransverseRows(residual, np.concatenate([turn, lever], axis=2), noise, per_metre)
         placement = rows.placement()
         solution, cov, _ = rows.solve(placement)
         rotation = rotation_matrix(solution[:3]) @ rotation

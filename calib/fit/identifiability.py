@@ -11,20 +11,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from calib.effects.effect import Effect
-from calib.errors import Undetermined
+from calib.errors import Remedy, Undetermined
 from calib.fit.column_scaling import RANK_TOLERANCE, orthonormal_columns, unit_columns
-from calib.fit.model import stack_columns
+from calib.fit.model import sensor_columns, stack_columns
 from calib.poses.attitudes import list_directions, uncovered
 from calib.poses.imu_log import BoolArray, FloatArray
 
 if TYPE_CHECKING:
-    from calib.fit.residuals import Equations, Rows
+    from calib.fit.residuals import Equations, WhitenedRows
 
 CONDITION_LIMIT = 25.0
 """The 18 wedge poses give 1.4, ten usable free-hand poses up to 8; from 25 on the worst
 combination of parameters is known twenty times worse than the best."""
 
 FEWEST_SPARE_ROWS = 1
+GAINS = ("scale", "misalignment")
 
 VISIBLE_SHARE = 0.02
 """Share of its signal that a combination must keep when the rest of the model is projected out."""
@@ -47,6 +48,7 @@ def scaled_condition(jacobian: FloatArray) -> tuple[float, FloatArray]:
 def require_enough(equations: "Equations", parameters: int) -> None:
     """Refuse poses too few to check a fit of ``parameters`` with; raises :class:`Undetermined`."""
     triad, model, poses = equations.poses.triad, equations.model, equations.poses
+    require_turning(equations)
     if equations.data_count - parameters < FEWEST_SPARE_ROWS:
         raise Undetermined(
             f"{triad}: {len(poses)} poses give {equations.data_count} equations for {parameters} "
@@ -56,7 +58,26 @@ def require_enough(equations: "Equations", parameters: int) -> None:
         )
 
 
-def require_determined(equations: "Equations", rows: "Rows", basis: FloatArray) -> None:
+def require_turning(equations: "Equations") -> None:
+    """Refuse a gain or a misalignment where nothing was measured but rest.
+
+    At rest every true vector is next to nothing: scale and misalignment only multiply noise and the
+    bias, so that they run away with a residual as small as one likes and a fine condition number.
+    """
+    model, triad = equations.model, equations.poses.triad
+    gains = [name for name in model.names if name in GAINS]
+    if len(equations.magnitude) or not gains:
+        return
+    carried = tuple(name for name in model.names if name not in GAINS) or ("bias",)
+    raise Undetermined(
+        f"{triad}: all {len(equations.poses)} poses were taken at rest, which shows the bias and "
+        f"what else errs at rest, but never {' or '.join(gains)}. Poses on the turning plate are "
+        f"missing: add them, or fit {', '.join(carried)} alone.",
+        Remedy("smaller_model", triad, carried),
+    )
+
+
+def require_determined(equations: "Equations", rows: "WhitenedRows", basis: FloatArray) -> None:
     """Refuse, in words, poses that cannot determine the model; ``rows`` at the solution.
 
     ``basis`` (p, v) are the combinations of parameters that are fitted.
@@ -103,14 +124,13 @@ def _advice(equations: "Equations") -> str:
     turning = ~poses.reference.is_null
     if not turning.any():
         return "Poses on the turning plate are missing."
-    vectors = poses.reading[turning]
-    missing = uncovered(vectors)
+    missing = uncovered(poses.reading[turning] - equations.start.bias)
     if len(missing) == 0:
         return "Every face and edge is covered: repeat the poses, or take an effect out."
     return f"Directions with no pose within 25°: {list_directions(missing, most=18)}. Add those."
 
 
-def visible_basis(equations: "Equations", rows: "Rows") -> FloatArray:
+def visible_basis(equations: "Equations", rows: "WhitenedRows") -> FloatArray:
     """Combinations of the parameters that the poses can see, shape (p, visible).
 
     Bias, scale and misalignment are kept whole: what they lack is refused. Of every added effect
@@ -144,14 +164,17 @@ def visible_basis(equations: "Equations", rows: "Rows") -> FloatArray:
             norm = np.maximum(np.sqrt((varying**2).sum(axis=0)), 1e-300)
             left = columns / norm - known @ (known.T @ (columns / norm))
             _, share, combinations = np.linalg.svd(left, full_matrices=False)
-            seen = combinations[share > VISIBLE_SHARE].T / norm[:, None]
-            if seen.shape[1] == 0:
+            lost = combinations[share <= VISIBLE_SHARE].T / norm[:, None]
+            if lost.shape[1] == len(norm):
                 raise Undetermined(
                     f"{equations.poses.triad}: these poses cannot see '{effect.name}': bias, "
                     f"scale, misalignment and the effects before it take up all of it. What "
                     f"separates it: {effect.page.separates}."
                 )
-            if seen.shape[1] < block.shape[1]:
+            # Perpendicular to what is lost, in the parameters' own unit: of x·y·z on three axes
+            # the sum is fitted, and parameters that are seen by themselves are left alone.
+            seen = np.linalg.svd(lost.T)[2][lost.shape[1] :].T
+            if lost.shape[1]:
                 block = np.zeros((model.size, seen.shape[1]))
                 block[where] = seen
             known = np.hstack(
@@ -161,11 +184,11 @@ def visible_basis(equations: "Equations", rows: "Rows") -> FloatArray:
     return blocks
 
 
-def _is_rounding(equations: "Equations", rows: "Rows", effect: Effect) -> BoolArray:
+def _is_rounding(equations: "Equations", rows: "WhitenedRows", effect: Effect) -> BoolArray:
     """Which parameters of ``effect`` (k,) only err across the readings: no length shows them."""
-    columns = effect.evaluate(equations.conditions(rows.vector))
-    if effect.acts_on == "reference":
-        return np.zeros(columns.shape[1], dtype=bool)
+    if effect.acts_on == "reference" or effect.in_square:
+        return np.zeros(len(effect.parameters), dtype=bool)
+    columns = sensor_columns((effect,), equations.conditions(rows.vector), {}, rows.axes)
     n = rows.vector / np.maximum(np.linalg.norm(rows.vector, axis=1, keepdims=True), 1e-300)
     seen = np.einsum("ni,nik->nk", n, columns)
     seen[equations.null] = np.linalg.norm(columns[equations.null], axis=1)

@@ -3,8 +3,11 @@
 With y the nominal reading and s the corrected vector:
 
     v = y - E(y) theta_reading            the linear form M y + c of Angrisano et al. eq. (1)
-    s + F(s) theta_sensor = v             solved for s by fixed point
+    s + C(s) theta_sensor = v             solved for s by fixed point
     m + D theta_reference                 the reference magnitude
+
+An effect F of the sensor acts on what its sensitive axes feel, ``u = T⁻¹ s`` with T of eq. (2), the
+columns of M over its diagonal: ``C(s) = T F(T⁻¹ s)``.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,7 +17,7 @@ import numpy as np
 
 from calib.effects.catalogue import find_effect
 from calib.effects.effect import Effect, Need
-from calib.errors import CalibrationError, FitFailed
+from calib.errors import CalibrationError, FitFailed, Remedy
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
@@ -22,8 +25,9 @@ from calib.poses.pose_set import PoseSet
 
 FIXED_POINT_STEPS = 50
 FIXED_POINT_TOLERANCE = 1e-14
+NO_GAIN = 1e-9
 SLOPE_STEP = 1e-4
-"""Relative step of the central difference dF/ds; exact for effects of second order in s."""
+"""Relative step of the central difference dC/ds; exact for effects of second order in s."""
 
 
 @dataclass(frozen=True)
@@ -82,14 +86,53 @@ def pick(model: Model, effects: Sequence[Effect]) -> list[int]:
     return [i for e in effects for i in range(slices[e.name].start, slices[e.name].stop)]
 
 
+def axes_of(matrix: FloatArray) -> FloatArray:
+    """T (3, 3), from the sensitive axes to the orthogonal ones, of M = T K (3, 3)."""
+    gain = np.diag(matrix)
+    # A gain of nothing has no axis; what a fit makes of it is refused at its end.
+    return np.asarray(matrix / np.where(np.abs(gain) < NO_GAIN, 1.0, gain))
+
+
+def sensor_columns(
+    effects: Sequence[Effect], at: Conditions, shapes: Mapping[str, float], axes: FloatArray
+) -> FloatArray:
+    """Columns of sensor-side effects side by side in orthogonal axes, C of this module.
+
+    Parameters
+    ----------
+    effects : sequence of Effect
+    at : Conditions
+        Of n rows, with the vectors in orthogonal axes.
+    shapes : mapping
+        Shape parameters by effect.
+    axes : array, shape (3, 3)
+        T, see :func:`axes_of`.
+
+    Returns
+    -------
+    array, shape (n, 3, k)
+    """
+    sensed = replace(at, vector=at.vector @ np.linalg.inv(axes).T)
+    return np.concatenate(
+        [
+            effect.evaluate(at, shapes.get(effect.name))
+            if effect.orthogonal
+            else axes @ effect.evaluate(sensed, shapes.get(effect.name))
+            for effect in effects
+        ],
+        axis=2,
+    )
+
+
 def solve_sensor(
     effects: Sequence[Effect],
     theta: FloatArray,
     shapes: Mapping[str, float],
     conditions: Callable[[FloatArray], Conditions],
     linear: FloatArray,
+    axes: FloatArray,
 ) -> FloatArray:
-    """The corrected vector s of ``s + F(s) theta = linear`` by fixed point, shape (n, 3).
+    """The corrected vector s of ``s + C(s) theta = linear`` by fixed point, shape (n, 3).
 
     ``conditions`` gives what the effects are evaluated on when the vectors are s (n, 3).
 
@@ -101,7 +144,7 @@ def solve_sensor(
     s = linear
     largest = float(np.abs(linear).max()) + 1e-300
     for _ in range(FIXED_POINT_STEPS):
-        columns = stack_columns(effects, conditions(s), shapes)
+        columns = sensor_columns(effects, conditions(s), shapes, axes)
         following = linear - columns @ theta
         change = float(np.abs(following - s).max())
         s = following
@@ -113,7 +156,8 @@ def solve_sensor(
         return s
     raise FitFailed(
         "the effects in the model are larger than the readings themselves, so that no true vector "
-        "fits them. Remove the last effect added (`pipeline remove`)."
+        "fits them. Remove the last effect added.",
+        Remedy("remove_effect"),
     )
 
 
@@ -124,18 +168,22 @@ def follows_vector(effect: Effect, at: Conditions) -> bool:
 
 
 def sensor_slope(
-    effects: Sequence[Effect], theta: FloatArray, shapes: Mapping[str, float], at: Conditions
+    effects: Sequence[Effect],
+    theta: FloatArray,
+    shapes: Mapping[str, float],
+    at: Conditions,
+    axes: FloatArray,
 ) -> FloatArray:
-    """``I + d(F theta)/ds`` at ``at``, shape (n, 3, 3), by central differences in s."""
+    """``d(C theta)/ds`` at ``at``, shape (n, 3, 3), by central differences in s."""
     step = SLOPE_STEP * (float(np.abs(at.vector).max()) or 1.0)
     slope = np.zeros((len(at.vector), 3, 3))
     for j in range(3):
         move = np.zeros(3)
         move[j] = step
-        up = stack_columns(effects, replace(at, vector=at.vector + move), shapes) @ theta
-        down = stack_columns(effects, replace(at, vector=at.vector - move), shapes) @ theta
+        up = sensor_columns(effects, replace(at, vector=at.vector + move), shapes, axes) @ theta
+        down = sensor_columns(effects, replace(at, vector=at.vector - move), shapes, axes) @ theta
         slope[:, :, j] = (up - down) / (2 * step)
-    return np.asarray(slope + np.eye(3))
+    return slope
 
 
 def unavailable(effect: Effect, poses: PoseSet) -> str | None:
@@ -212,4 +260,5 @@ class Correction:
         if not sensor:
             return np.asarray(s)
         theta = self.theta[pick(self.model, sensor)]
-        return solve_sensor(sensor, theta, self.shapes, lambda v: replace(at, vector=v), s)
+        axes = axes_of(matrix)
+        return solve_sensor(sensor, theta, self.shapes, lambda v: replace(at, vector=v), s, axes)

@@ -1,114 +1,56 @@
-"""The rows that are fitted, their exact derivatives, and a start that needs no initial values.
+"""The rows that are fitted, and their exact derivatives.
 
-    magnitude row   (|s_i| - m_i - D_i theta - C_i eta) / sd_i
+    magnitude row   (|s_i| (1 - R_i eta) - m_i - D_i theta) / sd_i
     null row        (s_i - expected_i) / sd_i, three of them
     prior row       eta_j, one for each error that several references have in common
 
 All rows have unit variance when the stated sds hold. ``eta`` are the common errors of the
 references in units of their own sd; carrying them as unknowns with a prior puts the sd of a shared
-rate into the scale, where it does not average down.
-
-**Start**: readings of one magnitude m satisfy ``(y - b)ᵀ Q (y - b) = m²`` with ``Q = MᵀM``.
-Divided by ``m² - bᵀQb`` this is linear in nine unknowns, ``yᵀQ'y - 2 v'ᵀy = 1``: a least squares
-gives M (the Cholesky factor of Q, upper triangular) and c = -M b. Where the poses are too few or
-too alike for that, the data sheet is the start.
+rate into the scale, where it does not average down. R is their size relative to the reference, and
+it acts on the magnitude of the model, not on the one that was measured: otherwise a gain that
+shrinks together with the reference would shrink any misfit too, and gain would be lost to it
+(Peelle's puzzle).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from calib.fit.model import Model, follows_vector, pick, sensor_slope, solve_sensor, stack_columns
+from calib.effects.effect import Effect
+from calib.fit.initial_estimate import start_of
+from calib.fit.model import (
+    Model,
+    axes_of,
+    follows_vector,
+    pick,
+    sensor_columns,
+    sensor_slope,
+    solve_sensor,
+    stack_columns,
+)
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
-
-UNKNOWNS = 9
-SMALLEST_SINGULAR_VALUE = 1e-6
-SAME_MAGNITUDE = 0.01
-"""Plate rates this close (both directions of one setting) count as one for the start."""
 
 NO_LENGTH = 1e-300
 """A vector of no length has no direction; what a fit makes of it is refused at its end."""
 
 
 @dataclass(frozen=True, eq=False)
-class Start:
-    """``matrix`` M (3, 3) and ``offset`` c (3,) of the linear form that the fit starts from."""
-
-    matrix: FloatArray
-    offset: FloatArray
-
-    @property
-    def bias(self) -> FloatArray:
-        """The nominal reading at which the corrected vector is zero, (3,)."""
-        return np.asarray(np.linalg.solve(self.matrix, -self.offset))
-
-    def theta(self, model: Model) -> FloatArray:
-        """Start values (p,): bias, scale and misalignment of the ellipsoid, 0 elsewhere."""
-        upper = self.matrix
-        values = {
-            "bias": -self.offset,
-            "scale": 1 - np.diag(upper),
-            "misalignment": -np.array([upper[1, 2], upper[0, 2], upper[0, 1]]),
-        }
-        theta = np.zeros(model.size)
-        for name, where in model.slices().items():
-            if name in values:
-                theta[where] = values[name]
-        return theta
-
-
-def start_of(poses: PoseSet) -> Start:
-    """The ellipsoid of the poses where they span one, else the data sheet."""
-    found = _ellipsoid(*_one_magnitude(poses))
-    return Start(np.eye(3), np.zeros(3)) if found is None else Start(*found)
-
-
-def _one_magnitude(poses: PoseSet) -> tuple[FloatArray, float]:
-    """Readings of the magnitude that most poses share, and that magnitude."""
-    m = poses.reference.magnitude
-    turning = m[m > 0]
-    if turning.size == 0:
-        return np.zeros((0, 3)), 0.0
-    alike = np.abs(m[:, None] / turning - 1) < SAME_MAGNITUDE
-    chosen = alike[:, int(np.argmax(alike.sum(axis=0)))]
-    return poses.reading[chosen], float(m[chosen].mean())
-
-
-def _ellipsoid(y: FloatArray, m: float) -> tuple[FloatArray, FloatArray] | None:
-    """M (3, 3) upper triangular and c (3,) of the ellipsoid through ``y`` (n, 3), or None."""
-    if len(y) < UNKNOWNS:
-        return None
-    x = y / m
-    products = 2 * x[:, [0, 0, 1]] * x[:, [1, 2, 2]]
-    design = np.concatenate([x**2, products, -2 * x], axis=1)
-    solution, _, rank, singular = np.linalg.lstsq(design, np.ones(len(x)), rcond=None)
-    if rank < UNKNOWNS or singular[-1] < SMALLEST_SINGULAR_VALUE * singular[0]:
-        return None
-    xx, yy, zz, xy, xz, yz = solution[:6]
-    q = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    try:
-        centre = np.linalg.solve(q, solution[6:])
-        upper = np.linalg.cholesky(q / (1 + centre @ q @ centre)).T
-    except np.linalg.LinAlgError:  # a paraboloid or worse: the poses do not span an ellipsoid
-        return None
-    return upper, -upper @ centre * m
-
-
-@dataclass(frozen=True, eq=False)
-class Rows:
+class WhitenedRows:
     """Whitened rows at one estimate.
 
     ``residual`` (r,), ``jacobian`` (r, p + q) with the q common errors last, ``vector`` (n, 3) the
-    corrected vectors. The first rows are the magnitude rows, then the null rows, then the priors.
+    corrected vectors, ``axes`` (3, 3) T of eq. (2). The first rows are the magnitude rows, then the
+    null rows, then the priors.
     """
 
     residual: FloatArray
     jacobian: FloatArray
     vector: FloatArray
+    axes: FloatArray
 
     @property
     def chi2(self) -> float:
@@ -119,11 +61,11 @@ class Rows:
 class Equations:
     """The rows of one pose set under one model; holds what does not change between iterations.
 
-    ``pushed`` (n, 3) is what each axis felt in its pose, for the memory of the pose before; the
-    start's bias taken off the readings where it is not given.
+    ``sensed`` (n, 3) is what each sensitive axis felt in its pose, for the memory of the pose
+    before; by the start where it is not given.
     """
 
-    def __init__(self, poses: PoseSet, model: Model, pushed: FloatArray | None = None) -> None:
+    def __init__(self, poses: PoseSet, model: Model, sensed: FloatArray | None = None) -> None:
         self.poses, self.model = poses, model
         y = poses.reading
         reference = poses.reference
@@ -151,15 +93,20 @@ class Equations:
         # takes them to true units. |s| has the sd of s along its own direction.
         self.start = start_of(poses)
         s = y @ self.start.matrix.T + self.start.offset
-        self.at_start = poses.conditions(s, y - self.start.bias if pushed is None else pushed)
+        if sensed is None:
+            sensed = s @ np.linalg.inv(axes_of(self.start.matrix)).T
+        self.at_start = poses.conditions(s, sensed)
         direction = s / np.maximum(np.linalg.norm(s, axis=1, keepdims=True), 1e-300)
         along = (((direction @ self.start.matrix) * poses.sd) ** 2).sum(axis=1)
         across = poses.sd**2 @ (self.start.matrix**2).T
         self.magnitude_sd = np.sqrt(along + reference.sd**2)[self.magnitude]
         self.null_sd = np.sqrt(across + reference.sd[:, None] ** 2)[self.null]
         self.common = reference.common[self.magnitude]
+        self.common_relative = self.common / reference.magnitude[self.magnitude, None]
         self.varying = tuple(e for e in self.on_sensor if follows_vector(e, self.at_start))
         self.varying_index = pick(model, self.varying)
+        self.on_axes = tuple(e for e in self.on_sensor if not e.orthogonal)
+        self.matrix_slopes = _matrix_slopes(self.on_reading)
 
     @cached_property
     def typical_sd(self) -> float:
@@ -199,38 +146,87 @@ class Equations:
         rest = vectors[self.null] / self.null_sd[:, :, None]
         return np.concatenate([along, rest.reshape(-1, vectors.shape[2])])
 
-    def corrected(self, theta: FloatArray, shapes: Mapping[str, float]) -> FloatArray:
+    def axes(self, theta: FloatArray) -> FloatArray:
+        """T of eq. (2) at ``theta``, from the sensitive axes to the orthogonal ones, (3, 3)."""
+        return axes_of(np.eye(3) + np.tensordot(theta[self.reading_index], self.matrix_slopes, 1))
+
+    def corrected(
+        self, theta: FloatArray, shapes: Mapping[str, float], axes: FloatArray
+    ) -> FloatArray:
         """The corrected vectors s at ``theta``, shape (n, 3)."""
         s = self.at_reading.vector - self.reading_columns @ theta[self.reading_index]
-        if self.on_sensor:
-            s = solve_sensor(self.on_sensor, theta[self.sensor_index], shapes, self.conditions, s)
-        return s
+        if not self.on_sensor:
+            return s
+        of_sensor = theta[self.sensor_index]
+        return solve_sensor(self.on_sensor, of_sensor, shapes, self.conditions, s, axes)
 
     def _vector_jacobian(
-        self, theta: FloatArray, shapes: Mapping[str, float], s: FloatArray
+        self, theta: FloatArray, shapes: Mapping[str, float], s: FloatArray, axes: FloatArray
     ) -> FloatArray:
-        """ds/dtheta, shape (n, 3, p)."""
+        """ds/dtheta, shape (n, 3, p).
+
+        From ``s + C(s; T) theta = M y + c``: ``(I + C') ds = dv - C dtheta - (dC/dT) dT``, where
+        at fixed s ``(dC/dT) dT = dT F theta - T F' T⁻¹ dT u``.
+        """
         jacobian = np.zeros((*s.shape, self.model.size))
         jacobian[:, :, self.reading_index] = -self.reading_columns
-        if self.on_sensor:
-            at = self.conditions(s)
-            jacobian[:, :, self.sensor_index] = -stack_columns(self.on_sensor, at, shapes)
-            if self.varying:
-                jacobian = np.linalg.solve(self.slope(theta, shapes, at), jacobian)
+        if not self.on_sensor:
+            return jacobian
+        at = self.conditions(s)
+        jacobian[:, :, self.sensor_index] = -sensor_columns(self.on_sensor, at, shapes, axes)
+        if self.on_axes and len(self.reading_index):
+            error = np.einsum(
+                "nij,j->ni",
+                self._on_axes_columns(at, shapes, axes),
+                theta[pick(self.model, self.on_axes)],
+            )
+            to_axes = np.linalg.inv(axes).T
+            moved = self._axes_slopes(theta, axes)  # (p', 3, 3)
+            by_error = np.einsum("pij,nj->nip", moved, error @ to_axes)
+            by_turn = np.einsum("pij,nj->nip", moved, at.vector @ to_axes)
+            slope = self._slope_of(self.on_axes, theta, shapes, at, axes)
+            jacobian[:, :, self.reading_index] += slope @ by_turn - by_error
+        if self.varying:
+            jacobian = np.linalg.solve(self.slope(theta, shapes, at, axes), jacobian)
         return jacobian
 
-    def slope(
-        self, theta: FloatArray, shapes: Mapping[str, float], at: Conditions
+    def _on_axes_columns(
+        self, at: Conditions, shapes: Mapping[str, float], axes: FloatArray
     ) -> FloatArray:
-        """``I + d(F theta)/ds``, shape (n, 3, 3); null poses are held at what they should read."""
-        slope = sensor_slope(self.varying, theta[self.varying_index], shapes, at)
-        slope[self.null] = np.eye(3)
-        return slope
+        return sensor_columns(self.on_axes, at, shapes, axes)
 
-    def rows(self, theta: FloatArray, eta: FloatArray, shapes: Mapping[str, float]) -> Rows:
+    def _axes_slopes(self, theta: FloatArray, axes: FloatArray) -> FloatArray:
+        """dT/dtheta for the parameters of the reading, (p', 3, 3)."""
+        diagonal = 1 + theta[self.reading_index] @ np.einsum("pii->pi", self.matrix_slopes)
+        own = np.einsum("pii->pi", self.matrix_slopes)[:, None, :]
+        return np.asarray((self.matrix_slopes - axes * own) / diagonal)
+
+    def _slope_of(
+        self,
+        effects: Sequence[Effect],
+        theta: FloatArray,
+        shapes: Mapping[str, float],
+        at: Conditions,
+        axes: FloatArray,
+    ) -> FloatArray:
+        varying = [effect for effect in effects if effect in self.varying]
+        if not varying:
+            return np.zeros((len(at), 3, 3))
+        return sensor_slope(varying, theta[pick(self.model, varying)], shapes, at, axes)
+
+    def slope(
+        self, theta: FloatArray, shapes: Mapping[str, float], at: Conditions, axes: FloatArray
+    ) -> FloatArray:
+        """``I + d(C theta)/ds``, shape (n, 3, 3); null poses are held at what they should read."""
+        slope = np.eye(3) + self._slope_of(self.varying, theta, shapes, at, axes)
+        slope[self.null] = np.eye(3)
+        return np.asarray(slope)
+
+    def rows(self, theta: FloatArray, eta: FloatArray, shapes: Mapping[str, float]) -> WhitenedRows:
         """Whitened residual and exact Jacobian at ``theta`` (p,), ``eta`` (q,)."""
-        s = self.corrected(theta, shapes)
-        ds = self._vector_jacobian(theta, shapes, s)
+        axes = self.axes(theta)
+        s = self.corrected(theta, shapes, axes)
+        ds = self._vector_jacobian(theta, shapes, s, axes)
         p, q, k = self.model.size, len(eta), len(self.magnitude)
         residual = np.empty(self.data_count + q)
         jacobian = np.zeros((self.data_count + q, p + q))
@@ -238,14 +234,15 @@ class Equations:
         s_turning = s[self.magnitude]
         size = np.sqrt((s_turning**2).sum(axis=1))
         n = s_turning / np.maximum(size, NO_LENGTH)[:, None]
-        reference = self.poses.reference.magnitude[self.magnitude] + self.common @ eta
-        residual[:k] = (size - reference) / self.magnitude_sd
-        jacobian[:k, :p] = np.einsum("ni,nip->np", n, ds[self.magnitude])
+        true_share = 1 - self.common_relative @ eta
+        stated = self.poses.reference.magnitude[self.magnitude]
+        residual[:k] = (size * true_share - stated) / self.magnitude_sd
+        jacobian[:k, :p] = np.einsum("ni,nip->np", n * true_share[:, None], ds[self.magnitude])
         if self.on_reference:
             columns = self.reference_columns[self.magnitude]
             residual[:k] -= columns @ theta[self.reference_index] / self.magnitude_sd
             jacobian[:k, self.reference_index] -= columns
-        jacobian[:k, p:] = -self.common
+        jacobian[:k, p:] = -self.common_relative * size[:, None]
         jacobian[:k] /= self.magnitude_sd[:, None]
 
         if len(self.null):
@@ -256,4 +253,13 @@ class Equations:
             )
         residual[self.data_count :] = eta
         jacobian[self.data_count :, p:] = np.eye(q)
-        return Rows(residual, jacobian, s)
+        return WhitenedRows(residual, jacobian, s, axes)
+
+
+def _matrix_slopes(on_reading: Sequence[Effect]) -> FloatArray:
+    """dM/dtheta of the linear form ``M y + c`` for every parameter of the reading, (p', 3, 3)."""
+    if not on_reading:
+        return np.zeros((0, 3, 3))
+    probes = np.vstack([np.zeros(3), np.eye(3)])
+    columns = stack_columns(on_reading, Conditions.of_vectors(probes), {})
+    return np.asarray((columns[0] - columns[1:]).transpose(2, 1, 0))

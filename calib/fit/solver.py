@@ -5,10 +5,6 @@ Gauss-Newton steps with the exact Jacobian of the linear form; ``paper``
 (:mod:`calib.fit.angrisano`) walks the equations of Angrisano et al. in (alpha, b, k). Both end in
 :func:`calib.fit.result.finish`, which judges whether the poses determine the model at all.
 
-One step solves the column-scaled rows by QR; it is halved while the cost rises. The combinations of
-parameters that the poses cannot see stay where they are: steps run along ``basis``. The robust
-loss reweights the rows until the weights are steady.
-
 Shape parameters (the time constant of a warm-up) are fitted by variable projection (Golub & Pereyra
 1973, in Kaufman's form): everything else is fitted at each trial value, and the part of the
 residual's derivative by the logarithm of the shape that the rest of the model cannot take up gives
@@ -21,36 +17,40 @@ from itertools import product
 
 import numpy as np
 
-from calib.errors import FitFailed, Undetermined
-from calib.fit.column_scaling import orthonormal_columns, pseudo_inverse, unit_columns
-from calib.fit.identifiability import require_determined, require_enough, visible_basis
-from calib.fit.model import Model
-from calib.fit.residuals import Equations, Rows
-from calib.fit.result import Fit, finish, with_common, with_shape_sd
+from calib.effects.effect import Effect
+from calib.errors import CalibrationError, FitFailed, Undetermined
+from calib.fit.column_scaling import RANK_TOLERANCE, orthonormal_columns, unit_columns
+from calib.fit.gauss_newton import minimise
+from calib.fit.identifiability import require_enough, visible_basis
+from calib.fit.model import (
+    Model,
+    sensor_columns,
+)
+from calib.fit.residuals import Equations, WhitenedRows
+from calib.fit.result import Fit, Solution, finish, with_common, with_shape_sd
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 
-ITERATIONS = 60
-STEP_SD = 1e-7
-"""Converged once no parameter moves by more than this part of its own sd; Gauss-Newton then is
-closer to the minimum by another factor of the relative residual, below 1e-9 in every parameter."""
-HALVINGS = 12
-HUBER_SD = 1.5
-ROBUST_ROUNDS = 30
+__all__ = ["Fit", "fit"]
+
 
 SHAPE_STEPS = 40
 SHAPE_HALVINGS = 8
 LONGEST_SHAPE_STEP = 1.0
 """Of the logarithm: a factor of e."""
+
 SHAPE_STEP_SD = 1e-4
 """Converged once the step moves no row by more than this part of its sd."""
+
 DIFFERENCE_STEP = 1e-4
+AT_BOUND = 1e-3
+"""Relative distance within which a shape parameter is at its bound."""
 
-__all__ = ["Fit", "fit"]
-
-MEMORY_ROUNDS = 3
-"""What a pose remembers of the one before is a sign, judged at the start; it is judged again at the
-solution, where readings near zero may have changed theirs."""
+MEMORY_ROUNDS = 30
+MEMORY_SD = 1e-3
+"""What a pose remembers of the one before is evaluated at an estimate of what that one felt, first
+at the start, then at the solution, until no row moves by more than this part of its sd."""
 
 
 def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
@@ -65,6 +65,10 @@ def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
     robust : bool
         Huber's loss instead of plain squares, so that a few bad poses pull less.
 
+    Returns
+    -------
+    Fit
+
     Raises
     ------
     Undetermined
@@ -72,36 +76,62 @@ def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
     FitFailed
         The iteration did not converge.
     """
-    found = _fit(Equations(poses, model), robust)
+    best = _fit(Equations(poses, model), robust)
+    if not any("previous" in effect.needs for effect in model.effects):
+        return best
+    latest = best
     for _ in range(MEMORY_ROUNDS):
-        if remembers_alike(found):
-            break
-        found = _fit(Equations(poses, model, pushed=found.pushed), robust)
-    return found
+        if memory_change(latest) < MEMORY_SD:
+            return latest
+        latest = _fit(Equations(poses, model, latest.sensed), robust)
+        best = min(best, latest, key=lambda each: each.chi2)
+    return best  # an axis near zero whose sign noise flips: the better of both
 
 
-def remembers_alike(found: Fit) -> bool:
-    """Whether at the solution every effect remembers the poses before as it did at the start."""
-    equations = found.equations
-    if not equations.on_sensor:
-        return True
-    before = equations.at_start
-    after = found.poses.conditions(before.vector, found.pushed)
-    return all(
-        np.array_equal(effect.evaluate(before), effect.evaluate(after))
-        for effect in equations.on_sensor
+def memory_change(fit: Fit) -> float:
+    """By how many sds a row moves if the poses before are taken from the solution."""
+    equations = fit.equations
+    effects = equations.on_sensor
+    theta = fit.theta[equations.sensor_index]
+    felt = [equations.at_start.previous, fit.poses.conditions(fit.rows.vector, fit.sensed).previous]
+    at = equations.conditions(fit.rows.vector)
+    before, after = (
+        sensor_columns(effects, at.with_previous(each), fit.shapes, fit.rows.axes) for each in felt
     )
+    moved = equations.whitened(((after - before) @ theta)[:, :, None], fit.rows.vector)
+    return float(np.abs(moved).max())
 
 
 def _fit(equations: Equations, robust: bool) -> Fit:
     model = equations.model
     start = equations.start.theta(model)
+    if any(effect.in_square for effect in model.effects):
+        return _fit_both_signs(equations, start, robust)
+    return _fit_from(equations, start, robust)
+
+
+def _fit_from(equations: Equations, start: FloatArray, robust: bool) -> Fit:
     basis = basis_at(equations, start)
-    if any(effect.shape for effect in model.effects):
+    if any(effect.shape for effect in equations.model.effects):
         return fit_with_shapes(equations, start, basis, robust)
     require_enough(equations, basis.shape[1])
-    theta, eta, rows, weight, iterations = minimise(equations, start, {}, basis, robust)
-    return finish(equations, theta, eta, rows, weight, basis, iterations)
+    return finish(equations, minimise(equations, start, {}, basis, robust), basis)
+
+
+def _fit_both_signs(equations: Equations, start: FloatArray, robust: bool) -> Fit:
+    """The better of two fits, from either sign of what the length shows squared only."""
+    fits: list[Fit] = []
+    refused: CalibrationError | None = None
+    offset = square_start(equations, start)
+    for sign in (1.0, -1.0):
+        try:
+            fits.append(_fit_from(equations, start + sign * offset, robust))
+        except CalibrationError as error:
+            refused = refused or error
+    if not fits:
+        assert refused is not None
+        raise refused
+    return min(fits, key=lambda each: each.chi2)
 
 
 def basis_at(equations: Equations, theta: FloatArray) -> FloatArray:
@@ -112,101 +142,10 @@ def basis_at(equations: Equations, theta: FloatArray) -> FloatArray:
     return visible_basis(equations, at_start)
 
 
-def minimise(
-    equations: Equations,
-    theta: FloatArray,
-    shapes: Mapping[str, float],
-    basis: FloatArray,
-    robust: bool,
-) -> tuple[FloatArray, FloatArray, Rows, FloatArray, int]:
-    """The minimum at given shape parameters; reweighted until steady with the robust loss."""
-    eta = np.zeros(equations.common.shape[1])
-    weight = np.ones(equations.data_count + len(eta))
-    theta, eta, rows, iterations = iterate(equations, theta, eta, shapes, weight, basis)
-    if robust:
-        for _ in range(ROBUST_ROUNDS):
-            new = huber_weight(rows.residual)
-            new[equations.data_count :] = 1.0
-            change = float(np.abs(new - weight).max())
-            weight = new
-            theta, eta, rows, more = iterate(equations, theta, eta, shapes, weight, basis)
-            iterations += more
-            if change < 1e-6:
-                break
-    return theta, eta, rows, weight, iterations
-
-
-def iterate(
-    equations: Equations,
-    theta: FloatArray,
-    eta: FloatArray,
-    shapes: Mapping[str, float],
-    weight: FloatArray,
-    basis: FloatArray,
-) -> tuple[FloatArray, FloatArray, Rows, int]:
-    """Gauss-Newton with step halving from ``theta``, ``eta`` to the minimum along ``basis``.
-
-    Raises
-    ------
-    FitFailed
-        Not converged within ``ITERATIONS``, or no finite value was left.
-    Undetermined
-        The same, because the poses do not determine the model.
-    """
-    p = equations.model.size
-    parameters, basis = basis, with_common(basis, len(eta))
-    rows = equations.rows(theta, eta, shapes)
-    cost = float(weight @ rows.residual**2)
-    for iteration in range(1, ITERATIONS + 1):
-        step = step_of(rows, weight, basis)
-        for _ in range(HALVINGS):
-            try:
-                trial = equations.rows(theta + step[:p], eta + step[p:], shapes)
-                trial_cost = float(weight @ trial.residual**2)
-            except FitFailed:
-                trial_cost = np.inf
-            if trial_cost <= cost * (1 + 1e-10) + 1e-12:
-                break
-            step = step / 2
-        else:
-            break
-        theta, eta, rows, cost = theta + step[:p], eta + step[p:], trial, trial_cost
-        if float(np.abs(rows.jacobian @ step).max()) < STEP_SD:
-            return theta, eta, rows, iteration
-    if np.isfinite(cost) and float(np.abs(rows.jacobian @ step).max()) < 1e-3:
-        return theta, eta, rows, iteration
-    require_determined(equations, rows, parameters)
-    raise FitFailed(
-        f"the fit of the {equations.poses.triad} did not converge in {ITERATIONS} steps. The "
-        f"data-sheet values may be far off (full scale, bits, encoding), or poses may be spoilt: "
-        f"look at the readings of each pose, and check sensor.{equations.poses.triad}."
-    )
-
-
-def step_of(rows: Rows, weight: FloatArray, basis: FloatArray) -> FloatArray:
-    """Gauss-Newton step for theta and eta along ``basis``, column-scaled, by QR."""
-    root = np.sqrt(weight)
-    jacobian = (rows.jacobian @ basis) * root[:, None]
-    unit, scale = unit_columns(jacobian)
-    q, r = np.linalg.qr(unit)
-    diagonal = np.abs(np.diag(r))
-    if diagonal.min() < 1e-12 * diagonal.max():
-        # Singular here; require_determined says so in words once the iteration has ended.
-        step = np.linalg.lstsq(unit, -rows.residual * root, rcond=1e-10)[0]
-    else:
-        step = np.linalg.solve(r, -(q.T @ (rows.residual * root)))
-    return np.asarray(basis @ (step / scale))
-
-
-def huber_weight(residual: FloatArray) -> FloatArray:
-    """Weights of Huber's loss: rows beyond ``HUBER_SD`` count in proportion to 1/|residual|."""
-    return np.asarray(np.minimum(1.0, HUBER_SD / np.maximum(np.abs(residual), 1e-300)))
-
-
 def fit_with_shapes(
     equations: Equations, start: FloatArray, basis: FloatArray, robust: bool
 ) -> Fit:
-    """Fit a model that has shape parameters; see :func:`calib.fit.solver.fit` for errors.
+    """Fit a model that has shape parameters; see :func:`fit` for errors.
 
     ``start`` (p,) are the linear parameters to start from, ``basis`` (p, v) what the poses see.
     """
@@ -221,40 +160,39 @@ def fit_with_shapes(
     x = np.log(first)
     best = minimise(equations, start, named(x), basis, robust)
     if others:
-        theta, eta, _, weight, _ = best
+        beginning = best
 
         def promise(values: tuple[float, ...]) -> float:
-            at = equations.rows(theta, eta, dict(zip(shaped, values, strict=True)))
-            return float((_left(at, weight, basis, at.residual[:, None]) ** 2).sum())
+            shapes = dict(zip(shaped, values, strict=True))
+            at = equations.rows(beginning.theta, beginning.eta, shapes)
+            return float((_left(at, beginning.weight, basis, at.residual[:, None]) ** 2).sum())
 
         x = np.log(min((first, *others), key=promise))
-        best = minimise(equations, theta, named(x), basis, robust)
+        best = minimise(equations, best.theta, named(x), basis, robust)
     for _ in range(SHAPE_STEPS):
-        theta, eta, rows, weight, _ = best
-        slope = _left(rows, weight, basis, _shape_columns(equations, theta, eta, named(x)))
-        step = np.linalg.lstsq(slope, -np.sqrt(weight) * rows.residual)[0]
+        slope = _left(best.rows, best.weight, basis, _shape_columns(equations, best, named(x)))
+        step = np.linalg.lstsq(slope, -np.sqrt(best.weight) * best.rows.residual)[0]
         step = np.clip(x + np.clip(step, -LONGEST_SHAPE_STEP, LONGEST_SHAPE_STEP), low, high) - x
         if float(np.abs(slope @ step).max()) < SHAPE_STEP_SD:
             break
-        cost = float(weight @ rows.residual**2)
         for _ in range(SHAPE_HALVINGS):
             try:
-                trial = minimise(equations, theta, named(x + step), basis, robust)
+                trial = minimise(equations, best.theta, named(x + step), basis, robust)
             except (FitFailed, Undetermined):
                 step = step / 2
                 continue
-            if float(trial[3] @ trial[2].residual ** 2) < cost:
+            if trial.cost < best.cost:
                 break
             step = step / 2
         else:
             break
         x, best = x + step, trial
-    theta, eta, rows, weight, iterations = best
-    found = finish(equations, theta, eta, rows, weight, basis, iterations, named(x))
-    return _widen(found)
+    return _with_shape_sd(finish(equations, best, basis, named(x)), best)
 
 
-def _left(rows: Rows, weight: FloatArray, basis: FloatArray, columns: FloatArray) -> FloatArray:
+def _left(
+    rows: WhitenedRows, weight: FloatArray, basis: FloatArray, columns: FloatArray
+) -> FloatArray:
     """Weighted ``columns`` (r, k) less what the fitted parameters can take up."""
     root = np.sqrt(weight)[:, None]
     full = with_common(basis, rows.jacobian.shape[1] - len(basis))
@@ -262,28 +200,76 @@ def _left(rows: Rows, weight: FloatArray, basis: FloatArray, columns: FloatArray
     return np.asarray(columns * root - q @ (q.T @ (columns * root)))
 
 
-def _shape_columns(
-    equations: Equations, theta: FloatArray, eta: FloatArray, shapes: Mapping[str, float]
-) -> FloatArray:
+def _shape_columns(equations: Equations, at: Solution, shapes: Mapping[str, float]) -> FloatArray:
     """Derivative of the residual by the logarithm of every shape parameter, (r, k)."""
     columns = []
     for name, value in shapes.items():
-        up = equations.rows(theta, eta, {**shapes, name: value * (1 + DIFFERENCE_STEP)})
-        down = equations.rows(theta, eta, {**shapes, name: value * (1 - DIFFERENCE_STEP)})
+        up = equations.rows(at.theta, at.eta, {**shapes, name: value * (1 + DIFFERENCE_STEP)})
+        down = equations.rows(at.theta, at.eta, {**shapes, name: value * (1 - DIFFERENCE_STEP)})
         columns.append((up.residual - down.residual) / (2 * DIFFERENCE_STEP))
     return np.stack(columns, axis=1)
 
 
-def _widen(found: Fit) -> Fit:
-    """Covariance with the shape parameters as further unknowns."""
-    equations, root = found.equations, np.sqrt(found.weight)
-    value = np.array(list(found.shapes.values()))
-    columns = _shape_columns(equations, found.theta, found.eta, found.shapes) / value
-    full = with_common(found.basis, len(found.eta))
-    jacobian = np.column_stack([found.rows.jacobian @ full, columns]) * root[:, None]
-    inverse = pseudo_inverse(jacobian)
-    cov = inverse @ inverse.T
-    p, fitted = equations.model.size, full.shape[1]
-    sd = np.sqrt(np.diag(cov)[fitted:])
-    linear = (full @ cov[:fitted, :fitted] @ full.T)[:p, :p]
-    return with_shape_sd(found, linear, dict(zip(found.shapes, map(float, sd), strict=True)))
+def _with_shape_sd(fitted: Fit, solution: Solution) -> Fit:
+    """The fit with its shape parameters as further unknowns of the covariance."""
+    value = np.array(list(fitted.shapes.values()))
+    columns = _shape_columns(fitted.equations, solution, fitted.shapes) / value
+    shapes = [effect.shape for effect in fitted.model.effects if effect.shape]
+    # At a bound the value is the bound's: nothing is known of it, and nothing else depends on it.
+    held = [
+        not low * (1 + AT_BOUND) < at < high * (1 - AT_BOUND)
+        for at, (low, high) in zip(value, (shape.bounds for shape in shapes), strict=True)
+    ]
+    columns[:, held] = 0.0
+    return with_shape_sd(fitted, columns)
+
+
+def square_start(equations: Equations, theta: FloatArray) -> FloatArray:
+    """Where to start parameters whose derivative vanishes at zero, else 0, (p,); either sign.
+
+    The length feels a transverse error ``F r`` by ``|F r|² / 2|s|``, which is linear in the matrix
+    ``r rᵀ``. That is fitted together with the model; its largest eigenvector is r, up to the sign.
+    """
+    start = np.zeros(equations.model.size)
+    rows = equations.rows(theta, np.zeros(equations.common.shape[1]), {})
+    at = equations.conditions(rows.vector)
+    for effect in equations.model.effects:
+        if not effect.in_square:
+            continue
+        columns = square_columns(equations, effect, at)
+        whitened = np.zeros((len(rows.residual), columns.shape[1]))
+        whitened[: len(equations.magnitude)] = columns / equations.magnitude_sd[:, None]
+        where = equations.model.slices()[effect.name]
+        others = np.delete(rows.jacobian, where, axis=1)
+        unit, norm = unit_columns(np.hstack([whitened, others]))
+        solution = np.linalg.lstsq(unit, rows.residual, rcond=RANK_TOLERANCE)[0] / norm
+        k = len(effect.parameters)
+        square = np.zeros((k, k))
+        square[np.triu_indices(k)] = solution[: columns.shape[1]]
+        values, vectors = np.linalg.eigh((square + square.T) / 2)
+        start[where] = np.sqrt(np.abs(values[-1])) * vectors[:, -1]
+    return start
+
+
+def square_columns(equations: Equations, effect: Effect, at: Conditions) -> FloatArray:
+    """Errors of the magnitude rows, SI, by the products r_i r_j of an effect's parameters.
+
+    Parameters
+    ----------
+    equations : Equations
+    effect : Effect
+        Whose signal in a length begins with the square of its k parameters (``in_square``).
+    at : Conditions
+        Of the n poses, with the corrected vectors.
+
+    Returns
+    -------
+    array, shape (rows, k (k + 1) / 2)
+        For i ≤ j in the order of ``numpy.triu_indices``: ``F_i·F_j / |s|``, half of it for i = j.
+    """
+    chosen = equations.magnitude
+    columns = effect.evaluate(at)[chosen]
+    size = np.linalg.norm(at.vector[chosen], axis=1)
+    i, j = np.triu_indices(columns.shape[2])
+    products = (columns[:, :, i] * columns[:, :, j]).sum(axis=1)
+    return np.asarray(products / size[:, None] / np.where(i == j, 2.0, 1.0))

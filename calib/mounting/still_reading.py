@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.errors import Undetermined
+from calib.errors import Remedy, Undetermined
 from calib.fit.calibration import TriadCalibration
 from calib.poses.averaging import average_pose
 from calib.poses.conditions import Conditions
@@ -143,8 +143,8 @@ def require_evaluable(label: str, at: Conditions, accelerometer: TriadCalibratio
         raise Undetermined(
             f"{label}: the accelerometer's model has {', '.join(lost)}, which this log cannot "
             f"evaluate: the column is not in it, or it needs the calibration session's clock or "
-            f"the pose before. Log the column, or calibrate without that effect "
-            f"(`pipeline remove`)."
+            f"the pose before. Log the column, or calibrate without that effect.",
+            Remedy("remove_effect", "accelerometer"),
         )
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.errors import Undetermined, UnusableLog
+from calib.errors import Remedy, Undetermined, UnusableLog
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, ImuLog
 
@@ -99,7 +99,8 @@ def _check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -
         raise UnusableLog(
             f"{label}: {triad} counts run from {found}, but {spec.bits} bit {spec.encoding} spans "
             f"{low:g} to {high:g}. Is the encoding {other}, or the number of bits another? "
-            f"Set sensor.{triad}.encoding and bits as the data sheet has them."
+            f"State encoding and bits as the data sheet has them.",
+            Remedy("data_sheet", triad),
         )
     at_rail = (counts <= low) | (counts >= high)
     share = at_rail.mean(axis=0)

@@ -1,7 +1,7 @@
 """What an effect may depend on: the conditions of every pose, or of every sample of a log."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -29,7 +29,7 @@ class Conditions:
     time_s : array, shape (n,)
         Time since the session began.
     previous : array, shape (n, 3)
-        What each axis felt in the pose recorded before this one; 0 for the first.
+        What each sensitive axis felt in the pose recorded before; 0 for the first and after rest.
     vibration : array, shape (n, 3)
         Variance of the accelerometer within the pose, (m/s²)².
     columns : mapping of name to array, shape (n,)
@@ -74,6 +74,10 @@ class Conditions:
             columns={name: values[rows] for name, values in self.columns.items()},
             **{name: getattr(self, name)[rows] for name in FIELDS},
         )
+
+    def with_previous(self, previous: FloatArray) -> "Conditions":
+        """The same after other poses before, ``previous`` (n, 3)."""
+        return replace(self, previous=previous)
 
     def column(self, name: str) -> FloatArray:
         """The logged column ``name``, all NaN where it was not logged, shape (n,)."""

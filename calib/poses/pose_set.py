@@ -14,7 +14,7 @@ from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, BoolArray, FloatArray, IntArray, Triad
 from calib.poses.mean_noise import NOISE_DOF_PER_POSE, correlated_sd
 
-Rows = IntArray | BoolArray | slice | Sequence[int]
+RowIndex = IntArray | BoolArray | slice | Sequence[int]
 PER_POSE = ("reading", "sd", "force", "vibration", "spin_rad_s", "time_s", "expected")
 """Arrays of a :class:`PoseSet` with one row per pose."""
 
@@ -62,7 +62,7 @@ class Reference:
         """Which poses were taken with nothing to measure, shape (n,)."""
         return np.asarray(self.magnitude == 0.0)
 
-    def take(self, rows: Rows) -> "Reference":
+    def take(self, rows: RowIndex) -> "Reference":
         """The references of these poses alone."""
         return replace(
             self, magnitude=self.magnitude[rows], sd=self.sd[rows], common=self.common[rows]
@@ -143,7 +143,7 @@ class PoseSet:
     def __len__(self) -> int:
         return len(self.label)
 
-    def take(self, rows: Rows) -> "PoseSet":
+    def take(self, rows: RowIndex) -> "PoseSet":
         """These poses alone, in this order; a pose may be taken more than once."""
         index = np.arange(len(self))[rows]
         return PoseSet(
@@ -189,16 +189,16 @@ class PoseSet:
         before[order[1:]] = order[:-1]
         return before
 
-    def conditions(self, vector: FloatArray, pushed: FloatArray | None = None) -> Conditions:
+    def conditions(self, vector: FloatArray, sensed: FloatArray | None = None) -> Conditions:
         """What effects are evaluated on, when the triad's vectors are ``vector`` (n, 3).
 
-        ``pushed`` (n, 3) is what each axis itself felt, for the memory of the pose before;
+        ``sensed`` (n, 3) is what each sensitive axis felt, for the memory of the pose before;
         ``vector`` where it is not given.
         """
         before = self.before
         remembers = (before >= 0) & ~self.reference.is_null[before]  # rest leaves no memory
-        felt = vector if pushed is None else pushed
-        previous = np.where(remembers[:, None], felt[before], 0.0)
+        sensed = vector if sensed is None else sensed
+        previous = np.where(remembers[:, None], sensed[before], 0.0)
         return Conditions(
             vector=vector,
             magnitude=self.reference.magnitude,
@@ -226,7 +226,7 @@ def check_alive(means: Sequence[PoseMean], triad: Triad, run: str) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class PoseRun:
     """Poses recorded under one reference.
 
     ``spin_rad_s`` (n,) signed plate rate, 0 where stopped; ``expected`` (n, 3) what null poses
@@ -242,7 +242,7 @@ class Run:
 
 def pose_set(
     triad: Triad,
-    runs: Sequence[Run],
+    runs: Sequence[PoseRun],
     origin_s: float,
     correct_force: Callable[[Conditions], FloatArray] | None = None,
 ) -> PoseSet:

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.earth import EARTH_RATE_RAD_S, earth_rate_horizontal, earth_rate_vertical
-from calib.errors import Undetermined
+from calib.errors import Remedy, Undetermined
 from calib.poses.averaging import PoseMean
 from calib.poses.imu_log import FloatArray
-from calib.poses.pose_set import CommonError, Reference, Run, constant_reference
+from calib.poses.pose_set import CommonError, PoseRun, Reference, constant_reference
 
 TURNING_RAD_S = 0.09
 """5 °/s: above any zero-rate offset of a working MEMS gyro, below the rate of any plate."""
@@ -59,7 +59,9 @@ def spin_sign(means: Sequence[PoseMean], direction: str | None) -> FloatArray:
     return np.where(np.isfinite(felt), felt, filmed)
 
 
-def gravity_run(name: str, means: Sequence[PoseMean], gravity_m_s2: float, sd_m_s2: float) -> Run:
+def gravity_run(
+    name: str, means: Sequence[PoseMean], gravity_m_s2: float, sd_m_s2: float
+) -> PoseRun:
     """Poses of the accelerometer under gravity.
 
     Raises
@@ -73,15 +75,16 @@ def gravity_run(name: str, means: Sequence[PoseMean], gravity_m_s2: float, sd_m_
     if not gravity_m_s2 / PLAUSIBLE_RATIO < typical < gravity_m_s2 * PLAUSIBLE_RATIO:
         raise Undetermined(
             f"{name}: by the data sheet the accelerometer reads {typical:.3g} m/s² in a typical "
-            f"pose, where {gravity_m_s2:.3f} m/s² is expected. Check sensor.accelerometer: full "
-            f"scale, bits, encoding, unit, and the order of the columns."
+            f"pose, where {gravity_m_s2:.3f} m/s² is expected. Check the full scale, bits, "
+            f"encoding and unit of the accelerometer, and the order of the columns.",
+            Remedy("data_sheet", "accelerometer"),
         )
     gyro = np.array([mean.gyroscope.mean for mean in means])
     rest = np.linalg.norm(gyro - np.median(gyro, axis=0), axis=1)
     spinning = np.isfinite(rest) & (rest > TURNING_RAD_S)
     spin = np.where(spinning, np.linalg.norm(gyro, axis=1) * spin_sign(means, None), 0.0)
     n = len(means)
-    return Run(
+    return PoseRun(
         name=name,
         means=means,
         reference=constant_reference(n, gravity_m_s2, [CommonError(GRAVITY, sd_m_s2)]),
@@ -90,7 +93,7 @@ def gravity_run(name: str, means: Sequence[PoseMean], gravity_m_s2: float, sd_m_
     )
 
 
-def turning_run(means: Sequence[PoseMean], rate: PlateRate, latitude_rad: float | None) -> Run:
+def turning_run(means: Sequence[PoseMean], rate: PlateRate, latitude_rad: float | None) -> PoseRun:
     """Poses of the gyro on the turning plate; the Earth's vertical rate belongs to the reference.
 
     Raises
@@ -120,7 +123,7 @@ def turning_run(means: Sequence[PoseMean], rate: PlateRate, latitude_rad: float 
     if latitude_rad is None:
         common.append(sign * EARTH_RATE_RAD_S / np.sqrt(3))
         names.append("Earth rate, latitude not given")
-    return Run(
+    return PoseRun(
         name=rate.name,
         means=means,
         reference=Reference(
@@ -135,7 +138,7 @@ def turning_run(means: Sequence[PoseMean], rate: PlateRate, latitude_rad: float 
     )
 
 
-def stopped_run(name: str, means: Sequence[PoseMean], latitude_rad: float | None) -> Run:
+def stopped_run(name: str, means: Sequence[PoseMean], latitude_rad: float | None) -> PoseRun:
     """Poses of the gyro with the plate stopped: what is left is the Earth's rate.
 
     Its vertical part is known where the latitude and the accelerometer are; the horizontal part
@@ -158,7 +161,7 @@ def stopped_run(name: str, means: Sequence[PoseMean], latitude_rad: float | None
         left = earth_rate_horizontal(latitude_rad) / np.sqrt(2)
     else:
         expected, left = np.zeros((n, 3)), EARTH_RATE_RAD_S / np.sqrt(3)
-    return Run(
+    return PoseRun(
         name=name,
         means=means,
         reference=replace(constant_reference(n, 0.0, []), sd=np.full(n, left)),
@@ -188,8 +191,9 @@ def _check_turning(
     raise Undetermined(
         f"{name}: in {means[worst].label} (and {wrong.size - 1} other poses) the gyro reads "
         f"{felt[worst]:.3g} rad/s by the data sheet while the plate turns at {plate[worst]:.4g} "
-        f"rad/s. Either the plate was not turning in these poses, or sensor.gyroscope (full scale, "
-        f"bits, encoding, unit) is not this sensor's."
+        f"rad/s. Either the plate was not turning in these poses, or the stated data sheet of the "
+        f"gyroscope (full scale, bits, encoding, unit) is not this sensor's.",
+        Remedy("data_sheet", "gyroscope"),
     )
 
 
@@ -204,5 +208,5 @@ def _check_stopped(name: str, means: Sequence[PoseMean], readings: FloatArray) -
         f"{name}: {turning.size} of {len(means)} poses were not taken at rest: in "
         f"{means[worst].label} the gyro differs by {rest[worst]:.3g} rad/s "
         f"({np.degrees(rest[worst]):.1f} °/s) from its typical reading. If they were recorded on "
-        f"the turning plate, name its rate instead of `stopped`."
+        f"the turning plate, name its rate instead of saying that it was stopped."
     )

@@ -19,7 +19,7 @@ from pipeline.report.pose_charts import (
     run_legend,
 )
 from pipeline.report.rate_charts import rate_view
-from pipeline.report.refit_data import refit_json
+from pipeline.report.refit_data import constants_json, refit_json
 from pipeline.report.summary import Answer, answer_for, overall_verdict
 from pipeline.report.tables import budget_rows, parameter_groups
 from pipeline.results.history import Step
@@ -69,6 +69,7 @@ def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None =
         installation=_installation_view(outcome),
         payload=_script_json({
             "config": shlex.quote(str(outcome.config.source.path)),
+            "constants": constants_json(),
             "triads": [view["payload"] for view in views],
         }),
     )

@@ -21,21 +21,25 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses import candidate_effects
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import unit_columns
+from calib.fit.identifiability import VISIBLE_SHARE
+from calib.fit.leave_one_out import LARGEST_LEVERAGE
 from calib.fit.model import Model
 from calib.fit.residuals import Equations
-from calib.fit.result import Fit
+from calib.fit.result import MISFIT_P_VALUE, Fit
+from calib.fit.solver import AT_BOUND
 from calib.poses.imu_log import FloatArray
 from pipeline.formatting import DISPLAY
+from pipeline.report.pose_charts import SHOWN_SD
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
 
 DIGITS = 7
 SHAPE_STEP = 1e-3  #: relative step of the derivative with respect to a shape parameter
-AT_BOUND = 1e-3  #: relative distance within which a shape parameter is at its bound
 BLIND_REASON = (
     "these poses cannot see it: bias, scale, misalignment and the effects in the model take up all "
     "of it"
@@ -58,6 +62,17 @@ class Box:
     judged: FloatArray
     start: FloatArray
     theta: FloatArray | None
+
+
+def constants_json() -> Json:
+    """The levels by which the page judges, as the solver and the charts have them."""
+    return {
+        "visible_share": VISIBLE_SHARE,
+        "smallest_block": 1 - LARGEST_LEVERAGE,
+        "misfit_p_value": MISFIT_P_VALUE,
+        "fewest_dof": CONSTANTS.fewest_dof,
+        "shown_sd": SHOWN_SD,
+    }
 
 
 def refit_json(result: TriadResult, own: Mapping[str, Effect]) -> Json:

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from calib.certificate import Certificate, CertificateComparison, compare_certificate
+from calib.certificate import CertificateComparison, FactoryCertificate, compare_certificate
 from pipeline.config.load import Config
 from pipeline.config.schema import TriadCertificateSection
 from pipeline.stages.triads import TriadResult
@@ -16,7 +16,7 @@ def compare_with_certificate(config: Config, result: TriadResult) -> Certificate
     )
     if stated is None:
         return None
-    certificate = Certificate(
+    certificate = FactoryCertificate(
         bias_counts=np.array(stated.bias_counts),
         scale_counts_per_unit=np.array(stated.scale_counts_per_unit),
         alignment=None if stated.alignment is None else np.array(stated.alignment),

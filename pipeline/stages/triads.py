@@ -17,7 +17,7 @@ from calib.fit.model import Model
 from calib.fit.solver import fit
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import Triad
-from calib.poses.pose_set import PoseSet, Run, pose_set
+from calib.poses.pose_set import PoseRun, PoseSet, pose_set
 from calib.poses.runs import gravity_run, stopped_run, turning_run
 from pipeline.config.load import Config, triad_spec
 from pipeline.config.schema import AccelerometerSection, GyroscopeSection
@@ -116,7 +116,7 @@ def calibrate_gyroscope(
         return None
     assert config.sensor.gyroscope is not None
     latitude = latitude_of(config.site)
-    runs: list[Run] = []
+    runs: list[PoseRun] = []
     for asked in config.gyroscope.runs:
         means = recordings.of(asked.poses, asked.rate).means
         runs.append(

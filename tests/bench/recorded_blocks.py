@@ -14,7 +14,7 @@ from calib.effects.catalogue import BASE
 from calib.fit.calibration import calibrate_triad
 from calib.fit.model import Model
 from calib.fit.solver import fit
-from calib.poses.pose_set import PoseSet, Run, pose_set
+from calib.poses.pose_set import PoseRun, PoseSet, pose_set
 from calib.poses.runs import gravity_run, stopped_run, turning_run
 from tests.bench.trials import COMMON_PARTS, said_names
 from tests.fitting import averaged, plate_rate, spec_of
@@ -92,8 +92,8 @@ def joined_poses(sessions: Sequence[Session], triad: str) -> PoseSet:
         spec_of(sensor.accelerometer, sensor.accelerometer.full_scale),
         spec_of(sensor.gyroscope, sensor.gyroscope.full_scale),
     )
-    still: list[Run] = []
-    of_gyro: list[Run] = []
+    still: list[PoseRun] = []
+    of_gyro: list[PoseRun] = []
     for session in sessions:
         for log in session.runs:
             stated = session.rates.get(log.run.name)

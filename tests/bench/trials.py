@@ -176,7 +176,8 @@ def intervals_held(poses: PoseSet, session: Session, hidden: Sequence[Hidden]) -
         truth = true_size(h, session)
         if truth is None:
             continue
-        value, sd = found.effect_values()[h.name]
+        known = len(truth["value"])  # a shape parameter comes last, and not all have a truth
+        value, sd = (each[:known] for each in found.effect_values()[h.name])
         held += int((np.abs(value - truth["value"]) <= 2 * sd).sum())
         stated += len(value)
     return held, stated

@@ -1,8 +1,8 @@
 """Poses made for an answer that is known: what the readings must be so that theta fits exactly.
 
 The laws and the solver's known answers use these. They invert the model of :mod:`calib.fit.model`
-by its own statement (s + F(s) theta = M y + c), so they check that fitting, correction and Jacobian
-agree with each other; what they mean physically is checked against the simulated bench.
+by its own statement (s + T F(T⁻¹ s) theta = M y + c), so they check that fitting, correction and
+Jacobian agree with each other; what they mean physically is checked against the simulated bench.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from calib.fit.model import Model, pick, stack_columns
+from calib.fit.model import Model, pick
 from calib.fit.residuals import Equations
 from calib.poses.attitudes import natural_directions
 from calib.poses.conditions import Conditions
@@ -117,12 +117,20 @@ def read_through(
         size = poses.reference.magnitude + columns @ theta[pick(model, reference)]
         gain = size / np.where(turning, poses.reference.magnitude, 1)
         true = np.where(turning[:, None], true * gain[:, None], poses.expected)
-    held = Equations(poses, Model.of(())).conditions(true)
-    linear = true.copy()
-    sensor = model.acting_on("sensor")
-    if sensor:
-        linear = linear + stack_columns(sensor, held, shapes or {}) @ theta[pick(model, sensor)]
     matrix, offset = linear_form(model, theta)
+    to_axes = np.linalg.inv(matrix / np.diag(matrix))  # T of eq. (2): unit upper triangular
+    before = poses.conditions(true, true @ to_axes.T).previous
+    held = Equations(poses, Model.of(())).conditions(true).with_previous(before)
+    linear = true.copy()
+    for effect in model.acting_on("sensor"):
+        size = theta[model.slices()[effect.name]]
+        shape = (shapes or {}).get(effect.name)
+        if effect.orthogonal:
+            linear = linear + effect.evaluate(held, shape) @ size
+            continue
+        felt = replace(held, vector=held.vector @ to_axes.T)
+        error = effect.evaluate(felt, shape) @ size  # of every sensitive axis
+        linear = linear + np.linalg.solve(to_axes, error.T).T
     return replace(poses, reading=np.linalg.solve(matrix, (linear - offset).T).T)
 
 

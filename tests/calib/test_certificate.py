@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from calib.certificate import Certificate, compare_certificate, frame_free, rounding_sd
+from calib.certificate import FactoryCertificate, compare_certificate, frame_free, rounding_sd
 from calib.errors import CalibrationError
 from calib.fit.calibration import TriadParameters
 from calib.poses.data_sheet import TriadSpec
@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 SPEC = TriadSpec(50.0, 16, "offset-binary")
 
 # Printed for this very unit and log by calibrate.m of imu_tk_matlab, see the README of the data.
-XSENS = Certificate(
+XSENS = FactoryCertificate(
     bias_counts=np.array([33123.0, 33276.0, 32360.0]),
     scale_counts_per_unit=np.array([415.0, 413.0, 415.0]),
     alignment=np.array([[1.0, 0.0, -0.01], [0.01, 1.0, 0.01], [0.02, 0.01, 1.0]]),
@@ -46,7 +46,7 @@ def test_an_estimate_equal_to_its_certificate_differs_by_nothing() -> None:
     triad = mti().accelerometer
     truth = parameters(triad)
     case = Rotation.from_rotvec([0.02, -0.01, 0.03]).as_matrix()
-    certificate = Certificate(triad.offset, triad.gain, alignment=triad.axes @ case)
+    certificate = FactoryCertificate(triad.offset, triad.gain, alignment=triad.axes @ case)
     exact = estimate(truth.misalignment_rad, truth.bias_counts, truth.scale_counts_per_unit)
     for group in compare_certificate(exact, certificate, SPEC).groups:
         assert group.sigma == pytest.approx(np.zeros(3), abs=1e-6)
@@ -68,7 +68,9 @@ def test_the_publications_first_set_stands_against_its_certificate_as_printed() 
         np.array([33610.0, 33382.0, 32063.0]),
         np.array([547.6, 552.8, 550.6]),
     )
-    certificate = Certificate(np.array([33652.0, 33395, 32034]), np.array([549.7, 552.7, 550.4]))
+    certificate = FactoryCertificate(
+        np.array([33652.0, 33395, 32034]), np.array([549.7, 552.7, 550.4])
+    )
     found = compare_certificate(published, certificate, SPEC)
     assert found.misalignment is None  # the certificate prints none
     assert found.bias.difference == pytest.approx([-42, -13, 29])

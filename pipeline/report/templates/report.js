@@ -2,11 +2,14 @@
 // What the columns are is said in pipeline/report_refit.py; the steps are those of calib/solver.py.
 (() => {
   "use strict";
-  const VISIBLE_SHARE = 0.02;      // calib.identifiability: less than this left is blind
-  const SMALLEST_BLOCK = 1e-3;     // calib.compare: 1 - largest leverage of a pose
-  const MISFIT_P_VALUE = 0.01;     // calib.calibration: below it sds are widened
-  const FEWEST_DOF = 4;            // calib.refit: a model that leaves fewer explains anything
-  const SHOWN_SD = 4;              // pipeline.report_poses: residual charts reach this far at least
+  const given = JSON.parse(document.getElementById("refit-data").textContent);
+  const {
+    visible_share: VISIBLE_SHARE,    // less than this left is blind
+    smallest_block: SMALLEST_BLOCK,  // 1 - largest leverage of a pose
+    misfit_p_value: MISFIT_P_VALUE,  // below it sds are widened
+    fewest_dof: FEWEST_DOF,          // a model that leaves fewer explains anything
+    shown_sd: SHOWN_SD,              // residual charts reach this far at least
+  } = given.constants;
   const NICE = [1, 1.5, 2, 3, 4, 6, 8, 10];
 
   // --- linear algebra on arrays of columns ------------------------------------------------------
@@ -95,16 +98,20 @@
   // --- the refit ---------------------------------------------------------------------------------
   // The combinations of an effect's parameters that are seen beside what is known, as the solver
   // keeps them: all, or those with more than VISIBLE_SHARE of their signal left.
-  function visible(columns, known) {
+  function visible(columns, known, norm) {
     const left = columns.map((column) => {
       const v = Float64Array.from(column);
       known.forEach((u) => subtract(v, dot(u, v), u));
       return v;
     });
     const { values, vectors } = eigen(left.map((a) => left.map((b) => dot(a, b))));
-    const seen = vectors.filter((_, k) => Math.sqrt(Math.max(values[k], 0)) > VISIBLE_SHARE);
-    if (seen.length < columns.length) return seen;
-    return columns.map((_, k) => columns.map((_unused, j) => (j === k ? 1 : 0)));
+    const lost = vectors.filter((_, k) => Math.sqrt(Math.max(values[k], 0)) <= VISIBLE_SHARE);
+    const each = columns.map((_, k) => columns.map((_unused, j) => (j === k ? 1 : 0)));
+    if (lost.length === 0) return each;
+    if (lost.length === columns.length) return [];
+    // Perpendicular to what is lost in the parameters' own unit, not in that of unit columns.
+    const across = lost.map((v) => Float64Array.from(v, (x, j) => x / norm[j] ** 2));
+    return qr([...across, ...each]).q.slice(lost.length).filter((u) => dot(u, u) > 0.5);
   }
 
   function refit(triad, ticked) {
@@ -115,7 +122,7 @@
     for (const effect of ticked) {
       const linear = effect.has_shape ? effect.columns.slice(0, -1) : effect.columns;
       const judged = effect.has_shape ? effect.judged : linear;
-      const seen = visible(judged, known);
+      const seen = visible(judged, known, effect.judged_norm || effect.norm);
       if (seen.length === 0) { unseen.push(effect.name); continue; }
       known = qr([...known, ...seen.map((w) => combine(judged, w))]).q;
       // Judged and fitted columns are scaled each to their own length: the parameters count.
@@ -125,7 +132,7 @@
       const own = weights.map((w) => combine(linear, w));
       if (effect.has_shape) {
         const fitted = qr(columns.map((c) => c.slice(0, d)).concat(own)).q;
-        const shape = visible(effect.columns.slice(-1), fitted);
+        const shape = visible(effect.columns.slice(-1), fitted, [1]);
         if (shape.length) own.push(effect.columns[effect.columns.length - 1]);
         else held += 1;
       }
@@ -158,28 +165,35 @@
     for (let i = 0; i < d; i++) outSquares += (out[i] * triad.row_unit[i]) ** 2;
     return {
       chi2, dof, p, own, unseen, rms: Math.sqrt(squares / d), loo: Math.sqrt(outSquares / d),
-      sizes: parts.flatMap((part) => sizes(part, beta, inverse, widening)),
+      sizes: parts.flatMap((part) => sizes(part, beta, inverse, widening, q, d)),
     };
   }
 
-  function sizes({ effect, weights, first, count }, beta, inverse, widening) {
+  function sizes({ effect, weights, first, count }, beta, inverse, widening, q, d) {
     return effect.parameters.map((parameter, k) => {
       const isShape = effect.has_shape && k === effect.parameters.length - 1;
       if (isShape && count === weights.length) {
         return { effect: effect.name, ...parameter, value: effect.start[k], sd: NaN };
       }
       const along = isShape ? [[first + count - 1, 1]] : weights.map((w, j) => [first + j, w[k]]);
-      let value = 0, variance = 0;
+      let value = 0, common = 0;
       along.forEach(([j, w]) => { value += w * beta[j]; });
-      inverse.forEach((column) => {
+      const response = inverse.map((column) => {
         let s = 0;
         along.forEach(([j, w]) => { s += w * column[j]; });
-        variance += s * s;
+        return s;
       });
+      // The prior rows, last, are the errors that the references have in common: no misfit widens them.
+      for (let i = d; i < q[0].length; i++) {
+        let p = 0;
+        q.forEach((u, j) => { p += response[j] * u[i]; });
+        common += p * p;
+      }
+      const variance = common + widening ** 2 * Math.max(dot(response, response) - common, 0);
       return {
         effect: effect.name, ...parameter,
         value: value / effect.norm[k] + effect.start[k],
-        sd: widening * Math.sqrt(variance) / effect.norm[k],
+        sd: Math.sqrt(variance) / effect.norm[k],
       };
     });
   }
@@ -378,7 +392,6 @@
     }
   }
 
-  const given = JSON.parse(document.getElementById("refit-data").textContent);
   const sections = given.triads.map((triad) => new Section(triad, given.config));
 
   // report.html#tick=gyroscope.g_sensitivity,gyroscope.bias_drift opens with these boxes ticked.

@@ -54,7 +54,7 @@ def test_what_a_pose_remembers_is_judged_at_the_solution(seed: int) -> None:
     found = fit(poses, Model.of((*BASE, "hysteresis")))
     assert found.chi2 / found.dof < 3
     remembered = np.sign(found.equations.at_start.previous)
-    at_solution = np.sign(poses.conditions(poses.reading, found.pushed).previous)
+    at_solution = np.sign(poses.conditions(poses.reading, found.sensed).previous)
     assert (remembered == at_solution).all()
 
 

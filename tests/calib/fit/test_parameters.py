@@ -11,14 +11,15 @@ from calib.errors import CalibrationError
 from calib.fit.calibration import (
     alignment,
     calibrate_triad,
-    misfit_p_value,
     theta_of,
     triad_parameters,
 )
 from calib.fit.model import Model
+from calib.fit.result import MISFIT_P_VALUE
 from calib.fit.solver import fit
 from calib.poses.attitudes import direction_name, list_directions, natural_directions, uncovered
 from calib.poses.data_sheet import TriadSpec
+from pipeline.errors import message_of
 from tests.calib.fit.test_solver import MODEL, SPECS, noisy
 from tests.calib.made_poses import (
     SLOW,
@@ -88,7 +89,7 @@ def test_a_residual_that_noise_does_not_explain_widens_all_sds() -> None:
     assert right.widening == 1.0
     small = fit(replace(poses, sd=poses.sd / 4), MODEL)
     wide = calibrate_triad(small, SPECS["gyroscope"])
-    assert misfit_p_value(small) < 0.01
+    assert small.p_value < MISFIT_P_VALUE
     assert wide.widening == pytest.approx(np.sqrt(small.chi2 / small.dof))
     assert np.concatenate(wide.parameters.sd) == pytest.approx(
         np.concatenate(right.parameters.sd) * wide.widening / 4, rel=1e-6
@@ -120,8 +121,9 @@ def test_a_model_is_a_sum_that_can_be_taken_apart() -> None:
 
 
 def test_an_unknown_effect_is_answered_with_the_catalogue() -> None:
-    with pytest.raises(CalibrationError, match="no effect is named 'cubc'"):
+    with pytest.raises(CalibrationError, match=r"no effect is named 'cubc'") as caught:
         find_effect("cubc")
+    assert message_of(caught.value).endswith("'cubc'. `pipeline effects` lists them all.")
     with pytest.raises(CalibrationError, match="no effect is named 'column:'"):
         find_effect("column:")
 
