@@ -42,6 +42,8 @@ class Constants:
     pairs_refitted: int = _constant(5, "tuned: the true pair stood first in 12 of 12")
     neighbours_refitted: int = _constant(3, "tuned: at most so many sets beside a solution")
     behind: float = _constant(6.0, "tuned: log odds behind the best that a refit can make up")
+    near: float = _constant(1.0, "tuned: log odds behind the best that adding a little can make up")
+    negligible: float = _constant(12.0, "derived: a set behind by so much has no share to speak of")
     expansions: int = _constant(6, "derived: more effects than any sensor showed")
     largest_set: int = _constant(6, "derived: as many as 126 rows carry with nine of the base")
 

@@ -45,7 +45,7 @@ def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Search:
             e
             for key, e in state.entries.items()
             if key not in state.expanded
-            and (e.whole or key == state.key(best.members))
+            and (e is best or (e.whole and not state.is_explained))
             and e.log_posterior > best.log_posterior - 0.5 * CONSTANTS.behind
         ]
         if not open_ones:
@@ -60,13 +60,14 @@ def _note_by_name(
     """Keep the sets of ``beside`` and one more, shapes of one effect summed; return them."""
     prior = state.log_prior(beside)
     far = CONSTANTS.far_signal**2 * len(state.table.residual)
+    value = density + prior + more.log_factor + state.table.log_prior
+    floor = state.standard - CONSTANTS.negligible
     by_key: dict[Key, list[tuple[float, tuple[int, ...]]]] = {}
-    for j in map(int, np.flatnonzero(np.isfinite(more.log_factor))):
+    for j in map(int, np.flatnonzero(value > floor)):
         members = (*beside, j)
         if not state.allowed(members):
             continue
-        value = density + prior + float(more.log_factor[j]) + state.hypotheses[j].log_prior
-        by_key.setdefault(state.key(members), []).append((value, tuple(sorted(members))))
+        by_key.setdefault(state.key(members), []).append((float(value[j]), tuple(sorted(members))))
     noted = []
     for each in by_key.values():
         total = float(np.logaddexp.reduce([value for value, _ in each]))
@@ -81,23 +82,28 @@ def _refit_singles(state: Search) -> None:
     """The best effects by themselves, at their refits."""
     singles = [e for key, e in state.entries.items() if key and state.can_refit(e.members)]
     singles.sort(key=lambda e: -e.log_posterior)
-    gain = singles[0].log_posterior - state.nothing[0] if singles else 0.0
-    behind = max(CONSTANTS.behind, 0.1 * gain)
-    count = 0
-    for entry in singles[: 2 * CONSTANTS.singles_refitted]:
-        if entry.log_posterior < singles[0].log_posterior - behind:
-            break
+    count, first = 0, None
+    for entry in singles[: 3 * CONSTANTS.singles_refitted]:
+        if first is not None:
+            gain = first - state.nothing[0]
+            if entry.log_posterior < first - max(CONSTANTS.behind, 0.1 * gain):
+                break
         again = state.refitted(entry.members)
-        if again is not None:
-            state.note(again)
-            count += 1
+        if again is None:
+            continue
+        state.note(again)
+        first = entry.log_posterior if first is None else first
+        count += 1
         if count == CONSTANTS.singles_refitted:
             break
 
 
 def _refit_pairs(state: Search) -> None:
     """The best of all pairs, at their refits."""
-    candidates = [j for j, h in enumerate(state.hypotheses) if h.kind == "listed"]
+    candidates = [
+        j for j, h in enumerate(state.hypotheses)
+        if h.kind == "listed" and not state.is_refused((j,))
+    ]
     for kind in OFTEN:
         several = [j for j, h in enumerate(state.hypotheses) if h.kind == kind]
         several.sort(key=lambda j: -state.alone.log_factor[j])
@@ -142,23 +148,31 @@ def _expand(state: Search, entry: Entry) -> None:
         )
     ahead.sort(reverse=True)
     weighed = []
-    for _, chosen in ahead[:WEIGHED]:
+    for rough, chosen in ahead[:WEIGHED]:
+        if rough < state.standard - CONSTANTS.behind:
+            break
         value = table.log_density(chosen) + state.log_prior(chosen)
         state.note(Entry(chosen, value, joint))
         weighed.append((value, chosen))
-    _refit_best(state, weighed, joint)
+    _refit_best(state, weighed, joint, set(members))
 
 
 def _refit_best(
-    state: Search, weighed: list[tuple[float, tuple[int, ...]]], joint: Refit | None
+    state: Search,
+    weighed: list[tuple[float, tuple[int, ...]]],
+    joint: Refit | None,
+    inside: set[int],
 ) -> None:
     """Refit the sets that could be the best."""
     count = 0
     for value, members in sorted(weighed, reverse=True):
         if count == CONSTANTS.neighbours_refitted:
             break
-        if value < state.best().log_posterior - CONSTANTS.behind:
+        if value < state.standard - CONSTANTS.behind:
             break
+        is_near = inside <= set(members)  # one more, small: linear as it is
+        if is_near and value < state.standard - CONSTANTS.near:
+            continue
         known = state.entries.get(state.key(members))
         if not state.can_refit(members) or (known is not None and known.whole):
             continue

@@ -81,7 +81,7 @@ class Search:
     def note(self, entry: Entry) -> None:
         """Keep ``entry``, unless the same set is known from a refit of all its members."""
         key = self.key(entry.members)
-        if key in self.refused or (entry.is_far and self.is_explained):
+        if self.is_refused(entry.members) or (entry.is_far and self.is_explained):
             return
         if entry.explains and not self.is_explained:
             self.is_explained = True
@@ -91,6 +91,16 @@ class Search:
         if known is None or not known.whole or entry.whole:
             self.entries[key] = entry
 
+    def is_refused(self, members: Sequence[int]) -> bool:
+        """Whether the rows have no solution with these members, or with one of them alone."""
+        key = self.key(members)
+        return key in self.refused or any((label,) in self.refused for label in key)
+
+    @property
+    def standard(self) -> float:
+        """Log posterior of the best set at its own solution: what others are measured against."""
+        return max(e.log_posterior for e in self.entries.values() if e.whole)
+
     def best(self, entries: Iterable[Entry] | None = None) -> Entry:
         """The most probable set."""
         return max(entries or self.entries.values(), key=lambda entry: entry.log_posterior)
@@ -98,6 +108,8 @@ class Search:
     def allowed(self, members: Sequence[int]) -> bool:
         """Whether the members can stand in one set: no effect twice, not too many."""
         names = [self.label(j) for j in members]
+        if self.is_refused(members):
+            return False
         return len(set(names)) == len(names) <= CONSTANTS.largest_set
 
     def refitted(self, members: Sequence[int], start: Refit | None = None) -> Entry | None:
@@ -153,11 +165,15 @@ def is_nothing(state: Search) -> bool:
 
 
 def with_refit(state: Search, entry: Entry) -> Entry:
-    """``entry`` refitted where that can be and was not done yet."""
-    if entry.whole or not state.can_refit(entry.members) or not entry.members:
+    """``entry`` with the joint refit of those of its members that a model can hold."""
+    if entry.whole:
         return entry
-    again = state.refitted(entry.members, entry.refit)
+    inside = tuple(j for j in entry.members if state.can_refit([j]))
+    if not inside:
+        return replace(entry, refit=None)
+    known = state.entries.get(state.key(inside))
+    again = known if known is not None and known.whole else state.refitted(inside, entry.refit)
     if again is None:
         return replace(entry, refit=None)
     state.note(again)
-    return again
+    return again if len(inside) == len(entry.members) else replace(entry, refit=again.refit)
