@@ -163,6 +163,7 @@ def _at_variance(
             _, log_det = np.linalg.slogdet(inverse)
             estimate = inverse @ h
             m, turn = np.linalg.eigh(inverse[part, part])
+            m = np.maximum(m, 0.0)
             q = turn.T @ estimate[part]
             delta = TAUS[:, None] ** -2.0 - TAUS[-1] ** -2.0
             grid = (

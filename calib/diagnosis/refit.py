@@ -7,13 +7,14 @@ with all the others. The weights of a robust fit stay as they are.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect, Shape
 from calib.errors import CalibrationError
-from calib.fit.column_scaling import RANK_TOLERANCE, unit_columns
+from calib.fit.column_scaling import RANK_TOLERANCE, orthonormal_columns, unit_columns
 from calib.fit.identifiability import visible_basis
 from calib.fit.model import Model
 from calib.fit.residuals import Equations, WhitenedRows
@@ -21,9 +22,12 @@ from calib.fit.result import Fit, Solution, finish, with_common, with_shape_sd
 from calib.fit.solver import MEMORY_SD, fit, memory_change
 from calib.poses.imu_log import FloatArray
 
-STEPS, HALVINGS = 12, 5
+STEPS, HALVINGS = 30, 8
 STEP_SD = 1e-4
 """Converged once the step moves no row by more than this part of its sd."""
+
+ENOUGH_MISFIT = 2.0
+"""Chi-square per degree of freedom above which other starts of the shapes are tried."""
 
 LONGEST_STEP = 1.0
 """Of the logarithm of a shape parameter: a factor of e."""
@@ -100,6 +104,12 @@ def _refit(base: Fit, model: Model) -> Fit:
         basis = visible_basis(equations, rows)
         start = _State(equations, theta, eta, shapes, rows)
         state, slope = _minimise(start, base.weight, basis, tuple(free), free)
+        if free and not _is_explained(state, basis, base):
+            other = _other_shapes(state, base.weight, basis, free)
+            if other is not None:
+                again, steeper = _minimise(other, base.weight, basis, tuple(free), free)
+                if again.cost(base.weight) < state.cost(base.weight):
+                    state, slope = again, steeper
         theta, eta, shapes = state.theta, state.eta, dict(state.shapes)
         solution = Solution(theta, eta, state.rows, base.weight, STEPS)
         joint = finish(equations, solution, basis, shapes)
@@ -111,6 +121,33 @@ def _refit(base: Fit, model: Model) -> Fit:
     return with_shape_sd(joint, slope / np.array([shapes[name] for name in free]))
 
 
+def _is_explained(state: "_State", basis: FloatArray, base: Fit) -> bool:
+    """Whether the rows leave about as much as their noise does."""
+    dof = state.equations.data_count - basis.shape[1] - len(state.shapes)
+    return bool(state.cost(base.weight) < ENOUGH_MISFIT * max(dof, 1))
+
+
+def _other_shapes(
+    state: "_State", weight: FloatArray, basis: FloatArray, free: Mapping[str, Shape]
+) -> "_State | None":
+    """The most promising of the shapes' other starts, everything else fitted linearly."""
+    root, full = np.sqrt(weight), with_common(basis, len(state.eta))
+    best, promise = None, np.inf
+    for values in product(*(shape.starts for shape in free.values())):
+        shapes = {**state.shapes, **dict(zip(free, values, strict=True))}
+        try:
+            rows = state.equations.rows(state.theta, state.eta, shapes)
+        except CalibrationError:
+            continue
+        q = orthonormal_columns(rows.jacobian @ full * root[:, None])
+        residual = rows.residual * root
+        rest = float(residual @ residual - (q.T @ residual) @ (q.T @ residual))
+        if rest < promise:
+            promise = rest
+            best = _State(state.equations, state.theta, state.eta, shapes, rows)
+    return best
+
+
 @dataclass(frozen=True, eq=False)
 class _State:
     equations: Equations
@@ -118,6 +155,10 @@ class _State:
     eta: FloatArray
     shapes: dict[str, float]
     rows: WhitenedRows
+
+    def cost(self, weight: FloatArray) -> float:
+        """Weighted sum of squares."""
+        return float(weight @ self.rows.residual**2)
 
     def moved(self, step: FloatArray, free: Sequence[str]) -> "_State":
         """One step on, its last entries those of the shapes' logarithms."""

@@ -40,18 +40,28 @@ def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Search:
     if not any(e.refit is not None and e.refit.explains for e in state.entries.values()):
         _refit_pairs(state)
     for _ in range(CONSTANTS.expansions):
-        best = state.best()
-        open_ones = [
-            e
-            for key, e in state.entries.items()
-            if key not in state.expanded
-            and (e is best or (e.whole and not state.is_explained))
-            and e.log_posterior > best.log_posterior - 0.5 * CONSTANTS.behind
-        ]
-        if not open_ones:
+        following = _next_to_expand(state)
+        if following is None:
             break
-        _expand(state, state.best(open_ones))
+        _expand(state, following)
     return state
+
+
+def _next_to_expand(state: Search) -> Entry | None:
+    """The best set; while no refit explains the rows, also the best of those that were refitted.
+
+    What is weighed far from its own solution may lead for long, and leads nowhere.
+    """
+    best = state.best()
+    if state.key(best.members) not in state.expanded:
+        return best
+    if state.is_explained:
+        return None
+    whole = [
+        e for key, e in state.entries.items()
+        if e.refit is not None and e.whole and key not in state.expanded
+    ]
+    return state.best(whole) if whole else None
 
 
 def _note_by_name(

@@ -143,7 +143,9 @@ class Search:
         if h.shape is None:
             return effect
         known = None if start is None else start.fit.shapes.get(h.name)
-        return effect.from_shape(h.shape if known is None else known)
+        first = h.shape if known is None else known
+        assert effect.shape is not None
+        return replace(effect, shape=replace(effect.shape, starts=(first, *effect.shape.starts)))
 
     def can_refit(self, members: Iterable[int]) -> bool:
         """Whether a model can hold all members for the length of a refit."""
