@@ -50,6 +50,9 @@ class Constants:
     # The verdict.
     sure: float = _constant(0.8, "tuned: named at this probability, right in 40 of 40")
     credible: float = _constant(0.95, "derived: nothing else is believed above it")
+    sure_beside: float = _constant(
+        0.95, "tuned: sets of two and three effects; a second name is no residue of the first"
+    )
     least_offered: float = _constant(0.05, "derived: an open verdict lists what holds so much")
     least_listed: float = _constant(0.02, "derived: less likely ones are not reported")
     misfit_p_value: float = _constant(1e-3, "derived: one session in a thousand")

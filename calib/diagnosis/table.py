@@ -54,8 +54,10 @@ class Table:
         d = fit.equations.data_count
         norm = np.sqrt((raw**2).sum(axis=0))
         ends = np.cumsum(widths)
-        for start, end in zip(ends - widths, ends, strict=True):
+        for h, start, end in zip(hypotheses, ends - widths, ends, strict=True):
             part = norm[start:end]
+            if h.effect is None:  # not parameters of their own units: their proportions count
+                part[:] = np.where(part > 0, np.sqrt(np.mean(part**2)), 0.0)
             part[part <= NORM_FLOOR * max(float(part.max(initial=0.0)), 1e-300)] = np.inf
         count = np.add.reduceat(np.isfinite(norm), ends - widths) if len(widths) else widths
         unit = np.repeat([_unit_signal(h, d) for h in hypotheses], widths)

@@ -99,7 +99,11 @@ def _named(state: Search, odds: Odds) -> list[Inclusion]:
         and each.probability >= CONSTANTS.sure
         and signal[each.name] >= least
     ]
-    return sorted(named, key=lambda each: -signal[each.name])
+    named.sort(key=lambda each: -signal[each.name])
+    return [
+        each for i, each in enumerate(named)
+        if i == 0 or each.probability >= CONSTANTS.sure_beside
+    ]
 
 
 def _signal(state: Search, odds: Odds, j: int) -> float:
