@@ -142,13 +142,28 @@ def _unknown(case: _Case) -> Explanation:
     assert verdict.name is not None
     if verdict.name == "jump":
         what = f"the bias steps {joined([f'at {time}' for time in verdict.details], 'and')}"
+    elif verdict.name == "time_s":
+        what = "the bias has a course in time, along no straight line and no settling"
+        at = f"; if it is a step, at {verdict.details[0]}" if verdict.details else ""
+        return _course(case, what, f"{_which(verdict)}{at}")
     elif verdict.details:
         what = f"the bias follows {covariate(verdict.name)} {verdict.details[0]}"
     else:
         what = f"the residual follows {covariate(verdict.name)}"
+    return _course(case, what, "")
+
+
+def _which(verdict: Verdict) -> str:
+    words = [f"{readable(i.name)} ({odds_in_words(i.probability)})" for i in verdict.beside]
+    return f": {joined(words, 'or')}" if words else ""
+
+
+def _course(case: _Case, what: str, which: str) -> Explanation:
+    """An error of unlisted shape; ``which`` says what it may be, with odds."""
+    beside = "" if which else _beside(case.verdict)
     says = (
-        f"Something is missing that no listed effect explains: {what} ({case.misfit}). "
-        f"{_nearest(case)}{_beside(verdict)}"
+        f"Something is missing that no listed effect explains: {what}{which} ({case.misfit}). "
+        f"{_nearest(case)}{beside}"
         f"If you know its physics, write it as your own effect (`effects:` in the configuration)."
     )
     short = f"{what}, as no listed effect does"

@@ -154,8 +154,8 @@ class Table:
         for i, other in enumerate(others):
             theirs = visible(other)
             few = min(mine.shape[1], theirs.shape[1])
-            if few == 0:
-                continue
+            if mine.shape[1] < self.seen[j] or theirs.shape[1] < self.seen[other] or few == 0:
+                continue  # what is fitted beside them leaves too little to compare
             overlap = mine.T @ theirs
             if (overlap**2).sum() >= few * CONSTANTS.alias_correlation**2:
                 least[i] = np.linalg.svd(overlap, compute_uv=False)[:few].min()

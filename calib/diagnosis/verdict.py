@@ -82,14 +82,17 @@ def reach_verdict(state: Search, odds: Odds) -> Verdict:
     unlisted = _unlisted(state, odds, share, explains)
     if unlisted is not None:
         return unlisted
+    likely = tuple(each.name for each in _open(odds))
     return Verdict(
-        Code.AMBIGUOUS, group=tuple(each.name for each in _open(odds)), beside=_open(odds),
-        share=share, explains=explains,
+        Code.AMBIGUOUS, group=tuple(dict.fromkeys((*likely, *_explaining(state, odds)))),
+        beside=_open(odds), share=share, explains=explains,
     )
 
 
 def _named(state: Search, odds: Odds) -> list[Inclusion]:
     """The classes of the leading set that are sure and no imperfection of a larger one."""
+    if _is_crowded(state, odds):
+        return []
     signal = {state.hypotheses[j].name: _signal(state, odds, j) for j in odds.lead.members}
     least = CONSTANTS.tolerance * max(signal.values(), default=0.0)
     kinds = {state.hypotheses[j].name: state.hypotheses[j].kind for j in odds.lead.members}
@@ -104,6 +107,14 @@ def _named(state: Search, odds: Odds) -> list[Inclusion]:
         each for i, each in enumerate(named)
         if i == 0 or each.probability >= CONSTANTS.sure_beside
     ]
+
+
+def _is_crowded(state: Search, odds: Odds) -> bool:
+    """Whether an unknown function takes up the rows that would speak for what stands beside it."""
+    members = odds.lead.members
+    unknown = any(state.hypotheses[j].kind == "unknown" for j in members)
+    rest = state.table.dof - sum(int(state.table.seen[j]) for j in members)
+    return unknown and rest < CONSTANTS.fewest_dof
 
 
 def _signal(state: Search, odds: Odds, j: int) -> float:
@@ -155,6 +166,19 @@ def _open(odds: Odds) -> tuple[Inclusion, ...]:
     return tuple(likely or every[:1])
 
 
+def _explaining(state: Search, odds: Odds) -> tuple[str, ...]:
+    """The effects of the best set of effects alone that explains the rows, if it is not far off."""
+    least = odds.lead.log_posterior - CONSTANTS.behind
+    sets = [
+        e for e in state.entries.values()
+        if e.explains and e.log_posterior > least
+        and all(state.hypotheses[j].kind == "listed" for j in e.members)
+    ]
+    if not sets:
+        return ()
+    return tuple(state.hypotheses[j].name for j in state.best(sets).members)
+
+
 def _unlisted(state: Search, odds: Odds, share: float, explains: bool) -> Verdict | None:
     """The verdict on what has no name in the leading set; None where it is open."""
     members = [state.hypotheses[j] for j in odds.lead.members]
@@ -170,6 +194,13 @@ def _unlisted(state: Search, odds: Odds, share: float, explains: bool) -> Verdic
     mass = min(1.0, sum(probability.get(name, 0.0) for name in alike))
     if mass < CONSTANTS.sure * (1 - odds.nothing):
         return None
+    alone = probability.get(first.name, 0.0) >= CONSTANTS.sure * (1 - odds.nothing)
+    if first.name in IN_TIME and not alone:
+        return Verdict(
+            Code.UNKNOWN, "time_s", details=_best_step(state),
+            beside=tuple(each for each in _open(odds) if each.name in IN_TIME),
+            share=share, explains=explains,
+        )
     same = [h for h in members if h.name == first.name]
     details = tuple(h.detail for h in same if h.detail)
     if first.kind == "bad_pose":
@@ -179,12 +210,22 @@ def _unlisted(state: Search, odds: Odds, share: float, explains: bool) -> Verdic
         )
     if first.kind in NOISES:
         return Verdict(Code.NOISE, first.name, details=details, beside=_open(odds))
+    if first.kind == "unknown" and _explaining(state, odds):
+        return None  # effects that have names would do as well
     if first.kind == "unknown" and not _smoother_predicts(state, odds):
         return Verdict(Code.NOISE)
     return Verdict(
         Code.UNKNOWN, first.subject, details=details, beside=_beside(state, odds, odds.classes),
         share=share, explains=explains,
     )
+
+
+def _best_step(state: Search) -> tuple[str, ...]:
+    """When the bias steps, if it steps once; empty where no time is known."""
+    steps = [j for j, h in enumerate(state.hypotheses) if h.kind == "jump"]
+    if not steps:
+        return ()
+    return (state.hypotheses[max(steps, key=lambda j: state.alone.log_factor[j])].detail,)
 
 
 def _smoother_predicts(state: Search, odds: Odds) -> bool:

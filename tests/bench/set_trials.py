@@ -32,6 +32,9 @@ NAMES = (
 )
 DISTURBANCES = ("none", "memory", "wander", "temperature_lag", "temperature_squared",
                 "plate_wander", "coarse", "correlated")
+ONE_MAGNITUDE = {"quadratic", "asymmetry", "cross_quadratic"}
+"""At one magnitude the first two are one, and the third holds both."""
+
 TOGETHER = ({"scale_drift", "reference_drift"}, {"g_sensitivity", "earth_rate"})
 """Pairs of which one holds the other: not both are hidden at once."""
 
@@ -137,6 +140,8 @@ def draw_set(
             break
         size = float(np.exp(rng.uniform(*np.log(sizes))))
         if any({str(name), h.name} in TOGETHER for h in chosen):
+            continue
+        if triad == "accelerometer" and any({str(name), h.name} <= ONE_MAGNITUDE for h in chosen):
             continue
         hidden = drawn(str(name), triad, size, design, seed)  # type: ignore[arg-type]
         if hidden is not None:
