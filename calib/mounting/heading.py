@@ -169,9 +169,9 @@ def _jackknife_variance(
 def _refuse_unclear(label: str, along: float, across: float) -> None:
     if along >= WEAKEST_PUSH_M_S2 and across <= LARGEST_ACROSS * along:
         return
-    found = f"{along:.2f} m/s² along the strongest direction and {across:.2f} m/s² across it"
+    measured = f"{along:.2f} m/s² along the strongest direction and {across:.2f} m/s² across it"
     raise Undetermined(
-        f"{label}: the horizontal specific force of the drive has an rms of {found}; at least "
+        f"{label}: the horizontal specific force of the drive has an rms of {measured}; at least "
         f"{WEAKEST_PUSH_M_S2:g} m/s² along and at most {100 * LARGEST_ACROSS:g} % of it across are "
         f"needed to tell the yaw. Cut the log to a straight stretch with marked acceleration and "
         f"braking, without bends."

@@ -136,10 +136,10 @@ def _halves(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 def _check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -> None:
     low, high = spec.count_range
     if counts.min() < low or counts.max() > high:
-        found = f"{counts.min():g} to {counts.max():g}"
+        span = f"{counts.min():g} to {counts.max():g}"
         other = "offset-binary" if spec.encoding == "twos-complement" else "twos-complement"
         raise UnusableLog(
-            f"{label}: {triad} counts run from {found}, but {spec.bits} bit {spec.encoding} spans "
+            f"{label}: {triad} counts run from {span}, but {spec.bits} bit {spec.encoding} spans "
             f"{low:g} to {high:g}. Is the encoding {other}, or the number of bits another? "
             f"State encoding and bits as the data sheet has them.",
             Remedy("data_sheet", triad),

@@ -158,13 +158,13 @@ def stopped_run(name: str, means: Sequence[PoseMean], latitude_rad: float | None
     if known and latitude_rad is not None:
         up = force / np.linalg.norm(force, axis=1, keepdims=True)
         expected = earth_rate_vertical(latitude_rad) * up
-        left = earth_rate_horizontal(latitude_rad) / np.sqrt(2)
+        sd_rad_s = earth_rate_horizontal(latitude_rad) / np.sqrt(2)
     else:
-        expected, left = np.zeros((n, 3)), EARTH_RATE_RAD_S / np.sqrt(3)
+        expected, sd_rad_s = np.zeros((n, 3)), EARTH_RATE_RAD_S / np.sqrt(3)
     return PoseRun(
         name=name,
         means=means,
-        reference=replace(constant_reference(n, 0.0, []), sd=np.full(n, left)),
+        reference=replace(constant_reference(n, 0.0, []), sd=np.full(n, sd_rad_s)),
         spin_rad_s=np.zeros(n),
         expected=expected,
     )
