@@ -133,5 +133,5 @@ def table_of(line: str) -> HeaderTable | None:
     unit = (G_AND_DEG if "g" in units or "deg/s" in units else
             SI if "rad/s" in units or "m/s^2" in units else COUNTS)
     repeated = {name for name in names if names.count(name) > 1}
-    return HeaderTable(tuple(SKIP if name in repeated else name for name in names), delimiter, clock,
-                 unit)
+    kept = tuple(SKIP if name in repeated else name for name in names)
+    return HeaderTable(kept, delimiter, clock, unit)
