@@ -10,8 +10,7 @@ from calib.fit.calibration import calibrate_triad, uncertainty_budget
 from calib.fit.model import Model
 from calib.fit.solver import fit
 from calib.poses.pose_set import PoseSet
-from tests.calib.fit.test_solver import MODEL, SPECS, noisy
-from tests.calib.made_poses import SLOW, base_theta, made_poses
+from tests.calib.made_poses import MODEL, SLOW, SPECS, base_theta, made_poses, noisy
 
 CLOCK = 5000e-6
 

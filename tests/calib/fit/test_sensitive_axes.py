@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.bench.trials import DESIGNS, drawn
 
 from calib.effects.catalogue import BASE, find_effect
 from calib.errors import Undetermined
@@ -15,6 +14,7 @@ from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.runs import gravity_run
 from tests.calib.made_poses import GRAVITY, base_theta, made_poses, read_through, with_noise
 from tests.fitting import averaged, pose_sets, spec_of
+from tests.trials import DESIGNS, drawn
 from tests.world.bench import Design, Run, Turntable
 from tests.world.imu import mpu6050
 from tests.world.plate import PlateMotion
