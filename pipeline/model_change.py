@@ -5,7 +5,7 @@ calibrations before and after are both known; or the change is refused with its 
 measurement that would allow it, and the file is not changed.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 from calib.diagnosis.next_measurement import Rival, best_block
@@ -123,8 +123,7 @@ def change_model(
     result = result_of(before, target)
     if result is not None and not remove:
         require_addable(result, target, although_aliased)
-    after = run(changed)
-    return ModelChange(target, before, after)
+    return ModelChange(target, before, run(changed))
 
 
 def require_addable(result: TriadResult, target: Target, although_aliased: bool) -> None:
@@ -145,6 +144,8 @@ def require_addable(result: TriadResult, target: Target, although_aliased: bool)
         )
     candidate = next((c for c in diagnosis.ranking if c.name == name and c.kind == "listed"), None)
     if candidate is None or although_aliased:
+        return
+    if name in diagnosis.addable:  # named, and its own refit told it from what looks alike
         return
     group = diagnosis.group if diagnosis.name == name else (name, *candidate.aliases)
     if len(group) > 1:
@@ -173,9 +174,22 @@ def _next_measurement(result: TriadResult, names: list[str]) -> str:
     return f"What would allow it: {effects[0].page.separates}."
 
 
-def next_target(outcome: Outcome) -> Target | None:
-    """What ``--auto`` adds next: the first effect that a diagnosis names without doubt."""
+def next_target(outcome: Outcome, refused: Collection[Target] = ()) -> Target | None:
+    """What ``--auto`` adds next: the first effect that a diagnosis names without doubt.
+
+    ``refused`` are those that were tried and did not lower the leave-one-out error.
+    """
     for result in outcome.triads:
-        if result.diagnosis.addable and result.diagnosis.name is not None:
-            return Target((result.triad,), result.diagnosis.name)
+        for name in result.diagnosis.addable:
+            target = Target((result.triad,), name)
+            if target not in refused:
+                return target
     return None
+
+
+def predicts_better(change: ModelChange) -> bool:
+    """Whether the leave-one-out error of the triad fell with the change."""
+    before, after = (result_of(outcome, change.target) for outcome in (change.before, change.after))
+    if before is None or after is None:
+        return True
+    return after.comparison.loo_rms < before.comparison.loo_rms

@@ -156,7 +156,7 @@ def said_names(found: Diagnosis) -> tuple[str, ...]:
     """What an `effect` verdict speaks of: the group, and the partner where there is one."""
     if found.verdict != "effect":
         return ()
-    return (*found.group, *([] if found.partner is None else [found.partner]))
+    return tuple(dict.fromkeys((*found.group, *found.names)))
 
 
 def true_size(hidden: Hidden, session: Session) -> Mapping[str, FloatArray] | None:
@@ -218,9 +218,8 @@ def run_trial(design: Design, seed: int, triad: str, hidden: Sequence[Hidden]) -
     said = set(said_names(found))
     after = base
     if found.verdict == "effect" and found.name is not None:
-        more = (found.name,) if found.partner is None else (found.name, found.partner)
         try:
-            after = fit(poses, Model.of((*BASE, *more)))
+            after = fit(poses, Model.of((*BASE, *found.names)))
         except CalibrationError:
             after = base  # named, but these poses cannot carry it
     known = [h for h in hidden if is_listed(h.name) and h.name not in found.blind]

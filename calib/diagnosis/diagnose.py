@@ -1,9 +1,9 @@
 """What is missing: the diagnosis of one fit.
 
-First whether anything is: chi-square against the poses' own noise. Then every hypothesis of
-:mod:`calib.diagnosis.hypotheses` is ranked by its evidence, effects that these poses cannot see or
-cannot tell apart are named as such, the leading ones are judged by a joint refit, and where several
-remain, the block of poses that would tell them apart is computed.
+Everything that could be missing stands at one table: listed effects, logged columns, the user's
+effects, what the base lacks, steps, curves, a wandering bias, bad poses, noise. A search over sets
+of them gives probabilities; the verdict names what is sure and explains; and where these poses
+leave something open, the block of poses that would settle it is computed.
 """
 
 from collections.abc import Sequence
@@ -11,17 +11,35 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.diagnosis.explain import put_into_words
-from calib.diagnosis.hypotheses import Hypothesis, weigh
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.explain import Explanation, explain
+from calib.diagnosis.hypotheses import Hypothesis, causes, listed_hypotheses
 from calib.diagnosis.next_measurement import Advice, Rival, best_block
-from calib.diagnosis.ranking import Candidate, log_posterior, rank
-from calib.diagnosis.refit import judge, refitted
-from calib.diagnosis.signature import Projector
-from calib.diagnosis.verdict import FOLLOWS_EVIDENCE, Judge, Verdict, is_nothing
+from calib.diagnosis.odds import Inclusion, Odds, odds_of
+from calib.diagnosis.ranking import Candidate, rank
+from calib.diagnosis.search import search
+from calib.diagnosis.sets import Search
+from calib.diagnosis.unlisted import (
+    bad_pose_hypotheses,
+    plate_hypotheses,
+    step_hypotheses,
+    unknown_hypotheses,
+    wander_hypotheses,
+)
+from calib.diagnosis.verdict import Code, Verdict, reach_verdict
 from calib.effects.effect import Effect
 from calib.fit.result import Fit
 
 RIVALS_COMPARED = 4
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Upper limit of an effect that was looked for, 95 %, on its largest parameter."""
+
+    name: str
+    value: float
+    unit: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,19 +48,23 @@ class Diagnosis:
 
     Parameters
     ----------
-    verdict : str
+    verdict : Code
         ``nothing_missing``, ``effect``, ``ambiguous``, ``unknown``, ``bad_pose`` or ``noise``.
     name : str or None
-        The effect, column or pose it speaks of.
+        The effect, column, pose or kind of noise it speaks of.
+    names : tuple of str
+        All effects that are named, the largest first.
     group : tuple of str
-        All that cannot be told from ``name``, itself first; or all that an ambiguous verdict
-        leaves open, unknown functions of NAME as ``~NAME``.
-    partner : str or None
-        A second effect found together with the first.
-    says : str
-        The verdict in words.
+        All that these poses cannot separate from ``name``, itself first; or all that an ambiguous
+        verdict leaves open, unknown functions of NAME as ``~NAME``.
+    inclusion : tuple of Inclusion
+        Every class that may be missing with its probability, the most probable first.
+    sets : tuple of (tuple of str, float)
+        The sets that remain, with their probabilities.
+    explanation : Explanation
+        The verdict in words, how it stands, and the next step.
     advice : Advice or None
-        What to record next, where these data cannot tell.
+        What to record next, where these data leave something open.
     ranking : tuple of Candidate
         Every hypothesis, the most probable first.
     blind : tuple of str
@@ -53,11 +75,13 @@ class Diagnosis:
         Whether the poses' own noise explains the residual.
     """
 
-    verdict: str
+    verdict: Code
     name: str | None
+    names: tuple[str, ...]
     group: tuple[str, ...]
-    partner: str | None
-    says: str
+    inclusion: tuple[Inclusion, ...]
+    sets: tuple[tuple[tuple[str, ...], float], ...]
+    explanation: Explanation
     advice: Advice | None
     ranking: tuple[Candidate, ...]
     blind: tuple[str, ...]
@@ -65,65 +89,132 @@ class Diagnosis:
     p_value: float
 
     @property
-    def addable(self) -> bool:
-        """Whether the verdict names one effect that can be added as it is."""
-        return self.verdict == "effect" and len(self.group) == 1
+    def says(self) -> str:
+        """The verdict in words."""
+        return self.explanation.says
+
+    @property
+    def partner(self) -> str | None:
+        """A second effect named together with the first."""
+        return self.names[1] if len(self.names) > 1 else None
+
+    @property
+    def addable(self) -> tuple[str, ...]:
+        """The named effects that can be added as they are: no other looks the same."""
+        alone = {each.name for each in self.inclusion if len(each.members) == 1}
+        return tuple(name for name in self.names if name in alone)
 
     @property
     def follows(self) -> str | None:
         """The covariate that the misfit follows best, whatever its physics; None where none."""
         unknown = [c for c in self.ranking if c.kind == "unknown"]
         best = max(unknown, key=lambda c: c.log_evidence, default=None)
-        return best.name if best is not None and best.log_evidence > FOLLOWS_EVIDENCE else None
+        if best is None or best.log_evidence <= CONSTANTS.follows_evidence:
+            return None
+        return best.name
 
     @property
     def record_next(self) -> str | None:
         """What to record next, in words."""
         return None if self.advice is None else self.advice.says
 
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """Upper limits of the effects that were looked for and are not named."""
+        return tuple(
+            Limit(c.name, float((np.abs(c.size) + CONSTANTS.limit_sd * c.sd).max()), c.unit)
+            for c in self.ranking
+            if c.kind == "listed" and c.name not in self.names and c.size.size
+        )
 
-def diagnose(fit: Fit, own: Sequence[Effect] = (), full_scale: float = np.inf) -> Diagnosis:
-    """Diagnose ``fit``; ``own`` are users' effects, weighed with the listed ones.
 
-    ``full_scale`` of the triad, SI, keeps what to record next to what the sensor can measure.
+def diagnose(
+    fit: Fit,
+    own: Sequence[Effect] = (),
+    full_scale: float = np.inf,
+    covariates: Sequence[str] | None = None,
+) -> Diagnosis:
+    """Diagnose ``fit``.
+
+    Parameters
+    ----------
+    fit : Fit
+        The fitted model.
+    own : sequence of Effect
+        Users' effects, weighed with the listed ones.
+    full_scale : float
+        Of the triad, SI; keeps what to record next to what the sensor can measure.
+    covariates : sequence of str, optional
+        Logged columns that may cause an error; without it all but those that follow the attitude
+        or the clock by themselves (magnetometer, orientation, status).
     """
-    projector = Projector(fit)
-    weighed = weigh(fit, projector, own)
-    log_p = log_posterior(weighed)
-    p_value = judge(fit).p_value
-    if not is_nothing(log_p, p_value):
-        weighed = refitted(fit, weighed)
-        log_p = log_posterior(weighed)
-    every, ranking = rank(fit, projector, weighed, log_p)
-    verdict = Judge(fit, every, ranking, log_p, p_value, own).reach()
-    advice = _advise(fit, verdict, every, ranking, full_scale)
+    listed, unavailable = listed_hypotheses(fit, own, covariates)
+    hypotheses = [*listed, *unlisted_hypotheses(fit, covariates)]
+    state = search(fit, hypotheses)
+    odds = odds_of(state)
+    verdict = reach_verdict(state, odds)
+    ranking = rank(state, odds)
+    blind = tuple(
+        dict.fromkeys(
+            h.name for j, h in enumerate(hypotheses)
+            if h.kind == "listed" and state.table.is_blind(j)
+        )
+    )
+    blind = tuple(name for name in blind if name not in {c.name for c in ranking})
+    advice = _advise(state, odds, verdict, ranking, full_scale)
     return Diagnosis(
         verdict=verdict.code,
         name=verdict.name,
+        names=verdict.names,
         group=verdict.group,
-        partner=verdict.partner,
-        says=put_into_words(fit, verdict, ranking, p_value, advice),
+        inclusion=_reported(odds),
+        sets=tuple(each for each in odds.sets if each[1] >= CONSTANTS.least_listed),
+        explanation=explain(fit, verdict, ranking, state.p_value, advice),
         advice=advice,
         ranking=ranking,
-        blind=weighed.blind,
-        unavailable=weighed.unavailable,
-        p_value=p_value,
+        blind=blind,
+        unavailable=unavailable,
+        p_value=state.p_value,
+    )
+
+
+def unlisted_hypotheses(fit: Fit, covariates: Sequence[str] | None = None) -> list[Hypothesis]:
+    """Everything that could be missing and that no model can hold by a name."""
+    return [
+        *unknown_hypotheses(fit, causes(fit.poses, covariates)),
+        *step_hypotheses(fit),
+        *bad_pose_hypotheses(fit),
+        *wander_hypotheses(fit),
+        *plate_hypotheses(fit),
+    ]
+
+
+def _reported(odds: Odds) -> tuple[Inclusion, ...]:
+    every = sorted((*odds.classes, *odds.others), key=lambda each: -each.probability)
+    unique = {each.name: each for each in reversed(every)}
+    return tuple(
+        each for each in every
+        if unique[each.name] is each and each.probability >= CONSTANTS.least_listed
     )
 
 
 def _advise(
-    fit: Fit,
+    state: Search,
+    odds: Odds,
     verdict: Verdict,
-    every: Sequence[Hypothesis],
     ranking: Sequence[Candidate],
     full_scale: float,
 ) -> Advice | None:
     """The block that would settle an open verdict."""
-    open_names = verdict.group if len(verdict.group) > 1 or verdict.code == "ambiguous" else ()
+    is_open = verdict.code == Code.AMBIGUOUS or len(verdict.group) > 1
+    if not is_open or verdict.code not in (Code.AMBIGUOUS, Code.EFFECT):
+        return None
     size = {c.name: c.size for c in ranking if c.kind == "listed"}
+    shape = {h.name: h.shape for h in state.hypotheses}
+    effect = {h.name: h.effect for h in state.hypotheses if h.kind == "listed"}
     rivals = [
-        Rival(h.effect, size[h.name], h.shape)
-        for h in every
-        if h.kind == "listed" and h.name in open_names and h.effect is not None
+        Rival(effect[name], size[name], shape[name])  # type: ignore[arg-type]
+        for name in verdict.group
+        if name in effect and name in size
     ]
-    return best_block(fit, rivals[:RIVALS_COMPARED], full_scale) if rivals else None
+    return best_block(state.base, rivals[:RIVALS_COMPARED], full_scale) if rivals else None

@@ -1,83 +1,177 @@
-"""Closed-form evidence of a hypothesis about what is left in the residual.
+"""Evidence of a set of hypotheses about what is left in the residual, in closed form.
 
-Every hypothesis is a covariance of the projected residual r:
+A block is a hypothesis with columns X; a set of blocks is a covariance of the projected residual:
 
-    r ~ N(0, I + tau² X Xᵀ + (kappa tau)² I)
+    r ~ N(0, V I + Σ_k tau_k² X_k X_kᵀ)
 
-X the visible part of its columns, tau the root mean square signal in noise units, kappa the
-fraction to which the hypothesis need explain the residual (no listed formula is exact). The log
-Bayes factor against "nothing" is averaged over tau = 1, 2, ..., 64 and over kappa: it needs no
-threshold, punishes parameters that buy nothing, and does not tie where p-values underflow.
+tau_k the root mean square signal of block k in noise units, V = 1 where the stated noise holds and
+larger where something else is left. Log densities are relative to those of unit rows without any
+constant. They are averaged over tau = 1, 2, 4 ... and over V: no threshold is needed, parameters
+that buy nothing cost, and nothing ties where p-values underflow.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from calib.diagnosis.signature import Signature
+from calib.diagnosis.constants import CONSTANTS
 from calib.poses.imu_log import FloatArray
 
-TAUS = 2.0 ** np.arange(7)
-LISTED_TOLERANCE = np.array([0.0, 0.03])
-UNKNOWN_TOLERANCE = np.array([0.0, 0.1, 0.3])
-SCATTER_TAUS = np.concatenate([[0.35, 0.5, 0.7], TAUS])
+TAUS = 2.0 ** np.arange(CONSTANTS.octaves_of_size)
+SWEEPS = 2
+NOISE_RANGE = float(np.log(TAUS[-1] / CONSTANTS.least_noise))
 
 
-def log_mean_exp(values: Sequence[float] | FloatArray) -> float:
-    """Logarithm of the mean of exponentials."""
+def log_mean_exp(values: Sequence[float] | FloatArray, axis: int | None = None) -> FloatArray:
+    """Logarithm of the mean of exponentials, along ``axis`` or of all."""
     v = np.asarray(values, float)
-    return float(v.max() + np.log(np.mean(np.exp(v - v.max()))))
+    top = v.max(axis=axis, keepdims=True)
+    mean = np.log(np.mean(np.exp(v - top), axis=axis, keepdims=True)) + top
+    return np.asarray(np.squeeze(mean, axis=axis))
 
 
-def log_evidence(
-    strength: FloatArray,
-    amplitude: FloatArray,
-    chi2: float,
-    dof: int,
-    tolerance: FloatArray,
-) -> float:
-    """Log Bayes factor of a signature against nothing.
+def log_noise_prior(variance: FloatArray, dof: int, tolerated: FloatArray) -> FloatArray:
+    """Log prior of a noise variance V > 1 with the width that ``dof`` rows leave it.
+
+    Uniform in the logarithm of the extra scatter n = √(V - 1): rare where nothing is in the model,
+    and as likely as none while n is what a formula may be off by, ``tolerated``.
+    """
+    extra = np.maximum(variance - 1.0, 1e-12)
+    width = np.sqrt(4 * np.pi / max(dof, 1)) * variance / (2 * extra)
+    rare = CONSTANTS.odds_rare * np.minimum(1.0, width / NOISE_RANGE)
+    span = np.log(np.maximum(tolerated / CONSTANTS.least_noise, 1.0))
+    inside = np.sqrt(extra) <= tolerated
+    allowed = np.where(inside, 0.5 * np.minimum(1.0, width / np.maximum(span, 1e-12)), 0.0)
+    return np.asarray(np.log(np.maximum(rare, allowed)))
+
+
+def over_noise(
+    stated: FloatArray, larger: FloatArray, variance: FloatArray, dof: int, tolerated: FloatArray
+) -> FloatArray:
+    """Average of log densities at V = 1 and at the V that the rows ask for, where it is larger."""
+    more = larger + log_noise_prior(variance, dof, tolerated)
+    return np.asarray(np.where(variance > 1.0, np.logaddexp(stated, more), stated))
+
+
+def block_log_densities(
+    strength: FloatArray, amplitude: FloatArray, chi2: float, dof: int
+) -> FloatArray:
+    """Log density of the residual under each of m single blocks, (m,).
 
     Parameters
     ----------
-    strength : array, shape (v,)
-        Signal along each visible direction for unit tau.
-    amplitude : array, shape (v,)
-        Residual along each visible direction.
+    strength, amplitude : array, shape (m, v)
+        Signal along each visible direction for unit tau, and the residual along it; both zero
+        where a block has fewer directions.
     chi2, dof : float, int
         Of the whole projected residual.
-    tolerance : array
-        Values of kappa to average over.
     """
-    tau = np.repeat(TAUS, len(tolerance))[:, None]
-    nugget = (tau * np.tile(tolerance, len(TAUS))[:, None]) ** 2
-    variance = 1 + nugget + (tau * strength) ** 2
-    inside = -0.5 * np.log(variance) + 0.5 * amplitude**2 * (1 - 1 / variance)
-    rest = max(chi2 - float(amplitude @ amplitude), 0.0)
-    n = nugget[:, 0]
-    outside = -0.5 * (dof - len(strength)) * np.log1p(n) + 0.5 * rest * (1 - 1 / (1 + n))
-    return log_mean_exp(inside.sum(axis=1) + outside)
+    seen = (strength > 0).sum(axis=1)
+    drop = (amplitude**2).sum(axis=1)
+    variance = np.maximum((chi2 - drop) / np.maximum(dof - seen, 1), 1.0)
+    tolerated = CONSTANTS.tolerance * np.sqrt(drop / max(dof, 1))
+
+    def at(v: FloatArray) -> FloatArray:
+        signal = (TAUS[:, None, None] * strength) ** 2 / v[None, :, None]
+        gain = 0.5 * amplitude**2 / v[:, None] * signal / (1 + signal) - 0.5 * np.log1p(signal)
+        return log_mean_exp(gain.sum(axis=2), axis=0) - 0.5 * (dof * np.log(v) + chi2 / v)
+
+    stated = at(np.ones_like(variance))
+    if not (variance > 1.0).any():
+        return stated
+    return over_noise(stated, at(variance), variance, dof, tolerated)
 
 
-def log_evidences(strength: FloatArray, amplitude: FloatArray, chi2: float) -> FloatArray:
-    """:func:`log_evidence` without tolerance of many small hypotheses (m, v) at once, (m,)."""
-    variance = 1 + (TAUS[:, None, None] * strength) ** 2
-    gain = 0.5 * np.minimum(amplitude**2, chi2) * (1 - 1 / variance) - 0.5 * np.log(variance)
-    total = gain.sum(axis=2)
-    top = total.max(axis=0)
-    return np.asarray(top + np.log(np.mean(np.exp(total - top), axis=0)))
+def nothing_log_density(chi2: float, dof: int) -> tuple[float, float]:
+    """Log density when nothing is in the set: with the stated noise, and with larger noise."""
+    variance = chi2 / max(dof, 1)
+    stated = -0.5 * chi2
+    if variance <= 1.0:
+        return stated, -np.inf
+    larger = -0.5 * (dof * np.log(variance) + dof)
+    prior = log_noise_prior(np.array(variance), dof, np.zeros(()))
+    return stated, float(larger + prior)
 
 
-def signature_evidence(
-    signature: Signature, residual: FloatArray, dof: int, tolerance: FloatArray
+def set_log_density(
+    gram: FloatArray, product: FloatArray, chi2: float, dof: int, sizes: Sequence[int]
 ) -> float:
-    """:func:`log_evidence` of a visible signature."""
-    amplitude = signature.basis.T @ residual
-    chi2 = float(residual @ residual)
-    return log_evidence(signature.strength, amplitude, chi2, dof, tolerance)
+    """Log density of the residual under a set of blocks, each with a size of its own.
+
+    Parameters
+    ----------
+    gram, product : array, shapes (p, p) and (p,)
+        ``XᵀX`` and ``Xᵀr`` of the blocks' columns side by side.
+    chi2, dof : float, int
+        Of the whole projected residual.
+    sizes : sequence of int
+        Number of columns of each block.
+    """
+    p = len(product)
+    ridge = 1e-9 * float(np.trace(gram)) / p
+    solution = np.asarray(np.linalg.solve(gram + ridge * np.eye(p), product), dtype=float)
+    drop = float(product @ solution)
+    variance = max((chi2 - drop) / max(dof - p, 1), 1.0)
+    stated, _ = _at_variance(gram, product, chi2, dof, sizes, solution, 1.0)
+    if variance <= 1.0:
+        return stated
+    larger, _ = _at_variance(gram, product, chi2, dof, sizes, solution, variance)
+    tolerated = np.array(CONSTANTS.tolerance * np.sqrt(max(drop, 0.0) / max(dof, 1)))
+    return float(
+        over_noise(np.array(stated), np.array(larger), np.array(variance), dof, tolerated)
+    )
 
 
-def scatter_evidence(chi2: float, dof: int) -> float:
-    """Log Bayes factor of noise larger than stated, against the stated one."""
-    t2 = SCATTER_TAUS**2
-    return log_mean_exp(-0.5 * dof * np.log1p(t2) + 0.5 * chi2 * t2 / (1 + t2))
+def likeliest_sizes(
+    gram: FloatArray, product: FloatArray, chi2: float, dof: int, sizes: Sequence[int]
+) -> tuple[FloatArray, float]:
+    """The likeliest tau of every block, and the noise variance V that goes with them.
+
+    The parameters are those of :func:`set_log_density`.
+    """
+    p = len(product)
+    ridge = 1e-9 * float(np.trace(gram)) / p
+    solution = np.asarray(np.linalg.solve(gram + ridge * np.eye(p), product), dtype=float)
+    rest = (chi2 - float(product @ solution)) / max(dof - p, 1)
+    variance = max(rest if dof > p else 1.0, 1.0)
+    _, taus = _at_variance(gram, product, chi2, dof, sizes, solution, variance)
+    return taus, variance
+
+
+def _at_variance(
+    gram: FloatArray,
+    product: FloatArray,
+    chi2: float,
+    dof: int,
+    sizes: Sequence[int],
+    solution: FloatArray,
+    variance: float,
+) -> tuple[float, FloatArray]:
+    """:func:`set_log_density` at one V, each tau averaged with the others at their best; taus."""
+    h, ends = product / variance, np.cumsum(sizes)
+    where = [slice(end - size, end) for end, size in zip(ends, sizes, strict=True)]
+    taus = np.array([max(1.0, float(np.sqrt(np.mean(solution[part] ** 2)))) for part in where])
+    taus = np.minimum(taus, TAUS[-1])
+    averaged = np.zeros(len(sizes))
+    base = -0.5 * (dof * np.log(variance) + chi2 / variance)
+    density = 0.0
+    for _ in range(SWEEPS if len(sizes) > 1 else 1):
+        for k, part in enumerate(where):
+            precision = np.repeat(taus**-2.0, sizes)
+            precision[part] = TAUS[-1] ** -2.0
+            inverse = np.linalg.inv(gram / variance + np.diag(precision))
+            _, log_det = np.linalg.slogdet(inverse)
+            estimate = inverse @ h
+            m, turn = np.linalg.eigh(inverse[part, part])
+            m = np.maximum(m, 0.0)
+            q = turn.T @ estimate[part]
+            delta = TAUS[:, None] ** -2.0 - TAUS[-1] ** -2.0
+            grid = (
+                -0.5 * np.log1p(delta * m) - 0.5 * delta * q**2 / (1 + delta * m)
+            ).sum(axis=1) - sizes[k] * np.log(TAUS)
+            best = int(np.argmax(grid))
+            taus[k] = TAUS[best]
+            averaged[k] = float(log_mean_exp(grid)) - grid[best]
+            others = float((np.log(taus) * sizes).sum() - sizes[k] * np.log(taus[k]))
+            density = base + 0.5 * log_det + 0.5 * float(h @ estimate) + grid[best] - others
+    return float(density + averaged.sum()), taus

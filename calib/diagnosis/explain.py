@@ -1,128 +1,186 @@
-"""The diagnosis as a person would say it."""
+"""The diagnosis as a person would say it: every verdict with its text, standing and next step."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from calib.diagnosis.next_measurement import Advice
 from calib.diagnosis.ranking import Candidate
-from calib.diagnosis.verdict import Verdict
+from calib.diagnosis.verdict import Code, Verdict
+from calib.diagnosis.wording import covariate, joined, odds_in_words, physics, readable
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
 from calib.fit.leave_one_out import compare
 from calib.fit.result import Fit
 
+Standing = Literal["good", "act", "open"]
+Step = Literal["apply", "add", "record", "repeat", "define"]
+
+SIGNS: Mapping[Standing, str] = {"good": "✓", "act": "!", "open": "?"}
+"""A sign beside the word, since colour alone says nothing."""
+
 LEAST_FALL_PERCENT = 5.0
 """Fall of the leave-one-out error from which the nearest listed effect is worth trying."""
 
 
-def put_into_words(
+@dataclass(frozen=True)
+class Explanation:
+    """A verdict for people.
+
+    ``standing`` and ``sign`` say how it stands, ``short`` in a few words what is wrong, ``says``
+    in two or three sentences. ``step`` is what to do next, for programs, and ``following`` in
+    words.
+    """
+
+    standing: Standing
+    short: str
+    says: str
+    step: Step
+    following: str
+
+    @property
+    def sign(self) -> str:
+        """The sign of the standing."""
+        return SIGNS[self.standing]
+
+
+@dataclass(frozen=True, eq=False)
+class _Case:
+    fit: Fit
+    verdict: Verdict
+    ranking: Sequence[Candidate]
+    p_value: float
+    advice: Advice | None
+
+    @property
+    def misfit(self) -> str:
+        """Chi-square over its degrees of freedom, and how probable it is."""
+        chance = f"p = {self.p_value:.2g}" if self.p_value > 1e-300 else "p below 1e-300"
+        chi2 = float(self.fit.weight @ self.fit.rows.residual**2)
+        dof = self.fit.dof
+        return f"chi²/dof {chi2 / max(dof, 1):.3g} with {dof} degrees of freedom, {chance}"
+
+
+def explain(
     fit: Fit,
     verdict: Verdict,
     ranking: Sequence[Candidate],
     p_value: float,
     advice: Advice | None,
-) -> str:
-    """The verdict in two or three sentences."""
-    speak = {
-        "nothing_missing": _nothing,
-        "effect": _effect,
-        "ambiguous": _ambiguous,
-        "unknown": _unknown,
-        "bad_pose": _bad_pose,
-        "noise": _noise,
-    }[verdict.code]
-    return speak(fit, verdict, ranking, p_value) + _what_next(verdict, advice)
+) -> Explanation:
+    """The verdict in words."""
+    return SPOKEN[verdict.code](_Case(fit, verdict, ranking, p_value, advice))
 
 
-def _misfit(fit: Fit, p_value: float) -> str:
-    chance = f"p = {p_value:.2g}" if p_value > 1e-300 else "p below 1e-300"
-    return f"chi²/dof {fit.chi2 / fit.dof:.3g} with {fit.dof} degrees of freedom, {chance}"
-
-
-def _nothing(fit: Fit, verdict: Verdict, ranking: Sequence[Candidate], p_value: float) -> str:
-    return (
-        f"Nothing is missing: the poses' own noise explains the residual ({_misfit(fit, p_value)})."
+def _nothing(case: _Case) -> Explanation:
+    return Explanation(
+        "good",
+        "nothing is missing",
+        f"Nothing is missing: the poses' own noise explains the residual ({case.misfit}).",
+        "apply",
+        "Correct a log, or hand the calibration to another program",
     )
 
 
-def _physics(name: str) -> str:
-    try:
-        said = find_effect(name).physics
-    except CalibrationError:
-        return "your own effect."
-    return said[0].lower() + said[1:]
-
-
-def _effect(fit: Fit, verdict: Verdict, ranking: Sequence[Candidate], p_value: float) -> str:
+def _effect(case: _Case) -> Explanation:
+    verdict = case.verdict
     assert verdict.name is not None
-    best = next(c for c in ranking if c.name == verdict.name and c.kind == "listed")
-    share = 100 * best.chi2_drop / fit.chi2
-    says = f"'{verdict.name}' is missing: {_physics(verdict.name)} "
-    says += f"The misfit is {_misfit(fit, p_value)}; it explains {share:.0f} % of chi². "
-    largest = int(np.argmax(np.abs(best.size))) if best.size.size else 0
+    best = next(c for c in case.ranking if c.name == verdict.name and c.kind == "listed")
+    more = verdict.names[1:]
+    says = f"'{verdict.name}' is missing: {physics(verdict.name)} "
+    for name in more:
+        says += f"'{name}' is missing beside it: {physics(name)} "
+    it = "together they explain" if more else "it explains"
+    says += f"The misfit is {case.misfit}; {it} {100 * verdict.share:.0f} % of it. "
     if best.size.size:
-        says += (
-            f"Its largest part is about {best.size[largest]:.3g} ± {best.sd[largest]:.2g} "
-            f"{best.unit}. "
+        largest = int(np.argmax(np.abs(best.size)))
+        which = f"The largest part of '{verdict.name}'" if more else "Its largest part"
+        says += f"{which} is about {best.size[largest]:.3g} ± {best.sd[largest]:.2g} {best.unit}. "
+    others = joined([f"'{name}'" for name in verdict.group[1:]], "or")
+    short = f"its model lacks {joined(verdict.names, 'and')}"
+    if others:
+        says += f"In these poses it looks the same as {others}: they cannot determine which it is. "
+        short += f" or {others}, which look the same here"
+    says += _beside(verdict)
+    if len(verdict.group) == 1:
+        return Explanation(
+            "act", short, says.rstrip(), "add",
+            "Add it; everything is refitted together and the error shown before and after",
         )
-    if len(verdict.group) > 1:
-        others = " or ".join(f"'{name}'" for name in verdict.group[1:])
-        says += f"In these poses it looks the same as {others}: they cannot tell which it is. "
-    if verdict.partner is not None:
-        says += f"A second effect shows beside it: '{verdict.partner}'. "
-    return says.rstrip()
+    return Explanation("act", short, says.rstrip() + _record(case), *_settle(case))
 
 
-def _readable(key: str) -> str:
-    if key.startswith("~"):
-        return f"something that follows {_covariate(key[1:])}"
-    return {
-        "jump": "a jump of the bias",
-        "bad_pose": "one bad pose",
-        "noise": "more noise than the poses show by themselves",
-    }.get(key, f"'{key}'")
+def _beside(verdict: Verdict) -> str:
+    """What may be missing beside what is named, or that something is."""
+    if verdict.beside:
+        words = [f"{readable(i.name)} ({odds_in_words(i.probability)})" for i in verdict.beside]
+        return f"Beside it may be missing: {joined(words, 'or')}. "
+    if not verdict.explains:
+        rest = 100 * (1 - verdict.share)
+        return f"{rest:.0f} % of the misfit remain: something else is missing too. "
+    return ""
 
 
-def _covariate(name: str) -> str:
-    return {
-        "time_s": "time",
-        "spin_rad_s": "the rate of the plate",
-        "attitude": "the attitude in a way of third order or higher",
-    }.get(name, f"the logged column {name}")
-
-
-def _ambiguous(fit: Fit, verdict: Verdict, ranking: Sequence[Candidate], p_value: float) -> str:
-    names = [_readable(key) for key in verdict.group]
-    listed = ", ".join(names[:-1]) + " or " + names[-1] if len(names) > 1 else names[0]
-    return (
-        f"Something may be missing ({_misfit(fit, p_value)}), and these data cannot tell what: "
-        f"{listed}."
+def _ambiguous(case: _Case) -> Explanation:
+    named = {each.name: each for each in case.verdict.beside}
+    words = []
+    for key in case.verdict.group:
+        odds = f" ({odds_in_words(named[key].probability)})" if key in named else ""
+        words.append(f"{readable(key)}{odds}")
+    says = (
+        f"Something may be missing ({case.misfit}), and these data cannot determine what: "
+        f"{joined(words, 'or')}."
     )
+    short = "something may be missing, and these data cannot determine what"
+    return Explanation("open", short, says + _record(case), *_settle(case))
 
 
-def _unknown(fit: Fit, verdict: Verdict, ranking: Sequence[Candidate], p_value: float) -> str:
+def _unknown(case: _Case) -> Explanation:
+    verdict = case.verdict
     assert verdict.name is not None
-    shape = {
-        "jump": "the bias drifts during the session, and a jump fits better than a straight line "
-        "(bias_drift) or a settling (warm_up)",
-        "time_s": "the residual drifts with time, along no straight line (bias_drift) and no "
-        "settling (warm_up)",
-    }
-    what = shape.get(verdict.name, f"the residual follows {_covariate(verdict.name)}")
-    return (
-        f"Something is missing that no listed effect explains: {what} ({_misfit(fit, p_value)}). "
-        f"{_nearest(fit, verdict, ranking)}"
-        f"If you know its physics, write it as your own effect (`effects:` in the config)."
+    if verdict.name == "jump":
+        what = f"the bias steps {joined([f'at {time}' for time in verdict.details], 'and')}"
+    elif verdict.name == "time_s":
+        what = "the bias has a course in time, along no straight line and no settling"
+        at = f"; if it is a step, at {verdict.details[0]}" if verdict.details else ""
+        return _course(case, what, f"{_which(verdict)}{at}")
+    elif verdict.details:
+        what = f"the bias follows {covariate(verdict.name)} {verdict.details[0]}"
+    else:
+        what = f"the residual follows {covariate(verdict.name)}"
+    return _course(case, what, "")
+
+
+def _which(verdict: Verdict) -> str:
+    words = [f"{readable(i.name)} ({odds_in_words(i.probability)})" for i in verdict.beside]
+    return f": {joined(words, 'or')}" if words else ""
+
+
+def _course(case: _Case, what: str, which: str) -> Explanation:
+    """An error of unlisted shape; ``which`` says what it may be, with odds."""
+    beside = "" if which else _beside(case.verdict)
+    says = (
+        f"Something is missing that no listed effect explains: {what}{which} ({case.misfit}). "
+        f"{_nearest(case)}{beside}"
+        f"If you know its physics, write it as your own effect (`effects:` in the configuration)."
+    )
+    short = f"{what}, as no listed effect does"
+    return Explanation(
+        "act", short, says, "define",
+        "If you know its physics, write it as your own effect under `effects:` in the "
+        "configuration; the charts below show its shape",
     )
 
 
-def _nearest(fit: Fit, verdict: Verdict, ranking: Sequence[Candidate]) -> str:
+def _nearest(case: _Case) -> str:
     """What the nearest listed effect would do for an error of unlisted shape."""
-    if not verdict.group:
+    listed = [c for c in case.ranking if c.kind == "listed" and np.isfinite(c.loo_after)]
+    nearest = min(listed, key=lambda c: c.loo_after, default=None)
+    if nearest is None:
         return ""
-    nearest = next(c for c in ranking if c.name == verdict.group[0] and c.kind == "listed")
-    share = 100 * (1 - nearest.loo_after / compare(fit).loo_rms)
+    share = 100 * (1 - nearest.loo_after / compare(case.fit).loo_rms)
     if not share >= LEAST_FALL_PERCENT:
         return ""
     return (
@@ -131,30 +189,80 @@ def _nearest(fit: Fit, verdict: Verdict, ranking: Sequence[Candidate]) -> str:
     )
 
 
-def _bad_pose(fit: Fit, verdict: Verdict, ranking: Sequence[Candidate], p_value: float) -> str:
-    return (
-        f"One pose does not agree with the others: {verdict.name} ({_misfit(fit, p_value)}). "
-        f"Record it again, or take it out of the list of poses."
-    )
+def _bad_pose(case: _Case) -> Explanation:
+    poses = case.verdict.details
+    names = joined(poses, "and")
+    if len(poses) == 1:
+        what, verb = f"One pose does not agree with the others: {names}", "it"
+    else:
+        what, verb = f"{len(poses)} poses do not agree with the others: {names}", "them"
+    again = f"Record {verb} again, or take {verb} out of the list of poses"
+    short = f"the {'pose' if len(poses) == 1 else 'poses'} {names} contradict the others"
+    if len(poses) == 1:
+        short = f"the pose {names} contradicts the others"
+    return Explanation("act", short, f"{what} ({case.misfit}). {again}.", "repeat", again)
 
 
-def _noise(fit: Fit, verdict: Verdict, ranking: Sequence[Candidate], p_value: float) -> str:
-    factor = np.sqrt(fit.chi2 / fit.dof)
-    return (
+def _noise(case: _Case) -> Explanation:
+    chi2 = float(case.fit.weight @ case.fit.rows.residual**2)
+    factor = np.sqrt(chi2 / max(case.fit.dof, 1))
+    widened = "The sds of the parameters are widened by that factor."
+    if case.verdict.name == "wander":
+        how = case.verdict.details[0] if case.verdict.details else ""
+        says = (
+            f"The bias wanders during the session, {how} ({case.misfit}): standard in low-cost "
+            f"sensors, and no calibration takes it away. The residual is {factor:.2g} times the "
+            f"poses' own noise. {widened} A faster session, or poses repeated throughout it, "
+            f"leaves less of it."
+        )
+        return Explanation("open", "its bias wanders during the session", says, "repeat",
+                           "Record the poses faster, or repeat some throughout the session")
+    if case.verdict.name == "plate_rate":
+        says = (
+            f"The rate of the plate scatters {case.verdict.details[0]} ({case.misfit}). {widened} "
+            f"Film the plate with each pose, so that each has a rate of its own."
+        )
+        return Explanation("open", "the rate of the plate scatters", says, "repeat",
+                           "Film the plate with each pose")
+    says = (
         f"The residual is {factor:.2g} times what the poses' own noise explains, without a shape "
-        f"that any effect has ({_misfit(fit, p_value)}). The sds of the parameters are widened by "
-        f"that factor. Longer poses and a firmer base usually help."
+        f"that any effect has ({case.misfit}). {widened} Longer poses and a firmer base usually "
+        f"help."
     )
+    return Explanation("open", "the residual is larger than the noise, without any shape", says,
+                       "repeat", "Record the same poses once more, for longer and in random order")
 
 
-def _what_next(verdict: Verdict, advice: Advice | None) -> str:
-    if advice is not None:
-        return f" Record next: {advice.says}."
-    if verdict.code == "ambiguous":
-        return " Record next: the same poses once more, in random order and for longer."
-    if verdict.code == "effect" and len(verdict.group) > 1:
-        try:
-            return f" What separates them: {find_effect(verdict.group[0]).page.separates}."
-        except CalibrationError:
-            return ""
-    return ""
+def _settle(case: _Case) -> tuple[Step, str]:
+    """The next step where something is open, for programs and in words."""
+    if case.advice is not None:
+        return "record", f"Record {case.advice.says}; name the new logs in the configuration"
+    if case.verdict.code == Code.EFFECT:
+        return "record", f"What separates them: {_separates(case.verdict.group[0])}"
+    return "repeat", "Record the same poses once more, for longer and in random order"
+
+
+def _separates(name: str) -> str:
+    try:
+        return find_effect(name).page.separates
+    except CalibrationError:
+        return "poses in which its columns change while everything else stays"
+
+
+def _record(case: _Case) -> str:
+    """The end of a verdict that leaves something open: what to record next."""
+    if case.advice is not None:
+        return f" Record next: {case.advice.says}."
+    if case.verdict.code == Code.EFFECT:
+        return f" What separates them: {_separates(case.verdict.group[0])}."
+    return " Record next: the same poses once more, in random order and for longer."
+
+
+SPOKEN: Mapping[Code, Callable[[_Case], Explanation]] = {
+    Code.NOTHING_MISSING: _nothing,
+    Code.EFFECT: _effect,
+    Code.AMBIGUOUS: _ambiguous,
+    Code.UNKNOWN: _unknown,
+    Code.BAD_POSE: _bad_pose,
+    Code.NOISE: _noise,
+}

@@ -1,4 +1,4 @@
-"""The ranking: every hypothesis with its probability and what adding it would do."""
+"""The ranking: every hypothesis by its probability, with what adding it alone would do."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,26 +6,28 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc
 
-from calib.diagnosis.hypotheses import Hypothesis, Weighed
-from calib.diagnosis.signature import Projector, Signature, are_aliases, contains
+from calib.diagnosis.odds import Odds, aliases
+from calib.diagnosis.refit import Refit
+from calib.diagnosis.sets import Search
 from calib.fit.leave_one_out import compare
-from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray
 
 SEEN_SHARE = 1e-3
 """Of the best seen combination of parameters; those seen less have no size of their own."""
 
-PRIOR_NONE, PRIOR_LISTED, PRIOR_UNKNOWN, PRIOR_GENERAL = 0.5, 0.35, 0.09, 0.02
+LEAST_LEFT = 1e-3
+"""Floor of what a row keeps for itself after the fit."""
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
     """One hypothesis in the ranking.
 
-    ``size`` and ``sd`` (k,) of its parameters, ``chi2_drop``, what adding it takes off chi-square,
-    and ``rms_after`` and ``loo_after``, the errors left, SI, are those of the joint refit where
-    one was made, and predicted from the score otherwise; ``p_value`` is that of the score test.
-    ``aliases`` look the same in these poses.
+    ``probability`` is that of being missing; ``size`` and ``sd`` (k,) of its parameters are those
+    of the leading set's joint refit where it is a member. ``chi2_drop``, ``rms_after`` and
+    ``loo_after``, SI, are what adding it alone does: at its refit where one was made, predicted
+    from the score otherwise; ``p_value`` is that of the score test. ``aliases`` look the same in
+    these poses.
     """
 
     name: str
@@ -43,100 +45,60 @@ class Candidate:
     aliases: tuple[str, ...]
 
 
-def log_posterior(weighed: Weighed) -> dict[str, float]:
-    """Log probability of every hypothesis, "none" among them; unknown names carry a ``~``."""
-    score = {"none": np.log(PRIOR_NONE)}
-    shares = ((PRIOR_LISTED, weighed.listed), (PRIOR_UNKNOWN, weighed.unknown))
-    for share, hypotheses in shares:
-        for h in hypotheses:
-            score[key_of(h)] = np.log(share / len(hypotheses)) + h.log_evidence
-    for h in weighed.general:
-        score[key_of(h)] = np.log(PRIOR_GENERAL) + h.log_evidence
-    top = max(score.values())
-    total = top + np.log(sum(np.exp(v - top) for v in score.values()))
-    return {key: float(value - total) for key, value in score.items()}
-
-
-def key_of(hypothesis: Hypothesis) -> str:
-    """Name of a hypothesis among all; an unknown function of NAME is ``~NAME``."""
-    return f"~{hypothesis.name}" if hypothesis.kind == "unknown" else hypothesis.name
-
-
-def _alias_names(of: Hypothesis, listed: Sequence[Hypothesis]) -> tuple[str, ...]:
-    """Effects that look the same in these poses.
-
-    An error of the reference is the common part of an error of the sensor: where an effect of the
-    sensor holds all of it, equal sizes on all axes would be the same.
-    """
-    assert of.effect is not None
-    assert of.signature is not None
-    is_reference = of.effect.acts_on == "reference"
-    found = []
-    for h in listed:
-        if h.name == of.name or h.signature is None:
+def rank(state: Search, odds: Odds) -> tuple[Candidate, ...]:
+    """One candidate for every name, the most probable first."""
+    best: dict[str, int] = {}
+    for j, h in enumerate(state.hypotheses):
+        if state.table.is_blind(j):
             continue
-        if are_aliases(of.signature, h.signature) or (
-            is_reference and contains(h.signature, of.signature)
-        ):
-            found.append(h.name)
-    return tuple(found)
+        known = best.get(h.name)
+        if known is None or state.alone.log_factor[j] > state.alone.log_factor[known]:
+            best[h.name] = j
+    probability = {each.name: each.probability for each in odds.others}
+    for inclusion in odds.classes:
+        probability |= dict.fromkeys(inclusion.members[1:], inclusion.probability)
+        probability[inclusion.name] = inclusion.probability
+    candidates = [_candidate(state, odds, j, probability.get(name, 0.0))
+                  for name, j in best.items()]
+    candidates.append(_noise(state, odds))
+    lead = [state.hypotheses[j].name for j in odds.lead.members]
+    candidates.sort(key=lambda c: (-c.probability, c.name not in lead, -c.log_evidence))
+    return tuple(candidates)
 
 
-def _predicted(signature: Signature, projector: Projector) -> tuple[FloatArray, FloatArray]:
-    """Size and sd of the parameters that the residual asks for, each (k,)."""
-    columns = np.zeros((len(projector.residual), signature.columns.shape[1]))
-    columns[: len(signature.columns)] = signature.columns
-    columns *= projector.root[:, None]
-    norm = np.maximum(np.sqrt((columns**2).sum(axis=0)), 1e-300)
-    left = projector(columns / norm)
-    covariance = np.linalg.pinv(left.T @ left, rcond=SEEN_SHARE**2, hermitian=True)
-    size = covariance @ (left.T @ projector.residual)
-    return size / norm, np.sqrt(np.diag(covariance)) / norm
-
-
-def _after(fit: Fit, projector: Projector, signature: Signature) -> tuple[float, float, float]:
-    """Chi-square drop, RMS and leave-one-out RMS (SI) when the signature is projected out too.
-
-    The errors are NaN where the signature leaves no degree of freedom.
-    """
-    amplitude = signature.basis.T @ projector.residual
-    drop = float(amplitude @ amplitude)
-    if signature.seen >= projector.dof:  # it passes through every row, and says nothing by that
-        return drop, float("nan"), float("nan")
-    left = projector.residual - signature.basis @ amplitude
-    d, sd = projector.data_count, fit.equations.row_sd
-    leverage = (projector.model[:d] ** 2).sum(axis=1) + (signature.basis[:d] ** 2).sum(axis=1)
-    out = left[:d] / np.maximum(1 - leverage, 1e-3)
-    rms = float(np.sqrt(np.mean((left[:d] * sd) ** 2)))
-    return drop, rms, float(np.sqrt(np.mean((out * sd) ** 2)))
-
-
-def _candidate(
-    fit: Fit,
-    projector: Projector,
-    h: Hypothesis,
-    probability: float,
-    aliases: tuple[str, ...],
-    left_out: float,
-) -> Candidate:
+def _noise(state: Search, odds: Odds) -> Candidate:
     nothing = np.zeros(0)
-    size, sd, unit = nothing, nothing, ""
-    drop, rms, loo, p_value = 0.0, fit.residual_rms, left_out, 1.0
-    if h.signature is not None and not h.signature.is_blind:
-        drop, rms, loo = _after(fit, projector, h.signature)
-        p_value = float(chdtrc(h.signature.seen, drop))
-        if h.effect is not None:
-            size, sd = _predicted(h.signature, projector)
-            unit = h.effect.unit_for(fit.poses.triad)
-    if h.after is not None:
-        where = h.after.model.slices()[h.name]
-        size, sd = h.after.theta[where], np.sqrt(np.diag(h.after.cov)[where])
-        drop, rms = fit.chi2 - h.after.chi2, h.after.residual_rms
-        loo = compare(h.after).loo_rms
+    evidence = state.nothing[1] - state.nothing[0]
+    return Candidate("noise", "noise", evidence, odds.noise, 0.0, nothing, nothing, "",
+                     state.base.residual_rms, compare(state.base).loo_rms, 1.0, False, ())
+
+
+def _candidate(state: Search, odds: Odds, j: int, probability: float) -> Candidate:
+    h = state.hypotheses[j]
+    size, sd, unit = np.zeros(0), np.zeros(0), ""
+    if h.kind == "listed":
+        assert h.effect is not None
+        if not h.effect.in_square:
+            size, sd = _predicted(state, j)
+        unit = h.effect.unit_for(state.base.poses.triad)
+    drop, rms, loo = _after(state, j)
+    p_value = float(chdtrc(int(state.table.seen[j]), drop))
+    alone = state.entries.get(state.key([j]))
+    if alone is not None and alone.refit is not None and alone.whole:
+        fit = alone.refit.fit
+        drop, rms = _drop(state, alone.refit), fit.residual_rms
+        loo = compare(fit).loo_rms
+        if h.kind == "listed":
+            size, sd = _fitted(alone.refit, h.name)
+    names = {state.hypotheses[k].name for k in odds.lead.members}
+    if h.kind == "listed" and h.name in names and odds.lead.refit is not None:
+        size, sd = _fitted(odds.lead.refit, h.name)
+    others = [k for k in range(len(state.hypotheses)) if k != j]
+    same = aliases(state, j, others, ()) if h.kind == "listed" else []
     return Candidate(
-        name=h.name,
+        name=h.subject,
         kind=h.kind,
-        log_evidence=h.log_evidence,
+        log_evidence=_evidence(state, h.name),
         probability=probability,
         chi2_drop=drop,
         size=size,
@@ -146,27 +108,64 @@ def _candidate(
         loo_after=loo,
         p_value=p_value,
         blind=False,
-        aliases=aliases,
+        aliases=tuple(dict.fromkeys(state.hypotheses[k].name for k in same
+                                    if state.hypotheses[k].name != h.name)),
     )
 
 
-def rank(
-    fit: Fit, projector: Projector, weighed: Weighed, log_p: dict[str, float]
-) -> tuple[list[Hypothesis], tuple[Candidate, ...]]:
-    """All hypotheses and their candidates, the most probable first."""
-    every = sorted(
-        (*weighed.listed, *weighed.unknown, *weighed.general), key=lambda h: -log_p[key_of(h)]
-    )
-    left_out = compare(fit).loo_rms
-    candidates = tuple(
-        _candidate(
-            fit,
-            projector,
-            h,
-            float(np.exp(log_p[key_of(h)])),
-            _alias_names(h, weighed.listed) if h.kind == "listed" else (),
-            left_out,
-        )
-        for h in every
-    )
-    return every, candidates
+def _evidence(state: Search, name: str) -> float:
+    """Log Bayes factor of a name alone against nothing, averaged over its shapes and forms."""
+    which = [j for j, h in enumerate(state.hypotheses) if h.name == name]
+    factors = state.alone.log_factor[which]
+    if len({state.key([j]) for j in which}) == 1:
+        alone = state.entries.get(state.key(which[:1]))
+        if alone is not None and alone.whole:
+            prior = float(np.logaddexp.reduce([state.hypotheses[j].log_prior for j in which]))
+            return alone.log_posterior - prior - float(np.logaddexp(*state.nothing))
+    return float(np.logaddexp.reduce(factors) - np.log(len(factors)))
+
+
+def _drop(state: Search, refit: Refit) -> float:
+    fit = refit.fit
+    before, after = (float(f.weight @ f.rows.residual**2) for f in (state.base, fit))
+    return before - after
+
+
+def _fitted(refit: Refit, name: str) -> tuple[FloatArray, FloatArray]:
+    where = refit.fit.model.slices()[name]
+    return refit.fit.theta[where], np.sqrt(np.diag(refit.fit.cov)[where])
+
+
+def _predicted(state: Search, j: int) -> tuple[FloatArray, FloatArray]:
+    """Size and sd of the parameters that the residual asks for, each (k,)."""
+    raw = state.table.raw_block(j)
+    norm = np.maximum(np.sqrt((raw**2).sum(axis=0)), 1e-300)
+    rest = state.table.projector(raw / norm)
+    covariance = np.linalg.pinv(rest.T @ rest, rcond=SEEN_SHARE**2, hermitian=True)
+    size = covariance @ (rest.T @ state.table.residual)
+    return size / norm, np.sqrt(np.diag(covariance)) / norm
+
+
+def _after(state: Search, j: int) -> tuple[float, float, float]:
+    """Chi-square drop, RMS and leave-one-out RMS (SI) when a hypothesis is projected out too.
+
+    The errors are NaN where it leaves no degree of freedom.
+    """
+    table, fit = state.table, state.base
+    block = table.block(j)
+    q = block / np.sqrt((block**2).sum(axis=0))
+    amplitude = q.T @ table.residual
+    drop = float(amplitude @ amplitude)
+    if q.shape[1] >= table.dof:  # it passes through every row, and says nothing by that
+        return drop, float("nan"), float("nan")
+    rest = table.residual - q @ amplitude
+    d, sd = table.projector.data_count, fit.equations.row_sd
+    leverage = state.leverage[:d] + (q[:d] ** 2).sum(axis=1)
+    out = rest[:d] / np.maximum(1 - leverage, LEAST_LEFT)
+    rms = float(np.sqrt(np.mean((rest[:d] * sd) ** 2)))
+    return drop, rms, float(np.sqrt(np.mean((out * sd) ** 2)))
+
+
+def names_of(candidates: Sequence[Candidate], kind: str) -> list[str]:
+    """Names of the candidates of one kind, the most probable first."""
+    return [c.name for c in candidates if c.kind == kind]

@@ -1,149 +1,243 @@
-"""The leading candidates judged by a joint refit, single and in pairs.
+"""Sets of effects added to a fit and everything refitted jointly, nonlinearly, from where it stood.
 
 Scores before the refit also accuse innocent effects, the more so the stronger the missing one is:
-the columns are linearised at a fit that the missing effect has biased. Here everything is fitted
-jointly, nonlinearly, and the evidence is asked for again at that solution. Two effects at once read
-as one wrong one until they are fitted in pairs.
+the columns are linearised at a fit that the missing effect has biased. Shape parameters are fitted
+with all the others. The weights of a robust fit stay as they are.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import product
 
 import numpy as np
 
-from calib.diagnosis.hypotheses import Hypothesis, Weighed, listed_hypothesis, weigh
-from calib.diagnosis.signature import Projector
-from calib.effects.effect import Effect
+from calib.diagnosis.constants import CONSTANTS
+from calib.effects.effect import Effect, Shape
 from calib.errors import CalibrationError
-from calib.fit.solver import Fit, fit
+from calib.fit.column_scaling import RANK_TOLERANCE, orthonormal_columns, unit_columns
+from calib.fit.identifiability import visible_basis
+from calib.fit.model import Model
+from calib.fit.residuals import Equations, WhitenedRows
+from calib.fit.result import Fit, Solution, finish, with_common, with_shape_sd
+from calib.fit.solver import MEMORY_SD, fit, memory_change
+from calib.poses.imu_log import FloatArray
 
-SINGLES, PAIRED = 6, 4
-FOLLOWED, SECONDS = 2, 2
-"""So many of the best singles are each followed by so many that explain what they leave."""
+STEPS, HALVINGS = 30, 8
+STEP_SD = 1e-4
+"""Converged once the step moves no row by more than this part of its sd."""
 
-SHAPED = 3
-"""So many of the best pairs with a shape parameter get it fitted; farther down none wins by it."""
+ENOUGH_MISFIT = 2.0
+"""Chi-square per degree of freedom above which other starts of the shapes are tried."""
 
-BEHIND, BEHIND_SHARE = 3.0, 0.1
-"""Log evidence behind the best, or share of it, beyond which no refit makes a candidate the best:
-what the biased linearisation costs grows with the effect."""
+LONGEST_STEP = 1.0
+"""Of the logarithm of a shape parameter: a factor of e."""
 
-FEWEST_DOF = 4
-"""A model that leaves fewer degrees of freedom explains anything and is not trusted."""
+SHAPE_STEP = 1e-4
+MEMORY_ROUNDS = 5
+"""Often enough for a size; the fit that is kept goes on until it is steady."""
 
 
 @dataclass(frozen=True, eq=False)
 class Refit:
-    """One or two effects added and everything refitted.
+    """A base fit with more effects, everything refitted.
 
-    ``score`` is the Bayesian information criterion with the row scatter free above the stated
-    noise (lower is better), ``p_value`` whether the refitted model explains the rows.
+    ``names`` of what was added, ``fit`` the joint fit, ``p_value`` whether it explains the rows,
+    ``log_shape_width`` the log share of their range that the data leave to its shape parameters.
     """
 
     names: tuple[str, ...]
     fit: Fit
-    score: float
     p_value: float
+    log_shape_width: float = 0.0
+
+    @property
+    def explains(self) -> bool:
+        """Whether the poses' own noise explains what is left."""
+        return self.p_value >= CONSTANTS.adequate_p_value
 
 
-def judge(found: Fit, names: tuple[str, ...] = ()) -> Refit:
-    """Score a fit; see :class:`Refit`."""
-    n = found.equations.data_count
-    parameters = n - found.dof
-    scatter = max(1.0, found.chi2 / max(found.dof, 1))
-    score = found.chi2 / scatter + n * np.log(scatter) + parameters * np.log(n)
-    return Refit(names, found, float(score), found.p_value)
+def refit(base: Fit, effects: Sequence[Effect]) -> Refit | None:
+    """``effects`` added to ``base`` and everything refitted; None where the poses cannot carry it.
 
-
-def parameters_of(hypothesis: Hypothesis) -> int:
-    """Parameters that a fit with this listed effect has more, as far as these poses see them."""
-    assert hypothesis.signature is not None
-    return hypothesis.signature.seen + (0 if hypothesis.shape is None else 1)
-
-
-def _fit_with(base: Fit, chosen: Sequence[Hypothesis], held: bool = False) -> Fit | None:
-    """``chosen`` added and everything refitted; None where that is no candidate.
-
-    ``held`` keeps a shape parameter at the best of its starts, which takes a tenth of the time.
+    A shape parameter begins at the first of its effect's starts.
     """
-    if base.dof - sum(map(parameters_of, chosen)) < FEWEST_DOF:
-        return None
-    model = base.model
-    for hypothesis in chosen:
-        assert hypothesis.effect is not None
-        effect, shape = hypothesis.effect, hypothesis.shape
-        if shape is not None:
-            effect = effect.at_shape(shape) if held else effect.from_shape(shape)
-        model = model + effect
     try:
-        found = fit(base.poses, model, robust=base.is_robust)
-    except CalibrationError:
-        return None  # not determined together, or no true vector exists: no candidate
-    return found if found.dof >= FEWEST_DOF else None
+        if any(effect.in_square for effect in effects):
+            joint = fit(base.poses, _sum(base.model, effects), robust=base.is_robust)
+        else:
+            joint = _refit(base, _sum(base.model, effects))
+    except (CalibrationError, np.linalg.LinAlgError):
+        return None
+    if joint.dof < CONSTANTS.fewest_dof:
+        return None
+    names = tuple(effect.name for effect in effects)
+    return Refit(names, joint, joint.bounded_p_value, _log_shape_width(joint, effects))
 
 
-def _leading(listed: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """The listed hypotheses that could be the best after a refit, the best first."""
-    order = sorted(listed, key=lambda h: -h.log_evidence)
-    if not order:
-        return []
-    best = order[0].log_evidence
-    return [h for h in order if h.log_evidence > best - max(BEHIND, BEHIND_SHARE * best)][:SINGLES]
+def _sum(model: Model, effects: Sequence[Effect]) -> Model:
+    for effect in effects:
+        model = model + effect
+    return model
 
 
-def _at_refit(base: Fit, hypothesis: Hypothesis) -> Hypothesis:
-    """``hypothesis`` with its evidence at the joint refit instead of at the biased base fit."""
-    assert hypothesis.effect is not None
-    found = _fit_with(base, (hypothesis,), held=True)
-    if found is None:
-        return hypothesis
-    at_refit = Projector(found, hypothesis.name)
-    again = listed_hypothesis(found, at_refit, hypothesis.effect)
-    # "Nothing" leaves another chi-square along these columns than where it was fitted.
-    nothing = (Projector(base).chi2 - at_refit.chi2) / 2
-    evidence = again.log_evidence + nothing
-    return replace(hypothesis, log_evidence=evidence, shape=again.shape, after=found)
+def _log_shape_width(joint: Fit, effects: Sequence[Effect]) -> float:
+    """Log share of their range that the data leave to the shape parameters of ``effects``."""
+    width = 0.0
+    for effect in effects:
+        if effect.shape is not None:
+            sd = joint.shape_sd[effect.name] / joint.shapes[effect.name]
+            span = float(np.log(effect.shape.bounds[1] / effect.shape.bounds[0]))
+            if np.isfinite(sd):  # one that the rows do not feel keeps all of its range
+                width += float(np.log(min(1.0, np.sqrt(2 * np.pi) * sd / span)))
+    return width
 
 
-def refitted(base: Fit, weighed: Weighed) -> Weighed:
-    """``weighed`` with the leading listed effects judged at their joint refits.
-
-    A shape parameter is held at its likeliest start for that, and fitted for the best alone.
-    """
-    leading = {h.name for h in _leading(weighed.listed)}
-    listed = [_at_refit(base, h) if h.name in leading else h for h in weighed.listed]
-    best = max(listed, key=lambda h: h.log_evidence, default=None)
-    if best is not None and best.after is not None and best.shape is not None:
-        listed[listed.index(best)] = replace(best, after=_fit_with(base, (best,)) or best.after)
-    return replace(weighed, listed=tuple(listed))
-
-
-def refit_pairs(
-    base: Fit, singles: Sequence[Hypothesis], own: Sequence[Effect] = ()
-) -> list[Refit]:
-    """The refitted ``singles``, best first, in pairs and with what best explains what they leave.
-
-    An effect that another one hides scores nothing on its own; it shows once that one is fitted.
-    The best score comes first.
-    """
-    pairs = {frozenset((a.name, b.name)): (a, b) for a, b in combinations(singles[:PAIRED], 2)}
-    for first in singles[:FOLLOWED]:
-        assert first.after is not None
-        listed = weigh(first.after, Projector(first.after), own).listed
-        for h in sorted(listed, key=lambda h: -h.log_evidence)[:SECONDS]:
-            pairs.setdefault(frozenset((first.name, h.name)), (first, h))
-    held = [(pair, _fit_with(base, pair, held=True)) for pair in pairs.values()]
-    judged = [(pair, judge(found, _names(pair))) for pair, found in held if found is not None]
-    judged.sort(key=lambda item: item[1].score)
-    shaped = [i for i, (pair, _) in enumerate(judged) if any(h.shape is not None for h in pair)]
-    for place in shaped[:SHAPED]:
-        pair, _ = judged[place]
-        whole = _fit_with(base, pair)
-        if whole is not None:
-            judged[place] = pair, judge(whole, _names(pair))
-    return sorted((refit for _, refit in judged), key=lambda refit: refit.score)
+def _refit(base: Fit, model: Model) -> Fit:
+    free = {effect.name: effect.shape for effect in model.effects if effect.shape is not None}
+    shapes = {name: base.shapes.get(name, shape.starts[0]) for name, shape in free.items()}
+    theta = np.concatenate([base.theta, np.zeros(model.size - base.model.size)])
+    eta, sensed = base.eta, base.sensed
+    remembers = any("previous" in effect.needs for effect in model.effects)
+    for _ in range(MEMORY_ROUNDS):
+        equations = Equations(base.poses, model, sensed)
+        rows = equations.rows(theta, eta, shapes)
+        basis = visible_basis(equations, rows)
+        start = _State(equations, theta, eta, shapes, rows)
+        state, slope = _minimise(start, base.weight, basis, tuple(free), free)
+        if free and not _is_explained(state, basis, base):
+            other = _other_shapes(state, base.weight, basis, free)
+            if other is not None:
+                again, steeper = _minimise(other, base.weight, basis, tuple(free), free)
+                if again.cost(base.weight) < state.cost(base.weight):
+                    state, slope = again, steeper
+        theta, eta, shapes = state.theta, state.eta, dict(state.shapes)
+        solution = Solution(theta, eta, state.rows, base.weight, STEPS)
+        joint = finish(equations, solution, basis, shapes)
+        if not remembers or memory_change(joint) < MEMORY_SD:
+            break
+        sensed = joint.sensed
+    if not free:
+        return joint
+    return with_shape_sd(joint, slope / np.array([shapes[name] for name in free]))
 
 
-def _names(pair: Sequence[Hypothesis]) -> tuple[str, ...]:
-    return tuple(hypothesis.name for hypothesis in pair)
+def _is_explained(state: "_State", basis: FloatArray, base: Fit) -> bool:
+    """Whether the rows leave about as much as their noise does."""
+    dof = state.equations.data_count - basis.shape[1] - len(state.shapes)
+    return bool(state.cost(base.weight) < ENOUGH_MISFIT * max(dof, 1))
+
+
+def _other_shapes(
+    state: "_State", weight: FloatArray, basis: FloatArray, free: Mapping[str, Shape]
+) -> "_State | None":
+    """The most promising of the shapes' other starts, everything else fitted linearly."""
+    root, full = np.sqrt(weight), with_common(basis, len(state.eta))
+    best, promise = None, np.inf
+    for values in product(*(shape.starts for shape in free.values())):
+        shapes = {**state.shapes, **dict(zip(free, values, strict=True))}
+        try:
+            rows = state.equations.rows(state.theta, state.eta, shapes)
+        except CalibrationError:
+            continue
+        q = orthonormal_columns(rows.jacobian @ full * root[:, None])
+        residual = rows.residual * root
+        rest = float(residual @ residual - (q.T @ residual) @ (q.T @ residual))
+        if rest < promise:
+            promise = rest
+            best = _State(state.equations, state.theta, state.eta, shapes, rows)
+    return best
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    equations: Equations
+    theta: FloatArray
+    eta: FloatArray
+    shapes: dict[str, float]
+    rows: WhitenedRows
+
+    def cost(self, weight: FloatArray) -> float:
+        """Weighted sum of squares."""
+        return float(weight @ self.rows.residual**2)
+
+    def moved(self, step: FloatArray, free: Sequence[str]) -> "_State":
+        """One step on, its last entries those of the shapes' logarithms."""
+        p, q = len(self.theta), len(self.eta)
+        shapes = {**self.shapes}
+        for name, change in zip(free, step[p + q :], strict=True):
+            shapes[name] = float(shapes[name] * np.exp(change))
+        theta, eta = self.theta + step[:p], self.eta + step[p : p + q]
+        return _State(self.equations, theta, eta, shapes, self.equations.rows(theta, eta, shapes))
+
+
+def _minimise(
+    state: _State,
+    weight: FloatArray,
+    basis: FloatArray,
+    free: Sequence[str],
+    shapes: Mapping[str, Shape],
+) -> tuple[_State, FloatArray]:
+    """Gauss-Newton over parameters, common errors and the logarithms of shapes, with halving."""
+    full = with_common(basis, len(state.eta) + len(free))
+    slope = _slope(state, free)
+    for _ in range(STEPS):
+        rows = replace(state.rows, jacobian=np.hstack([state.rows.jacobian, slope]))
+        step = _step(rows, weight, full)
+        step = _within(step, state, free, shapes)
+        cost = float(weight @ state.rows.residual**2)
+        trial = state
+        for _ in range(HALVINGS):
+            try:
+                trial = state.moved(step, free)
+            except CalibrationError:
+                step = step / 2
+                continue
+            if float(weight @ trial.rows.residual**2) <= cost * (1 + 1e-9) + 1e-9:
+                break
+            step = step / 2
+        else:
+            break
+        state = trial
+        slope = _slope(state, free)
+        if float(np.abs(rows.jacobian @ step).max()) < STEP_SD:
+            break
+        gained = cost - float(weight @ state.rows.residual**2)
+        if gained < STEP_SD:
+            break
+    return state, slope
+
+
+def _step(rows: WhitenedRows, weight: FloatArray, basis: FloatArray) -> FloatArray:
+    """Gauss-Newton step along ``basis``, column-scaled, by QR."""
+    root = np.sqrt(weight)
+    unit, scale = unit_columns((rows.jacobian @ basis) * root[:, None])
+    q, r = np.linalg.qr(unit)
+    diagonal = np.abs(np.diag(r))
+    if diagonal.min() > RANK_TOLERANCE * diagonal.max():
+        step = np.linalg.solve(r, -(q.T @ (rows.residual * root)))
+    else:  # the shape of an effect that is still zero leaves no trace
+        step = np.linalg.lstsq(unit, -rows.residual * root, rcond=RANK_TOLERANCE)[0]
+    return np.asarray(basis @ (step / scale))
+
+
+def _within(
+    step: FloatArray, state: _State, free: Sequence[str], shapes: Mapping[str, Shape]
+) -> FloatArray:
+    """``step`` with the shapes kept within their bounds and to a factor of e."""
+    step = step.copy()
+    for i, name in enumerate(free):
+        at, (low, high) = np.log(state.shapes[name]), np.log(shapes[name].bounds)
+        place = len(step) - len(free) + i
+        change = float(np.clip(step[place], -LONGEST_STEP, LONGEST_STEP))
+        step[place] = np.clip(at + change, low, high) - at
+    return step
+
+
+def _slope(state: _State, free: Sequence[str]) -> FloatArray:
+    """Derivative of the residual by the logarithm of every free shape, (r, k)."""
+    columns = np.zeros((len(state.rows.residual), len(free)))
+    for i, name in enumerate(free):
+        shapes = {**state.shapes, name: state.shapes[name] * (1 + SHAPE_STEP)}
+        up = state.equations.rows(state.theta, state.eta, shapes).residual
+        columns[:, i] = (up - state.rows.residual) / SHAPE_STEP
+    return columns

@@ -5,18 +5,19 @@ projected out, are its signature. What has less than ``VISIBLE_SHARE`` of its si
 the model would swallow it. Two effects whose signatures span the same space are aliases.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.fit.model import sensor_columns
 from calib.fit.result import Fit
+from calib.fit.solver import square_columns
 from calib.poses.imu_log import FloatArray
-
-ALIAS_CORRELATION = 0.99
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,18 +54,20 @@ class Signature:
 class Projector:
     """Projects the fitted model out of whitened rows.
 
-    ``tested`` names an effect of the model that is on trial: its columns are left in, and what it
-    explained is put back into the residual.
+    ``tested`` names the effects of the model that are on trial: their columns are kept out of what
+    is projected, and what they explained is put back into the residual.
     """
 
-    def __init__(self, fit: Fit, tested: str | None = None) -> None:
+    def __init__(self, fit: Fit, tested: Sequence[str] = ()) -> None:
         root = np.sqrt(fit.weight)
         residual, jacobian, dof = fit.rows.residual, fit.rows.jacobian, fit.dof
-        if tested is not None:
-            where = fit.model.slices()[tested]
+        if tested:
+            slices = fit.model.slices()
+            where = [i for name in tested for i in range(slices[name].start, slices[name].stop)]
             residual = residual - jacobian[:, where] @ fit.theta[where]
             jacobian = np.delete(jacobian, where, axis=1)
             dof += int(np.linalg.matrix_rank(fit.basis[where]))
+            dof += sum(name in fit.shapes for name in tested)
         self.root = root
         self.model = orthonormal_columns(jacobian * root[:, None])
         self.residual = self(residual * root)
@@ -99,26 +102,53 @@ def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> Floa
 
     Their sign is that of the effect: a residual of ``columns @ theta`` is what theta would leave.
     """
+    if effect.acts_on == "reference":
+        return reference_columns(fit, effect)
+    return vector_columns(fit, effect_vectors(fit, effect, shape))
+
+
+def effect_vectors(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:
+    """Errors (n, 3, k) of an effect on the reading or the sensor, per unit of its parameters."""
     equations = fit.equations
     at = equations.conditions(fit.rows.vector)
     if effect.follows is not None and "bias" in fit.model.names:
         # From its mean on: the rest is a bias, and would make what varies look small.
         logged = at.column(effect.follows)
         at = replace(at, columns={**at.columns, effect.follows: logged - logged.mean()})
-    on_reading = effect.acts_on == "reading"
-    if effect.acts_on == "sensor":
-        shapes = {} if shape is None else {effect.name: shape}
-        columns = sensor_columns((effect,), at, shapes, fit.rows.axes)
-    else:
-        columns = effect.evaluate(equations.at_reading if on_reading else at, shape)
-    turning, null = equations.magnitude, equations.null
-    if effect.acts_on == "reference":
-        at_rest = np.zeros((3 * len(null), columns.shape[1]))
-        return np.concatenate([columns[turning] / equations.magnitude_sd[:, None], at_rest])
+    if effect.acts_on == "reading":
+        return effect.evaluate(equations.at_reading, shape)
+    shapes = {} if shape is None else {effect.name: shape}
+    return sensor_columns((effect,), at, shapes, fit.rows.axes)
+
+
+def square_vectors(fit: Fit, effect: Effect) -> FloatArray:
+    """Errors (n, 3, k) by the products of parameters that the length shows squared only."""
+    equations = fit.equations
+    n, s = equations.magnitude, fit.rows.vector
+    columns = square_columns(equations, effect, equations.conditions(s))
+    vectors = np.zeros((*s.shape, columns.shape[1]))
+    direction = s[n] / np.linalg.norm(s[n], axis=1, keepdims=True)
+    vectors[n] = direction[:, :, None] * columns[:, None, :]
+    return vectors
+
+
+def reference_columns(fit: Fit, effect: Effect) -> FloatArray:
+    """Whitened columns (d, k) of an effect on the reference."""
+    equations = fit.equations
+    columns = effect.evaluate(equations.conditions(fit.rows.vector))
+    at_rest = np.zeros((3 * len(equations.null), columns.shape[1]))
+    turning = columns[equations.magnitude] / equations.magnitude_sd[:, None]
+    return np.concatenate([turning, at_rest])
+
+
+def vector_columns(fit: Fit, vectors: FloatArray) -> FloatArray:
+    """Whitened columns (d, k) of errors (n, 3, k) ahead of the effects that follow the vector."""
+    equations = fit.equations
     if equations.varying:
+        at = equations.conditions(fit.rows.vector)
         slope = equations.slope(fit.theta, fit.shapes, at, fit.rows.axes)
-        columns = np.asarray(np.linalg.solve(slope, columns), dtype=float)
-    return project_on_rows(fit, columns)
+        vectors = np.asarray(np.linalg.inv(slope) @ vectors, dtype=float)
+    return project_on_rows(fit, vectors)
 
 
 def project_on_rows(fit: Fit, vectors: FloatArray) -> FloatArray:
@@ -136,10 +166,10 @@ def contains(larger: Signature, smaller: Signature) -> bool:
     if smaller.is_blind or larger.seen < smaller.seen:
         return False
     overlap = smaller.basis.T @ larger.basis
-    if (overlap**2).sum() < smaller.seen * ALIAS_CORRELATION**2:  # the correlations, squared
+    if (overlap**2).sum() < smaller.seen * CONSTANTS.alias_correlation**2:
         return False
     correlation = np.linalg.svd(overlap, compute_uv=False)
-    return bool(correlation[: smaller.seen].min() > ALIAS_CORRELATION)
+    return bool(correlation[: smaller.seen].min() > CONSTANTS.alias_correlation)
 
 
 def are_aliases(a: Signature, b: Signature) -> bool:

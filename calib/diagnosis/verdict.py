@@ -1,184 +1,236 @@
-"""The verdict on a ranking: is anything missing, what, and can these data tell.
+"""The verdict on a search: is anything missing, what, and do these data determine it.
 
-In this order: nothing; two effects at once, where no single one explains the rows; a listed effect
-that is sure; a shape that no listed effect has; and where several remain, all that are credible.
+Nothing is asked first. An effect is named when its class is in the model with the probability
+``sure`` and the set it stands in explains: the rows, or most of the misfit while the leave-one-out
+error falls. What has no name follows: bad poses, a course that no effect has, and noise after all
+of these; where several remain, all that are credible, with their odds.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 
-from calib.diagnosis.hypotheses import Hypothesis, jump_hypothesis, unknown_hypotheses
-from calib.diagnosis.ranking import PRIOR_NONE, Candidate, key_of
-from calib.diagnosis.refit import FEWEST_DOF, judge, parameters_of, refit_pairs
-from calib.diagnosis.signature import Projector
-from calib.effects.effect import Effect
-from calib.fit.result import MISFIT_P_VALUE as ADEQUATE_P_VALUE
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.odds import IN_TIME, Inclusion, Odds
+from calib.diagnosis.sets import Search, is_nothing
+from calib.fit.leave_one_out import compare
 from calib.fit.result import Fit
 
-MISFIT_P_VALUE = 1e-3
-SURE = 0.9
-FEW_DOF, SURE_OF_FEW = 15, 0.95
-"""Where few rows are left to contradict a name, more is asked of it, and that it explains them."""
+NOISES = ("wander", "plate_rate")
+"""Kinds that no calibration takes away: they widen the sds."""
 
-CREDIBLE = 0.95
-FOLLOWS_EVIDENCE = 3.0
-"""Log Bayes factor, 20 to 1, from which a misfit is said to follow a covariate."""
 
-FOLLOWS_TIME = ("time_s", "jump")
-NEAREST_LISTED = ("bias_drift", "warm_up")
-"""What a drift of unlisted shape is compared with in its group: the listed drifts of the bias, the
-likelier first."""
+class Code(StrEnum):
+    """What a verdict says, for programs."""
 
-REFUTED = 10.0
-"""Log evidence by which an alias falls short, at its own refit, to be no longer believed."""
-
-DOUBT = 2 * float(np.log(200.0))
-"""Difference of scores below which a rival pair is not ruled out: odds of 200 to 1."""
-
-STRONG = 4.0
-"""Chi-square per degree of freedom from which two effects at once are looked for."""
+    NOTHING_MISSING = "nothing_missing"
+    EFFECT = "effect"
+    AMBIGUOUS = "ambiguous"
+    UNKNOWN = "unknown"
+    BAD_POSE = "bad_pose"
+    NOISE = "noise"
 
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """``code`` is one of nothing_missing, effect, ambiguous, unknown, bad_pose, noise.
+    """What is missing.
 
-    ``name`` is the effect, column or pose it speaks of; ``group`` all that cannot be told from it,
-    or all that an ambiguous verdict leaves open; ``partner`` a second effect found with the first.
+    Parameters
+    ----------
+    code : Code
+    name : str or None
+        The effect, column, pose or kind of noise it speaks of.
+    names : tuple of str
+        All effects that are named, the largest first.
+    group : tuple of str
+        All that these poses cannot separate from ``name``, itself first; or all that an ambiguous
+        verdict leaves open, unknown functions of NAME as ``~NAME``.
+    details : tuple of str
+        Poses, times or forms of what is not an effect.
+    beside : tuple of Inclusion
+        What may be missing beside what is named.
+    share : float
+        Part of the misfit that the leading set takes.
+    explains : bool
+        Whether the poses' own noise explains what is left.
     """
 
-    code: str
+    code: Code
     name: str | None = None
+    names: tuple[str, ...] = ()
     group: tuple[str, ...] = ()
-    partner: str | None = None
+    details: tuple[str, ...] = ()
+    beside: tuple[Inclusion, ...] = ()
+    share: float = 0.0
+    explains: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class Judge:
-    """Decides on one ranking; see the module's docstring for the order of the questions.
-
-    ``own`` are the users' effects among the candidates.
-    """
-
-    fit: Fit
-    every: Sequence[Hypothesis]
-    ranking: Sequence[Candidate]
-    log_p: dict[str, float]
-    p_value: float
-    own: Sequence[Effect] = ()
-
-    def reach(self) -> Verdict:
-        """The verdict, by the first of the module's questions that has an answer."""
-        if is_nothing(self.log_p, self.p_value):
-            return Verdict("nothing_missing")
-        top = self.every[0]
-        if self.fit.chi2 > STRONG * self.fit.dof:
-            pair = self._by_pair()
-            if pair is not None:
-                return pair
-        if top.kind == "listed":
-            return self._by_evidence(top)
-        if top.kind in ("unknown", "jump"):
-            return self._unknown(top)
-        return Verdict(top.kind, top.detail or None)
-
-    @property
-    def _none(self) -> float:
-        return float(np.exp(self.log_p["none"]))
-
-    @property
-    def _listed(self) -> list[Hypothesis]:
-        """The listed effects, the most probable first."""
-        return [h for h in self.every if h.kind == "listed"]
-
-    def _group(self, name: str) -> tuple[str, ...]:
-        """``name`` and its aliases, less those that their own refits give away.
-
-        Aliases agree to a few per cent of their signal. Where that is many times the noise, a
-        refit that falls far short is no alias any more, and neither is one without a solution.
-        """
-        aliases = next(c.aliases for c in self.ranking if c.name == name and c.kind == "listed")
-        least = self.log_p[name] - REFUTED
-        return (name, *(alias for alias in aliases if self.log_p[alias] > least))
-
-    def _by_evidence(self, top: Hypothesis) -> Verdict:
-        group = self._group(top.name)
-        mass = sum(float(np.exp(self.log_p[name])) for name in group)
-        few = self.fit.dof < FEW_DOF
-        sure = SURE_OF_FEW if few else SURE
-        contradicted = few and top.after is not None and not _explains(top.after)
-        is_sure = mass >= sure * (1 - self._none) and self._none < 1 - SURE
-        if is_sure and self._carried(top) and not contradicted:
-            return Verdict("effect", top.name, group)
-        return Verdict("ambiguous", group=self._credible())
-
-    def _carried(self, hypothesis: Hypothesis) -> bool:
-        """Whether a fit with this effect would leave something to check it with."""
-        return self.fit.dof - parameters_of(hypothesis) >= FEWEST_DOF
-
-    def _credible(self) -> tuple[str, ...]:
-        """The smallest set of hypotheses that holds most of what is not "nothing"."""
-        names, mass = [], 0.0
-        for h in self.every:
-            names.append(key_of(h))
-            mass += float(np.exp(self.log_p[key_of(h)]))
-            if mass >= CREDIBLE * (1 - self._none):
-                break
-        return tuple(names)
-
-    def _unknown(self, top: Hypothesis) -> Verdict:
-        """A shape that no listed effect has; a drift of the bias has it where it leaves none."""
-        probability = float(np.exp(self.log_p[key_of(top)]))
-        if probability >= 0.5 * (1 - self._none):
-            if top.name not in FOLLOWS_TIME:
-                return Verdict("unknown", top.name)
-            drifts = [h for h in self._listed if h.name in NEAREST_LISTED]
-            enough = next((h for h in drifts if _leaves_no_drift(h)), None)
-            if enough is not None and self._carried(enough):
-                return Verdict("effect", enough.name, self._group(enough.name))
-            return Verdict("unknown", top.name, tuple(h.name for h in drifts))
-        return Verdict("ambiguous", group=self._credible())
-
-    def _by_pair(self) -> Verdict | None:
-        """Two effects at once, where no single one explains the rows and a pair does.
-
-        Both are named where no other pair would do, else the one that all such pairs have.
-        """
-        refits = [(h, h.after) for h in self._listed if h.after is not None]
-        if not refits or any(_explains(found) for _, found in refits):
-            return None
-        if not self._carried(self._listed[0]):
-            return None  # the likeliest has too many parameters for a refit that could clear it
-        pairs = refit_pairs(self.fit, [h for h, _ in refits], self.own)
-        if not pairs or pairs[0].p_value < ADEQUATE_P_VALUE:
-            return None
-        possible = [pair for pair in pairs if pair.score - pairs[0].score < DOUBT]
-        common = set.intersection(*(set(pair.names) for pair in possible))
-        order = [h for h in self._listed if h.name in common]  # explains more on its own: first
-        if not order:
-            return None
-        name = order[0].name
-        return Verdict("effect", name, self._group(name), next(iter(common - {name}), None))
+def reach_verdict(state: Search, odds: Odds) -> Verdict:
+    """The verdict, by the first of the module's questions that has an answer."""
+    if is_nothing(state):
+        return Verdict(Code.NOTHING_MISSING, explains=True)
+    share, explains = _explanation(state, odds)
+    named = _named(state, odds)
+    if named and (explains or (share > CONSTANTS.most_of_the_misfit and _predicts(state, odds))):
+        first = named[0]
+        return Verdict(
+            Code.EFFECT, first.name, tuple(each.name for each in named), first.members,
+            beside=_beside(state, odds, named), share=share, explains=explains,
+        )
+    unlisted = _unlisted(state, odds, share, explains)
+    if unlisted is not None:
+        return unlisted
+    likely = tuple(each.name for each in _open(odds))
+    return Verdict(
+        Code.AMBIGUOUS, group=tuple(dict.fromkeys((*likely, *_explaining(state, odds)))),
+        beside=_open(odds), share=share, explains=explains,
+    )
 
 
-def is_nothing(log_p: dict[str, float], p_value: float) -> bool:
-    """Whether the poses' own noise is the best explanation of the residual."""
-    none = log_p["none"]
-    likely = none >= np.log(PRIOR_NONE) and p_value > MISFIT_P_VALUE
-    return bool(likely or (none > np.log(1 - CREDIBLE) and none == max(log_p.values())))
+def _named(state: Search, odds: Odds) -> list[Inclusion]:
+    """The classes of the leading set that are sure and no imperfection of a larger one."""
+    if _is_crowded(state, odds):
+        return []
+    signal = {state.hypotheses[j].name: _signal(state, odds, j) for j in odds.lead.members}
+    least = CONSTANTS.tolerance * max(signal.values(), default=0.0)
+    kinds = {state.hypotheses[j].name: state.hypotheses[j].kind for j in odds.lead.members}
+    named = [
+        each for each in odds.classes
+        if kinds[each.name] == "listed"
+        and each.probability >= CONSTANTS.sure
+        and signal[each.name] >= least
+    ]
+    named.sort(key=lambda each: -signal[each.name])
+    return [
+        each for i, each in enumerate(named)
+        if i == 0 or each.probability >= CONSTANTS.sure_beside
+    ]
 
 
-def _leaves_no_drift(listed: Hypothesis) -> bool:
-    """Whether nothing follows time any more once this drift is fitted: then it has the shape."""
-    if listed.after is None or listed.log_evidence < FOLLOWS_EVIDENCE:
-        return False
-    projector = Projector(listed.after)
-    left = [h for h in unknown_hypotheses(listed.after, projector) if h.name in FOLLOWS_TIME]
-    jump = jump_hypothesis(listed.after, projector)
-    return all(h.log_evidence < FOLLOWS_EVIDENCE for h in (*left, *([jump] if jump else [])))
+def _is_crowded(state: Search, odds: Odds) -> bool:
+    """Whether an unknown function takes up the rows that would speak for what stands beside it."""
+    members = odds.lead.members
+    unknown = any(state.hypotheses[j].kind == "unknown" for j in members)
+    rest = state.table.dof - sum(int(state.table.seen[j]) for j in members)
+    return unknown and rest < CONSTANTS.fewest_dof
 
 
-def _explains(found: Fit) -> bool:
-    return judge(found).p_value >= ADEQUATE_P_VALUE
+def _signal(state: Search, odds: Odds, j: int) -> float:
+    """Root mean square of what a member of the leading set explains, noise units."""
+    h, joint = state.hypotheses[j], odds.lead.refit
+    if joint is None or not state.can_refit([j]):
+        return 0.0
+    name = next(n for n in joint.names if n in (h.name, f"{h.name} {j}"))
+    where = joint.fit.model.slices()[name]
+    rows = joint.fit.rows.jacobian[:, where] @ joint.fit.theta[where]
+    rest = rows - state.table.projector.model @ (state.table.projector.model.T @ rows)
+    return float(np.sqrt(np.mean(rest**2)))
+
+
+def _explanation(state: Search, odds: Odds) -> tuple[float, bool]:
+    """Part of the misfit that the leading set takes, and whether noise explains the rest."""
+    whole = _misfit(state.base)
+    joint = odds.lead.refit
+    if joint is None or whole <= 0:
+        return 0.0, False
+    share = 1 - max(_misfit(joint.fit), 0.0) / whole
+    return max(share, 0.0), bool(joint.explains and odds.lead.whole)
+
+
+def _misfit(fit: Fit) -> float:
+    """Chi-square above its degrees of freedom."""
+    return float(fit.weight @ fit.rows.residual**2) - fit.dof
+
+
+def _predicts(state: Search, odds: Odds) -> bool:
+    """Whether the leading set's effects lower the leave-one-out error."""
+    assert odds.lead.refit is not None
+    return compare(odds.lead.refit.fit).loo_rms < compare(state.base).loo_rms
+
+
+def _beside(state: Search, odds: Odds, named: Sequence[Inclusion]) -> tuple[Inclusion, ...]:
+    """What else may be missing, its probability not small."""
+    known = {each.name for each in named}
+    more = [each for each in (*odds.classes, *odds.others) if each.name not in known]
+    return tuple(each for each in more if each.probability >= 1 - CONSTANTS.sure)
+
+
+def _open(odds: Odds) -> tuple[Inclusion, ...]:
+    """What may be missing, the most probable first; noise among it by its own probability."""
+    noise = Inclusion("noise", ("noise",), odds.noise)
+    every = sorted((*odds.classes, *odds.others, noise), key=lambda each: -each.probability)
+    least = CONSTANTS.least_offered * (1 - odds.nothing)
+    likely = [each for each in every if each.probability >= least]
+    return tuple(likely or every[:1])
+
+
+def _explaining(state: Search, odds: Odds) -> tuple[str, ...]:
+    """The effects of the best set of effects alone that explains the rows, if it is not far off."""
+    least = odds.lead.log_posterior - CONSTANTS.behind
+    sets = [
+        e for e in state.entries.values()
+        if e.explains and e.log_posterior > least
+        and all(state.hypotheses[j].kind == "listed" for j in e.members)
+    ]
+    if not sets:
+        return ()
+    return tuple(state.hypotheses[j].name for j in state.best(sets).members)
+
+
+def _unlisted(state: Search, odds: Odds, share: float, explains: bool) -> Verdict | None:
+    """The verdict on what has no name in the leading set; None where it is open."""
+    members = [state.hypotheses[j] for j in odds.lead.members]
+    members = [h for h in members if h.kind != "listed"]
+    if not odds.lead.members:
+        sure = odds.noise >= CONSTANTS.sure * (1 - odds.nothing)
+        return Verdict(Code.NOISE) if sure else None
+    if not members:
+        return None
+    probability = {each.name: each.probability for each in (*odds.classes, *odds.others)}
+    first = max(members, key=lambda h: (h.kind != "bad_pose", probability.get(h.name, 0.0)))
+    alike = IN_TIME if first.name in IN_TIME else (first.name,)
+    mass = min(1.0, sum(probability.get(name, 0.0) for name in alike))
+    if mass < CONSTANTS.sure * (1 - odds.nothing):
+        return None
+    alone = probability.get(first.name, 0.0) >= CONSTANTS.sure * (1 - odds.nothing)
+    if first.name in IN_TIME and not alone:
+        return Verdict(
+            Code.UNKNOWN, "time_s", details=_best_step(state),
+            beside=tuple(each for each in _open(odds) if each.name in IN_TIME),
+            share=share, explains=explains,
+        )
+    same = [h for h in members if h.name == first.name]
+    details = tuple(h.detail for h in same if h.detail)
+    if first.kind == "bad_pose":
+        return Verdict(
+            Code.BAD_POSE, details[0], group=details, details=details, share=share,
+            explains=explains,
+        )
+    if first.kind in NOISES:
+        return Verdict(Code.NOISE, first.name, details=details, beside=_open(odds))
+    if first.kind == "unknown" and _explaining(state, odds):
+        return None  # effects that have names would do as well
+    if first.kind == "unknown" and not _smoother_predicts(state, odds):
+        return Verdict(Code.NOISE)
+    return Verdict(
+        Code.UNKNOWN, first.subject, details=details, beside=_beside(state, odds, odds.classes),
+        share=share, explains=explains,
+    )
+
+
+def _best_step(state: Search) -> tuple[str, ...]:
+    """When the bias steps, if it steps once; empty where no time is known."""
+    steps = [j for j, h in enumerate(state.hypotheses) if h.kind == "jump"]
+    if not steps:
+        return ()
+    return (state.hypotheses[max(steps, key=lambda j: state.alone.log_factor[j])].detail,)
+
+
+def _smoother_predicts(state: Search, odds: Odds) -> bool:
+    """Whether the leave-one-out error falls with the leading set, each size held to its best."""
+    pose = state.base.equations.row_pose
+    before = state.table.left_out((), pose)
+    after = state.table.left_out(odds.lead.members, pose)
+    return float(after @ after) < float(before @ before)

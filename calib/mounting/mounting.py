@@ -24,7 +24,7 @@ import numpy as np
 
 from calib.errors import Undetermined
 from calib.fit.calibration import TriadCalibration
-from calib.mounting.floor import Slope, floor_slope, turned_short
+from calib.mounting.floor_slope import HeadingForces, Slope, floor_slope, turned_short_covariance
 from calib.mounting.heading import FirstPush, Yaw, measure_yaw
 from calib.mounting.levelling import (
     Order,
@@ -132,21 +132,6 @@ class Mounting:
         return np.asarray(vectors @ self.rotation)
 
 
-@dataclass(frozen=True, eq=False)
-class _Upright:
-    """The calibrated mean reading at each heading, and what is up on a level floor.
-
-    ``forces`` (h, 3) and ``noise`` (h, 3, 3), their covariance by noise alone; ``up`` (3,) the mean
-    over the headings and its covariance ``cov`` (3, 3), the calibration's included.
-    """
-
-    readings: Sequence[StillReading]
-    forces: FloatArray
-    noise: FloatArray
-    up: FloatArray
-    cov: FloatArray
-
-
 def mounting_from_logs(
     logs: MountingLogs,
     accelerometer: TriadCalibration,
@@ -175,7 +160,7 @@ def mounting_from_logs(
     upright = _upright(logs, accelerometer)
     cov, notes = _with_drift(upright, gravity_m_s2, gravity_sd_m_s2)
     if logs.reverse:
-        cov = cov + turned_short(upright.readings[1].label, upright.forces, upright.up)
+        cov = cov + turned_short_covariance(upright)
     chosen = order or rotation_order(upright.up / gravity_m_s2)
     _refuse_lock(upright.readings[0].label, upright.up, chosen)
     roll, pitch = roll_pitch(upright.up, chosen)
@@ -183,7 +168,6 @@ def mounting_from_logs(
     levelled = mounting_rotation(chosen, roll, pitch)
     yaw = measure_yaw(logs.drive, accelerometer, levelled, logs.first_push) if logs.drive else None
     rotation = mounting_rotation(chosen, roll, pitch, yaw.yaw_rad) if yaw else levelled
-    noise = rotation.T @ upright.noise.sum(axis=0) @ rotation
     first = upright.forces[0]
     return Mounting(
         order=chosen,
@@ -196,12 +180,12 @@ def mounting_from_logs(
         magnitude_error_m_s2=float(np.linalg.norm(first)) - gravity_m_s2,
         notes=notes,
         samples=sum(reading.samples for reading in upright.readings),
-        slope=floor_slope(upright.forces @ rotation, noise, yaw) if logs.reverse else None,
+        slope=floor_slope(upright, rotation, yaw) if logs.reverse else None,
         yaw=yaw,
     )
 
 
-def _upright(logs: MountingLogs, accelerometer: TriadCalibration) -> _Upright:
+def _upright(logs: MountingLogs, accelerometer: TriadCalibration) -> HeadingForces:
     """Average and calibrate the still logs of each heading."""
     headings = (logs.still, logs.reverse) if logs.reverse else (logs.still,)
     readings = [still_reading(each, accelerometer) for each in headings]
@@ -214,11 +198,11 @@ def _upright(logs: MountingLogs, accelerometer: TriadCalibration) -> _Upright:
 
     noise = np.array([noise_covariance(reading, accelerometer) for reading in readings])
     cov = noise.sum(axis=0) / len(noise) ** 2 + calibration_covariance(up, accelerometer)
-    return _Upright(readings, forces(accelerometer), noise, up(accelerometer), cov)
+    return HeadingForces(readings, forces(accelerometer), noise, up(accelerometer), cov)
 
 
 def _with_drift(
-    upright: _Upright, gravity: float, gravity_sd: float
+    upright: HeadingForces, gravity: float, gravity_sd: float
 ) -> tuple[FloatArray, tuple[str, ...]]:
     """Covariance (3, 3) of ``up`` with what the stated sds do not explain, and notes on it."""
     cov, notes = upright.cov, []

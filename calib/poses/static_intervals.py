@@ -30,7 +30,7 @@ from calib.poses.rest_candidates import (
 
 STILL_RATIO = 4.0
 """Twice the noise amplitude of the quietest rest: below it noise alone cuts rests to pieces. Half
-or twice of it moves 0.3 % of the stops in ``tests.bench.study_static_intervals``."""
+or twice of it moves 0.1 % of the stops in ``tests.bench.study_static_intervals``."""
 
 THRESHOLD_STEP = 2.0
 USUAL_SHARE = 0.75

@@ -10,7 +10,15 @@ from pipeline.commands.run_with_progress import run_quietly, say_waiting
 from pipeline.config.load import Config
 from pipeline.console.model_change_text import change_lines
 from pipeline.console.run_text import next_step, verdict_line
-from pipeline.model_change import MOST_CHANGES, ModelChange, change_model, next_target, read_target
+from pipeline.model_change import (
+    MOST_CHANGES,
+    ModelChange,
+    Target,
+    change_model,
+    next_target,
+    predicts_better,
+    read_target,
+)
 from pipeline.report.outputs import outputs_of
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome
@@ -39,17 +47,22 @@ def change_and_show(
 
 
 def add_until_settled(path: Path, allow_python: bool) -> None:
-    """Add the effect that the diagnosis names until it names none."""
+    """Add what the diagnosis names, again and again, while the leave-one-out error falls."""
     with working_on(path, on_wait=say_waiting) as (config, folder):
         run = _runner(folder, allow_python)
         outcome = run(config)
         write_session(folder, outputs_of(outcome, folder))
+        refused: list[Target] = []
         for _ in range(MOST_CHANGES):
-            target = next_target(outcome)
+            target = next_target(outcome, refused)
             if target is None:
                 break
             change = change_model(outcome.config, target, run, before=outcome)
             _show(change)
+            if not predicts_better(change):
+                click.echo(f"{target} is not kept: the leave-one-out error does not fall with it.")
+                refused.append(target)
+                continue
             _write(change, folder)
             outcome = change.after
     for result in outcome.triads:

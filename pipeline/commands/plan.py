@@ -38,9 +38,9 @@ def command(config: Path, effects: tuple[str, ...], allow_python: bool) -> None:
             find_effect(name)  # a wrong name is an error before anything slow
     for plan in plan_of(loaded, allow_python):
         sheet = getattr(loaded.sensor, plan.triad)
-        defined = user_effects(loaded, plan.triad, allow_python)
-        requested = [defined[name] if name in defined else find_effect(name)
-                 for name in effects if name in defined or name not in loaded.effects]
-        of_triad = [effect for effect in requested if plan.triad in effect.triads]
+        user_defined = user_effects(loaded, plan.triad, allow_python)
+        wanted = [user_defined[name] if name in user_defined else find_effect(name)
+                  for name in effects if name in user_defined or name not in loaded.effects]
+        of_triad = [effect for effect in wanted if plan.triad in effect.triads]
         for line in plan_lines(plan, of_triad, triad_spec(sheet).full_scale):
             click.echo(line)

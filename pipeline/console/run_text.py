@@ -130,7 +130,7 @@ def next_step(outcome: Outcome, folder: Path, look: str = "pipeline diagnose {co
     config = shlex.quote(str(outcome.config.source.path))
     diagnoses = {result.triad: result.diagnosis for result in outcome.triads}
     for triad, diagnosis in diagnoses.items():
-        if diagnosis.verdict == "effect" and len(diagnosis.group) == 1:
+        if diagnosis.explanation.step == "add":
             return f"next: pipeline add {config} {triad}.{diagnosis.name}"
     for diagnosis in diagnoses.values():
         if diagnosis.record_next:
@@ -138,7 +138,7 @@ def next_step(outcome: Outcome, folder: Path, look: str = "pipeline diagnose {co
                 f"next: record {diagnosis.record_next}; add the new logs to {config}, then type: "
                 f"pipeline run {config}"
             )
-    if any(diagnosis.verdict != "nothing_missing" for diagnosis in diagnoses.values()):
+    if any(diagnosis.explanation.step != "apply" for diagnosis in diagnoses.values()):
         return f"next: {look.format(config=config)}"
     if diagnoses:
         return f"next: pipeline apply {shlex.quote(str(folder))} LOG --output FILE"
@@ -186,6 +186,8 @@ def ranking_lines(result: TriadResult) -> list[str]:
         for each in diagnosis.ranking[:RANKED]
     ]
     lines = aligned(rows)
+    for limit in diagnosis.limits[:RANKED]:
+        lines.append(f"  at 95 % no larger than: {limit.name} {limit.value:.2g} {limit.unit}")
     if diagnosis.blind:
         lines.append(f"  these data cannot determine: {', '.join(diagnosis.blind)}")
     return lines

@@ -108,8 +108,7 @@ def _kalibr_gyroscope(stored: Stored, gyroscope: StoredTriad, body: FloatArray) 
     sensitivity = np.zeros((3, 3))
     effect = gyroscope.effects.get("g_sensitivity")
     if effect is not None:
-        of_axes = np.array(effect["values"], float).reshape(3, 3)
-        sensitivity = gyroscope.alignment @ of_axes  # of the sensitive axes, in orthogonal ones
+        sensitivity = np.array(effect["values"], float).reshape(3, 3)
     return [
         "  gyroscopes:",
         "    M:",
@@ -117,7 +116,8 @@ def _kalibr_gyroscope(stored: Stored, gyroscope: StoredTriad, body: FloatArray) 
         "    C_gyro_i:",
         *_rows(turned @ to_accelerometer.T @ body.T, 4),
         "    A:",
-        *_rows(forward @ sensitivity @ body.T, 4),
+        # G acts on the sensitive axes, T turns them into the orthogonal ones that M^-1 takes.
+        *_rows(forward @ gyroscope.alignment @ sensitivity @ body.T, 4),
     ]
 
 

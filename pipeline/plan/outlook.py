@@ -93,15 +93,15 @@ def _triad_plan(
     section = config.accelerometer if triad == "accelerometer" else config.gyroscope
     assert spec is not None
     assert section is not None
-    own = user_effects(config, triad, allow_python)
-    every = Model.of(section.model, own)
+    user_defined = user_effects(config, triad, allow_python)
+    every = Model.of(section.model, user_defined)
     means = [mean for setting in settings for mean in setting.means]
     logged = set.intersection(*(set(mean.columns) for mean in means)) if means else set()
     logged |= set(OTHER_TRIAD)
     lacks = {effect.name: name for effect in every.effects for name in effect.logged
              if name not in logged}
     model = Model(tuple(effect for effect in every.effects if effect.name not in lacks))
-    judged = tuple(effect for effect in own.values() if set(effect.logged) <= logged)
+    judged = tuple(effect for effect in user_defined.values() if set(effect.logged) <= logged)
     recorded = [setting.means for setting in settings if setting.means]
     noise: NoiseSource = "unknown"
     noise_sd = np.ones(3) * spec.nominal_scale if math.isfinite(spec.full_scale) else np.ones(3)

@@ -22,7 +22,7 @@ from pipeline.report.pose_charts import (
 )
 from pipeline.report.rate_charts import rate_view
 from pipeline.report.refit_data import constants_json, refit_json
-from pipeline.report.summary import STANDING, Answer, answer_for, overall_verdict
+from pipeline.report.summary import Answer, answer_for, overall_verdict
 from pipeline.report.tables import budget_rows, parameter_groups
 from pipeline.results.history import Step
 from pipeline.results.json_values import Json
@@ -68,7 +68,6 @@ def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None =
         config=str(outcome.config.source.path),
         verdict=overall_verdict(answers, rates),
         rates=rates,
-        standing=STANDING,
         glossary=TERMS,
         triads=views,
         warnings=outcome.warnings,

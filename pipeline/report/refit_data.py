@@ -21,8 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses import candidate_effects
-from calib.diagnosis.refit import FEWEST_DOF
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import unit_columns
@@ -71,7 +71,7 @@ def constants_json() -> Json:
         "visible_share": VISIBLE_SHARE,
         "smallest_block": 1 - LARGEST_LEVERAGE,
         "misfit_p_value": MISFIT_P_VALUE,
-        "fewest_dof": FEWEST_DOF,
+        "fewest_dof": CONSTANTS.fewest_dof,
         "shown_sd": SHOWN_SD,
         "nice": NICE,
     }
@@ -100,6 +100,8 @@ def refit_json(result: TriadResult, defined: Mapping[str, Effect]) -> Json:
         "labels": list(fit.poses.label),
         "is_null": [bool(null) for null in equations.is_null],
         "noise_dof": float(fit.poses.noise_dof),
+        # By refits without each pose; the page's own, of one step, is scaled to it.
+        "loo": result.comparison.loo_rms * factor,
         "base": [_rounded(column) for column in unit_columns(base)[0].T],
         "base_fitted": int(base.shape[1] - len(fit.eta)),
         "effects": [_box_json(box, root[:d], result) for box in boxes]

@@ -7,8 +7,7 @@ from math import sqrt
 
 import numpy as np
 
-from calib.effects.catalogue import find_effect
-from calib.errors import CalibrationError
+from calib.diagnosis.explain import SIGNS
 from calib.poses.attitudes import direction_name
 from pipeline.console.run_text import prediction_text
 from pipeline.formatting import DISPLAY, count
@@ -16,15 +15,6 @@ from pipeline.report.rate_charts import COMPLETE, RateView
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 
-#: Verdict of a diagnosis -> how it stands: a word, and a sign that needs no colour.
-STANDING = {
-    "nothing_missing": ("good", "✓"),
-    "effect": ("act", "!"),
-    "ambiguous": ("open", "?"),
-    "unknown": ("act", "!"),
-    "bad_pose": ("act", "!"),
-    "noise": ("open", "?"),
-}
 LOG = "LOG.csv"  #: placeholder for a file of the user
 HOLDS_EFFECTS = "json"  #: format that stores added effects
 
@@ -60,7 +50,7 @@ def overall_verdict(answers: Sequence[Answer], rates: Sequence[RateView] = ()) -
         standings.add("open")
     worst = next(each for each in ("act", "open", "good") if each in standings)
     text = " ".join(filter(None, (_triads_text(answers), rates_text)))
-    return Headline(worst, dict(STANDING.values())[worst], text)
+    return Headline(worst, SIGNS[worst], text)
 
 
 def _triads_text(answers: Sequence[Answer]) -> str:
@@ -94,15 +84,16 @@ def _rates_text(rates: Sequence[RateView]) -> str:
 def answer_for(result: TriadResult, outcome: Outcome, folder: str) -> Answer:
     """The three answers for one triad; ``folder`` is where its results are."""
     config = shlex.quote(str(outcome.config.source.path))
-    code = result.diagnosis.verdict
-    standing, sign = STANDING[code]
-    short, wrong = _wrong(result)
+    words = result.diagnosis.explanation
+    standing, sign, short = words.standing, words.sign, words.short
+    wrong = _nothing_wrong(result) if standing == "good" else words.says
     if standing == "good" and _lost_direction(result):
-        standing, sign = "open", "?"
+        standing, sign = "open", SIGNS["open"]
         short = "directions are missing among its poses"
-    following, commands = _next(result, config, shlex.quote(folder))
     return Answer(
-        result.triad, standing, sign, short, _is_it_good(result), wrong, following, commands
+        result.triad, standing, sign, short, _is_it_good(result), wrong,
+        f"{words.following}{'' if words.step in ('apply', 'add') else ', then'}:",
+        _commands(result, config, shlex.quote(folder)),
     )
 
 
@@ -147,95 +138,27 @@ def _prediction(result: TriadResult) -> str:
     return f"{text[0].upper()}{text[1:]}."
 
 
-def _quoted(names: Sequence[str]) -> str:
-    return " or ".join(_readable(name) for name in names)
-
-
-def _readable(name: str) -> str:
-    if name.startswith("~"):
-        return f"something that follows {name[1:]}"
-    return {"jump": "a jump of the bias", "bad_pose": "one bad pose",
-            "noise": "more noise than the poses show"}.get(name, name)
-
-
-def _wrong(result: TriadResult) -> tuple[str, str]:
-    """What is wrong in a few words, and in two or three sentences."""
-    diagnosis = result.diagnosis
-    if diagnosis.verdict == "nothing_missing":
-        return "nothing is missing", _nothing_wrong(result)
-    if diagnosis.verdict == "effect" and diagnosis.name is not None:
-        return _missing(result, diagnosis.name)
-    if diagnosis.verdict == "ambiguous":
-        return "an effect may be missing, and these data cannot determine which", (
-            f"An effect may be missing. The candidates are {_quoted(diagnosis.group)}. In these "
-            f"poses their signatures are too similar, or too small, to separate them."
-        )
-    short = {
-        "unknown": f"the misfit follows {diagnosis.name}, and no listed effect has this shape",
-        "bad_pose": f"the pose {diagnosis.name} contradicts the other poses",
-        "noise": "the residuals are larger than the noise and have no systematic shape",
-    }[diagnosis.verdict]
-    return short, diagnosis.says
-
-
 def _nothing_wrong(result: TriadResult) -> str:
     added = [e.name for e in result.calibration.fit.model.effects if e.acts_on != "reading"]
     text = "These poses show no missing effect."
     if added:
         text += f" The model contains {' and '.join(added)} besides bias, scale and misalignment."
+    limits = [f"{each.name} {each.value:.2g} {each.unit}" for each in result.diagnosis.limits]
+    if limits:
+        text += f" At 95 % the effects are no larger than: {'; '.join(limits)}."
     blind = result.diagnosis.blind
     if blind:
         text += f" They cannot determine {', '.join(blind)}; the boxes below state the reasons."
     return text
 
 
-def _missing(result: TriadResult, name: str) -> tuple[str, str]:
-    diagnosis = result.diagnosis
-    best = next(c for c in diagnosis.ranking if c.name == name and c.kind == "listed")
-    share = 100 * best.chi2_drop / result.calibration.fit.chi2
-    text = f"The model lacks {name}: {_physics(name)} It explains {share:.0f} % of the misfit."
-    short = f"its model lacks {name}"
-    if len(diagnosis.group) > 1:
-        others = _quoted(diagnosis.group[1:])
-        text += f" In these poses {others} would have the same signature."
-        short = f"its model lacks {name} or {others}, which these poses cannot separate"
-    if diagnosis.partner is not None:
-        text += f" A second effect is missing too: {diagnosis.partner}."
-    return short, text
-
-
-def _physics(name: str) -> str:
-    try:
-        physics = find_effect(name).physics
-    except CalibrationError:
-        return "a user-defined effect."
-    return physics[0].lower() + physics[1:]
-
-
-def _next(result: TriadResult, config: str, folder: str) -> tuple[str, tuple[str, ...]]:
-    """What to do, and the commands."""
-    diagnosis = result.diagnosis
-    run = f"pipeline run {config}"
-    if diagnosis.verdict == "nothing_missing":
+def _commands(result: TriadResult, config: str, folder: str) -> tuple[str, ...]:
+    """The commands that the next step takes."""
+    step = result.diagnosis.explanation.step
+    if step == "apply":
         base_only = all(e.acts_on == "reading" for e in result.calibration.fit.model.effects)
-        return "Correct a log, or export the calibration for another program:", (
-            f"pipeline apply {folder} {LOG} --output calibrated.csv",
-            f"pipeline export {folder} --to {'arduino' if base_only else HOLDS_EFFECTS}",
-        )
-    if diagnosis.verdict == "effect" and len(diagnosis.group) == 1:
-        return "Add it. The command refits everything and prints the errors before and after:", (
-            f"pipeline add {config} {result.triad}.{diagnosis.name}",
-        )
-    if diagnosis.record_next:
-        return f"Record {diagnosis.record_next}. Add the new logs to the configuration and run:", (
-            run,
-        )
-    if diagnosis.verdict == "bad_pose":
-        return "Record this pose again, or remove it from the list of poses, and run:", (run,)
-    if diagnosis.verdict == "effect":
-        separates = find_effect(diagnosis.group[0]).page.separates
-        return f"This separates them: {separates}. Then run:", (run,)
-    if diagnosis.verdict == "unknown":
-        return ("The charts below show its shape. If you know its physics, define the effect under "
-                "`effects:` in the configuration:"), (f"pipeline diagnose {config}",)
-    return "Record the same poses again, for longer and in random order, and run:", (run,)
+        return (f"pipeline apply {folder} {LOG} --output calibrated.csv",
+                f"pipeline export {folder} --to {'arduino' if base_only else HOLDS_EFFECTS}")
+    if step == "add":
+        return (f"pipeline add {config} {result.triad}.{result.diagnosis.name}",)
+    return (f"pipeline {'diagnose' if step == 'define' else 'run'} {config}",)

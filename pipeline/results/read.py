@@ -130,8 +130,8 @@ def _triad(
     sheet = stored["sheet"]
     full_scale = math.inf if sheet["full_scale"] is None else float(sheet["full_scale"])
     spec = TriadSpec(full_scale, sheet["bits"], sheet["encoding"], sheet["si_per_unit"])
-    own = _user_effects(stored["own_effects"], name, folder, allow_python)
-    model = Model.of(stored["model"], own)
+    user_defined = _user_effects(stored["own_effects"], name, folder, allow_python)
+    model = Model.of(stored["model"], user_defined)
     theta = _array(stored["theta"])
     if len(theta) != model.size:
         raise ValueError(f"{name}: {len(theta)} parameters for a model of {model.size}")

@@ -121,9 +121,14 @@ def _prediction(result: TriadResult) -> Json | None:
 def _diagnosis(result: TriadResult) -> Json:
     diagnosis = result.diagnosis
     return {
-        "verdict": diagnosis.verdict,
+        "verdict": str(diagnosis.verdict),
         "name": diagnosis.name,
+        "names": list(diagnosis.names),
         "group": list(diagnosis.group),
+        "inclusion": [
+            {"class": each.name, "members": list(each.members), "probability": each.probability}
+            for each in diagnosis.inclusion
+        ],
         "says": diagnosis.says,
         "record_next": diagnosis.record_next,
         "blind": list(diagnosis.blind),

@@ -19,9 +19,10 @@ from pipeline.logs.read import join_logs
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.session_logs import read_logs
 
-LARGEST_OF_USUAL = 5.0
+LARGEST_OF_USUAL = 10.0
 """How far a stop may give way, as a multiple of what three in four of its log do: speeds and
-lengths of stops in a hand spread over a decade each."""
+lengths of stops in a hand spread over a decade each. Half of it loses one of 24 simulated stops in
+a hand."""
 
 SMALLEST_SHARE_AT_REST = 0.25
 """Poses of one attitude on a turning plate read alike too; no design repeats one so often."""

@@ -102,8 +102,8 @@ def check_user_effects(config: Config) -> None:
         except CalibrationError as error:
             problems.append(config.source.problem(where, f"{error}."))
             continue
-        problems += [config.source.problem((*where, "expression"), says)
-                     for says in _unknown_names(config, section, expression)]
+        problems += [config.source.problem((*where, "expression"), problem)
+                     for problem in _unknown_names(config, section, expression)]
     if problems:
         raise ConfigError(*problems)
 

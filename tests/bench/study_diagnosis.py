@@ -5,13 +5,19 @@
     python -m tests.bench.study_diagnosis two rich gyroscope --sizes 5 --trials 100
     python -m tests.bench.study_diagnosis unlisted rich gyroscope --sizes 10 --trials 50
     python -m tests.bench.study_diagnosis settle paper gyroscope --sizes 5 10 --trials 40
+    python -m tests.bench.study_diagnosis sets rich gyroscope --count 3 --sizes 5 300 --trials 100
+    python -m tests.bench.study_diagnosis sets soak accelerometer --count 1 --disturb wander
 
 ``listed`` hides every listed effect in turn, in sizes given as root mean square over the pose
 equations in noise units, and prints the share of trials in which these poses see it at all, in
 which it (or one that these poses cannot tell from it) stood first in the ranking, was named, in
 which something else was named, what the errors fell to, and how many 2-sigma intervals held the
 truth. ``settle`` follows the advice of every verdict that leaves something open: it records the
-block that was asked for and diagnoses again. ``--list`` shows the trials that went wrong.
+block that was asked for and diagnoses again. ``sets`` hides ``--count`` effects at once, drawn
+with sizes between the two of ``--sizes``, and a disturbance that no catalogue has; it prints the
+share of hidden effects that were named, offered, and of sessions with a wrong name, and stated
+probabilities against frequencies; its designs are also ``hand`` and ``free``. ``--list`` shows the
+trials that went wrong.
 """
 
 import argparse
@@ -23,11 +29,22 @@ import numpy as np
 
 from calib.errors import CalibrationError
 from tests.recorded_blocks import Settled, settle
+from tests.set_trials import (
+    DISTURBANCES,
+    NAMES,
+    SetOutcome,
+    design_of,
+    disturbed,
+    draw_set,
+    reliability,
+    set_trial,
+)
 from tests.trials import (
     DESIGNS,
     LISTED,
     Outcome,
     calibrates,
+    drawn,
     follow_to_the_end,
     hidden_of,
     poses_of,
@@ -234,7 +251,40 @@ def settled_row(name: str, size: float, found: Sequence[Settled]) -> str:
             f"settled {right:.3f}; {blocks}")
 
 
+def sets(asked: argparse.Namespace) -> None:
+    """Several effects at once, with a disturbance; one diagnosis each."""
+    low, high = (asked.sizes * 2)[:2]
+    found: list[SetOutcome] = []
+    refused = 0
+    for seed in range(asked.first_seed, asked.first_seed + asked.trials):
+        design = disturbed(design_of(asked.design, seed), asked.disturb)
+        hidden = draw_set(design, seed, asked.triad, asked.count, (low, high),
+                          asked.effects or NAMES)
+        if asked.disturb not in ("none", "coarse", "correlated"):
+            more = drawn(asked.disturb, asked.triad, asked.strength, design, seed)
+            hidden += [] if more is None else [more]
+        try:
+            found.append(set_trial(design, seed, asked.triad, hidden))
+        except CalibrationError:
+            refused += 1
+    visible = sum(len(o.visible) for o in found) or 1
+    total = {key: sum(len(getattr(o, key)) for o in found) / visible
+             for key in ("named", "single", "offered")}
+    print(f"{asked.count} effects of {low:g} to {high:g} sd, {asked.design} {asked.triad}, "
+          f"disturbed by {asked.disturb}: {len(found)} sessions ({refused} refused), {visible} "
+          f"visible effects: named as a class {total['named']:.3f}, as one {total['single']:.3f}, "
+          f"named or offered {total['offered']:.3f}; a wrong name in "
+          f"{share([bool(o.wrong) for o in found]):.4f}; "
+          f"{Counter(o.verdict for o in found).most_common()}")
+    print(reliability(found), flush=True)
+    for o in found:
+        if asked.list and (o.wrong or len(o.offered) < len(o.visible)):
+            print(f"    seed {o.seed}: hidden {o.hidden} wrong {o.wrong} not offered "
+                  f"{set(o.visible) - set(o.offered)}: {o.text}")
+
+
 QUESTIONS = {
+    "sets": sets,
     "listed": listed,
     "nothing": nothing,
     "two": two,
@@ -249,12 +299,15 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("question", choices=QUESTIONS)
-    parser.add_argument("design", choices=DESIGNS)
+    parser.add_argument("design", choices=(*DESIGNS, "hand", "free"))
     parser.add_argument("triad", choices=("accelerometer", "gyroscope"))
     parser.add_argument("--effects", nargs="+", default=None)
     parser.add_argument("--sizes", nargs="+", type=float, default=[5.0])
     parser.add_argument("--trials", type=int, default=40)
     parser.add_argument("--first-seed", type=int, default=0)
+    parser.add_argument("--count", type=int, default=1)
+    parser.add_argument("--disturb", choices=DISTURBANCES, default="none")
+    parser.add_argument("--strength", type=float, default=5.0, help="of the disturbance, sd")
     parser.add_argument("--list", action="store_true", help="show the trials that went wrong")
     asked = parser.parse_args()
     QUESTIONS[asked.question](asked)

@@ -7,7 +7,7 @@ stated sds of the truth, the spread of (mean - truth)/sd, the ratio by which the
 judged with its scatter, and how many of the sessions are told that their poses are too short.
 """
 
-from tests.pose_means import coverage
+from tests.calib.poses.pose_mean_coverage import coverage
 
 CASES = (
     (8, 0.5, 0), (8, 0.5, 3), (3, 0.5, 0), (3, 0.5, 3), (3, 0.5, 10), (1.5, 0.5, 0), (1.5, 0.5, 3),

@@ -19,6 +19,7 @@ from tests.calib.poses.hand_turned_logs import KINDS, count, made
 CONSTANTS: tuple[tuple[ModuleType, str], ...] = (
     (rest_candidates, "WINDOW_S"),
     (rest_candidates, "QUIETEST_SHARE"),
+    (rest_candidates, "LARGEST_TURN"),
     (rest_candidates, "MARGIN_SHARE"),
     (rest_candidates, "SAME_ATTITUDE"),
     (rest_candidates, "WANDER_S"),

@@ -236,6 +236,7 @@ def test_the_work_can_be_ended_at_every_step_also_while_the_plate_is_learned(cli
 
 def test_the_annotated_frame_shows_plate_and_centre(clip: Path) -> None:
     shown = cv2.imdecode(track_phase(clip).annotated, cv2.IMREAD_COLOR)
+    assert shown is not None
     assert shown.dtype == np.uint8
     assert shown.shape == (360, 480, 3)
     x, y = round(Scene().centre_px[0]), round(Scene().centre_px[1])
@@ -243,9 +244,10 @@ def test_the_annotated_frame_shows_plate_and_centre(clip: Path) -> None:
     assert red > blue + 100
 
 
-def test_a_png_decodes_to_the_image_within_a_step_of_grey():
+def test_a_png_decodes_to_the_image_within_a_step_of_grey() -> None:
     y, x = np.mgrid[0:40, 0:60]
     image = np.repeat(((x + y) * 2.5).astype(np.uint8)[:, :, None], 3, axis=2)
     image[10:20, 10:20] = (0, 200, 255)
     seen = cv2.imdecode(png(image), cv2.IMREAD_COLOR)
+    assert seen is not None
     assert np.abs(seen.astype(int) - image.astype(int)).max() <= 4

@@ -43,6 +43,8 @@ class Moments:
         Mean along each sensitive axis during the pose before, zero for the first of the evening.
     number : array of int, shape (p, 1, 1)
         Running number of the pose through the evening, from 0.
+    warmth : callable
+        True temperature at any time of the evening, °C.
     """
 
     time_s: FloatArray
@@ -56,6 +58,7 @@ class Moments:
     triad: Triad
     before: FloatArray
     number: FloatArray
+    warmth: Callable[[FloatArray], FloatArray]
 
     def since_on(self) -> FloatArray:
         """Time since power-on, shape (p, n, 1), in seconds."""
@@ -176,6 +179,12 @@ def _hysteresis(effect: Hidden, true: FloatArray, moments: Moments) -> FloatArra
     return effect.size * np.where(pushed, np.sign(moments.before), 0.0)
 
 
+def _memory(effect: Hidden, true: FloatArray, moments: Moments) -> FloatArray:
+    """What the pose before left in the axis grows with its push and saturates."""
+    largest = float(np.abs(moments.before).max()) or 1.0
+    return effect.size * np.tanh(moments.before / (float(effect.detail["width"]) * largest))
+
+
 def _vibration_rectification(effect: Hidden, true: FloatArray, moments: Moments) -> FloatArray:
     """Follows the variance of the vibration, summed over three equally shaken axes."""
     return effect.size * 3 * moments.vibration_m_s2**2
@@ -202,6 +211,37 @@ def _column(effect: Hidden, true: FloatArray, moments: Moments) -> FloatArray:
 
 def _column_squared(effect: Hidden, true: FloatArray, moments: Moments) -> FloatArray:
     return effect.size * moments.above_reference(effect.column) ** 2
+
+
+def _temperature_squared(effect: Hidden, true: FloatArray, moments: Moments) -> FloatArray:
+    return effect.size * moments.above_reference(TEMPERATURE) ** 2
+
+
+def _temperature_lag(effect: Hidden, true: FloatArray, moments: Moments) -> FloatArray:
+    """The element warms later than the die whose temperature is logged, by one time constant."""
+    lag_s = float(effect.detail["lag_s"])
+    step = lag_s / 20
+    grid = np.arange(0.0, float(moments.time_s.max()) + 2 * step, step)
+    warmth = moments.warmth(grid)
+    late = np.empty_like(warmth)
+    late[0] = warmth[0]
+    for i in range(1, len(grid)):
+        late[i] = late[i - 1] + (warmth[i] - late[i - 1]) * step / lag_s
+    late -= moments.courses[TEMPERATURE].reference
+    return effect.size * np.interp(moments.time_s, grid, late)[..., None]
+
+
+WAVES = 400
+
+
+def _wander(effect: Hidden, true: FloatArray, moments: Moments) -> FloatArray:
+    """A bias of exponential correlation: waves whose frequencies have its spectrum."""
+    rng = np.random.default_rng(int(effect.detail["draw"]))
+    frequency = rng.standard_cauchy((WAVES, 3)) / float(effect.detail["wander_tau_s"])
+    phase = rng.uniform(0, 2 * np.pi, (WAVES, 3))
+    time_s = moments.time_s.mean(axis=1)  # within a pose it stands still
+    waves = np.cos(time_s[:, None, None] * frequency + phase).sum(axis=1)
+    return effect.size * np.sqrt(2 / WAVES) * waves[:, None, :]
 
 
 def _jump(effect: Hidden, true: FloatArray, moments: Moments) -> FloatArray:
@@ -244,6 +284,11 @@ EFFECTS: Mapping[str, Physics] = {
     "column": Physics((3,), "({u})/unit of the column", _column),
     # Not in any catalogue of effects:
     "column_squared": Physics((3,), "({u})/(unit of the column)²", _column_squared),
+    "memory": Physics((3,), "{u}", _memory),
+    "temperature_squared": Physics((3,), "({u})/K²", _temperature_squared),
+    "temperature_lag": Physics((3,), "({u})/K", _temperature_lag),
+    "wander": Physics((3,), "{u}", _wander),
+    "plate_wander": Physics((), "1"),
     "jump": Physics((3,), "{u}", _jump),
     "bad_pose": Physics((3,), "{u}", _bad_pose),
     "periodic": Physics((3,), "{u}", _periodic),
@@ -256,6 +301,7 @@ GYROSCOPE_ONLY = frozenset(
         "earth_rate",
         "reference_drift",
         "direction_dependent_rate",
+        "plate_wander",
     }
 )
 
@@ -279,7 +325,22 @@ def disturbed_run(run: Run, begin_s: float, hidden: tuple[Hidden, ...]) -> Run:
             )
         elif effect.name == "direction_dependent_rate":
             motion = replace(motion, rate_rad_s=rate * (1 + np.sign(rate) * float(size)))
+        elif effect.name == "plate_wander":
+            motion = replace(motion, wow=(*motion.wow, *_slow_wow(effect, rate, begin_s)))
     return replace(run, motion=motion)
+
+
+def _slow_wow(
+    effect: Hidden, rate_rad_s: float, begin_s: float
+) -> tuple[tuple[float, float, float], ...]:
+    """Waves of the plate's rate that last minutes, as waves per revolution."""
+    rng = np.random.default_rng(int(effect.detail["draw"]))
+    waves = []
+    for period_s in rng.uniform(60.0, 600.0, 4):
+        phase = rng.uniform(0, 2 * np.pi) + 2 * np.pi * begin_s / period_s
+        order = 2 * np.pi / (period_s * abs(rate_rad_s))
+        waves.append((order, float(effect.size) / 2, phase))
+    return tuple(waves)
 
 
 def true_gravity(design: Design, hidden: tuple[Hidden, ...]) -> float:

@@ -41,6 +41,8 @@ class Triad:
         Full scale that the data sheet states, in the unit of the triad.
     bandwidth_hz : float
         Corner of the first-order anti-alias low pass; infinite for none.
+    step_counts : int
+        Counts between two values that the converter delivers: 16 is a converter of four bits less.
     """
 
     axes: FloatArray
@@ -53,6 +55,7 @@ class Triad:
     offset_binary: bool
     full_scale: float
     bandwidth_hz: float = np.inf
+    step_counts: int = 1
 
     def __post_init__(self) -> None:
         if not np.allclose(np.linalg.norm(self.axes, axis=1), 1, atol=1e-12):
@@ -83,7 +86,8 @@ class Triad:
             analogue += gauss_markov(time_s, self.slow_sd, self.slow_tau_s, rng)
         if np.isfinite(self.bandwidth_hz):
             analogue = low_pass(analogue, self.bandwidth_hz * (time_s[0, 1] - time_s[0, 0]))
-        return np.clip(np.rint(analogue), *self.rails).astype(np.int64)
+        steps = np.rint(analogue / self.step_counts) * self.step_counts
+        return np.clip(steps, *self.rails).astype(np.int64)
 
     def pose_mean_sd(self, samples: int, interval_s: float) -> FloatArray:
         """Standard deviation (3,) of the mean of a still pose, in the unit of the triad.

@@ -52,6 +52,13 @@ def live_through(
     }
     before = dict.fromkeys(TRIADS, np.zeros(3))
     number = 0
+
+    def warmth(time_s: FloatArray) -> FloatArray:
+        """True temperature at any time: a soak lasts until the next run begins."""
+        place = np.searchsorted(design.begins_s(), time_s, side="right") - 1
+        soak = np.array([run.soak_c for run in design.runs])[np.maximum(place, 0)]
+        return drawn[TEMPERATURE](time_s) + soak
+
     for index, (run, begin_s) in enumerate(zip(design.runs, design.begins_s(), strict=True)):
         chance = np.random.default_rng([seed, 2, index])
         order = pose_order(len(run.directions), design.shuffled, chance)
@@ -80,6 +87,7 @@ def live_through(
                 triad=triad,
                 before=np.vstack([before[name], mean[:-1]])[:, None, :],
                 number=(number + np.arange(len(time_s)))[:, None, None],
+                warmth=warmth,
             )
             felt[name] = true[name]
             for effect in hidden:

@@ -117,4 +117,8 @@ def _draw_detail(design: Design, triad: TriadName, rng: np.random.Generator) -> 
         "number": int(rng.choice(poses)),
         "period_s": rng.uniform(*PERIOD_S),
         "phase_rad": rng.uniform(0, 2 * np.pi),
+        "width": rng.uniform(0.1, 1.0),
+        "lag_s": rng.uniform(120.0, 900.0),
+        "wander_tau_s": rng.uniform(600.0, 3000.0),
+        "draw": int(rng.integers(2**31)),
     }

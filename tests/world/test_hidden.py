@@ -23,9 +23,15 @@ LISTED = [
     *("g_squared_sensitivity", "lever_arm", "earth_rate", "reference_offset", "reference_scale"),
     *("reference_drift", "direction_dependent_rate"),
 ]
-UNLISTED = ["column_squared", "jump", "bad_pose", "periodic"]
+UNLISTED = [
+    *("column_squared", "memory", "temperature_squared", "temperature_lag", "wander"),
+    *("plate_wander", "jump", "bad_pose", "periodic"),
+]
 SIZE = np.array([1e-3, -2e-3, 3e-3])
-DETAIL = {"tau_s": 500.0, "time_s": 900.0, "number": 20, "period_s": 700.0, "phase_rad": 0.3}
+DETAIL = {
+    "tau_s": 500.0, "time_s": 900.0, "number": 20, "period_s": 700.0, "phase_rad": 0.3,
+    "width": 0.4, "lag_s": 300.0, "wander_tau_s": 900.0, "draw": 7,
+}
 QUICK = rich_design().scaled(sample_rate=0.1)
 
 
@@ -202,6 +208,66 @@ def test_gravity_can_differ_from_what_is_stated(name: str, gravity: float) -> No
     still = next(live_through(design, 1, (Hidden(name, "accelerometer", size),)))
     force = still.true["accelerometer"] @ np.linalg.inv(design.sensor.accelerometer.axes).T
     assert np.linalg.norm(force, axis=-1) == pytest.approx(gravity)
+
+
+def test_memory_grows_with_the_push_before_and_saturates() -> None:
+    for run, true, error in errors(Hidden("memory", "gyroscope", SIZE, DETAIL)):
+        if run.run.motion is None:
+            continue
+        before = true.mean(axis=1)[:-1]
+        largest = np.abs(before).max()
+        small, large = np.abs(before) < 0.05 * largest, np.abs(before) > 0.9 * largest
+        share = (error.mean(axis=1) / SIZE)[1:]
+        assert (np.abs(share[small]) < 0.2).all()
+        assert (np.abs(share[large]) > 0.9).all()
+
+
+def test_a_lagging_bias_settles_where_the_die_does_and_comes_later() -> None:
+    design = soak_design().scaled(sample_rate=0.1)
+    lag = Hidden("temperature_lag", "accelerometer", SIZE, DETAIL)
+    at_once = Hidden("temperature_bias", "accelerometer", SIZE, DETAIL)
+    late, prompt = errors(lag, design), errors(at_once, design)
+    for (run, _, a), (_, _, b) in zip(late, prompt, strict=True):
+        a, b = np.broadcast_to(a, b.shape), b
+        if run.run.name == "warm":  # 20 minutes of soak begin with the run
+            assert np.abs(a[0]).max() < 0.9 * np.abs(b[0]).max()
+            assert np.abs(a[-1]).max() > np.abs(a[0]).max()
+
+
+def test_a_wandering_bias_has_its_size_and_its_correlation_time() -> None:
+    values = []
+    for draw in range(60):
+        detail = {**DETAIL, "draw": draw}
+        runs = errors(Hidden("wander", "gyroscope", np.ones(3), detail))
+        values.append(np.concatenate([error.mean(axis=1) for _, _, error in runs]))
+        time_s = np.concatenate([run.time_s.mean(axis=1) for run, _, _ in runs])
+    every = np.array(values)
+    assert every.var() == pytest.approx(1.0, rel=0.15)
+    later = int(np.searchsorted(time_s, time_s[0] + 900.0))
+    apart = np.exp(-(time_s[later] - time_s[0]) / 900.0)
+    assert (every[:, 0] * every[:, later]).mean() == pytest.approx(apart, abs=0.2)
+
+
+def test_a_wandering_plate_turns_unevenly_over_minutes() -> None:
+    still, moved = (
+        [run for run in live_through(QUICK, 1, hidden) if run.run.motion is not None]
+        for hidden in ((), (Hidden("plate_wander", "gyroscope", np.array(1e-3), DETAIL),))
+    )
+    share = np.concatenate([
+        np.linalg.norm(b.true["gyroscope"], axis=2).mean(axis=1)
+        / np.linalg.norm(a.true["gyroscope"], axis=2).mean(axis=1) - 1
+        for a, b in zip(still, moved, strict=True)
+    ])
+    assert 2e-4 < share.std() < 1.5e-3
+    assert np.abs(share).max() < 3e-3
+
+
+def test_a_coarse_converter_delivers_every_sixteenth_count() -> None:
+    triad = replace(paper_design().sensor.accelerometer, step_counts=16)
+    along = np.full((2, 50, 3), 3.0)
+    time_s = np.arange(100.0).reshape(2, 50)
+    counts = triad.convert(along, time_s, np.random.default_rng(1))
+    assert (counts % 16 == 0).all()
 
 
 GYROSCOPE_ROWS = sorted(set(EFFECTS) - {"lever_arm"})

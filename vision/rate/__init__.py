@@ -1,7 +1,6 @@
 """A phase track to a rate with its uncertainty. NumPy only; no OpenCV.
 
-    timebase, aliases ─ unwrap ─ jumps ─ dropped_frames ─ terms (least_squares) ─ measure
-                                   stability, wow_flutter ───────┤
-                                other_rates ─ cross_checks ──────┤
-                                                diagnosis ───────┘
+    timebase, unwrap ─ aliases ─ stability ─ jumps ─ dropped_frames ─┐
+    least_squares ─ terms ─ wow_flutter, diagnosis ──────────────────┼─ measure
+    other_rates ─ cross_checks ──────────────────────────────────────┘
 """

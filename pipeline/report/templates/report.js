@@ -162,7 +162,9 @@
     for (let i = 0; i < d; i++) squares += (residual[i] * triad.row_unit[i]) ** 2;
     const out = leaveOneOut(triad, q, remainder);
     let outSquares = 0;
-    for (let i = 0; i < d; i++) outSquares += (out[i] * triad.row_unit[i]) ** 2;
+    for (let i = 0; i < d; i++) {
+      outSquares += (out[i] / Math.max(triad.root[i], 1e-12) * triad.row_unit[i]) ** 2;
+    }
     return {
       chi2, dof, p, residual, unseen, rms: Math.sqrt(squares / d), loo: Math.sqrt(outSquares / d),
       sizes: parts.flatMap((part) => sizes(part, beta, inverse, widening, q, d)),
@@ -283,8 +285,9 @@
 
     update() {
       const refitted = refit(this.triad, this.order), was = this.asFitted;
-      const numbers = { rms: refitted.rms, loo: refitted.loo, chi2: refitted.chi2 / refitted.dof };
-      const before = { rms: was.rms, loo: was.loo, chi2: was.chi2 / was.dof };
+      const exact = this.triad.loo / was.loo;  // refits without each pose, over one step's estimate
+      const numbers = { rms: refitted.rms, loo: refitted.loo * exact, chi2: refitted.chi2 / refitted.dof };
+      const before = { rms: was.rms, loo: this.triad.loo, chi2: was.chi2 / was.dof };
       const changed = this.effects.filter(
         (effect) => effect.in_model !== this.boxes.get(effect.name).checked);
       for (const [name, value] of Object.entries(numbers)) {

@@ -5,13 +5,11 @@ import pytest
 
 from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.evidence import (
-    LISTED_TOLERANCE,
-    SCATTER_TAUS,
     TAUS,
-    log_evidence,
-    log_evidences,
+    block_log_densities,
     log_mean_exp,
-    scatter_evidence,
+    nothing_log_density,
+    set_log_density,
 )
 from calib.diagnosis.signature import Projector, are_aliases, contains, effect_columns
 from calib.effects.catalogue import BASE, find_effect
@@ -40,53 +38,91 @@ def gaussian(r: np.ndarray, cov: np.ndarray) -> float:
     return float(-0.5 * logdet - 0.5 * r @ np.linalg.solve(cov, r) + 0.5 * r @ r)
 
 
+def density(r: np.ndarray, columns: list[np.ndarray], taus: tuple[float, ...]) -> float:
+    """Log density of ``r`` under unit noise and blocks of these sizes, no constants."""
+    cov = np.eye(len(r))
+    for block, tau in zip(columns, taus, strict=True):
+        cov = cov + tau**2 * block @ block.T
+    return gaussian(r, cov) - 0.5 * float(r @ r)
+
+
 @pytest.mark.parametrize("seed", range(3))
-def test_the_closed_form_is_the_density_of_the_stated_covariance(seed: int) -> None:
+def test_the_closed_form_of_one_block_is_the_density_of_its_covariance(seed: int) -> None:
+    """The residual is short, so that the stated noise holds and V is 1."""
     rng = np.random.default_rng(seed)
     n, v = 14, 3
-    r = 2 * rng.standard_normal(n)
     basis = np.linalg.qr(rng.standard_normal((n, v)))[0]
     strength = rng.uniform(0.5, 4, v)
+    r = 0.5 * rng.standard_normal(n) + basis @ (2 * strength * rng.standard_normal(v))
+    brute = log_mean_exp([density(r, [basis * strength], (tau,)) for tau in TAUS])
+    one = block_log_densities(strength[None], (basis.T @ r)[None], float(r @ r), n)
+    assert one[0] == pytest.approx(float(brute), abs=1e-9)
     x = basis * strength
-    brute = [
-        gaussian(r, (1 + (kappa * tau) ** 2) * np.eye(n) + tau**2 * x @ x.T)
-        for tau in TAUS
-        for kappa in LISTED_TOLERANCE
-    ]
-    found = log_evidence(strength, basis.T @ r, float(r @ r), n, LISTED_TOLERANCE)
-    assert found == pytest.approx(log_mean_exp(brute), abs=1e-9)
+    several = set_log_density(x.T @ x, x.T @ r, float(r @ r), n, [v])
+    assert several == pytest.approx(float(brute), abs=1e-5)
 
 
-def test_many_small_hypotheses_at_once_are_each_one() -> None:
+@pytest.mark.parametrize("seed", range(3))
+def test_a_set_averages_over_the_size_of_each_of_its_blocks(seed: int) -> None:
+    """One size at a time with the others at their best: within a quarter of the whole average."""
+    rng = np.random.default_rng(seed)
+    n = 20
+    blocks = [3 * rng.standard_normal((n, v)) for v in (3, 2)]
+    r = sum(b @ (4 * rng.standard_normal(b.shape[1])) for b in blocks) + 0.5 * (
+        rng.standard_normal(n)
+    )
+    brute = log_mean_exp([density(r, blocks, (a, b)) for a in TAUS for b in TAUS])
+    x = np.concatenate(blocks, axis=1)
+    together = set_log_density(x.T @ x, x.T @ r, float(r @ r), n, [3, 2])
+    assert together == pytest.approx(float(brute), abs=0.25)
+
+
+def test_blocks_of_fewer_directions_are_padded_with_zeros() -> None:
     rng = np.random.default_rng(5)
-    strength, amplitude = rng.uniform(0.1, 3, (6, 3)), 3 * rng.standard_normal((6, 3))
-    chi2 = 1e3
-    together = log_evidences(strength, amplitude, chi2)
-    alone = [log_evidence(s, a, chi2, 20, np.zeros(1)) for s, a in
-             zip(strength, amplitude, strict=True)]
-    assert together == pytest.approx(alone)
+    strength, amplitude = rng.uniform(0.1, 3, (1, 2)), rng.standard_normal((1, 2))
+    padded = [np.pad(values, ((0, 0), (0, 3))) for values in (strength, amplitude)]
+    alone = block_log_densities(strength, amplitude, 15.0, 20)
+    assert block_log_densities(*padded, 15.0, 20) == pytest.approx(alone)
 
 
-def test_scatter_is_a_larger_variance_of_every_row() -> None:
-    r = np.random.default_rng(1).standard_normal(30)
-    brute = log_mean_exp([gaussian(r, (1 + t**2) * np.eye(30)) for t in SCATTER_TAUS])
-    assert scatter_evidence(float(r @ r), 30) == pytest.approx(brute)
-    assert scatter_evidence(30.0, 30) < 0 < scatter_evidence(90.0, 30)
+def test_larger_noise_is_believed_as_the_residual_grows() -> None:
+    odds = [larger - stated for stated, larger in
+            (nothing_log_density(chi2, 30) for chi2 in (30.0, 45.0, 90.0, 900.0))]
+    assert odds == sorted(odds)
+    assert odds[0] < 0 < odds[2]
 
 
 def test_parameters_that_buy_nothing_cost() -> None:
-    nothing = np.zeros(3)
-    small = log_evidence(np.ones(1), nothing[:1], 20.0, 20, LISTED_TOLERANCE)
-    large = log_evidence(np.ones(3), nothing, 20.0, 20, LISTED_TOLERANCE)
-    assert large < small < 0
+    nothing = np.zeros((1, 3))
+    small = block_log_densities(np.ones((1, 1)), nothing[:, :1], 20.0, 20)[0]
+    large = block_log_densities(np.ones((1, 3)), nothing, 20.0, 20)[0]
+    assert large < small < nothing_log_density(20.0, 20)[0]
+
+
+@pytest.mark.parametrize("size", [30.0, 300.0, 3000.0])
+def test_more_signal_never_means_less_evidence(size: float) -> None:
+    """An effect that leaves 2 % of itself keeps its odds however strong it is."""
+    rng = np.random.default_rng(3)
+    basis = np.linalg.qr(rng.standard_normal((40, 3)))[0]
+
+    def odds(of: float) -> float:
+        r = of * basis @ np.ones(3) + 0.02 * of * rng.standard_normal(40) / np.sqrt(40)
+        chi2 = float(r @ r)
+        one = block_log_densities(np.full((1, 3), 6.0), (basis.T @ r)[None], chi2, 40)[0]
+        return float(one - np.logaddexp(*nothing_log_density(chi2, 40)))
+
+    assert odds(2 * size) > odds(size) - 3
+    assert odds(size) > 20
 
 
 def test_huge_misfits_do_not_tie() -> None:
     """Where p-values underflow the evidence still tells strong from stronger."""
-    one, two = (log_evidence(np.ones(3), np.full(3, a), 3 * a**2, 20, LISTED_TOLERANCE)
-                for a in (1e4, 2e4))
+    one, two = (
+        block_log_densities(np.full((1, 3), 6.0), np.full((1, 3), a), 7 * a**2, 20)[0]
+        for a in (1e4, 2e4)
+    )
     assert np.isfinite([one, two]).all()
-    assert two > one + 1e8
+    assert one > two + 10
 
 
 def test_probabilities_sum_to_one_and_nothing_leads_on_clean_poses() -> None:

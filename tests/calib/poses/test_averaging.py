@@ -9,7 +9,7 @@ from calib.poses.averaging import average_pose, batch_variance
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 from calib.poses.mean_noise import pose_mean_sd
-from tests.pose_means import coverage
+from tests.calib.poses.pose_mean_coverage import coverage
 
 RATE_HZ = 100.0
 ACC = TriadSpec(20.0, 16, "twos-complement")

@@ -35,8 +35,9 @@ def search(made_log: HandTurned, **overruled: float) -> StaticIntervals:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_rests_are_found_and_movements_are_not(kind: str) -> None:
+    """Of stops that tremble very differently the search may leave the worst to a listed reason."""
     counts = np.array([count(made(kind, seed)) for seed in (11, 12)]).sum(axis=0)
-    assert counts[0] >= 0.93 * counts[1]
+    assert counts[0] >= 0.85 * counts[1]
     assert counts[2] == 0
 
 
@@ -82,7 +83,7 @@ def test_stops_that_are_left_out_are_listed_with_the_reason() -> None:
     steady = [Stop(3.0, 0.01) for _ in range(20)]
     shaken = [*steady[:10], Stop(2.0, 0.15), *steady[10:], Stop(4.0, drift_deg_s=2.0)]
     made_log = turn_through(shaken, 25)
-    found = search(made_log)
+    found = search(made_log, threshold=3.0)
     assert len(found.logs) == 20
     reasons = [why for _, why in found.skipped]
     assert any(why.startswith("noisier than") for why in reasons)

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from calib.errors import Undetermined, UnusableLog
 from calib.poses.imu_log import ImuLog
 from pipeline.export.apply import applied_csv, apply_results
+from pipeline.export.parts import triad_named
 from pipeline.logs.write import csv_rows
 from pipeline.results.read import load_results
 from tests.pipeline.conftest import RunSession
@@ -75,9 +76,10 @@ def test_an_effect_of_the_gyroscope_uses_the_corrected_accelerometer(
         apply_results(each, a_log()) for each in (load_results(finished.folder), stored)
     )
     force = plain.triads["accelerometer"]
-    of_axes = force @ g.reshape(3, 3).T  # the error of each sensitive axis
-    gyroscope = next(each for each in stored.triads if each.triad == "gyroscope")
-    expected = plain.triads["gyroscope"] - of_axes @ gyroscope.alignment.T
+    gyroscope = triad_named(stored, "gyroscope")
+    assert gyroscope is not None
+    # G is of the sensitive axes; T of eq. (2) turns its error into the orthogonal ones.
+    expected = plain.triads["gyroscope"] - force @ g.reshape(3, 3).T @ gyroscope.alignment.T
     assert better.triads["gyroscope"] == pytest.approx(expected, abs=1e-12)
 
 
@@ -249,9 +251,10 @@ def test_the_command_turns_both_triads_into_the_vehicle_s_axes_and_says_so(
     tables, said = [], []
     angle = 0.02
     with_mounting(finished, tmp_path, [0.0, 0.0, angle])
-    for results, name in ((finished.folder, "sensor.csv"), (tmp_path, "vehicle.csv")):
-        assert pipeline("apply", results, log, "--output", tmp_path / name) == 0
-        tables.append(np.loadtxt(tmp_path / name, delimiter=",", skiprows=1))
+    for results in (finished.folder, tmp_path):
+        output = tmp_path / f"{results.name}.csv"
+        assert pipeline("apply", results, log, "--output", output) == 0
+        tables.append(np.loadtxt(output, delimiter=",", skiprows=1))
         said.append(capsys.readouterr().err)
     plain, turned = tables
     # Written out: e_z of the vehicle is the third column of R in the sensor's axes.

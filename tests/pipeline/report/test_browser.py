@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from calib.diagnosis.refit import FEWEST_DOF
+from calib.diagnosis.constants import CONSTANTS
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
 from calib.fit.result import Fit
@@ -158,7 +158,7 @@ def test_every_box_gives_what_the_exact_refit_gives(
             exact = fit(base.poses, base.model + find_effect(name))
         except CalibrationError:
             continue
-        if exact.dof < FEWEST_DOF:  # explains anything, by parameters far beyond first order
+        if exact.dof < CONSTANTS.fewest_dof:  # explains anything, far beyond first order
             assert "fits any data" in shown["words"], name
             continue
         compared += 1

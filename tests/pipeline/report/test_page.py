@@ -7,12 +7,13 @@ from pathlib import Path
 
 import pytest
 
+from calib.diagnosis.explain import SIGNS
 from pipeline.formatting import DISPLAY, with_sd
 from pipeline.report.glossary import TERMS, Term, with_terms
 from pipeline.report.history_chart import staircase
 from pipeline.report.rate_charts import RateView
 from pipeline.report.refit_data import constants_json
-from pipeline.report.summary import STANDING, Answer, overall_verdict
+from pipeline.report.summary import Answer, overall_verdict
 from pipeline.report.svg import nice_limit, tick_text, upward
 from pipeline.results.history import Step, TriadStep
 from tests.pipeline.conftest import RunSession
@@ -74,7 +75,7 @@ def test_every_plot_has_a_line_that_says_what_good_looks_like(page: Page) -> Non
 
 
 def test_standings_have_a_sign_and_not_only_a_colour() -> None:
-    signs = dict(STANDING.values())
+    signs = SIGNS
     assert len(set(signs.values())) == len(signs) == 3
 
 

@@ -226,7 +226,7 @@ def test_what_belongs_to_one_run_is_no_error_of_the_sensor(
     assert pipeline("run", config) == 0
     log = damp.parent / "gyroscope" / "17rpm" / "pose_01.csv"
     corrected(config.with_suffix(".run"), log)
-    assert "once belongs to the bench" in capsys.readouterr().err
+    assert "once is an effect of the bench" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("names", ["bent", "cross"])
@@ -284,7 +284,7 @@ def test_python_reaches_apply_plan_and_export_and_only_the_file_that_was_fitted(
     assert pipeline("plan", config) == 2
     assert pipeline("plan", config, "--allow-python") == 0
     assert pipeline("export", results, "--to", "kalibr", "--output", results) == 0
-    assert "no place for damp of the gyroscope" in capsys.readouterr().err
+    assert "cannot store damp of the gyroscope" in capsys.readouterr().err
     by_python = corrected(results, log, "--allow-python")
 
     expression = with_models(damp, "expressed", "", "damp")

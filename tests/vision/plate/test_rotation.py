@@ -40,7 +40,8 @@ def spin(strips: FloatArray) -> CoarseRotation:
 def in_place(kind: str, rng: np.random.Generator) -> FloatArray:
     """Amplitudes of patterns that do not move, shape (frames, patterns)."""
     if kind == "a lamp that flickers":
-        return np.sin(2 * np.pi * rng.uniform(0.1, 7) * TIME + rng.uniform(0, 6))[:, None]
+        flicker = np.sin(2 * np.pi * rng.uniform(0.1, 7) * TIME + rng.uniform(0, 6))
+        return np.asarray(flicker)[:, None]
     if kind == "a light that is turned up":
         return (TIME / TIME[-1])[:, None]
     if kind == "blocks that an encoder renews":

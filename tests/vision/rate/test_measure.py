@@ -283,7 +283,7 @@ def test_stamps_in_bursts_exclude_no_rate() -> None:
 
 def test_a_plate_with_two_equal_marks_is_followed_over_whole_turns() -> None:
     time, angle = steady(33.3)
-    ambiguous = np.mod(angle, np.pi)  # what a two-fold symmetric picture can tell
+    ambiguous = np.mod(angle, np.pi)  # what a two-fold symmetric image determines
     track = phase_track(time, ambiguous, symmetry=2, mark_azimuth_rad=np.nan)
     rate = measure_rate(track, timebase=CLOCK)
     assert rate.rate_rad_s == pytest.approx(33.3 * RPM, rel=1e-6)

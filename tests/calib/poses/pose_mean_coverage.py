@@ -1,4 +1,4 @@
-"""Sessions of pose means with a truth: how often it lies within the stated sds."""
+"""Sessions of pose means whose truth is known, and how far their stated sds hold."""
 
 from dataclasses import dataclass
 
@@ -18,11 +18,7 @@ POSES, SESSIONS = 26, 60
 
 @dataclass(frozen=True)
 class Held:
-    """How the stated sds of a set of sessions held.
-
-    Share of the means within 1.96 stated sds of the truth, spread of (mean - truth)/sd, the ratio
-    by which correlation is judged with its scatter, share of the sessions told to be too short.
-    """
+    """What one line prints; see the module's docstring."""
 
     covered: float
     spread: float

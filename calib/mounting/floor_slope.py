@@ -1,17 +1,19 @@
-"""The slope of the floor, separated from the mounting by a second log at the reverse heading.
+"""The slope of the floor, from two still logs with opposite headings.
 
-One still log measures both together. Turned by 180°, the vehicle keeps its mounting and the floor's
-slope changes its sign in the vehicle's axes: the mean of both readings is the mounting's, half of
-their difference the floor's.
+A floor that rises leans the same way in the world, so it changes sign in the vehicle when the
+vehicle is turned round; the mounting does not. Half the sum of the two readings is the mounting,
+half their difference the floor.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from calib.errors import Undetermined
 from calib.mounting.heading import Yaw
+from calib.mounting.still_reading import StillReading
 from calib.poses.imu_log import FloatArray
 
 STEEPEST_FLOOR_RAD = math.radians(15.0)
@@ -30,29 +32,30 @@ class Slope:
     sd_rad: FloatArray
 
 
-def turned_short(label: str, forces: FloatArray, up: FloatArray) -> FloatArray:
-    """Covariance (3, 3) of the mean of both headings by a turn that is not quite 180°.
+@dataclass(frozen=True, eq=False)
+class HeadingForces:
+    """The calibrated mean reading at each heading, and what is up on a level floor.
 
-    Parameters
-    ----------
-    label : str
-        What messages call the second log.
-    forces : array, shape (2, 3)
-        Calibrated mean readings of both headings in the sensor's axes, m/s².
-    up : array, shape (3,)
-        Their mean.
-
-    Raises
-    ------
-    Undetermined
-        The floor would have to be steeper than any: the logs are not of one place.
+    ``forces`` (h, 3) and ``noise`` (h, 3, 3), their covariance by noise alone; ``up`` (3,) the mean
+    over the headings and its covariance ``cov`` (3, 3), the calibration's included.
     """
+
+    readings: Sequence[StillReading]
+    forces: FloatArray
+    noise: FloatArray
+    up: FloatArray
+    cov: FloatArray
+
+
+def turned_short_covariance(upright: HeadingForces) -> FloatArray:
+    """Covariance (3, 3) of the mean of both headings by a turn that is not quite 180°."""
+    forces, up = upright.forces, upright.up
     first, second = forces / np.linalg.norm(forces, axis=1, keepdims=True)
     # Half the angle between two unit vectors; exact also where they nearly agree.
     tilt = math.atan2(float(np.linalg.norm(first - second)), float(np.linalg.norm(first + second)))
     if tilt > STEEPEST_FLOOR_RAD:
         raise Undetermined(
-            f"{label}: between the two headings the plumb line turns by "
+            f"{upright.readings[1].label}: between the two headings the plumb line turns by "
             f"{math.degrees(2 * tilt):.1f}° in the sensor, as on a floor that slopes by "
             f"{math.degrees(tilt):.1f}°; up to {math.degrees(STEEPEST_FLOOR_RAD):g}° is accepted. "
             f"The sensor was remounted, or the logs are of different places; record both headings "
@@ -63,11 +66,10 @@ def turned_short(label: str, forces: FloatArray, up: FloatArray) -> FloatArray:
     return np.outer(short, short)
 
 
-def floor_slope(forces: FloatArray, noise: FloatArray, yaw: Yaw | None) -> Slope:
-    """The floor's rise from the readings (2, 3) of both headings in the vehicle's axes, m/s².
-
-    ``noise`` (3, 3) is the covariance of their sum.
-    """
+def floor_slope(upright: HeadingForces, rotation: FloatArray, yaw: Yaw | None) -> Slope:
+    """The floor's rise from both headings, ``rotation`` (3, 3) from the vehicle to the sensor."""
+    forces = upright.forces @ rotation
+    noise = rotation.T @ upright.noise.sum(axis=0) @ rotation
     gravity = float(np.linalg.norm(forces, axis=1).mean())
     rise = (forces[0] - forces[1])[:2] / (2 * gravity)
     sideways = np.array([-rise[1], rise[0]])

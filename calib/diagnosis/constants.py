@@ -1,0 +1,71 @@
+"""Every number that the diagnosis decides by, with where it comes from.
+
+``fact`` is a property of the world, ``derived`` follows from the others or from a definition, and
+``tuned`` was chosen on ``tests.bench.study_diagnosis`` with seeds below 1000; what is reported of
+the diagnosis is counted on other seeds.
+"""
+
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+from calib.fit.result import MISFIT_P_VALUE
+
+
+def _constant(value: Any, origin: str) -> Any:
+    return field(default=value, metadata={"origin": origin})
+
+
+@dataclass(frozen=True)
+class Constants:
+    """Priors, thresholds and sizes of the search; :meth:`origins` says where each comes from."""
+
+    # What is believed before the data are seen: odds of being in the model, against not.
+    prior_nothing: float = _constant(0.5, "derived: a session is as likely sound as not")
+    odds_listed: float = _constant(0.7, "tuned: shared by all listed effects of the table")
+    odds_unknown: float = _constant(0.18, "tuned: shared by all unknown functions")
+    odds_rare: float = _constant(0.04, "tuned: a step of the bias, a bad pose, noise, plate")
+    odds_wander: float = _constant(0.1, "fact: bias instability is on every MEMS data sheet")
+
+    # Sizes that an effect may have, root mean square over the rows in noise units.
+    octaves_of_size: int = _constant(15, "derived: 1 to 16384 sd, so that no signal is too strong")
+    bad_pose_size: float = _constant(4.0, "derived: a pose that is off by less is no outlier")
+    least_noise: float = _constant(0.35, "derived: 6 % more scatter than stated")
+    tolerance: float = _constant(0.03, "tuned: share of its signal by which a formula may be off")
+
+    # What these poses can see.
+    alias_correlation: float = _constant(0.99, "tuned: least canonical correlation of one class")
+
+    # The search.
+    far_signal: float = _constant(30.0, "derived: from there the tolerance is one noise unit")
+    fewest_dof: int = _constant(4, "tuned: fewer left explain anything")
+    singles_refitted: int = _constant(3, "tuned: the true effect is among them")
+    pairs_refitted: int = _constant(5, "tuned: the true pair stood first in 12 of 12")
+    neighbours_refitted: int = _constant(3, "tuned: at most so many sets beside a solution")
+    behind: float = _constant(6.0, "tuned: log odds behind the best that a refit can make up")
+    near: float = _constant(1.0, "tuned: log odds behind the best that adding a little can make up")
+    negligible: float = _constant(12.0, "derived: a set behind by so much has no share to speak of")
+    expansions: int = _constant(6, "derived: more effects than any sensor showed")
+    largest_set: int = _constant(6, "derived: as many as 126 rows carry with nine of the base")
+
+    # The verdict.
+    sure: float = _constant(0.8, "tuned: named at this probability, right in 40 of 40")
+    credible: float = _constant(0.95, "derived: nothing else is believed above it")
+    sure_beside: float = _constant(
+        0.95, "tuned: sets of two and three effects; a second name is no residue of the first"
+    )
+    least_offered: float = _constant(0.05, "derived: an open verdict lists what holds so much")
+    least_listed: float = _constant(0.02, "derived: less likely ones are not reported")
+    misfit_p_value: float = _constant(1e-3, "derived: one session in a thousand")
+    adequate_p_value: float = _constant(
+        MISFIT_P_VALUE, "derived: the fit's own level, one explained session in two hundred"
+    )
+    most_of_the_misfit: float = _constant(0.5, "derived: more than half")
+    follows_evidence: float = _constant(3.0, "derived: log of 20 to 1")
+    limit_sd: float = _constant(1.96, "derived: two-sided 95 % of a normal distribution")
+
+    def origins(self) -> dict[str, str]:
+        """Where each number comes from, by its name."""
+        return {f.name: str(f.metadata["origin"]) for f in fields(self)}
+
+
+CONSTANTS = Constants()

@@ -1,0 +1,62 @@
+"""Names, covariates and probabilities as a person would say them."""
+
+from collections.abc import Sequence
+
+from calib.effects.catalogue import find_effect
+from calib.errors import CalibrationError
+
+
+def physics(name: str) -> str:
+    """What an effect is, as the end of a sentence that begins with its name."""
+    try:
+        words = find_effect(name).physics
+    except CalibrationError:
+        return "your own effect."
+    return words[0].lower() + words[1:]
+
+
+def readable(key: str) -> str:
+    """What a name of a hypothesis means, in words."""
+    if key.startswith("~"):
+        return f"something that follows {covariate(key[1:])}"
+    return {
+        "jump": "a step of the bias",
+        "bad_pose": "a bad pose",
+        "noise": "more noise than the poses show by themselves",
+        "wander": "a bias that wanders",
+        "plate_rate": "a plate whose rate scatters",
+    }.get(key, f"'{key}'")
+
+
+def covariate(name: str) -> str:
+    """What an unknown function follows, in words."""
+    return {
+        "time_s": "time",
+        "spin_rad_s": "the rate of the plate",
+        "attitude": "the attitude in a way of third order or higher",
+        "previous": "the pose before",
+    }.get(name, f"the logged column {name}")
+
+
+def odds_in_words(probability: float) -> str:
+    """``9 in 10``: a probability as one would say it.
+
+    >>> odds_in_words(0.63), odds_in_words(0.04), odds_in_words(0.996)
+    ('6 in 10', '4 in 100', 'more than 99 in 100')
+    """
+    if probability > 0.99:
+        return "more than 99 in 100"
+    if probability >= 0.945:
+        return f"{100 * probability:.0f} in 100"
+    if probability >= 0.095:
+        return f"{10 * probability:.0f} in 10"
+    if probability >= 0.01:
+        return f"{100 * probability:.0f} in 100"
+    return "less than 1 in 100"
+
+
+def joined(words: Sequence[str], last: str) -> str:
+    """``a, b or c``, ``last`` before the last of them."""
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} {last} {words[-1]}"

@@ -1,0 +1,176 @@
+"""Several things missing at once, what no catalogue has, and what may not be named.
+
+``python -m tests.bench.study_diagnosis sets`` counts the same on many sessions.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.diagnose import Diagnosis, diagnose
+from calib.diagnosis.hypotheses import causes, is_cause
+from calib.diagnosis.wording import odds_in_words
+from calib.effects.catalogue import BASE
+from calib.fit.model import Model
+from calib.fit.solver import fit
+from calib.poses.imu_log import Triad
+from tests.bench.study_diagnosis import hidden_of
+from tests.calib.fit.test_solver import noisy
+from tests.calib.made_poses import base_theta, read_through, rich_poses, with_noise
+from tests.set_trials import design_of, disturbed, scored
+from tests.trials import poses_of
+
+
+def said(
+    design_name: str, triad: Triad, names: tuple[str, ...], size: float, seed: int
+) -> Diagnosis:
+    design = design_of(design_name, seed)
+    hidden = hidden_of(names, triad, size, design, seed)
+    assert hidden is not None
+    return diagnose(fit(poses_of(design, seed, triad, hidden), Model.of(BASE)))
+
+
+# --- several at once ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "names",
+    [("g_sensitivity", "cubic", "temperature_bias"), ("quadratic", "hysteresis", "scale_drift"),
+     ("bias_drift", "cross_quadratic", "g_squared_sensitivity")],
+)
+@pytest.mark.parametrize("size", [5.0, 70.0])
+def test_three_effects_are_named_at_once(names: tuple[str, ...], size: float) -> None:
+    found = scored(1, said("rich", "gyroscope", names, size, 31), names)
+    assert set(found.named) == set(names), found.text
+    assert found.wrong == ()
+
+
+@pytest.mark.parametrize("seed", [41, 42, 43])
+def test_two_effects_of_an_accelerometer_in_26_poses_are_named_or_offered(seed: int) -> None:
+    names = ("quadratic", "hysteresis")
+    found = scored(seed, said("hand", "accelerometer", names, 30.0, seed), names)
+    assert set(found.offered) == set(names), found.text
+    assert found.wrong == ()
+
+
+@pytest.mark.parametrize("size", [5.0, 30.0, 100.0, 300.0])
+@pytest.mark.parametrize("design", ["soak", "hand"])
+def test_more_signal_never_means_less_verdict(design: str, size: float) -> None:
+    found = said(design, "accelerometer", ("cubic",), size, 51)
+    assert found.verdict == "effect"
+    assert found.names == ("cubic",)
+
+
+# --- what no catalogue has ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("design", ["rich", "soak"])
+def test_a_bias_that_wanders_is_given_no_name(design: str) -> None:
+    triad: Triad = "gyroscope" if design == "rich" else "accelerometer"
+    for seed in range(61, 65):
+        found = said(design, triad, ("wander",), 2.0, seed)
+        assert found.verdict != "effect", found.says
+
+
+def test_a_memory_that_saturates_is_hysteresis_with_a_width() -> None:
+    found = said("rich", "gyroscope", ("memory",), 20.0, 71)
+    assert "hysteresis" in {m for each in found.inclusion for m in each.members} | {found.name}
+    assert found.verdict == "effect"
+
+
+def test_a_curve_in_temperature_is_laid_to_temperature() -> None:
+    found = said("rich", "gyroscope", ("temperature_squared",), 20.0, 72)
+    assert found.name in ("temperature_c", "temperature_bias")
+    assert "temperature_c" in {c.name for c in found.ranking if c.probability > 0.8}
+
+
+@pytest.mark.parametrize("disturbance", ["coarse", "correlated"])
+def test_noise_of_another_kind_is_given_no_name(disturbance: str) -> None:
+    for seed in range(81, 84):
+        design = disturbed(design_of("soak", seed), disturbance)
+        found = diagnose(fit(poses_of(design, seed, "accelerometer", ()), Model.of(BASE)))
+        assert found.verdict != "effect", found.says
+
+
+def test_two_bad_poses_are_named_together() -> None:
+    poses = noisy(rich_poses("gyroscope"), 4)
+    reading = poses.reading.copy()
+    for k in (5, 70):
+        reading[k] += 40 * poses.sd[k]
+    found = diagnose(fit(replace(poses, reading=reading), Model.of(BASE)))
+    assert found.verdict == "bad_pose"
+    assert set(found.group) == {poses.label[5], poses.label[70]}
+
+
+# --- candidates -----------------------------------------------------------------------------------
+
+
+def test_what_the_base_lacks_is_named() -> None:
+    poses = noisy(rich_poses("accelerometer"), 3)
+    model = Model.of(BASE)
+    leaning = with_noise(read_through(poses, model, base_theta(model, "accelerometer")),
+                         np.random.default_rng(1))
+    found = diagnose(fit(leaning, Model.of(("bias", "scale"))))
+    assert found.verdict == "effect"
+    assert "misalignment" in found.names
+
+
+def test_a_lever_arm_is_found_although_its_derivative_vanishes_at_zero() -> None:
+    model = Model.of((*BASE, "lever_arm"))
+    theta = base_theta(model, "accelerometer")
+    theta[9:] = (0.06, 0.03, -0.02)
+    poses = with_noise(read_through(rich_poses("accelerometer"), model, theta),
+                       np.random.default_rng(2))
+    found = diagnose(fit(poses, Model.of(BASE)))
+    assert found.verdict == "effect"
+    assert found.names == ("lever_arm",)
+    (arm,) = (c for c in found.ranking if c.name == "lever_arm")
+    assert (np.abs(np.abs(arm.size) - np.abs(theta[9:])) < 4 * arm.sd).all()
+    assert arm.sd.max() < 0.01
+
+
+def test_columns_that_follow_the_attitude_cause_nothing_unless_they_are_named() -> None:
+    poses = noisy(rich_poses("gyroscope"), 5)
+    columns = {**poses.columns, "mag_x": poses.force[:, 0], "Roll": poses.force[:, 1],
+               "supply_v": poses.force[:, 2]}
+    poses = replace(poses, columns=columns)
+    assert set(causes(poses)) == {"temperature_c", "humidity_pct", "supply_v"}
+    assert causes(poses, ("mag_x",)) == ("mag_x",)
+    assert not is_cause("quat_w", None)
+    found = diagnose(fit(poses, Model.of(BASE)))
+    assert not {c.name for c in found.ranking} & {"column:mag_x", "mag_x", "column:Roll", "Roll"}
+    found = diagnose(fit(poses, Model.of(BASE)), covariates=("mag_x",))
+    assert "column:mag_x" in {c.name for c in found.ranking} | set(found.blind)
+
+
+# --- what is reported -----------------------------------------------------------------------------
+
+
+def test_nothing_missing_comes_with_an_upper_limit_for_every_effect_looked_for() -> None:
+    found = diagnose(fit(noisy(rich_poses("gyroscope"), 6), Model.of(BASE)))
+    assert found.verdict == "nothing_missing"
+    looked_for = {c.name for c in found.ranking if c.kind == "listed"}
+    assert {limit.name for limit in found.limits} == looked_for
+    assert all(0 < limit.value < np.inf for limit in found.limits)
+
+
+def test_an_open_verdict_prints_its_odds() -> None:
+    found = said("paper", "gyroscope", ("cross_quadratic",), 5.0, 7)
+    assert found.verdict == "ambiguous"
+    assert f"{odds_in_words(found.inclusion[0].probability)})" in found.says
+
+
+def test_inclusion_holds_the_named_class_first_and_no_probability_beyond_one() -> None:
+    found = said("rich", "gyroscope", ("quadratic", "bias_drift"), 5.0, 8)
+    assert set(found.names) == {"quadratic", "bias_drift"}
+    assert found.partner == found.names[1]
+    assert all(CONSTANTS.least_listed <= i.probability <= 1 + 1e-9 for i in found.inclusion)
+    assert {i.name for i in found.inclusion[:2]} == set(found.names)
+    assert sum(p for _, p in found.sets) <= 1 + 1e-9
+
+
+def test_every_constant_says_where_it_comes_from() -> None:
+    for name, origin in CONSTANTS.origins().items():
+        assert origin.split(":")[0] in ("fact", "derived", "tuned"), name
