@@ -76,8 +76,8 @@ class _TransverseRows:
         inverse, sd = self.inverse(placement_m)
         b = (self.residual / sd).ravel()
         solution = inverse @ b
-        left = b - (self.design / sd[:, :, None]).reshape(-1, 6) @ solution
-        return solution, inverse @ inverse.T, float(left @ left)
+        rest = b - (self.design / sd[:, :, None]).reshape(-1, 6) @ solution
+        return solution, inverse @ inverse.T, float(rest @ rest)
 
     def inverse(self, placement_m: float) -> tuple[FloatArray, FloatArray]:
         """What turns whitened rows into the solution, (6, 2m), and the rows' sd, (m, 1)."""

@@ -83,10 +83,10 @@ def pooled_sd(means: Sequence[PoseMean], triad: Triad) -> FloatArray:
     the run, scaled to the length of the pose, is mixed in with twice that weight; being a median,
     it does not follow the few poses that were disturbed.
     """
-    own = np.array([getattr(mean, triad).variance for mean in means])
+    variance = np.array([getattr(mean, triad).variance for mean in means])
     duration = np.array([mean.duration_s for mean in means])[:, None]
-    typical = np.median(own * duration, axis=0) * OWN_DOF / MEDIAN_OF_CHI2_5 / duration
-    mixed = (OWN_DOF * own + POOLED_DOF * typical) / (OWN_DOF + POOLED_DOF)
+    typical = np.median(variance * duration, axis=0) * OWN_DOF / MEDIAN_OF_CHI2_5 / duration
+    mixed = (OWN_DOF * variance + POOLED_DOF * typical) / (OWN_DOF + POOLED_DOF)
     return np.asarray(np.sqrt(mixed))
 
 
