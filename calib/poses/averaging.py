@@ -28,7 +28,7 @@ from calib.poses.imu_log import (
 
 BATCHES = 6
 COARSE_BATCHES = BATCHES // 2
-"""Long enough stretches to hold most of the correlation, enough of them to tell a scatter."""
+"""Long enough stretches to hold most of the correlation, enough of them to show a scatter."""
 
 SHORT_BATCHES = 2 * BATCHES
 MEDIAN_OF_NORMAL = 0.6745
