@@ -104,8 +104,8 @@ def _refit_singles(state: Search) -> None:
         state.note(again)
         first = entry.log_posterior if first is None else first
         count += 1
-        if again.explains or count == CONSTANTS.singles_refitted:
-            break  # what else would explain stands beside it, and is weighed there
+        if count == CONSTANTS.singles_refitted:
+            break
 
 
 def _refit_pairs(state: Search) -> None:
