@@ -9,6 +9,10 @@ import sys
 from collections.abc import Sequence
 
 from pipeline.commands import front_page
+from pipeline.terminal import shown_streams, terminated_as_interrupted
+
+#: The variable by which a shell asks click for completions.
+COMPLETION = "_PIPELINE_COMPLETE"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -20,7 +24,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         What follows the program's name; by default from ``sys.argv``.
     """
     typed = list(sys.argv[1:] if arguments is None else arguments)
-    if typed in ([], ["-h"], ["--help"]):
+    with shown_streams() as output, terminated_as_interrupted():
+        code = _run(typed)
+        output.flush()
+        if output.fault is not None:
+            print(f"standard output cannot be written ({output.fault.strerror}); files were "
+                  f"written all the same.", file=sys.stderr)
+            return code or 2
+    return code
+
+
+def _run(typed: list[str]) -> int:
+    if typed in ([], ["-h"], ["--help"]) and COMPLETION not in os.environ:
         print(front_page())
         return 0
     try:

@@ -27,7 +27,7 @@ from typing import ClassVar
 
 DONE, BUG, USAGE, UNREADABLE, UNDETERMINED, FIT_FAILED, DEVICE = range(7)
 INTERRUPTED = 130
-INTERRUPTED_SAYS = "Interrupted. Files are written whole or not at all: nothing is half done."
+INTERRUPTED_SAYS = "Interrupted. Every file is either complete or unchanged."
 
 
 class PipelineError(Exception):

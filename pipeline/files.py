@@ -1,22 +1,30 @@
-"""Results are written whole or not at all."""
+"""Files are written whole or not at all, several that belong together all or none.
 
+A file is staged beside its target under ``.NAME.XXXX.part``, forced to the disk and renamed, which
+a file system does in one step. Files that belong together are staged first; a journal then lists
+them, and from there on the change only goes forward: whoever finds a journal finishes it.
+"""
+
+import json
 import os
 import tempfile
+from collections.abc import Collection, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 
 from pipeline.errors import UnwritableOutput
+
+PART = ".part"  #: how the name of a staged file ends
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
     """Write ``content`` to ``path`` so that a reader sees the old file or the new one, never half.
 
-    The bytes go to a temporary file in the same folder, are forced to the disk and take the
-    name of ``path`` in one step; a failure or an interrupt leaves what was there before.
-
     Parameters
     ----------
     path : Path
-        The file to write; its folder is made where it is missing.
+        The file to write; its folder is made where it is missing. A symbolic link stays a link,
+        the file it leads to is written.
     content : str or bytes
         Text is written as UTF-8 with the line ends it has.
 
@@ -25,26 +33,129 @@ def write_whole(path: Path, content: str | bytes) -> None:
     UnwritableOutput
         The folder or the file cannot be written, or the disk is full.
     """
-    data = content.encode() if isinstance(content, str) else content
-    temporary: str | None = None
+    target = _target(path)
+    staged = _stage(target, content)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(temporary, _mode_of(path))
-        os.replace(temporary, path)
-        temporary = None
-    except OSError as error:
-        raise UnwritableOutput(
-            f"{path}: cannot be written ({error.strerror}); what was there before is unchanged. "
-            f"Free the space, allow writing to the folder, or choose another with --output."
-        ) from error
+        _rename(staged, target)
     finally:
-        if temporary is not None:
-            os.unlink(temporary)
+        staged.unlink(missing_ok=True)
+
+
+def write_together(contents: Mapping[Path, str | bytes], journal: Path) -> None:
+    """Write several files so that all of them are new, or all of them as they were.
+
+    Parameters
+    ----------
+    contents : mapping of path to text or bytes
+    journal : Path
+        Where the change is noted while it is under way; see :func:`finish_interrupted`.
+
+    Raises
+    ------
+    UnwritableOutput
+        As :func:`write_whole`.
+    """
+    staged: dict[Path, Path] = {}
+    with ExitStack() as undo:
+        for path, content in contents.items():
+            target = _target(path)
+            staged[target] = _stage(target, content)
+            undo.callback(staged[target].unlink, missing_ok=True)
+        undo.callback(journal.unlink, missing_ok=True)  # goes first: parts alone mean nothing
+        names = {_relative(target, journal): part.name for target, part in staged.items()}
+        write_whole(journal, json.dumps(names, ensure_ascii=False))
+        undo.pop_all()
+    try:
+        finish_interrupted(journal, contents)
+    except KeyboardInterrupt:
+        finish_interrupted(journal, contents)
+        raise
+
+
+def finish_interrupted(journal: Path, expected: Collection[Path]) -> bool:
+    """Finish a change that a kill or a full disk interrupted; whether there was one.
+
+    Only files in ``expected`` are written, from parts beside them: a journal that somebody else
+    put there moves nothing.
+    """
+    try:
+        noted = json.loads(journal.read_text(encoding="utf-8"))
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    except ValueError:
+        noted = {}
+    except OSError as error:
+        raise _unwritable(journal, error) from error
+    if not isinstance(noted, dict):
+        noted = {}
+    targets = {_relative(_target(path), journal): _target(path) for path in expected}
+    for name, part_name in noted.items():
+        target = targets.get(name)
+        if target is None or not _is_part_of(part_name, target):
+            continue
+        part = target.parent / part_name
+        if part.exists():
+            _rename(part, target)
+    journal.unlink(missing_ok=True)
+    return True
+
+
+def remove_parts(paths: Collection[Path]) -> None:
+    """Remove what killed commands left beside ``paths``; call it only where no other one runs."""
+    for path in paths:
+        target = _target(path)
+        for part in target.parent.glob(f".*{PART}"):
+            if _is_part_of(part.name, target):
+                part.unlink(missing_ok=True)
+
+
+def _target(path: Path) -> Path:
+    """The file itself where ``path`` is a symbolic link."""
+    return Path(os.path.realpath(path))
+
+
+def _is_part_of(name: object, target: Path) -> bool:
+    return (isinstance(name, str) and os.sep not in name
+            and name.startswith(f".{target.name}.") and name.endswith(PART))
+
+
+def _relative(path: Path, journal: Path) -> str:
+    return os.path.relpath(path, _target(journal).parent)
+
+
+def _stage(target: Path, content: str | bytes) -> Path:
+    """``content`` on the disk beside ``target``, with its permissions, not yet under its name."""
+    data = content.encode() if isinstance(content, str) else content
+    with ExitStack() as undo:
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            handle, name = tempfile.mkstemp(
+                dir=target.parent, prefix=f".{target.name}.", suffix=PART
+            )
+            undo.callback(Path(name).unlink, missing_ok=True)
+            with os.fdopen(handle, "wb") as file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+            os.chmod(name, _mode_of(target))
+        except OSError as error:
+            raise _unwritable(target, error) from error
+        undo.pop_all()
+    return Path(name)
+
+
+def _rename(staged: Path, target: Path) -> None:
+    try:
+        os.replace(staged, target)
+    except OSError as error:
+        raise _unwritable(target, error) from error
+
+
+def _unwritable(path: Path, error: OSError) -> UnwritableOutput:
+    return UnwritableOutput(
+        f"{path}: cannot be written ({error.strerror}); what was there before is unchanged. "
+        f"Free the space, allow writing to the folder, or choose another with --output."
+    )
 
 
 def _mode_of(path: Path) -> int:

@@ -16,7 +16,6 @@ from pipeline.config.edit import with_item, without_item
 from pipeline.config.load import Config, parse_config
 from pipeline.config.yaml_text import PathTo
 from pipeline.errors import ConfigError
-from pipeline.files import write_whole
 from pipeline.names import nearest_name
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
@@ -111,26 +110,20 @@ def change_model(
     before: Outcome | None = None,
     remove: bool = False,
     although_aliased: bool = False,
-    only_if_better: bool = False,
 ) -> ModelChange:
-    """Change the model by ``target``, run, and only then write the configuration.
-
-    ``only_if_better`` leaves it as it was where the leave-one-out error does not fall.
+    """Change the model by ``target`` and run; nothing is written.
 
     Raises
     ------
     ConfigError, Undetermined
-        The change is refused; the configuration is as it was.
+        The change is refused.
     """
     changed = edited_config(config, target, remove)
     before = before or run(config)
     result = result_of(before, target)
     if result is not None and not remove:
         require_addable(result, target, although_aliased)
-    change = ModelChange(target, before, run(changed))
-    if not only_if_better or predicts_better(change):
-        write_whole(config.source.path, changed.source.text)
-    return change
+    return ModelChange(target, before, run(changed))
 
 
 def require_addable(result: TriadResult, target: Target, although_aliased: bool) -> None:

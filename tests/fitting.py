@@ -11,7 +11,7 @@ from calib.fit.calibration import TriadCalibration, calibrate_triad
 from calib.fit.model import Model
 from calib.fit.solver import Fit, fit
 from calib.poses.averaging import PoseMean, average_pose
-from calib.poses.data_sheet import TriadSpec
+from calib.poses.data_sheet import Encoding, TriadSpec
 from calib.poses.imu_log import ImuLog
 from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.runs import PlateRate, gravity_run, stopped_run, turning_run
@@ -21,7 +21,8 @@ from tests.world.session import RunLog, Session, StatedRate
 
 def spec_of(triad: Triad, full_scale: float) -> TriadSpec:
     """The data sheet of a simulated triad."""
-    return TriadSpec(full_scale, 16, "offset-binary" if triad.offset_binary else "twos-complement")
+    encoding: Encoding = "offset-binary" if triad.offset_binary else "twos-complement"
+    return TriadSpec(full_scale, triad.bits, encoding)
 
 
 def averaged(run: RunLog, specs: tuple[TriadSpec, TriadSpec], rate: float) -> list[PoseMean]:

@@ -27,6 +27,7 @@ HOME = {
     "pydantic_core": ("pipeline.config",),
     "jinja2": ("pipeline.report",),
     "rich": ("pipeline.cli", "pipeline.commands"),
+    "filelock": ("pipeline.session_folder",),
     "click": ("pipeline.cli", "pipeline.commands"),
 }
 #: Which of our packages each may import besides itself.
@@ -43,9 +44,10 @@ FLOORS = {
         ("plate", "rate"), ("tracking",),
     ],
     "pipeline": [
-        ("errors", "names", "formatting"), ("files",), ("logs",), ("devices",), ("config",),
-        ("stages",), ("results", "record", "plan", "model_change", "playback"),
-        ("console", "export"), ("report",), ("commands",), ("cli",), ("__main__",),
+        ("errors", "names", "formatting", "terminal"), ("files",), ("logs",), ("devices",),
+        ("config",), ("stages",), ("results", "record", "plan", "model_change", "playback"),
+        ("console", "export"), ("report",), ("session_folder",), ("commands",), ("cli",),
+        ("__main__",),
     ],
 }
 
@@ -58,6 +60,8 @@ def module_name(path: Path) -> str:
 FILES = {module_name(path): path for package in PACKAGES
          for path in sorted((ROOT / package).rglob("*.py"))}
 TREES = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in FILES.items()}
+TEST_TREES = {module_name(path): ast.parse(path.read_text(encoding="utf-8"))
+              for path in sorted((ROOT / "tests").rglob("*.py"))}
 
 
 def imports(tree: ast.AST) -> Iterator[tuple[str, str | None]]:
@@ -107,6 +111,16 @@ def test_each_dependency_is_imported_only_at_its_home(module: str) -> None:
 def test_nothing_private_is_imported_from_another_module(module: str) -> None:
     for target, name in imports(TREES[module]):
         assert not (name or "").startswith("_"), f"{module}: from {target} import {name}"
+
+
+@pytest.mark.parametrize("module", TEST_TREES)
+def test_what_tests_share_stands_in_modules_that_are_no_tests_and_no_benches(module: str) -> None:
+    for target, name in imports(TEST_TREES[module]):
+        rooms = (*target.split("."), name or "")
+        if rooms[0] != "tests":
+            continue
+        assert not any(room.startswith("test_") for room in rooms), f"{module} imports {target}"
+        assert rooms[1] != "bench" or begins(module, "tests.bench"), f"{module} imports {target}"
 
 
 def test_the_declared_dependencies_are_those_with_a_home() -> None:

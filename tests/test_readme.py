@@ -34,6 +34,7 @@ from pipeline.config.schema import (
     RunSection,
     SensorSection,
     SiteSection,
+    StillSection,
     TimebaseSection,
     TriadCertificateSection,
     VideoRateSection,
@@ -170,7 +171,7 @@ SECTIONS: tuple[type[BaseModel], ...] = (
     Config, AccelerometerSection, GyroscopeSection, SensorSection, AccelerometerSheet,
     GyroscopeSheet, SiteSection, VideoRateSection, KnownRateSection, TimebaseSection, PlateSection,
     PosesSection, RunSection, InstallationSection, CertificateSection, TriadCertificateSection,
-    EffectSection, RecordSection,
+    EffectSection, RecordSection, StillSection,
 )  # fmt: skip
 
 
@@ -195,11 +196,11 @@ def test_the_sample_configuration_is_valid(tmp_path: Path) -> None:
     assert [run.rate for run in config.gyroscope.runs] == ["slow", "stopped"]
 
 
-# --- an effect of one's own --------------------------------------------------------------------
+# --- user-defined effects --------------------------------------------------------------------
 
 
 def test_the_effect_in_ten_lines_joins_the_catalogue() -> None:
-    code = block(README, "own-effect: python")
+    code = block(README, "user-defined effect: python")
     before = set(EFFECTS)
     names: dict[str, object] = {}
     try:
@@ -218,7 +219,7 @@ def test_the_effect_in_ten_lines_joins_the_catalogue() -> None:
 
 
 def test_the_effect_in_yaml_is_accepted(tmp_path: Path) -> None:
-    own = yaml.safe_load(block(README, "own-effect: yaml"))
+    own = yaml.safe_load(block(README, "user-defined effect: yaml"))
     text = yaml.safe_load(block(CONFIGURATION, "config"))
     text["gyroscope"] |= own["gyroscope"]
     path = tmp_path / "config.yaml"

@@ -12,42 +12,20 @@ Angles
 Time
     Seconds, from the first frame of the clip, as the container states it.
 
-Modules
--------
+The way of the data
+-------------------
+::
+
+    clip ─ video ─ plate ─ tracking ─ phase_track ─ rate ─ RateMeasurement
+           orientation, geometry                          camera ─ clip (live)
+
 ``video``         a clip as luma frames with their time stamps
 ``orientation``   how a file wants its frames turned and mirrored
-``colour``        what is followed of a frame: its brightness, or an axis of colour
 ``geometry``      the view: plate coordinates to pixels and back
-``stillness``     what does not move, and where something does
-``spin``          whether and how fast something turns about a proposed axis
-``grid``          polar sampling of a frame about the spindle
-``outline``       where a plate may be: ellipses of edges and of a moving mark
-``template``      the plate as it would look standing still
-``distortion``    how wrong the view is, from the plate's own motion
-``symmetry``      how many times per turn the plate looks the same
-``refusal``       what is said where no plate can be learned
-``learn``         chooses among the proposals and learns the plate
-``mark``          the mark on the plate, its centroid, and the fixed mark beside the plate
-``follow``        plate angle of one frame after the other, against the template
-``phase_track``   the result of all that: arrays only
-``surroundings``  the roll of the camera, from what lies around the plate
-``rows``          what is measured in every frame
-``annotate``      one frame with plate, centre and marks drawn in
-``track``         ``track_phase``: film to ``PhaseTrack``
-``timebase``      which clock the rate is measured against
-``motion``        continuous angle, lost frames, rate from turn to turn
-``aliases``       rates that give the same frames, and the choice among them
-``steadiness``    steady, drifting or stopping
-``terms``         what a phase track may hold besides a constant rate
-``regression``    least squares with honest standard deviations
-``fit``           the line, and what is always fitted together with it
-``counting``, ``lags``, ``opinions``
-                  three more ways to the rate, and whether they agree
-``camera_roll``   what a camera that rolls does to the rate
-``cautions``      what is said beside a rate that stands all the same
-``speed``         wow, flutter and drift
-``diagnosis``     which term the stated model misses
-``rate``          ``measure_rate``: ``PhaseTrack`` to ``RateMeasurement``
-
-``rate`` and what it imports are NumPy alone; OpenCV is needed up to ``track``.
+``plate``         where the plate is and what it looks like (``PlateModel``)
+``tracking``      the plate's angle in every frame (``track_phase``: clip to ``PhaseTrack``)
+``phase_track``   what the tracking hands on: arrays only
+``rate``          the rate and its standard deviation (``measure_rate``), with NumPy alone
+``camera``        films a clip with a live camera
+``errors``        what can go wrong, by what the user can do about it
 """

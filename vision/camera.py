@@ -1,6 +1,6 @@
 """Films a plate with a live camera: frames with the time at which each was taken.
 
-A camera's own count of frames says little of time: webcams drop frames and change their rate
+A camera's own count of frames is a poor clock: webcams drop frames and change their rate
 with the light. Every frame is stamped when it comes, by the driver's own stamp where the driver
 has one that keeps pace with the computer's clock. The clip is Matroska with Motion JPEG: the stamps
 stand in the container, to the millisecond, and what was written before a crash can be read.
@@ -33,7 +33,15 @@ class CameraFailed(VisionError):
 
 @dataclass(frozen=True)
 class Clip:
-    """A clip that was filmed: where it is, its frames, its length."""
+    """A clip that was filmed.
+
+    Attributes
+    ----------
+    path : Path
+    frames : int
+    seconds : float
+        From the first frame to the last.
+    """
 
     path: Path
     frames: int
@@ -77,7 +85,13 @@ class Camera:
                                               f"{START_S:g} s. Close other programs that use it.")
 
     def start(self, path: Path) -> None:
-        """Begin a clip; it takes its name when it is stopped and kept."""
+        """Begin a clip; it gets its name when it is stopped and kept.
+
+        Parameters
+        ----------
+        path : Path
+            With the suffix ``.mkv``.
+        """
         path.parent.mkdir(parents=True, exist_ok=True)
         with self._lock:
             if self._writer is not None:
@@ -85,7 +99,7 @@ class Camera:
             self._writer = _ClipWriter(path)
 
     def stop(self, keep: bool) -> Clip | None:
-        """End the clip; None where there is none, or it is not kept.
+        """End the clip; ``None`` where there is none, or it is not kept.
 
         Raises
         ------

@@ -57,7 +57,7 @@ class Orientation:
 
 
 def stated_orientation(path: Path) -> Orientation | None:
-    """What an MP4 or MOV file says of its first video track; None for any other file."""
+    """What an MP4 or MOV file states about its first video track; None for any other file."""
     with path.open("rb") as file:
         movie = _movie(file)
     turn = np.eye(2)

@@ -93,8 +93,8 @@ class PhaseTrack:
     roll_rad : array, shape (f,)
         Roll of the camera as what lies around the plate shows it, counter-clockwise as filmed; NaN
         in the frames, most of them, in which it is not measured.
-    annotated : array of uint8, shape (h, w, 3)
-        One frame, blue-green-red, with plate, centre, marks and radii drawn in.
+    annotated : array of uint8, shape (b,)
+        A PNG of one frame with plate, centre, marks and radii drawn in.
     notes : tuple of str
         What the user should know about the tracking.
     """

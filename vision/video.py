@@ -25,15 +25,24 @@ Luma = NDArray[np.uint8]
 LARGEST_SIDE = 1000  # pixels; a larger frame is reduced by a whole factor
 BATCH = 16  # frames handed over at once
 LUMA_FIRST = (b"I420", b"NV12", b"Y800")  # 8 bits of luma per pixel, before anything else
-SMALL = 500_000  # pixels of a frame
+SMALL = 500_000  # pixels of a frame that one thread decodes
 NO_CHROMA = np.zeros((0, 0, 2), np.uint8)
-QUEUE_BYTES = 160_000_000  # decoded ahead while the plate is being learned
+QUEUE_BYTES = 160_000_000  # of frames decoded ahead while the plate is being learned
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One frame: stamp in seconds from the first, luma (h, w), Cr and Cb (h, w, 2) or none, and
-    how it is coded: the ASCII code of I, P or B, any other where the decoder does not say.
+    """One frame of a clip.
+
+    Attributes
+    ----------
+    time_s : float
+        Stamp, seconds from the first frame.
+    luma : array of uint8, shape (h, w)
+    chroma : array of uint8, shape (h, w, 2)
+        Cr and Cb; ``NO_CHROMA`` where they are not read.
+    coding : int
+        ASCII code of I, P or B; any other where the decoder does not state it.
     """
 
     time_s: float
@@ -72,7 +81,7 @@ class ClipReader:
     reduction : int
         Whole factor by which the frames are reduced.
     frames_stated : int or None
-        What the container says about its length, often wrong, good for a progress bar.
+        Length by the container, often wrong, good for a progress bar.
     fps_stated : float
     seconds_stated : float or None
         Length by these two.
@@ -81,7 +90,7 @@ class ClipReader:
     def __init__(self, path: Path | str, *, colours: bool = False) -> None:
         self.path = Path(path)
         _refuse_unreadable(self.path)
-        # The decoder reports every oddity of a file; what matters is said by our own messages.
+        # The decoder reports every oddity of a file; our own messages state what matters.
         cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
         self._capture = _opened(path)
         if not self._capture.isOpened():
@@ -197,7 +206,7 @@ def _opened(path: Path | str) -> cv2.VideoCapture:
 
 
 def _refuse_unreadable(path: Path) -> None:
-    """What the system says of a file; the decoder would only say that it found no clip."""
+    """Refuse what the system cannot open; the decoder would only report that there is no clip."""
     try:
         with path.open("rb") as file:
             empty = not file.read(1)

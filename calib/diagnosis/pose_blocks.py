@@ -144,7 +144,9 @@ def _pass(fit: Fit, block: Block, factor: float, warmth: float, delay_s: float) 
     s = direction * size * axis
     matrix, offset = fit.equations.start.matrix, fit.equations.start.offset
     like = poses.reference.is_null if factor == 0.0 else turning
-    gravity = float(np.nanmedian(np.linalg.norm(poses.force, axis=1)))
+    force = np.linalg.norm(poses.force, axis=1)
+    logged = force[np.isfinite(force)]
+    gravity = float(np.median(logged)) if logged.size else np.nan
     time_s, columns = _course(poses, n, warmth, delay_s)
     names = poses.reference.common_names
     common = np.zeros((n, len(names)))

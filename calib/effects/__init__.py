@@ -2,5 +2,5 @@
 
     effect ── base, nonlinear, environment, motion, reference ──┐
        │        (one function with a page for each effect)      ├─ catalogue: every effect by name
-       └───── user_defined (an expression, a Python function) ──┘
+       └─ expression ─ user_defined (or a Python function) ─────┘
 """

@@ -138,6 +138,7 @@ def _system(
     return _System(design, misclosure, 1 / np.sqrt(variance))
 
 
+@np.errstate(over="ignore", invalid="ignore")  # an iteration that diverges ends by its q
 def iterations_from(
     start: FloatArray,
     equations: Equations,

@@ -5,9 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.fit.column_scaling import orthonormal_columns
-from calib.fit.result import Fit
+from calib.errors import CalibrationError
+from calib.fit.column_scaling import inverse_square, orthonormal_columns
+from calib.fit.gauss_newton import iterate, minimise, step_of
+from calib.fit.result import Fit, with_common
 from calib.poses.imu_log import FloatArray, IntArray
+
+LINEAR_SD = 0.01
+"""Error of a linear step, in sds of a row, that leave-one-out errors are allowed."""
 
 LARGEST_LEVERAGE = 0.999
 """A pose that the fit passes through exactly has no leave-one-out error to speak of."""
@@ -77,30 +82,87 @@ def left_out_residual(residual: FloatArray, jacobian: FloatArray, pose: IntArray
 
 
 def compare(fit: Fit) -> Comparison:
-    """Lay the fitted model beside every pose."""
+    """Lay the fitted model beside every pose.
+
+    Parameters
+    ----------
+    fit : Fit
+
+    Returns
+    -------
+    Comparison
+        Leave-one-out errors are those of refits without the pose, with the loss of the fit; shape
+        parameters are held.
+    """
     equations = fit.equations
-    root = np.sqrt(fit.weight)
-    pose, sd, own = equations.row_pose, equations.row_sd, fit.residual_si
-    left_out = sd * left_out_residual(
-        fit.rows.residual * root, fit.rows.jacobian * root[:, None], pose
-    )
-    found: list[PoseResidual] = []
+    pose, sd, residual = equations.row_pose, equations.row_sd, fit.residual_si
+    left_out = sd * refitted_residual(fit)
     is_null = fit.poses.reference.is_null
-    squares = np.stack([own**2, left_out**2, sd**2])
+    squares = np.stack([residual**2, left_out**2, sd**2])
     lengths = np.sqrt(np.stack([np.bincount(pose, row, len(fit.poses)) for row in squares]))
     signed = np.zeros((2, len(fit.poses)))
     single = ~is_null[pose]
-    signed[:, pose[single]] = own[single], left_out[single]
+    signed[:, pose[single]] = residual[single], left_out[single]
+    poses = []
     for k in range(len(fit.poses)):
-        residual, out = lengths[:2, k] if is_null[k] else signed[:, k]
-        found.append(
+        own, out = lengths[:2, k] if is_null[k] else signed[:, k]
+        poses.append(
             PoseResidual(
                 label=fit.poses.label[k],
                 run=fit.poses.run[k],
-                residual=float(residual),
+                residual=float(own),
                 sd=float(lengths[2, k]),
                 left_out=float(out),
             )
         )
-    loo_rms = float(np.sqrt(np.mean(left_out**2)))
-    return Comparison(tuple(found), fit.residual_rms, loo_rms)
+    return Comparison(tuple(poses), fit.residual_rms, float(np.sqrt(np.mean(left_out**2))))
+
+
+def refitted_residual(fit: Fit) -> FloatArray:
+    """Whitened residual of every data row when its pose takes no part in the fit, (d,).
+
+    Each refit starts from the closed form of :func:`left_out_residual`, which is exact for a linear
+    model and plain squares; where the step is too small for lengths to bend, that is the refit. A
+    pose without which the model is not determined keeps the closed form, too.
+    """
+    equations, basis = fit.equations, with_common(fit.basis, len(fit.eta))
+    root = np.sqrt(fit.weight)
+    jacobian = fit.rows.jacobian @ basis * root[:, None]
+    inverse = inverse_square(jacobian)
+    whitened = fit.rows.residual * root
+    pose = equations.row_pose
+    closed = left_out_residual(whitened, jacobian, pose)
+    magnitude = fit.poses.reference.magnitude[equations.magnitude]
+    relative_sd = float(np.max(equations.magnitude_sd / magnitude, initial=0.0))
+    out = np.empty(len(pose))
+    for k in np.unique(pose):
+        rows = np.flatnonzero(pose == k)
+        step = inverse @ (jacobian[rows].T @ closed[rows])
+        # A length bends by |ds|²/2|s|: half the square of the move in sds, times sd/|s|.
+        bend = float(np.abs(jacobian @ step).max()) ** 2 * relative_sd / 2
+        if bend < LINEAR_SD and not fit.is_robust:
+            out[rows] = closed[rows]
+            continue
+        move = basis @ step
+        try:
+            out[rows] = _refit_without(fit, rows, move)
+        except CalibrationError:
+            out[rows] = closed[rows] / np.maximum(root[rows], 1e-300)
+    return out
+
+
+def _refit_without(fit: Fit, rows: IntArray, move: FloatArray) -> FloatArray:
+    """Residuals of ``rows`` after a refit without them, begun ``move`` (p + q,) from the fit."""
+    equations, p = fit.equations, fit.model.size
+    used = np.ones(len(fit.weight))
+    used[rows] = 0.0
+    theta, eta = fit.theta + move[:p], fit.eta + move[p:]
+    if fit.is_robust:
+        solution = minimise(equations, theta, fit.shapes, fit.basis, True, used)
+        return np.asarray(solution.rows.residual[rows])
+    at = equations.rows(theta, eta, fit.shapes)
+    step = step_of(at, used, with_common(fit.basis, len(eta)))
+    if float(np.abs(at.jacobian @ step).max()) < LINEAR_SD**0.5:
+        return np.asarray(at.residual[rows] + at.jacobian[rows] @ step)
+    solution = iterate(equations, theta, eta, fit.shapes, used, fit.basis)
+    return np.asarray(solution.rows.residual[rows])

@@ -86,15 +86,33 @@ def pick(model: Model, effects: Sequence[Effect]) -> list[int]:
     return [i for e in effects for i in range(slices[e.name].start, slices[e.name].stop)]
 
 
-def axes_of(matrix: FloatArray) -> FloatArray:
-    """T (3, 3), from the sensitive axes to the orthogonal ones, of M = T K (3, 3)."""
+@dataclass(frozen=True, eq=False)
+class Axes:
+    """T of eq. (2): ``to_orthogonal`` (3, 3) from the sensitive axes, ``to_sensed`` its inverse."""
+
+    to_orthogonal: FloatArray
+    to_sensed: FloatArray
+
+    def sensed(self, vector: FloatArray) -> FloatArray:
+        """What the sensitive axes feel, ``T⁻¹ s``, of vectors (n, 3) in orthogonal axes."""
+        return np.asarray(vector @ self.to_sensed.T)
+
+
+ALIGNED = Axes(np.eye(3), np.eye(3))
+
+
+def axes_of(matrix: FloatArray) -> Axes:
+    """The axes of a linear form with M = T K (3, 3): its columns over its diagonal."""
     gain = np.diag(matrix)
     # A gain of nothing has no axis; what a fit makes of it is refused at its end.
-    return np.asarray(matrix / np.where(np.abs(gain) < NO_GAIN, 1.0, gain))
+    if (np.abs(gain) < NO_GAIN).any():
+        return ALIGNED
+    aligned = np.asarray(matrix / gain)
+    return Axes(aligned, np.asarray(np.linalg.inv(aligned), dtype=float))
 
 
 def sensor_columns(
-    effects: Sequence[Effect], at: Conditions, shapes: Mapping[str, float], axes: FloatArray
+    effects: Sequence[Effect], at: Conditions, shapes: Mapping[str, float], axes: Axes
 ) -> FloatArray:
     """Columns of sensor-side effects side by side in orthogonal axes, C of this module.
 
@@ -105,23 +123,21 @@ def sensor_columns(
         Of n rows, with the vectors in orthogonal axes.
     shapes : mapping
         Shape parameters by effect.
-    axes : array, shape (3, 3)
-        T, see :func:`axes_of`.
+    axes : Axes
+        Those of the linear form.
 
     Returns
     -------
     array, shape (n, 3, k)
     """
-    sensed = replace(at, vector=at.vector @ np.linalg.inv(axes).T)
-    return np.concatenate(
-        [
-            effect.evaluate(at, shapes.get(effect.name))
-            if effect.orthogonal
-            else axes @ effect.evaluate(sensed, shapes.get(effect.name))
-            for effect in effects
-        ],
-        axis=2,
-    )
+    sensed = replace(at, vector=axes.sensed(at.vector))
+    columns = [
+        effect.evaluate(at, shapes.get(effect.name))
+        if effect.orthogonal
+        else axes.to_orthogonal @ effect.evaluate(sensed, shapes.get(effect.name))
+        for effect in effects
+    ]
+    return columns[0] if len(columns) == 1 else np.concatenate(columns, axis=2)
 
 
 def solve_sensor(
@@ -130,7 +146,7 @@ def solve_sensor(
     shapes: Mapping[str, float],
     conditions: Callable[[FloatArray], Conditions],
     linear: FloatArray,
-    axes: FloatArray,
+    axes: Axes,
 ) -> FloatArray:
     """The corrected vector s of ``s + C(s) theta = linear`` by fixed point, shape (n, 3).
 
@@ -172,16 +188,32 @@ def sensor_slope(
     theta: FloatArray,
     shapes: Mapping[str, float],
     at: Conditions,
-    axes: FloatArray,
+    axes: Axes,
 ) -> FloatArray:
-    """``d(C theta)/ds`` at ``at``, shape (n, 3, 3), by central differences in s."""
+    """``d(C theta)/ds`` at ``at``, shape (n, 3, 3), by central differences."""
+    total = np.zeros((len(at.vector), 3, 3))
+    start = 0
+    sensed = replace(at, vector=axes.sensed(at.vector))
+    for effect in effects:
+        size = theta[start : start + len(effect.parameters)]
+        start += len(effect.parameters)
+        if effect.orthogonal:
+            total += _slope(effect, size, shapes.get(effect.name), at)
+        else:
+            slope = _slope(effect, size, shapes.get(effect.name), sensed)
+            total += axes.to_orthogonal @ slope @ axes.to_sensed
+    return total
+
+
+def _slope(effect: Effect, size: FloatArray, shape: float | None, at: Conditions) -> FloatArray:
+    """Derivative of an effect's error by the vector that it is evaluated on, (n, 3, 3)."""
     step = SLOPE_STEP * (float(np.abs(at.vector).max()) or 1.0)
-    slope = np.zeros((len(at.vector), 3, 3))
+    slope = np.empty((len(at.vector), 3, 3))
     for j in range(3):
         move = np.zeros(3)
         move[j] = step
-        up = sensor_columns(effects, replace(at, vector=at.vector + move), shapes, axes) @ theta
-        down = sensor_columns(effects, replace(at, vector=at.vector - move), shapes, axes) @ theta
+        up = effect.evaluate(replace(at, vector=at.vector + move), shape) @ size
+        down = effect.evaluate(replace(at, vector=at.vector - move), shape) @ size
         slope[:, :, j] = (up - down) / (2 * step)
     return slope
 

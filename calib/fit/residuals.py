@@ -21,6 +21,8 @@ import numpy as np
 from calib.effects.effect import Effect
 from calib.fit.initial_estimate import start_of
 from calib.fit.model import (
+    ALIGNED,
+    Axes,
     Model,
     axes_of,
     follows_vector,
@@ -43,14 +45,14 @@ class WhitenedRows:
     """Whitened rows at one estimate.
 
     ``residual`` (r,), ``jacobian`` (r, p + q) with the q common errors last, ``vector`` (n, 3) the
-    corrected vectors, ``axes`` (3, 3) T of eq. (2). The first rows are the magnitude rows, then the
+    corrected vectors, ``axes`` the sensitive ones. The first rows are the magnitude rows, then the
     null rows, then the priors.
     """
 
     residual: FloatArray
     jacobian: FloatArray
     vector: FloatArray
-    axes: FloatArray
+    axes: Axes
 
     @property
     def chi2(self) -> float:
@@ -94,7 +96,7 @@ class Equations:
         self.start = start_of(poses)
         s = y @ self.start.matrix.T + self.start.offset
         if sensed is None:
-            sensed = s @ np.linalg.inv(axes_of(self.start.matrix)).T
+            sensed = axes_of(self.start.matrix).sensed(s)
         self.at_start = poses.conditions(s, sensed)
         direction = s / np.maximum(np.linalg.norm(s, axis=1, keepdims=True), 1e-300)
         along = (((direction @ self.start.matrix) * poses.sd) ** 2).sum(axis=1)
@@ -104,8 +106,11 @@ class Equations:
         self.common = reference.common[self.magnitude]
         self.common_relative = self.common / reference.magnitude[self.magnitude, None]
         self.varying = tuple(e for e in self.on_sensor if follows_vector(e, self.at_start))
-        self.varying_index = pick(model, self.varying)
-        self.on_axes = tuple(e for e in self.on_sensor if not e.orthogonal)
+        self.varying_on_axes = tuple(e for e in self.varying if not e.orthogonal)
+        self.varying_orthogonal = tuple(e for e in self.varying if e.orthogonal)
+        on_axes = tuple(e for e in self.on_sensor if not e.orthogonal)
+        self.on_axes_index = pick(model, on_axes)
+        self.on_axes_columns = [self.sensor_index.index(i) for i in self.on_axes_index]
         self.matrix_slopes = _matrix_slopes(self.on_reading)
 
     @cached_property
@@ -146,13 +151,13 @@ class Equations:
         rest = vectors[self.null] / self.null_sd[:, :, None]
         return np.concatenate([along, rest.reshape(-1, vectors.shape[2])])
 
-    def axes(self, theta: FloatArray) -> FloatArray:
-        """T of eq. (2) at ``theta``, from the sensitive axes to the orthogonal ones, (3, 3)."""
+    def axes(self, theta: FloatArray) -> Axes:
+        """The sensitive axes at ``theta``."""
+        if not len(self.reading_index):
+            return ALIGNED
         return axes_of(np.eye(3) + np.tensordot(theta[self.reading_index], self.matrix_slopes, 1))
 
-    def corrected(
-        self, theta: FloatArray, shapes: Mapping[str, float], axes: FloatArray
-    ) -> FloatArray:
+    def corrected(self, theta: FloatArray, shapes: Mapping[str, float], axes: Axes) -> FloatArray:
         """The corrected vectors s at ``theta``, shape (n, 3)."""
         s = self.at_reading.vector - self.reading_columns @ theta[self.reading_index]
         if not self.on_sensor:
@@ -161,7 +166,7 @@ class Equations:
         return solve_sensor(self.on_sensor, of_sensor, shapes, self.conditions, s, axes)
 
     def _vector_jacobian(
-        self, theta: FloatArray, shapes: Mapping[str, float], s: FloatArray, axes: FloatArray
+        self, theta: FloatArray, shapes: Mapping[str, float], s: FloatArray, axes: Axes
     ) -> FloatArray:
         """ds/dtheta, shape (n, 3, p).
 
@@ -173,33 +178,30 @@ class Equations:
         if not self.on_sensor:
             return jacobian
         at = self.conditions(s)
-        jacobian[:, :, self.sensor_index] = -sensor_columns(self.on_sensor, at, shapes, axes)
-        if self.on_axes and len(self.reading_index):
-            error = np.einsum(
-                "nij,j->ni",
-                self._on_axes_columns(at, shapes, axes),
-                theta[pick(self.model, self.on_axes)],
-            )
-            to_axes = np.linalg.inv(axes).T
+        columns = sensor_columns(self.on_sensor, at, shapes, axes)
+        jacobian[:, :, self.sensor_index] = -columns
+        slope = self._slope_of(self.varying_on_axes, theta, shapes, at, axes)
+        if len(self.reading_index):
+            error = columns[:, :, self.on_axes_columns] @ theta[self.on_axes_index]
             moved = self._axes_slopes(theta, axes)  # (p', 3, 3)
-            by_error = np.einsum("pij,nj->nip", moved, error @ to_axes)
-            by_turn = np.einsum("pij,nj->nip", moved, at.vector @ to_axes)
-            slope = self._slope_of(self.on_axes, theta, shapes, at, axes)
-            jacobian[:, :, self.reading_index] += slope @ by_turn - by_error
+            by_error = np.einsum("pij,nj->nip", moved, axes.sensed(error))
+            jacobian[:, :, self.reading_index] -= by_error
+            if self.varying_on_axes:
+                by_turn = np.einsum("pij,nj->nip", moved, axes.sensed(at.vector))
+                jacobian[:, :, self.reading_index] += slope @ by_turn
         if self.varying:
-            jacobian = np.linalg.solve(self.slope(theta, shapes, at, axes), jacobian)
+            whole = (
+                np.eye(3) + slope + self._slope_of(self.varying_orthogonal, theta, shapes, at, axes)
+            )
+            whole[self.null] = np.eye(3)
+            jacobian = np.linalg.solve(whole, jacobian)
         return jacobian
 
-    def _on_axes_columns(
-        self, at: Conditions, shapes: Mapping[str, float], axes: FloatArray
-    ) -> FloatArray:
-        return sensor_columns(self.on_axes, at, shapes, axes)
-
-    def _axes_slopes(self, theta: FloatArray, axes: FloatArray) -> FloatArray:
+    def _axes_slopes(self, theta: FloatArray, axes: Axes) -> FloatArray:
         """dT/dtheta for the parameters of the reading, (p', 3, 3)."""
         diagonal = 1 + theta[self.reading_index] @ np.einsum("pii->pi", self.matrix_slopes)
         own = np.einsum("pii->pi", self.matrix_slopes)[:, None, :]
-        return np.asarray((self.matrix_slopes - axes * own) / diagonal)
+        return np.asarray((self.matrix_slopes - axes.to_orthogonal * own) / diagonal)
 
     def _slope_of(
         self,
@@ -207,18 +209,18 @@ class Equations:
         theta: FloatArray,
         shapes: Mapping[str, float],
         at: Conditions,
-        axes: FloatArray,
+        axes: Axes,
     ) -> FloatArray:
-        varying = [effect for effect in effects if effect in self.varying]
-        if not varying:
-            return np.zeros((len(at), 3, 3))
-        return sensor_slope(varying, theta[pick(self.model, varying)], shapes, at, axes)
+        if not effects:
+            return np.zeros((1, 3, 3))
+        return sensor_slope(effects, theta[pick(self.model, effects)], shapes, at, axes)
 
     def slope(
-        self, theta: FloatArray, shapes: Mapping[str, float], at: Conditions, axes: FloatArray
+        self, theta: FloatArray, shapes: Mapping[str, float], at: Conditions, axes: Axes
     ) -> FloatArray:
         """``I + d(C theta)/ds``, shape (n, 3, 3); null poses are held at what they should read."""
         slope = np.eye(3) + self._slope_of(self.varying, theta, shapes, at, axes)
+        slope = np.array(np.broadcast_to(slope, (len(at), 3, 3)))
         slope[self.null] = np.eye(3)
         return np.asarray(slope)
 

@@ -123,7 +123,7 @@ class Fit:
     @property
     def sensed(self) -> FloatArray:
         """What each sensitive axis felt in every pose, all errors taken off, SI, (n, 3)."""
-        return np.asarray(self.rows.vector @ np.linalg.inv(self.rows.axes).T)
+        return self.rows.axes.sensed(self.rows.vector)
 
     def columns_of(self, effect: Effect, shape: float | None = None) -> FloatArray:
         """Columns of ``effect`` at the solution, where and on what it acts.

@@ -24,6 +24,7 @@ import numpy as np
 
 from calib.errors import Undetermined
 from calib.fit.calibration import TriadCalibration
+from calib.mounting.floor_slope import HeadingForces, Slope, floor_slope, turned_short_covariance
 from calib.mounting.heading import FirstPush, Yaw, measure_yaw
 from calib.mounting.levelling import (
     Order,
@@ -54,21 +55,6 @@ LOCK_COSINE = 0.05
 SHORTEST_S = 20.0
 """Noise of a low-cost sensor stays correlated over about half a second. In shorter logs the stated
 95 % cover less than 93 % (92 % at 12 s, 83 % at 3 s; ``tests/bench/study_installation.py``)."""
-
-STEEPEST_FLOOR_RAD = math.radians(15.0)
-REVERSAL_SD_RAD = math.radians(3.0)
-"""How well a vehicle is turned round by eye; an error ε leaves ε/2 of the slope, sideways."""
-
-
-@dataclass(frozen=True, eq=False)
-class Slope:
-    """The floor's rise along the vehicle's x and y at the first heading, and its sd, each (2,).
-
-    Without a yaw from a drive, x and y are the axes that a yaw of zero gives.
-    """
-
-    rise_rad: FloatArray
-    sd_rad: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,21 +132,6 @@ class Mounting:
         return np.asarray(vectors @ self.rotation)
 
 
-@dataclass(frozen=True, eq=False)
-class _Upright:
-    """The calibrated mean reading at each heading, and what is up on a level floor.
-
-    ``forces`` (h, 3) and ``noise`` (h, 3, 3), their covariance by noise alone; ``up`` (3,) the mean
-    over the headings and its covariance ``cov`` (3, 3), the calibration's included.
-    """
-
-    readings: Sequence[StillReading]
-    forces: FloatArray
-    noise: FloatArray
-    up: FloatArray
-    cov: FloatArray
-
-
 def mounting_from_logs(
     logs: MountingLogs,
     accelerometer: TriadCalibration,
@@ -189,7 +160,7 @@ def mounting_from_logs(
     upright = _upright(logs, accelerometer)
     cov, notes = _with_drift(upright, gravity_m_s2, gravity_sd_m_s2)
     if logs.reverse:
-        cov = cov + _turned_short(upright)
+        cov = cov + turned_short_covariance(upright)
     chosen = order or rotation_order(upright.up / gravity_m_s2)
     _refuse_lock(upright.readings[0].label, upright.up, chosen)
     roll, pitch = roll_pitch(upright.up, chosen)
@@ -209,12 +180,12 @@ def mounting_from_logs(
         magnitude_error_m_s2=float(np.linalg.norm(first)) - gravity_m_s2,
         notes=notes,
         samples=sum(reading.samples for reading in upright.readings),
-        slope=_floor_slope(upright, rotation, yaw) if logs.reverse else None,
+        slope=floor_slope(upright, rotation, yaw) if logs.reverse else None,
         yaw=yaw,
     )
 
 
-def _upright(logs: MountingLogs, accelerometer: TriadCalibration) -> _Upright:
+def _upright(logs: MountingLogs, accelerometer: TriadCalibration) -> HeadingForces:
     """Average and calibrate the still logs of each heading."""
     headings = (logs.still, logs.reverse) if logs.reverse else (logs.still,)
     readings = [still_reading(each, accelerometer) for each in headings]
@@ -227,11 +198,11 @@ def _upright(logs: MountingLogs, accelerometer: TriadCalibration) -> _Upright:
 
     noise = np.array([noise_covariance(reading, accelerometer) for reading in readings])
     cov = noise.sum(axis=0) / len(noise) ** 2 + calibration_covariance(up, accelerometer)
-    return _Upright(readings, forces(accelerometer), noise, up(accelerometer), cov)
+    return HeadingForces(readings, forces(accelerometer), noise, up(accelerometer), cov)
 
 
 def _with_drift(
-    upright: _Upright, gravity: float, gravity_sd: float
+    upright: HeadingForces, gravity: float, gravity_sd: float
 ) -> tuple[FloatArray, tuple[str, ...]]:
     """Covariance (3, 3) of ``up`` with what the stated sds do not explain, and notes on it."""
     cov, notes = upright.cov, []
@@ -270,37 +241,6 @@ def _unexplained(
     along = force / size
     sd = math.sqrt(float(along @ cov @ along) + gravity_sd**2)
     return abs(deviation) if abs(deviation) > EXPLAINED_SD * sd else 0.0
-
-
-def _turned_short(upright: _Upright) -> FloatArray:
-    """Covariance (3, 3) of the mean of both headings by a turn that is not quite 180°."""
-    forces, up = upright.forces, upright.up
-    first, second = forces / np.linalg.norm(forces, axis=1, keepdims=True)
-    # Half the angle between two unit vectors; exact also where they nearly agree.
-    tilt = math.atan2(float(np.linalg.norm(first - second)), float(np.linalg.norm(first + second)))
-    if tilt > STEEPEST_FLOOR_RAD:
-        raise Undetermined(
-            f"{upright.readings[1].label}: between the two headings the plumb line turns by "
-            f"{math.degrees(2 * tilt):.1f}° in the sensor, as on a floor that slopes by "
-            f"{math.degrees(tilt):.1f}°; up to {math.degrees(STEEPEST_FLOOR_RAD):g}° is accepted. "
-            f"The sensor was remounted, or the logs are of different places; record both headings "
-            f"at one place without touching the sensor."
-        )
-    sloping = (forces[0] - forces[1]) / 2
-    short = np.cross(up / np.linalg.norm(up), sloping) * REVERSAL_SD_RAD / 2
-    return np.outer(short, short)
-
-
-def _floor_slope(upright: _Upright, rotation: FloatArray, yaw: Yaw | None) -> Slope:
-    """The floor's rise from both headings, ``rotation`` (3, 3) from the vehicle to the sensor."""
-    forces = upright.forces @ rotation
-    noise = rotation.T @ upright.noise.sum(axis=0) @ rotation
-    gravity = float(np.linalg.norm(forces, axis=1).mean())
-    rise = (forces[0] - forces[1])[:2] / (2 * gravity)
-    sideways = np.array([-rise[1], rise[0]])
-    turned = (REVERSAL_SD_RAD / 2) ** 2 + (yaw.sd_rad**2 if yaw else 0.0)
-    cov = noise[:2, :2] / (2 * gravity) ** 2 + turned * np.outer(sideways, sideways)
-    return Slope(rise, np.sqrt(np.diag(cov)))
 
 
 def _refuse_lock(label: str, up: FloatArray, order: Order) -> None:

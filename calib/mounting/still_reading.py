@@ -18,7 +18,7 @@ from calib.fit.calibration import TriadCalibration
 from calib.poses.averaging import average_pose
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, ImuLog
-from calib.poses.mean_noise import variance_of_mean
+from calib.poses.mean_noise import known_step, step_variance, variance_of_mean
 
 SAME_PLACE_SD = 6.0
 SAME_PLACE_M_S2 = 0.02
@@ -126,9 +126,9 @@ def _one_log(log: ImuLog, accelerometer: TriadCalibration) -> StillReading:
     reading = mean.accelerometer.mean[None]
     columns = {name: np.array([value]) for name, value in mean.columns.items()}
     row = replace(at.take([0]), vector=reading, force=reading, columns=columns)
-    return StillReading(
-        log.label, row, variance_of_mean(nominal), len(nominal), mean.duration_s
-    )
+    averaged = mean.accelerometer
+    variance = variance_of_mean(nominal) + step_variance(known_step([averaged]), averaged.scatter)
+    return StillReading(log.label, row, variance, len(nominal), mean.duration_s)
 
 
 def require_evaluable(label: str, at: Conditions, accelerometer: TriadCalibration) -> None:

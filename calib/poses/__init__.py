@@ -4,4 +4,6 @@
     data_sheet (counts to SI) ───────┘                          ├─ pose_set ─ conditions
                pose_set: references (gravity, rate, null rows) ─┘  (what effects see)
                                                 attitudes: which directions are covered
+
+    static_intervals: rest_candidates (what one threshold gives) ─ attitude_fit (which is best)
 """

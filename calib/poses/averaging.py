@@ -10,13 +10,21 @@ turn (plate tilt, wow) is taken out first: it averages to nothing but would look
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from calib.errors import Remedy, Undetermined, UnusableLog
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, ImuLog
+from calib.poses.imu_log import (
+    AXES,
+    SI_UNIT,
+    TRIADS,
+    FloatArray,
+    ImuLog,
+    Triad,
+)
 
 BATCHES = 6
 COARSE_BATCHES = BATCHES // 2
@@ -34,6 +42,9 @@ LARGEST_STILL_SHIFT = {"accelerometer": 0.02, "gyroscope": 0.02}
 
 LARGEST_RATE_CHANGE = 0.005
 SHORTEST_SAMPLES = 2 * BATCHES
+MOST_DECIMALS = 9
+PRINTED_TOLERANCE = 1e-6
+"""Of the last decimal: far above the rounding of a double, far below one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,14 +52,17 @@ class TriadMean:
     """Mean of one triad over one pose, in nominal SI units.
 
     ``mean`` (3,), ``variance`` and ``coarse_variance`` (3,) of that mean from BATCHES and from
-    COARSE_BATCHES batches, ``scatter`` (3,) variance of the samples about it; all NaN where the
-    triad was not logged.
+    COARSE_BATCHES batches, ``scatter`` (3,) variance of the samples about it, ``step`` (3,) between
+    neighbouring values of the log (infinite where there was one value only), ``unit`` (3,) the
+    least step that its converter or its decimals can have; all NaN where the triad was not logged.
     """
 
     mean: FloatArray
     variance: FloatArray
     coarse_variance: FloatArray
     scatter: FloatArray
+    step: FloatArray = field(default_factory=lambda: np.full(3, np.inf))
+    unit: FloatArray = field(default_factory=lambda: np.zeros(3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +89,34 @@ def batch_means(values: FloatArray, count: int) -> FloatArray:
 def batch_variance(values: FloatArray, count: int) -> FloatArray:
     """Variance of the mean of each column of ``values`` (t, k) from ``count`` batches, (k,)."""
     return np.asarray(batch_means(values, count).var(axis=0, ddof=1) / count)
+
+
+def value_steps(values: FloatArray) -> FloatArray:
+    """The step between neighbouring values of each axis of a log (t, 3), in its units, (3,).
+
+    A converter steps by one count, or by more where the log was shifted or rounded; of a log in
+    physical units the values themselves show it. Infinite where all are the same.
+    """
+    steps = []
+    for axis in values.T:
+        whole = np.rint(axis)
+        if np.array_equal(axis, whole):
+            step = float(np.gcd.reduce((whole - whole[0]).astype(np.int64)))
+        else:
+            gaps = np.diff(np.unique(axis))
+            step = float(gaps.min()) if gaps.size else 0.0
+        steps.append(step or np.inf)
+    return np.array(steps)
+
+
+def least_steps(values: FloatArray, spec: TriadSpec) -> FloatArray:
+    """One count, or the unit of the last decimal that the first of ``values`` (t, 3) has, (3,)."""
+    if spec.encoding != "si":
+        return np.ones(3)
+    decimals = np.arange(MOST_DECIMALS)
+    scaled = values[0][:, None] * 10.0**decimals
+    is_whole = np.abs(scaled - np.rint(scaled)) < PRINTED_TOLERANCE
+    return np.where(is_whole.any(axis=1), 10.0 ** -np.argmax(is_whole, axis=1).astype(float), 0.0)
 
 
 def _halves(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -136,10 +178,10 @@ def _without_harmonics(values: FloatArray, time_s: FloatArray, rate_rad_s: float
     return np.asarray(values - waves @ solution[1:])
 
 
-def _check_still(label: str, triad: str, values: FloatArray) -> None:
+def _check_still(label: str, triad: str, values: FloatArray, largest_shift: float) -> None:
     first, second, noise = _halves(values)
     shift = np.abs(second - first)
-    limit = np.maximum(LARGEST_STILL_SHIFT[triad], LARGEST_SHIFT_SD * noise)
+    limit = np.maximum(largest_shift, LARGEST_SHIFT_SD * noise)
     axis = int(np.argmax(shift / limit))
     if shift[axis] > limit[axis]:
         unit = SI_UNIT[triad]
@@ -171,8 +213,11 @@ def average_pose(
     accelerometer: TriadSpec | None,
     gyroscope: TriadSpec | None,
     rate_rad_s: float = 0.0,
+    largest_shift: Mapping[str, float] = LARGEST_STILL_SHIFT,
 ) -> PoseMean:
     """Average one pose, still (``rate_rad_s`` 0) or turning at about ``rate_rad_s``.
+
+    ``largest_shift`` is by how much the halves of a still pose may differ, by triad, SI.
 
     Raises
     ------
@@ -196,7 +241,7 @@ def average_pose(
         _check_counts(log.label, triad, counts, spec)
         values = spec.nominal(counts)
         if rate_rad_s == 0:
-            _check_still(log.label, triad, values)
+            _check_still(log.label, triad, values, largest_shift[triad])
             rest = values
         else:
             rest = _without_harmonics(values, log.time_s[:n], abs(rate_rad_s))
@@ -208,6 +253,8 @@ def average_pose(
                 variance=batch_variance(rest, BATCHES),
                 coarse_variance=batch_variance(rest, COARSE_BATCHES),
                 scatter=rest.var(axis=0, ddof=1),
+                step=value_steps(counts) * spec.nominal_scale,
+                unit=least_steps(counts, spec) * spec.nominal_scale,
             )
         )
     return PoseMean(
@@ -218,3 +265,17 @@ def average_pose(
         duration_s=float(log.time_s[n - 1] - log.time_s[0]),
         columns={name: float(values[:n].mean()) for name, values in log.columns.items()},
     )
+
+
+def check_alive(means: Sequence[PoseMean], triad: Triad, run: str) -> None:
+    """Refuse a run in which an axis gave the very same value all the time."""
+    spread = np.max([getattr(mean, triad).scatter for mean in means], axis=0)
+    values = np.array([getattr(mean, triad).mean for mean in means])
+    stuck = (spread == 0) & (np.ptp(values, axis=0) == 0)
+    if len(means) > 1 and stuck.any():
+        axis = AXES[int(np.argmax(stuck))]
+        raise Undetermined(
+            f"{run}: {triad} {axis} is stuck: it gives the same value in every sample of all "
+            f"{len(means)} poses. Check the wiring, the register settings, or whether the column "
+            f"was logged twice."
+        )

@@ -8,6 +8,12 @@ import numpy as np
 from calib.poses.imu_log import FloatArray, IntArray
 
 VECTORS = ("force", "previous", "vibration")
+RUN_COLUMN = "run:"
+"""Before the name of a run: the column that is 1 in its poses."""
+
+OTHER_TRIAD = ("other_x", "other_y", "other_z")
+"""Columns with the nominal reading of the other triad, SI."""
+
 FIELDS = (*VECTORS, "magnitude", "spin_rad_s", "time_s")
 """Fields of :class:`Conditions` beside the vector and the logged columns."""
 
@@ -33,7 +39,8 @@ class Conditions:
     vibration : array, shape (n, 3)
         Variance of the accelerometer within the pose, (m/s²)².
     columns : mapping of name to array, shape (n,)
-        Logged covariates, for example ``temperature_c``.
+        Logged covariates, for example ``temperature_c``; in the poses of a fit also
+        :data:`OTHER_TRIAD` and a column for every run.
     """
 
     vector: FloatArray

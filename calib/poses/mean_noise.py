@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from calib.poses.averaging import BATCHES, PoseMean
+from calib.poses.averaging import BATCHES, COARSE_BATCHES, PoseMean, TriadMean
 from calib.poses.imu_log import FloatArray, Triad
 
 OWN_DOF = BATCHES - 1
@@ -28,6 +28,23 @@ NOISE_DOF_PER_POSE = 2.0
 """Degrees of freedom that a pose adds to the estimate ``2 v3 - v6`` over three axes."""
 MEDIAN_OF_CHI2_5 = 4.3515
 """Median of chi-square with OWN_DOF = 5, to turn a median of variances into a variance."""
+
+LARGEST_RATIO = 1.7
+"""Correlated over a quarter of the pose (x = 0.25): from here on the factor, 4.4, runs away."""
+
+UNCERTAIN_RATIO = 1.5
+"""From x = 0.13 on 93 % and fewer of the means lie within 1.96 stated sds, 88 % at 0.33
+(``python -m tests.bench.study_pose_means``)."""
+
+RATIO_SD = 0.4
+"""Sd of the ratio that one pose of three axes gives, by the same bench."""
+
+SHORTEST_S, LONG_ENOUGH_S = 2.0, 8.0
+"""With noise correlated over half a second, as low-cost sensors have it, 85 to 88 % at 1.5 s, 92 to
+93 % at 3 s, 95 % at 8 s, by the same bench."""
+
+STEP_TERMS = 100
+"""The series is within 0.6 % of Δ²/12 without noise, and exact with any."""
 
 HARMONICS = 4
 """Slow enough for noise that stays correlated over a tenth of the log, and with three axes enough
@@ -69,16 +86,23 @@ def pooled_sd(means: Sequence[PoseMean], triad: Triad) -> FloatArray:
     return np.asarray(np.sqrt(mixed))
 
 
-def correlation_factor(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> float:
-    """By how much the variance of a pose mean exceeds what its BATCHES batches say.
+def _mean_variance(x: FloatArray) -> FloatArray:
+    """Variance of a mean over T of noise with the correlation time x T, in that of the noise."""
+    return np.asarray(2 * x * (1 + x * np.expm1(-1 / x)))
 
-    Where samples stay correlated over a time short against the pose, batches of length L have
-    ``V(L) = A/L - B/L²``, and cutting a pose in 6 and in 3 gives estimates v6 and v3 of the
-    variance of its mean that fall short by 6 and 3 times the same amount, so that
-    ``V = 2 v3 - v6``. The ratio belongs to the sensor and the length of the pose: it is taken over
-    all ``runs``, whose poses are alike in length. The last factor is Student's: an sd known with
-    few degrees of freedom is wider than it says.
-    """
+
+def _batch_variance(x: FloatArray, batches: int) -> FloatArray:
+    """What so many batches of that mean would state on average, (V(T/m) - V(T)) / (m - 1)."""
+    return np.asarray((_mean_variance(batches * x) - _mean_variance(x)) / (batches - 1))
+
+
+_SHARES = np.geomspace(1e-4, 3.0, 300)
+_RATIOS = _batch_variance(_SHARES, COARSE_BATCHES) / _batch_variance(_SHARES, BATCHES)
+_FACTORS = _mean_variance(_SHARES) / _batch_variance(_SHARES, BATCHES)
+
+
+def correlation_ratio(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> float:
+    """Variance of pose means by COARSE_BATCHES over that by BATCHES, over all poses of ``runs``."""
     fine, coarse = 0.0, 0.0
     for means in runs:
         v6 = np.array([getattr(mean, triad).variance for mean in means])
@@ -87,20 +111,111 @@ def correlation_factor(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> floa
         disturbed = np.maximum(v6, v3) > LARGEST_TYPICAL * typical
         fine += float(np.where(disturbed, 0.0, v6 / typical).sum())
         coarse += float(np.where(disturbed, 0.0, v3 / typical).sum())
+    return coarse / fine if fine > 0 else 1.0
+
+
+def correlation_factor(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> float:
+    """By how much the variance of a pose mean exceeds what its BATCHES batches say.
+
+    Noise that stays correlated over x T of a pose of length T gives batches a variance that falls
+    short, and the more batches the more: the ratio of the estimates from 3 and from 6 of them is
+    between 1 (white noise) and 2 (x without limit), and x follows from it for noise of one
+    correlation time (Gauss-Markov). For small x the factor is ``2 ratio - 1``. The ratio belongs to
+    the sensor and the length of the pose: it is taken over all ``runs``, whose poses are alike in
+    length. The last factor is Student's: an sd known with few degrees of freedom is wider than it
+    says.
+    """
+    ratio = min(correlation_ratio(runs, triad), LARGEST_RATIO)
     dof = NOISE_DOF_PER_POSE * sum(len(means) for means in runs)
     student = dof / max(dof - 2, 1.0)
-    return student * max(1.0, 2 * coarse / fine - 1) if fine > 0 else 1.0
+    return student * max(1.0, float(np.interp(ratio, _RATIOS, _FACTORS)))
 
 
-def correlated_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
-    """Sd of every pose mean of all runs, one after another, correlation included, (n, 3)."""
+def too_short(means: Sequence[PoseMean], triad: Triad, run: str) -> str | None:
+    """Why the sds of these pose means may not hold, or None where they do.
+
+    Means over a few correlation times follow the noise itself: how far it goes is not in the poses.
+    """
+    ratio = correlation_ratio([means], triad)
+    seconds = float(np.median([mean.duration_s for mean in means]))
+    wanders = ratio > UNCERTAIN_RATIO + 2 * RATIO_SD / np.sqrt(len(means))
+    if not wanders and seconds >= SHORTEST_S:
+        return None
+    seen = (
+        f"within them the {triad}'s readings wander as a whole (their noise stays correlated over "
+        f"a sixth of a pose and longer, or they drift)"
+        if wanders
+        else f"slow noise of the {triad}, correlated over half a second, does not show in so few"
+    )
+    return (
+        f"{run}: poses of {seconds:.2g} s are short: {seen}. The sds of the pose means are lower "
+        f"bounds; log each pose for {max(LONG_ENOUGH_S, 5 * seconds):.0f} s."
+    )
+
+
+def noise_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
+    """Sd (n, 3) of every pose mean of all runs by its noise, correlation included, nominal SI."""
     length = [float(np.median([mean.duration_s for mean in means])) for means in runs]
     parts = []
-    for means, own in zip(runs, length, strict=True):
+    for means, seconds in zip(runs, length, strict=True):
         alike = [
             other
             for other, its in zip(runs, length, strict=True)
-            if 1 / SIMILAR_LENGTH < its / own < SIMILAR_LENGTH
+            if 1 / SIMILAR_LENGTH < its / seconds < SIMILAR_LENGTH
         ]
         parts.append(pooled_sd(means, triad) * np.sqrt(correlation_factor(alike, triad)))
     return np.concatenate(parts)
+
+
+def pose_mean_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
+    """Sd (n, 3) of every pose mean of all runs, one after another: noise and converter steps.
+
+    Parameters
+    ----------
+    runs : sequence of sequences of PoseMean
+        Averaged poses of one sensor, run by run.
+    triad : str
+        ``accelerometer`` or ``gyroscope``.
+    """
+    by_steps = []
+    for means in runs:
+        step = known_step([getattr(mean, triad) for mean in means])
+        scatter = np.median([getattr(mean, triad).scatter for mean in means], axis=0)
+        by_steps.append(np.tile(step_variance(step, scatter), (len(means), 1)))
+    return np.asarray(np.sqrt(noise_sd(runs, triad) ** 2 + np.concatenate(by_steps)))
+
+
+def known_step(means: Sequence[TriadMean]) -> FloatArray:
+    """The step of a converter, SI, (3,): the least that a pose shows, else the least it can be."""
+    step = np.min([mean.step for mean in means], axis=0)
+    unit = np.min([mean.unit for mean in means], axis=0)
+    return np.asarray(np.where(np.isfinite(step), step, unit))
+
+
+def step_variance(step: FloatArray, scatter: FloatArray) -> FloatArray:
+    """Variance of a mean by the converter's steps, over where between two steps the truth lies.
+
+    The mean of rounded samples with noise of sd σ misses the truth x by a periodic function of x
+    (Widrow & Kollár, *Quantization Noise*, 2008, its Fourier series), of the variance
+
+        Σ_k Δ² / (2π² k²) · exp(−4π² k² σ² / Δ²),
+
+    which is Δ²/12 without noise and vanishes once σ exceeds half a step. It does not fall with the
+    length of the pose.
+
+    Parameters
+    ----------
+    step : array, shape (3,)
+        Δ; 0 where there is none.
+    scatter : array, shape (3,)
+        Variance of the logged samples, rounding included: σ² + Δ²/12.
+
+    Returns
+    -------
+    array, shape (3,)
+    """
+    square = np.maximum(step**2, 1e-300)[:, None]
+    dither = np.maximum(scatter - step**2 / 12, 0.0)[:, None]
+    k = np.arange(1, STEP_TERMS + 1)
+    terms = np.exp(-4 * np.pi**2 * k**2 * dither / square) / (2 * np.pi**2 * k**2)
+    return np.asarray(step**2 * terms.sum(axis=1))

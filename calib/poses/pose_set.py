@@ -8,11 +8,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from calib.errors import Undetermined
-from calib.poses.averaging import PoseMean
-from calib.poses.conditions import Conditions
-from calib.poses.imu_log import AXES, BoolArray, FloatArray, IntArray, Triad
-from calib.poses.mean_noise import NOISE_DOF_PER_POSE, correlated_sd
+from calib.poses.averaging import PoseMean, check_alive
+from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
+from calib.poses.imu_log import BoolArray, FloatArray, IntArray, Triad
+from calib.poses.mean_noise import NOISE_DOF_PER_POSE, pose_mean_sd, too_short
 
 RowIndex = IntArray | BoolArray | slice | Sequence[int]
 PER_POSE = ("reading", "sd", "force", "vibration", "spin_rad_s", "time_s", "expected")
@@ -125,6 +124,11 @@ class PoseSet:
         Magnitudes and their sds.
     columns : mapping of name to array, shape (n,)
         Pose means of the logged columns.
+    notes : tuple of str
+        Why some of the sds may not hold.
+    other_reading : array, shape (n, 3), or None
+        Mean nominal reading of the other triad, NaN where not logged. Ideal poses have None: what
+        the other triad reads follows from the plate and from gravity.
     """
 
     triad: Triad
@@ -139,6 +143,8 @@ class PoseSet:
     expected: FloatArray
     reference: Reference
     columns: Mapping[str, FloatArray] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    other_reading: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.label)
@@ -152,6 +158,8 @@ class PoseSet:
             run=tuple(self.run[i] for i in index),
             reference=self.reference.take(index),
             columns={name: values[index] for name, values in self.columns.items()},
+            notes=self.notes,
+            other_reading=None if self.other_reading is None else self.other_reading[index],
             **{name: getattr(self, name)[index] for name in PER_POSE},
         )
 
@@ -170,6 +178,10 @@ class PoseSet:
                 for name, values in self.columns.items()
                 if name in other.columns
             },
+            other_reading=None
+            if self.other_reading is None or other.other_reading is None
+            else np.concatenate([self.other_reading, other.other_reading]),
+            notes=tuple(dict.fromkeys((*self.notes, *other.notes))),
             **{
                 name: np.concatenate([getattr(self, name), getattr(other, name)])
                 for name in PER_POSE
@@ -207,22 +219,20 @@ class PoseSet:
             time_s=self.time_s,
             previous=previous if np.isfinite(self.time_s).all() else np.full_like(vector, np.nan),
             vibration=self.vibration,
-            columns=self.columns,
+            columns={**self.columns, **self._unlogged(vector)},
         )
 
-
-def check_alive(means: Sequence[PoseMean], triad: Triad, run: str) -> None:
-    """Refuse a run in which an axis gave the very same value all the time."""
-    spread = np.max([getattr(mean, triad).scatter for mean in means], axis=0)
-    values = np.array([getattr(mean, triad).mean for mean in means])
-    stuck = (spread == 0) & (np.ptp(values, axis=0) == 0)
-    if len(means) > 1 and stuck.any():
-        axis = AXES[int(np.argmax(stuck))]
-        raise Undetermined(
-            f"{run}: {triad} {axis} is stuck: it gives the same value in every sample of all "
-            f"{len(means)} poses. Check the wiring, the register settings, or whether the column "
-            f"was logged twice."
-        )
+    def _unlogged(self, vector: FloatArray) -> dict[str, FloatArray]:
+        """The other triad's reading and which pose belongs to which run, each (n,)."""
+        other = self.other_reading
+        if other is None and self.triad == "gyroscope":
+            other = self.force
+        elif other is None:
+            length = np.linalg.norm(vector, axis=1, keepdims=True)
+            other = self.spin_rad_s[:, None] * vector / np.where(length > 0, length, 1.0)
+        run = np.array(self.run)
+        members = {RUN_COLUMN + name: (run == name).astype(float) for name in dict.fromkeys(run)}
+        return {**dict(zip(OTHER_TRIAD, other.T, strict=True)), **members}
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,12 +271,13 @@ def pose_set(
     if overlap.any():  # every file starts its own clock: the order of the poses is not known
         time_s = np.full(len(means), np.nan)
     names = sorted(set.intersection(*(set(mean.columns) for mean in means)))
+    other = "gyroscope" if triad == "accelerometer" else "accelerometer"
     poses = PoseSet(
         triad=triad,
         label=tuple(mean.label for mean in means),
         run=tuple(run.name for run in runs for _ in run.means),
         reading=np.array([getattr(mean, triad).mean for mean in means]),
-        sd=correlated_sd([run.means for run in runs], triad),
+        sd=pose_mean_sd([run.means for run in runs], triad),
         force=np.array([mean.accelerometer.mean for mean in means]),
         vibration=np.array([mean.accelerometer.scatter for mean in means]),
         spin_rad_s=np.concatenate([run.spin_rad_s for run in runs]),
@@ -274,6 +285,8 @@ def pose_set(
         expected=np.concatenate([run.expected for run in runs]),
         reference=join_references([run.reference for run in runs]),
         columns={name: np.array([mean.columns[name] for mean in means]) for name in names},
+        notes=tuple(filter(None, (too_short(run.means, triad, run.name) for run in runs))),
+        other_reading=np.array([getattr(mean, other).mean for mean in means]),
     )
     if correct_force is None or not np.isfinite(poses.force).all():
         return poses

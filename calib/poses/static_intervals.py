@@ -1,38 +1,131 @@
-"""Still intervals in one long log, found relative to the sensor's own noise.
+"""Static intervals in one long log: by hand, on a gimbal, on a table, on the turning plate.
 
-The variance of a sliding window, over the three axes together, is divided by the variance the
-triad has when nothing moves. The log itself tells that one: it is the most common value among the
-quieter half of the windows. A window is still up to ``STILL_RATIO`` times it; there is no
-threshold in counts, and nothing depends on how long or how many the poses are.
+The variance of a sliding window, summed over the axes, is compared with a threshold. No threshold
+suits every log: on a table a sensor shows its own noise, in a hand many times as much. So
+thresholds are searched (Tedaldi, Pretto, Menegatti, ICRA 2014), from the variance of the quietest
+twentieth of the log upwards by factors of THRESHOLD_STEP, and the one whose rests make the best
+calibration is taken (:mod:`calib.poses.attitude_fit`). A rest that a threshold cuts in pieces
+counts once. Nothing that swings by metres per second squared is at rest, whatever the search says.
 """
 
 import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from calib.errors import Undetermined
-from calib.poses.imu_log import FloatArray, ImuLog
+from calib.poses.attitude_fit import best_threshold
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import FloatArray, ImuLog, Triad
+from calib.poses.rest_candidates import (
+    QUIETEST_SHARE,
+    DecidingTriad,
+    Rest,
+    StillSearch,
+    deciding_triad,
+    longest_pieces,
+    rests_below,
+)
 
-WINDOW_S = 1.0
-"""Long enough that a hand cannot hold still by chance, short against a pose."""
-
-SHORTEST_POSE_S = 1.5
 STILL_RATIO = 4.0
-"""Twice the noise amplitude at rest. From 4 to 20 the real logs give the same poses."""
+"""Twice the noise amplitude of the quietest rest: below it noise alone cuts rests to pieces. Half
+or twice of it moves 0.1 % of the stops in ``tests.bench.study_static_intervals``."""
 
-MARGIN_S = 0.25
-"""Cut off both ends of a stretch: a still window may hold the last of a movement."""
+THRESHOLD_STEP = 2.0
+USUAL_SHARE = 0.75
+SEARCH = StillSearch()
 
 
-def window_variance(values: FloatArray, window: int) -> FloatArray:
-    """Variance of every run of ``window`` samples summed over the axes, shape (t - window + 1,)."""
-    centred = values - values.mean(axis=0)
-    start = np.zeros((1, values.shape[1]))
-    total = np.vstack([start, np.cumsum(centred, axis=0)])
-    square = np.vstack([start, np.cumsum(centred**2, axis=0)])
-    mean = (total[window:] - total[:-window]) / window
-    mean_square = (square[window:] - square[:-window]) / window
-    return np.asarray(np.maximum(mean_square - mean**2, 0.0).sum(axis=1))
+@dataclass(frozen=True, eq=False)
+class StaticIntervals:
+    """The rests of a log, in time order, each as a log of its own.
+
+    ``threshold`` is the multiple of the quietest rest's noise amplitude that was taken,
+    ``largest_sd`` the same in SI units of ``triad``, which decided. ``usual_shift`` is by how much
+    the halves of three rests in four differ at most, SI: nothing on a table, a degree in a hand.
+    ``skipped`` are stops that are not among the rests: when they were, and why.
+    """
+
+    logs: tuple[ImuLog, ...]
+    triad: Triad
+    threshold: float
+    largest_sd: float
+    usual_shift: float
+    skipped: tuple[tuple[str, str], ...] = ()
+
+
+def find_still(
+    log: ImuLog,
+    accelerometer: TriadSpec | None,
+    gyroscope: TriadSpec | None = None,
+    rate_rad_s: float = 0.0,
+    search: StillSearch = SEARCH,
+) -> StaticIntervals:
+    """The static intervals of a log; on a plate that turns at ``rate_rad_s``, the steady ones.
+
+    Parameters
+    ----------
+    log : ImuLog
+    accelerometer, gyroscope : TriadSpec or None
+        The data sheets; a triad without one is not looked at.
+    rate_rad_s : float
+        Rate of the plate, of either sign; 0 where the log was taken at rest.
+    search : StillSearch
+        What the user overrules.
+
+    Raises
+    ------
+    Undetermined
+        The log is too short, or never rests.
+    """
+    triad = deciding_triad(log, accelerometer, gyroscope, abs(rate_rad_s), search)
+    thresholds = _thresholds(triad, search)
+    sets = [rests_below(triad, threshold) for threshold in thresholds]
+    poses = [longest_pieces(triad, [rest for rest in rests if rest.fault is None])
+             for rests in sets]
+    best = _best(triad, poses, thresholds)
+    if not poses[best]:
+        raise Undetermined(_no_pose(triad, sets[best]))
+    faulty = [rest for rest in sets[best] if rest.fault is not None]
+    skipped = [*faulty, *_noisier(triad, sets[best], thresholds[best])]
+    return StaticIntervals(
+        logs=tuple(log.between(rest.start, rest.stop, f"{log.label} {triad.span(rest)}")
+                   for rest in poses[best]),
+        triad=triad.triad,
+        threshold=math.sqrt(thresholds[best] / triad.quietest),
+        largest_sd=math.sqrt(thresholds[best]),
+        usual_shift=float(np.quantile([triad.shift(rest) for rest in poses[best]], USUAL_SHARE)),
+        skipped=tuple((triad.span(rest), str(rest.fault))
+                      for rest in sorted(skipped, key=lambda rest: rest.start)),
+    )
+
+
+def _thresholds(triad: DecidingTriad, search: StillSearch) -> list[float]:
+    """The variances to try, the lowest first."""
+    level, ceiling = triad.quietest, triad.ceiling
+    if search.threshold is not None:
+        return [level * search.threshold**2]
+    if level > ceiling:
+        raise Undetermined(_never_rests(triad))
+    steps = max(0, math.ceil(math.log(ceiling / level / STILL_RATIO, THRESHOLD_STEP)))
+    return [min(level * STILL_RATIO * THRESHOLD_STEP**k, ceiling) for k in range(steps + 1)]
+
+
+def _best(
+    triad: DecidingTriad, poses: Sequence[Sequence[Rest]], thresholds: Sequence[float]
+) -> int:
+    """Which threshold's rests make the best calibration.
+
+    Where none makes one, and at rest where a gyroscope has nothing to measure, the common noise of
+    the log decides: STILL_RATIO times the most common variance of the quieter half.
+    """
+    means = [np.array([triad.mean(rest) for rest in rests]).reshape(-1, 3) for rests in poses]
+    best = None if triad.magnitude is None else best_threshold(means, triad.magnitude)
+    if best is None:
+        common = max(STILL_RATIO * quiet_level(triad.variance), triad.smallest_variance)
+        best = int(np.argmin(np.abs(np.log(np.array(thresholds) / common))))
+    return best
 
 
 def quiet_level(variance: FloatArray) -> float:
@@ -48,40 +141,43 @@ def quiet_level(variance: FloatArray) -> float:
     return float(np.exp(np.median(sample)))
 
 
-def find_still(log: ImuLog) -> list[ImuLog]:
-    """The still stretches of a log, in time order, each as a log of its own.
+def _noisier(triad: DecidingTriad, rests: Sequence[Rest], threshold: float) -> Iterator[Rest]:
+    """Stops that a higher threshold would give, and nothing that is among ``rests``."""
+    if threshold >= triad.ceiling:
+        return
+    for stop in rests_below(triad, triad.ceiling):
+        if stop.fault is None and not any(
+            rest.start < stop.stop and stop.start < rest.stop for rest in rests
+        ):
+            yield replace(stop, fault=f"noisier than {math.sqrt(threshold):.2g} {triad.unit} (sd)")
 
-    The accelerometer decides where it was logged, else the gyro.
 
-    Raises
-    ------
-    Undetermined
-        The log is too short, or no stretch of ``SHORTEST_POSE_S`` is still.
-    """
-    step_s = float(np.median(np.diff(log.time_s)))
-    window = max(8, round(WINDOW_S / step_s))
-    margin = round(MARGIN_S / step_s)
-    shortest = max(window, math.ceil(SHORTEST_POSE_S / step_s))
-    if len(log.time_s) < 2 * shortest:
-        raise Undetermined(
-            f"{log.label}: {len(log.time_s)} samples ({log.time_s[-1] - log.time_s[0]:.1f} s) are "
-            f"too few to look for still poses; each pose needs {SHORTEST_POSE_S:g} s or more."
-        )
-    values = log.accelerometer if log.has("accelerometer") else log.gyroscope
-    variance = window_variance(values, window)
-    still = variance <= STILL_RATIO * quiet_level(variance)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(np.int8), [0]])))
-    poses: list[ImuLog] = []
-    free = 0  # a window that is still may begin inside the one before: samples are used once
-    for first, last in zip(edges[::2], edges[1::2], strict=True):
-        start, stop = max(int(first), free) + margin, int(last) - 1 + window - margin
-        if stop - start >= shortest:
-            span = f"{log.time_s[start]:.1f}-{log.time_s[stop - 1]:.1f} s"
-            poses.append(log.between(start, stop, f"{log.label} {span}"))
-            free = stop + margin
-    if not poses:
-        raise Undetermined(
-            f"{log.label}: no stretch of {SHORTEST_POSE_S:g} s or more is still. Let the sensor "
-            f"rest untouched for a few seconds in every pose, on a table that nobody leans on."
-        )
-    return poses
+def _never_rests(triad: DecidingTriad) -> str:
+    least, often = np.sqrt(np.quantile(triad.variance, [QUIETEST_SHARE, 0.5]))
+    return (
+        f"{triad.label}: the sensor never rests. The {triad.triad} scatters by more than "
+        f"{least:.2g} {triad.unit} (sd over {triad.window} samples) in {1 - QUIETEST_SHARE:.0%} of "
+        f"the log and by more than {often:.2g} {triad.unit} in half of it; in a rest it stays "
+        f"below {math.sqrt(triad.ceiling):.2g} {triad.unit} for "
+        f"{triad.shortest * triad.step_s:.2g} s or more. Let the sensor lie untouched for a few "
+        f"seconds in every pose; `still: {{threshold: ...}}` beside `find: still` overrules this."
+    )
+
+
+def _no_pose(triad: DecidingTriad, rests: Sequence[Rest]) -> str:
+    if not rests:
+        return _never_rests(triad)
+    listed = list_stops([(triad.span(rest), str(rest.fault)) for rest in rests])
+    return (
+        f"{triad.label}: none of its quiet stretches is a pose: {listed}. If that is wrong, the "
+        f"data sheet's range or unit of the {triad.triad} is another, or its columns are."
+    )
+
+
+def list_stops(stops: Sequence[tuple[str, str]]) -> str:
+    """Stops as one phrase, those with the same reason together."""
+    reasons = dict.fromkeys(reason for _, reason in stops)
+    return "; ".join(
+        f"{', '.join(span for span, why in stops if why == reason)}: {reason}"
+        for reason in reasons
+    )

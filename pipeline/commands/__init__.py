@@ -5,44 +5,90 @@ To add a command: one line in :data:`COMMANDS`, and a module of that name in thi
 pydantic) is imported inside the command's function or module, never here.
 """
 
+import os
+import sys
+
 #: name -> (arguments, one line of help), in the order in which ``pipeline --help`` shows them.
 COMMANDS: dict[str, tuple[str, str]] = {
-    "run": ("CONFIG", "Measure the rate, calibrate, diagnose; write the report."),
-    "rate": ("VIDEO...", "Measure a plate's rate from clips, nothing else."),
-    "diagnose": ("CONFIG", "Say what the model misses, and what to type next."),
-    "add": ("CONFIG TARGET", "Put an effect into the model; before → after. Also --auto."),
-    "remove": ("CONFIG TARGET", "Take an effect out of the model again."),
-    "effects": ("[NAME]", "The catalogue of effects, or one effect's page."),
-    "history": ("CONFIG", "Every run so far: model, errors, verdict."),
-    "ports": ("", "List serial ports, and what keeps you from opening them."),
-    "record": ("CONFIG", "Record poses live, led through them; goes on where it stopped."),
-    "plan": ("CONFIG", "What the poses determine, before and after recording; what next."),
-    "playback": ("CONFIG", "Play recorded poses as a serial device, to try `record`."),
-    "check": ("CONFIG", "Validate a configuration and find its files, nothing else."),
-    "init": ("[DIR]", "Write a commented config.yaml to start from."),
-    "export": ("RESULTS", "Write the calibration for another program."),
+    "run": ("CONFIG", "Measure the rates, calibrate, diagnose, and write the report."),
+    "rate": ("VIDEO...", "Measure the rate of a plate from clips."),
+    "diagnose": ("CONFIG", "Print what the model misses and the next command to type."),
+    "add": ("CONFIG TARGET", "Add an effect to the model and compare the errors."),
+    "remove": ("CONFIG TARGET", "Remove an effect from the model and compare the errors."),
+    "effects": ("[NAME]", "List all effects, or print the page of one effect."),
+    "history": ("CONFIG", "List all runs with their models, errors and verdicts."),
+    "ports": ("", "List the serial ports and the reason why one cannot be opened."),
+    "record": ("CONFIG", "Record poses from a sensor, with instructions for each pose."),
+    "plan": ("CONFIG", "Print what the poses determine, before or after recording."),
+    "playback": ("CONFIG", "Play recorded poses on a serial port, to try `record`."),
+    "check": ("CONFIG", "Validate a configuration and find its files."),
+    "init": ("[DIR]", "Write a commented config.yaml."),
+    "export": ("RESULTS", "Write the calibration in the format of another program."),
     "apply": ("RESULTS LOG", "Correct a log: counts in, SI units out."),
 }
+WIDEST = 100  #: columns that help and paragraphs use at most
+NARROWEST = 40  #: columns that they use at least
+ABOUT = (
+    "Calibrate a low-cost IMU with a record player, a webcam and a YAML file, and determine which "
+    "errors the model does not describe."
+)
+AFTER = (
+    "`pipeline COMMAND --help` explains a command and shows examples. Results go to standard "
+    "output, progress and warnings to standard error.",
+    "Exit codes: 0 done, 1 error of this program, 2 wrong usage or configuration, 3 unreadable "
+    "input, 4 the data cannot determine the result, 5 the fit failed its own check, 6 device "
+    "error, 130 interrupted.",
+)
 
 
 def front_page() -> str:
     """What ``pipeline --help`` prints; written without click, whose import alone takes longer."""
-    width = max(len(f"{name} {arguments}") for name, (arguments, _) in COMMANDS.items())
-    lines = [f"  {f'{name} {arguments}':<{width}}  {says}" for name, (arguments, says) in
-             COMMANDS.items()]
-    return "\n".join(
-        [
-            "Usage: pipeline COMMAND ...",
-            "",
-            "Calibrate a low-cost IMU with a record player, a webcam and a YAML file, and find",
-            "what the model misses.",
-            "",
-            *lines,
-            "",
-            "`pipeline COMMAND --help` explains one command. Results go to standard output,",
-            "progress and warnings to standard error.",
-            "Exit codes: 0 done, 1 our bug, 2 usage or config, 3 unreadable input, 4 the data",
-            "cannot determine what was asked, 5 the fit failed its own check, 6 device,",
-            "130 interrupted.",
-        ]
-    )
+    width = terminal_width() or WIDEST
+    names = {name: f"{name} {arguments}" for name, (arguments, _) in COMMANDS.items()}
+    column = 2 + max(map(len, names.values())) + 2
+    lines = ["Usage: pipeline COMMAND ...", "", *wrapped(ABOUT, width), ""]
+    for name, (_, summary) in COMMANDS.items():
+        first, *rest = wrapped(summary, max(width - column, NARROWEST // 2))
+        lines.append(f"  {names[name]:<{column - 2}}{first}")
+        lines += [f"{'':<{column}}{line}" for line in rest]
+    for paragraph in AFTER:
+        lines += ["", *wrapped(paragraph, width)]
+    return "\n".join(lines)
+
+
+def wrapped(text: str, width: int, indent: str = "") -> list[str]:
+    """``text`` in lines of at most ``width`` columns, cut between words only.
+
+    ``indent`` stands before every line but the first. The standard library's ``textwrap`` imports
+    ``re``, which takes as long as everything else that ``pipeline --help`` does.
+
+    >>> wrapped("one two three", 7)
+    ['one two', 'three']
+    """
+    lines: list[str] = []
+    for word in text.split():
+        if lines and len(lines[-1]) + 1 + len(word) <= width:
+            lines[-1] += f" {word}"
+        else:
+            lines.append(f"{indent if lines else ''}{word}")
+    return lines
+
+
+def terminal_width() -> int | None:
+    """Columns to use on standard output; None where that is no terminal."""
+    try:
+        columns = os.get_terminal_size(sys.stdout.fileno()).columns
+    except (OSError, ValueError):  # no terminal; a test's replacement has no file number
+        return None
+    return max(NARROWEST, min(columns, WIDEST))
+
+
+def paragraph(text: str, indent: str = "") -> str:
+    """``text`` wrapped at the terminal's width; one line where programs read it."""
+    width = terminal_width()
+    return text if width is None else "\n".join(wrapped(text, width, indent))
+
+
+def examples(*lines: str) -> str:
+    r"""The end of a command's help; the \b keeps click from joining the lines."""
+    return "\n".join(["\b", "Examples:", *(f"  {line}" for line in lines)])

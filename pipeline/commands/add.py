@@ -4,23 +4,30 @@ from pathlib import Path
 
 import click
 
+from pipeline.commands import examples
 
-@click.command()
+
+@click.command(epilog=examples(
+    "pipeline add config.yaml gyroscope.g_sensitivity",
+    "pipeline add config.yaml rate.slow.once_per_rev",
+    "pipeline add config.yaml --auto",
+))
 @click.argument("config", type=click.Path(path_type=Path))
 @click.argument("target", required=False)
 @click.option("--auto", is_flag=True,
-              help="Repeat until nothing is missing or the data cannot tell.")
+              help="Add effects until the diagnosis names none.")
 @click.option("--although-aliased", is_flag=True,
-              help="Add an effect although these data cannot tell it from another.")
+              help="Add an effect although these data cannot separate it from another one.")
 @click.option("--allow-python", is_flag=True,
-              help="Let Python files that CONFIG names for its own effects run.")
+              help="Run the Python files that CONFIG names for user-defined effects.")
 def command(
     config: Path, target: str | None, auto: bool, although_aliased: bool, allow_python: bool
 ) -> None:
-    """Put an effect into CONFIG (comments kept), rerun, and show before → after.
+    """Add an effect to the model in CONFIG, run again, and print the errors before and after.
 
-    TARGET is accelerometer.NAME, gyroscope.NAME, or rate.SETTING.TERM. What these data cannot see
-    or cannot tell apart is refused, with the measurement that would allow it.
+    TARGET is accelerometer.NAME, gyroscope.NAME, or rate.SETTING.TERM. Comments in CONFIG are kept.
+    The command refuses an effect that these data cannot determine or cannot separate from another
+    one, and states the measurement that would allow it.
     """
     from pipeline.commands.model_change import add_until_settled, change_and_show
 

@@ -4,42 +4,54 @@ from pathlib import Path
 
 import click
 
+from pipeline.commands import examples
 
-@click.command()
+
+@click.command(epilog=examples(
+    "pipeline apply config.run drive.csv --output drive.calibrated.csv",
+    "pipeline apply config.run raw.txt --columns acc_x,acc_y,acc_z --rate-hz 100",
+))
 @click.argument("results", type=click.Path(path_type=Path))
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option("--output", type=click.Path(path_type=Path, dir_okay=False),
-              help="The file to write, instead of standard output.")
-@click.option("--columns", help="Names of the log's columns, with commas, where it has no header.")
+              help="File for the corrected log; default: standard output.")
+@click.option("--force", is_flag=True, help="Replace a file that this program did not write.")
+@click.option("--columns",
+              help="Names of the columns of a log without a header, separated by commas.")
 @click.option("--rate-hz", type=click.FloatRange(min=0, min_open=True),
-              help="Sample rate, where the log has no time.")
+              help="Sample rate of a log without a time column.")
 @click.option("--session-clock", is_flag=True,
-              help="The log's time counts on the clock of the calibration session: correct drifts.")
+              help="The time of the log is that of the calibration session: correct drifts.")
+@click.option("--allow-python", is_flag=True,
+              help="Run the Python files of user-defined effects.")
 def command(
     results: Path,
     log: Path,
     output: Path | None,
+    force: bool,
     columns: str | None,
     rate_hz: float | None,
     session_clock: bool,
+    allow_python: bool,
 ) -> None:
-    """Correct LOG by RESULTS (results.json, or its folder): CSV in SI units.
+    """Correct LOG with the calibration in RESULTS (results.json or its folder); CSV in SI units.
 
-    Where RESULTS have an installation, both triads are turned into the vehicle's axes.
+    If RESULTS contains a mounting, both triads are rotated into the axes of the vehicle.
     """
     from pipeline.export.apply import applied_csv, apply_results
-    from pipeline.files import write_whole
     from pipeline.logs.read import read_log
     from pipeline.results.read import load_results
+    from pipeline.results.written import write_output
 
-    stored = load_results(results)
+    stored = load_results(results, allow_python)
     names = None if columns is None else [name.strip() for name in columns.split(",")]
     applied = apply_results(stored, read_log(log, names, rate_hz), session_clock)
-    for says in applied.left_out:
-        click.secho(f"warning: {says}", fg="yellow", err=True)
+    for note in applied.left_out:
+        click.secho(f"warning: {note}", fg="yellow", err=True)
     click.echo(f"columns are in {applied.axes}", err=True)
     if output is None:
         click.echo(applied_csv(applied), nl=False)
         return
-    write_whole(output, applied_csv(applied))
+    inputs = (log, stored.path)
+    write_output(stored.folder, output, applied_csv(applied), force=force, inputs=inputs)
     click.echo(output)

@@ -4,16 +4,22 @@ from pathlib import Path
 
 import click
 
+from pipeline.commands import examples
 
-@click.command()
+
+@click.command(epilog=examples("pipeline check config.yaml"))
 @click.argument("config", type=click.Path(path_type=Path))
 def command(config: Path) -> None:
-    """Validate CONFIG and find its files; every mistake is listed with its line.
+    """Validate CONFIG, find its files, and list every error with its line.
 
-    Nothing is measured and nothing is written.
+    The command measures nothing and writes nothing.
     """
     from pipeline.config.load import load_config
     from pipeline.console.triad_text import summary_lines
+    from pipeline.stages.user_effects import check_user_effects
 
-    for line in summary_lines(load_config(config)):
+    loaded = load_config(config)
+    if loaded.effects:
+        check_user_effects(loaded)
+    for line in summary_lines(loaded):
         click.echo(line)

@@ -4,26 +4,28 @@ from pathlib import Path
 
 import click
 
+from pipeline.commands import examples, paragraph
 
-@click.command()
+
+@click.command(epilog=examples("pipeline diagnose config.yaml"))
 @click.argument("config", type=click.Path(path_type=Path))
 @click.option("--allow-python", is_flag=True,
-              help="Let Python files that CONFIG names for its own effects run.")
+              help="Run the Python files that CONFIG names for user-defined effects.")
 def command(config: Path, allow_python: bool) -> None:
-    """Say what the model in CONFIG misses, how sure that is, and what to type next.
+    """Print what the model in CONFIG misses, how certain that is, and the next command to type.
 
-    Every stage is run; results and history are left as they are.
+    The command runs every stage and does not change the results or the history.
     """
-    from pipeline.commands.run_with_progress import run_watched
-    from pipeline.config.load import load_config
+    from pipeline.commands.run_with_progress import run_watched, say_waiting
     from pipeline.console.run_text import comparison_lines, next_step, ranking_lines, verdict_line
+    from pipeline.session_folder import working_on
 
-    asked = load_config(config)
-    outcome = run_watched(asked, asked.output_folder, allow_python)
+    with working_on(config, on_wait=say_waiting) as (session, folder):
+        outcome = run_watched(session, folder, allow_python)
     for result in outcome.triads:
         click.echo()
-        click.secho(verdict_line(result), bold=True)
+        click.secho(paragraph(verdict_line(result)), bold=True)
         for line in [*comparison_lines(result), *ranking_lines(result)]:
             click.echo(line)
     click.echo()
-    click.echo(next_step(outcome, asked.output_folder, look="pipeline effects"))
+    click.echo(next_step(outcome, folder, look="pipeline effects"))

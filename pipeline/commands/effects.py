@@ -2,12 +2,18 @@
 
 import click
 
+from pipeline.commands import examples, terminal_width
 
-@click.command()
+
+@click.command(epilog=examples("pipeline effects", "pipeline effects g_sensitivity"))
 @click.argument("name", required=False)
 def command(name: str | None) -> None:
-    """List the effects that can be added, or explain one: physics, size, what separates it."""
-    from pipeline.console.effect_pages import catalogue_lines, page_lines
+    """List all effects, or print the page of one effect.
 
-    for line in catalogue_lines() if name is None else page_lines(name):
+    A page states the physics, the formula, the typical size, the effects that it is confused with,
+    and the measurement that separates them.
+    """
+    from pipeline.console.effect_pages import WIDTH, catalogue_lines, page_lines
+
+    for line in catalogue_lines() if name is None else page_lines(name, terminal_width() or WIDTH):
         click.echo(line)

@@ -4,35 +4,48 @@ from pathlib import Path
 
 import click
 
+from pipeline.commands import examples
 from pipeline.export.formats import FORMATS
 
 #: The list under the command's help; \b keeps its lines.
-LISTED = "\b\nFormats:\n" + "\n".join(f"  {name:<8}  {says}" for name, says in FORMATS.items())
+LISTED = "\b\nFormats:\n" + "\n".join(f"  {name:<8}  {holds}" for name, holds in FORMATS.items())
+EXAMPLES = (
+    "pipeline export config.run --to kalibr",
+    "pipeline export config.run --to csv --output out",
+)
 
 
-@click.command(epilog=LISTED)
+@click.command(epilog=f"{LISTED}\n\n{examples(*EXAMPLES)}")
 @click.argument("results", type=click.Path(path_type=Path))
 @click.option("--to", "form", required=True, metavar="FORMAT",
-              help="Program or format, one of the list below.")
+              help="One of the formats below.")
 @click.option("--output", type=click.Path(path_type=Path, file_okay=False),
-              help="Folder for the files, instead of that of RESULTS.")
-def command(results: Path, form: str, output: Path | None) -> None:
-    """Write the calibration in RESULTS (results.json, or its folder) for another program."""
+              help="Folder for the files; default: that of RESULTS.")
+@click.option("--force", is_flag=True, help="Replace files that this program did not write.")
+@click.option("--allow-python", is_flag=True,
+              help="Run the Python files of user-defined effects.")
+def command(
+    results: Path, form: str, output: Path | None, force: bool, allow_python: bool
+) -> None:
+    """Write the calibration in RESULTS (results.json or its folder) for another program.
+
+    The command prints what the format cannot store.
+    """
     from pipeline.export.write import EXPORTERS
-    from pipeline.files import write_whole
     from pipeline.names import nearest_name
     from pipeline.results.read import load_results
+    from pipeline.results.written import write_output
 
     if form not in EXPORTERS:
         raise click.UsageError(
             f"no format is named '{form}'{nearest_name(form, EXPORTERS)}; there are: "
             f"{', '.join(EXPORTERS)}"
         )
-    stored = load_results(results)
-    made = EXPORTERS[form](stored)
-    for says in made.loses:
-        click.secho(f"note: {says}", fg="yellow", err=True)
-    for name, text in made.files.items():
+    stored = load_results(results, allow_python)
+    export = EXPORTERS[form](stored)
+    for note in export.loses:
+        click.secho(f"note: {note}", fg="yellow", err=True)
+    for name, text in export.files.items():
         path = (output or stored.folder) / name
-        write_whole(path, text)
+        write_output(stored.folder, path, text, force=force, inputs=(stored.path,))
         click.echo(path)

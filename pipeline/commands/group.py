@@ -4,7 +4,7 @@ from importlib import import_module
 
 import click
 
-from pipeline.commands import COMMANDS, front_page
+from pipeline.commands import COMMANDS, WIDEST, front_page
 from pipeline.names import nearest_name
 
 DISTRIBUTION = "turntable-imu-calibration"  #: the name in pyproject.toml
@@ -31,7 +31,7 @@ class LazyGroup(click.Group):
         if args and not args[0].startswith("-") and args[0] not in COMMANDS:
             raise click.UsageError(
                 f"no command is named '{args[0]}'{nearest_name(args[0], COMMANDS)}; "
-                f"`pipeline --help` lists them all"
+                f"`pipeline --help` lists all commands"
             )
         return super().resolve_command(ctx, args)
 
@@ -49,11 +49,12 @@ def print_version(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
     try:
         click.echo(f"pipeline {version(DISTRIBUTION)}")
     except PackageNotFoundError:
-        click.echo("pipeline, run from a checkout that is not installed")
+        click.echo("pipeline, not installed (run from a checkout)")
     ctx.exit()
 
 
-@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=LazyGroup, context_settings={
+    "help_option_names": ["-h", "--help"], "max_content_width": WIDEST})
 @click.option("--version", is_flag=True, is_eager=True, expose_value=False,
               callback=print_version, help="Show the version.")
 def root() -> None:

@@ -4,18 +4,20 @@ from pathlib import Path
 
 import click
 
+from pipeline.commands import examples
 
-@click.command()
+
+@click.command(epilog=examples("pipeline history config.yaml"))
 @click.argument("config", type=click.Path(path_type=Path))
 @click.option("--output", type=click.Path(path_type=Path, file_okay=False),
-              help="Folder of the results, where `pipeline run` was given one.")
+              help="Folder of the results, if `pipeline run` had this option.")
 def command(config: Path, output: Path | None) -> None:
-    """Show every run of CONFIG so far: model, errors, verdict. Equal runs are shown once."""
+    """List all runs of CONFIG with model, errors and verdict. Equal runs are listed once."""
     from pipeline.config.load import load_config
     from pipeline.results.history import history_lines, read_history
 
     folder = output or load_config(config).output_folder
     for line in history_lines(read_history(folder)) or (
-        f"No run is in {folder} yet. Type: pipeline run {config}",
+        f"{folder} contains no run yet. Type: pipeline run {config}",
     ):
         click.echo(line)

@@ -4,12 +4,17 @@ from pathlib import Path
 
 import click
 
+from pipeline.commands import examples
 
-@click.command()
+
+@click.command(epilog=examples("pipeline init my-session"))
 @click.argument("folder", metavar="[DIR]", default=".", type=click.Path(path_type=Path))
 def command(folder: Path) -> None:
-    """Write a commented config.yaml into DIR (default: here). Never overwrites."""
+    """Write a commented config.yaml into DIR (default: the current folder).
+
+    The command never overwrites a file.
+    """
     from pipeline.config.template import write_template
 
     path = write_template(folder)
-    click.echo(f"{path} is written. Edit it, then type: pipeline check {path}")
+    click.echo(f"{path} was written. Edit it, then type: pipeline check {path}")

@@ -1,12 +1,13 @@
-"""A model change at the command line: run, change the model, run again, show before and after."""
+"""A model change at the terminal: run, change the model, run again, print both results."""
 
 from collections.abc import Callable
 from pathlib import Path
 
 import click
 
-from pipeline.commands.run_with_progress import run_quietly
-from pipeline.config.load import Config, load_config
+from pipeline.commands import paragraph
+from pipeline.commands.run_with_progress import run_quietly, say_waiting
+from pipeline.config.load import Config
 from pipeline.console.model_change_text import change_lines
 from pipeline.console.run_text import next_step, verdict_line
 from pipeline.model_change import (
@@ -18,7 +19,8 @@ from pipeline.model_change import (
     predicts_better,
     read_target,
 )
-from pipeline.report.outputs import write_outputs
+from pipeline.report.outputs import outputs_of
+from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome
 
 
@@ -30,49 +32,50 @@ def change_and_show(
     remove: bool = False,
     although_aliased: bool = False,
 ) -> None:
-    """Change the model once; show and write what it brought."""
-    config = load_config(path)
-    change = change_model(
-        config,
-        read_target(config, target),
-        _runner(config, allow_python),
-        remove=remove,
-        although_aliased=although_aliased,
-    )
-    _show(change)
-    _finish(change.after, config)
+    """Make one change of the model; print it and write the results."""
+    with working_on(path, on_wait=say_waiting) as (config, folder):
+        change = change_model(
+            config,
+            read_target(config, target),
+            _runner(folder, allow_python),
+            remove=remove,
+            although_aliased=although_aliased,
+        )
+        _show(change)
+        _write(change, folder)
+    _finish(change.after, folder)
 
 
 def add_until_settled(path: Path, allow_python: bool) -> None:
     """Add what the diagnosis names, again and again, while the leave-one-out error falls."""
-    config = load_config(path)
-    run = _runner(config, allow_python)
-    outcome = run(config)
-    write_outputs(outcome, config.output_folder)
-    refused: list[Target] = []
-    for _ in range(MOST_CHANGES):
-        target = next_target(outcome, refused)
-        if target is None:
-            break
-        change = change_model(outcome.config, target, run, before=outcome, only_if_better=True)
-        _show(change)
-        if not predicts_better(change):
-            click.echo(f"{target} is not kept: the leave-one-out error does not fall with it.")
-            refused.append(target)
-            continue
-        outcome = change.after
-        write_outputs(outcome, config.output_folder)
+    with working_on(path, on_wait=say_waiting) as (config, folder):
+        run = _runner(folder, allow_python)
+        outcome = run(config)
+        write_session(folder, outputs_of(outcome, folder))
+        refused: list[Target] = []
+        for _ in range(MOST_CHANGES):
+            target = next_target(outcome, refused)
+            if target is None:
+                break
+            change = change_model(outcome.config, target, run, before=outcome)
+            _show(change)
+            if not predicts_better(change):
+                click.echo(f"{target} is not kept: the leave-one-out error does not fall with it.")
+                refused.append(target)
+                continue
+            _write(change, folder)
+            outcome = change.after
     for result in outcome.triads:
-        click.secho(verdict_line(result), bold=True)
+        click.secho(paragraph(verdict_line(result)), bold=True)
     if outcome.config.source.text == config.source.text:
-        click.echo(f"{config.source.path} is as it was: nothing was added.")
-        click.echo(next_step(outcome, config.output_folder))
+        click.echo(f"{path} was not changed: the diagnosis names no effect to add.")
+        click.echo(next_step(outcome, folder))
         return
-    _finish(outcome, config, written=True)
+    _finish(outcome, folder)
 
 
-def _runner(config: Config, allow_python: bool) -> Callable[[Config], Outcome]:
-    return lambda changed: run_quietly(changed, config.output_folder, allow_python)
+def _runner(folder: Path, allow_python: bool) -> Callable[[Config], Outcome]:
+    return lambda config: run_quietly(config, folder, allow_python)
 
 
 def _show(change: ModelChange) -> None:
@@ -81,9 +84,13 @@ def _show(change: ModelChange) -> None:
     click.echo()
 
 
-def _finish(outcome: Outcome, config: Config, written: bool = False) -> None:
-    if not written:
-        write_outputs(outcome, config.output_folder)
-    click.echo(f"{config.source.path} is changed; `pipeline history {config.source.path}` shows "
-               f"every step")
-    click.echo(next_step(outcome, config.output_folder))
+def _write(change: ModelChange, folder: Path) -> None:
+    """The configuration and its results change together."""
+    text = change.after.config.source.text
+    write_session(folder, outputs_of(change.after, folder), change.before.config, text)
+
+
+def _finish(outcome: Outcome, folder: Path) -> None:
+    path = outcome.config.source.path
+    click.echo(f"{path} was changed. `pipeline history {path}` lists all runs.")
+    click.echo(next_step(outcome, folder))

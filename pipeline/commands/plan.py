@@ -4,30 +4,43 @@ from pathlib import Path
 
 import click
 
+from pipeline.commands import examples
 
-@click.command()
+
+@click.command(epilog=examples(
+    "pipeline plan config.yaml",
+    "pipeline plan config.yaml --effect g_sensitivity",
+))
 @click.argument("config", type=click.Path(path_type=Path))
 @click.option("--effect", "effects", multiple=True, metavar="NAME",
-              help="Say what to record to see this effect; may be given several times.")
-def command(config: Path, effects: tuple[str, ...]) -> None:
-    """Say what the poses of CONFIG determine, recorded and still to come, and what next.
+              help="Print what to record to determine this effect; may be repeated.")
+@click.option("--allow-python", is_flag=True,
+              help="Run the Python files of user-defined effects.")
+def command(config: Path, effects: tuple[str, ...], allow_python: bool) -> None:
+    """Print what the poses of CONFIG determine, and which pose to record next.
 
-    Before the first pose it goes by the data sheet and the sensor's typical noise, then by the
-    poses that are there.
+    Before the first pose the command uses the data sheet and the typical noise of the sensor, later
+    the recorded poses and those that are still missing.
     """
     from calib.effects.catalogue import find_effect
     from pipeline.config.load import load_config, triad_spec
     from pipeline.console.plan_text import plan_lines
     from pipeline.errors import ConfigError
-    from pipeline.plan import plan_of
+    from pipeline.plan.outlook import plan_of
+    from pipeline.stages.user_effects import user_effects
 
     loaded = load_config(config, files_may_be_missing=True)
     if loaded.accelerometer is None and loaded.gyroscope is None:
-        raise ConfigError(f"{config}: names no poses to plan; add the section accelerometer, "
+        raise ConfigError(f"{config}: contains no poses to plan. Add the section accelerometer, "
                           "gyroscope or both.")
-    asked = [find_effect(name) for name in effects]
-    for plan in plan_of(loaded):
+    for name in effects:
+        if name not in loaded.effects:
+            find_effect(name)  # a wrong name is an error before anything slow
+    for plan in plan_of(loaded, allow_python):
         sheet = getattr(loaded.sensor, plan.triad)
-        mine = [effect for effect in asked if plan.triad in effect.triads]
-        for line in plan_lines(plan, mine, triad_spec(sheet).full_scale):
+        user_defined = user_effects(loaded, plan.triad, allow_python)
+        wanted = [user_defined[name] if name in user_defined else find_effect(name)
+                  for name in effects if name in user_defined or name not in loaded.effects]
+        of_triad = [effect for effect in wanted if plan.triad in effect.triads]
+        for line in plan_lines(plan, of_triad, triad_spec(sheet).full_scale):
             click.echo(line)

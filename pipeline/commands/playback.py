@@ -4,42 +4,50 @@ from pathlib import Path
 
 import click
 
-from pipeline.commands.playback_protocols import PROTOCOL_NAMES
+from pipeline.commands import examples
+from pipeline.playback import PROTOCOLS, Protocol
 
 
-@click.command()
+@click.command(epilog=examples(
+    "pipeline playback data/example/config.yaml --protocol xsens-mti",
+    "pipeline playback config.yaml --lost 0.01 --link /tmp/sensor",
+))
 @click.argument("config", type=click.Path(path_type=Path))
-@click.option("--protocol", type=click.Choice(PROTOCOL_NAMES), default="sketch",
-              show_default=True, help="What the device speaks.")
-@click.option("--hold", default=15.0, show_default=True, help="Seconds each pose is held.")
-@click.option("--speed", default=1.0, show_default=True, help="Times as fast as it was recorded.")
-@click.option("--lost", default=0.0, help="Share of samples that get lost on the line.")
-@click.option("--flipped", default=0.0, help="Share of samples with a bit flipped.")
-@click.option("--garbage", default=0.0, help="Share of samples with garbage before them.")
-@click.option("--unplug-every", type=float, help="Seconds after which the cable is pulled.")
-@click.option("--link", type=click.Path(path_type=Path), help="A lasting name for the port.")
-@click.option("--seed", default=0, help="Of the hand's motion and the faults.")
+@click.option("--protocol", type=click.Choice(PROTOCOLS), default="sketch",
+              show_default=True, help="Protocol of the simulated device.")
+@click.option("--hold", default=15.0, show_default=True,
+              help="Duration of each pose in seconds.")
+@click.option("--speed", default=1.0, show_default=True,
+              help="Speed relative to the recording.")
+@click.option("--lost", default=0.0, help="Share of samples that are lost on the line.")
+@click.option("--flipped", default=0.0, help="Share of samples with one inverted bit.")
+@click.option("--garbage", default=0.0, help="Share of samples with random bytes before them.")
+@click.option("--unplug-every", type=float,
+              help="Disconnect the device after this number of seconds, repeatedly.")
+@click.option("--link", type=click.Path(path_type=Path), help="Symbolic link to the port.")
+@click.option("--seed", default=0,
+              help="Random seed of the motion between poses and of the faults.")
 def command(
-    config: Path, protocol: str, hold: float, speed: float, lost: float, flipped: float,
+    config: Path, protocol: Protocol, hold: float, speed: float, lost: float, flipped: float,
     garbage: float, unplug_every: float | None, link: Path | None, seed: int,
 ) -> None:
-    """Play the recorded poses of CONFIG as if their sensor were on a serial port.
+    """Play the recorded poses of CONFIG on a simulated serial port.
 
-    The port's name is printed; record from it in another terminal, with a configuration of your
-    own: `pipeline record my.yaml --port NAME`. The poses come one after another, over and over,
-    with a hand's motion in between. Ctrl-C ends it.
+    The command prints the name of the port. Record from it in another terminal with another
+    configuration: `pipeline record other.yaml --port NAME`. The poses are repeated in order, with
+    the motion of a hand between them. Ctrl-C ends the command.
     """
     from pipeline.config.load import load_config
-    from pipeline.playback.device import PROTOCOLS, Faults, PlaybackDevice
+    from pipeline.playback.device import Faults, PlaybackDevice
     from pipeline.playback.pseudo_port import PseudoPort
     from pipeline.playback.session import both_specs, played_poses
 
     loaded = load_config(config)
     poses, rate_hz = played_poses(loaded)
-    chosen = PROTOCOLS[PROTOCOL_NAMES.index(protocol)]
-    device = PlaybackDevice(chosen, poses, rate_hz, hold, both_specs(loaded), seed,
+    device = PlaybackDevice(protocol, poses, rate_hz, hold, both_specs(loaded), seed,
                             Faults(lost, flipped, garbage))
     port = PseudoPort(link)
     click.echo(f"{link or port.name}")
-    click.echo(f"{len(poses)} poses, {rate_hz:g} samples/s, {protocol}; Ctrl-C ends it", err=True)
+    click.echo(f"{len(poses)} poses, {rate_hz:g} samples/s, {protocol}; Ctrl-C ends the command",
+               err=True)
     port.play(device, rate_hz * speed, unplug_every)

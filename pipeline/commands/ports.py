@@ -2,22 +2,24 @@
 
 import click
 
+from pipeline.commands import examples
 
-@click.command()
+
+@click.command(epilog=examples("pipeline ports"))
 def command() -> None:
-    """List the serial ports, what is probably behind each, and what keeps you from opening it."""
+    """List the serial ports, the probable device on each, and why one cannot be opened."""
     from pipeline.record.serial_port import find_ports, permission_advice
 
     ports = find_ports()
     if not ports:
-        click.echo("no serial port is here: plug the sensor in (a cable that only charges has no "
-                   "data wires), and look again")
+        click.echo("No serial port was detected. Connect the sensor (a charging cable has no data "
+                   "wires) and try again.")
         return
     for port in ports:
-        says = "  ".join(part for part in (port.probably, port.description) if part)
-        click.echo(f"{port.name}  {says}".rstrip())
+        description = "  ".join(part for part in (port.probably, port.description) if part)
+        click.echo(f"{port.name}  {description}".rstrip())
         if not port.may_open:
-            click.echo(f"  may not be opened. {permission_advice(port.name)}")
-    named = next((port.name for port in ports if port.probably), ports[0].name)
-    click.echo(f"next: set `port: {named}` under record: in the configuration, then "
+            click.echo(f"  cannot be opened. {permission_advice(port.name)}")
+    likely = next((port.name for port in ports if port.probably), ports[0].name)
+    click.echo(f"next: set `port: {likely}` under `record:` in the configuration, then type "
                f"`pipeline record CONFIG`")

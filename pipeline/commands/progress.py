@@ -5,15 +5,17 @@ import threading
 from types import TracebackType
 from typing import TYPE_CHECKING
 
+from pipeline.terminal import shown
+
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
 
 class ClipProgress:
-    """A bar for each clip that is being followed, from the first picture until :meth:`close`.
+    """A bar for each clip that is being tracked, from the first frame until :meth:`close`.
 
-    Clips are followed in several threads; nothing is shown, and rich is not even imported, where
-    nobody watches or every clip is known already.
+    Clips are tracked in several threads. Nothing is shown, and rich is not imported, if standard
+    error is no terminal or every track is in the cache.
     """
 
     def __init__(self) -> None:
@@ -33,7 +35,7 @@ class ClipProgress:
         self.close()
 
     def __call__(self, clip: str, done: int, stated: int | None) -> None:
-        """Show that ``done`` pictures of ``clip`` are done, of those it is said to have."""
+        """Show that ``done`` frames of ``clip`` are done, of the ``stated`` number."""
         if not sys.stderr.isatty():
             return
         with self._lock:
@@ -41,11 +43,11 @@ class ClipProgress:
                 self._bars = _bars()
                 self._bars.start()
             if clip not in self._tasks:
-                self._tasks[clip] = self._bars.add_task(clip, total=stated)
+                self._tasks[clip] = self._bars.add_task(shown(clip), total=stated)
             self._bars.update(self._tasks[clip], completed=done)
 
     def close(self) -> None:
-        """Take the bars away, before anything else is written to the terminal."""
+        """Remove the bars before anything else is written to the terminal."""
         if self._bars is not None:
             self._bars.stop()
             self._bars = None
@@ -65,8 +67,8 @@ def _bars() -> "Progress":
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn("pictures"),
+        TextColumn("frames"),
         TimeRemainingColumn(),
-        console=Console(stderr=True),
+        console=Console(file=getattr(sys.stderr, "raw", sys.stderr)),
         transient=True,
     )

@@ -8,23 +8,29 @@ from typing import Literal
 
 import click
 
+from pipeline.commands import examples
+
 FILMED_S = 60.0
 
 
-@click.command()
+@click.command(epilog=examples(
+    "pipeline rate video/17rpm.mp4 --nominal-rpm 16.667",
+    "pipeline rate --camera 0 --seconds 30",
+    "pipeline rate clips/*.mp4 --json",
+))
 @click.argument("videos", metavar="[VIDEO...]", nargs=-1, type=click.Path(path_type=Path))
 @click.option("--camera", type=click.IntRange(min=0), metavar="N",
-              help="Film the plate with this camera (0 is the first), and measure that.")
+              help="Film the plate with this camera (0 is the first) and measure the clip.")
 @click.option("--seconds", type=click.FloatRange(min=1), default=FILMED_S, show_default=True,
-              help="How long --camera films.")
+              help="Duration of the clip that --camera films.")
 @click.option("--keep", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE.mkv",
-              help="Keep the clip that --camera films; it is deleted otherwise.")
+              help="Keep the clip that --camera films; default: delete it.")
 @click.option("--fps", type=click.FloatRange(min=0, min_open=True),
-              help="Frame rate when filmed, where the file's time stamps are wrong.")
+              help="True frame rate, if the time stamps of the file are wrong.")
 @click.option("--nominal-rpm", type=click.FloatRange(min=0, min_open=True),
-              help="What the plate should do: a check, and the choice among aliases.")
+              help="Expected rate: a check, and the selection if several rates fit.")
 @click.option("--json", "as_json", is_flag=True,
-              help="Print rate.NAME of results.json for each clip, by the stem of its file.")
+              help="Print the section rate.NAME of results.json; NAME is the clip without suffix.")
 def command(
     videos: tuple[Path, ...],
     camera: int | None,
@@ -34,15 +40,15 @@ def command(
     nominal_rpm: float | None,
     as_json: bool,
 ) -> None:
-    """Measure the plate's rate in each VIDEO, or in what a camera films now.
+    """Measure the rate of the plate in each VIDEO, or in a clip that a camera films now.
 
-    Nothing is written but the clip that --keep asks for. Of a plate that does not turn steadily
-    the rate against time is printed, and no constant one.
+    The command writes no file except the clip of --keep. If the rate of the plate is not constant,
+    it prints the rate against time instead of one value.
     """
     if (camera is None) == (not videos):
-        raise click.UsageError("name one or more clips, or a camera (--camera 0), not both.")
+        raise click.UsageError("type one or more clips, or a camera (--camera 0), but not both.")
     if keep is not None and (camera is None or keep.suffix != ".mkv"):
-        raise click.UsageError("--keep FILE.mkv names the clip that --camera films.")
+        raise click.UsageError("--keep FILE.mkv needs --camera: it keeps the clip of the camera.")
     with _filmed(camera, seconds, keep) as clip:
         _measure(videos if clip is None else (clip,), fps, nominal_rpm, as_json)
 
@@ -80,8 +86,8 @@ def _measure(
     if len(set(stems)) < len(stems):
         twice = next(stem for i, stem in enumerate(stems) if stem in stems[:i])
         raise click.UsageError(
-            f"two clips are called '{twice}', and results go by that name. Rename one, or measure "
-            f"them one after the other."
+            f"two clips have the name '{twice}', which is the key of the results. Rename one, or "
+            f"measure them in two commands."
         )
     source: Literal["container", "constant"] = "container" if fps is None else "constant"
     clock = Timebase(source=source, fps=fps, ppm=CLOCK_PPM[source])
@@ -93,8 +99,8 @@ def _measure(
             rates.append(measure_setting(stem, [track], clock, nominal_rpm))
         except RateRefused as refused:
             if refused.history is not None and as_json:
-                told = {stem: history_json(refused.history, str(refused))}
-                click.echo(json.dumps(told, indent=1, ensure_ascii=False, allow_nan=False))
+                by_stem = {stem: history_json(refused.history, str(refused))}
+                click.echo(json.dumps(by_stem, indent=1, ensure_ascii=False, allow_nan=False))
             elif refused.history is not None:
                 for line in history_lines(stem, refused.history):
                     click.echo(line)
@@ -103,8 +109,8 @@ def _measure(
         for warning in rate.warnings:
             click.secho(f"warning: {warning}", fg="yellow", err=True)
     if as_json:
-        found = {rate.name: rate_json(rate) for rate in rates}
-        click.echo(json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False))
+        by_name = {rate.name: rate_json(rate) for rate in rates}
+        click.echo(json.dumps(by_name, indent=1, ensure_ascii=False, allow_nan=False))
         return
     for rate in rates:
         click.echo(rate_line(rate))

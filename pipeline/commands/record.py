@@ -4,17 +4,24 @@ from pathlib import Path
 
 import click
 
+from pipeline.commands import examples
 
-@click.command()
+
+@click.command(epilog=examples(
+    "pipeline record config.yaml",
+    "pipeline record config.yaml --port /dev/ttyUSB0 --camera 0",
+))
 @click.argument("config", type=click.Path(path_type=Path))
-@click.option("--port", help="Serial port, instead of record.port.")
-@click.option("--baud", type=int, help="Speed of the line, instead of record.baud.")
-@click.option("--camera", type=int, help="Film the poses on the turning plate with this camera.")
+@click.option("--port", help="Serial port; default: record.port of CONFIG.")
+@click.option("--baud", type=int, help="Baud rate; default: record.baud of CONFIG.")
+@click.option("--camera", type=int,
+              help="Film the poses on the turning plate with this camera (0 is the first).")
 def command(config: Path, port: str | None, baud: int | None, camera: int | None) -> None:
-    """Record the poses of CONFIG live, led through them one by one.
+    """Record the poses of CONFIG from a sensor, with instructions for each pose.
 
-    Poses are written as they are taken; interrupt at any time and type the same command to go on.
-    Every byte of the line is kept beside them. Without a sensor: `pipeline playback --help`.
+    The command writes each pose as soon as it is complete. You can interrupt it at any time and
+    continue with the same command. It stores every byte that it receives beside the poses. To try
+    it without a sensor, see `pipeline playback --help`.
     """
     from pipeline.config.load import load_config
     from pipeline.record.start import open_session
@@ -26,10 +33,10 @@ def command(config: Path, port: str | None, baud: int | None, camera: int | None
     try:
         done = open_session(loaded, display, port=port, baud=baud, camera=camera).run()
     except KeyboardInterrupt:
-        display.say(f"Stopped. What is taken is kept; go on with: pipeline record {config}")
+        display.say(f"Stopped; recorded poses are kept. Continue with: pipeline record {config}")
         raise
     finally:
         display.close()
     for block in done:
-        click.echo(f"{block.rate}: {block.taken} of {block.wanted} poses")
+        click.echo(f"{block.rate}: {block.recorded} of {block.wanted} poses")
     click.echo(f"next: pipeline plan {config}, then pipeline run {config}")

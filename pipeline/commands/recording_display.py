@@ -5,11 +5,13 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pipeline.terminal import shown
+
 if TYPE_CHECKING:
     from rich.live import Live
     from rich.table import Table
 
-    from pipeline.record.session import View
+    from pipeline.record.session import RecordingView
 
 MARK = {"taking": "green", "taken": "green", "moving": "yellow", "unsteady": "yellow",
         "repeats": "cyan", "between": "cyan", "wrong": "red"}
@@ -22,7 +24,7 @@ def watcher() -> "LivePanel | PlainLines":
 
 
 class PlainLines:
-    """A line for each change; see :class:`pipeline.record.session.Watcher`."""
+    """A line for each change; see :class:`pipeline.record.session.RecordingDisplay`."""
 
     def __init__(self) -> None:
         self._last = ""
@@ -31,16 +33,16 @@ class PlainLines:
         """A line that stays."""
         click.echo(text, err=True)
 
-    def show(self, view: "View") -> None:
+    def show(self, view: "RecordingView") -> None:
         """A line where what the sensor does has changed."""
         phase = view.status.phase
         if phase != self._last and phase != "taken":
             where = f" ({view.status.direction})" if view.status.direction else ""
-            click.echo(f"{phase}{where}: {view.status.says}", err=True)
+            click.echo(f"{phase}{where}: {view.status.message}", err=True)
         self._last = phase
 
-    def taken(self, text: str) -> None:
-        """A pose was taken."""
+    def recorded(self, text: str) -> None:
+        """A pose is recorded."""
         click.echo(text, err=True)
 
     def close(self) -> None:
@@ -58,19 +60,20 @@ class LivePanel:
         if self._live is None:
             click.echo(text, err=True)
         else:
-            self._live.console.print(text, markup=False, highlight=False)
+            self._live.console.print(shown(text), markup=False, highlight=False)
 
-    def show(self, view: "View") -> None:
+    def show(self, view: "RecordingView") -> None:
         """Draw the panel."""
         if self._live is None:
             from rich.console import Console
             from rich.live import Live
 
-            self._live = Live(console=Console(stderr=True), refresh_per_second=8, transient=True)
+            console = Console(file=getattr(sys.stderr, "raw", sys.stderr))
+            self._live = Live(console=console, refresh_per_second=8, transient=True)
             self._live.start()
         self._live.update(panel(view))
 
-    def taken(self, text: str) -> None:
+    def recorded(self, text: str) -> None:
         """A line above the panel, and the terminal's bell."""
         if self._live is not None:
             self._live.console.bell()
@@ -83,7 +86,7 @@ class LivePanel:
             self._live = None
 
 
-def panel(view: "View") -> "Table":
+def panel(view: "RecordingView") -> "Table":
     """The panel of one moment."""
     from rich.table import Table
     from rich.text import Text
@@ -95,15 +98,15 @@ def panel(view: "View") -> "Table":
     colour = MARK[status.phase]
     bar = "█" * round(status.progress * BAR)
     table.add_row("now", Text(f"{status.phase}  {bar}", style=colour))
-    table.add_row("", Text(status.says, style=colour))
+    table.add_row("", Text(shown(status.message), style=colour))
     table.add_row("up", status.direction or "?")
     table.add_row("acc", "  ".join(f"{x:8.3f}" for x in reading[:3]) + "  m/s², by data sheet")
     table.add_row("gyr", "  ".join(f"{x:8.4f}" for x in reading[3:]) + "  rad/s, by data sheet")
     names = Text()
     for i, direction in enumerate(view.wanted):
-        taken = i in view.covered
-        names.append(f"{'✓' if taken else '·'} {direction_name(direction)}   ",
-                     style="green" if taken else "dim")
+        recorded = i in view.covered
+        names.append(f"{'✓' if recorded else '·'} {direction_name(direction)}   ",
+                     style="green" if recorded else "dim")
     table.add_row(f"{len(view.covered)}/{len(view.wanted)}", names)
     table.add_row("line", f"{view.rate_hz:.1f} samples/s, {view.bad} damaged")
     return table

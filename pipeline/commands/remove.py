@@ -4,14 +4,19 @@ from pathlib import Path
 
 import click
 
+from pipeline.commands import examples
 
-@click.command()
+
+@click.command(epilog=examples("pipeline remove config.yaml gyroscope.g_sensitivity"))
 @click.argument("config", type=click.Path(path_type=Path))
 @click.argument("target")
 @click.option("--allow-python", is_flag=True,
-              help="Let Python files that CONFIG names for its own effects run.")
+              help="Run the Python files that CONFIG names for user-defined effects.")
 def command(config: Path, target: str, allow_python: bool) -> None:
-    """Take an effect out of CONFIG (comments kept), rerun, and show before → after."""
+    """Remove an effect from the model in CONFIG and print the errors before and after.
+
+    TARGET is accelerometer.NAME, gyroscope.NAME, or rate.SETTING.TERM. Comments in CONFIG are kept.
+    """
     from pipeline.commands.model_change import change_and_show
 
     change_and_show(config, target, allow_python, remove=True)

@@ -4,39 +4,47 @@ from pathlib import Path
 
 import click
 
+from pipeline.commands import examples, paragraph
 
-@click.command()
+
+@click.command(epilog=examples(
+    "pipeline run config.yaml",
+    "pipeline run config.yaml --output results",
+))
 @click.argument("config", type=click.Path(path_type=Path))
 @click.option("--output", type=click.Path(path_type=Path, file_okay=False),
-              help="Folder for the results, instead of the one in CONFIG.")
+              help="Folder for the results; default: that of CONFIG.")
+@click.option("--force", is_flag=True,
+              help="Replace a results.json or report.html that `pipeline run` did not write.")
 @click.option("--allow-python", is_flag=True,
-              help="Let Python files that CONFIG names for its own effects run.")
-def command(config: Path, output: Path | None, allow_python: bool) -> None:
-    """Run every stage in CONFIG and write results.json, report.html and a line of history.
+              help="Run the Python files that CONFIG names for user-defined effects.")
+def command(config: Path, output: Path | None, force: bool, allow_python: bool) -> None:
+    """Run every stage of CONFIG and write results.json, report.html and a line of history.
 
-    Clips are followed once: later runs find their phase tracks in the results' folder.
+    Later runs read the measured angles of the clips from the folder of the results.
     """
-    from pipeline.commands.run_with_progress import run_watched
-    from pipeline.config.load import load_config
+    from pipeline.commands.run_with_progress import run_watched, say_waiting
     from pipeline.console.certificate_text import certificate_lines
     from pipeline.console.run_text import next_step, parameter_lines, verdict_line
-    from pipeline.report.outputs import write_outputs
+    from pipeline.report.outputs import outputs_of
+    from pipeline.results.read import REPORT_NAME
+    from pipeline.session_folder import require_own_files, working_on, write_session
     from pipeline.stages.certificate import compare_with_certificate
 
-    asked = load_config(config)
-    folder = output or asked.output_folder
-    outcome = run_watched(asked, folder, allow_python)
-    for result in outcome.triads:
-        click.echo()
-        for line in parameter_lines(result):
-            click.echo(line)
-        certificate = compare_with_certificate(asked, result)
-        if certificate is not None:
-            for line in certificate_lines(certificate):
+    with working_on(config, output, say_waiting) as (session, folder):
+        require_own_files(folder, force)
+        outcome = run_watched(session, folder, allow_python)
+        for result in outcome.triads:
+            click.echo()
+            for line in parameter_lines(result):
                 click.echo(line)
-    click.echo()
-    for result in outcome.triads:
-        click.secho(verdict_line(result), bold=True)
-    report = write_outputs(outcome, folder)
+            certificate = compare_with_certificate(session, result)
+            if certificate is not None:
+                for line in certificate_lines(certificate):
+                    click.echo(line)
+        click.echo()
+        for result in outcome.triads:
+            click.secho(paragraph(verdict_line(result)), bold=True)
+        write_session(folder, outputs_of(outcome, folder))
     click.echo(next_step(outcome, folder))
-    click.echo(report)
+    click.echo(folder / REPORT_NAME)

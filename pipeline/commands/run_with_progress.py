@@ -1,4 +1,4 @@
-"""A run in front of a user: a line for each stage, warnings, progress of the clips."""
+"""Running the stages at the terminal: a line for each, warnings, progress of the clips."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -17,6 +17,12 @@ from pipeline.stages.run import Outcome, StageObserver, run_stages
 from pipeline.stages.triads import TriadResult
 
 CACHE_NAME = "cache"  #: folder of the phase tracks, in that of the results
+
+
+def say_waiting(folder: Path) -> None:
+    """Another command is working on this session."""
+    click.echo(f"{folder}: another command is working on this session; waiting for it to end "
+               f"(Ctrl-C to give up)", err=True)
 
 
 class StageDisplay(StageObserver):

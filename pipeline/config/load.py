@@ -154,7 +154,7 @@ def _column_counts(config: Config) -> Iterator[tuple[PathTo, str]]:
 
 
 def sensor_specs(sensor: SensorSection) -> Specs:
-    """The data sheets of accelerometer and gyroscope in SI units, None where one is not stated."""
+    """The data sheets of accelerometer and gyroscope in SI units; None where one is not stated."""
     return (
         triad_spec(sensor.accelerometer) if sensor.accelerometer else None,
         triad_spec(sensor.gyroscope) if sensor.gyroscope else None,

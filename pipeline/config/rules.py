@@ -103,7 +103,14 @@ def poses(section: Values) -> Problems:
         yield "find", "is missing: say `find: still` to find the still parts of the log"
     if "files" in section and "find" in section:
         yield "find", "only for `log`; each of `files` is one pose"
+    yield from still(section)
     yield from columns(section)
+
+
+def still(section: Values) -> Problems:
+    """What a search is to look for needs a search."""
+    if "still" in section and "find" not in section:
+        yield "still", "only with `find: still`, whose search it overrules"
 
 
 def columns(section: Values) -> Problems:
@@ -161,6 +168,7 @@ RULES: tuple[tuple[PathTo, Callable[[Values], Problems]], ...] = (
     (("accelerometer", "poses"), poses),
     (("gyroscope", "runs", "*", "poses"), poses),
     (("installation",), columns),
+    (("installation",), still),
     (("effects", "*"), user_effect),
     (("record",), record),
 )

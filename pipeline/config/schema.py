@@ -151,6 +151,17 @@ Rate = Annotated[
 # --- poses and triads --------------------------------------------------------------------------
 
 
+class StillSection(Section):
+    """What the user overrules of the search for static intervals.
+
+    ``seconds`` is the shortest stop, ``threshold`` the noise allowed in it as a multiple of that of
+    the quietest rest.
+    """
+
+    seconds: Annotated[Positive, Field(le=60)] | None = None
+    threshold: Annotated[Positive, Field(ge=1)] | None = None
+
+
 class LogsSection(Section):
     """Log files: how their columns are named, and whether static intervals are to be found."""
 
@@ -159,6 +170,7 @@ class LogsSection(Section):
     columns: Columns | None = None
     sample_rate_hz: Positive | None = None
     find: Literal["still"] | None = None
+    still: StillSection = StillSection()
 
     def files_by_key(self) -> Mapping[str, tuple[Path, ...]]:
         """The files that each key of the section names."""
@@ -230,11 +242,16 @@ class CertificateSection(Section):
 
 
 class EffectSection(Section):
-    """A user-defined effect: an expression in the pose's columns, or a Python function."""
+    """A user-defined effect: an expression in the pose's columns, or a Python function.
+
+    ``shapes`` maps the name of a shape parameter to its unit and its bounds.
+    """
 
     expression: str | None = None
     python: str | None = None
-    per: Literal["axis", "common", "reference"] = "axis"
+    per: Literal["axis", "common", "matrix", "reference"] = "axis"
+    shapes: Annotated[dict[str, tuple[str, Positive, Positive]], Field(max_length=1)] = Field(
+        default_factory=dict)
     unit: str
     triad: Literal["accelerometer", "gyroscope"] | None = None
 
@@ -273,7 +290,7 @@ class RecordSection(Section):
     sample_rate_hz: Positive | None = None  #: an Xsens is set to it; others have their own
     poses: Annotated[Count, Field(ge=6, le=26)] = 18  #: faces, edges, corners, in this order
     seconds_per_pose: Annotated[Positive, Field(ge=2)] = 10.0
-    order: Literal["natural", "random"] = "natural"  #: random parts time from attitude
+    order: Literal["natural", "random"] = "natural"  #: random separates time from attitude
     pattern: Annotated[str, AfterValidator(_pattern)] | None = None  #: of ``device: lines``
     camera: Annotated[int, Field(strict=True, ge=0)] | None = None  #: films turning poses
 

@@ -30,7 +30,7 @@ UNITS: Mapping[str, tuple[str, float]] = {
     "khz": ("frequency", 1000.0),
     "ppm": ("fraction", 1e-6),
     "percent": ("fraction", 1e-2),
-    "px": ("picture length", 1.0),
+    "px": ("length in the frame", 1.0),
     "counts": ("reading", 1.0),
 }
 

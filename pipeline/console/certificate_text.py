@@ -1,4 +1,4 @@
-"""A triad beside its factory certificate, as a table."""
+"""The comparison of a triad with its factory certificate, as a table."""
 
 import numpy as np
 
@@ -7,10 +7,10 @@ from calib.poses.imu_log import AXES
 from pipeline.formatting import aligned, with_sd
 
 
-def certificate_lines(found: CertificateComparison) -> list[str]:
-    """An aligned table: estimate, certificate, difference in sigma and per cent."""
-    rows = [["", "", "estimate", "certificate", "difference", "sigma", "%"]]
-    for group in found.groups:
+def certificate_lines(comparison: CertificateComparison) -> list[str]:
+    """An aligned table: estimate, certificate, difference in sds and per cent."""
+    rows = [["", "", "estimate", "certificate", "difference", "in sd", "%"]]
+    for group in comparison.groups:
         for j, axis in enumerate(AXES):
             rows.append(
                 [

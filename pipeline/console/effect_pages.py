@@ -1,4 +1,4 @@
-"""The catalogue of effects as a person reads it: the list, and a page that teaches each."""
+"""The catalogue of effects as text: the list, and a page for each effect."""
 
 import sys
 import textwrap
@@ -14,9 +14,9 @@ from vision.rate.terms import MEANING, TERMS
 
 WIDTH = 92
 PLACES = {
-    "reading": "on the raw reading: part of the nine parameters of the linear form",
-    "sensor": "on the corrected vector, fitted jointly with everything else",
-    "reference": "on the reference: the plate's rate or gravity, not the sensor",
+    "reading": "the raw reading: it is one of the nine parameters of the linear form",
+    "sensor": "the corrected vector; all effects are fitted jointly",
+    "reference": "the reference (the rate of the plate, or gravity), not the sensor",
 }
 
 def catalogue_lines() -> Iterator[str]:
@@ -28,21 +28,21 @@ def catalogue_lines() -> Iterator[str]:
         yield (sys.modules[module].__doc__ or module).strip().splitlines()[0]
         yield from aligned([[e.name, _triads(e), e.page.formula] for e in effects])
         yield ""
-    yield "Follows a logged column."
+    yield "Bias proportional to a logged column."
     yield from aligned([["column:NAME", "both", "e_k = c_k · NAME"]])
     yield ""
-    yield "Terms of the phase track (pipeline add CONFIG rate.SETTING.TERM)."
+    yield "Terms of the plate's phase (pipeline add CONFIG rate.SETTING.TERM)."
     yield from aligned([[term, MEANING[term]] for term in TERMS])
     yield ""
-    yield "pipeline effects NAME explains one."
+    yield "`pipeline effects NAME` prints the page of an effect."
 
 
 def _triads(effect: Effect) -> str:
     return "both" if effect.triads == TRIADS else " ".join(effect.triads)
 
 
-def page_lines(name: str) -> Iterator[str]:
-    """One effect's page.
+def page_lines(name: str, width: int = WIDTH) -> Iterator[str]:
+    """One effect's page in lines of at most ``width`` columns.
 
     Raises
     ------
@@ -50,33 +50,33 @@ def page_lines(name: str) -> Iterator[str]:
         No effect has this name.
     """
     if name in TERMS:
-        yield from textwrap.wrap(f"{name}, a term of the phase track: {MEANING[name]}.", WIDTH)
+        yield from textwrap.wrap(f"{name}, a term of the plate's phase: {MEANING[name]}.", width)
         yield f"Add it with: pipeline add CONFIG rate.SETTING.{name}"
         return
     try:
         effect = find_effect(name)
     except UnknownEffect as error:
         near = nearest_name(name, [*EFFECTS, *TERMS])
-        raise ConfigError(f"no effect is named '{name}'{near}; `pipeline effects` lists them "
-                          f"all.") from error
+        raise ConfigError(f"no effect is named '{name}'{near}; `pipeline effects` lists all "
+                          f"effects.") from error
     yield effect.name
-    yield from textwrap.wrap(effect.physics, WIDTH)
+    yield from textwrap.wrap(effect.physics, width)
     yield ""
     page = effect.page
     typical = "; ".join(f"{part}: {size}" for part, size in page.typical.items())
     parameters = f"{', '.join(effect.parameters)}  [{_units(effect)}]"
     if effect.shape is not None:
-        parameters += f", and {effect.shape.name} [{effect.shape.unit}], fitted too"
+        parameters += f", and the shape parameter {effect.shape.name} [{effect.shape.unit}]"
     for title, text in (
         ("formula", page.formula),
         ("parameters", parameters),
-        ("acts on", f"{_triads(effect)}; {PLACES[effect.acts_on]}"),
+        ("acts on", f"{_triads(effect)}: {PLACES[effect.acts_on]}"),
         ("typical size", typical or "depends on the column"),
         ("source", page.source),
         ("confused with", page.confounded),
-        ("told apart by", page.separates),
+        ("separated by", page.separates),
     ):
-        yield from textwrap.wrap(text, WIDTH, initial_indent=f"{title:<14} ",
+        yield from textwrap.wrap(text, width, initial_indent=f"{title:<14} ",
                                  subsequent_indent=" " * 15)
     if effect.acts_on != "reading":
         yield ""

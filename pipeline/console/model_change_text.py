@@ -32,9 +32,9 @@ def _triad_lines(change: ModelChange, before: TriadResult, after: TriadResult) -
                                for r in (before, after))])
     rows.append(["verdict", *(r.diagnosis.verdict for r in (before, after))])
     yield from aligned(rows, indent="")
-    own = [row for row in effect_rows(after) if row[0].strip().startswith(change.target.name)]
-    if own:
-        yield from aligned(own, indent="")
+    sizes = [row for row in effect_rows(after) if row[0].strip().startswith(change.target.name)]
+    if sizes:
+        yield from aligned(sizes, indent="")
     yield verdict_line(after)
 
 
@@ -45,12 +45,12 @@ def _rate_lines(setting: str, before: Outcome, after: Outcome) -> Iterator[str]:
     rows.append(["verdict", *(r.clips[0].diagnosis.verdict for r in rates)])
     yield from aligned(rows, indent="")
     for clip in rates[1].clips[:1]:
-        for term in clip.terms:
+        for term in clip.fit.terms:
             values = ", ".join(f"{v:.3g} ± {s:.2g}" for v, s in zip(term.value, term.sd,
                                                                     strict=True))
             yield f"  {term.name}: {values} {term.unit}"
-        yield clip.diagnosis.says
+        yield clip.diagnosis.explanation
 
 
 def _phase_rms(rate: SettingRate) -> float:
-    return max(clip.phase_rms_rad for clip in rate.clips)
+    return max(clip.fit.rms_rad for clip in rate.clips)

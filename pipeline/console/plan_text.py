@@ -1,23 +1,23 @@
-"""The outlook of a session in words and tables."""
+"""What ``pipeline plan`` prints: what the poses of a session determine."""
 
 import math
 from collections.abc import Iterator, Sequence
 
 from calib.diagnosis.next_measurement import Rival, best_block
 from calib.effects.effect import Effect
-from calib.planning import Prospect
+from calib.planning.prospect import Prospect
 from calib.poses.attitudes import direction_name
 from pipeline.formatting import aligned, relative
-from pipeline.plan import TriadPlan
+from pipeline.plan.outlook import TriadPlan
 
 NOISE = {
-    "measured": "noise measured in the recorded poses",
-    "typical": "typical noise of this sensor; yours may differ by a factor of two",
-    "unknown": "noise not known: no sds are stated until a pose is recorded",
+    "measured": "noise of the recorded poses",
+    "typical": "typical noise of this sensor; that of your sensor may differ by a factor of two",
+    "unknown": "unknown noise: the sds need at least one recorded pose",
 }
 MEANS = {
-    "d": "information per pose, 1 is that of the 18 wedge poses",
-    "condition": "1.4 is that of the 18 wedge poses, 25 the limit",
+    "d": "information per pose; the 18 wedge poses have 1",
+    "condition": "the 18 wedge poses have 1.4, the limit is 25",
 }
 
 
@@ -28,31 +28,32 @@ def plan_lines(plan: TriadPlan, effects: Sequence[Effect], full_scale: float) ->
     ----------
     plan : TriadPlan
     effects : sequence of Effect
-        Effects asked about by name; none asks about all that these poses leave open.
+        Effects for which to print the measurement that determines them.
     full_scale : float
         Of the triad, SI.
     """
     missing = sum(len(setting.missing) for setting in plan.settings)
-    yield f"{plan.triad}: {plan.recorded} poses recorded, {missing} to come"
+    yield f"{plan.triad}: {plan.recorded} poses recorded, {missing} missing"
     for setting in plan.settings:
-        at = "at rest" if not setting.rate_rad_s else (
+        motion = "at rest" if not setting.rate_rad_s else (
             f"at {setting.rate_rad_s * 30 / math.pi:.4g} rpm")
-        yield (f"  {setting.name}: {len(setting.means)} recorded, {len(setting.missing)} to come, "
-               f"{setting.seconds:.3g} s each, {at}")
-        yield from (f"  not counted: {says}" for says in setting.unusable)
-    yield from (f"  range: {says}" for says in plan.saturates)
+        yield (f"  {setting.name}: {len(setting.means)} recorded, {len(setting.missing)} missing, "
+               f"{setting.seconds:.3g} s each, {motion}")
+        yield from (f"  ignored: {reason}" for reason in setting.unusable)
+    yield from (f"  range: {warning}" for warning in plan.saturates)
+    yield from (f"  planned without {name}: {reason}" for name, reason in plan.not_planned.items())
     if isinstance(plan.at_hand, str):
-        yield f"  at hand: {plan.at_hand}"
-    judged = {"at hand": plan.at_hand, "complete": plan.complete if missing else None}
-    outlooks = {name: each for name, each in judged.items() if isinstance(each, Prospect)}
+        yield f"  recorded: {plan.at_hand}"
+    prospects = {"recorded": plan.at_hand, "complete": plan.complete if missing else None}
+    outlooks = {name: each for name, each in prospects.items() if isinstance(each, Prospect)}
     if isinstance(plan.complete, str) and missing:
         yield f"  complete: {plan.complete}"
     if outlooks:
         yield from aligned(_figures(plan, outlooks))
         yield f"  ({NOISE[plan.noise]})"
-        yield from _seen(list(outlooks.values())[-1], effects, full_scale)
+        yield from _determined(list(outlooks.values())[-1], effects, full_scale)
     best = plan.next_pose
-    yield (f"  next best pose: {direction_name(best.up)}, plate {best.run}; all sds shrink by "
+    yield (f"  best next pose: {direction_name(best.up)}, plate {best.run}; it reduces all sds by "
            f"{100 * (1 - best.shrinks):.1f} % on average")
 
 
@@ -80,25 +81,25 @@ def _figures(plan: TriadPlan, outlooks: dict[str, Prospect]) -> list[list[str]]:
     return rows
 
 
-def _seen(
-    prospect: Prospect, asked: Sequence[Effect], full_scale: float
+def _determined(
+    prospect: Prospect, effects: Sequence[Effect], full_scale: float
 ) -> Iterator[str]:
-    """What these poses cannot see or tell apart, and the block to record for it."""
+    """What these poses cannot determine or separate, and the poses to record for it."""
     if prospect.blind:
-        yield f"  cannot see: {', '.join(prospect.blind)}"
-    for name, (seen, of) in prospect.partly.items():
-        yield f"  sees {seen} of the {of} parameters of {name}"
+        yield f"  cannot determine: {', '.join(prospect.blind)}"
+    for name, (visible, total) in prospect.partly.items():
+        yield f"  determines {visible} of the {total} parameters of {name}"
     for group in prospect.aliases:
-        yield f"  cannot tell apart: {', '.join(group)}"
+        yield f"  cannot separate: {', '.join(group)}"
     for name, reason in prospect.absent.items():
-        yield f"  cannot judge {name}: {reason}"
-    for effect in asked:
+        yield f"  cannot test {name}: {reason}"
+    for effect in effects:
         rivals = [group for group in prospect.aliases if effect.name in group]
         if effect.name in prospect.absent:
             continue
         if effect.name not in prospect.blind and not rivals:
-            yield f"  {effect.name}: these poses show it, and nothing listed looks like it"
+            yield f"  {effect.name}: these poses determine it and separate it from all others"
             continue
         advice = best_block(prospect.fit, [Rival(effect, None)], full_scale)
         yield (f"  for {effect.name} record: {advice.says}" if advice else
-               f"  for {effect.name} no further poses help: {effect.page.separates}")
+               f"  for {effect.name} further poses do not help: {effect.page.separates}")

@@ -1,4 +1,4 @@
-"""What a measured rate says on the terminal: a line for the setting, a few for each clip."""
+"""A measured rate as text: one line for the setting, several for each clip."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -24,34 +24,36 @@ def rate_line(rate: SettingRate) -> str:
         if len(rate.clips) > 1:
             parts.append(count(len(rate.clips), "clip"))
     else:
-        parts.append("stated")
+        parts.append("stated in the configuration")
     return f"{f'rate {rate.name}':<{NAME_WIDTH}} {', '.join(parts)}"
 
 
 def clip_lines(rate: SettingRate) -> Iterator[str]:
-    """Of each clip: the rate by counting frames beside the measured one, and the diagnosis."""
+    """For each clip: the rate by counting frames, its difference, and the diagnosis."""
     for clip in rate.clips:
         if clip.channel != LUMA:
-            yield f"  followed by its colour, {clip.channel}: nothing turns in the brightness"
-        counted = clip.frame_count
+            yield f"  tracked by colour, {clip.channel}: the brightness shows no rotation"
+        counted = clip.cross_checks.frame_count
         if counted is not None:
-            away = counted.rate_rad_s / clip.rate_rad_s - 1
+            difference = counted.rate_rad_s / clip.rate_rad_s - 1
             yield (
                 f"  by counting frames {counted.rate_rad_s / RPM:.4f} rpm "
-                f"± {relative(counted.sd_rad_s / counted.rate_rad_s)}, {away * 1e6:+.0f} ppm away"
+                f"± {relative(counted.sd_rad_s / counted.rate_rad_s)}, "
+                f"difference {difference * 1e6:+.0f} ppm"
             )
-        if len(clip.aliases) > 1:
+        if len(clip.aliases.rates_rad_s) > 1:
             others = ", ".join(
                 f"{abs(other) / RPM:.4g} {'ccw' if other > 0 else 'cw'}"
-                for other in clip.aliases[1:]
+                for other in clip.aliases.rates_rad_s[1:]
             )
-            yield f"  the pictures look the same at {others} rpm: {clip.alias_says}"
-        yield f"  {clip.diagnosis.says}"
+            yield f"  these rates give the same frames: {others} rpm; {clip.aliases.reason}"
+        yield f"  {clip.diagnosis.explanation}"
 
 
 def history_lines(name: str, history: "RateHistory") -> Iterator[str]:
-    """Rate against time of a plate that does not turn steadily, at most ``MOST_ROWS`` rows."""
-    yield f"{f'rate {name}':<{NAME_WIDTH}} not constant; time [s], rate [rpm], mean over a turn:"
+    """Rate against time of a plate whose rate is not constant, at most ``MOST_ROWS`` rows."""
+    head = f"{f'rate {name}':<{NAME_WIDTH}}"
+    yield f"{head} not constant; time [s], mean rate over one revolution [rpm]:"
     count = len(history.time_s)
     for i in np.unique(np.linspace(0, count - 1, min(count, MOST_ROWS)).round().astype(int)):
         yield f"  {history.time_s[i]:8.2f}  {history.rate_rad_s[i] / RPM:+9.3f}"

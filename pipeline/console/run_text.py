@@ -1,4 +1,4 @@
-"""What a run says on the terminal: a line for each stage, the parameters, the verdict."""
+"""A run as text: one line for each stage, the parameters, the verdict, the next step."""
 
 import shlex
 from collections.abc import Iterator
@@ -7,6 +7,7 @@ from pathlib import Path
 
 from calib.fit.calibration import TriadParameters
 from calib.mounting.mounting import Mounting
+from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, SI_UNIT
 from pipeline.console.mounting_text import mounting_text
 from pipeline.formatting import DISPLAY, NAME_WIDTH, aligned, count, with_sd
@@ -19,7 +20,7 @@ RANKED = 6  #: candidates that `pipeline diagnose` shows
 
 
 def recordings_line(recordings: Recordings) -> str:
-    """How many poses are averaged; empty where the configuration names none."""
+    """The number of averaged poses; empty if the configuration contains none."""
     poses = sum(len(recording.means) for recording in recordings.by_setting.values())
     return f"{'logs':<{NAME_WIDTH}} {count(poses, 'pose')} averaged" if poses else ""
 
@@ -30,13 +31,18 @@ def installation_line(mounting: Mounting) -> str:
 
 
 def triad_line(result: TriadResult) -> str:
+    """Name, poses, residual, leave-one-out error and chi-square of a triad."""
+    return f"{result.triad:<{NAME_WIDTH}} {triad_figures(result)}"
+
+
+def triad_figures(result: TriadResult) -> str:
     """Poses, residual, leave-one-out error and chi-square of a triad."""
     unit, factor = DISPLAY[result.triad]
     fit, comparison = result.calibration.fit, result.comparison
     runs = len(set(fit.poses.run))
     poses = count(len(fit.poses), "pose") + (f" in {runs} runs" if runs > 1 else "")
     return (
-        f"{result.triad:<{NAME_WIDTH}} {poses}, residual {comparison.residual_rms * factor:.3g} "
+        f"{poses}, residual {comparison.residual_rms * factor:.3g} "
         f"{unit}, leave-one-out {comparison.loo_rms * factor:.3g} {unit}, chi²/dof "
         f"{fit.chi2 / fit.dof:.2f}"
     )
@@ -51,16 +57,30 @@ def parameter_lines(result: TriadResult) -> list[str]:
         angles = zip(result.frame.angles_rad, result.frame.sd_rad, strict=True)
         rows.append(["  to accelerometer [rad]", *(with_sd(v, s) for v, s in angles)])
     lines = aligned(rows, indent="")
+    if result.prediction is not None:
+        lines.append(f"  {prediction_text(result)}")
     if result.calibration.widening > 1:
         lines.append(
-            f"  sds are {result.calibration.widening:.2g} times what the noise gives: the model "
-            f"does not explain the residual"
+            f"  the sds include the Birge ratio {result.calibration.widening:.2g}: the model does "
+            f"not explain the residual"
         )
     return lines
 
 
+def prediction_text(result: TriadResult) -> str:
+    """What the calibration will err by on the next log, in one clause."""
+    prediction = result.prediction
+    assert prediction is not None
+    unit, factor = DISPLAY[result.triad]
+    return (
+        f"corrected magnitudes err by {prediction.sd_median * factor:.2g} {unit} (1 sd, median "
+        f"over all directions), by {prediction.sd_worst * factor:.2g} {unit} at worst "
+        f"({direction_name(prediction.worst_direction)})"
+    )
+
+
 def base_rows(triad: str, parameters: TriadParameters) -> list[list[str]]:
-    """Name with unit and three values of alpha, b and k⁻¹; what was not fitted is the sheet's."""
+    """Name with unit and three values of alpha, b and k⁻¹; the data sheet's if not fitted."""
     values = (
         ("misalignment [rad]", parameters.misalignment_rad),
         ("bias [counts]", parameters.bias_counts),
@@ -84,14 +104,14 @@ def effect_rows(result: TriadResult) -> list[list[str]]:
         effect = model[name]
         linear = len(effect.parameters)
         texts = [
-            f"{v:.3g} (not seen alone)" if isnan(s) else with_sd(v, s)
+            f"{v:.3g} (not determined alone)" if isnan(s) else with_sd(v, s)
             for v, s in zip(values, sds, strict=True)
         ]
         for i in range(0, linear, len(AXES)):
-            own = effect.parameters[i : i + len(AXES)]
-            axis = f" {own[0][0]}" if linear > len(AXES) else ""
+            names = effect.parameters[i : i + len(AXES)]
+            axis = f" {names[0][0]}" if linear > len(AXES) else ""
             unit = effect.unit_for(result.triad)
-            rows.append([f"  {name}{axis} [{unit}]", *texts[i : i + len(own)]])
+            rows.append([f"  {name}{axis} [{unit}]", *texts[i : i + len(names)]])
         if effect.shape is not None:
             rows.append([f"  {name} {effect.shape.name} [{effect.shape.unit}]", texts[-1]])
     return rows
@@ -103,46 +123,58 @@ def verdict_line(result: TriadResult) -> str:
 
 
 def next_step(outcome: Outcome, folder: Path, look: str = "pipeline diagnose {config}") -> str:
-    """What one would do next: a command, or what to record.
+    """The next step: a command, or a measurement.
 
-    ``look`` is the command for a misfit that no single effect and no measurement would settle.
+    ``look`` is the command for a misfit that neither one effect nor one measurement explains.
     """
     config = shlex.quote(str(outcome.config.source.path))
-    found = {result.triad: result.diagnosis for result in outcome.triads}
-    for triad, diagnosis in found.items():
+    diagnoses = {result.triad: result.diagnosis for result in outcome.triads}
+    for triad, diagnosis in diagnoses.items():
         if diagnosis.explanation.step == "add":
             return f"next: pipeline add {config} {triad}.{diagnosis.name}"
-    for diagnosis in found.values():
+    for diagnosis in diagnoses.values():
         if diagnosis.record_next:
             return (
-                f"next: record {diagnosis.record_next}; name the new logs in {config}, then: "
+                f"next: record {diagnosis.record_next}; add the new logs to {config}, then type: "
                 f"pipeline run {config}"
             )
-    if any(diagnosis.explanation.step != "apply" for diagnosis in found.values()):
+    if any(diagnosis.explanation.step != "apply" for diagnosis in diagnoses.values()):
         return f"next: {look.format(config=config)}"
-    if found:
+    if diagnoses:
         return f"next: pipeline apply {shlex.quote(str(folder))} LOG --output FILE"
     return f"next: add the sections accelerometer and gyroscope to {config}"
 
 
 def comparison_lines(result: TriadResult) -> Iterator[str]:
-    """Where the model fails: the poses farthest from it, and what the misfit follows."""
+    """Where the model fails: the largest residuals, and the covariate that they follow."""
     unit, factor = DISPLAY[result.triad]
     worst = ", ".join(
         f"{pose.label} {pose.residual * factor:+.3g} {unit} ({pose.in_sd:+.1f} sd)"
         for pose in result.comparison.worst(WORST_POSES)
     )
-    yield f"  farthest from the model: {worst}"
-    if result.diagnosis.follows is not None:
-        yield f"  the misfit follows: {result.diagnosis.follows}"
+    yield f"  largest residuals: {worst}"
+    covariate = leading_covariate(result)
+    if covariate is not None:
+        yield f"  the misfit follows: {covariate}"
+
+
+def leading_covariate(result: TriadResult) -> str | None:
+    """The covariate that the misfit follows; None where it explains less than half of the misfit.
+
+    A misfit of another cause can follow a covariate a little: that is a by-product of the cause.
+    """
+    name, chi2 = result.diagnosis.follows, result.calibration.fit.chi2
+    drops = (c.chi2_drop for c in result.diagnosis.ranking
+             if c.name == name and c.kind != "listed")
+    return name if max(drops, default=0.0) > chi2 / 2 else None
 
 
 def ranking_lines(result: TriadResult) -> list[str]:
-    """The best candidates of a diagnosis, what each would do, and what these data cannot see."""
+    """The best candidates with their errors after a refit, and what cannot be determined."""
     unit, factor = DISPLAY[result.triad]
-    found = result.diagnosis
+    diagnosis = result.diagnosis
     rows = [["candidate", "log evidence", "chi² drop", f"RMS after [{unit}]", "leave-one-out",
-             "cannot be told from"]]
+             "cannot be separated from"]]
     rows += [
         [
             each.name,
@@ -151,11 +183,11 @@ def ranking_lines(result: TriadResult) -> list[str]:
             *("-" if isnan(e) else f"{e * factor:.3g}" for e in (each.rms_after, each.loo_after)),
             ", ".join(each.aliases),
         ]
-        for each in found.ranking[:RANKED]
+        for each in diagnosis.ranking[:RANKED]
     ]
     lines = aligned(rows)
-    for limit in found.limits[:RANKED]:
+    for limit in diagnosis.limits[:RANKED]:
         lines.append(f"  at 95 % no larger than: {limit.name} {limit.value:.2g} {limit.unit}")
-    if found.blind:
-        lines.append(f"  these data cannot see: {', '.join(found.blind)}")
+    if diagnosis.blind:
+        lines.append(f"  these data cannot determine: {', '.join(diagnosis.blind)}")
     return lines

@@ -105,7 +105,7 @@ class LinePatternParser:
         return self._samples(self._lines.finish())
 
     def _samples(self, lines: list[str]) -> list[Sample]:
-        found = []
+        samples = []
         for line in lines:
             match = self._pattern.expression.fullmatch(line)
             if match is None:
@@ -120,5 +120,5 @@ class LinePatternParser:
             triads = [tuple(values.pop(name) for name in triad) if triad[0] in values else NOT_SENT
                       for triad in (ACCELEROMETER, GYROSCOPE)]
             (ax, ay, az), (gx, gy, gz) = triads
-            found.append(Sample((ax, ay, az), (gx, gy, gz), ticks, tuple(values.items())))
-        return found
+            samples.append(Sample((ax, ay, az), (gx, gy, gz), ticks, tuple(values.items())))
+        return samples

@@ -76,14 +76,14 @@ class Mpu6050TextParser:
 
     def feed(self, data: bytes) -> list[Sample]:
         """The samples that ``data`` completes."""
-        found = (self._sample(line) for line in self._lines.feed(data))
-        return [sample for sample in found if sample is not None]
+        samples = (self._sample(line) for line in self._lines.feed(data))
+        return [sample for sample in samples if sample is not None]
 
     def finish(self) -> list[Sample]:
         """The samples that the end of the stream completes."""
-        found = [self._sample(line) for line in self._lines.finish()]
-        found.append(self._end_block())
-        return [sample for sample in found if sample is not None]
+        samples = [self._sample(line) for line in self._lines.finish()]
+        samples.append(self._end_block())
+        return [sample for sample in samples if sample is not None]
 
     def _sample(self, line: str) -> Sample | None:
         stamped = ARDUINO_STAMP.match(line)
@@ -162,7 +162,7 @@ class Mpu6050TextParser:
         self._bare += 1
         if len(values) != 6:
             self.advice = (
-                f"lines hold {len(values)} numbers and no header tells what they are; describe "
+                f"lines hold {len(values)} numbers and no header names them; describe "
                 f"the line by `pattern` with `device: lines`, or upload the sketch in data/arduino"
             )
             return None

@@ -8,7 +8,7 @@ Triple = tuple[float, float, float]
 NOT_SENT: Triple = (math.nan, math.nan, math.nan)
 
 COUNTS = "counts"  #: unit of readings straight from the converter
-AS_LABELLED = "unit not stated"  #: unit of readings whose line does not tell
+AS_LABELLED = "unit not stated"  #: unit of readings whose line states none
 
 
 @dataclass(frozen=True, slots=True)

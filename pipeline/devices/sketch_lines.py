@@ -13,7 +13,6 @@ import re
 from pipeline.devices.sample import DeviceClock, Sample
 
 HEADER = "#turntable "
-VERSION = "v1"
 MICROS = DeviceClock("board microseconds", 1e-6, 1 << 32)
 POLYNOMIAL = 0x07
 

@@ -1,6 +1,6 @@
 """What sketches and tutorials print for an MPU-6050, line by line.
 
-Every dialect tells what its line holds: a whole sample, or one part of a block of lines. Numbers of
+A dialect states what its line holds: a whole sample, or one part of a block of lines. Numbers of
 at most nine digits, lines of bounded length: no pattern here can run away.
 """
 

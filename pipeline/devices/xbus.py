@@ -61,7 +61,7 @@ class XbusReader:
         return self._messages(at_end=True)
 
     def _messages(self, at_end: bool) -> list[Message]:
-        buffer, at, found = self._buffer, 0, []
+        buffer, at, messages = self._buffer, 0, []
         while True:
             start = buffer.find(START, at)
             if start < 0:
@@ -80,14 +80,14 @@ class XbusReader:
             if size and sum(buffer[start + 1 : start + size]) % 256 == 0:
                 head = 6 if buffer[start + 3] == EXTENDED else 4
                 data = bytes(buffer[start + head : start + size - 1])
-                found.append(Message(buffer[start + 2], data))
+                messages.append(Message(buffer[start + 2], data))
                 at = start + size
                 self._in_damage = False
             else:
                 self._skip(1)
                 at = start + 1
         del buffer[:at]
-        return found
+        return messages
 
     def _skip(self, count: int) -> None:
         if count > 0:

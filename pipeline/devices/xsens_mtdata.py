@@ -48,19 +48,19 @@ class MtDataParser:
         return self._samples(self._frames.finish())
 
     def _samples(self, messages: list[Message]) -> list[Sample]:
-        found = []
+        samples = []
         for message in messages:
             if message.mid != MTDATA:
                 continue
             if len(message.data) == RAW_COUNTED.size:
                 words = RAW_COUNTED.unpack(message.data)
                 self.clock = COUNTER
-                found.append(raw_sample(words, words[10]))
+                samples.append(raw_sample(words, words[10]))
             elif len(message.data) == RAW.size:
-                found.append(raw_sample(RAW.unpack(message.data), None))
+                samples.append(raw_sample(RAW.unpack(message.data), None))
             else:
                 self.advice = (
                     f"the MTi sends MTData of {len(message.data)} bytes, which is no raw output "
                     f"(20 or 22 bytes); set output mode 0x4000, or let `pipeline record` set it"
                 )
-        return found
+        return samples

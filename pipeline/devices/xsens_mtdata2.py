@@ -35,7 +35,7 @@ def packets(data: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def reals(data_id: int, data: bytes) -> tuple[float, ...]:
-    """The numbers of a packet in the format that its DataID tells; none where the size is wrong."""
+    """The numbers of a packet in the format of its DataID; none where the size is wrong."""
     form = data_id & 0x3
     if form == 0:
         return tuple(x for (x,) in struct.iter_unpack(">f", data)) if len(data) % 4 == 0 else ()
@@ -74,8 +74,8 @@ class MtData2Parser:
         return self._samples(self._frames.finish())
 
     def _samples(self, messages: list[Message]) -> list[Sample]:
-        found = (self._sample(message.data) for message in messages if message.mid == MTDATA2)
-        return [sample for sample in found if sample is not None]
+        samples = (self._sample(message.data) for message in messages if message.mid == MTDATA2)
+        return [sample for sample in samples if sample is not None]
 
     def _sample(self, data: bytes) -> Sample | None:
         """The sample of one message, None where it holds no triad."""

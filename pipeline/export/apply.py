@@ -1,12 +1,12 @@
-"""A log corrected by a calibration: counts in, SI units out, in the vehicle's axes where measured.
+"""A log corrected by a calibration: counts in, SI units out, in vehicle axes if measured.
 
-What a log cannot tell is refused by name rather than left out: an effect that follows a column
-the log lacks, or the time since the session began. Effects of the bench (the plate's rate, the
-lever to its axis, the Earth's rotation) are no errors of the sensor and stay out of the correction.
+An effect that needs a column or a time that the log does not contain is refused by name. Effects of
+the bench (the plate's rate, the lever arm to its axis, the Earth's rotation) are not errors of the
+sensor and are not part of the correction.
 
-Where the results have a mounting R (vehicle to sensor, Promrit et al.), both triads are turned by
-``Rᵀ``. R is measured in the accelerometer's frame; the gyro's vectors are first turned into that,
-where the calibration session showed the angles between the two frames.
+If the results contain a mounting R (vehicle to sensor, Promrit et al.), both triads are rotated by
+``Rᵀ``. R refers to the frame of the accelerometer; the vectors of the gyroscope are first rotated
+into that frame if the calibration session determined the angles between the two frames.
 """
 
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from calib.effects.effect import Effect, Need
 from calib.errors import Undetermined, UnusableLog
 from calib.fit.model import Correction, Model, lacking, pick
-from calib.poses.conditions import Conditions
+from calib.poses.conditions import OTHER_TRIAD, Conditions
 from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.logs.write import LARGEST, csv_rows
 from pipeline.results.read import Stored, StoredTriad
@@ -71,20 +71,21 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
     _require_writable(log)
     corrected: dict[str, FloatArray] = {}
     left_out: list[str] = []
-    clock = log.time_s - float(stored.found["session_start_s"] or 0.0)
+    clock = log.time_s - float(stored.contents["session_start_s"] or 0.0)
     known: dict[str, FloatArray] = {"time_s": clock} if session_clock else {}
     for each in stored.triads:
         if not log.has(each.triad):
-            left_out.append(f"{log.label} has no {each.triad}; nothing to correct there.")
+            left_out.append(f"{log.label} has no {each.triad}; the {each.triad} is not corrected.")
             continue
         left_out += [
-            f"{each.triad}: {effect.name} belongs to the bench and is no error of the sensor."
+            f"{each.triad}: {effect.name} is an effect of the bench, not an error of the sensor."
             for effect in each.correction.model.effects
             if effect.belongs_to == "bench"
         ]
         correction = _of_the_sensor(each)
         nominal = correction.spec.nominal(getattr(log, each.triad))
-        at = Conditions.of_vectors(nominal, log.columns, **known)
+        columns = {**_other_triad(stored, each.triad, log), **log.columns}
+        at = Conditions.of_vectors(nominal, columns, **known)
         _require_evaluable(log.label, each.triad, correction, at)
         corrected[each.triad] = _correct(correction, at)
         if each.triad == "accelerometer":
@@ -92,12 +93,21 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
     if not corrected:
         there = " and ".join(each.triad for each in stored.triads) or "no triad"
         raise Undetermined(
-            f"{log.label}: {stored.path} calibrates {there}, and the log holds no such columns. "
-            f"Name a log of the same sensor, with the columns acc_x, acc_y, acc_z or gyr_x, gyr_y, "
+            f"{log.label}: {stored.path} calibrates {there}, and the log has no such columns. "
+            f"Use a log of the same sensor with the columns acc_x, acc_y, acc_z or gyr_x, gyr_y, "
             f"gyr_z."
         )
     axes, turned = _in_the_vehicle(stored, corrected)
     return Applied(log.time_s, turned, log.columns, axes, tuple(left_out))
+
+
+def _other_triad(stored: Stored, triad: str, log: ImuLog) -> dict[str, FloatArray]:
+    """The nominal reading of the triad that is not ``triad``, where it is there."""
+    for each in stored.triads:
+        if each.triad != triad and log.has(each.triad):
+            nominal = each.correction.spec.nominal(getattr(log, each.triad))
+            return dict(zip(OTHER_TRIAD, nominal.T, strict=True))
+    return {}
 
 
 def _in_the_vehicle(
@@ -106,7 +116,7 @@ def _in_the_vehicle(
     """Which axes the output has, and the vectors in them: the vehicle's where R is known."""
     to_sensor = stored.mounting_rotation
     if to_sensor is None:
-        return "the sensor's axes, as calibrated (the results have no installation)", corrected
+        return "the axes of the sensor (the results contain no installation)", corrected
     angles = stored.gyroscope_to_accelerometer_rad
     turned = {}
     for triad, vectors in corrected.items():
@@ -114,7 +124,7 @@ def _in_the_vehicle(
         if triad == "gyroscope" and angles is not None:
             in_sensor = Rotation.from_rotvec(angles).apply(vectors)
         turned[triad] = np.asarray(in_sensor @ to_sensor)  # row by row Rᵀ v
-    axes = "the vehicle's axes, turned by the installation of these results"
+    axes = "the axes of the vehicle, rotated by the installation of these results"
     if "gyroscope" in turned and angles is None:
         axes += "; the angles between gyroscope and accelerometer were not measured and count as 0"
     return axes, turned
@@ -125,8 +135,8 @@ def _require_writable(log: ImuLog) -> None:
         largest = float(np.nanmax(np.abs(values), initial=0.0))
         if not largest < LARGEST:
             raise UnusableLog(
-                f"{log.label}: column {name} holds {largest:g}, numbers below {LARGEST:.0e} are "
-                f"expected. Delete the column from the log, or the rows in which it is wrong."
+                f"{log.label}: column {name} contains {largest:g}; expected are numbers below "
+                f"{LARGEST:.0e}. Delete this column or the wrong rows from the log."
             )
 
 
@@ -152,15 +162,15 @@ def _require_evaluable(label: str, triad: str, correction: Correction, at: Condi
             )
 
 
-WHOLE_POSES = "it is known for whole poses only, not for samples. Calibrate without it."
+WHOLE_POSES = "it is defined for whole poses, not for samples. Calibrate without it."
 REASONS: Mapping[Need, str] = {
-    "force": "it follows the specific force. Log the accelerometer as well, and calibrate it in "
-    "the same results.",
-    "time": "it follows the time since the calibration session began. If the log's time_s counts "
-    "on that clock, add --session-clock; else calibrate without it.",
+    "force": "it depends on the specific force. Log the accelerometer too, and calibrate it in "
+    "the same session.",
+    "time": "it depends on the time since the calibration session began. If time_s of the log is "
+    "the time of that session, add --session-clock; otherwise calibrate without it.",
     "previous": WHOLE_POSES,
     "vibration": WHOLE_POSES,
-    "plate": "it follows the plate's rate, which no log away from the plate has. Calibrate "
+    "plate": "it depends on the rate of the plate, which this log does not contain. Calibrate "
     "without it.",
 }
 
@@ -172,7 +182,7 @@ def _reason(effect: Effect, at: Conditions) -> str:
     if columns:
         values = at.column(columns[0])
         if not np.isfinite(values).any():
-            return f"there is no column {columns[0]}. Log it, or calibrate without it."
+            return f"the log has no column {columns[0]}. Log it, or calibrate without it."
         row = int(np.flatnonzero(~np.isfinite(values))[0])
         return (
             f"the column {columns[0]} has no number at sample {row + 1}. Delete the rows in which "

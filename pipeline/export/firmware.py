@@ -100,8 +100,8 @@ def _fusion_unit(each: StoredTriad) -> tuple[str, float]:
 def to_px4(stored: Stored) -> Export:
     """PX4 parameters: ``(reading - OFF) * SCALE`` for the accelerometer, ``reading - OFF`` else."""
     lines = [f"# {line}" for line in origin(stored)]
-    lines.append("# Set CAL_ACC0_ID and CAL_GYRO0_ID to the ids that your board shows; they are "
-                 "not written blindly.")
+    lines.append("# Set CAL_ACC0_ID and CAL_GYRO0_ID to the ids that your board shows; this file "
+                 "does not set them.")
     loses = [*no_sds(stored)]
     for each in stored.triads:
         name = {"accelerometer": "CAL_ACC0", "gyroscope": "CAL_GYRO0"}[each.triad]
@@ -113,7 +113,7 @@ def to_px4(stored: Stored) -> Export:
         # vehicle, component, name, value, type (9 is a float)
         lines += [f"1\t1\t{name}_{key}\t{value:.10g}\t9" for key, value in values]
         loses.append(_what_is_left(each, "PX4", keeps_scale=each.triad == "accelerometer"))
-    loses.append("The axes are those of the log; PX4 turns them by _ROT first where it is set.")
+    loses.append("The axes are those of the log; PX4 rotates them by _ROT first if it is set.")
     loses += no_effects(stored, "PX4")
     return Export({"px4.params": "\n".join(lines) + "\n"}, tuple(loses))
 
@@ -128,7 +128,7 @@ def to_inav(stored: Stored) -> Export:
         gain = np.round(_gains(accelerometer) * INAV_UNIT_GAIN)
         lines += [f"set acczero_{axis} = {v:.0f}" for axis, v in zip(AXES, zero, strict=True)]
         lines += [f"set accgain_{axis} = {v:.0f}" for axis, v in zip(AXES, gain, strict=True)]
-        gravity = stored.found["accelerometer"]["gravity"]
+        gravity = stored.contents["accelerometer"]["gravity"]
         lines.append(f"set ins_gravity_cmss = {100 * gravity['value_m_s2']:.3f}")
         loses.append(_what_is_left(accelerometer, "INAV", keeps_scale=True))
     gyroscope = triad_named(stored, "gyroscope")
@@ -138,7 +138,7 @@ def to_inav(stored: Stored) -> Export:
         loses.append(_what_is_left(gyroscope, "INAV", keeps_scale=False))
     lines.append("save")
     loses += [
-        "INAV holds whole counts of its ranges of 16 g and 2000 °/s: zeros are rounded to "
+        "INAV stores integer counts of its ranges of 16 g and 2000 °/s: the zeros are rounded to "
         f"{1000 * INAV_ACCELEROMETER:.2g} mm/s² and {math.degrees(INAV_GYROSCOPE):.2g} °/s.",
         *no_effects(stored, "INAV"),
     ]
@@ -146,12 +146,12 @@ def to_inav(stored: Stored) -> Export:
 
 
 def _gains(each: StoredTriad) -> FloatArray:
-    """What nominal readings are to be multiplied by, about 1, shape (3,)."""
+    """Factors for nominal readings, about 1, shape (3,)."""
     return np.asarray(each.units_per_count / each.correction.spec.nominal_scale)
 
 
 def _what_is_left(each: StoredTriad, program: str, *, keeps_scale: bool) -> str:
-    """The largest error that a format without T (and without K) leaves, in words."""
+    """The largest error that a format without T (and without K) leaves, as a note."""
     missing = each.alignment - np.eye(3)
     lost = "misalignment"
     if not keeps_scale:
@@ -159,13 +159,13 @@ def _what_is_left(each: StoredTriad, program: str, *, keeps_scale: bool) -> str:
         lost = "scale and misalignment"
     share = float(np.linalg.svd(missing, compute_uv=False)[0])
     return (
-        f"{program} has no place for the {lost} of the {each.triad}: up to {100 * share:.2g} % of "
-        f"the reading stays wrong."
+        f"{program} cannot store the {lost} of the {each.triad}: an error of up to "
+        f"{100 * share:.2g} % of the reading remains."
     )
 
 
 def _comment(lines: Sequence[str]) -> list[str]:
-    """C comments; text that would end one is defused."""
+    """C comments; text that would end a comment is changed."""
     plain = [line.replace("*/", "* /").replace("m/s²", "m/s^2") for line in lines]
     return [f"/* {line} */" for line in plain]
 

@@ -1,4 +1,4 @@
-"""What the exporters share: their result, what a format loses in words, and a worked example."""
+"""What the exporters share: their result, what a format cannot store, and a worked example."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ EXAMPLE_SIZE: Mapping[str, float] = {"accelerometer": 10.0, "gyroscope": 1.0}  #
 
 @dataclass(frozen=True)
 class Export:
-    """Text of each file by name, and what of the calibration they do not hold."""
+    """Text of each file by name, and the parts of the calibration that they do not store."""
 
     files: Mapping[str, str]
     loses: tuple[str, ...]
@@ -56,38 +56,38 @@ def _row(values: FloatArray) -> str:
 
 
 def no_sds(stored: Stored) -> tuple[str, ...]:
-    """That the uncertainties are left behind."""
-    return ("The uncertainties are not in it.",) if stored.triads else ()
+    """A note that the format does not store the uncertainties."""
+    return ("The file does not contain the uncertainties.",) if stored.triads else ()
 
 
 def no_effects(
     stored: Stored, program: str, held: Mapping[str, tuple[str, ...]] | None = None
 ) -> tuple[str, ...]:
-    """Which added effects ``program`` has no place for; ``held`` by triad are those it has."""
-    found = []
+    """Which added effects ``program`` cannot store; ``held`` by triad are those it can."""
+    notes = []
     for each in stored.triads:
         lost = [name for name in each.effects if name not in (held or {}).get(each.triad, ())]
         if lost:
-            found.append(
-                f"{program} has no place for {', '.join(lost)} of the {each.triad}: readings "
-                f"corrected by it keep that error. Use `pipeline apply` to correct it."
+            notes.append(
+                f"{program} cannot store {', '.join(lost)} of the {each.triad}: its corrected "
+                f"readings keep this error. `pipeline apply` corrects it."
             )
-    return tuple(found)
+    return tuple(notes)
 
 
 def origin(stored: Stored) -> tuple[str, ...]:
-    """Lines that say where the numbers come from, for the comments of a file."""
-    title = " ".join(str(stored.found["title"] or "untitled").split())  # one line, whatever it was
+    """The origin of the numbers, for the comments of a file."""
+    title = " ".join(str(stored.contents["title"] or "untitled").split())
     lines = [
-        f"Calibration of {stored.found['sensor']}: {title}",
-        f"configuration {str(stored.found['config_sha256'])[:16]} (SHA-256)",
+        f"Calibration of {stored.contents['sensor']}: {title}",
+        f"configuration {str(stored.contents['config_sha256'])[:16]} (SHA-256)",
     ]
     for each in stored.triads:
         spec = each.correction.spec
         if spec.bits:
             lines.append(
                 f"{each.triad}: {spec.bits} bits over +-{spec.full_scale:.6g} "
-                f"{SI_UNIT[each.triad]}; another range needs another calibration"
+                f"{SI_UNIT[each.triad]}; the calibration is valid for this range only"
             )
     warmth = _temperatures(stored)
     if warmth:
@@ -99,6 +99,6 @@ def _temperatures(stored: Stored) -> list[float]:
     return [
         pose["columns"]["temperature_c"]
         for each in stored.triads
-        for pose in stored.found[each.triad]["poses"]
+        for pose in stored.contents[each.triad]["poses"]
         if pose["columns"].get("temperature_c") is not None
     ]

@@ -1,4 +1,4 @@
-"""Formats that hold the calibration as it is: JSON, CSV, and imu_tk, whose model is ours."""
+"""Formats that store the calibration unchanged: JSON, CSV, and imu_tk, which has the same model."""
 
 import csv
 import io
@@ -12,7 +12,7 @@ from pipeline.results.read import PARAMETERS, Stored, StoredTriad
 
 def to_json(stored: Stored) -> Export:
     """Matrix, bias and sds of each triad, ready for ``s = M (counts - b)``, with units."""
-    found = {
+    triads = {
         each.triad: {
             "unit": SI_UNIT[each.triad],
             "applies_as": "matrix @ (counts - bias_counts)",
@@ -22,7 +22,7 @@ def to_json(stored: Stored) -> Export:
         }
         for each in stored.triads
     }
-    text = json.dumps({"title": stored.found["title"], **found}, indent=1, ensure_ascii=False)
+    text = json.dumps({"title": stored.contents["title"], **triads}, indent=1, ensure_ascii=False)
     return Export({"calibration.json": text + "\n"}, _effects_by_name(stored))
 
 
@@ -46,7 +46,7 @@ def to_csv(stored: Stored) -> Export:
 
 
 def to_imu_tk(stored: Stored) -> Export:
-    """imu_tk's ``.calib``: T, K and b of ``X' = T K (X - B)``, the very model of this program."""
+    """imu_tk's ``.calib``: T, K and b of ``X' = T K (X - B)``, the model of this program."""
     files = {}
     for each in stored.triads:
         k = each.units_per_count
@@ -59,11 +59,11 @@ def to_imu_tk(stored: Stored) -> Export:
 def _nine(each: StoredTriad) -> dict[str, list[float | None]]:
     values = (each.misalignment_rad, each.bias_counts, each.scale_counts_per_unit)
     sds = (each.misalignment_sd, each.bias_sd, each.scale_sd)
-    found: dict[str, list[float | None]] = {}
+    nine: dict[str, list[float | None]] = {}
     for key, value, sd in zip(PARAMETERS, values, sds, strict=True):
-        found[key] = _plain(value)
-        found[f"{key}_sd"] = _plain(sd)
-    return found
+        nine[key] = _plain(value)
+        nine[f"{key}_sd"] = _plain(sd)
+    return nine
 
 
 def _plain(values: FloatArray) -> list[float | None]:
@@ -89,8 +89,8 @@ def _matrix_text(rows: list[list[float]]) -> str:
 
 def _effects_by_name(stored: Stored) -> tuple[str, ...]:
     return tuple(
-        f"The matrix of the {each.triad} does not contain {', '.join(each.effects)}; their values "
-        f"stand beside it, `pipeline apply` corrects them."
+        f"The matrix of the {each.triad} does not contain {', '.join(each.effects)}. The file "
+        f"lists their values; `pipeline apply` corrects them."
         for each in stored.triads
         if each.effects
     )

@@ -78,21 +78,21 @@ def to_kalibr(stored: Stored) -> Export:
         lines += _kalibr_gyroscope(stored, gyroscope, body)
         lines += _bias_comment(gyroscope)
     lines += ["  model: scale-misalignment", "  rostopic: /imu0", "  time_offset: 0.0"]
-    lines += [f"  # {key}: not measured here; from the data sheet or an Allan plot"
+    lines += [f"  # {key}: not measured by this program; use the data sheet or an Allan deviation"
               for key in (*NOISE_KEYS, "update_rate")]
     turned = math.degrees(math.acos(min(1.0, max(-1.0, (np.trace(body) - 1) / 2))))
     loses += [
-        "Kalibr stores no bias: the biases stand in comments, subtract them from the readings or "
-        "let the estimator find them.",
-        f"M is lower triangular there: the body frame of the file is that of this calibration "
-        f"turned by {turned:.3f}°.",
-        f"{', '.join(NOISE_KEYS)} and update_rate were not measured by poses and are left out: "
-        f"fill them in.",
+        "Kalibr stores no bias: the comments contain the biases. Subtract them from the readings, "
+        "or let the estimator determine them.",
+        f"M is lower triangular in Kalibr: the body frame of the file is that of this calibration, "
+        f"rotated by {turned:.3f}°.",
+        f"{', '.join(NOISE_KEYS)} and update_rate cannot be determined from poses and are missing "
+        f"in the file: add them.",
     ]
     if gyroscope is not None and _frame_angles(stored) is None:
         loses.append(
-            "C_gyro_i takes the gyroscope's frame for the accelerometer's: these poses do not "
-            "show the rotation between them. Log the accelerometer on the turning plate too."
+            "C_gyro_i assumes that gyroscope and accelerometer have the same frame: these poses do "
+            "not determine the rotation between them. Log the accelerometer on the plate too."
         )
     held = {"gyroscope": ("g_sensitivity",)} if accelerometer is not None else {}
     loses += no_effects(stored, "Kalibr", held)
@@ -106,9 +106,9 @@ def _kalibr_gyroscope(stored: Stored, gyroscope: StoredTriad, body: FloatArray) 
     angles = _frame_angles(stored)
     to_accelerometer = np.eye(3) if angles is None else rotation_matrix(angles)
     sensitivity = np.zeros((3, 3))
-    given = gyroscope.effects.get("g_sensitivity")
-    if given is not None:
-        sensitivity = np.array(given["values"], float).reshape(3, 3)
+    effect = gyroscope.effects.get("g_sensitivity")
+    if effect is not None:
+        sensitivity = np.array(effect["values"], float).reshape(3, 3)
     return [
         "  gyroscopes:",
         "    M:",
@@ -116,13 +116,14 @@ def _kalibr_gyroscope(stored: Stored, gyroscope: StoredTriad, body: FloatArray) 
         "    C_gyro_i:",
         *_rows(turned @ to_accelerometer.T @ body.T, 4),
         "    A:",
-        *_rows(forward @ sensitivity @ body.T, 4),
+        # G acts on the sensitive axes, T turns them into the orthogonal ones that M^-1 takes.
+        *_rows(forward @ gyroscope.alignment @ sensitivity @ body.T, 4),
     ]
 
 
 def _frame_angles(stored: Stored) -> FloatArray | None:
-    given = (stored.found["gyroscope"] or {}).get("frame_to_accelerometer_rad")
-    return None if given is None else np.array(given, float)
+    angles = (stored.contents["gyroscope"] or {}).get("frame_to_accelerometer_rad")
+    return None if angles is None else np.array(angles, float)
 
 
 def _bias_comment(each: StoredTriad) -> list[str]:
@@ -142,9 +143,9 @@ def to_ros(stored: Stored) -> Export:
     accelerometer = triad_named(stored, "accelerometer")
     loses = [*no_sds(stored)]
     if triad_named(stored, "gyroscope") is not None:
-        loses.append("imu_calib has no place for the gyroscope: it is left out.")
+        loses.append("imu_calib cannot store the gyroscope; the file does not contain it.")
     if accelerometer is None:
-        return Export({}, (*loses, "imu_calib holds an accelerometer, which was not calibrated."))
+        return Export({}, (*loses, "imu_calib stores an accelerometer; there is none here."))
     spec = accelerometer.correction.spec
     m = matrix(accelerometer)
     counts = (m, m @ accelerometer.bias_counts)
@@ -156,12 +157,12 @@ def to_ros(stored: Stored) -> Export:
         f"# {example_text(accelerometer)}",
         f"SM: [{_flat(counts[0])}]",
         f"bias: [{_flat(counts[1])}]",
-        "# For a driver that publishes m/s² by the data sheet, these two instead:",
+        "# For a driver that publishes m/s² by the data sheet, use these two instead:",
         f"# SM: [{_flat(nominal[0])}]",
         f"# bias: [{_flat(nominal[1])}]",
     ]
     loses.append(
-        "SM and bias take counts; where the driver publishes m/s² by the data sheet, use the pair "
+        "SM and bias are for counts. If the driver publishes m/s² by the data sheet, use the pair "
         "in the comment."
     )
     lost = [each for each in no_effects(stored, "imu_calib") if "accelerometer" in each]

@@ -1,8 +1,7 @@
 """A calibration written for other programs, one function for each.
 
-An exporter takes a :class:`pipeline.results.read.Stored` and returns the files it makes, and in
-words what they cannot hold: a format that has no place for an effect says so instead of dropping
-it.
+An exporter takes a :class:`pipeline.results.read.Stored` and returns the files it writes and notes
+on what they cannot store: no exporter drops an effect without a note.
 """
 
 from collections.abc import Callable, Mapping
@@ -13,7 +12,7 @@ from pipeline.export.plain import to_csv, to_imu_tk, to_json
 from pipeline.export.robotics import to_kalibr, to_ros
 from pipeline.results.read import Stored
 
-#: Format -> exporter; :data:`pipeline.export.formats.FORMATS` says in a line what each is.
+#: Format -> exporter; :data:`pipeline.export.formats.FORMATS` describes each in a line.
 EXPORTERS: Mapping[str, Callable[[Stored], Export]] = {
     "json": to_json,
     "csv": to_csv,

@@ -33,7 +33,7 @@ def read_log(
         Names of all columns in their order, for files without a header; they replace a header.
         ``skip`` is a column not to be read.
     sample_rate_hz : float, optional
-        For files without ``time_s``; a ``counter`` column then tells of lost samples.
+        For files without ``time_s``; a ``counter`` column then shows lost samples.
 
     Returns
     -------
@@ -152,11 +152,11 @@ def _first_fault(text: LogText) -> str | None:
                     f"({', '.join(text.names)}).{cut}")
         for name, cell in zip(text.names, cells, strict=True):
             if name != SKIP and not is_number(cell):
-                found = f"'{cell}'" if cell else "nothing"
+                shown = f"'{cell}'" if cell else "nothing"
                 todo = ("Write decimal points for the decimal commas"
                         if is_number(cell.replace(",", "."))
                         else "Delete the damaged line, or record the log again")
-                return (f"{text.path}:{line}: column {name}: found {found}, a number is expected. "
+                return (f"{text.path}:{line}: column {name}: found {shown}, a number is expected. "
                         f"{todo}.")
     return None
 

@@ -1,4 +1,4 @@
-"""A log file's text and what its head says: where the rows begin, and what their columns are."""
+"""A log file's text and its head: where the rows begin, and what their columns are."""
 
 import gzip
 import re
@@ -191,26 +191,26 @@ def _wrong_header(path: Path, i: int, cells: list[str]) -> UnreadableInput:
     near = [f"'{name}' for '{cell}'" for cell in cells if our_name(cell)[0] not in KNOWN_NAMES
             for name in nearest_names(cell, KNOWN_NAMES)]
     meant = f" (did you mean {', '.join(near)}?)" if near else ""
-    found = ", ".join(cell[:LONGEST_SHOWN] for cell in cells[:CELLS_SHOWN])
+    shown = ", ".join(cell[:LONGEST_SHOWN] for cell in cells[:CELLS_SHOWN])
     return UnreadableInput(
-        f"{path}:{i + 1}: found {found}{', ...' if len(cells) > CELLS_SHOWN else ''}: "
+        f"{path}:{i + 1}: found {shown}{', ...' if len(cells) > CELLS_SHOWN else ''}: "
         f"{missing_columns(names)}{meant}. {MISSING_TRIAD}."
     )
 
 
 def _log_text(
-    path: Path, lines: list[str], first: int, given: Sequence[str], rate_hz: float | None
+    path: Path, lines: list[str], first: int, header: Sequence[str], rate_hz: float | None
 ) -> LogText:
     """The log whose first row is line ``first``; columns that hold text there are skipped."""
     delimiter = _delimiter(lines[first])
     cells = split_cells(lines[first], delimiter)
-    names = [our_name(name) for name in given]
+    names = [our_name(name) for name in header]
     if cells[-1] == "" and len(cells) == len(names) + 1:  # every row ends in a delimiter
         names.append((SKIP, 1.0))
     if len(cells) != len(names):
         raise UnreadableInput(
             f"{path}:{first + 1}: {len(cells)} values found, {len(names)} expected "
-            f"({', '.join(given)}). Name every column of the file, '{SKIP}' for those not to be "
+            f"({', '.join(header)}). Name every column of the file, '{SKIP}' for those not to be "
             f"read, or delete the damaged line."
         )
     if lacks := missing_columns([name for name, _ in names]):

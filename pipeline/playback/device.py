@@ -1,15 +1,14 @@
-"""A recorded session played as if its sensor were on a serial line, to try everything without one.
+"""The simulated device: the bytes that a sensor in the recorded poses would send.
 
-The poses come in the order of the configuration, each held for a while, with a hand's motion in
-between, over and over again. The device speaks the legacy Xsens protocol, the lines of the
-project's own sketch, those of i2cdevlib's MPU6050_raw, or its binary stream, and damages what it
-sends when asked to.
+The poses come in the order of the configuration, each is held for a while, a hand moves the sensor
+from one to the next, and the sequence is repeated without end. The device speaks the legacy Xsens
+protocol, the lines of this project's sketch, those of i2cdevlib's MPU6050_raw, or its binary
+stream; stated shares of the samples are damaged.
 """
 
 import random
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal, get_args
 
 import numpy as np
 
@@ -18,9 +17,7 @@ from calib.poses.imu_log import FloatArray
 from pipeline.devices.sketch_lines import sketch_line
 from pipeline.devices.xbus import XbusReader, frame
 from pipeline.devices.xsens_mtdata import MTDATA, RAW_COUNTED
-
-Protocol = Literal["xsens-mti", "sketch", "a/g", "binary"]
-PROTOCOLS: tuple[Protocol, ...] = get_args(Protocol)
+from pipeline.playback import Protocol
 
 MOVE_S = 1.2  #: a hand's motion from one pose to the next
 HAND_M_S2, HAND_RAD_S = 3.0, 1.5  #: standard deviation of what the hand adds
@@ -47,7 +44,7 @@ class Faults:
     garbage: float = 0.0
 
     def apply(self, data: bytes, rng: random.Random) -> bytes:
-        """``data``, the bytes of one sample, after the line had its way with them."""
+        """The bytes of one sample as they arrive: whole, damaged or none."""
         if rng.random() < self.lost:
             return b""
         if rng.random() < self.flipped:
@@ -163,6 +160,6 @@ class PlaybackDevice:
             wanted = 115200 / max(1, int.from_bytes(data, "big"))
             if abs(wanted / self._rate_hz - 1) > 0.02:
                 return frame(0x42, b"\x03")
-        if mid == 0x0C:  # ReqConfiguration: the length of the data is all that is asked for
+        if mid == 0x0C:  # ReqConfiguration: the length of the data is all that the host reads
             return frame(0x0D, bytes(102) + RAW_COUNTED.size.to_bytes(2, "big") + bytes(14))
         return b"" if mid == 0x3F else frame(mid + 1)

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from pipeline.errors import DeviceError
+from pipeline.errors import DeviceError, UnwritableOutput
 from pipeline.playback.device import PlaybackDevice
 
 TICK_S = 0.005  #: how often samples are sent
@@ -24,6 +24,8 @@ class PseudoPort:
     ------
     DeviceError
         This system has no pseudo-terminals.
+    UnwritableOutput
+        ``link`` is a file of the user's, or cannot be made.
     """
 
     def __init__(self, link: Path | None = None) -> None:
@@ -45,8 +47,24 @@ class PseudoPort:
         self._slave = slave  # kept open: without any reader the terminal would hang up
         os.set_blocking(self._master, False)
         if self._link is not None:
-            self._link.unlink(missing_ok=True)
-            self._link.symlink_to(self.name)
+            self._lead(self._link)
+
+    def _lead(self, link: Path) -> None:
+        """Let ``link`` lead to the terminal; only a link to a terminal is replaced."""
+        is_port = link.is_symlink() and os.readlink(link).startswith("/dev/")
+        if os.path.lexists(link) and not is_port:
+            raise UnwritableOutput(
+                f"{link}: exists and is no link to a port; it is left as it is. Choose another "
+                f"name with --link."
+            )
+        try:
+            link.unlink(missing_ok=True)
+            link.symlink_to(self.name)
+        except OSError as error:
+            raise UnwritableOutput(
+                f"{link}: the link cannot be made ({error.strerror}). Choose another name with "
+                f"--link."
+            ) from error
 
     def unplug(self) -> None:
         """Close the terminal; whoever has it open finds the device gone."""

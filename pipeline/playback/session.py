@@ -15,7 +15,7 @@ ROOM_C = 25.0  #: where the logs have no temperature
 
 
 def played_poses(config: Config) -> tuple[list[Pose], float]:
-    """All poses in the order of the file, those at rest first, and their sample rate.
+    """All poses in the order of the file, those at rest first, and their sample rate in Hz.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Where the configuration wants its poses: the blocks of a session and their files."""
+"""The blocks of a recording and the files that the configuration names for their poses."""
 
 import math
 from collections.abc import Iterator
@@ -17,8 +17,8 @@ FEWEST_TURNS = 3.0  #: of the plate in one pose: over whole turns its tilt avera
 
 
 @dataclass(frozen=True)
-class Numbered:
-    """Files numbered through: ``folder/before07after``."""
+class NumberedFiles:
+    """Numbered files: ``folder/before07after``."""
 
     folder: Path
     before: str
@@ -28,12 +28,12 @@ class Numbered:
         """The file of this number, from 1."""
         return self.folder / f"{self.before}{number:02d}{self.after}"
 
-    def there(self) -> list[Path]:
-        """The files there are, in natural order."""
-        found = self.folder.glob(f"{self.before}*{self.after}") if self.folder.is_dir() else ()
-        return sorted(found, key=lambda path: natural_key(path.name))
+    def existing(self) -> list[Path]:
+        """The files that exist, in natural order."""
+        paths = self.folder.glob(f"{self.before}*{self.after}") if self.folder.is_dir() else ()
+        return sorted(paths, key=lambda path: natural_key(path.name))
 
-    def free(self) -> int:
+    def next_number(self) -> int:
         """The lowest number that no file has."""
         number = 1
         while self.path(number).exists():
@@ -42,28 +42,28 @@ class Numbered:
 
 
 @dataclass(frozen=True)
-class Block:
+class RecordingBlock:
     """Poses at one plate setting.
 
     Parameters
     ----------
     rate : str
         Name of the plate setting, ``stopped`` at rest.
-    poses : Numbered
+    poses : NumberedFiles
         Where they are written.
     rate_rad_s : float or None
-        About how fast the plate will turn; 0 at rest, None where the file does not tell.
+        The plate's approximate rate; 0 at rest, None where the configuration states none.
     seconds : float
         Length of a pose.
-    clips : Numbered or Path or None
+    clips : NumberedFiles or Path or None
         Where the configuration wants clips: one for each pose, one for all, none.
     """
 
     rate: str
-    poses: Numbered
+    poses: NumberedFiles
     rate_rad_s: float | None
     seconds: float
-    clips: Numbered | Path | None
+    clips: NumberedFiles | Path | None
 
     @property
     def turns(self) -> bool:
@@ -71,17 +71,17 @@ class Block:
         return self.rate != STOPPED
 
 
-def blocks_of(config: Config) -> tuple[Block, ...]:
+def recording_blocks(config: Config) -> tuple[RecordingBlock, ...]:
     """The blocks of a session, at rest first, each set of files once.
 
     Raises
     ------
     ConfigError
-        A section names its poses in a way that tells no file names for new ones.
+        A section names its poses in a way that gives no file names for new ones.
     """
     assert config.record is not None
     seconds = config.record.seconds_per_pose
-    blocks: dict[Numbered, Block] = {}
+    blocks: dict[NumberedFiles, RecordingBlock] = {}
     for path, rate in _settings(config):
         poses = _numbered(config, path)
         if poses is None or poses in blocks:
@@ -96,7 +96,7 @@ def blocks_of(config: Config) -> tuple[Block, ...]:
         elif stated is not None:
             rate_rad_s = stated.rate_rad_s
         turns_s = FEWEST_TURNS * 2 * math.pi / rate_rad_s if rate_rad_s else 0.0
-        blocks[poses] = Block(rate, poses, rate_rad_s, max(seconds, turns_s), clips)
+        blocks[poses] = RecordingBlock(rate, poses, rate_rad_s, max(seconds, turns_s), clips)
     return tuple(sorted(blocks.values(), key=lambda block: block.turns))
 
 
@@ -107,32 +107,32 @@ def _settings(config: Config) -> Iterator[tuple[PathTo, str]]:
         yield ("gyroscope", "runs", i, "poses"), run.rate
 
 
-def _numbered(config: Config, path: PathTo) -> Numbered | None:
+def _numbered(config: Config, path: PathTo) -> NumberedFiles | None:
     """Where new poses of this section go; None where it names files that are there."""
-    given = config.source.value(path)
-    if isinstance(given, dict):
-        given = given.get("files", given)
-    text = given[0] if isinstance(given, list) and len(given) == 1 else given
+    value = config.source.value(path)
+    if isinstance(value, dict):
+        value = value.get("files", value)
+    text = value[0] if isinstance(value, list) and len(value) == 1 else value
     if isinstance(text, str) and text.count("*") == 1 and text.endswith(".csv"):
         folder, _, name = text.rpartition("/")
         before, _, after = name.partition("*")
         if "*" in name and not is_pattern(folder + before + after):
-            return Numbered(config.source.path.parent / folder, before, after)
+            return NumberedFiles(config.source.path.parent / folder, before, after)
     raise ConfigError(config.source.problem(path, (
         f"found {text!r}, from which no names of new files follow; `pipeline record` writes one "
         "file per pose. Give a pattern with one star, as in accelerometer/pose_*.csv."
     )))
 
 
-def _clips(config: Config, path: PathTo) -> Numbered | Path:
+def _clips(config: Config, path: PathTo) -> NumberedFiles | Path:
     """Where clips go: numbered like the poses where the name has a star."""
-    given = config.source.value(path)
-    text = given[0] if isinstance(given, list) and len(given) == 1 else given
+    value = config.source.value(path)
+    text = value[0] if isinstance(value, list) and len(value) == 1 else value
     folder, _, name = str(text).rpartition("/")
     home = config.source.path.parent / folder
     if isinstance(text, str) and name.count("*") == 1 and not is_pattern(folder):
         before, _, after = name.partition("*")
-        return Numbered(home, before, after)
+        return NumberedFiles(home, before, after)
     if isinstance(text, str) and not is_pattern(text):
         return home / name
     raise ConfigError(config.source.problem(path, (
@@ -141,7 +141,7 @@ def _clips(config: Config, path: PathTo) -> Numbered | Path:
     )))
 
 
-def require_clip_names(config: Config, blocks: tuple[Block, ...]) -> None:
+def require_clip_names(config: Config, blocks: tuple[RecordingBlock, ...]) -> None:
     """Refuse to film where the configuration has no name for the clip of every pose.
 
     Raises
@@ -151,8 +151,8 @@ def require_clip_names(config: Config, blocks: tuple[Block, ...]) -> None:
     """
     for block in blocks:
         clips = block.clips
-        if block.turns and not (isinstance(clips, Numbered) and clips.after.endswith(".mkv")):
+        if block.turns and not (isinstance(clips, NumberedFiles) and clips.after.endswith(".mkv")):
             raise ConfigError(config.source.problem(("rate", block.rate), (
                 "filming makes a clip of every pose, as Matroska, whose stamps are those of the "
-                f"pictures. Write `video: video/{block.rate}_*.mkv`, or record without a camera."
+                f"frames. Write `video: video/{block.rate}_*.mkv`, or record without a camera."
             )))

@@ -12,10 +12,10 @@ from pipeline.devices.sample import AS_LABELLED, COUNTS, Parser
 from pipeline.devices.table import DEVICES, StreamSettings
 from pipeline.devices.text_dialects import G_AND_DEG, SI
 from pipeline.errors import ConfigError, DeviceError
-from pipeline.record.serial_port import Line, LineLost
+from pipeline.record.serial_port import Port, PortLost
 from pipeline.record.store import RawFile, Store
-from pipeline.record.stream import Row, Stream
-from pipeline.record.xsens_setup import Begun, XsensError, begin_mtdata, begin_mtdata2
+from pipeline.record.stream import Stream, TimedSample
+from pipeline.record.xsens_setup import XsensError, XsensStream, start_mtdata, start_mtdata2
 
 LISTEN_S = 4.0  #: for first readings at one speed; an Arduino takes two seconds to start
 FIRST_SAMPLES = 3  #: by which a stream is recognised
@@ -27,7 +27,7 @@ SHOWN_BYTES = 48  #: of a stream nobody understands, in a message
 #: parser's unit -> the units that sensor.accelerometer and sensor.gyroscope then need.
 SHEET_UNITS = {COUNTS: (None, None), SI: ("m_s2", "rad_s"), G_AND_DEG: ("g", "deg_s")}
 
-OpenLine = Callable[[int], Line]
+OpenPort = Callable[[int], Port]
 
 
 class Tell(Protocol):
@@ -58,13 +58,13 @@ class Connection:
         The device sends other units, or is set to another range, than the configuration says.
     """
 
-    def __init__(self, config: Config, open_line: OpenLine, store: Store, tell: Tell) -> None:
+    def __init__(self, config: Config, open_port: OpenPort, store: Store, tell: Tell) -> None:
         assert config.record is not None
         self._record: RecordSection = config.record
         self._config, self._store = config, store
         self._device = DEVICES[self._record.device]
         bauds = (self._record.baud,) if self._record.baud else self._device.bauds
-        self._line = open_line(bauds[0])
+        self._port = open_port(bauds[0])
         self._raw: RawFile = store.new_connection()
         with ExitStack() as undo:
             undo.callback(self.close)
@@ -78,7 +78,7 @@ class Connection:
         for i, baud in enumerate(bauds):
             if i:
                 tell(f"nothing to understand at {bauds[i - 1]} baud, trying {baud}")
-                self._line.set_baud(baud)
+                self._port.set_baud(baud)
             begun = self._set_up(last=baud == bauds[-1])
             if self._device.begin and begun is None:
                 continue
@@ -96,18 +96,18 @@ class Connection:
                 raise DeviceError(f"The device answers, but: {stream.parser.advice}.")
         raise DeviceError(self._why_nothing(heard, bauds))
 
-    def _set_up(self, last: bool) -> Begun | None:
+    def _set_up(self, last: bool) -> XsensStream | None:
         """Set an Xsens up; None for a device that streams by itself.
 
         An Xsens that does not answer gives None as well, while there are speeds left to try.
         """
-        begin = {"mtdata": begin_mtdata, "mtdata2": begin_mtdata2, None: None}[self._device.begin]
+        begin = {"mtdata": start_mtdata, "mtdata2": start_mtdata2, None: None}[self._device.begin]
         if begin is None:
             return None
         wanted = self._record.sample_rate_hz or DEFAULT_RATE_HZ
         try:
-            return begin(self._line, wanted, self._keep)
-        except (XsensError, LineLost):
+            return begin(self._port, wanted, self._keep)
+        except (XsensError, PortLost):
             raise
         except DeviceError:
             if last:
@@ -137,11 +137,11 @@ class Connection:
 
     def _take(self) -> tuple[bytes, float]:
         """What has come, kept, and when on the session's clock."""
-        data, heard_monotonic_s = self._line.read()
+        data, heard_monotonic_s = self._port.read()
         self._keep(data, heard_monotonic_s)
         return data, self._store.session_s(heard_monotonic_s)
 
-    def rows(self) -> list[Row]:
+    def rows(self) -> list[TimedSample]:
         """The rows that have come; empty after a short while without any.
 
         Raises
@@ -154,7 +154,7 @@ class Connection:
         if rows:
             self._last_row_s = heard_s
         elif self.silent_s > DEAD_S:
-            raise LineLost(f"no reading for {DEAD_S:.0f} s. {self.stream.parser.advice}".strip())
+            raise PortLost(f"no reading for {DEAD_S:.0f} s. {self.stream.parser.advice}".strip())
         return rows
 
     @property
@@ -164,7 +164,7 @@ class Connection:
 
     def close(self) -> None:
         """Give the port back and close the files."""
-        self._line.close()
+        self._port.close()
         self._raw.close()
 
 

@@ -13,7 +13,7 @@ class PoseCamera:
     Parameters
     ----------
     source : int or Path
-        Number of the camera, or a film that stands for one.
+        Number of the camera, or a clip that stands for one.
     clock : callable
         The session's clock, which the sensor's log is kept on.
 
@@ -40,8 +40,8 @@ class PoseCamera:
         except CameraFailed as error:
             return f"; without a clip: {error}"
         if clip is None:
-            return "; without a clip: the camera gave no picture" if keep else ""
-        return f"; filmed {clip.path.name}, {clip.frames} pictures in {clip.seconds:.1f} s"
+            return "; without a clip: the camera delivered no frame" if keep else ""
+        return f"; filmed {clip.path.name}, {clip.frames} frames in {clip.seconds:.1f} s"
 
     def close(self) -> None:
         """Give the camera back."""

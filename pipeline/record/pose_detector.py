@@ -18,7 +18,7 @@ from calib.poses.imu_log import SI_UNIT, TRIADS, FloatArray
 from calib.poses.runs import PLAUSIBLE_RATIO, TURNING_RAD_S
 from calib.poses.static_intervals import STILL_RATIO, quiet_level
 from pipeline.formatting import RPM
-from pipeline.record.stream import Row
+from pipeline.record.stream import TimedSample
 from pipeline.record.task import Complete, Phase, Refused, Status, Task
 
 HOP_S = 0.25
@@ -38,7 +38,7 @@ SAME_SPEED = 0.4
 """The rate felt may differ so much from the stated one: data sheets are off by up to a third."""
 
 
-class Guide:
+class PoseDetector:
     """Leads through the poses of one block on one connection.
 
     Parameters
@@ -55,11 +55,11 @@ class Guide:
         self.covered = set(covered)
         self._hop = max(2, round(rate_hz * HOP_S))
         self._needed = round(rate_hz * task.seconds)
-        self._pending: list[Row] = []
+        self._pending: list[TimedSample] = []
         self._window: deque[FloatArray] = deque(maxlen=WINDOW_HOPS)
         self._means: deque[FloatArray] = deque(maxlen=STEADY_HOPS)
         self._history: dict[str, deque[float]] = {t: deque(maxlen=HISTORY) for t in TRIADS}
-        self._rows: list[Row] = []
+        self._rows: list[TimedSample] = []
         self._aim = -1
         self._wait_for_move = False
         self._begun_at = self._taken_at = np.full(6, np.nan)
@@ -70,17 +70,17 @@ class Guide:
         """The first wanted direction not yet covered, None where all are."""
         return next((i for i in range(len(self.task.wanted)) if i not in self.covered), None)
 
-    def feed(self, rows: Sequence[Row]) -> list[Refused | Complete]:
+    def feed(self, rows: Sequence[TimedSample]) -> list[Refused | Complete]:
         """What the rows lead to; :attr:`status` is brought up to date."""
-        found: list[Refused | Complete] = []
+        events: list[Refused | Complete] = []
         for row in rows:
             self._pending.append(row)
             if len(self._pending) == self._hop:
                 hop, self._pending = self._pending, []
                 event = self._look(hop)
                 if event is not None:
-                    found.append(event)
-        return found
+                    events.append(event)
+        return events
 
     def accept(self, direction: int) -> None:
         """The pose is written."""
@@ -90,7 +90,7 @@ class Guide:
         """The pose failed as a whole; it may be tried again without moving the sensor."""
         self._wait_for_move = False
 
-    def _look(self, hop: list[Row]) -> Refused | Complete | None:
+    def _look(self, hop: list[TimedSample]) -> Refused | Complete | None:
         values = self._nominal(hop)
         self._window.append(values)
         self._means.append(values.mean(axis=0))
@@ -102,9 +102,9 @@ class Guide:
         direction = self._direction(mean)
         name = direction_name(direction) if direction is not None else ""
 
-        def show(phase: Phase, says: str) -> None:
+        def show(phase: Phase, message: str) -> None:
             progress = min(1.0, len(self._rows) / self._needed)
-            self.status = Status(phase, says, name, progress, mean)
+            self.status = Status(phase, message, name, progress, mean)
 
         if self._rows:
             if moved or self._turned_away(mean, self._begun_at, MOVED_DEG):
@@ -130,10 +130,10 @@ class Guide:
         if not still or len(self._window) < WINDOW_HOPS:
             show("moving", self._advice())
             return None
-        phase, says = self._begin(mean, direction)
+        phase, message = self._begin(mean, direction)
         if phase == "taking":
             self._rows, self._begun_at = list(hop), mean
-        show(phase, says)
+        show(phase, message)
         return None
 
     def _begin(self, mean: FloatArray, direction: FloatArray | None) -> tuple[Phase, str]:
@@ -142,7 +142,7 @@ class Guide:
         if wrong:
             return "wrong", wrong
         if direction is None:
-            return "wrong", ("the readings tell no direction: an accelerometer is needed, or a "
+            return "wrong", ("the readings show no direction: an accelerometer is needed, or a "
                              "gyroscope on the turning plate")
         unsteady = self._unsteady(mean)
         if unsteady:
@@ -159,7 +159,7 @@ class Guide:
         self._aim = aim
         return "taking", "keep still"
 
-    def _nominal(self, rows: list[Row]) -> FloatArray:
+    def _nominal(self, rows: list[TimedSample]) -> FloatArray:
         """Readings in nominal SI units, (t, 6), NaN where a triad is absent."""
         parts = []
         for triad, spec in zip(TRIADS, self.task.specs, strict=True):
@@ -171,7 +171,7 @@ class Guide:
         """Whether the window is still, and whether it clearly is not."""
         still, moved = True, False
         # The quiet level of a turning plate is not that of one at rest.
-        learns = not self.task.turns or self._felt(self._means[-1]) >= self._least_rate()
+        learns = not self.task.turns or self._sensed_rate(self._means[-1]) >= self._least_rate()
         for i, triad in enumerate(TRIADS):
             hops = [hop[:, 3 * i : 3 * i + 3] for hop in self._window]
             if not np.isfinite(hops[-1]).all():
@@ -188,7 +188,7 @@ class Guide:
         return still, moved
 
     def _direction(self, mean: FloatArray) -> FloatArray | None:
-        """The unit vector of the side that faces up; None where nothing tells it."""
+        """The unit vector of the side that faces up; None where no reading shows it."""
         force, rate = mean[:3], mean[3:]
         if np.isfinite(force).all():
             vector = force
@@ -211,7 +211,7 @@ class Guide:
                     f"at rest, {g:g} is expected: check sensor.accelerometer in the configuration")
         return ""
 
-    def _felt(self, mean: FloatArray) -> float:
+    def _sensed_rate(self, mean: FloatArray) -> float:
         """The plate's rate as the gyroscope feels it, rad/s; NaN where there is none."""
         rest = self.task.rest_rad_s
         return float(np.linalg.norm(mean[3:] - (np.zeros(3) if rest is None else rest)))
@@ -223,18 +223,18 @@ class Guide:
 
     def _unsteady(self, mean: FloatArray) -> str:
         """Why the plate is not in the state that the block asks for; empty where it is."""
-        task, rest, felt = self.task, self.task.rest_rad_s, self._felt(mean)
-        if not np.isfinite(felt):
+        task, rest, sensed = self.task, self.task.rest_rad_s, self._sensed_rate(mean)
+        if not np.isfinite(sensed):
             return ""
         if not task.turns:
-            turning = rest is not None and felt > TURNING_RAD_S
-            return f"the plate turns at {felt:.2f} rad/s: stop it" if turning else ""
-        if felt < self._least_rate():
+            turning = rest is not None and sensed > TURNING_RAD_S
+            return f"the plate turns at {sensed:.2f} rad/s: stop it" if turning else ""
+        if sensed < self._least_rate():
             return "the plate does not turn: start it"
         if rest is not None and task.rate_rad_s:
-            off = felt / task.rate_rad_s - 1
+            off = sensed / task.rate_rad_s - 1
             if abs(off) > SAME_SPEED:
-                return (f"the plate turns at {felt / RPM:.1f} rpm, the configuration "
+                return (f"the plate turns at {sensed / RPM:.1f} rpm, the configuration "
                         f"says {task.rate_rad_s / RPM:.1f}: set its speed")
         if len(self._means) < STEADY_HOPS:
             return "waiting for the plate's rate to be steady"

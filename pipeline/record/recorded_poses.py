@@ -1,4 +1,5 @@
-"""What of a session is on disk already: poses, the directions they cover, the gyroscope at rest."""
+"""The poses of a session that are on disk: their means, the directions they cover, the gyro at
+rest."""
 
 from dataclasses import dataclass
 
@@ -12,11 +13,11 @@ from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.config.load import Specs
 from pipeline.errors import PipelineError
 from pipeline.logs.read import read_log
-from pipeline.record.block_files import Block
+from pipeline.record.block_files import RecordingBlock
 
 
 @dataclass(frozen=True, eq=False)
-class Taken:
+class RecordedPoses:
     """The poses of a block.
 
     ``covered`` are indices of wanted directions, ``means`` the averaged poses, ``end_s`` the
@@ -29,47 +30,55 @@ class Taken:
     unusable: tuple[str, ...]
 
 
-def taken_poses(block: Block, wanted: FloatArray, specs: Specs, rest: FloatArray | None) -> Taken:
-    """Read the poses of ``block`` that are there; ``wanted`` (n, 3) are the directions asked."""
+def read_recorded_poses(
+    block: RecordingBlock, wanted: FloatArray, specs: Specs, rest: FloatArray | None
+) -> RecordedPoses:
+    """Read the poses of ``block`` that exist; ``wanted`` (n, 3) are the directions to cover."""
     covered, means, unusable, end_s = [], [], [], 0.0
-    for path in block.poses.there():
+    for path in block.poses.existing():
         try:
             log = read_log(path)
-            mean = average_pose(log, *specs, rate_of_pose(block, log, specs[1], rest))
+            mean = average_pose(log, *specs, pose_rate(block, log, specs[1], rest))
         except (PipelineError, CalibrationError) as error:
             unusable.append(str(error))
             continue
         end_s = max(end_s, float(log.time_s[-1]))
         means.append(mean)
-        direction = up_of(mean, rest)
+        direction = up_direction(mean, rest)
         cosine = wanted @ direction
         if cosine.max() >= NEAR_COSINE:
             covered.append(int(np.argmax(cosine)))
-    return Taken(tuple(covered), tuple(means), end_s, tuple(unusable))
+    return RecordedPoses(tuple(covered), tuple(means), end_s, tuple(unusable))
 
 
-def rate_of_pose(
-    block: Block, log: ImuLog, gyroscope: TriadSpec | None, rest: FloatArray | None
+def pose_rate(
+    block: RecordingBlock, log: ImuLog, gyroscope: TriadSpec | None, rest: FloatArray | None
 ) -> float:
-    """About how fast the plate turned in a pose: as stated, else as the gyroscope feels it."""
+    """The plate's approximate rate in a pose, rad/s: as stated, else as the gyroscope measures
+    it."""
     if block.rate_rad_s is not None:
         return block.rate_rad_s
     if gyroscope is None or not log.has("gyroscope"):
         return 0.0
-    felt = gyroscope.nominal(log.gyroscope).mean(axis=0)
-    return float(np.linalg.norm(felt - (np.zeros(3) if rest is None else rest)))
+    sensed = gyroscope.nominal(log.gyroscope).mean(axis=0)
+    return float(np.linalg.norm(sensed - (np.zeros(3) if rest is None else rest)))
 
 
-def up_of(mean: PoseMean, rest: FloatArray | None) -> FloatArray:
-    """Unit vector (3,) of the side that faces up in a pose."""
+def up_direction(mean: PoseMean, rest: FloatArray | None) -> FloatArray:
+    """Unit vector (3,) of the side that faces up in a pose, in the sensor's axes.
+
+    By the accelerometer; by the turning gyroscope where no accelerometer was logged, ``rest`` (3,)
+    being its reading at rest in rad/s.
+    """
     vector = mean.accelerometer.mean
     if not np.isfinite(vector).all():
         vector = mean.gyroscope.mean - (np.zeros(3) if rest is None else rest)
     return np.asarray(vector / max(float(np.linalg.norm(vector)), 1e-300))
 
 
-def rest_of(means: tuple[PoseMean, ...]) -> FloatArray | None:
-    """What the gyroscope reads at rest, (3,), by poses at rest; None where none was logged."""
+def rest_reading(means: tuple[PoseMean, ...]) -> FloatArray | None:
+    """The gyroscope's reading at rest, (3,), nominal rad/s; None where no pose at rest logged
+    it."""
     gyro = np.array([mean.gyroscope.mean for mean in means])
     if len(gyro) == 0 or not np.isfinite(gyro).all():
         return None

@@ -19,11 +19,11 @@ READ_S = 0.05  #: longest wait for a byte; bytes that are there are taken at onc
 MOST_AT_ONCE = 65536
 
 
-class LineLost(DeviceError):
+class PortLost(DeviceError):
     """The device is gone from its port: unplugged, or switched off."""
 
 
-class Line(Protocol):
+class Port(Protocol):
     """A device's line, as the recording uses it."""
 
     def read(self) -> tuple[bytes, float]:
@@ -49,7 +49,7 @@ class Line(Protocol):
         ...
 
 
-class SerialLine:
+class SerialPort:
     """A serial port; see :class:`Line`.
 
     Opening it resets most Arduinos, which then greet and start anew; what the driver had kept from
@@ -68,7 +68,7 @@ class SerialLine:
             self._serial.reset_input_buffer()
             # A thread of its own takes the bytes off the system, whose buffer holds a tenth of a
             # second at full speed, also while a pose is written to the disk.
-            self._heard: queue.SimpleQueue[tuple[bytes, float] | LineLost] = queue.SimpleQueue()
+            self._heard: queue.SimpleQueue[tuple[bytes, float] | PortLost] = queue.SimpleQueue()
             self._open = threading.Event()
             self._open.set()
             self._thread = threading.Thread(target=self._listen, daemon=True)
@@ -97,7 +97,7 @@ class SerialLine:
             heard = self._heard.get(timeout=READ_S)
         except queue.Empty:
             return b"", time.monotonic()
-        if isinstance(heard, LineLost):
+        if isinstance(heard, PortLost):
             raise heard
         return heard
 
@@ -108,8 +108,8 @@ class SerialLine:
         except OSError as error:
             raise self._lost(error) from error
 
-    def _lost(self, error: Exception) -> LineLost:
-        return LineLost(f"{self.port}: the device is gone ({error}). Plug it in again.")
+    def _lost(self, error: Exception) -> PortLost:
+        return PortLost(f"{self.port}: the device is gone ({error}). Plug it in again.")
 
     def set_baud(self, baud: int) -> None:
         """Change the speed and drop what came at the old one."""
@@ -119,7 +119,7 @@ class SerialLine:
             while not self._heard.empty():
                 self._heard.get()
         except (OSError, ValueError) as error:
-            raise LineLost(f"{self.port}: does not take {baud} baud ({error}).") from error
+            raise PortLost(f"{self.port}: does not take {baud} baud ({error}).") from error
 
     def close(self) -> None:
         """Give the port back."""

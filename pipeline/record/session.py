@@ -15,13 +15,18 @@ from calib.poses.averaging import average_pose
 from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.config.load import Config, sensor_specs
 from pipeline.errors import DeviceError
-from pipeline.record.block_files import Block, Numbered, blocks_of, require_clip_names
-from pipeline.record.connection import SILENT_S, Connection, OpenLine
-from pipeline.record.pose_detector import Guide
-from pipeline.record.recorded_poses import rate_of_pose, rest_of, taken_poses
-from pipeline.record.serial_port import LineLost
+from pipeline.record.block_files import (
+    NumberedFiles,
+    RecordingBlock,
+    recording_blocks,
+    require_clip_names,
+)
+from pipeline.record.connection import SILENT_S, Connection, OpenPort
+from pipeline.record.pose_detector import PoseDetector
+from pipeline.record.recorded_poses import pose_rate, read_recorded_poses, rest_reading
+from pipeline.record.serial_port import PortLost
 from pipeline.record.store import Store
-from pipeline.record.stream import Row, Stream
+from pipeline.record.stream import Stream, TimedSample
 from pipeline.record.task import Complete, Refused, Status, Task
 
 WEDGE = 18  #: faces and edges; more directions than that add the corners
@@ -30,10 +35,10 @@ LOST_SHARE = 0.02  #: of a pose's samples, from which on the loss is told
 
 
 @dataclass(frozen=True, eq=False)
-class View:
-    """What a display shows: the block, how far it is, what the sensor does."""
+class RecordingView:
+    """What a display shows: the block, its progress, what the sensor does."""
 
-    block: Block
+    block: RecordingBlock
     wanted: FloatArray
     covered: frozenset[int]
     status: Status
@@ -41,19 +46,19 @@ class View:
     bad: int
 
 
-class Watcher(Protocol):
-    """Who looks on."""
+class RecordingDisplay(Protocol):
+    """Where a recording is shown."""
 
     def say(self, text: str) -> None:
         """A line that stays."""
         ...
 
-    def show(self, view: View) -> None:
-        """What is now; called several times a second."""
+    def show(self, view: RecordingView) -> None:
+        """The present state; called several times a second."""
         ...
 
-    def taken(self, text: str) -> None:
-        """A pose was taken: a line that stays, and a signal."""
+    def recorded(self, text: str) -> None:
+        """A pose is recorded: a line that stays, and a signal."""
         ...
 
 
@@ -65,7 +70,7 @@ class Filming(Protocol):
         ...
 
     def stop(self, keep: bool) -> str:
-        """End the clip; what to say of it, empty where there is nothing to say."""
+        """End the clip; a remark on it, empty where there is none."""
         ...
 
     def close(self) -> None:
@@ -78,11 +83,11 @@ OpenCamera = Callable[[Callable[[], float]], Filming]
 
 
 @dataclass(frozen=True)
-class Progress:
-    """How many poses of a block are taken, of how many wanted."""
+class BlockProgress:
+    """How many poses of a block are recorded, of how many wanted."""
 
     rate: str
-    taken: int
+    recorded: int
     wanted: int
 
 
@@ -107,7 +112,7 @@ class Session:
         Loaded with ``files_may_be_missing``; with a ``record`` section.
     open_line : callable
         Opens the port at a speed; called again after the device was gone.
-    watcher : Watcher
+    display : RecordingDisplay
     open_camera : callable, optional
         Makes a camera on the session's clock; it films the poses on the turning plate.
     sleep : callable
@@ -117,14 +122,14 @@ class Session:
     def __init__(
         self,
         config: Config,
-        open_line: OpenLine,
-        watcher: Watcher,
+        open_port: OpenPort,
+        display: RecordingDisplay,
         open_camera: OpenCamera | None = None,
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
-        self._config, self._open_line, self._watcher = config, open_line, watcher
+        self._config, self._open_port, self._display = config, open_port, display
         self._sleep = sleep
-        self._blocks = blocks_of(config)
+        self._blocks = recording_blocks(config)
         if open_camera is not None:
             require_clip_names(config, self._blocks)
         self._specs = sensor_specs(config.sensor)
@@ -132,7 +137,7 @@ class Session:
         self._connection: Connection | None = None
         self._filming = open_camera(self._store.now_s) if open_camera else None
 
-    def run(self) -> tuple[Progress, ...]:
+    def run(self) -> tuple[BlockProgress, ...]:
         """Record every block to its end; what is on disk already is not asked for again.
 
         Raises
@@ -145,16 +150,16 @@ class Session:
         try:
             for i, block in enumerate(self._blocks):
                 wanted = wanted_directions(self._config, self._store.state.seed, i)
-                taken = taken_poses(block, wanted, self._specs, rest)
-                self._store.not_before(taken.end_s)
-                for says in taken.unusable:
-                    self._watcher.say(f"not counted: {says}")
-                if len(set(taken.covered)) < len(wanted):
-                    self._record(block, wanted, set(taken.covered), rest)
-                    taken = taken_poses(block, wanted, self._specs, rest)
+                recorded = read_recorded_poses(block, wanted, self._specs, rest)
+                self._store.not_before(recorded.end_s)
+                for message in recorded.unusable:
+                    self._display.say(f"not counted: {message}")
+                if len(set(recorded.covered)) < len(wanted):
+                    self._record(block, wanted, set(recorded.covered), rest)
+                    recorded = read_recorded_poses(block, wanted, self._specs, rest)
                 if not block.turns:
-                    rest = rest_of(taken.means)
-                done.append(Progress(block.rate, len(set(taken.covered)), len(wanted)))
+                    rest = rest_reading(recorded.means)
+                done.append(BlockProgress(block.rate, len(set(recorded.covered)), len(wanted)))
         finally:
             if self._connection is not None:
                 self._connection.close()
@@ -163,23 +168,23 @@ class Session:
         return tuple(done)
 
     def _record(
-        self, block: Block, wanted: FloatArray, covered: set[int], rest: FloatArray | None
+        self, block: RecordingBlock, wanted: FloatArray, covered: set[int], rest: FloatArray | None
     ) -> None:
         """Record what is missing of one block, over as many connections as it takes."""
-        self._watcher.say(introduction(block, len(wanted) - len(covered), len(covered)))
+        self._display.say(introduction(block, len(wanted) - len(covered), len(covered)))
         task = Task(wanted, self._specs, block.seconds, block.rate_rad_s, rest)
         while True:
             try:
                 self._connection = self._connection or Connection(
-                    self._config, self._open_line, self._store, self._watcher.say)
+                    self._config, self._open_port, self._store, self._display.say)
                 self._on_connection(self._connection, block, task, covered)
                 return
-            except LineLost as lost:
+            except PortLost as gone:
                 self._stop_filming(keep=False)
-                self._watcher.say(f"{lost} What is taken is kept; waiting for the device.")
-                self._reconnect(lost)
+                self._display.say(f"{gone} The recorded poses are kept; waiting for the device.")
+                self._reconnect(gone)
 
-    def _reconnect(self, lost: LineLost) -> None:
+    def _reconnect(self, gone: PortLost) -> None:
         """Wait until the device is back."""
         if self._connection is not None:
             self._connection.close()
@@ -189,68 +194,73 @@ class Session:
             self._sleep(RETRY_S)
             try:
                 self._connection = Connection(
-                    self._config, self._open_line, self._store, self._watcher.say)
+                    self._config, self._open_port, self._store, self._display.say)
             except DeviceError:
                 continue
-            self._watcher.say("the device is back")
+            self._display.say("the device is back")
             return
-        raise DeviceError(f"{lost} It did not come back within {GIVE_UP_S:.0f} s. Everything "
-                          "recorded is kept: type the same command to go on.") from lost
+        raise DeviceError(f"{gone} It did not come back within {GIVE_UP_S:.0f} s. Everything "
+                          "recorded is kept: type the same command to go on.") from gone
 
     def _on_connection(
-        self, connection: Connection, block: Block, task: Task, covered: set[int]
+        self, connection: Connection, block: RecordingBlock, task: Task, covered: set[int]
     ) -> None:
-        guide: Guide | None = None
+        detector: PoseDetector | None = None
         phase = ""
-        while guide is None or guide.next_direction is not None:
+        while detector is None or detector.next_direction is not None:
             rows = connection.rows()
             rate_hz = connection.stream.rate_hz
-            if guide is None:
+            if detector is None:
                 if rate_hz is None:
                     continue
-                guide = Guide(task, rate_hz, tuple(covered))
-            for event in guide.feed(rows):
-                self._on_event(event, guide, connection.stream, block, task, covered)
-            phase, before = guide.status.phase, phase
+                detector = PoseDetector(task, rate_hz, tuple(covered))
+            for event in detector.feed(rows):
+                self._on_event(event, detector, connection.stream, block, task, covered)
+            phase, before = detector.status.phase, phase
             if self._filming and block.turns and phase == "taking" and before != "taking":
                 self._filming.start(clip_of(block))
-            status = guide.status
+            status = detector.status
             if connection.silent_s > SILENT_S:
                 status = Status("wrong", f"no reading for {connection.silent_s:.0f} s: check the "
                                 "cable", "", 0.0, status.reading)
-            self._watcher.show(View(block, task.wanted, frozenset(covered), status,
+            self._display.show(RecordingView(block, task.wanted, frozenset(covered), status,
                                     rate_hz or 0.0, connection.stream.parser.bad))
 
     def _on_event(
-        self, event: Refused | Complete, guide: Guide, stream: Stream, block: Block, task: Task,
+        self,
+        event: Refused | Complete,
+        detector: PoseDetector,
+        stream: Stream,
+        block: RecordingBlock,
+        task: Task,
         covered: set[int],
     ) -> None:
         if isinstance(event, Refused):
             self._stop_filming(keep=False)
-            self._watcher.say(f"not taken: {event.says}")
+            self._display.say(f"not taken: {event.message}")
             return
         time_s = stream.times(event.rows)
-        path = block.poses.path(block.poses.free())
+        path = block.poses.path(block.poses.next_number())
         name = direction_name(task.wanted[event.direction])
         try:
             self._check(path.name, event.rows, time_s, block, task.rest_rad_s)
         except CalibrationError as error:
             self._stop_filming(keep=False)
-            guide.reject()
-            self._watcher.say(f"not taken: {error}")
+            detector.reject()
+            self._display.say(f"not taken: {error}")
             return
         filmed = self._stop_filming(keep=True)
         comment = (f"pipeline record: {name}, plate {block.rate}, time by {stream.clock_name()}, "
                    f"{stream.parser.bad} damaged so far")
         self._store.write_pose(block, event.rows, time_s, comment)
-        guide.accept(event.direction)
+        detector.accept(event.direction)
         covered.add(event.direction)
-        self._watcher.taken(
+        self._display.recorded(
             f"taken {len(covered)} of {len(task.wanted)}: {name} ({path.name}){filmed}"
             f"{loss_of(event.rows, stream)}")
 
     def _check(
-        self, label: str, rows: list[Row], time_s: FloatArray, block: Block,
+        self, label: str, rows: list[TimedSample], time_s: FloatArray, block: RecordingBlock,
         rest: FloatArray | None,
     ) -> None:
         """Refuse a pose that the calibration would refuse."""
@@ -259,31 +269,31 @@ class Session:
             np.array([row.accelerometer for row in rows], dtype=float),
             np.array([row.gyroscope for row in rows], dtype=float),
         )
-        average_pose(log, *self._specs, rate_of_pose(block, log, self._specs[1], rest))
+        average_pose(log, *self._specs, pose_rate(block, log, self._specs[1], rest))
 
     def _stop_filming(self, keep: bool) -> str:
         return self._filming.stop(keep) if self._filming else ""
 
 
-def clip_of(block: Block) -> Path:
+def clip_of(block: RecordingBlock) -> Path:
     """The clip of the pose that is taken next."""
-    assert isinstance(block.clips, Numbered)  # require_clip_names has seen to it
-    return block.clips.path(block.poses.free())
+    assert isinstance(block.clips, NumberedFiles)  # require_clip_names has seen to it
+    return block.clips.path(block.poses.next_number())
 
 
-def introduction(block: Block, missing: int, there: int) -> str:
+def introduction(block: RecordingBlock, missing: int, there: int) -> str:
     """What a block asks for, in a line."""
     so_far = f", {there} are there" if there else ""
     where = f"on the plate turning at '{block.rate}'" if block.turns else "with the plate stopped"
     return f"{missing} poses of {block.seconds:g} s {where}{so_far}. Ctrl-C stops; nothing is lost."
 
 
-def loss_of(rows: list[Row], stream: Stream) -> str:
+def loss_of(rows: list[TimedSample], stream: Stream) -> str:
     """What to say of samples lost within a pose; empty where it is nothing."""
     first, last = rows[0].ticks, rows[-1].ticks
     clock, rate_hz = stream.parser.clock, stream.rate_hz
     if first is None or last is None or clock is None or rate_hz is None:
         return ""
-    made = last - first + 1 if clock.tick_s is None else (last - first) * clock.tick_s * rate_hz + 1
-    lost = 1 - len(rows) / made
-    return f"; {100 * lost:.0f} % of its samples were lost on the line" if lost > LOST_SHARE else ""
+    sent = last - first + 1 if clock.tick_s is None else (last - first) * clock.tick_s * rate_hz + 1
+    share = 1 - len(rows) / sent
+    return f"; {100 * share:.0f} % of its samples were lost" if share > LOST_SHARE else ""

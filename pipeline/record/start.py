@@ -5,13 +5,13 @@ from pathlib import Path
 
 from pipeline.config.load import Config
 from pipeline.errors import ConfigError
-from pipeline.record.serial_port import Line, SerialLine, only_port
-from pipeline.record.session import Filming, OpenCamera, Session, Watcher
+from pipeline.record.serial_port import Port, SerialPort, only_port
+from pipeline.record.session import Filming, OpenCamera, RecordingDisplay, Session
 
 
 def open_session(
     config: Config,
-    watcher: Watcher,
+    display: RecordingDisplay,
     port: str | None = None,
     baud: int | None = None,
     camera: int | None = None,
@@ -19,7 +19,7 @@ def open_session(
 ) -> Session:
     """The session of ``config``; options given here come before those of the file.
 
-    ``camera_source`` is a film that stands for the camera, for trials.
+    ``camera_source`` is a clip that stands for the camera, for trials.
 
     Raises
     ------
@@ -39,13 +39,13 @@ def open_session(
     options = {"baud": baud, "camera": camera, "port": port}
     record = config.record.model_copy(
         update={key: value for key, value in options.items() if value is not None})
-    wanted = config.model_copy(update={"record": record})
+    chosen = config.model_copy(update={"record": record})
     name = record.port or only_port()
 
-    def open_line(speed: int) -> Line:
-        return SerialLine(name, speed)
+    def open_port(speed: int) -> Port:
+        return SerialPort(name, speed)
 
-    return Session(wanted, open_line, watcher, _open_camera(
+    return Session(chosen, open_port, display, _open_camera(
         record.camera if camera_source is None else camera_source))
 
 

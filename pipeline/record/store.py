@@ -25,8 +25,8 @@ from pipeline.config.load import Config
 from pipeline.errors import UnreadableInput
 from pipeline.files import write_whole
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
-from pipeline.record.block_files import Block, Numbered
-from pipeline.record.stream import Row
+from pipeline.record.block_files import NumberedFiles, RecordingBlock
+from pipeline.record.stream import TimedSample
 
 FORMAT = 1
 
@@ -94,10 +94,10 @@ class Store:
         return RawFile(folder / f"{number:03d}.bin")
 
     def write_pose(
-        self, block: Block, rows: Sequence[Row], time_s: FloatArray, comment: str
+        self, block: RecordingBlock, rows: Sequence[TimedSample], time_s: FloatArray, comment: str
     ) -> Path:
         """Write a pose under the lowest free number, its times first; return its path."""
-        path = block.poses.path(block.poses.free())
+        path = block.poses.path(block.poses.next_number())
         text = ["sample,device_ticks,heard_s,time_s"]
         text += [f"{row.index},{'' if row.ticks is None else row.ticks},{row.heard_s:.6f},{t:.6f}"
                  for row, t in zip(rows, time_s.tolist(), strict=True)]
@@ -106,18 +106,18 @@ class Store:
         write_whole(path, pose_text(rows, time_s, comment))
         return path
 
-    def clear_halves(self, blocks: Sequence[Block]) -> None:
+    def clear_halves(self, blocks: Sequence[RecordingBlock]) -> None:
         """Remove what a writer left that was killed: half poses and half clips."""
         for block in blocks:
             places = block.poses
             for path in places.folder.glob(f".{places.before}*{places.after}.*"):
                 path.unlink(missing_ok=True)
-            if isinstance(block.clips, Numbered):
+            if isinstance(block.clips, NumberedFiles):
                 for path in block.clips.folder.glob(f".filming-{block.clips.before}*"):
                     path.unlink(missing_ok=True)
 
 
-def pose_text(rows: Sequence[Row], time_s: FloatArray, comment: str) -> str:
+def pose_text(rows: Sequence[TimedSample], time_s: FloatArray, comment: str) -> str:
     """A pose as CSV: time, the triads the device sends, and further columns all rows have."""
     triads = [(names, attribute) for names, attribute in
               ((ACCELEROMETER, "accelerometer"), (GYROSCOPE, "gyroscope"))

@@ -9,12 +9,12 @@ from pipeline.devices.sample import Parser, Triple
 from pipeline.devices.time_base import FloatArray, Unwrap, rate_of, straight_line
 
 MOST_ARRIVALS = 20_000  #: remembered for the straight line; older ones are thinned out
-RATE_AFTER_S = 2.0  #: of arrivals, where only these tell the sample rate
-RATE_AFTER_SAMPLES = 20  #: where the device's clock tells it
+RATE_AFTER_S = 2.0  #: of arrivals, where only these show the sample rate
+RATE_AFTER_SAMPLES = 20  #: where the device's clock shows it
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class TimedSample:
     """One sample and when it was made and heard.
 
     ``index`` counts samples of this connection, ``ticks`` the device's clock since its first
@@ -38,7 +38,7 @@ class Stream:
         New, for this connection.
     sample_rate_hz : float or None
         As the device was set to, or as the configuration states it; turns a sample counter into
-        time. Where there is no counter, the arrivals tell the rate.
+        time. Where there is no counter, the arrivals show the rate.
     """
 
     def __init__(self, parser: Parser, sample_rate_hz: float | None) -> None:
@@ -48,8 +48,8 @@ class Stream:
         self._index = 0
         self._arrivals: list[tuple[float, float]] = []  # (index or counter, heard_s)
         self._keep_every = 1
-        self._first: Row | None = None
-        self._last: Row | None = None
+        self._first: TimedSample | None = None
+        self._last: TimedSample | None = None
 
     @property
     def samples(self) -> int:
@@ -61,7 +61,7 @@ class Stream:
         """How often the device's clock started anew."""
         return self._unwrap.restarts if self._unwrap else 0
 
-    def feed(self, data: bytes, heard_s: float) -> list[Row]:
+    def feed(self, data: bytes, heard_s: float) -> list[TimedSample]:
         """The rows that ``data``, heard at ``heard_s``, completes."""
         rows = []
         for sample in self.parser.feed(data):
@@ -69,7 +69,7 @@ class Stream:
             if sample.ticks is not None and self.parser.clock is not None:
                 self._unwrap = self._unwrap or Unwrap(self.parser.clock)
                 ticks = self._unwrap(sample.ticks)
-            row = Row(self._index, ticks, heard_s, sample.accelerometer, sample.gyroscope,
+            row = TimedSample(self._index, ticks, heard_s, sample.accelerometer, sample.gyroscope,
                       sample.columns)
             rows.append(row)
             self._index += 1
@@ -81,7 +81,7 @@ class Stream:
             del self._arrivals[1::2]
         return rows
 
-    def _count(self, row: Row) -> int:
+    def _count(self, row: TimedSample) -> int:
         """What the straight line runs through: the counter where there is one, else the index."""
         return row.index if row.ticks is None else row.ticks
 
@@ -117,7 +117,7 @@ class Stream:
         rate = f" at {self._stated_hz:g} Hz" if clock.tick_s is None else ""
         return f"{clock.name}{rate}"
 
-    def times(self, rows: list[Row]) -> FloatArray:
+    def times(self, rows: list[TimedSample]) -> FloatArray:
         """When the rows were made, in seconds of the session's clock, strictly increasing, (t,).
 
         With a device clock the first sample was made when it was heard, and the rest follow by the

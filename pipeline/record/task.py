@@ -5,7 +5,7 @@ from typing import Literal
 
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
-from pipeline.record.stream import Row
+from pipeline.record.stream import TimedSample
 
 Phase = Literal["moving", "unsteady", "taking", "repeats", "between", "wrong", "taken"]
 
@@ -19,7 +19,7 @@ class Status:
     """
 
     phase: Phase
-    says: str
+    message: str
     direction: str
     progress: float
     reading: FloatArray
@@ -29,14 +29,14 @@ class Status:
 class Refused:
     """A pose that was begun and is not one; why, in words."""
 
-    says: str
+    message: str
 
 
 @dataclass(frozen=True)
 class Complete:
     """The rows of a whole pose, and which of the wanted directions it covers."""
 
-    rows: list[Row]
+    rows: list[TimedSample]
     direction: int
 
 
@@ -55,7 +55,7 @@ class Task:
     rate_rad_s : float or None
         0 at rest; else about how fast the plate turns, None where that is not known.
     rest_rad_s : array, shape (3,), or None
-        What the gyroscope reads at rest, where poses at rest tell it.
+        What the gyroscope reads at rest, where poses at rest show it.
     """
 
     wanted: FloatArray

@@ -13,7 +13,7 @@ from pipeline.devices.xbus import Message, XbusReader, frame
 from pipeline.devices.xsens_mtdata import RAW_COUNTED
 from pipeline.devices.xsens_mtdata2 import PACKET_COUNTER, RAW_ALL, SAMPLE_TIME_FINE
 from pipeline.errors import DeviceError
-from pipeline.record.serial_port import Line
+from pipeline.record.serial_port import Port
 
 GO_TO_CONFIG, GO_TO_MEASUREMENT, RESET = 0x30, 0x10, 0x40
 WAKE_UP, WAKE_UP_ACK, ERROR = 0x3E, 0x3F, 0x42
@@ -45,12 +45,12 @@ class XsensError(DeviceError):
     """The device answered with an error; carries its ``code``."""
 
     def __init__(self, mid: int, code: int) -> None:
-        says = ERRORS.get(code, "see the manual's list of errors")
-        super().__init__(f"the MTi answers message 0x{mid:02X} with error 0x{code:02X}: {says}.")
+        message = ERRORS.get(code, "see the manual's list of errors")
+        super().__init__(f"the MTi answers message 0x{mid:02X} with error 0x{code:02X}: {message}.")
         self.code = code
 
 
-class Begun(NamedTuple):
+class XsensStream(NamedTuple):
     """A device that streams: samples per second, and the bytes in which its stream begins."""
 
     rate_hz: float
@@ -72,8 +72,8 @@ class Conversation:
         What came together with the last answer: the stream may begin in it.
     """
 
-    def __init__(self, line: Line, keep: Callable[[bytes, float], None]) -> None:
-        self._line, self._keep = line, keep
+    def __init__(self, line: Port, keep: Callable[[bytes, float], None]) -> None:
+        self._port, self._keep = line, keep
         self._reader = XbusReader()
         self.last = b""
 
@@ -88,7 +88,7 @@ class Conversation:
             No answer came.
         """
         for _ in range(TRIES):
-            self._line.write(frame(mid, data))
+            self._port.write(frame(mid, data))
             answer = self._wait_for(mid + 1, mid)
             if answer is not None:
                 return answer.data
@@ -98,17 +98,17 @@ class Conversation:
             f"that no other program talks to it."
         )
 
-    def _wait_for(self, mid: int, asked: int) -> Message | None:
+    def _wait_for(self, mid: int, request: int) -> Message | None:
         until = time.monotonic() + ANSWER_S
         while time.monotonic() < until:
-            data, heard_s = self._line.read()
+            data, heard_s = self._port.read()
             self._keep(data, heard_s)
             self.last = data
             for message in self._reader.feed(data):
                 if message.mid == WAKE_UP:
-                    self._line.write(frame(WAKE_UP_ACK))
+                    self._port.write(frame(WAKE_UP_ACK))
                 if message.mid == ERROR and message.data:
-                    raise XsensError(asked, message.data[0])
+                    raise XsensError(request, message.data[0])
                 if message.mid == mid:
                     return message
         return None
@@ -120,12 +120,12 @@ class Conversation:
         except XsensError:
             raise
         except DeviceError:
-            self._line.write(frame(RESET))
+            self._port.write(frame(RESET))
             self._wait_for(WAKE_UP, RESET)
             self.ask(GO_TO_CONFIG)
 
 
-def begin_mtdata(line: Line, rate_hz: float, keep: Callable[[bytes, float], None]) -> Begun:
+def start_mtdata(line: Port, rate_hz: float, keep: Callable[[bytes, float], None]) -> XsensStream:
     """Start raw output with the sample counter on a legacy MTi."""
     talk = Conversation(line, keep)
     talk.go_to_config()
@@ -143,10 +143,10 @@ def begin_mtdata(line: Line, rate_hz: float, keep: Callable[[bytes, float], None
             f"Switch it off and on, and try again."
         )
     talk.ask(GO_TO_MEASUREMENT)
-    return Begun(TICKS_PER_S / period / (skip + 1), talk.last)
+    return XsensStream(TICKS_PER_S / period / (skip + 1), talk.last)
 
 
-def begin_mtdata2(line: Line, rate_hz: float, keep: Callable[[bytes, float], None]) -> Begun:
+def start_mtdata2(line: Port, rate_hz: float, keep: Callable[[bytes, float], None]) -> XsensStream:
     """Start raw output on a newer MTi.
 
     Counter and time stamp are asked for as well; firmware that does not combine them with raw
@@ -163,7 +163,7 @@ def begin_mtdata2(line: Line, rate_hz: float, keep: Callable[[bytes, float], Non
     talk.ask(GO_TO_MEASUREMENT)
     words = [int.from_bytes(stated[i : i + 2], "big") for i in range(0, len(stated), 2)]
     rates = dict(zip(words[::2], words[1::2], strict=False))
-    return Begun(float(rates.get(RAW_ALL) or round(rate_hz)), talk.last)
+    return XsensStream(float(rates.get(RAW_ALL) or round(rate_hz)), talk.last)
 
 
 def _outputs(*wanted: tuple[int, int]) -> bytes:

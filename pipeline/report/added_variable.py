@@ -1,4 +1,4 @@
-"""The added-variable plot: what one effect explains of what the rest of the model leaves.
+"""The added-variable plot: what one effect explains of the residual of the rest of the model.
 
     before   residual of the model without the effect
     after    that residual less what the effect explains
@@ -23,15 +23,15 @@ TWO_SD = 2.0
 
 
 def subject_of(result: TriadResult) -> str | None:
-    """The effect worth a plot: the one that is missing, the one added last, or the best guess."""
-    found = result.diagnosis
-    listed = [c.name for c in found.ranking if c.kind == "listed"]
-    if found.verdict == "effect" and found.name in listed:
-        return found.name
+    """The effect to plot: the missing one, the one added last, or the most probable one."""
+    diagnosis = result.diagnosis
+    listed = [c.name for c in diagnosis.ranking if c.kind == "listed"]
+    if diagnosis.verdict == "effect" and diagnosis.name in listed:
+        return diagnosis.name
     added = [e.name for e in result.calibration.fit.model.effects if e.acts_on != "reading"]
     if added:
         return added[-1]
-    open_names = [name for name in found.group if name in listed]
+    open_names = [name for name in diagnosis.group if name in listed]
     return next(iter([*open_names, *listed]), None)
 
 
@@ -50,11 +50,11 @@ def added_variable_figure(result: TriadResult, payload: Json) -> Figure | None:
     others = [e for e in entries if e["in_model"] and e["name"] != name]
     rest = np.column_stack([*payload["base"], *(_full(c, len(y)) for e in others
                                                 for c in e["columns"])])
-    own = np.column_stack([_full(c, len(y)) for c in entry["columns"]])
+    effect = np.column_stack([_full(c, len(y)) for c in entry["columns"]])
     q, _ = np.linalg.qr(rest)
     before = y - q @ (q.T @ y)
-    left = own - q @ (q.T @ own)
-    explained = left @ np.linalg.lstsq(left, before, rcond=1e-2)[0]
+    remainder = effect - q @ (q.T @ effect)
+    explained = remainder @ np.linalg.lstsq(remainder, before, rcond=1e-2)[0]
     before, explained = before[:d], explained[:d]
     after = before - explained
     limit = ROOM * float(np.abs(np.concatenate([before, [2 * TWO_SD]])).max())
@@ -72,17 +72,17 @@ def added_variable_figure(result: TriadResult, payload: Json) -> Figure | None:
         chart.mark(x, other, 1, "mark after")
     outside = int((np.abs(after) > TWO_SD).sum())
     idle = result.diagnosis.verdict == "nothing_missing" and not entry["in_model"]
-    says = (
-        f"{'The strongest suspect, though nothing is missing. ' if idle else ''}"
-        f"Root mean square {np.sqrt(np.mean(before**2)):.3g} sd without {name} and "
-        f"{np.sqrt(np.mean(after**2)):.3g} sd with it; afterwards {outside} of "
-        f"{count(d, 'equation')} lie beyond two sds."
+    caption = (
+        f"{'Nothing is missing; this is the most probable candidate. ' if idle else ''}"
+        f"The RMS residual is {np.sqrt(np.mean(before**2)):.3g} sd without {name} and "
+        f"{np.sqrt(np.mean(after**2)):.3g} sd with it. With it, {outside} of "
+        f"{count(d, 'residual')} exceed two sds."
     )
     return Figure(
-        f"What {name} explains", chart.svg(f"Added-variable plot of {name}. {says}"),
+        f"What {name} explains", chart.svg(f"Added-variable plot of {name}. {caption}"),
         "if the effect is real, the dots (without it) lie along the diagonal and the squares "
-        "(with it) in the level band of ± 2 sd.",
-        says,
+        "(with it) lie in the horizontal band of ± 2 sd.",
+        caption,
     )
 
 

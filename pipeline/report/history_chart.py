@@ -1,4 +1,4 @@
-"""The staircase: how the errors fell from model to model."""
+"""The staircase: the errors of every model in the history."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -37,47 +37,49 @@ class Staircase:
 
 def staircase(triad: str, steps: Sequence[Step]) -> Staircase:
     """The steps of ``triad``; of neighbouring runs with one result, one step."""
-    taken = [step.triads[triad] for step in steps if triad in step.triads]
-    kept = [own for own, _ in groupby(taken)][-MOST_STEPS:]
+    steps_of_triad = [step.triads[triad] for step in steps if triad in step.triads]
+    kept = [step for step, _ in groupby(steps_of_triad)][-MOST_STEPS:]
     unit, factor = DISPLAY[triad]
     stairs = tuple(
         Stair(
-            i, short_model(own.model), f"{own.residual_rms * factor:.4g}",
-            f"{own.loo_rms * factor:.4g}", f"{own.chi2 / own.dof:.3g}",
-            own.verdict.replace("_", " "),
+            i, short_model(step.model), f"{step.residual_rms * factor:.4g}",
+            f"{step.loo_rms * factor:.4g}", f"{step.chi2 / step.dof:.3g}",
+            step.verdict.replace("_", " "),
         )
-        for i, own in enumerate(kept, 1)
+        for i, step in enumerate(kept, 1)
     )
     figures = (_errors(kept, unit, factor), _chi2(kept)) if len(kept) > 1 else ()
     return Staircase(triad, unit, stairs, figures)
 
 
 def _errors(kept: Sequence[TriadStep], unit: str, factor: float) -> Figure:
-    rms = np.array([own.residual_rms * factor for own in kept])
-    loo = np.array([own.loo_rms * factor for own in kept])
+    rms = np.array([step.residual_rms * factor for step in kept])
+    loo = np.array([step.loo_rms * factor for step in kept])
     chart = _stairs_chart(np.concatenate([rms, loo]), len(kept), f"error [{unit}]")
     _draw(chart, loo, "loo", 1)
     _draw(chart, rms, "rms", 0)
-    says = f"Residual (dots) from {rms[0]:.3g} to {rms[-1]:.3g} {unit}, leave-one-out (squares) " \
-           f"from {loo[0]:.3g} to {loo[-1]:.3g} {unit}, in {count(len(kept), 'step')}."
+    caption = (
+        f"The residual (dots) changed from {rms[0]:.3g} to {rms[-1]:.3g} {unit}, the leave-one-out "
+        f"error (squares) from {loo[0]:.3g} to {loo[-1]:.3g} {unit}, in {count(len(kept), 'step')}."
+    )
     return Figure(
-        "Errors, step by step", chart.svg(f"Errors, step by step. {says}"),
-        "both stairs lead down together. Where the residual falls and the leave-one-out error "
-        "rises, the model has learned the noise: take the effect out again.",
-        says,
+        "Errors, step by step", chart.svg(f"Errors, step by step. {caption}"),
+        "both errors decrease. If the residual decreases and the leave-one-out error increases, "
+        "the model fits the noise: remove the effect again.",
+        caption,
     )
 
 
 def _chi2(kept: Sequence[TriadStep]) -> Figure:
-    values = np.array([own.chi2 / own.dof for own in kept])
+    values = np.array([step.chi2 / step.dof for step in kept])
     chart = _stairs_chart(np.append(values, 1.0), len(kept), "chi²/dof")
     chart.level(1.0, "diagonal")
     _draw(chart, values, "rms", 0)
-    says = f"From {values[0]:.3g} to {values[-1]:.3g}; the dashed line is 1."
+    caption = f"chi²/dof changed from {values[0]:.3g} to {values[-1]:.3g}; the dashed line is 1."
     return Figure(
-        "chi²/dof, step by step", chart.svg(f"chi²/dof, step by step. {says}"),
-        "the last step ends near 1: then the poses' own noise explains what is left.",
-        says,
+        "chi²/dof, step by step", chart.svg(f"chi²/dof, step by step. {caption}"),
+        "the last step is near 1: the noise of the poses explains the residuals.",
+        caption,
     )
 
 

@@ -1,34 +1,28 @@
-"""Everything a run leaves in its folder, each file written whole."""
+"""Everything a run leaves in its folder, as texts that are written together."""
 
 from datetime import datetime
 from pathlib import Path
 
-from pipeline.files import write_whole
-from pipeline.report.page import REPORT_NAME, report_html
-from pipeline.results.history import read_history, with_step, write_history
-from pipeline.results.write import results_of, write_results
+from pipeline.report.page import report_html
+from pipeline.results.history import HISTORY_NAME, history_text, read_history, with_step
+from pipeline.results.read import REPORT_NAME, RESULTS_NAME
+from pipeline.results.write import results_of, results_text
 from pipeline.stages.run import Outcome
 
 
-def write_outputs(outcome: Outcome, folder: Path) -> Path:
-    """Write results, history and report into ``folder``; returns the report's path.
-
-    All three are made before the first is written.
+def outputs_of(outcome: Outcome, folder: Path) -> dict[str, str]:
+    """Results, history and report by their names in ``folder``, where the history so far stands.
 
     Raises
     ------
-    UnwritableOutput
-        A file cannot be written; it then is as it was before.
     UnreadableInput
-        The history there is damaged; nothing is written.
+        The history there is damaged.
     """
-    found = results_of(outcome)
+    results = results_of(outcome)
     history = read_history(folder)
     if outcome.triads:
-        history = with_step(history, found, datetime.now().astimezone())
-    report, page = folder / REPORT_NAME, report_html(outcome, history, folder)
-    write_results(folder, found)
+        history = with_step(history, results, datetime.now().astimezone())
+    texts = {RESULTS_NAME: results_text(results)}
     if outcome.triads:
-        write_history(folder, history)
-    write_whole(report, page)
-    return report
+        texts[HISTORY_NAME] = history_text(history)
+    return texts | {REPORT_NAME: report_html(outcome, history, folder)}

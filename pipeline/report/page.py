@@ -1,4 +1,4 @@
-"""report.html: verdict, numbers, pictures and tick boxes in one file that needs no network."""
+"""Everything a run leaves in its folder; report.html is one file that needs no network."""
 
 import json
 import shlex
@@ -9,8 +9,10 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from pipeline.console.mounting_text import mounting_text
-from pipeline.console.run_text import triad_line
+from pipeline.console.run_text import triad_figures
 from pipeline.report.added_variable import added_variable_figure
+from pipeline.report.axis_charts import axis_charts
+from pipeline.report.glossary import TERMS, with_terms
 from pipeline.report.history_chart import staircase
 from pipeline.report.pose_charts import (
     covariate_figures,
@@ -27,9 +29,8 @@ from pipeline.results.json_values import Json
 from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
-from pipeline.stages.user_effects import own_effects
+from pipeline.stages.user_effects import user_effects
 
-REPORT_NAME = "report.html"
 TEMPLATE_NAME = "report.html"
 
 
@@ -39,11 +40,11 @@ def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None =
     Parameters
     ----------
     outcome : Outcome
-        What the run has made.
+        Result of the run.
     history : sequence of Step
         Every run so far, this one included.
     folder : Path, optional
-        Where the results are, for the commands that the page names; the configuration's by default.
+        Folder of the results, for the commands on the page; by default that of the configuration.
     """
     environment = Environment(
         loader=PackageLoader("pipeline.report", "templates"),
@@ -52,7 +53,10 @@ def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None =
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["terms"] = with_terms
     where = str(folder or outcome.config.output_folder)
+    config = shlex.quote(str(outcome.config.source.path))
+    rates = [rate_view(rate, config) for rate in outcome.rates.values()]
     answers = [answer_for(result, outcome, where) for result in outcome.triads]
     views = [
         _triad_view(outcome, result, answer, history)
@@ -62,13 +66,14 @@ def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None =
         title=outcome.config.title or outcome.config.source.path.stem,
         sensor=outcome.config.sensor.name,
         config=str(outcome.config.source.path),
-        verdict=overall_verdict(answers),
-        rates=[rate_view(rate) for rate in outcome.rates.values()],
+        verdict=overall_verdict(answers, rates),
+        rates=rates,
+        glossary=TERMS,
         triads=views,
         warnings=outcome.warnings,
         installation=_installation_view(outcome),
         payload=_script_json({
-            "config": shlex.quote(str(outcome.config.source.path)),
+            "config": config,
             "constants": constants_json(),
             "triads": [view["payload"] for view in views],
         }),
@@ -79,20 +84,16 @@ def _triad_view(
     outcome: Outcome, result: TriadResult, answer: Answer, history: Sequence[Step]
 ) -> dict[str, Any]:
     """What the page shows of one triad."""
-    # Python code among them has run before in this very run, or there would be no outcome.
-    own = {
-        name: effect
-        for name, effect in own_effects(outcome.config, allow_python=True).items()
-        if result.triad in effect.triads
-    }
-    payload = refit_json(result, own)
+    # Python code among them has run before in this run, or there would be no outcome.
+    defined = user_effects(outcome.config, result.triad, allow_python=True)
+    payload = refit_json(result, defined)
     certificate = compare_with_certificate(outcome.config, result)
     calibration = result.calibration
     return {
         "name": result.triad,
         "answer": answer,
-        "line": triad_line(result),
-        "says": result.diagnosis.says,
+        "line": triad_figures(result),
+        "text": result.diagnosis.says,
         "model": ", ".join(calibration.fit.model.names),
         "groups": parameter_groups(result, certificate),
         "certified": certificate is not None,
@@ -103,6 +104,7 @@ def _triad_view(
         "effects": payload["effects"],
         "residual": residual_figure(result),
         "legend": run_legend(result),
+        "axes": axis_charts(result),
         "covariates": tuple(covariate_figures(result)),
         "coverage": coverage_figure(result),
         "added": added_variable_figure(result, payload),
@@ -111,15 +113,15 @@ def _triad_view(
 
 
 def _installation_view(outcome: Outcome) -> dict[str, Any] | None:
-    """What the page shows of the mounting; None where it was not measured."""
-    found = outcome.installation
-    if found is None:
+    """What the page shows of the mounting; None if it was not measured."""
+    mounting = outcome.installation
+    if mounting is None:
         return None
     return {
-        "says": mounting_text(found),
-        "before": found.before.tolist(),
-        "after": found.after.tolist(),
-        "notes": found.notes,
+        "text": mounting_text(mounting),
+        "before": mounting.before.tolist(),
+        "after": mounting.after.tolist(),
+        "notes": mounting.notes,
     }
 
 

@@ -1,13 +1,15 @@
-"""Charts of one triad's poses: where they point, and how far each lies from the model."""
+"""Charts of the poses of one triad: their directions, and their residuals."""
 
 import math
 from collections.abc import Iterator, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import gammainc
 
 from calib.poses.attitudes import NEAR_COSINE, list_directions, natural_directions
 from calib.poses.imu_log import FloatArray
+from pipeline.console.run_text import leading_covariate
 from pipeline.formatting import DISPLAY, count, with_sd
 from pipeline.report.svg import (
     BOTTOM,
@@ -30,10 +32,11 @@ from pipeline.stages.triads import TriadResult
 
 SHOWN_SD = 4.0  #: residual charts reach at least this many typical sds
 FRACTIONS = (-1.0, -0.5, 0.0, 0.5, 1.0)  #: of the limit of a residual chart, that have a number
-MOST_COLUMNS = 8  #: logged columns that get a chart, those that the misfit follows best first
+MOST_COLUMNS = 8  #: logged columns with a chart; those that explain most of the misfit first
 SPHERE_HEIGHT, SPHERE_RADIUS = 232.0, 88.0
 SPHERE_CENTRES = (104.0, 296.0)
 RUN_COLOURS = 6  #: as many as the style sheet has
+FACES = 18  #: faces and edges, the first of the 26 natural directions
 BY_THE_EQUATOR = 0.1  #: |z| up to which a pose is drawn in both hemispheres
 
 TITLES = {
@@ -44,7 +47,7 @@ TITLES = {
 
 
 def residual_figure(result: TriadResult) -> Figure:
-    """The residual of every pose with its noise band, in the order they were given."""
+    """The residual of every pose with its noise band, in the order of the configuration."""
     poses = result.comparison.poses
     position = np.arange(len(poses), dtype=float)
     at_rest = result.calibration.fit.equations.is_null
@@ -62,33 +65,38 @@ def residual_figure(result: TriadResult) -> Figure:
         chart.x_axis([(i, str(i + 1)) for i in range(0, len(poses), every)])
     for i, pose in enumerate(poses):
         at = pixel(chart.x(position[i]))
-        low = 0.0 if at_rest[i] else -pose.sd  # what a null pose reads is a length
+        low = 0.0 if at_rest[i] else -pose.sd  # the residual of a pose at rest is a length
         chart.bar(position[i], low, pose.sd, "band", f' data-i="{i}" data-x="{at}"')
     _marks(chart, result, position, whole_title=True)
     within = sum(abs(pose.in_sd) <= 1 for pose in poses)
     worst = result.comparison.worst(1)[0]
-    stopped = " Poses with the plate stopped show the length of what is still read, never below " \
-        "zero." if at_rest.any() else ""
-    says = (
-        f"{within} of {len(poses)} poses lie within one sd, {_expected_within(result):.0f} are "
-        f"expected; the farthest is {worst.label}, {abs(worst.in_sd):.1f} sds away."
+    caption = (
+        f"{within} of {len(poses)} residuals are smaller than one sd; "
+        f"{_expected_within(result):.0f} are expected. The largest is "
+        f"{abs(worst.in_sd):.1f} sds (pose {worst.label})."
     )
-    return _figure(
-        chart, "Residual of every pose", says,
-        f"marks scatter about zero without a pattern, most of them inside their bar (one sd of the "
-        f"pose's own noise).{stopped}",
-    )
+    return _figure(chart, "Residual of every pose", caption, _good_residuals(at_rest))
+
+
+def _good_residuals(at_rest: NDArray[np.bool_]) -> str:
+    """The look of good residuals; a pose with the plate stopped cannot scatter about zero."""
+    bar = "most of them inside their bar (one sd of the noise of the pose)"
+    length = "the length of the remaining vector, which cannot be negative"
+    if at_rest.all():
+        return f"the marks have no pattern, {bar}. Each shows {length}."
+    stopped = f" A pose with the plate stopped shows {length}." if at_rest.any() else ""
+    return f"the marks scatter about zero without a pattern, {bar}.{stopped}"
 
 
 def _expected_within(result: TriadResult) -> float:
-    """How many poses lie within one sd when the model is right.
+    """The expected number of residuals below one sd if the model is right.
 
-    The fit takes part of the noise: a residual's variance is ``dof / rows`` of what it would be.
+    The fit absorbs part of the noise: it reduces the variance of a residual by ``dof / rows``.
     """
     fit = result.calibration.fit
-    left = max(fit.dof, 1) / fit.equations.data_count
+    share = max(fit.dof, 1) / fit.equations.data_count
     null = int(fit.equations.is_null.sum())
-    inside = [math.erf(1 / math.sqrt(2 * left)), float(gammainc(1.5, 1.5 / left))]
+    inside = [math.erf(1 / math.sqrt(2 * share)), float(gammainc(1.5, 1.5 / share))]
     return inside[0] * (len(fit.poses) - null) + inside[1] * null
 
 
@@ -108,20 +116,20 @@ def covariate_figures(result: TriadResult) -> Iterator[Figure]:
         chart = _residual_chart(result, across(values * factor), title)
         chart.x_axis([(value, tick_text(value)) for value in chart.x.ticks()])
         _marks(chart, result, values * factor, whole_title=False)
-        follows = result.diagnosis.follows == name
+        follows = leading_covariate(result) == name
         yield _figure(
             chart, f"Residual against {short}",
-            f"The misfit follows {short}: of all covariates this one explains it best."
+            f"The misfit follows {short}, which explains more of it than any other covariate."
             if follows else "",
-            f"no slope, no bend and no step: what is left has nothing to do with {short}.",
+            f"no slope, no bend and no step: the residuals do not depend on {short}.",
             f"{count(len(values), 'pose')} from {tick_text(np.min(values) * factor)} to "
-            f"{tick_text(np.max(values) * factor)}; the correlation of residual and {short} is "
+            f"{tick_text(np.max(values) * factor)}. The correlation of residual and {short} is "
             f"{np.corrcoef(values, residuals)[0, 1]:+.2f}.",
         )
 
 
 def residual_limit(result: TriadResult) -> float:
-    """The end of the triad's residual charts, SI; the page's script finds the same."""
+    """The limit of the residual charts, SI; the script of the page computes the same."""
     poses = result.comparison.poses
     typical = sorted(pose.sd for pose in poses)[len(poses) // 2]
     return max(SHOWN_SD * typical, *(abs(pose.residual) + pose.sd for pose in poses))
@@ -136,16 +144,16 @@ def _residual_chart(result: TriadResult, x: Scale, x_title: str) -> Chart:
             [(fraction * limit / factor, tick_text(fraction * limit))],
             f' data-fraction="{fraction:g}"',
         )
-    # The title was written once for every number: the last one is enough.
+    # Every number has added the title; one title is enough.
     chart.parts = [p for p in chart.parts[:-1] if 'class="title"' not in p] + chart.parts[-1:]
     chart.level(0.0)
     return chart
 
 
-def _figure(chart: Chart, title: str, says: str, good: str, shows: str = "") -> Figure:
-    """``shows`` stands for ``says`` where the chart cannot be seen."""
+def _figure(chart: Chart, title: str, caption: str, good: str, alternative: str = "") -> Figure:
+    """``alternative`` replaces ``caption`` for screen readers."""
     attribute = f' class="residuals" data-top="{chart.y.end:g}" data-bottom="{chart.y.start:g}"'
-    return Figure(title, chart.svg(f"{title}. {says or shows}", attribute), good, says)
+    return Figure(title, chart.svg(f"{title}. {caption or alternative}", attribute), good, caption)
 
 
 def _marks(chart: Chart, result: TriadResult, xs: FloatArray, *, whole_title: bool) -> None:
@@ -169,7 +177,7 @@ def _run_numbers(result: TriadResult) -> Mapping[str, int]:
 
 
 def run_legend(result: TriadResult) -> list[tuple[str, str, str]]:
-    """Class, outline and name of every run; empty where there is one."""
+    """Class, outline and name of every run; empty for one run."""
     number = _run_numbers(result)
     if len(number) < 2:
         return []
@@ -179,38 +187,49 @@ def run_legend(result: TriadResult) -> list[tuple[str, str, str]]:
 # --- coverage ----------------------------------------------------------------------------------
 
 
-def coverage_figure(result: TriadResult) -> Figure:
-    """Where the measured vector pointed in the sensor's axes, on both halves of the sphere."""
+def coverage_figure(result: TriadResult) -> Figure | None:
+    """The directions of the measured vector in the axes of the sensor, on two hemispheres.
+
+    None where every pose is at rest with the plate stopped: such a vector has no direction. The 18
+    faces and edges are marked where the poses follow that design, which covers most of them.
+    """
     fit = result.calibration.fit
     turning = ~fit.equations.is_null
     vectors = fit.rows.vector[turning]
     unit = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    if not len(unit):
+        return None
     natural = natural_directions()
-    covered = (natural @ unit.T).max(axis=1, initial=-1.0) >= NEAR_COSINE  # none where all at rest
+    covered = (natural @ unit.T).max(axis=1) >= NEAR_COSINE
+    faces, corners = int(covered[:FACES].sum()), int(covered[FACES:].sum())
+    by_design = faces > FACES / 2
+    marked = list(zip(natural, covered, strict=True)) if by_design else []
     parts: list[str] = []
-    for centre, sign, name in zip(SPHERE_CENTRES, (1, -1), ("+z half", "−z half"), strict=True):
+    names = ("+z hemisphere", "−z hemisphere")
+    for centre, sign, name in zip(SPHERE_CENTRES, (1, -1), names, strict=True):
         parts += _hemisphere(centre, name)
-        for direction, is_covered in zip(natural, covered, strict=True):
+        for direction, is_covered in marked:
             corner = np.count_nonzero(direction) == 3
             kind = "natural" + (" corner" if corner else "") + ("" if is_covered else " missing")
             outline = "M-7 0a7 7 0 1 0 14 0a7 7 0 1 0-14 0z" if is_covered else "M-5-5L5 5M5-5L-5 5"
             parts += _on_sphere(centre, sign, direction, kind, outline)
         for direction in unit:
             parts += _on_sphere(centre, sign, direction, "direction", SHAPES[0])
-    faces, corners = covered[:18].sum(), covered[18:].sum()
-    says = (
-        f"{count(len(unit), 'pose')} cover {faces} of the 18 faces and edges and {corners} of the "
-        f"8 corners."
-    )
-    if faces < 18:
-        says += f" No pose near: {list_directions(natural[:18][~covered[:18]])}."
-    return Figure(
-        "Where the poses point",
-        drawing(parts, f"Where the poses point. {says}", SPHERE_HEIGHT, ' class="sphere"'),
-        "a dot in every solid ring and no cross: the 6 faces and 12 edges are covered. Corners "
-        "(dotted) are a bonus that shows cross-coupling.",
-        says,
-    )
+    if by_design:
+        good = ("every solid ring contains a dot, and there is no cross: the poses cover the 6 "
+                "faces and 12 edges. Corners (dotted) are optional; they determine cross-coupling.")
+        caption = (f"{count(len(unit), 'pose')} cover {faces} of the 18 faces and edges and "
+                   f"{corners} of the 8 corners.")
+        if faces < FACES:
+            missing = list_directions(natural[:FACES][~covered[:FACES]])
+            caption += f" These directions are missing: {missing}."
+    else:
+        good = "the dots are spread over both hemispheres."
+        caption = (f"{count(len(unit), 'pose')}. They do not follow the design of 6 faces and 12 "
+                   f"edges, so the chart marks no direction as missing.")
+    title = "Attitude coverage"
+    picture = drawing(parts, f"{title}. {caption}", SPHERE_HEIGHT, ' class="sphere"')
+    return Figure(title, picture, good, caption)
 
 
 def _hemisphere(centre: float, name: str) -> list[str]:
@@ -231,7 +250,7 @@ def _hemisphere(centre: float, name: str) -> list[str]:
 def _on_sphere(
     centre: float, sign: int, direction: FloatArray, kind: str, outline: str
 ) -> list[str]:
-    """A mark in Lambert's equal-area view of a hemisphere; nothing where it is on the other."""
+    """A mark in Lambert's equal-area view of a hemisphere; nothing if it is on the other one."""
     x, y, z = direction
     up = sign * float(z)
     if up < -BY_THE_EQUATOR:

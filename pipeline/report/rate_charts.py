@@ -1,6 +1,8 @@
-"""The vision stage in the report: of every plate setting the rate, a picture, and its charts."""
+"""The vision stage in the report: for every plate setting the rate, a frame, and its charts."""
 
+import base64
 import math
+import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -8,55 +10,68 @@ import numpy as np
 
 from calib.poses.imu_log import FloatArray
 from pipeline.formatting import RPM, count, relative
-from pipeline.report.png import picture_address
 from pipeline.report.svg import Chart, Figure, across, nice_limit, thinned, upward
 from pipeline.stages.rate import SettingRate
 from vision.phase_track import LUMA
 
-MOST_DOTS = 500  #: of a chart of the phase; a minute of film has twice to four times as many
+MOST_DOTS = 500  #: of a chart of the phase; a clip of a minute has two to four times as many
 ANGLE_BINS = 36
-SHOWN_SHARE = 99.5  #: per cent of the residuals that a chart of the phase reaches to
+SHOWN_SHARE = 99.5  #: per cent of the residuals that a chart of the phase shows
 PPM = 1e6
+
+
+COMPLETE = "nothing_missing"  #: verdict on a clip whose rate model describes it
 
 
 @dataclass(frozen=True)
 class RateView:
-    """One plate setting as the page shows it; ``facts`` are names and values."""
+    """One plate setting as the page shows it.
+
+    ``facts`` are names and values. ``verdict`` is that of the clip's diagnosis; ``lacks`` the term
+    that the rate model lacks, if the diagnosis names one, and ``command`` adds it.
+    """
 
     name: str
     headline: str
     facts: tuple[tuple[str, str], ...]
-    says: str
-    next: str
-    picture: str
-    picture_says: str
-    figures: tuple[Figure, ...]
+    text: str
+    verdict: str = COMPLETE
+    lacks: str = ""
+    command: str = ""
+    frame: str = ""
+    frame_caption: str = ""
+    figures: tuple[Figure, ...] = ()
 
 
-def rate_view(rate: SettingRate) -> RateView:
-    """Everything the page shows of one plate setting."""
+def rate_view(rate: SettingRate, config: str = "CONFIG") -> RateView:
+    """Everything the page shows of one plate setting; ``config`` is the file, as a shell reads it.
+    """
     sd = relative(rate.sd_rad_s / rate.rate_rad_s)
     headline = f"{rate.rate_rad_s / RPM:.4f} rpm ± {sd}"
     if not rate.clips:
-        return RateView(
-            rate.name, headline, tuple(_facts(rate)), "Stated in the configuration, not filmed.",
-            "", "", "", (),
-        )
-    # One clip per pose: the clip that its model fits worst is the one to look at.
-    worst = max(range(len(rate.clips)), key=lambda i: rate.clips[i].phase_rms_rad)
+        return RateView(rate.name, headline, tuple(_facts(rate)),
+                        "The configuration states this rate; it was not measured from a clip.")
+    # One clip per pose: the page shows the clip with the largest residual.
+    worst = max(range(len(rate.clips)), key=lambda i: rate.clips[i].fit.rms_rad)
     clip, source = rate.clips[worst], rate.sources[worst]
-    picture = picture_address(rate.pictures[worst]) if rate.pictures else ""
-    of = f" of {source}, the least steady of {len(rate.clips)} clips" if len(rate.clips) > 1 else ""
+    diagnosis = clip.diagnosis
+    frame = base64.b64encode(rate.annotated[worst].tobytes()).decode() if rate.annotated else ""
+    lacks = (diagnosis.name or "") if diagnosis.verdict == "effect" else ""
+    target = shlex.quote(f"rate.{rate.name}.{lacks}")
+    of = (f" of {source}, which has the largest residual of {len(rate.clips)} clips"
+          if len(rate.clips) > 1 else "")
     return RateView(
         name=rate.name,
         headline=f"{headline}, {rate.plate.direction} as filmed",
         facts=tuple(_facts(rate)),
-        says=clip.diagnosis.says,
-        next=clip.diagnosis.record_next or "",
-        picture=picture,
-        picture_says=(
-            f"One frame{of} with what was found: the rim of the plate, the ring in which its "
-            f"angle is measured, the spindle as a cross, and the marks as circles."
+        text=" ".join(filter(None, (diagnosis.explanation, diagnosis.record_next))),
+        verdict=diagnosis.verdict,
+        lacks=lacks,
+        command=f"pipeline add {config} {target}" if lacks else "",
+        frame=f"data:image/png;base64,{frame}" if frame else "",
+        frame_caption=(
+            f"One frame{of}. The overlay shows the rim of the plate, the ring in which the angle "
+            f"is measured, the spindle (cross) and the marks (circles)."
         ),
         figures=tuple(_figures(rate, worst)),
     )
@@ -67,50 +82,57 @@ def _facts(rate: SettingRate) -> Iterator[tuple[str, str]]:
     yield "rate", f"{whole:.7f} ± {rate.sd_rad_s:.2g} rad/s"
     if not rate.clips:
         return
-    yield "uncertainty by the pictures", relative(rate.image_sd_rad_s / whole)
-    yield "uncertainty by the clock", relative(rate.timebase_sd_rad_s / whole)
+    yield "uncertainty from the frames", relative(rate.image_sd_rad_s / whole)
+    yield "uncertainty from the clock", relative(rate.timebase_sd_rad_s / whole)
     yield "turns", f"{sum(clip.revolutions for clip in rate.clips):.1f}"
-    yield "frames", str(sum(clip.frames for clip in rate.clips))
-    counted = [(clip.frame_count, clip.rate_rad_s) for clip in rate.clips if clip.frame_count]
+    yield "frames", str(sum(clip.frames.used for clip in rate.clips))
+    counted = [
+        (count.rate_rad_s / clip.rate_rad_s, count.sd_rad_s / clip.rate_rad_s)
+        for clip in rate.clips
+        if (count := clip.cross_checks.frame_count)
+    ]
     if counted:
-        away = float(np.mean([found.rate_rad_s / own - 1 for found, own in counted]))
-        sd = float(np.mean([found.sd_rad_s / own for found, own in counted]))
-        yield "by counting frames", f"{away * PPM:+.0f} ppm away, ± {relative(sd)} by itself"
-    lagged = [(clip.lag_rate, clip.rate_rad_s) for clip in rate.clips if clip.lag_rate]
+        difference = float(np.mean([ratio for ratio, _ in counted])) - 1
+        sd = float(np.mean([sd for _, sd in counted]))
+        yield "difference by counting frames", f"{difference * PPM:+.0f} ppm ± {relative(sd)}"
+    lagged = [
+        lag.rate_rad_s / clip.rate_rad_s for clip in rate.clips if (lag := clip.cross_checks.lag)
+    ]
     if lagged:
-        away = float(np.mean([found.rate_rad_s / own - 1 for found, own in lagged]))
-        yield "by comparing whole pictures", f"{away * PPM:+.0f} ppm away"
-    lost = sum(clip.lost_frames for clip in rate.clips)
-    if lost:
-        yield "pictures lost without a trace", str(lost)
+        difference = float(np.mean(lagged)) - 1
+        yield "difference by correlating frames", f"{difference * PPM:+.0f} ppm"
+    dropped = sum(clip.frames.dropped for clip in rate.clips)
+    if dropped:
+        yield "dropped frames without a gap in the time stamps", str(dropped)
     coloured = sorted({clip.channel for clip in rate.clips} - {LUMA})
     if coloured:
-        yield "followed by colour", ", ".join(coloured)
-    rms = math.sqrt(float(np.mean([clip.phase_rms_rad**2 for clip in rate.clips])))
-    yield "phase residual", f"{math.degrees(rms):.3g}°"
+        yield "tracked by colour", ", ".join(coloured)
+    rms = math.sqrt(float(np.mean([clip.fit.rms_rad**2 for clip in rate.clips])))
+    yield "phase residual (RMS)", f"{math.degrees(rms):.3g}°"
 
 
 def _figures(rate: SettingRate, worst: int) -> Iterator[Figure]:
     clip = rate.clips[worst]
-    kept = np.flatnonzero(clip.used)[thinned(int(clip.used.sum()), MOST_DOTS)]
-    residual = np.degrees(clip.residual_rad)
-    limit = nice_limit(max(float(np.percentile(np.abs(residual[clip.used]), SHOWN_SHARE)), 1e-6))
+    fit = clip.fit
+    kept = np.flatnonzero(fit.used)[thinned(int(fit.used.sum()), MOST_DOTS)]
+    residual = np.degrees(fit.residual_rad)
+    limit = nice_limit(max(float(np.percentile(np.abs(residual[fit.used]), SHOWN_SHARE)), 1e-6))
     shown = kept[np.abs(residual[kept]) <= limit]
-    rms = f"Root mean square {math.degrees(clip.phase_rms_rad):.3g}°"
-    thin = f", {len(shown)} of {int(clip.used.sum())} frames drawn." if len(shown) < len(
-        clip.time_s) else "."
+    rms = f"RMS residual {math.degrees(fit.rms_rad):.3g}°"
+    thin = f"; the chart shows {len(shown)} of {int(fit.used.sum())} frames." if len(shown) < len(
+        fit.time_s) else "."
     yield _phase_figure(
-        clip.time_s[shown], residual[shown], limit, "Angle residual against time",
+        fit.time_s[shown], residual[shown], limit, "Angle residual against time",
         "time in the clip [s]", f"{rms}{thin}",
-        "a level band without bend, step or wave: the plate turned at one rate.",
+        "a horizontal band without bend, step or wave: the rate of the plate was constant.",
     )
-    angle = np.degrees(clip.angle_rad)
-    means = _means_over_angle(angle[clip.used], residual[clip.used])
+    angle = np.degrees(fit.angle_rad)
+    means = _means_over_angle(angle[fit.used], residual[fit.used])
     yield _phase_figure(
         angle[shown], residual[shown], limit, "Angle residual against plate angle",
-        "plate angle [°]", f"The line is the mean over {360 // ANGLE_BINS}° of angle.",
-        "a level line: no wobble that repeats with every turn. Waves show an off-centre mark or a "
-        "tilted camera; over whole turns they do not harm the rate.",
+        "plate angle [°]", f"The line shows means over {360 // ANGLE_BINS}° of angle.",
+        "a horizontal line without a wave. A wave that repeats with every revolution shows an "
+        "off-centre mark or a tilted view; over whole revolutions it does not change the rate.",
         means,
     )
     history = clip.history
@@ -119,21 +141,21 @@ def _figures(rate: SettingRate, worst: int) -> Iterator[Figure]:
         yield _deviation_figure(
             history.time_s, (np.abs(history.rate_rad_s) / mean - 1) * PPM, None,
             "Rate against time", "time in the clip [s]",
-            "Each dot is the mean rate over one turn.",
-            "no slope and no jump: the plate neither slows down nor slips.",
+            "Each dot is the mean rate over one revolution.",
+            "no slope and no jump: the plate does not slow down or slip.",
         )
     if len(rate.clips) > 1:
         each = rate.plate.rate_rad_s
         yield _deviation_figure(
             np.arange(1.0, len(each) + 1), (each / each.mean() - 1) * PPM,
             rate.plate.sd_rad_s / each.mean() * PPM, "Rate of every clip", "clip",
-            "Bars are ± one sd by the pictures.",
-            "no drift from clip to clip; each pose is measured against its own clip.",
+            "The bars show ± one sd from the frames.",
+            "no drift from clip to clip. Each pose uses the rate of its own clip.",
         )
 
 
 def _phase_figure(
-    xs: FloatArray, ys: FloatArray, limit: float, title: str, x_title: str, says: str, good: str,
+    xs: FloatArray, ys: FloatArray, limit: float, title: str, x_title: str, caption: str, good: str,
     means: tuple[FloatArray, FloatArray] | None = None,
 ) -> Figure:
     chart = Chart(across(xs), upward(-limit, limit), x_title, "angle residual [°]")
@@ -142,7 +164,7 @@ def _phase_figure(
     chart.dots(xs, ys, "phase")
     if means is not None:
         chart.line(*means, "mean")
-    return Figure(title, chart.svg(f"{title}. {says}"), good, says)
+    return Figure(title, chart.svg(f"{title}. {caption}"), good, caption)
 
 
 def _means_over_angle(angle: FloatArray, residual: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -157,17 +179,17 @@ def _means_over_angle(angle: FloatArray, residual: FloatArray) -> tuple[FloatArr
 
 def _deviation_figure(
     xs: FloatArray, ppm: FloatArray, sd: FloatArray | None, title: str, x_title: str,
-    says: str, good: str,
+    caption: str, good: str,
 ) -> Figure:
     reach = np.abs(ppm) if sd is None else np.abs(ppm) + sd
     limit = nice_limit(max(float(reach.max()), 1e-3))
-    chart = Chart(across(xs), upward(-limit, limit), x_title, "from the mean [ppm]")
+    chart = Chart(across(xs), upward(-limit, limit), x_title, "difference from the mean [ppm]")
     chart.axes()
     chart.level(0.0)
     if sd is not None:
-        for x, y, own in zip(xs, ppm, sd, strict=True):
-            chart.bar(x, y - own, y + own, "band")
+        for x, y, half in zip(xs, ppm, sd, strict=True):
+            chart.bar(x, y - half, y + half, "band")
     for x, y in zip(xs, ppm, strict=True):
         chart.mark(x, y, 0, "mark run0")
-    spread = f"They scatter by {float(np.std(ppm)):.3g} ppm over {count(len(ppm), 'value')}."
-    return Figure(title, chart.svg(f"{title}. {says} {spread}"), good, f"{says} {spread}")
+    caption += f" The sd of the {count(len(ppm), 'value')} is {float(np.std(ppm)):.3g} ppm."
+    return Figure(title, chart.svg(f"{title}. {caption}"), good, caption)

@@ -35,14 +35,15 @@ from calib.fit.solver import AT_BOUND
 from calib.poses.imu_log import FloatArray
 from pipeline.formatting import DISPLAY
 from pipeline.report.pose_charts import SHOWN_SD
+from pipeline.report.svg import NICE
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
 
 DIGITS = 7
 SHAPE_STEP = 1e-3  #: relative step of the derivative with respect to a shape parameter
 BLIND_REASON = (
-    "these poses cannot see it: bias, scale, misalignment and the effects in the model take up all "
-    "of it"
+    "these poses cannot determine it: bias, scale, misalignment and the effects in the model have "
+    "the same signature"
 )
 
 
@@ -65,23 +66,24 @@ class Box:
 
 
 def constants_json() -> Json:
-    """The levels by which the page judges, as the solver and the charts have them."""
+    """The levels that the page's script shares with the solver and the charts."""
     return {
         "visible_share": VISIBLE_SHARE,
         "smallest_block": 1 - LARGEST_LEVERAGE,
         "misfit_p_value": MISFIT_P_VALUE,
         "fewest_dof": CONSTANTS.fewest_dof,
         "shown_sd": SHOWN_SD,
+        "nice": NICE,
     }
 
 
-def refit_json(result: TriadResult, own: Mapping[str, Effect]) -> Json:
-    """Everything that the page needs to refit one triad; ``own`` are the user's effects."""
+def refit_json(result: TriadResult, defined: Mapping[str, Effect]) -> Json:
+    """Everything that the page needs to refit one triad; ``defined`` are the user's effects."""
     fit = result.calibration.fit
     equations = fit.equations
     unit, factor = DISPLAY[result.triad]
     root = np.sqrt(fit.weight)
-    boxes = tuple(_boxes(result, own))
+    boxes = tuple(_boxes(result, defined))
     base = _base_columns(fit) * root[:, None]
     y = fit.rows.residual * root
     for box in boxes:
@@ -98,6 +100,8 @@ def refit_json(result: TriadResult, own: Mapping[str, Effect]) -> Json:
         "labels": list(fit.poses.label),
         "is_null": [bool(null) for null in equations.is_null],
         "noise_dof": float(fit.poses.noise_dof),
+        # By refits without each pose; the page's own, of one step, is scaled to it.
+        "loo": result.comparison.loo_rms * factor,
         "base": [_rounded(column) for column in unit_columns(base)[0].T],
         "base_fitted": int(base.shape[1] - len(fit.eta)),
         "effects": [_box_json(box, root[:d], result) for box in boxes]
@@ -112,7 +116,7 @@ def _base_columns(fit: Fit) -> FloatArray:
     return np.hstack([fit.rows.jacobian[:, reading], fit.rows.jacobian[:, p:]])
 
 
-def _boxes(result: TriadResult, own: Mapping[str, Effect]) -> Iterator[Box]:
+def _boxes(result: TriadResult, defined: Mapping[str, Effect]) -> Iterator[Box]:
     """The effects of the model first, then the candidates, the most probable first."""
     fit = result.calibration.fit
     slices = fit.model.slices()
@@ -123,10 +127,10 @@ def _boxes(result: TriadResult, own: Mapping[str, Effect]) -> Iterator[Box]:
         theta = fit.theta[slices[effect.name]]
         yield _with_derivative(fit, fit.model, effect, shape, theta, in_model=True)
     rank = {c.name: i for i, c in enumerate(result.diagnosis.ranking) if c.kind == "listed"}
-    listed = [e for e in candidate_effects(fit, tuple(own.values())) if e.name in rank]
+    listed = [e for e in candidate_effects(fit, tuple(defined.values())) if e.name in rank]
     for effect in sorted(listed, key=lambda e: rank[e.name]):
         model = fit.model + effect
-        shape = _best_shape(fit, model, effect)
+        shape = best_shape(fit, model, effect)
         columns = _columns(fit, model, effect, shape)
         size = _sizes(fit, columns)
         yield _with_derivative(fit, model, effect, shape, size, in_model=False)
@@ -191,7 +195,7 @@ def _sizes(fit: Fit, columns: FloatArray) -> FloatArray:
     return np.asarray(beta[-columns.shape[1] :])
 
 
-def _best_shape(fit: Fit, model: Model, effect: Effect) -> float | None:
+def best_shape(fit: Fit, model: Model, effect: Effect) -> float | None:
     """The shape value at which the linearised refit leaves least; None without a shape."""
     if effect.shape is None:
         return None
@@ -204,19 +208,20 @@ def _best_shape(fit: Fit, model: Model, effect: Effect) -> float | None:
     best = int(np.argmin([cost(value) for value in tried]))
     low = tried[best - 1] if best > 0 else effect.shape.bounds[0]
     high = tried[best + 1] if best + 1 < len(tried) else effect.shape.bounds[1]
-    found = minimize_scalar(lambda x: cost(np.exp(x)), bounds=np.log((low, high)), method="bounded")
-    return float(np.exp(found.x))
+    bounds = np.log((low, high))
+    minimum = minimize_scalar(lambda x: cost(np.exp(x)), bounds=bounds, method="bounded")
+    return float(np.exp(minimum.x))
 
 
 def _box_json(box: Box, root: FloatArray, result: TriadResult) -> Json:
     effect = box.effect
     unit, norm = unit_columns(box.columns * root[:, None])
     judged, judged_norm = unit_columns(box.judged * root[:, None])
-    own_unit = effect.unit_for(result.triad)
-    parameters = [{"name": name, "unit": own_unit} for name in effect.parameters]
+    unit_of_effect = effect.unit_for(result.triad)
+    parameters = [{"name": name, "unit": unit_of_effect} for name in effect.parameters]
     if effect.shape is not None:
         parameters.append({"name": effect.shape.name, "unit": effect.shape.unit})
-    found = next(
+    candidate = next(
         (c for c in result.diagnosis.ranking if c.name == effect.name and c.kind == "listed"), None
     )
     return {
@@ -224,7 +229,7 @@ def _box_json(box: Box, root: FloatArray, result: TriadResult) -> Json:
         "physics": effect.physics,
         "separates": effect.page.separates,
         "in_model": box.theta is not None,
-        "aliases": [] if found is None else list(found.aliases),
+        "aliases": [] if candidate is None else list(candidate.aliases),
         "has_shape": effect.shape is not None,
         "start": _rounded(box.start),
         "parameters": parameters,

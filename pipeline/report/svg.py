@@ -1,8 +1,8 @@
 """Small charts as SVG text, coloured by the page's style sheet in its light and dark form.
 
-Written by hand rather than with a plotting library: the page stays small, its colours are those of
-the style sheet, and the tick boxes move the very marks that were drawn here. A chart is drawn for
-a phone (400 units wide) and laid out in a grid on anything wider.
+This module replaces a plotting library: the page stays small, the style sheet sets the colours, and
+the tick boxes move the marks that this module draws. A chart is 400 units wide, the width of a
+phone; wider screens show several charts side by side.
 """
 
 import math
@@ -20,7 +20,7 @@ NICE = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0)  #: limits of a symmetrical axi
 TICK_STEPS = (1.0, 2.0, 5.0, 10.0)
 LABELLED_DECADE = (1.0, 2.0, 5.0)  #: of a logarithmic axis
 
-#: Outlines about the origin, so that runs are told apart without their colour.
+#: Outlines about the origin: runs differ in shape as well as in colour.
 SHAPES = (
     "M-3 0a3 3 0 1 0 6 0a3 3 0 1 0-6 0z",  # circle
     "M-2.7-2.7h5.4v5.4h-5.4z",  # square
@@ -33,12 +33,12 @@ SHAPES = (
 
 @dataclass(frozen=True)
 class Figure:
-    """A chart with its title, what good looks like, and what this one shows."""
+    """A chart with its title, the look of a good one, and a caption on this one."""
 
     title: str
     drawing: str
     good: str
-    says: str = ""
+    caption: str = ""
 
 
 @dataclass(frozen=True)
@@ -63,9 +63,9 @@ class Scale:
         if self.logarithmic:
             decades = range(math.floor(math.log10(self.low)), math.ceil(math.log10(self.high)) + 1)
             few = math.log10(self.high / self.low) > 3  # then the decades alone are enough
-            found = [10.0**k * m for k in decades for m in (LABELLED_DECADE[:1] if few
+            ticks = [10.0**k * m for k in decades for m in (LABELLED_DECADE[:1] if few
                                                             else LABELLED_DECADE)]
-            return [value for value in found if self.low <= value <= self.high]
+            return [value for value in ticks if self.low <= value <= self.high]
         raw = (self.high - self.low) / count
         decade = 10.0 ** math.floor(math.log10(raw))
         step = next(decade * m for m in TICK_STEPS if decade * m >= raw * (1 - 1e-9))
@@ -111,7 +111,7 @@ def pixel(value: float) -> str:
 
 @dataclass
 class Chart:
-    """A chart that is being drawn; later parts lie over earlier ones."""
+    """A chart under construction; later parts cover earlier ones."""
 
     x: Scale
     y: Scale
@@ -193,15 +193,15 @@ class Chart:
     def mark(
         self, x: float, y: float, shape: int, kind: str, title: str = "", attribute: str = ""
     ) -> None:
-        """One mark of shape number ``shape``; ``title`` shows where the mouse rests on it."""
-        said = f"<title>{escape(title)}</title>" if title else ""
+        """One mark of shape number ``shape``; ``title`` is its tooltip."""
+        tooltip = f"<title>{escape(title)}</title>" if title else ""
         self.parts.append(
             f'<g class="{kind}" transform="translate({pixel(self.x(x))} {pixel(self.y(y))})"'
-            f'{attribute}>{said}<path d="{SHAPES[shape % len(SHAPES)]}"/></g>'
+            f'{attribute}>{tooltip}<path d="{SHAPES[shape % len(SHAPES)]}"/></g>'
         )
 
     def svg(self, alternative: str, attribute: str = "") -> str:
-        """The chart as text; ``alternative`` is what it says to those who cannot see it."""
+        """The chart as text; ``alternative`` is its text for screen readers."""
         return drawing(self.parts, alternative, HEIGHT, attribute)
 
 

@@ -1,4 +1,4 @@
-"""The parameters of a triad as a newcomer and an expert both want them."""
+"""The parameters of a triad, and the budget of their uncertainties, as tables."""
 
 import math
 from collections.abc import Iterator
@@ -14,16 +14,16 @@ from pipeline.stages.triads import TriadResult
 
 #: What each group of parameters means, for the table.
 MEANING = {
-    "bias": "What the axis reads when there is nothing to read.",
-    "scale": "Counts for one unit.",
-    "misalignment": "How far the axes are from a right angle: αx between y and z, αy between x "
-    "and z, αz between x and y.",
+    "bias": "Reading of the axis for zero input.",
+    "scale": "Counts per unit of the input.",
+    "misalignment": "Deviation of the angle between two axes from 90°: αx between y and z, αy "
+    "between x and z, αz between x and y.",
 }
 
 
 @dataclass(frozen=True)
 class Row:
-    """One parameter: value ± sd, what the data sheet says, how far that is, the certificate."""
+    """One parameter: value ± sd, data sheet, difference, certificate, difference in sds."""
 
     name: str
     value: str
@@ -57,9 +57,9 @@ def budget_rows(result: TriadResult) -> tuple[tuple[str, str, str, str], ...]:
     for cause, sds in uncertainty_budget(result.calibration).items():
         misalignment, bias, gain = np.sqrt(np.mean([sds[0] ** 2, sds[1] ** 2,
                                                     (sds[2] / scale) ** 2], axis=1))
-        said = "noise and misfit" if cause == NOISE and result.calibration.widening > 1 else cause
+        label = "noise and misfit" if cause == NOISE and result.calibration.widening > 1 else cause
         rows.append((
-            said,
+            label,
             _known(f"{math.degrees(misalignment):.2g}°"),
             _known(f"{bias:.2g} counts"),
             _known(relative(gain)),
@@ -68,7 +68,7 @@ def budget_rows(result: TriadResult) -> tuple[tuple[str, str, str, str], ...]:
 
 
 def _known(text: str) -> str:
-    """A dash for the sd of what was not fitted."""
+    """A dash for the sd of a parameter that was not fitted."""
     return "–" if "nan" in text else text
 
 
@@ -115,8 +115,8 @@ def _frame(result: TriadResult) -> Iterator[Group]:
         return
     yield Group(
         "to the accelerometer", "rad",
-        "Rotation of the gyroscope's axes against the accelerometer's; magnitudes alone cannot "
-        "show it, both logged together on the turning plate do.",
+        "Rotation of the axes of the gyroscope relative to those of the accelerometer. It can be "
+        "determined only if both were logged together on the turning plate.",
         tuple(
             Row(axis, with_sd(angle, sd), "0", f"{math.degrees(angle):+.3f}°", "", "")
             for axis, angle, sd in zip(AXES, frame.angles_rad, frame.sd_rad, strict=True)

@@ -7,8 +7,8 @@ import numpy as np
 from calib.certificate import CertificateComparison
 
 
-def certificate_json(found: CertificateComparison) -> dict[str, Any]:
-    """A triad's ``certificate`` in results.json, group by group; null for what has no value."""
+def certificate_json(comparison: CertificateComparison) -> dict[str, Any]:
+    """The section ``certificate`` of a triad, group by group; null for what has no value."""
     return {
         group.name: {
             "unit": group.unit,
@@ -18,7 +18,7 @@ def certificate_json(found: CertificateComparison) -> dict[str, Any]:
             "sigma": _plain(group.sigma),
             "per_cent": _plain(group.per_cent),
         }
-        for group in found.groups
+        for group in comparison.groups
     }
 
 

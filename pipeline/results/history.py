@@ -1,4 +1,4 @@
-"""One line for every run, so that one sees the error fall from model to model."""
+"""The history of a session: one line for every run, so that the error is compared by model."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -9,7 +9,6 @@ from typing import Any
 
 from calib.poses.imu_log import TRIADS
 from pipeline.errors import UnreadableInput
-from pipeline.files import write_whole
 from pipeline.formatting import DISPLAY, aligned, short_model
 
 HISTORY_NAME = "history.jsonl"
@@ -58,13 +57,13 @@ def read_history(folder: Path) -> tuple[Step, ...]:
 
 def _step(path: Path, number: int, line: str) -> Step:
     try:
-        given = json.loads(line)
+        entry = json.loads(line)
         triads: dict[str, TriadStep] = {
-            triad: TriadStep(**{**given[triad], "model": tuple(given[triad]["model"])})
+            triad: TriadStep(**{**entry[triad], "model": tuple(entry[triad]["model"])})
             for triad in TRIADS
-            if given[triad] is not None
+            if entry[triad] is not None
         }
-        return Step(given["when"], given["config_sha256"], triads)
+        return Step(entry["when"], entry["config_sha256"], triads)
     except (ValueError, KeyError, TypeError) as error:
         raise UnreadableInput(
             f"{path}:{number}: is not a line that `pipeline run` writes ({error}). Delete the "
@@ -73,26 +72,24 @@ def _step(path: Path, number: int, line: str) -> Step:
 
 
 def with_step(
-    before: Sequence[Step], found: Mapping[str, Any], when: datetime
+    earlier: Sequence[Step], results: Mapping[str, Any], when: datetime
 ) -> tuple[Step, ...]:
-    """The history ``before`` with one step more, for the results ``found``."""
+    """The history ``earlier`` with one step more, for the results of a run."""
     triads: dict[str, TriadStep] = {
-        triad: _triad_step(found[triad]) for triad in TRIADS if found[triad] is not None
+        triad: _triad_step(results[triad]) for triad in TRIADS if results[triad] is not None
     }
-    return (*before, Step(when.isoformat(timespec="seconds"), found["config_sha256"], triads))
+    return (*earlier, Step(when.isoformat(timespec="seconds"), results["config_sha256"], triads))
 
 
-def write_history(folder: Path, steps: Sequence[Step]) -> Path:
-    """Write the history, a line for each run."""
-    path = folder / HISTORY_NAME
-    write_whole(path, "".join(_line(step) + "\n" for step in steps))
-    return path
+def history_text(steps: Sequence[Step]) -> str:
+    """The text of the history, a line for each run."""
+    return "".join(_line(step) + "\n" for step in steps)
 
 
-def _triad_step(given: Mapping[str, Any]) -> TriadStep:
-    kept = {key: given[key] for key in ("residual_rms", "loo_rms", "chi2", "dof")}
+def _triad_step(section: Mapping[str, Any]) -> TriadStep:
+    kept = {key: section[key] for key in ("residual_rms", "loo_rms", "chi2", "dof")}
     return TriadStep(
-        model=tuple(given["model"]), verdict=given["diagnosis"]["verdict"], **kept
+        model=tuple(section["model"]), verdict=section["diagnosis"]["verdict"], **kept
     )
 
 
@@ -107,21 +104,21 @@ def history_rows(steps: Sequence[Step]) -> dict[str, list[tuple[str, ...]]]:
     """A table for each triad, titles first; of neighbouring runs with one result, the last."""
     tables: dict[str, list[tuple[str, ...]]] = {}
     for triad in TRIADS:
-        taken = [(step, step.triads[triad]) for step in steps if triad in step.triads]
-        if not taken:
+        steps_of = [(step, step.triads[triad]) for step in steps if triad in step.triads]
+        if not steps_of:
             continue
         unit, factor = DISPLAY[triad]
         tables[triad] = [("when", "model", f"RMS [{unit}]", "leave-one-out", "chi²/dof", "verdict")]
         tables[triad] += [
             (
                 step.when[:16].replace("T", " "),
-                short_model(own.model),
-                f"{own.residual_rms * factor:.4g}",
-                f"{own.loo_rms * factor:.4g}",
-                f"{own.chi2 / own.dof:.2f}",
-                own.verdict,
+                short_model(result.model),
+                f"{result.residual_rms * factor:.4g}",
+                f"{result.loo_rms * factor:.4g}",
+                f"{result.chi2 / result.dof:.2f}",
+                result.verdict,
             )
-            for step, own in _merged(taken)
+            for step, result in _merged(steps_of)
         ]
     return tables
 
@@ -132,7 +129,7 @@ def history_lines(steps: Sequence[Step]) -> list[str]:
     return [line for triad, rows in tables.items() for line in (triad, *aligned(rows))]
 
 
-def _merged(taken: list[tuple[Step, TriadStep]]) -> list[tuple[Step, TriadStep]]:
+def _merged(steps_of: list[tuple[Step, TriadStep]]) -> list[tuple[Step, TriadStep]]:
     """Of neighbouring runs with the same result, the last."""
-    following = [own for _, own in taken[1:]] + [None]
-    return [pair for pair, after in zip(taken, following, strict=True) if pair[1] != after]
+    following = [result for _, result in steps_of[1:]] + [None]
+    return [pair for pair, after in zip(steps_of, following, strict=True) if pair[1] != after]

@@ -16,18 +16,18 @@ if TYPE_CHECKING:
 
 
 def rate_json(rate: SettingRate) -> Json:
-    """One plate setting; what only a clip can tell is null for a stated rate."""
+    """One plate setting; what only a clip determines is null for a stated rate."""
     filmed = bool(rate.clips)
-    counted = [clip.frame_count for clip in rate.clips if clip.frame_count is not None]
+    counted = [count for clip in rate.clips if (count := clip.cross_checks.frame_count)]
     # One clip per pose: the setting's diagnosis is that of the clip its model fits worst.
-    worst = max(rate.clips, key=lambda clip: clip.phase_rms_rad, default=None)
-    square = [clip.phase_rms_rad**2 for clip in rate.clips]
+    worst = max(rate.clips, key=lambda clip: clip.fit.rms_rad, default=None)
+    square = [clip.fit.rms_rad**2 for clip in rate.clips]
     return {
         "rate_rad_s": rate.rate_rad_s,
         "sd_rad_s": rate.sd_rad_s,
         "direction": rate.plate.direction,
         "revolutions": sum(clip.revolutions for clip in rate.clips) if filmed else None,
-        "frames": sum(clip.frames for clip in rate.clips) if filmed else None,
+        "frames": sum(clip.frames.used for clip in rate.clips) if filmed else None,
         "phase_rms_rad": math.sqrt(sum(square) / len(square)) if filmed else None,
         "frame_count": _mean_count([(c.rate_rad_s, c.sd_rad_s) for c in counted]),
         "sd_parts": {
@@ -67,7 +67,7 @@ def _mean_count(counts: Sequence[tuple[float, float]]) -> Json | None:
 
 
 def _clip(source: str, clip: "RateMeasurement") -> Json:
-    count = clip.frame_count
+    count = clip.cross_checks.frame_count
     return {
         "clip": source,
         "rate_rad_s": clip.rate_rad_s,
@@ -75,33 +75,33 @@ def _clip(source: str, clip: "RateMeasurement") -> Json:
         "direction": clip.direction,
         "channel": clip.channel,
         "revolutions": clip.revolutions,
-        "frames": clip.frames,
-        "phase_rms_rad": clip.phase_rms_rad,
+        "frames": clip.frames.used,
+        "phase_rms_rad": clip.fit.rms_rad,
         "frame_count": None if count is None else _mean_count([(count.rate_rad_s, count.sd_rad_s)]),
         "sd_parts": {
-            "image_rad_s": clip.image_sd_rad_s,
-            "timebase_rad_s": clip.timebase_sd_rad_s,
+            "image_rad_s": clip.uncertainty.image_rad_s,
+            "timebase_rad_s": clip.uncertainty.timebase_rad_s,
         },
-        "model": list(clip.model),
+        "model": list(clip.fit.model),
         "terms": {
             term.name: {"values": numbers(term.value), "sd": numbers(term.sd), "unit": term.unit}
-            for term in clip.terms
+            for term in clip.fit.terms
         },
-        "aliases_rad_s": numbers(clip.aliases),
-        "lost_frames": clip.lost_frames,
-        "duplicate_frames": clip.duplicate_frames,
+        "aliases_rad_s": numbers(clip.aliases.rates_rad_s),
+        "lost_frames": clip.frames.dropped,
+        "duplicate_frames": clip.frames.repeated,
         "diagnosis": _phase_diagnosis(clip.diagnosis),
         "warnings": list(clip.warnings),
     }
 
 
-def _phase_diagnosis(found: "PhaseDiagnosis") -> Json:
+def _phase_diagnosis(diagnosis: "PhaseDiagnosis") -> Json:
     return {
-        "verdict": found.verdict,
-        "name": found.name,
-        "group": list(found.group),
-        "says": found.says,
-        "record_next": found.record_next,
+        "verdict": diagnosis.verdict,
+        "name": diagnosis.name,
+        "group": list(diagnosis.group),
+        "says": diagnosis.explanation,
+        "record_next": diagnosis.record_next,
         "ranking": [
             {
                 "name": each.name,
@@ -110,10 +110,10 @@ def _phase_diagnosis(found: "PhaseDiagnosis") -> Json:
                 "size": numbers(each.size),
                 "sd": numbers(each.sd),
                 "rms_after": number(each.rms_after_rad),
-                "loo_after": None,  # a turn left out says nothing that the turns beside it do not
+                "loo_after": None,  # a revolution left out is no test: those beside it determine it
                 "blind": each.blind,
                 "aliases": list(each.aliases),
             }
-            for each in found.ranking
+            for each in diagnosis.ranking
         ],
     }

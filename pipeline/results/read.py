@@ -14,11 +14,13 @@ from calib.errors import CalibrationError
 from calib.fit.calibration import alignment
 from calib.fit.model import Correction, Model
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import TRIADS, FloatArray
+from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from pipeline.errors import UnreadableInput
 
 FORMAT = 1
 RESULTS_NAME = "results.json"
+REPORT_NAME = "report.html"
+REPORT_MARK = '<meta name="generator" content="pipeline run">'
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +57,7 @@ class Stored:
     """A results.json: where it is, everything in it, and its triads."""
 
     path: Path
-    found: Mapping[str, Any]
+    contents: Mapping[str, Any]
     triads: tuple[StoredTriad, ...]
 
     @property
@@ -66,18 +68,21 @@ class Stored:
     @property
     def mounting_rotation(self) -> FloatArray | None:
         """R (3, 3) of the installation, from the vehicle's axes to the sensor's; None without."""
-        section = self.found.get("installation")
+        section = self.contents.get("installation")
         return None if section is None else np.array(section["rotation"], dtype=float)
 
     @property
     def gyroscope_to_accelerometer_rad(self) -> FloatArray | None:
         """Rotation vector (3,) between the triads' frames; None where it was not measured."""
-        angles = (self.found.get("gyroscope") or {}).get("frame_to_accelerometer_rad")
+        angles = (self.contents.get("gyroscope") or {}).get("frame_to_accelerometer_rad")
         return None if angles is None else np.array(angles, dtype=float)
 
 
-def load_results(path: Path) -> Stored:
+def load_results(path: Path, allow_python: bool = False) -> Stored:
     """Read ``results.json``; ``path`` is the file or its folder.
+
+    ``allow_python`` lets the Python files of user-defined effects run; without it these effects
+    are there by name and cannot be evaluated.
 
     Raises
     ------
@@ -86,7 +91,7 @@ def load_results(path: Path) -> Stored:
     """
     path = path / RESULTS_NAME if path.is_dir() else path
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        contents = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise UnreadableInput(
             f"{path}: cannot be read ({error.strerror}). Name the {RESULTS_NAME} that `pipeline "
@@ -97,28 +102,36 @@ def load_results(path: Path) -> Stored:
             f"{path}: is not JSON ({error}). Name the {RESULTS_NAME} that `pipeline run` has "
             f"written, or write it anew with `pipeline run`."
         ) from error
-    if not isinstance(found, dict) or found.get("format") != FORMAT:
-        kind = found.get("format") if isinstance(found, dict) else None
+    if not isinstance(contents, dict) or contents.get("format") != FORMAT:
+        kind = contents.get("format") if isinstance(contents, dict) else None
         raise UnreadableInput(
             f"{path}: format {kind!r} found, {FORMAT} is expected. Write it anew with this "
             f"version's `pipeline run`."
         )
     try:
-        triads = tuple(_triad(name, found[name]) for name in TRIADS if found[name] is not None)
+        sections = {name: contents[name] for name in TRIADS}
+        triads = tuple(
+            _triad(name, section, path.parent, allow_python)
+            for name, section in sections.items()
+            if section is not None
+        )
     except (KeyError, TypeError, ValueError, CalibrationError) as error:
         raise UnreadableInput(
             f"{path}: a part is missing or is not what `pipeline run` writes ({error}). Write it "
             f"anew with `pipeline run`."
         ) from error
-    return Stored(path, found, triads)
+    return Stored(path, contents, triads)
 
 
-def _triad(name: str, given: Mapping[str, Any]) -> StoredTriad:
-    value, sd, stored = given["parameters"], given["sd"], given["correction"]
+def _triad(
+    name: Triad, section: Mapping[str, Any], folder: Path, allow_python: bool
+) -> StoredTriad:
+    value, sd, stored = section["parameters"], section["sd"], section["correction"]
     sheet = stored["sheet"]
     full_scale = math.inf if sheet["full_scale"] is None else float(sheet["full_scale"])
     spec = TriadSpec(full_scale, sheet["bits"], sheet["encoding"], sheet["si_per_unit"])
-    model = Model.of(stored["model"], _own_effects(stored["own_effects"]))
+    user_defined = _user_effects(stored["own_effects"], name, folder, allow_python)
+    model = Model.of(stored["model"], user_defined)
     theta = _array(stored["theta"])
     if len(theta) != model.size:
         raise ValueError(f"{name}: {len(theta)} parameters for a model of {model.size}")
@@ -131,24 +144,20 @@ def _triad(name: str, given: Mapping[str, Any]) -> StoredTriad:
         misalignment_sd=_array(sd["misalignment_rad"]),
         bias_sd=_array(sd["bias_counts"]),
         scale_sd=_array(sd["scale_counts_per_unit"]),
-        effects=given["effects"],
+        effects=section["effects"],
     )
 
 
-def _own_effects(given: Mapping[str, Any]) -> dict[str, Effect]:
-    code = [name for name, own in given.items() if own["python"] is not None]
-    if code:
-        raise ValueError(
-            f"'{code[0]}' is Python code of the user's own, which results do not carry; state it "
-            f"as an expression to apply it elsewhere"
-        )
-    if not given:
+def _user_effects(
+    stored: Mapping[str, Any], triad: Triad, folder: Path, allow_python: bool
+) -> dict[str, Effect]:
+    if not stored:
         return {}
     from pipeline.stages.user_effects import (
         stored_effects,  # pydantic and all, which few calibrations need
     )
 
-    return stored_effects(given)
+    return stored_effects(stored, triad, folder, allow_python)
 
 
 #: The keys of the nine parameters in results.json.

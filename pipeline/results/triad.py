@@ -1,6 +1,7 @@
 """A calibrated triad as it stands in results.json."""
 
 from collections.abc import Mapping
+from pathlib import Path
 
 from calib.fit.calibration import uncertainty_budget
 from calib.poses.data_sheet import TriadSpec
@@ -8,16 +9,19 @@ from pipeline.config.schema import EffectSection
 from pipeline.results.json_values import Json, number, numbers
 from pipeline.results.read import PARAMETERS
 from pipeline.stages.triads import TriadResult
+from pipeline.stages.user_effects import python_sha256
 
 WORST_POSES = 3
 
 
-def triad_json(result: TriadResult, own: Mapping[str, EffectSection]) -> Json:
-    """One calibrated triad; ``own`` are the effects that the configuration defines."""
+def triad_json(
+    result: TriadResult, user_effects: Mapping[str, EffectSection], folder: Path
+) -> Json:
+    """One calibrated triad; ``user_effects`` are defined by the configuration in ``folder``."""
     calibration, comparison = result.calibration, result.comparison
     fit, parameters = calibration.fit, calibration.parameters
     misalignment_sd, bias_sd, scale_sd = parameters.sd
-    found: Json = {
+    section: Json = {
         "model": list(fit.model.names),
         "n_poses": len(fit.poses),
         "chi2": fit.chi2,
@@ -42,21 +46,22 @@ def triad_json(result: TriadResult, own: Mapping[str, EffectSection]) -> Json:
         "worst_poses": [pose.label for pose in comparison.worst(WORST_POSES)],
         "misfit_follows": result.diagnosis.follows,
         "poses": _poses(result),
+        "prediction": _prediction(result),
         "diagnosis": _diagnosis(result),
-        "correction": correction_json(result, own),
+        "correction": correction_json(result, user_effects, folder),
     }
     if result.triad == "gyroscope":
         frame = result.frame
-        found["frame_to_accelerometer_rad"] = None if frame is None else numbers(frame.angles_rad)
-        found["frame_sd_rad"] = None if frame is None else numbers(frame.sd_rad)
-        found["lever_m"] = None if frame is None else numbers(frame.lever_m)
+        section["frame_to_accelerometer_rad"] = None if frame is None else numbers(frame.angles_rad)
+        section["frame_sd_rad"] = None if frame is None else numbers(frame.sd_rad)
+        section["lever_m"] = None if frame is None else numbers(frame.lever_m)
     if result.gravity is not None:
-        found["gravity"] = {
+        section["gravity"] = {
             "value_m_s2": result.gravity.value_m_s2,
             "sd_m_s2": result.gravity.sd_m_s2,
             "source": result.gravity.source,
         }
-    return found
+    return section
 
 
 def _sd_parts(result: TriadResult) -> Json:
@@ -72,12 +77,12 @@ def _effects(result: TriadResult) -> Json:
     model = result.calibration.fit.model
     units = {effect.name: effect.unit_for(result.triad) for effect in model.effects}
     shapes = {effect.name: effect.shape for effect in model.effects}
-    found: Json = {}
+    section: Json = {}
     for name, (values, sd) in result.calibration.effect_values().items():
         shape = shapes[name]
         unit = units[name] if shape is None else f"{units[name]}; {shape.name}: {shape.unit}"
-        found[name] = {"values": numbers(values), "sd": numbers(sd), "unit": unit}
-    return found
+        section[name] = {"values": numbers(values), "sd": numbers(sd), "unit": unit}
+    return section
 
 
 def _poses(result: TriadResult) -> list[Json]:
@@ -101,20 +106,32 @@ def _poses(result: TriadResult) -> list[Json]:
     ]
 
 
-def _diagnosis(result: TriadResult) -> Json:
-    found = result.diagnosis
+def _prediction(result: TriadResult) -> Json | None:
+    """What a corrected magnitude will err by, 1 sd, over all directions; SI."""
+    prediction = result.prediction
+    if prediction is None:
+        return None
     return {
-        "verdict": str(found.verdict),
-        "name": found.name,
-        "names": list(found.names),
-        "group": list(found.group),
+        "sd_median": number(prediction.sd_median),
+        "sd_worst": number(prediction.sd_worst),
+        "worst_direction": numbers(prediction.worst_direction),
+    }
+
+
+def _diagnosis(result: TriadResult) -> Json:
+    diagnosis = result.diagnosis
+    return {
+        "verdict": str(diagnosis.verdict),
+        "name": diagnosis.name,
+        "names": list(diagnosis.names),
+        "group": list(diagnosis.group),
         "inclusion": [
             {"class": each.name, "members": list(each.members), "probability": each.probability}
-            for each in found.inclusion
+            for each in diagnosis.inclusion
         ],
-        "says": found.says,
-        "record_next": found.record_next,
-        "blind": list(found.blind),
+        "says": diagnosis.says,
+        "record_next": diagnosis.record_next,
+        "blind": list(diagnosis.blind),
         "ranking": [
             {
                 "name": each.name,
@@ -127,9 +144,9 @@ def _diagnosis(result: TriadResult) -> Json:
                 "blind": each.blind,
                 "aliases": list(each.aliases),
             }
-            for each in found.ranking
+            for each in diagnosis.ranking
         ]
-        + [_blind(name) for name in found.blind],
+        + [_blind(name) for name in diagnosis.blind],
     }
 
 
@@ -148,10 +165,12 @@ def _blind(name: str) -> Json:
     }
 
 
-def correction_json(result: TriadResult, own: Mapping[str, EffectSection]) -> Json:
+def correction_json(
+    result: TriadResult, user_effects: Mapping[str, EffectSection], folder: Path
+) -> Json:
     """What :mod:`pipeline.results.read` needs to correct other logs: data sheet, model, parameters.
 
-    Effects of the user's own are kept as they were defined; Python code by its file's name only.
+    User-defined effects are kept as they were defined; Python code by its file's name and hash.
     """
     correction = result.calibration.correction
     return {
@@ -160,11 +179,21 @@ def correction_json(result: TriadResult, own: Mapping[str, EffectSection]) -> Js
         "theta": numbers(correction.theta),
         "shapes": {name: float(value) for name, value in correction.shapes.items()},
         "own_effects": {
-            name: own[name].model_dump(include={"expression", "python", "per", "unit"})
+            name: _definition(user_effects[name], folder)
             for name in correction.model.names
-            if name in own
+            if name in user_effects
         },
     }
+
+
+def _definition(section: EffectSection, folder: Path) -> Json:
+    """A user-defined effect as it stands in the configuration."""
+    kept = section.model_dump(mode="json", include={"expression", "python", "per", "unit"})
+    if section.shapes:
+        kept["shapes"] = {name: list(each) for name, each in section.shapes.items()}
+    if section.python is not None:
+        kept["python_sha256"] = python_sha256(folder, section.python)
+    return kept
 
 
 def _sheet(spec: TriadSpec) -> Json:

@@ -1,4 +1,4 @@
-"""results.json: what a run has found, for programs.
+"""results.json: the results of a run, for programs.
 
 SI units, arrays in the order x, y, z, null for what was not determined. The same input gives the
 same file, byte for byte: it holds no time of day and no absolute path.
@@ -6,27 +6,25 @@ same file, byte for byte: it holds no time of day and no absolute path.
 
 import hashlib
 import json
-from pathlib import Path
 
-from pipeline.files import write_whole
 from pipeline.results.certificate import certificate_json
 from pipeline.results.json_values import Json
 from pipeline.results.mounting import mounting_json
 from pipeline.results.rate import rate_json
-from pipeline.results.read import FORMAT, RESULTS_NAME
+from pipeline.results.read import FORMAT
 from pipeline.results.triad import triad_json
 from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
 
 
 def config_sha256(outcome: Outcome) -> str:
-    """What tells one configuration from another: the hash of its text."""
+    """The SHA-256 of the configuration's text, which identifies it."""
     return hashlib.sha256(outcome.config.source.text.encode()).hexdigest()
 
 
 def results_of(outcome: Outcome) -> Json:
-    """Everything a run has found, as plain values."""
-    found: Json = {
+    """The results of a run as plain values, as results.json has them."""
+    results: Json = {
         "format": FORMAT,
         "title": outcome.config.title,
         "sensor": outcome.config.sensor.name,
@@ -40,14 +38,14 @@ def results_of(outcome: Outcome) -> Json:
     }
     for result in outcome.triads:
         certificate = compare_with_certificate(outcome.config, result)
-        found[result.triad] = triad_json(result, outcome.config.effects) | {
+        results[result.triad] = triad_json(
+            result, outcome.config.effects, outcome.config.source.path.parent
+        ) | {
             "certificate": certificate_json(certificate) if certificate else None
         }
-    return found
+    return results
 
 
-def write_results(folder: Path, found: Json) -> Path:
-    """Write ``results.json`` into ``folder``, whole or not at all."""
-    path = folder / RESULTS_NAME
-    write_whole(path, json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
-    return path
+def results_text(results: Json) -> str:
+    """The text of ``results.json``."""
+    return json.dumps(results, indent=1, ensure_ascii=False, allow_nan=False) + "\n"

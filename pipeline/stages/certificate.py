@@ -10,7 +10,13 @@ from pipeline.stages.triads import TriadResult
 
 
 def compare_with_certificate(config: Config, result: TriadResult) -> CertificateComparison | None:
-    """Lay a triad beside its certificate; None where the file has none for it."""
+    """Compare a calibrated triad with its certificate.
+
+    Returns
+    -------
+    CertificateComparison or None
+        None where the configuration has no certificate of this triad.
+    """
     stated: TriadCertificateSection | None = (
         getattr(config.certificate, result.triad) if config.certificate else None
     )

@@ -16,7 +16,7 @@ def film_clip(
     clip: Path,
     on_progress: Callable[[str, int, int | None], None],
 ) -> Path:
-    """Film for ``seconds``; ``source`` is a camera's number, or a film that stands for one.
+    """Film for ``seconds``; ``source`` is a camera's number, or a clip that stands for one.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def film_clip(
     Raises
     ------
     DeviceError
-        No such camera, or it stops giving pictures.
+        There is no such camera, or it delivers no more frames.
     """
     try:
         camera = Camera(source)
@@ -44,7 +44,7 @@ def film_clip(
         raise DeviceError(str(error)) from error
     if kept is None:
         raise DeviceError(
-            f"camera {source} gave fewer than two pictures in {seconds:g} s. Close other programs "
-            f"that use it, or choose another camera (--camera)."
+            f"camera {source} delivered fewer than two frames in {seconds:g} s. Close other "
+            f"programs that use it, or choose another camera (--camera)."
         )
     return kept.path

@@ -3,10 +3,12 @@
 from pathlib import Path
 
 from calib.mounting.mounting import Mounting, MountingLogs, mounting_from_logs
+from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
 from calib.poses.static_intervals import find_still
 from pipeline.config.load import Config
 from pipeline.config.schema import InstallationSection
+from pipeline.stages.poses import still_search
 from pipeline.stages.session_logs import read_logs
 from pipeline.stages.triads import TriadResult
 
@@ -14,7 +16,12 @@ from pipeline.stages.triads import TriadResult
 def measure_mounting(
     config: Config, accelerometer: TriadResult | None
 ) -> Mounting | None:
-    """Measure how the sensor is mounted; None where the file has no such section.
+    """Measure the mounting from the logs of the section ``installation``.
+
+    Returns
+    -------
+    Mounting or None
+        None where the configuration has no such section.
 
     Raises
     ------
@@ -31,9 +38,10 @@ def measure_mounting(
     assert accelerometer is not None
     assert accelerometer.gravity is not None
     folder = config.source.path.parent
+    spec = accelerometer.calibration.spec
     logs = MountingLogs(
-        still=_still_logs(section, section.log, folder),
-        reverse=_still_logs(section, section.reverse_log, folder),
+        still=_still_logs(section, section.log, folder, spec),
+        reverse=_still_logs(section, section.reverse_log, folder, spec),
         drive=read_logs(section, section.drive_log, folder),
         first_push=section.drive_direction,
     )
@@ -44,9 +52,10 @@ def measure_mounting(
 
 
 def _still_logs(
-    section: InstallationSection, paths: tuple[Path, ...], folder: Path
+    section: InstallationSection, paths: tuple[Path, ...], folder: Path, spec: TriadSpec
 ) -> list[ImuLog]:
     logs = read_logs(section, paths, folder)
     if section.find == "still":
-        return [part for log in logs for part in find_still(log)]
+        return [part for log in logs
+                for part in find_still(log, spec, search=still_search(section.still)).logs]
     return logs

@@ -14,12 +14,17 @@ from vision.rate.timebase import Timebase
 
 
 def measure_rates(config: Config, context: RunContext) -> Mapping[str, SettingRate]:
-    """The rates of all plate settings, in the order of the file.
+    """Measure the rates of all plate settings.
+
+    Returns
+    -------
+    mapping of str to SettingRate
+        By the setting's name, in the order of the file.
 
     Raises
     ------
     UnreadableVideo, RateRefused
-        From :mod:`vision`, when a clip gives no honest rate.
+        From :mod:`vision`: a clip cannot be read, or its rate cannot be determined.
     """
     filmed = {
         name: rate for name, rate in config.rate.items() if isinstance(rate, VideoRateSection)
@@ -48,12 +53,12 @@ def _stated(name: str, rate: KnownRateSection) -> SettingRate:
 
 
 def clock(stated: TimebaseSection) -> Timebase:
-    """The time base as :mod:`vision` takes it."""
+    """The time base as :mod:`vision` expects it."""
     return Timebase(source=stated.source, fps=stated.fps, ppm=stated.relative_sd * 1e6)
 
 
 def rim(stated: PlateSection) -> PlateOverride:
-    """The ellipse as :mod:`vision` takes it: the longer radius first."""
+    """The ellipse as :mod:`vision` expects it: the longer radius first, angle in degrees."""
     first, second = stated.radii_px
     longer_first = first >= second
     return PlateOverride(

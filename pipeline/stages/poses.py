@@ -7,15 +7,25 @@ from pathlib import Path
 import numpy as np
 
 from calib.errors import Undetermined
-from calib.poses.averaging import PoseMean, average_pose
+from calib.poses.averaging import LARGEST_STILL_SHIFT, PoseMean, average_pose
 from calib.poses.imu_log import ImuLog
-from calib.poses.static_intervals import find_still
+from calib.poses.rest_candidates import WANDER_M_S2, StillSearch
+from calib.poses.runs import TURNING_RAD_S
+from calib.poses.static_intervals import StaticIntervals, find_still, list_stops
 from pipeline.config.load import Config, Specs, sensor_specs
-from pipeline.config.schema import PosesSection
+from pipeline.config.schema import PosesSection, StillSection
 from pipeline.config.types import STOPPED
 from pipeline.logs.read import join_logs
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.session_logs import read_logs
+
+LARGEST_OF_USUAL = 10.0
+"""How far a stop may give way, as a multiple of what three in four of its log do: speeds and
+lengths of stops in a hand spread over a decade each. Half of it loses one of 24 simulated stops in
+a hand."""
+
+SMALLEST_SHARE_AT_REST = 0.25
+"""Poses of one attitude on a turning plate read alike too; no design repeats one so often."""
 
 
 @dataclass(frozen=True)
@@ -91,25 +101,74 @@ def _record(
     poses = setting.poses
     plate = np.zeros(1) if rate is None else rate.plate.rate_rad_s
     if poses.log:
-        return _found(join_logs(read_logs(poses, poses.log, folder)), specs, float(plate.mean()))
+        log = join_logs(read_logs(poses, poses.log, folder))
+        return _found(log, specs, float(plate.mean()), poses.still)
     logs = read_logs(poses, poses.files, folder)
     turning = np.broadcast_to(plate, len(logs))
     means = [average_pose(log, *specs, float(w)) for log, w in zip(logs, turning, strict=True)]
     return Recording(tuple(means), min(float(log.time_s[0]) for log in logs))
 
 
+def still_search(section: StillSection) -> StillSearch:
+    """What the user overrules of the search for static intervals."""
+    return StillSearch(section.seconds, section.threshold)
+
+
 def _found(
-    log: ImuLog, specs: Specs, rate_rad_s: float
+    log: ImuLog, specs: Specs, rate_rad_s: float, still: StillSection
 ) -> Recording:
-    """The still poses of a long log; one that turns out to have moved is left out and named."""
+    """The poses of a long log; stops that turn out to be none are left out, with the reason."""
+    intervals = find_still(log, *specs, rate_rad_s, still_search(still))
     means: list[PoseMean] = []
     refused: list[Undetermined] = []
-    for pose in find_still(log):
+    largest_shift = _largest_shift(intervals)
+    for pose in intervals.logs:
         try:
-            means.append(average_pose(pose, *specs, rate_rad_s))
+            means.append(average_pose(pose, *specs, rate_rad_s, largest_shift))
         except Undetermined as error:
             refused.append(error)
     if not means:
         raise refused[0]
-    warnings = tuple(f"Left out: {error}" for error in refused)
-    return Recording(tuple(means), float(log.time_s[0]), warnings)
+    skipped = list(intervals.skipped)
+    if rate_rad_s == 0:
+        means, turning = _parted_by_rate(means)
+        skipped += [(mean.label.removeprefix(f"{log.label} "), "the plate or the hand turned it")
+                    for mean in turning]
+    warnings = [f"Left out: {error}" for error in refused]
+    if skipped:
+        warnings.append(
+            f"{log.label}: {len(means)} stops are poses; left out: {list_stops(skipped)}. Stops "
+            f"are found up to {intervals.threshold:.2g} times the noise of the quietest rest; "
+            f"`still: {{threshold: ...}}` beside `find: still` overrules that."
+        )
+    return Recording(tuple(means), float(log.time_s[0]), tuple(warnings))
+
+
+def _largest_shift(intervals: StaticIntervals) -> Mapping[str, float]:
+    """How far the halves of a stop may differ, by triad, SI.
+
+    A hand gives way by a degree, which the magnitude hardly feels and the sd of the mean has: there
+    a stop counts as moved where it gives way more than the others of the log do.
+    """
+    if intervals.triad == "gyroscope":
+        return LARGEST_STILL_SHIFT
+    usual = min(LARGEST_OF_USUAL * intervals.usual_shift, WANDER_M_S2)
+    return {**LARGEST_STILL_SHIFT,
+            "accelerometer": max(LARGEST_STILL_SHIFT["accelerometer"], usual)}
+
+
+def _parted_by_rate(means: list[PoseMean]) -> tuple[list[PoseMean], list[PoseMean]]:
+    """Poses at rest and poses that turned, of a log that holds both.
+
+    At rest a gyroscope reads its bias in every attitude, on a turning plate something else in each.
+    Where too few poses read alike to be the ones at rest, none is taken out.
+    """
+    rate = np.array([mean.gyroscope.mean for mean in means])
+    if not np.isfinite(rate).all():
+        return means, []
+    alike = np.linalg.norm(rate[:, None] - rate, axis=2) < TURNING_RAD_S
+    at_rest = alike[int(np.argmax(alike.sum(axis=1)))]
+    if at_rest.mean() < SMALLEST_SHARE_AT_REST:
+        return means, []
+    return ([mean for mean, rests in zip(means, at_rest, strict=True) if rests],
+            [mean for mean, rests in zip(means, at_rest, strict=True) if not rests])

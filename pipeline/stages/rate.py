@@ -1,7 +1,7 @@
-"""The rate of one plate setting: its clips are followed, and each gives a rate.
+"""The rate of one plate setting: its clips are tracked, and each gives a rate.
 
-Nothing here knows of configurations: ``pipeline rate`` measures clips without one, and its time is
-to be that of decoding them, not of imports.
+This module knows no configuration: ``pipeline rate`` measures clips without one, and its time
+should be that of decoding, not of imports.
 """
 
 import os
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from vision.rate.measure import RateMeasurement
     from vision.rate.timebase import Timebase
 
-#: Clips followed at the same time. Decoding has threads of its own; more gain nothing.
+#: Clips tracked at the same time. The decoder uses threads itself; more clips gain nothing.
 PARALLEL_CLIPS = 2
 FFMPEG_QUIET = "-8"  #: AV_LOG_QUIET
 
@@ -44,15 +44,15 @@ class SettingRate:
         What the clips are called; empty where the rate was stated.
     clips : tuple of RateMeasurement
         What was measured in each of them.
-    pictures : tuple of array of uint8, shape (h, w, 3)
-        One picture of each clip, blue-green-red, with what was found drawn in.
+    annotated : tuple of array of uint8, shape (b,)
+        A PNG of one frame of each clip, with plate, centre and marks drawn in.
     """
 
     name: str
     plate: PlateRate
     sources: tuple[str, ...]
     clips: "tuple[RateMeasurement, ...]"
-    pictures: tuple[NDArray[np.uint8], ...] = ()
+    annotated: tuple[NDArray[np.uint8], ...] = ()
 
     @property
     def rate_rad_s(self) -> float:
@@ -84,9 +84,24 @@ class SettingRate:
 def follow_clips(
     clips: "Sequence[tuple[Path, PlateOverride | None]]", context: RunContext
 ) -> "list[PhaseTrack]":
-    """The phase track of each clip, from the cache where it is known, else several at a time.
+    """Track the plate in each clip, several clips at a time; known clips come from the cache.
 
-    The first clip that fails, in the order given, is the one reported.
+    Parameters
+    ----------
+    clips : sequence of (Path, PlateOverride or None)
+        Each clip, and the plate's ellipse where the user states it.
+    context : RunContext
+        The cache and the progress display.
+
+    Returns
+    -------
+    list of PhaseTrack
+        In the order of ``clips``.
+
+    Raises
+    ------
+    UnreadableInput, UnreadableVideo, RateRefused
+        Of the first clip, in their order, that cannot be tracked.
     """
     from pipeline.stages.track_cache import kept_track, track_key
 
@@ -112,7 +127,7 @@ def follow_clips(
     with ThreadPoolExecutor(PARALLEL_CLIPS) as pool:
         waiting = [pool.submit(find, clip, plate) for clip, plate in clips]
         for needed_next in ("numpy.ma", "vision.rate.measure"):  # np.unique needs the first
-            import_module(needed_next)  # meanwhile the first pictures are decoded
+            import_module(needed_next)  # meanwhile the first frames are decoded
         try:
             return [each.result() for each in waiting]
         finally:
@@ -127,12 +142,25 @@ def measure_setting(
     nominal_rpm: float | None = None,
     model: Sequence[str] = ("constant_rate",),
 ) -> SettingRate:
-    """One rate for each clip of a plate setting.
+    """Measure the rate of a plate setting from the phase tracks of its clips.
+
+    Parameters
+    ----------
+    name : str
+        Of the setting, for messages.
+    tracks : sequence of PhaseTrack
+        One for each clip.
+    timebase : Timebase
+        Which clock the rates are measured against, and its sd.
+    nominal_rpm : float, optional
+        Chooses among rates that look the same in the clip.
+    model : sequence of str
+        Terms of the phase track.
 
     Raises
     ------
     RateRefused
-        A clip gives no honest rate, or the clips turn both ways.
+        The rate of a clip cannot be determined, or the clips turn in both directions.
     """
     from vision.errors import RateRefused
     from vision.rate.measure import measure_rate
@@ -152,7 +180,7 @@ def measure_setting(
     plate = PlateRate(
         name=name,
         rate_rad_s=np.array([clip.rate_rad_s for clip in clips]),
-        sd_rad_s=np.array([clip.image_sd_rad_s for clip in clips]),
+        sd_rad_s=np.array([clip.uncertainty.image_rad_s for clip in clips]),
         timebase_relative=timebase.ppm * 1e-6,
         direction=clips[0].direction,
     )
@@ -161,5 +189,5 @@ def measure_setting(
         plate,
         sources=tuple(track.source for track in tracks),
         clips=clips,
-        pictures=tuple(track.annotated for track in tracks),
+        annotated=tuple(track.annotated for track in tracks),
     )

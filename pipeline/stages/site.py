@@ -9,7 +9,7 @@ from pipeline.config.schema import SiteSection
 
 @dataclass(frozen=True)
 class Gravity:
-    """The magnitude the accelerometer is measured against.
+    """The reference of the accelerometer: magnitude and sd in m/s², and its source in words.
 
     A value that is stated without an sd counts as exact: the accelerometer's scale is then in
     units of it, and the report says so.
@@ -21,7 +21,14 @@ class Gravity:
 
 
 def gravity_of(site: SiteSection) -> Gravity:
-    """Gravity as stated, else WGS84 normal gravity at the latitude and height."""
+    """Gravity at the site: as stated, else WGS84 normal gravity (NIMA TR8350.2).
+
+    Returns
+    -------
+    Gravity
+        Magnitude and sd in m/s²; the sd of a stated value is 0 where none is stated, that of the
+        normal value includes the gravity anomaly.
+    """
     if site.gravity_m_s2 is not None:
         return Gravity(site.gravity_m_s2, site.sd_m_s2 or 0.0, "stated")
     # The configuration's rules refuse a site with neither.
@@ -31,7 +38,7 @@ def gravity_of(site: SiteSection) -> Gravity:
 
 
 def latitude_of(site: SiteSection | None) -> float | None:
-    """Latitude in rad, None where it was not given."""
+    """Geodetic latitude in rad; None where the configuration states none."""
     if site is None or site.latitude_deg is None:
         return None
     return math.radians(site.latitude_deg)

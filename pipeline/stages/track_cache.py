@@ -1,7 +1,7 @@
-"""Phase tracks kept between runs: following a clip is the slow part, and clips do not change.
+"""The cache of phase tracks: tracking a clip is the slow part of a run, and clips do not change.
 
-A track is found again by the SHA-256 of the clip's bytes, of the settings it was followed with
-and of ``TRACK_FORMAT``. A damaged or foreign file in the cache is followed anew, never trusted.
+A track's key is the SHA-256 of the clip's bytes, of the settings it was tracked with and of
+``TRACK_FORMAT``. A damaged or foreign file in the cache is never used; the clip is tracked anew.
 """
 
 import hashlib
@@ -22,7 +22,7 @@ from vision.geometry import PlateOverride
 from vision.phase_track import PhaseTrack, PlateLayout
 
 #: Raise it whenever :func:`vision.tracking.track.track_phase` gives other numbers than before.
-TRACK_FORMAT = 9
+TRACK_FORMAT = 10
 
 Follow = Callable[[], PhaseTrack]
 
@@ -50,7 +50,7 @@ def track_key(clip: Path, plate: PlateOverride | None) -> str:
 
 
 def kept_track(cache: Path, key: str, follow: Follow) -> PhaseTrack:
-    """The track kept under ``key``; where there is none, ``follow`` makes it and it is kept."""
+    """The track under ``key``; where there is none, ``follow`` makes it and it is stored."""
     path = cache / f"{key}.npz"
     kept = _load(path)
     if kept is not None:

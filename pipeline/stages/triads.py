@@ -7,13 +7,14 @@ from calib.consistency import direction_against_film, gain_off_the_sheet, turnin
 from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
-from calib.effects.user_defined import check_own
+from calib.effects.user_defined import fault_of_user_effect
 from calib.errors import Undetermined
 from calib.fit.angrisano import fit_paper
 from calib.fit.calibration import TriadCalibration, calibrate_triad
 from calib.fit.frame_alignment import FrameRotation, frame_rotation
 from calib.fit.leave_one_out import Comparison, compare
 from calib.fit.model import Model
+from calib.fit.prediction import Prediction, predict
 from calib.fit.solver import fit
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import Triad
@@ -27,21 +28,23 @@ from pipeline.stages.context import RunContext
 from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.site import Gravity, gravity_of, latitude_of
-from pipeline.stages.user_effects import own_effects
+from pipeline.stages.user_effects import check_user_effects, user_effects
 
 
 @dataclass(frozen=True, eq=False)
 class TriadResult:
-    """One triad: calibrated, laid beside its measurements, and what its model misses.
+    """One triad: its calibration, the comparison with its poses, and what its model misses.
 
+    ``prediction`` is what it will err by on the next log, None where only rest was measured;
     ``gravity`` is the reference of an accelerometer, None for a gyroscope; ``frame`` its rotation
     against the accelerometer, None for an accelerometer and where the poses do not show it;
-    ``warnings`` what one stage knows that contradicts another.
+    ``warnings`` where two stages contradict each other.
     """
 
     calibration: TriadCalibration
     comparison: Comparison
     diagnosis: Diagnosis
+    prediction: Prediction | None
     gravity: Gravity | None = None
     frame: FrameRotation | None = None
     warnings: tuple[str, ...] = ()
@@ -70,6 +73,10 @@ def require_fittable(config: Config) -> None:
         where = (triad, "model")
         for name in section.model:
             if name in config.effects:
+                if config.effects[name].triad not in (None, triad):
+                    problems.append(config.source.problem(where, (
+                        f"'{name}' is defined for the {config.effects[name].triad}. Take it out "
+                        f"of this model")))
                 continue
             if triad not in find_effect(name).triads:
                 problems.append(config.source.problem(where, (
@@ -84,12 +91,24 @@ def require_fittable(config: Config) -> None:
                 f"[{', '.join(section.model)}]. Use `solver: default` with any other model")))
     if problems:
         raise ConfigError(*problems)
+    check_user_effects(config)
 
 
 def calibrate_accelerometer(
     config: Config, context: RunContext, recordings: Recordings
 ) -> TriadResult | None:
-    """Calibrate the accelerometer to gravity; None where the file has no such section."""
+    """Calibrate the accelerometer against gravity.
+
+    Returns
+    -------
+    TriadResult or None
+        None where the configuration has no such section.
+
+    Raises
+    ------
+    Undetermined
+        The poses do not determine the model.
+    """
     if config.accelerometer is None:
         return None
     # The configuration's rules refuse an accelerometer without a site and a data sheet.
@@ -100,8 +119,8 @@ def calibrate_accelerometer(
     run = gravity_run(STOPPED, means, gravity.value_m_s2, gravity.sd_m_s2)
     poses = pose_set("accelerometer", [run], recordings.origin_s)
     spec = triad_spec(config.sensor.accelerometer)
-    own = own_effects(config, context.allow_python)
-    return _calibrated(poses, config.accelerometer, spec, own, gravity)
+    defined = user_effects(config, "accelerometer", context.allow_python)
+    return _calibrated(poses, config.accelerometer, spec, defined, gravity)
 
 
 def calibrate_gyroscope(
@@ -111,29 +130,51 @@ def calibrate_gyroscope(
     recordings: Recordings,
     accelerometer: TriadResult | None,
 ) -> TriadResult | None:
-    """Calibrate the gyroscope to the plate's rates; None where the file has no such section."""
+    """Calibrate the gyroscope against the plate's rates, all runs jointly.
+
+    Parameters
+    ----------
+    rates : mapping of str to SettingRate
+        The plate's rates by setting.
+    recordings : Recordings
+        The averaged poses.
+    accelerometer : TriadResult or None
+        Corrects the specific force of the poses, and is the frame that the gyroscope's rotation is
+        measured against.
+
+    Returns
+    -------
+    TriadResult or None
+        None where the configuration has no such section.
+
+    Raises
+    ------
+    Undetermined
+        The poses do not determine the model.
+    """
     if config.gyroscope is None:
         return None
     assert config.sensor.gyroscope is not None
     latitude = latitude_of(config.site)
     runs: list[PoseRun] = []
-    for asked in config.gyroscope.runs:
-        means = recordings.of(asked.poses, asked.rate).means
+    for run_section in config.gyroscope.runs:
+        means = recordings.of(run_section.poses, run_section.rate).means
         runs.append(
-            stopped_run(asked.rate, means, latitude)
-            if asked.rate == STOPPED
-            else turning_run(means, rates[asked.rate].plate, latitude)
+            stopped_run(run_section.rate, means, latitude)
+            if run_section.rate == STOPPED
+            else turning_run(means, rates[run_section.rate].plate, latitude)
         )
     correct = accelerometer.calibration.correct if accelerometer else None
     poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
-    own = own_effects(config, context.allow_python)
-    found = _calibrated(poses, config.gyroscope, triad_spec(config.sensor.gyroscope), own, None)
+    defined = user_effects(config, "gyroscope", context.allow_python)
+    spec = triad_spec(config.sensor.gyroscope)
+    result = _calibrated(poses, config.gyroscope, spec, defined, None)
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
     return replace(
-        found,
-        frame=frame_rotation(found.calibration.fit, beside),
-        warnings=(*found.warnings, *direction_against_film(poses, filmed)),
+        result,
+        frame=frame_rotation(result.calibration.fit, beside),
+        warnings=(*result.warnings, *direction_against_film(poses, filmed)),
     )
 
 
@@ -141,27 +182,28 @@ def _calibrated(
     poses: PoseSet,
     section: AccelerometerSection | GyroscopeSection,
     spec: TriadSpec,
-    own: Mapping[str, Effect],
+    defined: Mapping[str, Effect],
     gravity: Gravity | None,
 ) -> TriadResult:
-    mine = {name: effect for name, effect in own.items() if poses.triad in effect.triads}
-    for name, effect in mine.items():
-        wrong = check_own(effect, poses.conditions(poses.reading))
-        if wrong is not None:
-            raise Undetermined(f"effects.{name}: the effect {wrong}.")
-    model = Model.of(section.model, mine)
-    found = (
+    for name, effect in defined.items():
+        fault = fault_of_user_effect(effect, poses.conditions(poses.reading))
+        if fault is not None:
+            raise Undetermined(f"effects.{name}: the effect {fault}.")
+    model = Model.of(section.model, defined)
+    fitted = (
         fit_paper(poses, model, spec)
         if section.solver == "paper"
         else fit(poses, model, robust=section.loss == "huber")
     )
-    calibration = calibrate_triad(found, spec)
+    calibration = calibrate_triad(fitted, spec)
     return TriadResult(
         calibration,
-        compare(found),
-        diagnose(found, tuple(mine.values()), spec.full_scale),
+        compare(fitted),
+        diagnose(fitted, tuple(defined.values()), spec.full_scale),
+        predict(calibration),
         gravity,
         warnings=(
+            *poses.notes,
             *turning_while_still(poses),
             *gain_off_the_sheet(calibration.parameters, spec, poses.triad),
         ),

@@ -1,102 +1,289 @@
-"""Users' own effects, from the ``effects:`` section of a configuration.
+"""User-defined effects, from the ``effects:`` section of a configuration or from results.json.
 
 An expression is parsed, never run as code. A Python file runs only when the configuration names
-it and the command was given ``--allow-python``.
+it and the command was given ``--allow-python``; results.json keeps its hash, and a file that has
+changed since is refused.
 """
 
+import ast
+import hashlib
 import importlib.util
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
-from calib.effects.effect import Effect
-from calib.effects.user_defined import own_effect, read_expression
-from calib.errors import CalibrationError
-from calib.poses.conditions import Conditions
-from calib.poses.imu_log import FloatArray
-from pipeline.config.load import Config
-from pipeline.config.schema import EffectSection
-from pipeline.errors import ConfigError
-
-RAISED_BY_USERS_CODE = (
-    ArithmeticError,
-    AttributeError,
-    ImportError,
-    LookupError,
-    NameError,
-    OSError,
-    RuntimeError,
-    SyntaxError,
-    TypeError,
-    ValueError,
+from calib.effects.effect import Effect, Shape
+from calib.effects.expression import (
+    FUNCTIONS,
+    KNOWN_NAMES,
+    BadExpression,
+    Expression,
+    read_expression,
 )
-"""What a user's own file can be expected to raise; it is named, like any other bad input."""
+from calib.effects.user_defined import (
+    PARAMETERS,
+    RAISED_BY_USERS_CODE,
+    ValueOf,
+    shape_between,
+    user_effect,
+)
+from calib.errors import CalibrationError, Undetermined
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import FloatArray, Triad
+from pipeline.config.load import Config
+from pipeline.config.schema import EffectSection, LogsSection, PosesSection
+from pipeline.config.types import STOPPED
+from pipeline.errors import ConfigError, UnreadableInput
+from pipeline.logs.columns import COUNTER, TIME
+from pipeline.logs.text import read_head, read_text
+from pipeline.names import nearest_name
 
-ValueOf = Callable[[Conditions], FloatArray]
 
-
-def own_effects(config: Config, allow_python: bool) -> dict[str, Effect]:
-    """The effects that ``config`` defines, by name.
+def user_effects(config: Config, triad: Triad, allow_python: bool) -> dict[str, Effect]:
+    """The effects that ``config`` defines for ``triad``, by name.
 
     Raises
     ------
     ConfigError
         An expression cannot be read, or a Python function cannot be had; with the line of each.
     """
-    found: dict[str, Effect] = {}
+    effects: dict[str, Effect] = {}
     problems = []
-    for name, asked in config.effects.items():
+    for name, section in config.effects.items():
+        if section.triad not in (None, triad):
+            continue
         try:
             value = (
-                read_expression(asked.expression)
-                if asked.expression is not None
-                else _python_function(config.source.path.parent, asked, allow_python)
+                _expression(section)
+                if section.expression is not None
+                else _python_function(config.source.path.parent, section, allow_python)
             )
+            effects[name] = user_effect(
+                name, value, section.per, section.unit, triad, _shape(section.shapes))
         except CalibrationError as error:
             problems.append(config.source.problem(("effects", name), f"{error}."))
-            continue
-        found[name] = own_effect(name, value, asked.per, asked.unit, asked.triad)
     if problems:
         raise ConfigError(*problems)
-    return found
+    return effects
 
 
-def stored_effects(given: Mapping[str, Mapping[str, str]]) -> dict[str, Effect]:
-    """The effects that a results.json carries as expressions, by name."""
-    return {
-        name: own_effect(
-            name,
-            read_expression(each["expression"]),
-            each["per"],  # type: ignore[arg-type]
-            each["unit"],
-            None,
-        )
-        for name, each in given.items()
-    }
+def _expression(section: EffectSection) -> Expression:
+    assert section.expression is not None
+    return read_expression(section.expression, tuple(section.shapes))
 
 
-def _python_function(folder: Path, asked: EffectSection, allow_python: bool) -> ValueOf:
-    assert asked.python is not None  # the rules of the section: an expression or a function
-    file, _, function = asked.python.partition(":")
+def _shape(shapes: Mapping[str, tuple[str, float, float]]) -> Shape | None:
+    for name, (unit, low, high) in shapes.items():
+        return shape_between(name, unit, low, high)
+    return None
+
+
+# --- before anything slow ------------------------------------------------------------------------
+
+
+def check_user_effects(config: Config) -> None:
+    """Refuse effects that no pose can have; no Python file runs.
+
+    Raises
+    ------
+    ConfigError
+        With the line of every expression or file that cannot be read, and of every name in them
+        that the logs do not have, with the nearest that they have.
+    """
+    problems = []
+    for name, section in config.effects.items():
+        where = ("effects", name)
+        try:
+            _shape(section.shapes)
+            if section.python is not None:
+                require_function(config.source.path.parent, section.python)
+                continue
+            expression = _expression(section)
+        except CalibrationError as error:
+            problems.append(config.source.problem(where, f"{error}."))
+            continue
+        problems += [config.source.problem((*where, "expression"), problem)
+                     for problem in _unknown_names(config, section, expression)]
+    if problems:
+        raise ConfigError(*problems)
+
+
+def _unknown_names(
+    config: Config, section: EffectSection, expression: Expression
+) -> Iterator[str]:
+    columns = _logged(config, section.triad)
+    if columns is not None:
+        right = (*columns, *KNOWN_NAMES, *section.shapes, *FUNCTIONS)
+        for name in expression.columns:
+            if name not in columns:
+                listed = ", ".join(columns) or "no further column"
+                yield (f"'{name}' is no logged column, name or shape parameter"
+                       f"{nearest_name(name, right)}. The logs have: {listed}. Log it, or name "
+                       f"it under `shapes` with its unit and bounds.")
+    runs = _runs(config, section.triad)
+    for run in expression.runs:
+        if run not in runs:
+            yield (f"run('{run}') is no run{nearest_name(run, runs)}. There are: "
+                   f"{', '.join(runs)}.")
+
+
+def _runs(config: Config, triad: Triad | None) -> tuple[str, ...]:
+    """Names of the runs of one triad, or of both."""
+    names = [run.rate for run in config.gyroscope.runs] if config.gyroscope else []
+    if triad != "gyroscope" and config.accelerometer:
+        names = [STOPPED] if triad else [*names, STOPPED]
+    return tuple(dict.fromkeys(names))
+
+
+def _logged(config: Config, triad: Triad | None) -> list[str] | None:
+    """Columns that every log of the triad has beside time and readings; None before recording."""
+    poses: list[PosesSection] = []
+    if config.accelerometer and triad != "gyroscope":
+        poses.append(config.accelerometer.poses)
+    if config.gyroscope and triad != "accelerometer":
+        poses += [run.poses for run in config.gyroscope.runs]
+    heads = [names for each in poses if (names := _columns_of(each)) is not None]
+    if not heads:
+        return None
+    return [name for name in heads[0] if all(name in names for names in heads)]
+
+
+def _columns_of(poses: PosesSection) -> list[str] | None:
+    """Further columns of a set of poses, by its first file or by all files of its long log."""
+    names: list[str] = []
+    for i, path in enumerate(poses.log or poses.files[:1]):
+        names += _header(poses, i, path)
+    return names or None
+
+
+def _header(section: LogsSection, i: int, path: Path) -> list[str]:
+    try:
+        head = read_head(path, read_text(path), section.columns_of(i))
+    except UnreadableInput:  # said where the log itself is read
+        return []
+    readings = (TIME, COUNTER, "skip")
+    return [name for name in head.names
+            if name not in readings and name[:4] not in ("acc_", "gyr_")] or [""]
+
+
+# --- Python --------------------------------------------------------------------------------------
+
+
+def require_function(folder: Path, python: str) -> Path:
+    """The file of ``FILE.py:FUNCTION`` in ``folder``, in which such a function is defined.
+
+    Raises
+    ------
+    CalibrationError
+        There is no such file, or no such function in it; nothing is run.
+    """
+    file, _, function = python.partition(":")
     path = folder / file
-    if not allow_python:
-        raise CalibrationError(
-            f"'{asked.python}' is Python code, which runs only when you allow it: add "
-            f"--allow-python to the command if you trust {path}"
-        )
     if not function or not path.is_file():
         raise CalibrationError(
-            f"'{asked.python}' does not name a function; write FILE.py:FUNCTION with a file "
-            f"beside the configuration"
+            f"'{python}' does not name a function; write FILE.py:FUNCTION with a file beside the "
+            f"configuration"
         )
+    try:
+        body = ast.parse(path.read_bytes()).body
+    except (SyntaxError, ValueError) as error:
+        raise CalibrationError(f"{path} cannot be used: {type(error).__name__}: {error}") from error
+    defined = [node.name for node in body if isinstance(node, ast.FunctionDef)]
+    if function not in defined:
+        raise CalibrationError(
+            f"{path} defines no function '{function}'{nearest_name(function, defined)}"
+        )
+    return path
+
+
+def python_sha256(folder: Path, python: str) -> str:
+    """What tells one version of a user's file from another: the hash of its bytes."""
+    return hashlib.sha256((folder / python.partition(":")[0]).read_bytes()).hexdigest()
+
+
+def _python_function(folder: Path, section: EffectSection, allow_python: bool) -> ValueOf:
+    assert section.python is not None  # the rules of the section: an expression or a function
+    if not allow_python:
+        file = folder / section.python.partition(":")[0]
+        raise CalibrationError(_not_allowed(section.python, file))
+    return _imported(require_function(folder, section.python), section.python)
+
+
+def _not_allowed(python: str, path: Path) -> str:
+    return (f"'{python}' is Python code, which runs only when you allow it: add --allow-python to "
+            f"the command if you trust {path}")
+
+
+def _imported(path: Path, python: str) -> ValueOf:
     spec = importlib.util.spec_from_file_location(path.stem, path)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-        found = getattr(module, function)
     except RAISED_BY_USERS_CODE as error:
         raise CalibrationError(f"{path} cannot be used: {type(error).__name__}: {error}") from error
-    if not callable(found):
-        raise CalibrationError(f"{path}: '{function}' is not a function")
-    return found  # type: ignore[no-any-return]
+    function: ValueOf = getattr(module, python.partition(":")[2])
+    return function
+
+
+# --- results.json --------------------------------------------------------------------------------
+
+
+def stored_effects(
+    stored: Mapping[str, Mapping[str, Any]], triad: Triad, folder: Path, allow_python: bool
+) -> dict[str, Effect]:
+    """The user-defined effects that a results.json carries for ``triad``, by name.
+
+    ``folder`` is that of the results. Without ``allow_python`` a Python effect is there by its
+    name, parameters and unit; to evaluate it is refused.
+
+    Raises
+    ------
+    UnreadableInput
+        The Python file is not there, or not the one that was fitted.
+    CalibrationError
+        An expression or a file cannot be read.
+    """
+    effects = {}
+    for name, each in stored.items():
+        shapes = each.get("shapes") or {}
+        if each["expression"] is not None:
+            value: ValueOf = read_expression(each["expression"], tuple(shapes))
+        elif allow_python:
+            value = _imported(_same_file(each, folder), each["python"])
+        else:
+            value = _refused(name, each["python"])
+        if each["per"] not in PARAMETERS:
+            raise BadExpression(f"effects.{name}: per '{each['per']}' is not known")
+        effects[name] = user_effect(name, value, each["per"], each["unit"], triad, _shape(shapes))
+    return effects
+
+
+def _refused(name: str, python: str) -> ValueOf:
+    def value(_at: Conditions, *_shape: float) -> FloatArray:
+        path = Path(python.partition(":")[0])
+        raise Undetermined(f"effects.{name}: {_not_allowed(python, path)}.")
+
+    return value
+
+
+def _same_file(stored: Mapping[str, Any], folder: Path) -> Path:
+    """The file that was fitted: beside the results, beside the configuration, or here."""
+    python, expected = stored["python"], stored.get("python_sha256")
+    places = [folder, folder.parent, Path()]
+    for place in places:
+        if (place / python.partition(":")[0]).is_file():
+            path = require_function(place, python)
+            if python_sha256(place, python) != expected:
+                raise UnreadableInput(
+                    f"{path}: is not the file that was fitted (its hash is another). Put that one "
+                    f"there, or run the calibration anew."
+                )
+            return path
+    looked = ", ".join(str(place) for place in places)
+    raise UnreadableInput(
+        f"'{python}' was not found in {looked}. Put the file that was fitted into one of them."
+    )
+
+

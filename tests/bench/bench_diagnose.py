@@ -10,8 +10,8 @@ from calib.effects.catalogue import BASE
 from calib.effects.effect import EFFECTS
 from calib.fit.model import Model
 from calib.fit.solver import fit
-from tests.bench.bench_fit import median_ms
-from tests.bench.trials import DESIGNS, drawn, poses_of
+from tests.bench.timing import median_ms
+from tests.trials import DESIGNS, drawn, poses_of
 
 HIDDEN = (
     (),

@@ -6,7 +6,6 @@
 and both fits of the 51 175-row log of an Xsens MTi. Medians of wall time.
 """
 
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -24,6 +23,7 @@ from calib.poses.pose_set import pose_set
 from calib.poses.runs import gravity_run
 from calib.poses.static_intervals import find_still
 from pipeline.logs.read import read_log
+from tests.bench.timing import median_ms
 from tests.fitting import pose_sets
 from tests.paths import SHARED
 from tests.world.designs import paper_design
@@ -32,17 +32,6 @@ from tests.world.session import simulate
 XSENS = SHARED / "real" / "imu_tk_xsens"
 GRAVITY = 9.81744
 MTI = TriadSpec(50.0, 16, "offset-binary")
-
-
-def median_ms(task: Callable[[], object], times: int) -> float:
-    """Median wall time of ``task`` in milliseconds, after one run to warm up."""
-    task()
-    taken = []
-    for _ in range(times):
-        start = time.perf_counter()
-        task()
-        taken.append(time.perf_counter() - start)
-    return 1e3 * float(np.median(taken))
 
 
 def plain_residual(equations: Equations) -> Callable[[FloatArray], FloatArray]:
@@ -74,7 +63,7 @@ def xsens_log() -> ImuLog:
 
 def fit_long_log(log: ImuLog) -> tuple[int, float]:
     """Still intervals, means, fit; the number of poses and the residual's root mean square."""
-    means = [average_pose(pose, MTI, None) for pose in find_still(log)]
+    means = [average_pose(pose, MTI, None) for pose in find_still(log, MTI).logs]
     poses = pose_set("accelerometer", [gravity_run("still", means, GRAVITY, 0.0)], 0.0)
     found = calibrate_triad(fit(poses, Model.of(BASE)), MTI)
     return len(poses), found.fit.residual_rms

@@ -1,33 +1,22 @@
 """How long a log of 51 175 rows takes to read, beside NumPy's bare parser.
 
-Run: ``python -m tests.bench.bench_log``. The fastest of ``REPEATS`` is shown.
+Run: ``python -m tests.bench.bench_log``. The median of ``REPEATS`` is shown.
 """
 
 import sys
 import tempfile
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from pipeline.logs.read import read_log
 from pipeline.logs.write import csv_rows
+from tests.bench.timing import median_ms
 
 ROWS = 51_175  #: of the public MTi log that the tests read
 REPEATS = 9
 HEADER = b"time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z\n"
 LIMIT = 3.0  #: times the bare parser; decoding and checking the text take about as long as parsing
-
-
-def best_ms(read: Callable[[], object]) -> float:
-    """The fastest of a few calls, in milliseconds."""
-    fastest = float("inf")
-    for _ in range(REPEATS):
-        begun = time.perf_counter()
-        read()
-        fastest = min(fastest, time.perf_counter() - begun)
-    return fastest * 1e3
 
 
 def write_log(path: Path, decimals: int) -> None:
@@ -45,8 +34,9 @@ def main() -> None:
         for words, decimals in (("whole counts", 0), ("six decimals", 6)):
             path = Path(folder) / f"{decimals}.csv"
             write_log(path, decimals)
-            ours = best_ms(lambda path=path: read_log(path))
-            bare = best_ms(lambda path=path: np.loadtxt(path, delimiter=",", skiprows=1))
+            ours = median_ms(lambda path=path: read_log(path), REPEATS)
+            bare = median_ms(
+                lambda path=path: np.loadtxt(path, delimiter=",", skiprows=1), REPEATS)
             late |= ours > LIMIT * bare
             print(f"{words}: read_log {ours:6.1f} ms, np.loadtxt {bare:6.1f} ms, "
                   f"{ours / bare:.2f} x (limit {LIMIT:g})")

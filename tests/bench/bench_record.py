@@ -16,12 +16,19 @@ import numpy as np
 from pipeline.devices.xbus import frame
 from pipeline.devices.xsens_mtdata import MTDATA, RAW_COUNTED, MtDataParser
 from pipeline.playback.pseudo_port import PseudoPort
-from pipeline.record.serial_port import SerialLine
+from pipeline.record.serial_port import SerialPort
 from pipeline.record.store import RawFile
 from pipeline.record.stream import Stream
-from tests.pipeline.devices.test_fuzz import PARSERS, fuzz
-from tests.pipeline.record.play import evening, onlooker, playing, write_config
-from tests.pipeline.record.test_session import calibrated, record, record_with_kills
+from tests.pipeline.devices.random_streams import PARSERS, fuzz
+from tests.pipeline.record.play import (
+    calibrated,
+    evening,
+    onlooker,
+    playing,
+    record,
+    record_with_kills,
+    write_config,
+)
 
 BAUD, BITS_PER_BYTE = 460800, 10
 TICK_S = 0.004
@@ -56,7 +63,7 @@ def send_full_speed(port: PseudoPort, seconds: float, sent: list[int]) -> None:
 def sustained(seconds: float) -> None:
     """The recording's reader: pyserial, raw file, parser, clock."""
     port, sent = PseudoPort(), []
-    line = SerialLine(port.name, BAUD)
+    line = SerialPort(port.name, BAUD)
     with tempfile.TemporaryDirectory() as folder:
         raw = RawFile(Path(folder) / "001.bin")
         stream = Stream(MtDataParser(), BAUD / BITS_PER_BYTE / 27)

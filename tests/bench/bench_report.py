@@ -1,4 +1,4 @@
-"""How long the report takes beyond the run, and how large it is.
+"""How long the report takes beside the run that it reports, in the same process; its size.
 
 Run: python tests/bench/bench_report.py [CONFIG...]; by default the shipped sessions and, where
 they are, those of the bench beside the project. Results go to a temporary folder.
@@ -46,8 +46,8 @@ def main() -> None:
             ran = time.perf_counter()
             page = report_html(outcome, ())
             took = time.perf_counter() - ran
-        print(f"{path.parent.name:14s} run {ran - begun:5.1f} s  report {took:4.2f} s  "
-              f"{len(page.encode()) / 1e3:4.0f} kB")
+        print(f"{path.parent.name:14s} run {ran - begun:5.1f} s  report {took:4.2f} s, "
+              f"{100 * took / (ran - begun):3.0f} % of it  {len(page.encode()) / 1e3:4.0f} kB")
 
 
 if __name__ == "__main__":

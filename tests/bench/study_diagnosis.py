@@ -28,8 +28,8 @@ from itertools import combinations
 import numpy as np
 
 from calib.errors import CalibrationError
-from tests.bench.recorded_blocks import Settled, settle
-from tests.bench.set_trials import (
+from tests.recorded_blocks import Settled, settle
+from tests.set_trials import (
     DISTURBANCES,
     NAMES,
     SetOutcome,
@@ -39,39 +39,20 @@ from tests.bench.set_trials import (
     reliability,
     set_trial,
 )
-from tests.bench.trials import (
+from tests.trials import (
     DESIGNS,
+    LISTED,
     Outcome,
     calibrates,
     drawn,
     follow_to_the_end,
+    hidden_of,
     poses_of,
     run_trial,
 )
 from tests.world.bench import Design
 from tests.world.hidden import Hidden
 
-LISTED = (
-    "frame_rotation",
-    "quadratic",
-    "cubic",
-    "asymmetry",
-    "cross_quadratic",
-    "temperature_bias",
-    "temperature_scale",
-    "bias_drift",
-    "scale_drift",
-    "warm_up",
-    "hysteresis",
-    "vibration_rectification",
-    "g_sensitivity",
-    "g_squared_sensitivity",
-    "earth_rate",
-    "reference_offset",
-    "reference_scale",
-    "reference_drift",
-    "direction_dependent_rate",
-)
 COLUMNS = ("humidity_pct", "supply_v")
 UNLISTED = (
     "column_squared:humidity_pct",
@@ -86,14 +67,6 @@ ACCEPTED = {
     "bad_pose": {"bad_pose"},
 }
 """What counts as finding an effect that no catalogue has; a column's square is its column."""
-
-
-def hidden_of(names: Sequence[str], triad: str, size: float, design: Design, seed: int) -> (
-    list[Hidden] | None
-):
-    """Each of ``names`` at ``size``; None where one does not reach these pose equations."""
-    found = [drawn(name, triad, size, design, seed) for name in names]
-    return None if None in found else [h for h in found if h is not None]
 
 
 def share(values: Sequence[bool]) -> float:

@@ -7,14 +7,17 @@ A threshold is a field of a record: a module-level instance of a frozen dataclas
 in ``Thresholds``. One field at a time is multiplied by a half and by two, and the clips below are
 measured again: for ``vision.rate`` from phase tracks that are made once, for the others from the
 frames. Printed per value: measurable clips that are refused, clips without a rate that get one,
-the error in ppm (median, largest) and in stated standard deviations (largest), and how many clips
-change at all. Another set of cases is another function for :func:`sensitivity`.
+the error in ppm (median, largest) and in stated standard deviations (largest), and the clips of
+which anything changes, also the marks, the symmetry and the warnings. Another set of cases is
+another function for :func:`sensitivity`.
 """
 
 import argparse
 import dataclasses
 import importlib
+import inspect
 import pkgutil
+import re
 import sys
 import tempfile
 import time
@@ -25,9 +28,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from tests.bench.vision_films import Shot
+from tests.vision.edited_clips import again
 from tests.world.film import Recorder, Scene, film
 from tests.world.plate import PlateMotion
 from tests.world.scene import Mark
@@ -40,8 +46,9 @@ from vision.tracking.track import track_phase
 RPM = 2 * np.pi / 60
 FACTORS = (0.5, 2.0)
 MEAN_OVER_S = 3000.0
-SAME_PPM, SAME_SD = 1e-6, 1e-9  # smaller changes are rounding
+SAME_PPM, SAME_SD = 1e-6, 1e-6  # smaller changes are rounding
 STRONG = Recorder(crf=30)
+ROLLING, ROLL_DEG_PER_FRAME = "rolling camera", 0.1 / 15
 RED = Mark(luma=Scene().plate_luma, blue=-10.0, red=50.0)
 
 
@@ -53,6 +60,7 @@ class Outcome:
     error_ppm: float
     sd_ppm: float
     measurable: bool = True
+    stated: str = ""  # besides the rate: marks, symmetry, warnings
 
     @property
     def refused(self) -> bool:
@@ -64,7 +72,8 @@ class Outcome:
         if self.refused or other.refused:
             return self.refused == other.refused
         return (abs(self.error_ppm - other.error_ppm) < SAME_PPM
-                and abs(self.sd_ppm - other.sd_ppm) < SAME_SD + 1e-6 * self.sd_ppm)
+                and abs(self.sd_ppm - other.sd_ppm) < SAME_SD * self.sd_ppm
+                and self.stated == other.stated)
 
 
 @dataclass(frozen=True)
@@ -84,6 +93,13 @@ class Effect:
         if not self.changed:
             return "no effect"
         return f"{summary(self.outcomes)}; changed: {', '.join(self.changed)}"
+
+    @property
+    def in_short(self) -> str:
+        """For a cell of a table."""
+        if not self.outcomes or not self.changed:
+            return str(self)
+        return f"{len(self.changed)} clips change: {summary(self.outcomes)}"
 
 
 Measure = Callable[[], Sequence[Outcome]]
@@ -112,6 +128,24 @@ def records_of(package: str) -> list[Any]:
                     and not any(value is each for each in records)):
                 records.append(value)
     return records
+
+
+def described(record: Any) -> dict[str, str]:
+    """What the docstring of a record says of each field."""
+    text = inspect.getdoc(type(record)) or ""
+    fields = re.findall(r"^(\w+) : \w+\n((?:    .*\n?)+)", text, re.M)
+    return {name: " ".join(lines.split()) for name, lines in fields}
+
+
+def table(record: Any, effects: Sequence[Effect]) -> str:
+    """A table of a record's fields, in Markdown."""
+    lines = [f"`{type(record).__name__}`: {(inspect.getdoc(type(record)) or '').split(chr(10))[0]}",
+             "", "| threshold | value | unit, origin | × 0.5 | × 2 |", "|---|---|---|---|---|"]
+    for field, text in described(record).items():
+        by_factor = [each.in_short for each in effects if each.field == field]
+        value = getattr(record, field)
+        lines.append(f"| {field} | {value:g} | {text} | {' | '.join(by_factor)} |")
+    return "\n".join(lines)
 
 
 @contextmanager
@@ -161,6 +195,14 @@ def sensitivity(records: Sequence[Any], measure: Measure, only: str = "") -> Ite
                 yield Effect(kind, each.name, value, factor, outcomes, changed)
 
 
+def rolled(index: int, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """The frame as a camera sees it that rolls."""
+    h, w = image.shape[:2]
+    turn = cv2.getRotationMatrix2D((w / 2, h / 2), ROLL_DEG_PER_FRAME * index, 1.0)
+    moved = cv2.warpAffine(image, turn, (w, h), borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(moved, np.uint8)
+
+
 def cases() -> dict[str, tuple[Shot, bool]]:
     """Short clips, each with something in it that a threshold may be for, and if it has a rate."""
     bare = Scene(label=False, sensor_box=False)
@@ -191,6 +233,8 @@ def cases() -> dict[str, tuple[Shot, bool]]:
         "dropped frames": shot(Scene(), recorder=Recorder(lost=0.02)),
         "two equal marks": shot(dataclasses.replace(bare, marks=(Mark(), Mark(azimuth_rad=np.pi)))),
         "red mark": shot(dataclasses.replace(bare, marks=(RED,), chroma_noise=1.0), -33.3),
+        ROLLING: shot(Scene(tilt_rad=0.3), seconds=12.0),
+        "hand, fast camera": shot(Scene(hand_until_s=2.0), -45.0, fps=50.0, seconds=6.0),
         "at rest": shot(Scene(), 0.0, measurable=False),
         "mark half hidden": shot(dataclasses.replace(bare, centre_px=(5.0, 181.0)),
                                  measurable=False),
@@ -207,7 +251,10 @@ def rendered(folder: Path) -> dict[str, Path]:
             half = paths[name].with_suffix(".part.mp4")
             film(half, shot.motion, shot.scene, fps=shot.fps, seconds=shot.seconds, seed=seed,
                  recorder=shot.recorder)
-            half.rename(paths[name])
+            if name == ROLLING:
+                again(half, paths[name], change=rolled)
+            else:
+                half.rename(paths[name])
     return paths
 
 
@@ -215,13 +262,19 @@ def outcome(name: str, track: Callable[[], PhaseTrack]) -> Outcome:
     """Measure one case and compare with the plate's mean rate over many turns."""
     shot, measurable = cases()[name]
     try:
-        rate = measure_rate(track(), timebase=Timebase(ppm=0.0))
+        plate_track = track()
+        rate = measure_rate(plate_track, timebase=Timebase(ppm=0.0))
     except VisionError:
         return Outcome(name, np.nan, np.nan, measurable)
     true = float(np.diff(shot.motion.angle(np.array([0.0, MEAN_OVER_S])))[0]) / MEAN_OVER_S
     signed = rate.rate_rad_s * (1 if rate.direction == "ccw" else -1)
     error_ppm = (signed / true - 1) * 1e6 if true else np.inf
-    return Outcome(name, error_ppm, rate.image_sd_rad_s / rate.rate_rad_s * 1e6, measurable)
+    plate = plate_track.plate
+    stated = (f"{plate.symmetry} {plate.mark_radius:.2f} {plate.mark_azimuth_rad:.2f} "
+              f"{plate.fixed_mark_radius:.2f} {plate.fixed_mark_azimuth_rad:.2f} "
+              f"{sorted(text[:40] for text in rate.warnings)}")
+    sd_ppm = rate.uncertainty.image_rad_s / rate.rate_rad_s * 1e6
+    return Outcome(name, error_ppm, sd_ppm, measurable, stated)
 
 
 def from_clips(paths: dict[str, Path]) -> list[Outcome]:
@@ -262,9 +315,14 @@ def main() -> None:
     for each in measure():
         print(f"{each.name:20s} {each.error_ppm:10.3f} ppm (sd {each.sd_ppm:8.3f})")
     print(f"{summary(measure())}, {(time.perf_counter() - start) / 2:.1f} s", flush=True)
-    for effect in sensitivity(records_of(options.package), measure, options.only):
-        print(f"{effect.record}.{effect.field} = {effect.value:g} x {effect.factor:g}: {effect}",
-              flush=True)
+    for record in records_of(options.package):
+        effects = []
+        for effect in sensitivity([record], measure, options.only):
+            effects.append(effect)
+            name = f"{effect.record}.{effect.field}"
+            print(f"{name} = {effect.value:g} x {effect.factor:g}: {effect}", flush=True)
+        if effects:
+            print(f"\n{table(record, effects)}\n", flush=True)
 
 
 if __name__ == "__main__":

@@ -103,7 +103,7 @@ def study(kind: str, seed: int, folder: Path) -> tuple[float, float]:
     true = np.ptp(shot.motion.angle(np.array([0.0, MEAN_OVER_S]))) / MEAN_OVER_S
     signed = rate.rate_rad_s * (1 if rate.direction == "ccw" else -1)
     error_ppm = float(signed / (true * np.sign(shot.motion.rate_rad_s)) - 1) * 1e6
-    sd_ppm = rate.image_sd_rad_s / rate.rate_rad_s * 1e6
+    sd_ppm = rate.uncertainty.image_rad_s / rate.rate_rad_s * 1e6
     print(
         f"{seed:3d} {shot.says:<32} error {error_ppm:9.3f} ppm = {error_ppm / sd_ppm:6.2f} sd "
         f"(sd {sd_ppm:7.3f} ppm) by {track.plate.channel}  {'; '.join(rate.warnings)[:120]}",

@@ -185,7 +185,7 @@ def study(clip: Clip, folder: Path) -> Row:
     true = float(np.ptp(motion.angle(np.array([0.0, MEAN_OVER_S])))) / MEAN_OVER_S
     measured = rate.history.angle
     bounds = phase_bounds(path, clip)
-    both = rate.used & np.isin(measured.index, noise_frames)
+    both = rate.fit.used & np.isin(measured.index, noise_frames)
     at = (measured.index[both] - noise_frames.start) // noise_frames.step
     time_s = measured.time_s[both]
     angle = motion.angle(time_s)
@@ -193,7 +193,7 @@ def study(clip: Clip, folder: Path) -> Row:
     return Row(
         clip.seed,
         (signed / (true * np.sign(motion.rate_rad_s)) - 1) * 1e6,
-        rate.image_sd_rad_s / rate.rate_rad_s * 1e6,
+        rate.uncertainty.image_rad_s / rate.rate_rad_s * 1e6,
         noise / scatter(bounds.best[at], time_s, angle),
         noise / scatter(bounds.one_step[at], time_s, angle),
         noise / float(np.mean(bounds.white)),

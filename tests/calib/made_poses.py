@@ -11,10 +11,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from calib.effects.catalogue import BASE
 from calib.fit.model import Model, pick
 from calib.fit.residuals import Equations
 from calib.poses.attitudes import natural_directions
 from calib.poses.conditions import Conditions
+from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import (
     CommonError,
@@ -23,6 +25,12 @@ from calib.poses.pose_set import (
     constant_reference,
     join_references,
 )
+
+MODEL = Model.of(BASE)
+SPECS = {
+    "accelerometer": TriadSpec(20.0, 16, "twos-complement"),
+    "gyroscope": TriadSpec(8.0, 16, "offset-binary"),
+}
 
 GRAVITY = 9.81
 SLOW, FAST = 100 / 180 * np.pi, 200 / 180 * np.pi
@@ -164,3 +172,13 @@ def some_conditions(triad: Triad, n: int = 12, seed: int = 1) -> Conditions:
     at = poses.conditions(poses.reading)
     return at.take(rows)
 
+
+def noisy(poses: PoseSet, seed: int, model: Model = MODEL) -> PoseSet:
+    """``poses`` read by a low-cost unit, with a draw of every stated error."""
+    read = read_through(poses, model, base_theta(model, poses.triad))
+    return with_noise(read, np.random.default_rng([seed, 5]))
+
+
+def chosen(poses: PoseSet, rows: FloatArray | list[int]) -> PoseSet:
+    """These poses alone, or several times."""
+    return replace(poses.take(rows), time_s=30.0 * np.arange(len(rows)))

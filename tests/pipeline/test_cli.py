@@ -2,6 +2,7 @@
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -12,7 +13,7 @@ import pytest
 import calib.errors
 import vision.errors
 from pipeline import cli
-from pipeline.commands import COMMANDS, group
+from pipeline.commands import COMMANDS, front_page, group
 from pipeline.errors import ConfigError, DeviceError, UnreadableInput, exit_code_of
 from tests.paths import ROOT
 
@@ -67,8 +68,44 @@ def test_every_command_of_the_table_is_there_and_on_the_front_page() -> None:
                          re.MULTILINE)
 
 
-def test_help_fits_a_terminal_of_100_columns() -> None:
-    assert max(map(len, run("--help").stdout.splitlines())) <= 100
+@pytest.mark.parametrize("columns", [40, 60, 80, 200])
+def test_help_fits_the_terminal_and_cuts_no_word(
+    columns: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words = " ".join(front_page().split())
+    monkeypatch.setattr(sys.stdout, "fileno", lambda: 1, raising=False)
+    monkeypatch.setattr(os, "get_terminal_size", lambda _: os.terminal_size((columns, 24)))
+    page = front_page()
+    assert max(map(len, page.splitlines())) <= min(max(columns, 48), 100)
+    assert " ".join(page.split()) == words
+
+
+def test_the_help_of_every_command_has_examples_that_exist() -> None:
+    for name in COMMANDS:
+        command = group.root.get_command(click.Context(group.root), name)
+        assert command is not None
+        shown = command.get_help(click.Context(command, info_name=f"pipeline {name}"))
+        examples = [shlex.split(line)[1:] for line in shown.split("Examples:")[1].splitlines()
+                    if line.strip()]
+        assert examples, name
+        options = {option for parameter in command.params for option in parameter.opts}
+        for typed, *words in examples:
+            assert typed == name
+            assert {word for word in words if word.startswith("--")} <= options
+
+
+@pytest.mark.parametrize("command", ["--help", "effects"])
+def test_a_reader_that_closes_the_pipe_early_sees_no_traceback(command: str) -> None:
+    done = subprocess.run(
+        f"{shlex.quote(sys.executable)} -m pipeline {command} | head -3", shell=True, cwd=ROOT,
+        text=True, capture_output=True, check=True)
+    assert len(done.stdout.splitlines()) == 3
+    assert done.stderr == ""
+
+
+def test_a_shell_can_ask_for_the_names_of_commands() -> None:
+    done = run(_PIPELINE_COMPLETE="bash_complete", COMP_WORDS="pipeline re", COMP_CWORD="1")
+    assert set(done.stdout.split()) == {"plain,remove", "plain,record"}
 
 
 def test_a_wrong_command_is_answered_with_the_right_one() -> None:
@@ -130,8 +167,8 @@ def test_each_family_of_errors_has_its_exit_code(
     assert cli.main(["fail"]) == code
     out, err = capsys.readouterr()
     assert out == ""
-    assert err.strip() == ("Interrupted. Files are written whole or not at all: nothing is half "
-                           "done." if code == 130 else "x")
+    assert err.strip() == ("Interrupted. Every file is either complete or unchanged."
+                           if code == 130 else "x")
 
 
 def fail_with(error: BaseException, monkeypatch: pytest.MonkeyPatch) -> None:

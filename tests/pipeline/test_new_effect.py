@@ -108,4 +108,4 @@ def test_a_log_without_the_column_is_refused_by_its_name(
     assert pipeline("apply", config.with_suffix(".run"), log) == 4
     message = capsys.readouterr().err
     assert "contains heat_knee" in message
-    assert "there is no column temperature_c" in message
+    assert "the log has no column temperature_c" in message

@@ -11,15 +11,8 @@ import pytest
 from calib.effects.catalogue import BASE
 from calib.errors import Undetermined
 from calib.fit.model import Model
-from calib.planning import (
-    WEDGE,
-    PlannedRun,
-    best_pose,
-    expected_widening,
-    ideal_poses,
-    one_second_sd,
-    prospect_of,
-)
+from calib.planning.ideal_poses import PlannedRun, expected_widening, ideal_poses, one_second_sd
+from calib.planning.prospect import WEDGE, best_pose, prospect_of
 from calib.poses.attitudes import natural_directions
 from calib.poses.imu_log import Triad
 from calib.poses.pose_set import CommonError
@@ -164,7 +157,7 @@ def test_before_the_first_pose_the_plan_goes_by_the_data_sheet(tmp_path: Path) -
     config = tmp_path / "c.yaml"
     config.write_text(NEW)
     text = plan(config, "--effect", "g_sensitivity")
-    assert "accelerometer: 0 poses recorded, 18 to come" in text
+    assert "accelerometer: 0 poses recorded, 18 missing" in text
     assert "typical noise of this sensor" in text
     assert "270 °/s, the gyroscope ends at ±250 °/s and saturates" in text
     assert "for g_sensitivity record: the same poses with the plate stopped" in text
@@ -177,8 +170,8 @@ def test_half_a_session_is_judged_with_and_without_the_rest(tmp_path: Path) -> N
     config = written.config
     config.write_text(config.read_text() + "record: {device: xsens-mti, seconds_per_pose: 8}\n")
     text = plan(config)
-    assert "accelerometer: 12 poses recorded, 6 to come" in text
-    assert "noise measured in the recorded poses" in text
+    assert "accelerometer: 12 poses recorded, 6 missing" in text
+    assert "noise of the recorded poses" in text
     (freedom,) = [line for line in text.splitlines() if "degrees of freedom" in line][:1]
     assert freedom.split()[-2:] == ["3", "9"]
 

@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from calib.fit.angrisano import data_sheet_start
+from calib.poses.imu_log import FloatArray
 from tests.calib.real_xsens import GRAVITY_M_S2, SPEC, real_accelerometer
 from tests.paths import DATA
 from tests.studies.angrisano import mounting as paper_mounting
@@ -19,7 +20,7 @@ from tests.studies.angrisano.bench import leaning_axes, wedge_directions
 from tests.studies.angrisano.errata import alpha_of, misordered, third_column
 from tests.studies.angrisano.figures import paper_figures
 from tests.studies.angrisano.iteration import iterate_as_printed
-from tests.studies.angrisano.published import ACCELEROMETER, TABLE_2
+from tests.studies.angrisano.published import ACCELEROMETER, TABLE_2, PublishedSet
 from tests.studies.angrisano.table1 import accelerometer, table_1
 from tests.studies.angrisano.table2 import start_study, table_2
 from tests.studies.angrisano.table3 import (
@@ -60,7 +61,9 @@ def three(row: dict[str, str]) -> list[float]:
         ),
     ],
 )
-def test_the_study_compares_with_what_was_printed(file, stated, certificate) -> None:  # type: ignore[no-untyped-def]
+def test_the_study_compares_with_what_was_printed(
+    file: str, stated: tuple[PublishedSet, ...], certificate: tuple[FloatArray, FloatArray]
+) -> None:
     printed = rows(file)
     for i, one in enumerate(stated):
         alpha, bias, scale = printed[3 * i : 3 * i + 3]
@@ -199,16 +202,29 @@ def test_projections_need_the_opposite_sign_of_eq_15() -> None:
     assert misordered() > 0.1
 
 
+def unit_of_the_last_digit(number: str) -> float:
+    """Of ``0.00029`` it is 1e-05, and of ``1.2e-04`` as well."""
+    digits, _, exponent = number.lower().partition("e")
+    return 10.0 ** (int(exponent or 0) - len(digits.partition(".")[2]))
+
+
 def test_the_page_is_what_the_command_prints() -> None:
-    """Word for word; numbers but for the digits in which linear algebra libraries differ."""
+    """The whole of it, word for word; numbers but for one unit of the last digit or 1 per cent.
+
+    That is how far linear algebra libraries may differ, since iterations that diverge enlarge it.
+    """
     page = (PUBLISHED / "study.md").read_text(encoding="utf-8")
-    kept = page.split("```text\n")[1].split("```")[0]
+    before, kept, after = page.split("```")
+    assert "python -m tests.studies.angrisano" in before
+    assert after.strip() == ""
+    kept = kept.removeprefix("text\n")
     said = CliRunner().invoke(command, list(TABLES))
     assert said.exit_code == 0
     assert NUMBER.sub("#", said.output).split() == NUMBER.sub("#", kept).split()
     for now, then in zip(NUMBER.findall(said.output), NUMBER.findall(kept), strict=True):
         value, stored = (float(text.lstrip("±")) for text in (now, then))
-        assert value == pytest.approx(stored, rel=0.05, abs=1e-9), f"{then} is now {now}"
+        last = 1.01 * unit_of_the_last_digit(then)
+        assert value == pytest.approx(stored, rel=0.01, abs=last), f"{then} is now {now}"
 
 
 def test_figures_are_written_and_say_how_the_iteration_ended(tmp_path: Path) -> None:

@@ -1,18 +1,34 @@
-"""Films for the tests of the vision stage, rendered once per session."""
+"""Clips for the tests of the vision stage, rendered once per session."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from tests.vision.rendered_clips import Render
+
+if TYPE_CHECKING:
+    from tests.world.film import FilmTruth, Scene
+    from tests.world.plate import PlateMotion
+
 
 @pytest.fixture(scope="session")
-def render(tmp_path_factory):
-    """Render a clip: ``render(motion, scene, seconds=20, **film arguments)`` → path, truth."""
+def render(tmp_path_factory: pytest.TempPathFactory) -> Render:
+    """Render a clip, by default of 20 s; the other arguments are those of the world's ``film``."""
     pytest.importorskip("av", reason="rendering clips needs PyAV")
     from tests.world.film import film
 
     folder = tmp_path_factory.mktemp("clips")
     count = iter(range(1000))
 
-    def make(motion, scene=None, *, seconds=20.0, suffix=".mp4", **how):
+    def make(
+        motion: "PlateMotion",
+        scene: "Scene | None" = None,
+        *,
+        seconds: float = 20.0,
+        suffix: str = ".mp4",
+        **how: Any,
+    ) -> "tuple[Path, FilmTruth]":
         path = folder / f"clip_{next(count):03d}{suffix}"
         return path, film(path, motion, scene, seconds=seconds, **how)
 

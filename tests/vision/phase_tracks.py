@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from vision.geometry import view_of_ellipse
 from vision.phase_track import LUMA, PhaseTrack, PlateLayout
+from vision.tracking.frame_measurement import png
 
 FloatArray = NDArray[np.float64]
 
@@ -57,7 +58,7 @@ def phase_track(
         "coding": np.full(n, ord("B"), np.uint8),
         "thumbnail": np.rint(pattern).astype(np.uint8),
         "roll_rad": np.full(n, np.nan),
-        "annotated": np.zeros((4, 4, 3), np.uint8),
+        "annotated": png(np.zeros((4, 4, 3), np.uint8)),
         "notes": (),
     }
     return PhaseTrack(**{**values, **changes})

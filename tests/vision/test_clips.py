@@ -1,15 +1,16 @@
-"""Rendered films: plate found, angle followed, rate right, or an honest refusal."""
+"""Rendered clips: plate found, angle followed, rate right, or an honest refusal."""
 
 import numpy as np
 import pytest
 
 from vision.errors import RateRefused
-from vision.rate.measure import measure_rate
+from vision.rate.measure import RateMeasurement, measure_rate
 from vision.rate.timebase import Timebase
 from vision.tracking.track import track_phase
 
 pytest.importorskip("av", reason="rendering clips needs PyAV")
 
+from tests.vision.rendered_clips import Render
 from tests.world.film import Recorder, Scene
 from tests.world.plate import PlateMotion
 from tests.world.scene import Mark, homography
@@ -20,7 +21,7 @@ CLOCK = Timebase(ppm=0.0)
 STRONG = Recorder(crf=30)
 
 
-def error_ppm(rate, motion):
+def error_ppm(rate: RateMeasurement, motion: PlateMotion) -> float:
     signed = rate.rate_rad_s * (1 if rate.direction == "ccw" else -1)
     return (signed / motion.rate_rad_s - 1) * 1e6
 
@@ -40,7 +41,7 @@ SCENES = {
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_the_rate_is_right_within_its_sd_in_a_scene_with(name, render):
+def test_the_rate_is_right_within_its_sd_in_a_scene_with(name: str, render: Render) -> None:
     rpm, scene = SCENES[name]
     motion = PlateMotion(rpm * RPM, wow=((1, 5e-4, 1.0),))
     path, _ = render(motion, scene, seconds=12, recorder=STRONG)
@@ -49,56 +50,60 @@ def test_the_rate_is_right_within_its_sd_in_a_scene_with(name, render):
     assert abs(error_ppm(rate, motion)) < 5 * rate.sd_rad_s / rate.rate_rad_s * 1e6
 
 
-def test_the_motion_shows_where_the_axis_is(render):
+def test_the_motion_shows_where_the_axis_is(render: Render) -> None:
     scene = Scene(tilt_rad=np.radians(35), camera_distance=4.5, tilt_azimuth_rad=-2.0)
     path, _ = render(PlateMotion(16.7 * RPM), scene, seconds=16)
     track = track_phase(path)
-    found, true = PlateView(track.plate.view), PlateView(homography(scene))
-    assert found.centre_px == pytest.approx(true.centre_px, abs=0.1)
-    assert found.tilt_rad == pytest.approx(true.tilt_rad, abs=np.radians(0.3))
+    view, true = PlateView(track.plate.view), PlateView(homography(scene))
+    assert view.centre_px == pytest.approx(true.centre_px, abs=0.1)
+    assert view.tilt_rad == pytest.approx(true.tilt_rad, abs=np.radians(0.3))
     fixed_rad = track.plate.fixed_mark_azimuth_rad
     assert fixed_rad == pytest.approx(scene.deck_mark_azimuth_rad, abs=0.05)
 
 
 @pytest.mark.parametrize("rpm", [33.3, -33.4])
-def test_a_plate_that_keeps_step_with_the_pictures_is_not_pushed_off_its_rate(rpm, render):
-    """At 27.03 pictures per turn its own texture was taken for what stands still: 4 ppm."""
+def test_a_plate_that_keeps_step_with_the_frames_is_not_pushed_off_its_rate(
+    rpm: float, render: Render
+) -> None:
+    """At 27.03 frames per turn its own texture was taken for what stands still: 4 ppm."""
     scene = Scene(marks=(), label=False, sensor_box=False, texture=6.0, noise=0.3)
     motion = PlateMotion(rpm * RPM)
     path, _ = render(motion, scene, seconds=12, recorder=Recorder(crf=0))
     assert abs(error_ppm(measure_rate(track_phase(path), timebase=CLOCK), motion)) < 1
 
 
-def test_the_rim_is_found_where_only_the_label_turns_about_the_middle_of_its_ellipse(render):
+def test_the_rim_is_found_where_only_the_label_turns_about_the_middle_of_its_ellipse(
+    render: Render
+) -> None:
     """Seen steeply from nearby; the measure ended at the label, with 2.3 times the noise."""
     scene = Scene(marks=(), tilt_rad=0.6, camera_distance=4.2, texture=2.5)
     path, _ = render(PlateMotion(16.7 * RPM), scene, seconds=16)
-    found, true = PlateView(track_phase(path).plate.view), PlateView(homography(scene))
-    assert found.radius_px == pytest.approx(true.radius_px, rel=0.02)
-    assert found.centre_px == pytest.approx(true.centre_px, abs=0.5)
+    view, true = PlateView(track_phase(path).plate.view), PlateView(homography(scene))
+    assert view.radius_px == pytest.approx(true.radius_px, rel=0.02)
+    assert view.centre_px == pytest.approx(true.centre_px, abs=0.5)
 
 
-def test_frame_faults_of_a_recorder_are_found_counted_and_repaired(render):
+def test_frame_faults_of_a_recorder_are_found_counted_and_repaired(render: Render) -> None:
     motion = PlateMotion(33.3 * RPM)
     path, truth = render(motion, seconds=20, recorder=Recorder(lost=0.02, duplicated=0.03))
     rate = measure_rate(track_phase(path), timebase=CLOCK)
-    assert rate.lost_frames == truth.lost_before.sum() > 0
-    assert rate.duplicate_frames == truth.duplicate.sum() > 0
+    assert rate.frames.dropped == truth.lost_before.sum() > 0
+    assert rate.frames.repeated == truth.duplicate.sum() > 0
     assert abs(error_ppm(rate, motion)) < 20
 
 
-def test_dropped_frames_with_true_stamps_and_jitter_cost_nothing(render):
+def test_dropped_frames_with_true_stamps_and_jitter_cost_nothing(render: Render) -> None:
     motion = PlateMotion(-33.3 * RPM)
     recorder = Recorder(dropped=0.06, jitter_s=4e-3)
     path, truth = render(motion, seconds=16, recorder=recorder, suffix=".mkv")
     track = track_phase(path)
     assert np.abs(track.time_s - truth.stamp_s).max() < 0.6e-3  # mkv stores milliseconds
     rate = measure_rate(track, timebase=CLOCK)
-    assert rate.lost_frames == 0
+    assert rate.frames.dropped == 0
     assert abs(error_ppm(rate, motion)) < 30
 
 
-def test_a_recorder_that_stalls_does_not_lay_two_plates_over_each_other(render):
+def test_a_recorder_that_stalls_does_not_lay_two_plates_over_each_other(render: Render) -> None:
     """The rough angle knows nothing of the turn that is missing; a plate of two marks came out."""
     motion = PlateMotion(33.3 * RPM)
     path, truth = render(motion, seconds=18, recorder=Recorder(stalled_s=(8.0, 9.3)))
@@ -109,7 +114,7 @@ def test_a_recorder_that_stalls_does_not_lay_two_plates_over_each_other(render):
         measure_rate(track, timebase=CLOCK)
 
 
-def test_a_clip_of_uneven_frame_rate_is_not_taken_for_a_damaged_one(render):
+def test_a_clip_of_uneven_frame_rate_is_not_taken_for_a_damaged_one(render: Render) -> None:
     """Matroska states no count; length times frame rate is far from it."""
     path, _ = render(PlateMotion(33.3 * RPM), seconds=8, suffix=".mkv",
                      recorder=Recorder(dropped=0.4))
@@ -117,8 +122,8 @@ def test_a_clip_of_uneven_frame_rate_is_not_taken_for_a_damaged_one(render):
 
 
 @pytest.mark.parametrize("camera_fps", [24.0, 20.0, 15.0])
-def test_pictures_shown_twice_do_not_hide_the_plate(camera_fps, render):
-    """As of a webcam in the dark, in a film of 30 pictures per second."""
+def test_frames_shown_twice_do_not_hide_the_plate(camera_fps: float, render: Render) -> None:
+    """As of a webcam in the dark, in a clip of 30 frames per second."""
     motion, camera = PlateMotion(33.3 * RPM), Recorder(camera_fps=camera_fps)
     path, truth = render(motion, fps=30, seconds=10, recorder=camera)
     track = track_phase(path)
@@ -128,36 +133,39 @@ def test_pictures_shown_twice_do_not_hide_the_plate(camera_fps, render):
     assert abs(error_ppm(rate, motion)) < min(300, 3 * rate.sd_rad_s / rate.rate_rad_s * 1e6)
 
 
-def test_stamps_that_come_late_do_not_lead_the_follower_astray(render):
-    """Newton's method ended beside the mark, and three pictures in ten were left out."""
+def test_stamps_that_come_late_do_not_lead_the_follower_astray(render: Render) -> None:
+    """Newton's method ended beside the mark, and three frames in ten were left out."""
     motion = PlateMotion(33.3 * RPM)
     path, _ = render(motion, Scene(label=False, sensor_box=False), seconds=12, suffix=".mkv",
                      recorder=Recorder(late_s=8e-3))
     track = track_phase(path)
     assert np.median(track.quality) - track.quality.min() < 0.05
-    assert measure_rate(track, timebase=CLOCK).frames == len(track.time_s)
+    assert measure_rate(track, timebase=CLOCK).frames.used == len(track.time_s)
 
 
-def test_a_plate_half_outside_the_picture_is_followed_by_its_label_and_mark(render):
-    """Where most pictures show no mark, those that do were set aside as outliers."""
+def test_a_plate_half_outside_the_frame_is_followed_by_its_label_and_mark(render: Render) -> None:
+    """Where most frames show no mark, those that do were set aside as outliers."""
     motion = PlateMotion(33.21 * RPM)
     path, _ = render(motion, Scene(centre_px=(5.0, 181.0), sensor_box=False), seconds=12,
                      recorder=STRONG)
     track = track_phase(path)
     assert track.plate.explained > 0.97
     rate = measure_rate(track, timebase=CLOCK)
-    assert abs(error_ppm(rate, motion)) < min(100, 3 * rate.image_sd_rad_s / rate.rate_rad_s * 1e6)
+    sd_ppm = rate.uncertainty.image_rad_s / rate.rate_rad_s * 1e6
+    assert abs(error_ppm(rate, motion)) < min(100, 3 * sd_ppm)
 
 
 @pytest.mark.parametrize("rpm", [16.7, 33.3])
-def test_a_mark_that_leaves_the_picture_for_half_of_each_turn_gives_no_wrong_rate(rpm, render):
+def test_a_mark_that_leaves_the_frame_for_half_of_each_turn_gives_no_wrong_rate(
+    rpm: float, render: Render
+) -> None:
     scene = Scene(centre_px=(5.0, 181.0), label=False, sensor_box=False)
     path, _ = render(PlateMotion(rpm * RPM), scene, seconds=12, recorder=STRONG)
     with pytest.raises(RateRefused):
         measure_rate(track_phase(path), timebase=CLOCK)
 
 
-def test_two_equal_marks_opposite_each_other_do_not_halve_the_turn(render):
+def test_two_equal_marks_opposite_each_other_do_not_halve_the_turn(render: Render) -> None:
     marks = (Mark(), Mark(azimuth_rad=np.pi))
     motion = PlateMotion(33.3 * RPM)
     path, _ = render(motion, Scene(marks=marks, label=False, sensor_box=False), seconds=10)
@@ -166,18 +174,18 @@ def test_two_equal_marks_opposite_each_other_do_not_halve_the_turn(render):
     assert abs(error_ppm(measure_rate(track, timebase=CLOCK), motion)) < 30
 
 
-def test_an_aliased_plate_lists_its_rates_and_takes_the_nominal_one(render):
+def test_an_aliased_plate_lists_its_rates_and_takes_the_nominal_one(render: Render) -> None:
     motion = PlateMotion(600 * RPM)
     path, _ = render(motion, Scene(exposure_s=1 / 500), seconds=10)
     track = track_phase(path)
     assert abs(error_ppm(measure_rate(track, timebase=CLOCK, nominal_rpm=600), motion)) < 20
     blind = measure_rate(track, timebase=CLOCK)
     assert blind.rate_rad_s / RPM == pytest.approx(300, abs=0.1)
-    assert blind.aliases[1] / RPM == pytest.approx(600, abs=0.1)
+    assert blind.aliases.rates_rad_s[1] / RPM == pytest.approx(600, abs=0.1)
 
 
 @pytest.mark.parametrize("rpm", [45.0, -78.26])
-def test_an_ordinary_speed_at_15_pictures_per_second_is_no_alias(rpm, render):
+def test_an_ordinary_speed_at_15_frames_per_second_is_no_alias(rpm: float, render: Render) -> None:
     motion = PlateMotion(rpm * RPM)
     path, _ = render(motion, Scene(exposure_s=1 / 200), seconds=8)
     track = track_phase(path)
@@ -185,40 +193,40 @@ def test_an_ordinary_speed_at_15_pictures_per_second_is_no_alias(rpm, render):
         rate = measure_rate(track, timebase=CLOCK, nominal_rpm=nominal_rpm)
         assert abs(error_ppm(rate, motion)) < 30
         assert rate.warnings == ()
-    # Fifteen turns a second more or less give the same pictures.
-    listed = np.array(rate.aliases) / RPM
+    # Fifteen turns a second more or less give the same frames.
+    listed = np.array(rate.aliases.rates_rad_s) / RPM
     assert sorted(np.abs(listed))[:3] == pytest.approx(
         [abs(rpm), 900 - abs(rpm), 900 + abs(rpm)], abs=0.01
     )
 
 
-def test_a_coasting_plate_is_refused_with_its_rate_against_time(render):
+def test_a_coasting_plate_is_refused_with_its_rate_against_time(render: Render) -> None:
     motion = PlateMotion(45 * RPM, coast_from_s=3, coast_s=8)
     path, _ = render(motion, seconds=14)
     with pytest.raises(RateRefused, match="slows down") as refused:
         measure_rate(track_phase(path), timebase=CLOCK)
     history = refused.value.history
+    assert history is not None
     inner = slice(1, -1)
     truth = motion.rate(history.time_s[inner])
     assert history.rate_rad_s[inner] == pytest.approx(truth, rel=0.02)
 
 
-def test_a_plate_at_rest_is_refused(render):
+def test_a_plate_at_rest_is_refused(render: Render) -> None:
     path, _ = render(PlateMotion(0.0), seconds=6)
     with pytest.raises(RateRefused):
         measure_rate(track_phase(path), timebase=CLOCK)
 
 
-def test_a_sheared_view_and_its_inverse_agree():
+def test_a_sheared_view_and_its_inverse_agree() -> None:
     view = PlateView(homography(Scene(tilt_rad=0.5)), lag_rad_px=2e-4)
     radius, azimuth = np.array([0.3, 0.9, 0.9]), np.array([0.5, 2.0, -1.2])
-    assert view.plate(*view.pixels(radius, azimuth)) == (
-        pytest.approx(radius),
-        pytest.approx(azimuth, abs=1e-6),
-    )
+    radius_again, azimuth_again = view.plate(*view.pixels(radius, azimuth))
+    assert radius_again == pytest.approx(radius)
+    assert azimuth_again == pytest.approx(azimuth, abs=1e-6)
 
 
-def test_a_view_about_another_spindle_keeps_its_rim():
+def test_a_view_about_another_spindle_keeps_its_rim() -> None:
     view = view_of_ellipse((231.0, 183.0), (140.0, 110.0), 0.4)
     other = view.about(218.0, 169.0)
     assert other.centre_px == pytest.approx((218.0, 169.0))
@@ -228,7 +236,7 @@ def test_a_view_about_another_spindle_keeps_its_rim():
         view.about(20.0, 20.0)
 
 
-def test_the_read_out_time_of_the_camera_is_measured(render):
+def test_the_read_out_time_of_the_camera_is_measured(render: Render) -> None:
     """It was half of the truth, the label and the marks disagreeing, when no view had it."""
     motion = PlateMotion(45 * RPM * 1.004)
     marks = (Mark(radius=0.85), Mark(radius=0.45, azimuth_rad=2.1))
@@ -237,17 +245,19 @@ def test_the_read_out_time_of_the_camera_is_measured(render):
     rate = measure_rate(
         track_phase(path), timebase=CLOCK, model=("constant_rate", "rolling_shutter")
     )
-    (term,) = rate.terms
+    (term,) = rate.fit.terms
     assert term.value[0] == pytest.approx(60e-6, rel=0.02)
-    assert rate.phase_rms_rad < 4e-4
+    assert rate.fit.rms_rad < 4e-4
 
 
-def test_a_slow_plate_before_a_fast_camera_is_learned_over_two_seconds_and_more(render):
-    """All pictures of its first turn would be too many to keep."""
+def test_a_slow_plate_before_a_fast_camera_is_learned_over_two_seconds_and_more(
+    render: Render
+) -> None:
+    """All frames of its first turn would be too many to keep."""
     motion = PlateMotion(16.67 * RPM)
     path, _ = render(motion, seconds=8, fps=240)
     track = track_phase(path)
     assert len(track.time_s) == 8 * 240
     rate = measure_rate(track, timebase=CLOCK)
-    assert rate.lost_frames == 0
+    assert rate.frames.dropped == 0
     assert abs(rate.rate_rad_s / motion.rate_rad_s - 1) < 1e-4

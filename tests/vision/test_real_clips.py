@@ -1,5 +1,6 @@
-"""Real films from public sources, where they are at hand (never copied into the project)."""
+"""Real clips from public sources, where they are at hand (never copied into the project)."""
 
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,30 +14,32 @@ from vision.tracking.track import track_phase
 RPM = 2 * np.pi / 60
 
 
-def film(name):
+def recorded(name: str) -> Path:
     path = SHARED / name
     if not path.exists():
-        pytest.skip(f"the real film {name} is not at hand")
+        pytest.skip(f"the real clip {name} is not at hand")
     return path
 
 
-def test_an_oblique_record_label_turns_at_its_hand_counted_rate():
-    path = film("real_video/turntable_33_perspective/recordplayer.mp4")
+def test_an_oblique_record_label_turns_at_its_hand_counted_rate() -> None:
+    path = recorded("real_video/turntable_33_perspective/recordplayer.mp4")
     rate = measure_rate(track_phase(path), timebase=Timebase())
     assert rate.rate_rad_s / RPM == pytest.approx(33.68, abs=0.03)
     assert rate.direction == "cw"
-    assert rate.lag_rate is not None
-    assert rate.lag_rate.rate_rad_s / RPM == pytest.approx(33.68, abs=0.03)
+    assert rate.cross_checks.lag is not None
+    assert rate.cross_checks.lag.rate_rad_s / RPM == pytest.approx(33.68, abs=0.03)
 
 
-def test_a_coasting_disc_has_no_constant_rate_but_a_history():
-    path = film("real_video/physlab_disc/R1.MP4")
+def test_a_coasting_disc_has_no_constant_rate_but_a_history() -> None:
+    path = recorded("real_video/physlab_disc/R1.MP4")
     with pytest.raises(RateRefused, match="slows down") as refused:
         measure_rate(track_phase(path), timebase=Timebase())
-    seen = refused.value.history.angle.between(110, 1177)
+    history = refused.value.history
+    assert history is not None
+    seen = history.angle.between(110, 1177)
     turns = abs(seen.angle_rad[-1] - seen.angle_rad[0]) / (2 * np.pi)
     assert turns == pytest.approx(9.10, abs=0.02)
-    assert np.degrees(refused.value.history.phase_noise_rad) <= 0.02
+    assert np.degrees(history.phase_noise_rad) <= 0.02
 
 
 @pytest.mark.parametrize(
@@ -47,21 +50,22 @@ def test_a_coasting_disc_has_no_constant_rate_but_a_history():
         "turntable_33_grazing/turntable.mp4",
     ],
 )
-def test_what_is_no_whole_plate_gives_no_number(name):
+def test_what_is_no_whole_plate_gives_no_number(name: str) -> None:
     with pytest.raises(RateRefused, match="turns about a fixed axis"):
-        measure_rate(track_phase(film(f"real_video/{name}")), timebase=Timebase())
+        measure_rate(track_phase(recorded(f"real_video/{name}")), timebase=Timebase())
 
 
-def test_a_plate_cut_by_the_edge_of_the_picture_is_refused_for_that():
-    path = film("real_video/turntable_33_grazing/turntable.mp4")
+def test_a_plate_cut_by_the_edge_of_the_frame_is_refused_for_that() -> None:
+    path = recorded("real_video/turntable_33_grazing/turntable.mp4")
     with pytest.raises(RateRefused, match=r"outside the frame.*the plate is not fully seen"):
         track_phase(path)
 
 
 @pytest.mark.parametrize("name", ["a/video/17rpm.mp4", "b/video/m33rpm.mp4"])
-def test_bench_clips_agree_with_counted_frames(name):
-    rate = measure_rate(track_phase(film(f"bench/{name}")), timebase=Timebase())
-    assert rate.frame_count is not None
-    assert abs(rate.frame_count.rate_rad_s - rate.rate_rad_s) < 3 * rate.frame_count.sd_rad_s
-    assert rate.image_sd_rad_s / rate.rate_rad_s < 2e-6
+def test_bench_clips_agree_with_counted_frames(name: str) -> None:
+    rate = measure_rate(track_phase(recorded(f"bench/{name}")), timebase=Timebase())
+    count = rate.cross_checks.frame_count
+    assert count is not None
+    assert abs(count.rate_rad_s - rate.rate_rad_s) < 3 * count.sd_rad_s
+    assert rate.uncertainty.image_rad_s / rate.rate_rad_s < 2e-6
     assert rate.direction == ("cw" if "m33" in name else "ccw")

@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
+from tests.vision.rendered_clips import Render
 from tests.world.picture import Picture
 from tests.world.plate import PlateMotion
 from tests.world.scene import Mark, Scene, homography
 
 
 @pytest.mark.parametrize("tilt", [0.0, 0.6])
-def test_a_rendered_mark_is_where_the_geometry_puts_it(tilt):
+def test_a_rendered_mark_is_where_the_geometry_puts_it(tilt: float) -> None:
     """Angle of the mark's centroid on the plate against the angle asked for: 1e-4 rad."""
     scene = Scene(
         marks=(Mark(radius=0.6, length=0.16, width=0.16),),
@@ -35,7 +36,7 @@ def test_a_rendered_mark_is_where_the_geometry_puts_it(tilt):
     assert abs(np.mean(errors)) < 1e-4
 
 
-def test_angle_is_the_integral_of_rate():
+def test_angle_is_the_integral_of_rate() -> None:
     motion = PlateMotion(
         -3.5, wow=((1, 2e-3, 0.3), (7.3, 1e-3, 1.0)), drift_rad_s2=1e-3, run_up_s=2.0
     )
@@ -45,7 +46,7 @@ def test_angle_is_the_integral_of_rate():
     assert motion.angle(time) == pytest.approx(integral, abs=1e-6)
 
 
-def test_stamps_in_the_file_are_the_true_times(render):
+def test_stamps_in_the_file_are_the_true_times(render: Render) -> None:
     cv2 = pytest.importorskip("cv2")
     from tests.world.film import Recorder
 

@@ -1,5 +1,12 @@
-"""Where the plate is and what it looks like.
+"""Where the plate is and what it looks like, learned from the first frames of a clip.
 
-    background, rotation ─ detect ─┐
-    channel, polar, mark, symmetry ┴─ template ─ view_refinement ─ learn (or refusal)
+    channel, background ─ detect ─ rotation ─ alignment ─ mark ─ learn ─ PlateModel
+                                                 │              └─ refusal
+                          polar ─ template, view_refinement
+
+``channel``: what of a frame is measured. ``background``: what stands still. ``detect``: ellipses
+that may be a rim. ``rotation``: whether something turns about their axis, and how fast. ``polar``:
+frames along rings. ``template``: the plate as it would look standing still. ``alignment``:
+template, angles and view together. ``view_refinement``: where the axis is. ``mark``: the mark, the
+fixed mark, the symmetry. ``learn``: the choice. ``refusal``: the messages where there is no plate.
 """

@@ -48,13 +48,15 @@ class AlignmentThresholds:
     outlier : float
         Times the median misfit: a hand, a flash.
     share_sd : float
-        Sd of the share seen, above which a place is not judged covered.
+        Sd of the share seen, above which a place is not judged covered. Derived: a share of one
+        half is six of them away from the whole.
     passing : float
         Of the ring's mean expected energy: a place that less passes is not judged.
-    hidden : float
-        Times the turning energy: a frame whose mark is covered misfits by less.
     shown : float
         Of the expected change, below which a place counts as covered.
+    hidden : float
+        Times the turning energy: a frame whose mark is covered misfits by less. Tuned on the
+        grazing clip of tests.vision.test_real_clips.
     separated : float
         Of the misfit's energy, that still moves from what turns to the background.
     near_enough : float
@@ -69,8 +71,8 @@ class AlignmentThresholds:
     outlier: float = 3.0
     share_sd: float = 0.08
     passing: float = 0.1
-    hidden: float = 1.5
     shown: float = 0.5
+    hidden: float = 1.5
     separated: float = 0.1
     near_enough: float = 0.8
     largest_step: float = 0.05

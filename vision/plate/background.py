@@ -1,4 +1,4 @@
-"""What does not move in the first frames of a clip, and where something does."""
+"""What does not move in the first frames of a clip, and which of the frames are used for that."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -47,18 +47,18 @@ def spread_choice(available: int, wanted: int) -> NDArray[np.intp]:
 
 
 def repeated(change: FloatArray) -> BoolArray:
-    """Which frames are the one before again, by their mean change since that one."""
+    """Which frames are the one before again, by their mean change since that one, shape (f,)."""
     return np.asarray(change < THRESHOLDS.change * np.quantile(change, THRESHOLDS.usual))
 
 
-def every_nth(images: int, nth: int) -> NDArray[np.intp]:
+def every_nth(count: int, nth: int) -> NDArray[np.intp]:
     """Every n-th frame, beginning again with the next one after each n-th of the stretch.
 
     Of a plate that makes a turn in 20 frames, every other one shows it in ten places only, and a
     wave of ten periods as standing still.
     """
-    index = np.arange(images)
-    return np.flatnonzero(index % nth == index * nth // images)
+    index = np.arange(count)
+    return np.flatnonzero(index % nth == index * nth // count)
 
 
 def median_image(images: Sequence[Luma]) -> Luma:

@@ -1,4 +1,4 @@
-"""What is followed of a frame: its brightness, or where that shows nothing an axis of colour.
+"""What is measured of a frame: its brightness, or where that shows nothing an axis of colour.
 
 The colour of a pixel apart from its brightness is a point c = (Cr, Cb) of the chroma plane. Where a
 mark of another colour passes, c moves along the line between the two colours, and that line is the
@@ -6,7 +6,7 @@ principal axis of the covariance in time, summed over the frame,
 
     Σ_p (cov_t c_p - N),
 
-with the noise N that of a place where nothing moves, the median over the frame. What is followed
+with the noise N that of a place where nothing moves, the median over the frame. What is measured
 is the coordinate along the axis, a frame like any other: 128 + a·(c - 128).
 """
 
@@ -56,15 +56,15 @@ Channel = Brightness | ChromaAxis
 
 
 def channels(frames: Sequence[Frame]) -> list[Channel]:
-    """What can be followed: the luma; of frames that carry chroma its axes, the liveliest first."""
+    """What can be measured: the luma; of frames that carry chroma its axes, the strongest first."""
     if frames[0].chroma is NO_CHROMA:
         return [Brightness()]
-    some = [
+    chroma = [
         frames[i].chroma.astype(np.float32) - GREY
         for i in spread_choice(len(frames), MOMENTS_OF)
     ]
-    mean = sum(some) / len(some)
-    square = sum(c[..., :, None] * c[..., None, :] for c in some) / len(some)
+    mean = sum(chroma) / len(chroma)
+    square = sum(c[..., :, None] * c[..., None, :] for c in chroma) / len(chroma)
     moments = square - mean[..., :, None] * mean[..., None, :]
     moving = (moments - np.median(moments, axis=(0, 1))).sum(axis=(0, 1), dtype=float)
     strength, axes = np.linalg.eigh(moving)  # ascending

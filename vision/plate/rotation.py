@@ -205,5 +205,5 @@ def _one_way(rate: float, time_s: FloatArray, orders: int) -> FloatArray:
     """
     turn = np.exp(1j * rate * np.outer(np.arange(1, orders + 1), time_s))
     mean, of_twice = turn.mean(axis=1), (turn**2).mean(axis=1)
-    left = np.maximum(1 - np.abs(mean) ** 2, 1e-9)
-    return np.asarray(left - np.abs(of_twice - mean**2) ** 2 / left)
+    after_mean = np.maximum(1 - np.abs(mean) ** 2, 1e-9)
+    return np.asarray(after_mean - np.abs(of_twice - mean**2) ** 2 / after_mean)

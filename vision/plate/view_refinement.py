@@ -68,9 +68,23 @@ def motion_basis(turning: Spectra, radius: FloatArray, azimuths: int) -> NDArray
 def view_change(
     misfit: Strips, angle_rad: FloatArray, turning: Spectra, grid: Grid, free: int
 ) -> FloatArray:
-    """Least-squares change of the view, shape (7,), each frame's own angle left free.
+    """Least-squares change of the view, each frame's own angle left free.
 
-    Only the first ``free`` of the view's parameters change.
+    Parameters
+    ----------
+    misfit : array, shape (f, r, n)
+        Frames less the model.
+    angle_rad : array, shape (f,)
+    turning : array, shape (r, k)
+        Spectrum of T.
+    grid : Grid
+    free : int
+        Only the first ``free`` of the view's parameters change.
+
+    Returns
+    -------
+    array, shape (7,)
+        As ``PlateView.adjusted`` takes it.
     """
     basis = motion_basis(turning, grid.radius, grid.azimuths)
     weighted = basis * grid.weight()[:, None]
@@ -78,26 +92,26 @@ def view_change(
     spectra = ring_spectra(misfit) * turns(angle_rad, turning.shape[-1])
     back = np.fft.irfft(spectra, grid.azimuths, axis=-1)
     # Ring by ring: a product so small stays on one thread, beside the decoder's.
-    seen = -np.vecdot(back[:, None], weighted).sum(axis=-1).astype(float)  # (f, 9)
+    shown = -np.vecdot(back[:, None], weighted).sum(axis=-1).astype(float)  # (f, 9)
 
-    field, own = slice(0, len(basis) - 1), len(basis) - 1
-    coupling = normal[field, own] / normal[own, own]
-    reduced = normal[field, field] - np.outer(coupling, normal[own, field])
-    pull = seen[:, field] - seen[:, own, None] * coupling  # (f, 8)
+    # The frame's own angle, the last column, is eliminated.
+    field, angle = slice(0, len(basis) - 1), len(basis) - 1
+    coupling = normal[field, angle] / normal[angle, angle]
+    reduced = normal[field, field] - np.outer(coupling, normal[angle, field])
+    pull = shown[:, field] - shown[:, angle, None] * coupling  # (f, 8)
 
-    turn = np.zeros((len(angle_rad), own, own))
+    turn = np.zeros((len(angle_rad), angle, angle))
     for first, order in ((0, 1), (2, 2), (4, 1), (6, 1)):
         c, s = np.cos(order * angle_rad), np.sin(order * angle_rad)
         turn[:, first, first], turn[:, first, first + 1] = c, s
         turn[:, first + 1, first], turn[:, first + 1, first + 1] = -s, c
     # Frames are read out downwards: of the last two distortions one direction is possible.
-    possible = np.zeros((own, VIEW_PARAMETERS))
+    possible = np.zeros((angle, VIEW_PARAMETERS))
     possible[:6, :6] = np.eye(6)
     possible[6:, 6] = grid.view.down / np.hypot(*grid.view.down)
     turn = turn @ possible[:, :free]
-    left = np.einsum("fai,faj->ij", turn, reduced @ turn)
-    right = np.einsum("fai,fa->i", turn, pull)
-    left += THRESHOLDS.ridge * np.trace(left) / free * np.eye(free)
+    matrix = np.einsum("fai,faj->ij", turn, reduced @ turn)
+    matrix += THRESHOLDS.ridge * np.trace(matrix) / free * np.eye(free)
     change = np.zeros(VIEW_PARAMETERS)
-    change[:free] = np.linalg.solve(left, right)
+    change[:free] = np.linalg.solve(matrix, np.einsum("fai,fa->i", turn, pull))
     return change

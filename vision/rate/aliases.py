@@ -1,64 +1,111 @@
-"""Rates that give the same pictures.
+"""Rates that give the same frames.
 
-Between two pictures the plate may have made any number of whole turns more (or, on a plate that
-looks the same S times per turn, of S-th parts of a turn) in either direction. With pictures evenly
-spaced by Δt all rates Ω + 2πm/(SΔt) look alike; uneven spacing tells them apart.
+Between two frames the plate may have made any number of whole turns more (or, on a plate that looks
+the same S times per turn, of S-th parts of a turn) in either direction. With frames evenly spaced
+by Δt all rates Ω + 2πm/(SΔt) look alike; uneven spacing separates them.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vision.geometry import FloatArray
 from vision.phase_track import PhaseTrack
-from vision.rate.unwrap import frame_time, usable
+from vision.rate.unwrap import frame_time, stamped_in_bursts, usable
 
-REACH = 3  # aliases looked at to either side
-WORSE = 1.5  # an alias that leaves this much more scatter than the best is excluded
-NEAR_NOMINAL = 0.15  # relative; further away the nominal rate does not choose
-FAR_FROM_NOMINAL = 0.02  # relative; worth a word
+REACH = 3  # aliases that are listed to either side
 RETIMED = {  # playback rate over capture rate of clips that were retimed, and how that happens
-    29.97 / 240: "filmed at 240 pictures per second and stamped as 29.97",
-    30 / 240: "filmed at 240 pictures per second and stamped as 30",
-    29.97 / 120: "filmed at 120 pictures per second and stamped as 29.97",
-    30 / 120: "filmed at 120 pictures per second and stamped as 30",
-    29.97 / 60: "filmed at 60 pictures per second and stamped as 29.97, or slowed to half",
+    29.97 / 240: "filmed at 240 frames per second and stamped as 29.97",
+    30 / 240: "filmed at 240 frames per second and stamped as 30",
+    29.97 / 120: "filmed at 120 frames per second and stamped as 29.97",
+    30 / 120: "filmed at 120 frames per second and stamped as 30",
+    29.97 / 60: "filmed at 60 frames per second and stamped as 29.97, or slowed to half",
     2.0: "sped up to twice",
-    24 / 30: "filmed at 30 pictures per second and stamped as 24",
-    25 / 30: "filmed at 30 pictures per second and stamped as 25",
-    30 / 25: "filmed at 25 pictures per second and stamped as 30",
-    30 / 24: "filmed at 24 pictures per second and stamped as 30",
+    24 / 30: "filmed at 30 frames per second and stamped as 24",
+    25 / 30: "filmed at 30 frames per second and stamped as 25",
+    30 / 25: "filmed at 25 frames per second and stamped as 30",
+    30 / 24: "filmed at 24 frames per second and stamped as 30",
 }
-RETIMED_WITHIN = 0.01
 RPM = 2 * np.pi / 60
 
 
 @dataclass(frozen=True)
-class Alias:
-    """The chosen rate, all that look alike (the chosen first), why, and what to warn of."""
+class AliasThresholds:
+    """Which rates look alike, and which of them is near the nominal one.
 
-    rate_rad_s: float
-    aliases: tuple[float, ...]
-    says: str
+    Attributes
+    ----------
+    worse : float
+        Of the smallest scatter of the steps; an alias that leaves so much more is excluded.
+    near_nominal : float
+        Relative; a nominal rate further away does not choose. Fact: pitch controls usually reach
+        8 %.
+    far_from_nominal : float
+        Relative difference that is worth a warning. Fact: a drive without a pitch control
+        keeps it.
+    retimed_within : float
+        Relative; a ratio of frame rates this near is named. Derived: half of what lies between the
+        nearest ratios of the list, 24/30 and 25/30 (4 % apart), less one for the drive.
+    """
+
+    worse: float = 0.5
+    near_nominal: float = 0.15
+    far_from_nominal: float = 0.02
+    retimed_within: float = 0.01
+
+
+THRESHOLDS = AliasThresholds()
+
+
+@dataclass(frozen=True)
+class Aliases:
+    """All rates that give the same frames.
+
+    Attributes
+    ----------
+    rates_rad_s : tuple of float
+        Signed, positive counter-clockwise as filmed; the chosen one first.
+    reason : str
+        Which was chosen and why.
+    warnings : tuple of str
+    """
+
+    rates_rad_s: tuple[float, ...]
+    reason: str
     warnings: tuple[str, ...]
 
+    @property
+    def chosen_rad_s(self) -> float:
+        """The chosen rate, signed."""
+        return self.rates_rad_s[0]
 
-def choose_alias(
+    def about(self, rate_rad_s: float) -> "Aliases":
+        """The same about the measured rate, signed, at the same distances from it."""
+        shift = rate_rad_s - self.chosen_rad_s
+        return replace(self, rates_rad_s=tuple(rate + shift for rate in self.rates_rad_s))
+
+
+def list_aliases(
     track: PhaseTrack, time_s: FloatArray, rough_rad_s: float, nominal_rpm: float | None
-) -> Alias:
-    """List the rates that fit the pictures and choose one.
+) -> Aliases:
+    """List the rates that fit the frames and choose one.
 
     Parameters
     ----------
     track : PhaseTrack
     time_s : array, shape (f,)
+        Of every frame of the track, s.
     rough_rad_s : float
         The smallest, signed.
     nominal_rpm : float, optional
+        What the plate should do, turns per minute; the nearest rate is chosen.
     """
     good = np.flatnonzero(usable(track))
     step_s, step = np.diff(time_s[good]), np.diff(track.phase_rad[good])
-    spacing = 2 * np.pi / (track.plate.symmetry * frame_time(time_s[good]))
+    frame_s = frame_time(time_s[good])
+    if stamped_in_bursts(time_s[good]):
+        step_s = np.full_like(step_s, frame_s)  # stamps that are no times exclude no rate
+    spacing = 2 * np.pi / (track.plate.symmetry * frame_s)
     rates = rough_rad_s + spacing * np.arange(-REACH, REACH + 1)
     period = 2 * np.pi / track.plate.symmetry
     scatter = []
@@ -66,38 +113,38 @@ def choose_alias(
         surprise = step - rate * step_s
         surprise -= period * np.round(surprise / period)
         scatter.append(float(np.median(np.abs(surprise - np.median(surprise)))))
-    alike = rates[np.array(scatter) <= WORSE * min(scatter) + 1e-9]
+    alike = rates[np.array(scatter) <= (1 + THRESHOLDS.worse) * min(scatter) + 1e-9]
     alike = alike[np.argsort(np.abs(alike))]
     if nominal_rpm is None:
         chosen = float(alike[0])
-        says = "the smallest was taken, since no nominal_rpm is given"
+        reason = "the smallest is chosen, since no nominal_rpm is set"
         warnings: tuple[str, ...] = ()
     else:
         nearest = float(alike[np.argmin(np.abs(np.abs(alike) / RPM - nominal_rpm))])
-        near = abs(abs(nearest) / RPM / nominal_rpm - 1) < NEAR_NOMINAL
+        near = abs(abs(nearest) / RPM / nominal_rpm - 1) < THRESHOLDS.near_nominal
         chosen = nearest if near else float(alike[0])
-        says = (
-            f"the nearest to nominal_rpm {nominal_rpm:g} was taken"
+        reason = (
+            f"the nearest to nominal_rpm {nominal_rpm:g} is chosen"
             if near
-            else f"the smallest was taken; none is near nominal_rpm {nominal_rpm:g}"
+            else f"the smallest is chosen; none is near nominal_rpm {nominal_rpm:g}"
         )
         warnings = _against_nominal(track.source, chosen, nominal_rpm)
     others = tuple(float(rate) for rate in alike if rate != chosen)
     if not others:
-        says = "the uneven spacing of the pictures excludes every other rate"
-    return Alias(chosen, (chosen, *others), says, warnings)
+        reason = "the uneven spacing of the frames excludes every other rate"
+    return Aliases((chosen, *others), reason, warnings)
 
 
 def _against_nominal(source: str, rate_rad_s: float, nominal_rpm: float) -> tuple[str, ...]:
     ratio = abs(rate_rad_s) / RPM / nominal_rpm
-    if abs(ratio - 1) < FAR_FROM_NOMINAL:
+    if abs(ratio - 1) < THRESHOLDS.far_from_nominal:
         return ()
     text = (
         f"{source}: the plate turns at {abs(rate_rad_s) / RPM:.4g} rpm by the time stamps, "
         f"nominal_rpm is {nominal_rpm:g}"
     )
     for factor, how in RETIMED.items():
-        if abs(ratio / factor - 1) < RETIMED_WITHIN:
+        if abs(ratio / factor - 1) < THRESHOLDS.retimed_within:
             return (
                 f"{text}. The ratio {ratio:.4g} is that of a clip {how}. If so, give the capture "
                 f"rate (timebase: {{source: constant, fps: ...}}).",

@@ -1,86 +1,159 @@
-"""Three more ways to the rate, none as good, that would notice if the first went wrong.
+"""Three more ways to the rate, none as exact, that would show if the first went wrong.
 
-The centroid of the mark, the count of frames between alignments, and the return of the picture
-after whole turns. They are compared with the rate, not averaged with it.
+The centroid of the mark, the count of frames between alignments, and the return of the frames after
+whole turns. They are compared with the rate, not averaged with it. The last two use the time
+stamps as they are, without the time of dropped frames, and are compared with the rate on these.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from vision.geometry import FloatArray
 from vision.phase_track import PhaseTrack, PlateAngle
 from vision.rate.aliases import RPM
-from vision.rate.autocorrelation import LagRate
-from vision.rate.frame_count import END_SD, FrameCount
 from vision.rate.least_squares import least_squares
+from vision.rate.other_rates import END_SD, FrameCount, LagRate, count_frames, lag_rate
 
-APART = 5.0  # standard deviations
-CENTROID_MATTERS = 50e-6  # relative
-LAG_MATTERS = 2e-3  # relative
-COUNT_APART = 1.05  # frames; rounding both ends gives up to one
-SLIPPED = 0.02  # of the pictures with the centroid elsewhere than the refined angle
+FEWEST_CENTROIDS = 12
+SLIPPED_RAD = 0.5  # between the mark's centroid and the refined angle: not the same mark
 
 
-def second_opinions(
-    track: PhaseTrack,
-    angle: PlateAngle,
-    rate_rad_s: float,
-    sd_rad_s: float,
-    count: FrameCount | None,
-    lags: LagRate | None,
-) -> tuple[str, ...]:
-    """A paragraph for each way that disagrees."""
-    says = []
-    rate = abs(rate_rad_s)
-    if (text := _centroid(track, angle, rate_rad_s, sd_rad_s)) is not None:
-        says.append(text)
-    if count is not None:
-        frames = abs(count.rate_rad_s - rate) / count.sd_rad_s * END_SD
-        if frames > COUNT_APART:
-            says.append(
-                f"{track.source}: counting frames between alignments gives "
-                f"{count.rate_rad_s / RPM:.4f} ± {count.sd_rad_s / RPM:.4f} rpm, the regression "
-                f"{rate / RPM:.4f} rpm: more apart than one frame. Look at the annotated picture: "
-                f"is the mark the mark?"
-            )
-    if lags is not None:
-        apart = abs(lags.rate_rad_s - rate)
-        if apart > APART * np.hypot(lags.sd_rad_s, sd_rad_s) and apart > LAG_MATTERS * rate:
-            says.append(
-                f"{track.source}: the picture returns after whole turns at "
-                f"{lags.rate_rad_s / RPM:.4f} ± {lags.sd_rad_s / RPM:.4f} rpm, the regression "
-                f"gives {rate / RPM:.4f} rpm. Something else in the picture may be turning, or "
-                f"turns were miscounted."
-            )
-    return tuple(says)
+@dataclass(frozen=True)
+class CrossCheckThresholds:
+    """When another way to the rate disagrees with it.
+
+    Attributes
+    ----------
+    apart : float
+        Sds. Derived: five, beyond every chance.
+    centroid_matters, lag_matters : float
+        Relative difference that matters. Facts: half a poor clock (100 ppm); the lag's own bias
+        where the frames change during the clip (``tests.bench.vision_films``).
+    count_apart : float
+        Frames. Derived: rounding both ends gives up to one, and a margin of a twentieth.
+    slipped : float
+        Share of frames with the centroid elsewhere than the refined angle.
+    """
+
+    apart: float = 5.0
+    centroid_matters: float = 50e-6
+    lag_matters: float = 2e-3
+    count_apart: float = 1.05
+    slipped: float = 0.02
 
 
-def _centroid(
+THRESHOLDS = CrossCheckThresholds()
+
+
+@dataclass(frozen=True, eq=False)
+class CrossChecks:
+    """The rate by other ways, on the time stamps as they are.
+
+    Attributes
+    ----------
+    frame_count : FrameCount or None
+        None with fewer than two alignments of the marks.
+    lag : LagRate or None
+        None where the frames have no clear return or the stamps are not evenly spaced.
+    warnings : tuple of str
+        A paragraph for each way that disagrees.
+    """
+
+    frame_count: FrameCount | None
+    lag: LagRate | None
+    warnings: tuple[str, ...]
+
+
+def cross_check(
+    track: PhaseTrack, time_s: FloatArray, angle: PlateAngle, rate_rad_s: float, sd_rad_s: float
+) -> CrossChecks:
+    """Measure the rate by other ways and compare.
+
+    Parameters
+    ----------
+    track : PhaseTrack
+    time_s : array, shape (f,)
+        Stamps of all frames of the track, s.
+    angle : PlateAngle
+        With the dropped frames counted.
+    rate_rad_s, sd_rad_s : float
+        The measured rate, signed, and its sd without the clock's.
+    """
+    by_stamps = abs(rate_rad_s) * _stretch(angle, 0, -1)
+    count = count_frames(angle, track.plate.mark_azimuth_rad, track.plate.fixed_mark_azimuth_rad)
+    lag = lag_rate(track, time_s, by_stamps)
+    paragraphs = (
+        _compare_centroid(track, angle, rate_rad_s, sd_rad_s),
+        _compare_count(track.source, count, angle, abs(rate_rad_s)),
+        _compare_lag(track.source, lag, by_stamps, sd_rad_s),
+    )
+    return CrossChecks(count, lag, tuple(text for text in paragraphs if text))
+
+
+def _stretch(angle: PlateAngle, first: int, last: int) -> float:
+    """Time between two rows with that of dropped frames put back, over that of their stamps."""
+    repaired = angle.repaired_time_s
+    return float((repaired[last] - repaired[first]) / (angle.time_s[last] - angle.time_s[first]))
+
+
+def _compare_count(
+    source: str, count: FrameCount | None, angle: PlateAngle, rate_rad_s: float
+) -> str:
+    if count is None:
+        return ""
+    first, last = np.searchsorted(angle.index, count.alignments[[0, -1]])
+    rate_rad_s *= _stretch(angle, first, last)
+    frames = abs(count.rate_rad_s - rate_rad_s) / count.sd_rad_s * END_SD
+    if frames <= THRESHOLDS.count_apart:
+        return ""
+    return (
+        f"{source}: counting frames between alignments gives {count.rate_rad_s / RPM:.4f} ± "
+        f"{count.sd_rad_s / RPM:.4f} rpm, the regression {rate_rad_s / RPM:.4f} rpm: they differ "
+        f"by more than one frame. Check in the annotated frame that the mark is the mark."
+    )
+
+
+def _compare_lag(source: str, lag: LagRate | None, rate_rad_s: float, sd_rad_s: float) -> str:
+    if lag is None:
+        return ""
+    apart = abs(lag.rate_rad_s - rate_rad_s)
+    limit = THRESHOLDS.apart * np.hypot(lag.sd_rad_s, sd_rad_s)
+    if apart <= max(limit, THRESHOLDS.lag_matters * rate_rad_s):
+        return ""
+    return (
+        f"{source}: the image returns after whole turns at {lag.rate_rad_s / RPM:.4f} ± "
+        f"{lag.sd_rad_s / RPM:.4f} rpm, the regression gives {rate_rad_s / RPM:.4f} rpm. Something "
+        f"else in the frame may be turning, or turns were miscounted."
+    )
+
+
+def _compare_centroid(
     track: PhaseTrack, angle: PlateAngle, rate_rad_s: float, sd_rad_s: float
-) -> str | None:
+) -> str:
     difference = np.angle(np.exp(1j * (track.mark_angle_rad - track.phase_rad)))[angle.index]
     seen = np.isfinite(difference)
-    if seen.sum() < 12:
-        return None
+    if seen.sum() < FEWEST_CENTROIDS:
+        return ""
     middle = float(np.angle(np.mean(np.exp(1j * difference[seen]))))
     difference = np.angle(np.exp(1j * (difference - middle)))
-    off = float((np.abs(difference[seen]) > 0.5).mean())
-    if off > SLIPPED:
+    off = float((np.abs(difference[seen]) > SLIPPED_RAD).mean())
+    if off > THRESHOLDS.slipped:
         return (
-            f"{track.source}: in {off:.0%} of the pictures the mark's centroid is elsewhere than "
-            f"the angle from the whole plate says; the mark may be hidden at times, or is not "
-            f"one. The rate is from the whole plate."
+            f"{track.source}: in {off:.0%} of the frames the mark's centroid is not where the "
+            f"angle of the whole plate puts it. The mark may be hidden at times, or is none. The "
+            f"rate is that of the whole plate."
         )
-    time, line = angle.repaired_time_s[seen], angle.angle_rad[seen]
-    x = _waves(time - time.mean(), line)
-    slope = least_squares(x, difference[seen])
+    time = angle.repaired_time_s[seen]
+    slope = least_squares(_waves(time - time.mean(), angle.angle_rad[seen]), difference[seen])
     apart = abs(float(slope.beta[1]))
-    if apart < APART * np.hypot(slope.sd[1], sd_rad_s) or apart < CENTROID_MATTERS * abs(
-        rate_rad_s
-    ):
-        return None
+    limit = THRESHOLDS.apart * np.hypot(slope.sd[1], sd_rad_s)
+    if apart < max(limit, THRESHOLDS.centroid_matters * abs(rate_rad_s)):
+        return ""
     return (
-        f"{track.source}: the mark's centroid turns {apart / abs(rate_rad_s) * 1e6:.0f} ppm "
-        f"otherwise than the whole plate; the light may change during the clip."
+        f"{track.source}: the rate of the mark's centroid differs by "
+        f"{apart / abs(rate_rad_s) * 1e6:.0f} ppm from that of the whole plate. The light may "
+        f"change during the clip."
     )
 
 

@@ -1,17 +1,21 @@
-"""What the stated model of the phase track misses.
+"""Which term the stated model of the phase track misses.
 
 Every hypothesis is a covariance of what the stated model leaves: with X the term's columns, the
-model's own columns projected out and scaled to unit rms, and residuals r in units of the noise of
-an independent residual,
+model's columns projected out and scaled to unit rms, and residuals r in units of the noise of an
+independent residual,
 
-    r ~ N(0, I + s² X Xᵀ),   log evidence = log mean over s of N(r | 0, I + s² X Xᵀ) / N(r | 0, I),
+    r ~ N(0, I + τ² X Xᵀ),   log evidence = log mean over τ of N(r | 0, I + τ² X Xᵀ) / N(r | 0, I),
 
-closed form from the decomposition of XᵀX. The noise is that of the fullest model, all hypotheses at
-once, raised by its correlation time.
+closed form from the decomposition of XᵀX (Bayes factors with a mean over the size of the effect:
+Kass and Raftery, JASA 90, 1995). The noise is that of the fullest model, all hypotheses at once,
+raised by its correlation time. The names are those of ``calib.diagnosis``, which weighs the effects
+of a sensor in the same way: prior probabilities of nothing, of a listed term and of an unknown
+shape; aliases, which look the same; blind, what these data cannot see.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import compress
 
 import numpy as np
 
@@ -19,21 +23,47 @@ from vision.geometry import FloatArray
 from vision.rate.least_squares import independent, least_squares
 from vision.rate.terms import MEANING, TERMS, Regressors, columns, design
 
-SIZES = 2.0 ** np.arange(-5, 14)  # in units of the noise: the prior of an effect's size
-BLIND = 0.02  # share of a signature left after the stated model
-ALIAS = 0.99  # canonical correlation above which two terms are one group
-CLEAR_ODDS = 0.9
-CLEARLY_LESS = 1.25  # times the residual that an alias must leave to be ruled out
+TAUS = 2.0 ** np.arange(-5, 14)  # in units of the noise: the prior of an effect's size
 PRIOR_NONE, PRIOR_LISTED, PRIOR_UNKNOWN = 0.5, 0.35, 0.15
-SMALLEST_SHARE = 0.02  # of the residual's variance: less is not worth a term
-SHAPE_SHARE = 0.2  # of the residual's variance, for an unlisted shape to be worth a verdict
 TINY = 1e-10  # relative; directions that waves too close to each other do not span
 ANGLE_ORDERS = range(3, 9)
 TIME_WAVES = range(1, 9)
+
+
+@dataclass(frozen=True)
+class PhaseDiagnosisThresholds:
+    """When a term is named.
+
+    Attributes
+    ----------
+    blind_share : float
+        Of a signature that the stated model does not absorb; less is not seen. As in
+        ``calib.diagnosis``.
+    alias_correlation : float
+        Canonical correlation above which two terms are one group. As in ``calib.diagnosis``.
+    clear_odds : float
+        Probability of the leader and its aliases from which they are named alone.
+    clearly_less : float
+        Times the leader's residual that an alias must leave to be ruled out.
+    smallest_share : float
+        Of the residual's variance, that a term must explain to be worth its name.
+    shape_share : float
+        Of the residual's variance, that an unlisted shape must explain.
+    """
+
+    blind_share: float = 0.02
+    alias_correlation: float = 0.99
+    clear_odds: float = 0.9
+    clearly_less: float = 1.25
+    smallest_share: float = 0.02
+    shape_share: float = 0.2
+
+
+THRESHOLDS = PhaseDiagnosisThresholds()
 SEPARATE = {
     frozenset({"once_per_rev", "rolling_shutter"}): "Film the plate in the other direction or at "
     "a second speed, or with the camera turned by 90°: readout delay grows with the rate and "
-    "stays with the picture's rows, a wave of the plate does not.",
+    "stays with the frame's rows, a wave of the plate does not.",
 }
 SHAPE_NEXT = {
     "plate angle": "Look at the residual against plate angle; a second mark opposite the first, or "
@@ -43,8 +73,26 @@ SHAPE_NEXT = {
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
-    """One hypothesis, ranked by ``log_evidence``."""
+class TermCandidate:
+    """One hypothesis, ranked by ``log_evidence``.
+
+    Attributes
+    ----------
+    name : str
+        A term, or "plate angle" or "time" for an unlisted shape.
+    log_evidence : float
+        Log Bayes factor against nothing.
+    chi2_drop : float
+        What adding it takes off the residual's chi-square.
+    size, sd : array, shape (k,)
+        Of its parameters, in the term's unit; of a shape the rms in rad, without sd.
+    rms_after_rad : float
+        Of the residual with it added.
+    blind : bool
+        The stated model absorbs it.
+    aliases : tuple of str
+        Terms that look the same in this clip.
+    """
 
     name: str
     log_evidence: float
@@ -67,26 +115,23 @@ class PhaseDiagnosis:
     name : str or None
         The term; or "plate angle" or "time" for an unknown shape.
     group : tuple of str
-        Terms that cannot be told apart here.
-    says : str
+        Terms that this clip cannot separate.
+    explanation : str
         One paragraph.
     record_next : str or None
-    ranking : tuple of Candidate
+    ranking : tuple of TermCandidate
     """
 
     verdict: str
     name: str | None
     group: tuple[str, ...]
-    says: str
+    explanation: str
     record_next: str | None
-    ranking: tuple[Candidate, ...]
+    ranking: tuple[TermCandidate, ...]
 
 
 def diagnose(
-    model: Sequence[str],
-    given: Regressors,
-    angle_rad: FloatArray,
-    lost: int,
+    model: Sequence[str], base: Regressors, angle_rad: FloatArray, dropped: int
 ) -> PhaseDiagnosis:
     """Judge what the stated model leaves.
 
@@ -94,56 +139,58 @@ def diagnose(
     ----------
     model : sequence of str
         Terms already in the model, besides the constant rate.
-    given : Regressors
+    base : Regressors
         On the rows of the residual.
     angle_rad : array, shape (u,)
         The measured angle.
-    lost : int
-        Pictures found lost silently; without any there is no ``frame_steps`` to add.
+    dropped : int
+        Frames dropped silently; without any there is no ``frame_steps`` to add.
     """
-    shapes = _unlisted(given)
-    unit = _unit(given, angle_rad, shapes)
-    base, _ = np.linalg.qr(design(model, given, given.stamp_s))
-    r = _left(angle_rad - given.rate_rad_s * given.stamp_s, base) / unit
-    listed = [t for t in TERMS if t not in model and (t != "frame_steps" or lost)]
-    spans = {term: _left(columns(term, given), base) for term in listed}
-    ranking = [_weigh(term, columns(term, given), spans, r, unit) for term in listed]
-    odd = [_shape(name, x, base, r, unit) for name, x in shapes.items()]
+    shapes = _unlisted(base)
+    unit = _unit(base, angle_rad, shapes)
+    stated, _ = np.linalg.qr(design(model, base, base.stamp_s))
+    r = _project_out(angle_rad - base.rate_rad_s * base.stamp_s, stated) / unit
+    listed = [t for t in TERMS if t not in model and (t != "frame_steps" or dropped)]
+    spans = {term: _project_out(columns(term, base), stated) for term in listed}
+    ranking = [_evaluate(term, columns(term, base), spans, r, unit) for term in listed]
     ranking.sort(key=lambda c: -c.log_evidence)
-    return _verdict(ranking, odd, float((r**2).sum()), unit, len(r))
+    unlisted = [_evaluate_shape(name, x, stated, r, unit) for name, x in shapes.items()]
+    return _decide(ranking, unlisted, r, unit)
 
 
-def _unit(given: Regressors, angle_rad: FloatArray, shapes: dict[str, FloatArray]) -> float:
+def _unit(base: Regressors, angle_rad: FloatArray, shapes: dict[str, FloatArray]) -> float:
     """Noise of an independent residual of the fullest model: no hypothesis is in it."""
-    listed = design(("once_per_rev", "twice_per_rev", "rate_drift"), given, given.time_s)
-    # A fast plate has few pictures per turn, and some of the waves look alike on them.
+    listed = design(("once_per_rev", "twice_per_rev", "rate_drift"), base, base.time_s)
+    # A fast plate has few frames per turn, and some of the waves look alike on them.
     basis = independent(np.concatenate([listed, *shapes.values()], axis=1))
-    fit = least_squares(basis, angle_rad - given.line_rad)
+    fit = least_squares(basis, angle_rad - base.line_rad)
     return float(fit.noise * np.sqrt(fit.correlation_time))
 
 
-def _left(x: FloatArray, base: FloatArray) -> FloatArray:
-    return x - base @ (base.T @ x)
+def _project_out(x: FloatArray, basis: FloatArray) -> FloatArray:
+    return x - basis @ (basis.T @ x)
 
 
-def _weigh(
+def _evaluate(
     term: str, x: FloatArray, spans: dict[str, FloatArray], r: FloatArray, unit: float
-) -> Candidate:
-    left = spans[term]
+) -> TermCandidate:
+    visible = spans[term]
     rms = np.sqrt((x**2).mean(axis=0))
-    share = float(np.sqrt((left**2).mean(axis=0)).max() / max(float(rms.max()), 1e-30))
-    blind = share < BLIND
+    share = float(np.sqrt((visible**2).mean(axis=0)).max() / max(float(rms.max()), 1e-30))
+    blind = share < THRESHOLDS.blind_share
     aliases = tuple(
         other
         for other, span in spans.items()
-        if other != term and not blind and _canonical(left, span) > ALIAS
+        if other != term
+        and not blind
+        and _canonical(visible, span) > THRESHOLDS.alias_correlation
     )
-    evidence, drop = (-np.inf, 0.0) if blind else _evidence(left / rms, r)
-    scaled = left / unit
+    evidence, drop = (-np.inf, 0.0) if blind else _evidence(visible / rms, r)
+    scaled = visible / unit
     size = np.asarray(np.linalg.lstsq(scaled, r)[0], float)
     sd = np.asarray(np.sqrt(np.diag(np.linalg.pinv(scaled.T @ scaled))), float)
     after = unit * np.sqrt(((r - scaled @ size) ** 2).mean())
-    return Candidate(term, evidence, drop, size, sd, float(after), blind, aliases)
+    return TermCandidate(term, evidence, drop, size, sd, float(after), blind, aliases)
 
 
 def _canonical(one: FloatArray, other: FloatArray) -> float:
@@ -158,16 +205,16 @@ def _evidence(x: FloatArray, r: FloatArray) -> tuple[float, float]:
     clear = squared > TINY * squared[-1]
     squared = squared[clear]
     z = (x.T @ r) @ axes[:, clear] / np.sqrt(squared)  # along the singular vectors
-    share = SIZES[:, None] ** 2 * squared
+    share = TAUS[:, None] ** 2 * squared
     log = 0.5 * (z**2 * share / (1 + share) - np.log1p(share)).sum(axis=1)
     top = float(log.max())
     return top + float(np.log(np.exp(log - top).mean())), float((z**2).sum())
 
 
-def _unlisted(given: Regressors) -> dict[str, FloatArray]:
+def _unlisted(base: Regressors) -> dict[str, FloatArray]:
     """Smooth shapes in the plate's angle and in time that no listed term has."""
-    line = given.line_rad
-    phase = np.pi * (given.time_s - given.time_s[0]) / np.ptp(given.time_s)
+    line = base.line_rad
+    phase = np.pi * (base.time_s - base.time_s[0]) / np.ptp(base.time_s)
     waves = [f(k * line) for k in ANGLE_ORDERS for f in (np.cos, np.sin)]
     return {
         "plate angle": np.stack(waves, axis=1),
@@ -175,72 +222,75 @@ def _unlisted(given: Regressors) -> dict[str, FloatArray]:
     }
 
 
-def _shape(name: str, x: FloatArray, base: FloatArray, r: FloatArray, unit: float) -> Candidate:
-    left = _left(x, base)
-    evidence, drop = _evidence(left, r)
+def _evaluate_shape(
+    name: str, x: FloatArray, stated: FloatArray, r: FloatArray, unit: float
+) -> TermCandidate:
+    evidence, drop = _evidence(_project_out(x, stated), r)
     after = unit * np.sqrt(max(float((r**2).sum()) - drop, 0.0) / len(r))
     size = np.array([np.sqrt(drop / len(r)) * unit])
-    return Candidate(name, evidence, drop, size, np.array([np.nan]), float(after), False, ())
+    return TermCandidate(name, evidence, drop, size, np.array([np.nan]), float(after), False, ())
 
 
-def _verdict(
-    ranking: list[Candidate], shapes: list[Candidate], chi2: float, unit: float, n: int
+def _decide(
+    ranking: list[TermCandidate], unlisted: list[TermCandidate], r: FloatArray, unit: float
 ) -> PhaseDiagnosis:
-    seen = [c for c in ranking if not c.blind and c.chi2_drop > SMALLEST_SHARE * chi2]
-    odd = [c for c in shapes if c.chi2_drop > SHAPE_SHARE * chi2]
+    chi2 = float((r**2).sum())
+    seen = [c for c in ranking if not c.blind and c.chi2_drop > THRESHOLDS.smallest_share * chi2]
+    odd = [c for c in unlisted if c.chi2_drop > THRESHOLDS.shape_share * chi2]
     logs = [np.log(PRIOR_NONE)]
     logs += [np.log(PRIOR_LISTED / max(len(ranking), 1)) + c.log_evidence for c in seen]
     logs += [np.log(PRIOR_UNKNOWN / 2) + c.log_evidence for c in odd]
-    weight = np.exp(np.array(logs) - max(logs))
-    weight /= weight.sum()
-    rms = unit * np.sqrt(chi2 / n)
+    odds = np.exp(np.array(logs) - max(logs))
+    odds /= odds.sum()
     everything = (*ranking, *odd)
-    best = int(weight.argmax())
+    rms = np.degrees(unit * np.sqrt(chi2 / len(r)))
+    best = int(odds.argmax())
     if best == 0:
-        says = (
-            f"Nothing is missing: what the model leaves, {np.degrees(rms):.3g}° rms, has no shape "
-            f"that a term would take away."
+        text = (
+            f"Nothing is missing: what the model leaves, {rms:.3g}° rms, has no shape that a term "
+            f"would take away."
         )
-        return PhaseDiagnosis("nothing_missing", None, (), says, None, everything)
+        return PhaseDiagnosis("nothing_missing", None, (), text, None, everything)
     leader = (seen + odd)[best - 1]
-    after = np.degrees(leader.rms_after_rad)
-    falls = f"the phase residual falls from {np.degrees(rms):.3g}° to {after:.3g}° rms"
     if leader in odd:
-        says = (
+        text = (
             f"Something that follows {leader.name} is in the residual and no listed term has its "
-            f"shape: it makes {leader.chi2_drop / chi2:.0%} of the variance of "
-            f"{np.degrees(rms):.3g}° rms."
+            f"shape: it makes {leader.chi2_drop / chi2:.0%} of the variance of {rms:.3g}° rms."
         )
-        return PhaseDiagnosis("unknown", leader.name, (), says, SHAPE_NEXT[leader.name], everything)
+        advice = SHAPE_NEXT[leader.name]
+        return PhaseDiagnosis("unknown", leader.name, (), text, advice, everything)
+    falls = (
+        f"the phase residual falls from {rms:.3g}° to {np.degrees(leader.rms_after_rad):.3g}° rms"
+    )
     group = (leader.name, *leader.aliases)
-    share = float(sum(w for w, c in zip(weight[1:], seen + odd, strict=True) if c.name in group))
     if len(group) > 1 and not _much_better(leader, ranking):
         apart = next((v for k, v in SEPARATE.items() if k <= set(group)), None)
-        says = (
-            f"{' or '.join(group)} is missing and this clip cannot tell which "
+        text = (
+            f"{' or '.join(group)} is missing and this clip cannot determine which "
             f"({MEANING[group[0]]}; {MEANING[group[1]]}). With {leader.name} {falls}."
         )
-        return PhaseDiagnosis("ambiguous", leader.name, group, says, apart, everything)
-    if share < CLEAR_ODDS:
-        names = tuple(c.name for w, c in zip(weight[1:], seen + odd, strict=True) if w > 0.05)
-        says = (
-            f"One of {', '.join(names)} is missing, and this clip cannot tell which; with "
+        return PhaseDiagnosis("ambiguous", leader.name, group, text, apart, everything)
+    names = [c.name for c in seen + odd]
+    if odds[1:][[name in group for name in names]].sum() < THRESHOLDS.clear_odds:
+        likely = tuple(compress(names, odds[1:] > 0.05))
+        text = (
+            f"One of {', '.join(likely)} is missing, and this clip cannot determine which; with "
             f"{leader.name} {falls}."
         )
-        return PhaseDiagnosis(
-            "ambiguous", leader.name, names, says, "Film longer, over more turns.", everything
-        )
-    says = f"{leader.name} is missing ({MEANING[leader.name]}): with it {falls}."
+        advice = "Film longer, over more turns."
+        return PhaseDiagnosis("ambiguous", leader.name, likely, text, advice, everything)
+    text = f"{leader.name} is missing ({MEANING[leader.name]}): with it {falls}."
     for other in (c for c in ranking if c.name in leader.aliases):
-        says += f" {other.name} alone would leave {np.degrees(other.rms_after_rad):.3g}°."
-    return PhaseDiagnosis("effect", leader.name, group, says, None, everything)
+        text += f" {other.name} alone would leave {np.degrees(other.rms_after_rad):.3g}°."
+    return PhaseDiagnosis("effect", leader.name, group, text, None, everything)
 
 
-def _much_better(leader: Candidate, ranking: list[Candidate]) -> bool:
+def _much_better(leader: TermCandidate, ranking: list[TermCandidate]) -> bool:
     """The leader explains what none of its aliases can.
 
-    By the size of what is left, not by evidence: long clips would tell two nearly equal waves
-    apart by view errors far smaller than either.
+    By the size of what is left, not by evidence: long clips would separate two nearly equal waves
+    by view errors far smaller than either.
     """
     others = [c for c in ranking if c.name in leader.aliases]
-    return all(c.rms_after_rad > CLEARLY_LESS * leader.rms_after_rad for c in others)
+    limit = THRESHOLDS.clearly_less * leader.rms_after_rad
+    return all(c.rms_after_rad > limit for c in others)

@@ -7,12 +7,30 @@ import numpy as np
 from vision.geometry import FloatArray
 from vision.phase_track import BoolArray
 
-OUTLIER = 5.0  # robust standard deviations
 ROUNDS = 8
-CLEAR_SPAN = 0.03  # relative singular value; two columns this close are one
 SLOW_WAVES = 4  # over the rows: what is slower weighs in the slope
 SECTORS = 32  # of a turn: residuals in one may be alike at every turn
 RANK_TOLERANCE = 1e-9  # relative singular value of the scaled columns
+
+
+@dataclass(frozen=True)
+class FitThresholds:
+    """What a fit sets aside.
+
+    Attributes
+    ----------
+    outlier : float
+        Robust sds. Derived: of 10⁵ Gaussian rows less than one lies beyond 4.5.
+    clear_span : float
+        Relative singular value; two columns this close are one. Tuned on
+        ``tests.bench.vision_films mixed`` (fast plates with few frames per turn).
+    """
+
+    outlier: float = 5.0
+    clear_span: float = 0.03
+
+
+THRESHOLDS = FitThresholds()
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +88,7 @@ def least_squares(x: FloatArray, y: FloatArray, turn_rad: FloatArray | None = No
             raise np.linalg.LinAlgError("columns are linearly dependent")
         residual = y - scaled @ beta
         spread = 1.4826 * float(np.median(np.abs(residual[used])))
-        keep = np.abs(residual) <= OUTLIER * max(spread, 1e-12)
+        keep = np.abs(residual) <= THRESHOLDS.outlier * max(spread, 1e-12)
         if np.array_equal(keep, used):
             break
         used = keep
@@ -93,7 +111,7 @@ def independent(x: FloatArray) -> FloatArray:
     scaled = x / np.where(scale > 0, scale, 1.0)
     # The few columns' own matrix: a singular value decomposition of all rows costs far more.
     squared, axes = np.linalg.eigh(scaled.T @ scaled)
-    clear = squared > CLEAR_SPAN**2 * squared[-1]
+    clear = squared > THRESHOLDS.clear_span**2 * squared[-1]
     return np.asarray(scaled @ axes[:, clear] / np.sqrt(squared[clear]))
 
 
@@ -102,8 +120,8 @@ def correlation_time(residual: FloatArray) -> float:
 
     The larger of two estimates: 1 + 2 Σ ρ_k, summed over pairs of lags while the pairs are
     positive (Geyer, Practical Markov chain Monte Carlo, 1992), which sees short memory; and the
-    power of the slowest waves against the mean power, which sees wandering over seconds: a film is
-    encoded in groups of some hundred pictures, and each group errs a little as a whole.
+    power of the slowest waves against the mean power, which sees wandering over seconds: a clip
+    is encoded in groups of some hundred frames, and each group errs a little as a whole.
     """
     n = len(residual)
     centred = residual - residual.mean()
@@ -118,8 +136,8 @@ def correlation_time(residual: FloatArray) -> float:
     short = 1 + 2 * float(pairs[:stop].sum())
     waves = np.arange(1, min(SLOW_WAVES, (n - 1) // 2) + 1)
     # The fitted line took its share of them: its own k-th wave is 1/k, in sine only.
-    left = len(waves) - 0.5 * 6 / np.pi**2 * float((1.0 / waves**2).sum())
-    slow = float(spectrum[2 * waves].sum()) / left / covariance[0] if len(waves) else 1.0
+    rest = len(waves) - 0.5 * 6 / np.pi**2 * float((1.0 / waves**2).sum())
+    slow = float(spectrum[2 * waves].sum()) / rest / covariance[0] if len(waves) else 1.0
     return max(1.0, short, slow)
 
 
@@ -127,7 +145,7 @@ def repetition(influence: FloatArray, error: FloatArray, turn_rad: FloatArray) -
     """Variance of each parameter against that of white errors of unit size, shape (k,).
 
     Errors within a sector of the turn are taken as possibly alike, those of different sectors as
-    independent: Σ_sectors (Σ h e)² over Σ h². It matters where the pictures keep step with the
+    independent: Σ_sectors (Σ h e)² over Σ h². It matters where the frames keep step with the
     plate (20 per turn at 45 rpm and 15 fps): each place is then seen again and again at nearly the
     same angle, and its error with it.
     """

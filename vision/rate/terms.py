@@ -5,23 +5,26 @@
 ``columns`` gives X for a term by name. The angle in the columns is that of the line, not the
 measured one, so that the noise of an angle does not enter its own regressor.
 
-``forward_prediction`` is no matter of the plate and not offered to the user: an encoder that
-predicts picture after picture from the one before carries faint texture along by coarse motion, and
-it lags, by up to some mrad at strong compression. Beside pictures predicted from both sides it does
-not, and encoders change between the two within a film.
+``forward_prediction`` has nothing to do with the plate and is not offered to the user: an encoder
+that predicts frame after frame from the one before moves faint texture by coarse motion, and the
+angle lags by up to some mrad at strong compression. It does not beside frames predicted from both
+sides, and encoders change between the two within a clip.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.phase_track import BoolArray, PhaseTrack, PlateAngle
+from vision.rate.least_squares import LeastSquares, independent, least_squares
 
 CONSTANT_RATE = "constant_rate"
 TERMS = ("once_per_rev", "twice_per_rev", "rate_drift", "frame_steps", "rolling_shutter")
 FORWARD_PREDICTION = "forward_prediction"
+ALWAYS = ("once_per_rev", "twice_per_rev", FORWARD_PREDICTION)
 UNITS = {
     "once_per_rev": "rad",
     "twice_per_rev": "rad",
@@ -34,30 +37,30 @@ MEANING = {
     "view that is slightly off",
     "twice_per_rev": "a wave twice per turn: a camera tilt left over, an oval drive",
     "rate_drift": "a rate that changes evenly in time",
-    "frame_steps": "jumps by whole frame times: pictures lost by the recorder",
+    "frame_steps": "jumps by whole frame times: frames dropped by the recorder",
     "rolling_shutter": "rows read out one after the other: the mark is seen earlier at the top "
-    "of the picture than at the bottom",
+    "of the frame than at the bottom",
 }
 
 
 @dataclass(frozen=True, eq=False)
 class Regressors:
-    """What the columns of all terms are made of, on the usable pictures.
+    """What the columns of all terms are made of, on the usable frames.
 
     Attributes
     ----------
     time_s : array, shape (u,)
-        Time with that of lost pictures put back, from the middle of the clip.
+        Time with that of dropped frames put back, from the middle of the clip.
     stamp_s : array, shape (u,)
         Time as stamped, from the middle of the clip.
     line_rad : array, shape (u,)
         Angle of the fitted line.
     steps_rad : array, shape (u,)
-        Angle turned in the time of the pictures lost so far.
+        Angle turned in the time of the frames dropped so far.
     forward : array, shape (u,)
-        1 where the picture is one of a run predicted from the pictures before, else 0.
+        1 where the frame is one of a run predicted from the frames before, else 0.
     mark_row_px : array, shape (u,)
-        How far below the spindle the mark stands, pixels of the film.
+        How far below the spindle the mark stands, pixels of the clip.
     rate_rad_s : float
     """
 
@@ -83,7 +86,7 @@ class Regressors:
 
 
 def regressors(track: PhaseTrack, angle: PlateAngle, rate_rad_s: float) -> Regressors:
-    """Evaluate them for a rate."""
+    """What the columns are made of, at a signed rate."""
     time = angle.repaired_time_s - angle.repaired_time_s.mean()
     line = rate_rad_s * time + angle.angle_rad.mean()
     return Regressors(
@@ -97,28 +100,190 @@ def regressors(track: PhaseTrack, angle: PlateAngle, rate_rad_s: float) -> Regre
     )
 
 
-def columns(term: str, given: Regressors) -> FloatArray:
+def columns(term: str, base: Regressors) -> FloatArray:
     """X of a term, shape (u, k)."""
     if term == "once_per_rev":
-        return np.stack([np.cos(given.line_rad), np.sin(given.line_rad)], axis=1)
+        return np.stack([np.cos(base.line_rad), np.sin(base.line_rad)], axis=1)
     if term == "twice_per_rev":
-        return np.stack([np.cos(2 * given.line_rad), np.sin(2 * given.line_rad)], axis=1)
+        return np.stack([np.cos(2 * base.line_rad), np.sin(2 * base.line_rad)], axis=1)
     if term == "rate_drift":
-        square = 0.5 * given.time_s**2
+        square = 0.5 * base.time_s**2
         return np.asarray((square - square.mean())[:, None])
     if term == "frame_steps":
-        # Against the times as stamped; one per unit is one for every picture counted as lost.
-        return given.steps_rad[:, None]
+        # Against the times as stamped; one per unit is one for every frame counted as dropped.
+        return base.steps_rad[:, None]
     if term == FORWARD_PREDICTION:
-        return given.forward[:, None]
+        return base.forward[:, None]
     if term == "rolling_shutter":
         # A row lower is read later, when the plate has turned on.
-        return np.asarray(given.rate_rad_s * given.mark_row_px[:, None])
+        return np.asarray(base.rate_rad_s * base.mark_row_px[:, None])
     raise KeyError(term)
 
 
-def design(terms: Sequence[str], given: Regressors, time_s: FloatArray) -> FloatArray:
+def design(terms: Sequence[str], base: Regressors, time_s: FloatArray) -> FloatArray:
     """Columns of constant, rate (on either time) and the terms, shape (u, 2 + Σk)."""
     parts = [np.ones((len(time_s), 1)), time_s[:, None]]
-    parts += [columns(term, given) for term in terms]
+    parts += [columns(term, base) for term in terms]
     return np.concatenate(parts, axis=1)
+
+
+def fit_rate(
+    track: PhaseTrack, angle: PlateAngle, rate_rad_s: float, *, with_drift: bool
+) -> tuple[LeastSquares, Regressors, tuple[str, ...]]:
+    """Fit the rate with what is always fitted together with it.
+
+    Twice, because the waves are placed by the line that the fit determines.
+
+    Parameters
+    ----------
+    track : PhaseTrack
+    angle : PlateAngle
+    rate_rad_s : float
+        Near the rate, signed.
+    with_drift : bool
+        Fit ``rate_drift`` as well.
+
+    Returns
+    -------
+    fit : LeastSquares
+        β of constant, rate and the fitted terms.
+    base : Regressors
+    always : tuple of str
+        The terms of ``ALWAYS`` that this clip separates.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        Not even the line can be fitted.
+    """
+    for _ in range(2):
+        base = regressors(track, angle, rate_rad_s)
+        always: tuple[str, ...] = ()
+        for term in ALWAYS:
+            # A fast plate has few frames per turn, and the waves may look alike on them.
+            x = design((*always, term), base, base.time_s)
+            if independent(x).shape[1] == x.shape[1]:
+                always = (*always, term)
+        fit, always = _fit(always, ("rate_drift",) if with_drift else (), base, angle)
+        rate_rad_s = float(fit.beta[1])
+    return fit, base, always
+
+
+def _fit(
+    always: tuple[str, ...], besides: tuple[str, ...], base: Regressors, angle: PlateAngle
+) -> tuple[LeastSquares, tuple[str, ...]]:
+    """The fit, and the terms of ``always`` that it can separate on the frames not set aside."""
+    x = design((*always, *besides), base, base.time_s)
+    try:
+        return least_squares(x, angle.angle_rad, turn_rad=base.line_rad), always
+    except np.linalg.LinAlgError:
+        if not always:
+            raise
+        return _fit(always[:-1], besides, base, angle)
+
+
+def without_lag(
+    angle: PlateAngle, fit: LeastSquares, base: Regressors, always: tuple[str, ...]
+) -> PlateAngle:
+    """The angle as if every frame were coded alike."""
+    if FORWARD_PREDICTION not in always:
+        return angle
+    before = design(always[: always.index(FORWARD_PREDICTION)], base, base.time_s)
+    lag = float(fit.beta[before.shape[1]])
+    return replace(angle, angle_rad=angle.angle_rad - lag * base.forward)
+
+
+@dataclass(frozen=True, eq=False)
+class TermValue:
+    """A fitted term of the stated model.
+
+    Attributes
+    ----------
+    name : str
+    value, sd : array, shape (k,)
+    unit : str
+    """
+
+    name: str
+    value: FloatArray
+    sd: FloatArray
+    unit: str
+
+
+@dataclass(frozen=True, eq=False)
+class StatedFit:
+    """The stated model against the angles.
+
+    Attributes
+    ----------
+    model : tuple of str
+        constant_rate first.
+    terms : tuple of TermValue
+    time_s, angle_rad, residual_rad : array, shape (u,)
+        Time from the first frame with that of dropped frames put back, plate angle wrapped to
+        (-π, π], and the residual.
+    used : array of bool, shape (u,)
+        Not an outlier of the fit of the rate.
+    """
+
+    model: tuple[str, ...]
+    terms: tuple[TermValue, ...]
+    time_s: FloatArray
+    angle_rad: FloatArray
+    residual_rad: FloatArray
+    used: BoolArray
+
+    @property
+    def rms_rad(self) -> float:
+        """Of the residual of the used frames."""
+        return float(np.sqrt((self.residual_rad[self.used] ** 2).mean()))
+
+
+def fit_stated(
+    source: str, stated: tuple[str, ...], angle: PlateAngle, base: Regressors, used: BoolArray
+) -> StatedFit:
+    """Fit the stated model.
+
+    Parameters
+    ----------
+    source : str
+        Name of the clip.
+    stated : tuple of str
+        Terms besides the constant rate.
+    angle : PlateAngle
+    base : Regressors
+        On the rows of ``angle``.
+    used : array of bool, shape (u,)
+        Rows that are fitted; the residual is on all.
+
+    Raises
+    ------
+    RateRefused
+        Terms that one clip cannot separate.
+    """
+    present = [t for t in stated if t != "frame_steps" or angle.dropped.any()]
+    x = design(present, base, base.stamp_s)
+    try:
+        fit = least_squares(x[used], angle.angle_rad[used])
+    except np.linalg.LinAlgError as error:
+        raise RateRefused(
+            f"{source}: one clip cannot separate the terms {', '.join(present)}: their waves are "
+            f"the same. Remove one of them from the model."
+        ) from error
+    return StatedFit(
+        model=(CONSTANT_RATE, *stated),
+        terms=_values(present, fit, base),
+        time_s=angle.repaired_time_s,
+        angle_rad=np.angle(np.exp(1j * angle.angle_rad)),
+        residual_rad=angle.angle_rad - x @ fit.beta,
+        used=used,
+    )
+
+
+def _values(terms: Sequence[str], fit: LeastSquares, base: Regressors) -> tuple[TermValue, ...]:
+    values, at = [], 2
+    for term in terms:
+        part = slice(at, at + columns(term, base).shape[1])
+        values.append(TermValue(term, fit.beta[part], fit.sd[part], UNITS[term]))
+        at = part.stop
+    return tuple(values)

@@ -1,7 +1,7 @@
 """Which clock the rate is measured against.
 
 A rate is an angle over a time, and the time is the camera's. Its error is a pure scale of the
-rate that nothing in the film can show, so it is stated, never estimated.
+rate that nothing in the clip can show, so it is stated, never estimated.
 """
 
 from dataclasses import dataclass
@@ -22,14 +22,14 @@ SLOWEST_FPS, FASTEST_FPS = 0.5, 2000.0
 
 @dataclass(frozen=True)
 class Timebase:
-    """Where the times of the pictures come from, and how well they are known.
+    """Where the times of the frames come from, and how well they are known.
 
     Parameters
     ----------
     source : "container" or "constant"
-        The stamps in the file, or picture number over ``fps``.
+        The stamps in the file, or frame number over ``fps``.
     fps : float, optional
-        Pictures per second when filmed; needed by "constant", not allowed with "container".
+        Frames per second when filmed; needed by "constant", not allowed with "container".
     ppm : float
         Standard deviation of the clock's rate, parts per million. A quartz in a camera or phone
         keeps 20 to 100.
@@ -50,12 +50,12 @@ class Timebase:
             raise ValueError(f"timebase: ppm is {self.ppm}, zero or more is expected")
 
     def times(self, track: PhaseTrack) -> FloatArray:
-        """Time of each picture in seconds, shape (f,).
+        """Time of each frame in seconds, shape (f,).
 
         Raises
         ------
         RateRefused
-            The container's stamps cannot be times of pictures.
+            The container's stamps cannot be times of frames.
         """
         if self.fps is not None:
             return np.arange(len(track.time_s)) / self.fps
@@ -64,13 +64,13 @@ class Timebase:
         fps = 1 / max(float(np.median(step)), 1e-9)
         standing = int((step <= 0).sum())
         if standing or not SLOWEST_FPS <= fps <= FASTEST_FPS:
-            found = (
-                f"{standing} of {len(step)} steps from picture to picture do not go forward"
+            fault = (
+                f"{standing} of {len(step)} steps from frame to frame do not go forward"
                 if standing
-                else f"they say {fps:.6g} pictures per second"
+                else f"they state {fps:.6g} frames per second"
             )
             raise RateRefused(
-                f"{track.source}: the time stamps in the file cannot be those of a film: {found}. "
+                f"{track.source}: the time stamps in the file cannot be those of a clip: {fault}. "
                 f"If the camera's frame rate is known, give it (timebase: {{source: constant, "
                 f"fps: ...}}); otherwise record into .mp4 or .mkv."
             )

@@ -1,55 +1,76 @@
-"""The plate's angle against time: whole turns, lost pictures, rate from turn to turn.
+"""The plate's angle against time: usable frames, whole turns, rate from turn to turn."""
 
-A picture lost by a recorder that stamps as if none were makes the angle jump by rate x frame time;
-n pictures by n times that. The jumps are exact multiples, far above the noise, so they are counted
-and the time they stand for is put back.
-"""
-
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
 from vision.phase_track import BoolArray, PhaseTrack, PlateAngle, RateHistory
 
-POOR_MATCH = 0.6  # of the usual correlation with the template; poorer pictures are left out
-UNEXPLAINED = 3.0  # times the usual share that the template leaves; more is something in the way
-SMALLEST_LEFT = 0.01  # share left in a picture without noise to speak of
-AT_REST = 0.75  # of the usual step: slower before or after pictures that repeat is a plate at rest
-NEAR_WHOLE = 0.25  # of rate x frame time: how close to a multiple a jump must be
-CLEAR = 6.0  # times the noise of one step, for a jump to be told from it
-STAYS = 8  # pictures on either side of a jump, from which it is told
-TIDIED = 0.6  # of the angles' spread about a jump, that is left where it is put back
-SPREAD = (1, 2, 3)  # steps that a jump may be spread over
-STRAY = 10.0  # times the median distance from the neighbours' median
-STRAY_RAD = 0.1  # and this at least, as a plate that stops may leave it
-REST = 2.5  # times a neighbouring half turn; one that takes longer is no half turn but a rest
+LOCAL_STEPS = 31  # frames that a median is taken over, for a usual step and for strays
 BURST = 8.0  # times the usual step, that two steps take; else they take two
 REGULAR = 0.1  # of the usual step: what belongs to it
-LOCAL_STEPS = 31  # pictures over which the usual step is taken,
-LOCAL_S = 1.0  # and time, at least
+
+
+@dataclass(frozen=True)
+class FrameThresholds:
+    """Which frames are used.
+
+    Attributes
+    ----------
+    unexplained : float
+        Times the usual ratio of what the template does not explain of a frame to what it does; more
+        is something in the way.
+    least_unexplained : float
+        That ratio in a frame without noise to speak of.
+    at_rest : float
+        Of the usual step; slower before or after frames that repeat is a plate at rest.
+    stray : float
+        Times the median distance from the neighbours' median; farther frames are left out of the
+        rate from turn to turn.
+    stray_rad : float
+        And farther than this, rad, as a plate that stops may leave it.
+    rest : float
+        Times a neighbouring half turn; one that takes longer is a rest.
+    """
+
+    unexplained: float = 3.0
+    least_unexplained: float = 0.01
+    at_rest: float = 0.75
+    stray: float = 10.0
+    stray_rad: float = 0.1
+    rest: float = 2.5
+
+
+THRESHOLDS = FrameThresholds()
 
 
 def usable(track: PhaseTrack) -> BoolArray:
-    """Pictures on which the plate was seen well and which are no repetition, shape (f,)."""
+    """Frames in which the plate was seen well and which repeat no other, shape (f,)."""
     seen = np.isfinite(track.phase_rad) & np.isfinite(track.quality)
     usual = float(np.median(track.quality[seen])) if seen.any() else 0.0
-    left = 1 - track.quality**2
-    clear = left <= UNEXPLAINED * max(1 - usual**2, SMALLEST_LEFT)
-    return seen & clear & (track.quality > POOR_MATCH * usual) & ~_repeated(track, seen)
+    limit = THRESHOLDS.unexplained * max(float(_unexplained(usual)), THRESHOLDS.least_unexplained)
+    clear = (track.quality > 0) & (_unexplained(track.quality) <= limit)
+    return seen & clear & ~_repeated(track, seen)
+
+
+def _unexplained(correlation: FloatArray | float) -> FloatArray:
+    """Power of a frame that the template does not explain, over that which it does."""
+    square = np.square(correlation)
+    return np.asarray((1 - square) / np.maximum(square, 1e-12))
 
 
 def _repeated(track: PhaseTrack, seen: BoolArray) -> BoolArray:
-    """Pictures delivered again, shape (f,).
+    """Frames delivered again, shape (f,).
 
     A plate at rest repeats itself too, and must not vanish: before and after its rest it is slow.
-    A picture that is delivered again stands between pictures of a plate at its usual rate.
+    A frame that is delivered again stands between frames of a plate at its usual rate.
     """
     fresh = np.flatnonzero(seen & ~track.duplicate)
     if len(fresh) < 2:
         return track.duplicate
     step = np.abs(np.angle(np.exp(1j * np.diff(track.phase_rad[fresh]))))
-    slow = step < AT_REST * np.median(step)
+    slow = step < THRESHOLDS.at_rest * np.median(step)
     repeated = track.duplicate.copy()
     edges = np.flatnonzero(np.diff(track.duplicate.astype(int), prepend=0, append=0))
     for start, stop in edges.reshape(-1, 2):
@@ -62,13 +83,22 @@ def _repeated(track: PhaseTrack, seen: BoolArray) -> BoolArray:
 
 
 def frame_time(time_s: FloatArray) -> float:
-    """Usual time from picture to picture, finer than the stamps: Matroska rounds them to 1 ms."""
+    """Usual time from frame to frame, s, finer than the stamps: Matroska rounds them to 1 ms."""
+    if stamped_in_bursts(time_s):
+        return float(np.median(time_s[2:] - time_s[:-2])) / 2
     step = np.diff(time_s)
-    usual = float(np.quantile(step, 0.5, method="lower"))  # one of the steps, never between two
-    pair = float(np.median(time_s[2:] - time_s[:-2]))
-    if pair > BURST * usual:  # two pictures come at once, then none for long
-        return pair / 2
+    usual = _usual_step(step)
     return float(step[np.abs(step - usual) <= REGULAR * usual].mean())
+
+
+def stamped_in_bursts(time_s: FloatArray) -> bool:
+    """Two frames come at once, then none for long: the stamps are not the times of the frames."""
+    pair = float(np.median(time_s[2:] - time_s[:-2]))
+    return pair > BURST * _usual_step(np.diff(time_s))
+
+
+def _usual_step(step: FloatArray) -> float:
+    return float(np.quantile(step, 0.5, method="lower"))  # one of the steps, never between two
 
 
 def rough_rate(track: PhaseTrack, time_s: FloatArray) -> float:
@@ -84,92 +114,39 @@ def rough_rate(track: PhaseTrack, time_s: FloatArray) -> float:
     return float(np.median(around) / track.plate.symmetry / usual)
 
 
-def plate_angle(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> PlateAngle:
-    """Make the angle continuous, near ``rate_rad_s``, and count lost pictures."""
+def continuous_angle(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> PlateAngle:
+    """Make the angle of the usable frames continuous.
+
+    Parameters
+    ----------
+    track : PhaseTrack
+    time_s : array, shape (f,)
+        Of every frame of the track, s.
+    rate_rad_s : float
+        Rate that the angle follows between frames, signed.
+
+    Returns
+    -------
+    PlateAngle
+        On the stamps as they are: no frame counted as dropped.
+    """
     good = np.flatnonzero(usable(track))
     time, phase = time_s[good], track.phase_rad[good]
     period = 2 * np.pi / track.plate.symmetry
-    step_s = np.diff(time)
-    expected = rate_rad_s * step_s
+    expected = rate_rad_s * np.diff(time)
     surprise = np.diff(phase) - expected
     step = expected + surprise - period * np.round(surprise / period)
-    frame_s = frame_time(time_s)
-    lost = _lost(step, step_s, frame_s)
     return PlateAngle(
         time_s=time,
         angle_rad=phase[0] + np.concatenate([[0.0], np.cumsum(step)]),
         index=good,
-        dropped=np.concatenate([[0], lost]),
-        frame_s=frame_s,
+        dropped=np.zeros(len(good), np.int64),
+        frame_s=frame_time(time_s),
     )
 
 
-def _lost(step: FloatArray, step_s: FloatArray, frame_s: float) -> NDArray[np.int64]:
-    """Whole frame times missing in each step, shape (u - 1,).
-
-    An encoder that blends pictures spreads a jump over two or three steps.
-    """
-    # Of a fast camera, more steps: each has all the noise and less of the motion.
-    rate = _running_median(step / step_s, max(LOCAL_STEPS, 2 * round(LOCAL_S / frame_s / 2) + 1))
-    whole = rate * frame_s
-    left = step - rate * step_s  # beyond the usual rate, and not yet taken for lost pictures
-    clear = np.abs(whole) > CLEAR * 1.4826 * float(np.median(np.abs(left)))
-    lost = np.zeros(len(step), np.int64)
-    for width in SPREAD:
-        if width > 1:
-            clear &= np.abs(whole) > CLEAR * _shift_noise(left)
-        for at, count in _jumps(left, np.where(clear, whole, np.inf), width):
-            lost[at] += count
-            left[at] -= count * whole[at]
-    return lost
-
-
-def _jumps(left: FloatArray, whole: FloatArray, width: int) -> list[tuple[int, int]]:
-    """Steps in which whole frame times are missing, and how many, by sums over ``width`` steps.
-
-    One too few is a picture shown again. It has its time: recorders put it in where the camera is
-    slower than the film, and taken out it would leave the plate as much too fast.
-    """
-    if len(left) < width:
-        return []
-    total = np.convolve(left, np.ones(width), "valid")
-    ratio = total / whole[: len(total)]
-    count = np.round(ratio).clip(0).astype(int)
-    off = np.abs(ratio - count)
-    near = np.flatnonzero((off < NEAR_WHOLE) & (count > 0))
-    apart: list[int] = []
-    for i in near[np.argsort(off[near])]:
-        if all(abs(i - other) >= width for other in apart):
-            apart.append(int(i))
-    steps = [(i + int(np.abs(left[i : i + width]).argmax()), int(count[i])) for i in apart]
-    put_back = left.copy()
-    for at, lost in steps:
-        put_back[at] -= lost * whole[at]
-    beyond = np.concatenate([[0.0], np.cumsum(put_back)])
-    found = []
-    for i, (at, lost) in zip(apart, steps, strict=True):
-        old, new = beyond[max(0, i + 1 - STAYS) : i + 1], beyond[i + width : i + width + STAYS]
-        # An angle that jumps there and back, or creeps back, was mismeasured.
-        without = np.concatenate([old, new + lost * whole[at]])
-        if _spread(np.concatenate([old, new])) < TIDIED * _spread(without):
-            found.append((at, lost))
-    return found
-
-
-def _spread(values: FloatArray) -> float:
-    return float(np.abs(values - np.median(values)).sum())
-
-
-def _shift_noise(left: FloatArray) -> float:
-    """By how much the level of some pictures differs from the next ones', jumps left aside."""
-    beyond = np.concatenate([[0.0], np.cumsum(left)])
-    if len(beyond) < 2 * STAYS:
-        return np.inf
-    level = np.median(np.lib.stride_tricks.sliding_window_view(beyond, STAYS), axis=1)
-    return float(np.quantile(np.abs(level[STAYS:] - level[:-STAYS]), 0.25)) / 0.3186
-
-
-def _running_median(values: FloatArray, over: int = LOCAL_STEPS) -> FloatArray:
+def running_median(values: FloatArray, over: int) -> FloatArray:
+    """Median over ``over`` neighbours, an odd number, mirrored at the ends; shape (n,)."""
     if len(values) <= over:
         return np.full_like(values, np.median(values))
     half = over // 2
@@ -211,12 +188,12 @@ def rate_history(angle: PlateAngle) -> RateHistory:
 def _without_outliers(
     time_s: FloatArray, angle_rad: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Time and angle since the first picture, of those that go with their neighbours."""
+    """Time and angle since the first frame, of those that agree with their neighbours."""
     rate = (angle_rad[-1] - angle_rad[0]) / (time_s[-1] - time_s[0])
     off = angle_rad - rate * time_s
-    off = np.abs(off - _running_median(off))
+    off = np.abs(off - running_median(off, LOCAL_STEPS))
     off[: LOCAL_STEPS // 2] = off[-(LOCAL_STEPS // 2) :] = 0  # a slope leads away from its ends
-    kept = off <= max(STRAY * float(np.median(off)), STRAY_RAD)
+    kept = off <= max(THRESHOLDS.stray * float(np.median(off)), THRESHOLDS.stray_rad)
     return time_s[kept], angle_rad[kept] - angle_rad[kept][0]
 
 
@@ -227,7 +204,7 @@ def _with_rests(at_s: FloatArray, end_s: float) -> FloatArray:
     for i, (start, stop) in enumerate(zip(at_s, [*at_s[1:], end_s], strict=True)):
         beside = lasts[max(i - 1, 0) : i + 2]
         usual = float(np.min(beside, initial=np.inf, where=beside > 0))
-        if stop - start > REST * usual:
+        if stop - start > THRESHOLDS.rest * usual:
             pieces = int((stop - start) / usual)
             times.append(np.linspace(start, stop, pieces + 1)[1 : None if stop == end_s else -1])
     return np.sort(np.concatenate(times))

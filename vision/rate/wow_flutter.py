@@ -12,8 +12,29 @@ import numpy as np
 from vision.rate.least_squares import LeastSquares, least_squares
 from vision.rate.terms import Regressors, columns
 
-FIRST_FLUTTER_ORDER = 2.5  # waves per turn
-CLEAR_LINE = 20.0  # times the mean power of the spectrum: one chance in 10⁶ for 500 lines
+
+@dataclass(frozen=True)
+class FlutterThresholds:
+    """What counts as flutter.
+
+    Attributes
+    ----------
+    first_order : float
+        Waves per turn. Derived: between the second order, which is wow, and the third.
+    clear_line : float
+        Times the mean power of the spectrum. Derived: white noise exceeds it once in 10⁶ spectra of
+        500 lines.
+    fastest : float
+        Of the frame rate. Derived: the last bins hold waves that the frames sample less than 2.2
+        times.
+    """
+
+    first_order: float = 2.5
+    clear_line: float = 20.0
+    fastest: float = 0.45
+
+
+THRESHOLDS = FlutterThresholds()
 
 
 @dataclass(frozen=True)
@@ -24,7 +45,7 @@ class SpeedFigures:
     ----------
     once_per_rev, once_sd, twice_per_rev, twice_sd : float
         Wow at one and two waves per turn (upper limits, see above); NaN where there are too few
-        pictures per turn to tell.
+        frames per turn to separate them.
     flutter : float
         Strongest faster wave; 0 where none stands out.
     flutter_hz : float
@@ -44,7 +65,7 @@ class SpeedFigures:
 
 
 def speed_figures(
-    fit: LeastSquares, given: Regressors, waves: Sequence[str], frame_s: float
+    fit: LeastSquares, base: Regressors, waves: Sequence[str], frame_s: float
 ) -> SpeedFigures:
     """Take the figures from the rate's fit: constant, rate, cosine and sine of each wave, …"""
     wave, sd = [], []
@@ -54,13 +75,13 @@ def speed_figures(
         sd.append(np.nan if at is None else float(np.sqrt((fit.sd[at : at + 2] ** 2).mean())))
     drift = least_squares(
         np.concatenate(
-            [np.ones((len(given.time_s), 1)), given.time_s[:, None], columns("rate_drift", given)],
+            [np.ones((len(base.time_s), 1)), base.time_s[:, None], columns("rate_drift", base)],
             axis=1,
         ),
         fit.residual,
     )
-    flutter, hz = _flutter(fit, given, frame_s)
-    rate = abs(given.rate_rad_s)
+    flutter, hz = _flutter(fit, base, frame_s)
+    rate = abs(base.rate_rad_s)
     return SpeedFigures(
         once_per_rev=wave[0],
         once_sd=sd[0],
@@ -68,26 +89,26 @@ def speed_figures(
         twice_sd=2 * sd[1],
         flutter=flutter,
         flutter_hz=hz,
-        drift_per_s=float(drift.beta[2]) * float(np.sign(given.rate_rad_s)) / rate,
+        drift_per_s=float(drift.beta[2]) * float(np.sign(base.rate_rad_s)) / rate,
         drift_sd=float(drift.sd[2]) / rate,
     )
 
 
-def _flutter(fit: LeastSquares, given: Regressors, frame_s: float) -> tuple[float, float]:
+def _flutter(fit: LeastSquares, base: Regressors, frame_s: float) -> tuple[float, float]:
     """Strongest wave faster than twice per turn: relative rate amplitude and frequency."""
-    time = given.time_s - given.time_s[0]
+    time = base.time_s - base.time_s[0]
     even = np.arange(0, time[-1], frame_s)
     residual = np.interp(even, time[fit.used], fit.residual[fit.used])
     taper = np.hanning(len(even))
     amplitude = 2 * np.abs(np.fft.rfft(residual * taper)) / taper.sum()
     hz = np.fft.rfftfreq(len(even), frame_s)
-    # The last bins belong to waves that the pictures sample less than 2.2 times.
-    band = (hz > FIRST_FLUTTER_ORDER * abs(given.rate_rad_s) / (2 * np.pi)) & (hz < 0.45 / frame_s)
+    slowest = THRESHOLDS.first_order * abs(base.rate_rad_s) / (2 * np.pi)
+    band = (hz > slowest) & (hz < THRESHOLDS.fastest / frame_s)
     if band.sum() < 8:
         return 0.0, float("nan")
     power = amplitude[band] ** 2
     peak = int(power.argmax())
-    if power[peak] < CLEAR_LINE * np.median(power) / np.log(2):
+    if power[peak] < THRESHOLDS.clear_line * np.median(power) / np.log(2):
         return 0.0, float("nan")
     at = float(hz[band][peak])
-    return float(amplitude[band][peak]) * 2 * np.pi * at / abs(given.rate_rad_s), at
+    return float(amplitude[band][peak]) * 2 * np.pi * at / abs(base.rate_rad_s), at

@@ -1,5 +1,9 @@
 """Frames and a learned plate to the plate's angle in every frame.
 
-    tracker ─ frame_measurement ─ track ─ PhaseTrack
-    camera_motion ───────┘           └─ annotate (one frame with all that was found)
+    frames ─ tracker ───────┬─ frame_measurement ─ track ─ PhaseTrack
+             camera_motion ─┘
+
+``tracker``: plate angle against the template. ``camera_motion``: roll of the camera.
+``frame_measurement``: what is measured in a frame, and the annotated frame. ``track``: the clip in
+one pass.
 """

@@ -1,7 +1,7 @@
 """Whether the camera itself turns: what surrounds the plate stands still, unless the camera moves.
 
-A camera that rolls adds its own rate to the plate's, and the plate cannot tell them apart; what
-lies around it can. Against the background S, each frame of the surroundings is, for a small
+A camera that rolls adds its own rate to the plate's, and the plate cannot show it; what lies around
+it can. Against the background S, each frame of the surroundings is, for a small
 roll α about the spindle and a small shift (u, v),
 
     P - S = -α t·∇S - u ∂S/∂x - v ∂S/∂y + g S + h,        t = (-(y - y₀), x - x₀),
@@ -26,25 +26,21 @@ LARGEST_SIDE = 160  # pixels; the surroundings are large
 BORDER = 4  # pixels; what moves in there from outside is unknown
 ITERATIONS = 2
 BACK = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-RIDGE = 1e-12
+RIDGE = 1e-12  # of the mean diagonal: above rounding, below all that is measured
 SECTORS = 8  # of the surroundings, about the spindle
 
 
 @dataclass(frozen=True)
 class CameraMotionThresholds:
-    """What of the surroundings counts.
+    """Which of the surroundings count.
 
     Attributes
     ----------
     around : float
         Plate radii, from which on nothing turns with the plate. Tuned on tests.bench.vision_scenes.
     stray : float
-        Steps of luma; more is something in the way. Derived: six times the noise of a frame.
-    mostly_clear : float
-        Of the pixels around the plate; with fewer, the camera itself was pushed. Tuned on
-        tests.vision.rate.test_camera_roll.
-    noise : float
-        Steps of luma, sd of a pixel. Fact: an ordinary webcam.
+        Steps of luma; more pulls no harder: it is something in the way. Derived: six times the
+        noise of a frame.
     seen_rad : float
         Sd of the roll in rad, above which the surroundings show too little. Derived: a third of the
         range that is worth a warning.
@@ -52,8 +48,6 @@ class CameraMotionThresholds:
 
     around: float = 1.06
     stray: float = 12.0
-    mostly_clear: float = 0.7
-    noise: float = 2.0
     seen_rad: float = math.radians(0.1)
 
 
@@ -90,20 +84,29 @@ class CameraMotion:
         self._sectors = [slice(start, stop) for start, stop in pairwise(ends)]
         basis = np.stack([part[self._around] for part in parts])
         self._basis = np.ascontiguousarray(basis[:, self._order], np.float32)
-        normal = (self._basis @ self._basis.T).astype(float)
-        self._determined = bool(np.linalg.matrix_rank(normal) == len(parts)) and (
-            THRESHOLDS.noise * np.sqrt(np.linalg.inv(normal)[0, 0]) < THRESHOLDS.seen_rad
+        self._normal = np.array(
+            [self._basis[:, part] @ self._basis[:, part].T for part in self._sectors], float
         )
+        without = self._normal.sum(axis=0) - self._normal
+        self._determined = bool((np.linalg.matrix_rank(without) == len(parts)).all())
         self._moved = np.zeros(3)  # α, u, v of the latest frame
 
     def roll(self, image: Luma) -> float:
-        """Angle in rad by which the surroundings seem to turn, counter-clockwise as filmed.
+        """Angle by which the surroundings seem to turn since the background.
 
-        NaN where they do not determine it. Frames have to come in order.
+        Parameters
+        ----------
+        image : array of uint8, shape (h, w)
+            Frames have to come in order.
+
+        Returns
+        -------
+        float
+            In rad, counter-clockwise as filmed; NaN where the surroundings do not determine it.
         """
         if not self._determined:
             return float("nan")
-        reduced = self._reduced(image)
+        reduced, normal = self._reduced(image), self._normal
         h, w = reduced.shape
         for _ in range(ITERATIONS):
             alpha, u, v = self._moved
@@ -112,15 +115,8 @@ class CameraMotion:
             back = np.array([[c, -s, x0 - c * x0 + s * y0 + u], [s, c, y0 - s * x0 - c * y0 + v]])
             moved = cv2.warpAffine(reduced, back, (w, h), flags=BACK)
             beyond = (moved - self._background)[self._around][self._order]
-            clear = np.abs(beyond) < THRESHOLDS.stray
-            if clear.mean() < THRESHOLDS.mostly_clear:  # the whole camera was pushed
-                clear[:] = True
-            seen = self._basis * clear
-            pull = seen * np.clip(beyond, -THRESHOLDS.stray, THRESHOLDS.stray)
+            pull = self._basis * np.clip(beyond, -THRESHOLDS.stray, THRESHOLDS.stray)
             by_sector = np.array([pull[:, part].sum(axis=1) for part in self._sectors], float)
-            normal = np.array(
-                [seen[:, part] @ self._basis[:, part].T for part in self._sectors], float
-            )
             change = _solved(normal.sum(axis=0), by_sector.sum(axis=0))
             self._moved = self._moved + change[:3]
         without = _solved(normal.sum(axis=0) - normal, by_sector.sum(axis=0) - by_sector)

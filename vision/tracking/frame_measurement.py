@@ -16,6 +16,8 @@ from vision.video import ClipReader, Frame, Luma
 ROLL_EVERY_S = 0.9  # seconds: a camera moves slowly
 THUMBNAIL = 20  # samples across the plate and what is around it, each way
 WIDEST = 640  # pixels of the annotated frame
+KEPT_BITS = 5  # of its channels
+COMPRESSION = 6  # of its PNG; 9 saves 5 per cent more in seven times the time
 PLATE, CENTRE, MARK, FIXED_MARK = (80, 220, 80), (60, 60, 255), (255, 200, 0), (0, 200, 255)  # BGR
 
 
@@ -148,7 +150,7 @@ def annotate(
     mark: tuple[float, float] | None,
     fixed_mark: tuple[float, float] | None,
 ) -> NDArray[np.uint8]:
-    """Plate, spindle, measured rings and marks in colour over a frame.
+    """Draw plate, spindle, measured rings and marks in colour over a frame.
 
     Parameters
     ----------
@@ -162,8 +164,8 @@ def annotate(
 
     Returns
     -------
-    array of uint8, shape (h, w, 3)
-        At most 640 pixels wide.
+    array of uint8, shape (b,)
+        The bytes of a PNG, at most 640 pixels wide.
     """
     scale = min(1.0, WIDEST / image.shape[1])
     if scale < 1:
@@ -185,4 +187,16 @@ def annotate(
             at = point(*spot)
             cv2.line(canvas, centre, at, colour, 1, cv2.LINE_AA)
             cv2.circle(canvas, at, 9, colour, 2, cv2.LINE_AA)
-    return np.asarray(canvas, np.uint8)
+    return png(canvas)
+
+
+def png(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Encode an image (h, w, 3), blue-green-red, as the bytes (b,) of a PNG.
+
+    Every channel keeps its ``KEPT_BITS`` highest bits: the noise of a frame is most of what a PNG
+    has to store, and without the lowest bits it takes a third of the space.
+    """
+    step = 1 << (8 - KEPT_BITS)
+    coarse = image // step * step + step // 2
+    _, data = cv2.imencode(".png", coarse, [cv2.IMWRITE_PNG_COMPRESSION, COMPRESSION])
+    return np.asarray(data, np.uint8).ravel()

@@ -62,7 +62,7 @@ def track_phase(
     plate: PlateOverride | None = None,
     on_progress: Callable[[int, int | None], None] | None = None,
 ) -> "PhaseTrack":
-    """Follow the plate of a clip, by its colour where the brightness shows nothing that turns.
+    """Track the plate of a clip, by its colour where the brightness shows nothing that turns.
 
     Parameters
     ----------
@@ -72,18 +72,24 @@ def track_phase(
     on_progress : callable (frames done, frames stated or None), optional
         Called often, also while the plate is being learned; what it raises ends the work.
 
+    Returns
+    -------
+    PhaseTrack
+        Angles in rad, times in s, of shape (f,).
+
     Raises
     ------
     UnreadableVideo
-        Not a clip, or fewer than a dozen frames.
+        The file is no clip, or has fewer than a dozen frames.
     RateRefused
         Nothing in the clip turns about a fixed axis, in brightness or in colour.
     """
     cv2.setNumThreads(1)  # the other cores decode
-    by_luma = _tried(path, plate, on_progress, colours=False)
+    task = _Task(Path(path), plate, on_progress)
+    by_luma = _track_or_refusal(task, colours=False)
     if _turns(by_luma):
         return by_luma
-    by_colour = _tried(path, plate, on_progress, colours=True)
+    by_colour = _track_or_refusal(task, colours=True)
     if _turns(by_colour):
         return by_colour
     if isinstance(by_luma, RateRefused):
@@ -91,51 +97,50 @@ def track_phase(
     return by_luma
 
 
-def _turns(found: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
-    return not isinstance(found, RateRefused) and found.apparent_turns >= THRESHOLDS.fewest_turns
+@dataclass(frozen=True)
+class _Task:
+    """What to track, and whom to tell."""
+
+    path: Path
+    rim: PlateOverride | None
+    on_progress: Callable[[int, int | None], None] | None
 
 
-def _tried(
-    path: Path | str,
-    plate: PlateOverride | None,
-    on_progress: Callable[[int, int | None], None] | None,
-    *,
-    colours: bool,
-) -> "PhaseTrack | RateRefused":
+def _turns(result: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
+    return not isinstance(result, RateRefused) and result.apparent_turns >= THRESHOLDS.fewest_turns
+
+
+def _track_or_refusal(task: _Task, *, colours: bool) -> "PhaseTrack | RateRefused":
     try:
-        return _followed(path, plate, on_progress, colours=colours)
+        return _tracked(task, colours=colours)
     except RateRefused as refusal:
         return refusal
 
 
-def _followed(
-    path: Path | str,
-    plate: PlateOverride | None,
-    on_progress: Callable[[int, int | None], None] | None,
-    *,
-    colours: bool,
-) -> "PhaseTrack":
-    with ClipReader(path, colours=colours) as clip:
+def _tracked(task: _Task, *, colours: bool) -> "PhaseTrack":
+    with ClipReader(task.path, colours=colours) as clip:
 
-        def on_frames(images: int) -> None:
-            if on_progress is not None:
-                on_progress(images, clip.frames_stated)
+        def on_frames(count: int) -> None:
+            if task.on_progress is not None:
+                task.on_progress(count, clip.frames_stated)
 
-        from vision.tracking.frame_measurement import FrameMeasurements
+        from vision.tracking.frame_measurement import FrameMeasurements  # while frames are decoded
 
         batches = iter(clip)
-        found, first, skipped = _find(path, clip, batches, plate, on_frames)
-        shown = len(first.images) // 2
-        rows = FrameMeasurements(found, first.images[shown], shown * first.stride)
-        if first.stride == 1:
-            return _measured(rows, clip, _chain(first.images, batches), skipped, on_frames)
-        first.images.clear()
-    with ClipReader(path, colours=colours) as clip:
-        return _measured(rows, clip, _after(skipped, clip), skipped, on_frames)
+        plate, stretch = _learn_plate(task, clip, batches, on_frames)
+        shown = len(stretch.frames) // 2
+        measurements = FrameMeasurements(plate, stretch.frames[shown], shown * stretch.stride)
+        if stretch.stride == 1:
+            rest = _chain(stretch.frames, batches)
+            return _measured(measurements, clip, rest, stretch.skipped, on_frames)
+        stretch.frames.clear()
+    with ClipReader(task.path, colours=colours) as clip:
+        rest = _after(stretch.skipped, clip)
+        return _measured(measurements, clip, rest, stretch.skipped, on_frames)
 
 
 def _measured(
-    rows: "FrameMeasurements",
+    measurements: "FrameMeasurements",
     clip: ClipReader,
     batches: Iterator[list[Frame]],
     skipped: int,
@@ -143,9 +148,8 @@ def _measured(
 ) -> "PhaseTrack":
     """The track of all frames in the batches, the first ``skipped`` of the clip left out."""
     for batch in batches:
-        rows.add(batch)
-        on_frames(skipped + len(rows))
-    name = clip.path.name
+        measurements.add(batch)
+        on_frames(skipped + len(measurements))
     notes = []
     if skipped:
         notes.append(
@@ -153,80 +157,84 @@ def _measured(
         )
     if clip.orientation.mirrored:
         notes.append(
-            f"{name}: the file has its frames shown mirrored, as front cameras do, and the sense "
-            f"of rotation is that of the displayed frame. If writing in it reads backwards, the "
-            f"plate itself turns the other way."
+            f"{clip.path.name}: the file has its frames displayed mirrored, as front cameras do. "
+            f"The sense of rotation is that of the displayed frame; if writing in it reads "
+            f"backwards, the plate itself turns the other way."
         )
     # By the time, not the count: containers without one state duration times frame rate.
-    if clip.seconds_stated and rows.last_s < THRESHOLDS.whole * clip.seconds_stated:
+    if clip.seconds_stated and measurements.last_s < THRESHOLDS.whole * clip.seconds_stated:
         notes.append(
-            f"The file states {clip.seconds_stated:.1f} s, {rows.last_s:.1f} s could be decoded: "
-            f"it is damaged or was cut short."
+            f"The file states {clip.seconds_stated:.1f} s, {measurements.last_s:.1f} s could be "
+            f"decoded: it is damaged or was cut short."
         )
-    return rows.track(clip, tuple(notes))
+    return measurements.track(clip, tuple(notes))
 
 
 @dataclass(frozen=True, eq=False)
 class _Stretch:
-    """Frames to learn from: every ``stride``-th of those ``taken`` from the clip."""
+    """Frames to learn from.
 
-    images: list[Frame]
+    Every ``stride``-th of the ``read`` frames that follow the first ``skipped`` of the clip.
+    """
+
+    frames: list[Frame]
     stride: int
-    taken: int
+    read: int
+    skipped: int
 
 
-def _find(
-    path: Path | str,
+def _learn_plate(
+    task: _Task,
     clip: ClipReader,
     batches: Iterator[list[Frame]],
-    plate: PlateOverride | None,
     on_frames: Callable[[int], None],
-) -> "tuple[PlateModel, _Stretch, int]":
-    """The plate, the frames it was learned from, and how many were in vain before them."""
+) -> "tuple[PlateModel, _Stretch]":
+    """The plate, and the frames it was learned from."""
     from vision.plate.learn import learn
 
-    given = plate.view(clip.reduction) if plate else None
+    rim = task.rim.view(clip.reduction) if task.rim else None
     skipped = 0
     refusal: RateRefused | None = None
     for _ in range(ATTEMPTS):
-        first = _first(batches, partial(on_frames, skipped))
-        frames = first.images
-        if not frames:
+        on_step = partial(on_frames, skipped)
+        stretch = _next_stretch(batches, skipped, on_step)
+        if not stretch.frames:
             break
-        if len(frames) < FEWEST and refusal is None:
+        if len(stretch.frames) < FEWEST and refusal is None:
             raise UnreadableVideo(
-                f"{path}: {len(frames)} frame(s) found, at least {FEWEST} expected; a rate "
-                f"needs a clip of the turning plate, better of a minute."
+                f"{task.path}: {len(stretch.frames)} frame(s) found, at least {FEWEST} expected; a "
+                f"rate needs a clip of the turning plate, at best a minute long."
             )
         try:
-            found = learn(Path(path).name, frames, given, partial(on_frames, skipped))
-            return found, first, skipped
+            return learn(task.path.name, stretch.frames, rim, on_step), stretch
         except RateRefused as error:
             refusal = refusal or error
-            skipped += first.taken
+            skipped += stretch.read
     raise refusal or UnreadableVideo(
-        f"{path}: the file has a video stream, but not one frame could be decoded; copy it from "
-        f"the camera again or convert it to H.264."
+        f"{task.path}: the file has a video stream, but not one frame could be decoded; copy it "
+        f"from the camera again or convert it to H.264."
     )
 
 
-def _first(batches: Iterator[list[Frame]], on_step: Callable[[], object]) -> _Stretch:
+def _next_stretch(
+    batches: Iterator[list[Frame]], skipped: int, on_step: Callable[[], object]
+) -> _Stretch:
     frames: list[Frame] = []
-    taken = 0
+    read = 0
     stride = 1
+    fewest, most = LEARN_FROM
     for batch in batches:
         on_step()
-        frames += batch[-taken % stride :: stride]
-        taken += len(batch)
+        frames += batch[-read % stride :: stride]
+        read += len(batch)
         span_s = frames[-1].time_s - frames[0].time_s
-        fewest, most = LEARN_FROM
         if len(frames) >= fewest and span_s >= THRESHOLDS.learn_for_s:
             break
         if len(frames) >= most or len(frames) * frames[0].nbytes > LEARN_BYTES:
             if span_s >= THRESHOLDS.fast_s:
                 break
             frames, stride = frames[::2], 2 * stride
-    return _Stretch(frames, stride, taken)
+    return _Stretch(frames, stride, read, skipped)
 
 
 def _chain(first: list[Frame], rest: Iterator[list[Frame]]) -> Iterator[list[Frame]]:

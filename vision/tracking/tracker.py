@@ -6,8 +6,8 @@ With D the frame along the rings less what stands still, the angle is the zero o
 
 the matched filter, which for white frame noise of standard deviation σ reaches the bound
 σ²/Σ w (∂T/∂φ)². The template is held at an eighth of a sample, so that the last step, taken
-linearly, is below 0.03° and free of locking to the samples. Where the expected angle does not
-lead to a good match, the whole turn is searched by correlation.
+linearly, is below 0.03° and does not lock to the samples. Where the expected angle does not lead to
+a good match, the whole turn is searched by correlation.
 """
 
 import math
@@ -24,9 +24,9 @@ from vision.plate.polar import ring_spectra
 from vision.plate.template import Template
 from vision.video import Luma
 
-SUBSTEPS = 8
+SUBSTEPS = 8  # of a sample of azimuth
 LINEAR = 0.75 / SUBSTEPS  # of a sample: steps below this are taken without looking again
-STEPS = 4
+STEPS = 4  # of Newton's method
 
 
 @dataclass(frozen=True)
@@ -40,19 +40,16 @@ class TrackerThresholds:
     hidden_match : float
         Of the usual correlation; below, something is in the way and the expectation is kept.
     near_rad : float
-        Distance from the expected angle, rad, in which it is confirmed.
-    near_enough : float
-        Of the highest peak, for a peak near the expected angle to be preferred.
+        Distance from the expected angle, rad, beyond which an angle does not change the rate.
     memory : float
         Weight of the newest frame in the running rate and the usual correlation.
     longest_step : float
-        Samples, that one step of Newton's method goes at most.
+        Samples of azimuth, that one step of Newton's method goes at most.
     """
 
     good_match: float = 0.75
     hidden_match: float = 0.5
     near_rad: float = math.pi / 6
-    near_enough: float = 0.8
     memory: float = 0.05
     longest_step: float = 8.0
 
@@ -90,7 +87,15 @@ class MeasuredAngles:
 
 
 class PlateTracker:
-    """Keeps the expectation from frame to frame, which have to come in order."""
+    """Measures frame after frame, which have to come in order, and keeps what is expected next.
+
+    Parameters
+    ----------
+    template : Template
+    mark : PlateMark or None
+    rate_rad_s : float
+        Rough rate to begin with.
+    """
 
     def __init__(self, template: Template, mark: PlateMark | None, rate_rad_s: float) -> None:
         self.template = template
@@ -123,7 +128,14 @@ class PlateTracker:
         self._before: Luma | None = None
 
     def angles(self, time_s: FloatArray, strips: Sequence[Luma]) -> MeasuredAngles:
-        """The plate angle in the next frames, each given along the template's rings."""
+        """The plate angle in the next frames.
+
+        Parameters
+        ----------
+        time_s : array, shape (f,)
+        strips : sequence of arrays of uint8, shape (r, n)
+            The frames along the template's rings.
+        """
         f = len(time_s)
         angle, match, change = np.empty(f), np.empty(f), np.empty(f)
         along_mark = np.empty((f, self._n), np.float32)
@@ -135,11 +147,11 @@ class PlateTracker:
             if self._mark is not None:
                 rings = difference[self._mark.first_ring : self._mark.last_ring]
                 np.sum(rings, axis=0, out=along_mark[i])
-        seed = np.full(f, np.nan)
+        mark_angle = np.full(f, np.nan)
         if self._mark is not None:
             at = self._mark.azimuth_rad
-            seed = centroid(along_mark, self._mark, at + angle) - at
-        return MeasuredAngles(angle, match, seed, change / self._seen.size)
+            mark_angle = centroid(along_mark, self._mark, at + angle) - at
+        return MeasuredAngles(angle, match, mark_angle, change / self._seen.size)
 
     def _less_background(self, strip: Luma) -> NDArray[np.float32]:
         cv2.subtract(strip, self._background, dst=self._difference, dtype=cv2.CV_32F)
@@ -157,9 +169,9 @@ class PlateTracker:
         angle, match, settled = self._refine(difference, expected, size)
         if self._time is None or not settled or match < THRESHOLDS.good_match * self._usual:
             start = self._whole_turn(difference, expected)
-            searched, found, _ = self._refine(difference, start, size)
-            if found > match:
-                angle, match = searched, found
+            other_angle, other_match, _ = self._refine(difference, start, size)
+            if other_match > match:
+                angle, match = other_angle, other_match
         self._remember(time_s, angle, match)
         return angle, match
 
@@ -207,14 +219,10 @@ class PlateTracker:
         return angle, match, settled
 
     def _whole_turn(self, difference: NDArray[np.float32], expected_rad: float) -> float:
-        """The best angle of the whole turn; a nearly equal one near the expected is preferred."""
+        """The best angle of the whole turn, next to the expected one."""
         cross = (ring_spectra(difference) * self._search).sum(axis=0)
-        correlation = np.fft.irfft(cross, self._n)
-        azimuth = np.arange(self._n) * 2 * np.pi / self._n
-        distance = np.angle(np.exp(1j * (azimuth - expected_rad)))
-        near = np.where(np.abs(distance) < THRESHOLDS.near_rad, correlation, -np.inf)
-        best = near if near.max() > THRESHOLDS.near_enough * correlation.max() else correlation
-        return float(expected_rad + distance[int(best.argmax())])
+        best = int(np.fft.irfft(cross, self._n).argmax()) * 2 * np.pi / self._n
+        return float(expected_rad + np.angle(np.exp(1j * (best - expected_rad))))
 
 
 def _by_angle(plate: NDArray[np.float64], seen: NDArray[np.float32]) -> NDArray[np.float64]:

@@ -1,16 +1,16 @@
 // The tick boxes: least squares on the rows and columns that the page carries, then the page itself.
-// What the columns are is said in pipeline/report_refit.py; the steps are those of calib/solver.py.
+// pipeline/report/refit_data.py defines the columns; the steps are those of calib/fit/solver.py.
 (() => {
   "use strict";
-  const given = JSON.parse(document.getElementById("refit-data").textContent);
+  const data = JSON.parse(document.getElementById("refit-data").textContent);
   const {
-    visible_share: VISIBLE_SHARE,    // less than this left is blind
+    visible_share: VISIBLE_SHARE,    // of a signature, below which it cannot be determined
     smallest_block: SMALLEST_BLOCK,  // 1 - largest leverage of a pose
-    misfit_p_value: MISFIT_P_VALUE,  // below it sds are widened
+    misfit_p_value: MISFIT_P_VALUE,  // below it the Birge ratio multiplies the sds
     fewest_dof: FEWEST_DOF,          // a model that leaves fewer explains anything
-    shown_sd: SHOWN_SD,              // residual charts reach this far at least
-  } = given.constants;
-  const NICE = [1, 1.5, 2, 3, 4, 6, 8, 10];
+    shown_sd: SHOWN_SD,              // residual charts show at least this many typical sds
+    nice: NICE,                      // limits of an axis, in any decade
+  } = data.constants;
 
   // --- linear algebra on arrays of columns ------------------------------------------------------
   const dot = (a, b) => { let s = 0; for (let i = 0; i < a.length; i++) s += a[i] * b[i]; return s; };
@@ -30,9 +30,9 @@
       for (let pass = 0; pass < 2; pass++) {
         q.forEach((u, i) => { const s = dot(u, v); row[i] += s; subtract(v, s, u); });
       }
-      const left = norm(v), independent = left > 1e-9 * whole;
-      row[q.length] = independent ? left : 1;
-      q.push(independent ? v.map((value) => value / left) : new Float64Array(v.length));
+      const rest = norm(v), independent = rest > 1e-9 * whole;
+      row[q.length] = independent ? rest : 1;
+      q.push(independent ? v.map((value) => value / rest) : new Float64Array(v.length));
       r.push(row);                 // r[j][i] is R_ij
     }
     return { q, r };
@@ -96,15 +96,15 @@
   const fTail = (f, d1, d2) => incompleteBeta(d2 / 2, d1 / 2, d2 / (d2 + d1 * f));
 
   // --- the refit ---------------------------------------------------------------------------------
-  // The combinations of an effect's parameters that are seen beside what is known, as the solver
-  // keeps them: all, or those with more than VISIBLE_SHARE of their signal left.
+  // The combinations of an effect's parameters that the rows determine beside the known columns, as in
+  // the solver: all, or those with more than VISIBLE_SHARE of their signal remaining.
   function visible(columns, known, norm) {
-    const left = columns.map((column) => {
+    const remainder = columns.map((column) => {
       const v = Float64Array.from(column);
       known.forEach((u) => subtract(v, dot(u, v), u));
       return v;
     });
-    const { values, vectors } = eigen(left.map((a) => left.map((b) => dot(a, b))));
+    const { values, vectors } = eigen(remainder.map((a) => remainder.map((b) => dot(a, b))));
     const lost = vectors.filter((_, k) => Math.sqrt(Math.max(values[k], 0)) <= VISIBLE_SHARE);
     const each = columns.map((_, k) => columns.map((_unused, j) => (j === k ? 1 : 0)));
     if (lost.length === 0) return each;
@@ -129,19 +129,19 @@
       const whole = seen.length === linear.length;
       const weights = whole || !effect.has_shape ? seen
         : seen.map((w) => w.map((v, k) => v * effect.norm[k] / effect.judged_norm[k]));
-      const own = weights.map((w) => combine(linear, w));
+      const added = weights.map((w) => combine(linear, w));
       if (effect.has_shape) {
-        const fitted = qr(columns.map((c) => c.slice(0, d)).concat(own)).q;
+        const fitted = qr(columns.map((c) => c.slice(0, d)).concat(added)).q;
         const shape = visible(effect.columns.slice(-1), fitted, [1]);
-        if (shape.length) own.push(effect.columns[effect.columns.length - 1]);
+        if (shape.length) added.push(effect.columns[effect.columns.length - 1]);
         else held += 1;
       }
-      parts.push({ effect, weights, first: columns.length, count: own.length });
-      own.forEach((c) => { const full = new Float64Array(rows); full.set(c); columns.push(full); });
+      parts.push({ effect, weights, first: columns.length, count: added.length });
+      added.forEach((c) => { const full = new Float64Array(rows); full.set(c); columns.push(full); });
     }
     const { q, r } = qr(columns), n = columns.length;
-    const left = Float64Array.from(triad.y), z = new Float64Array(n);
-    q.forEach((u, j) => { z[j] = dot(u, left); subtract(left, z[j], u); });
+    const remainder = Float64Array.from(triad.y), z = new Float64Array(n);
+    q.forEach((u, j) => { z[j] = dot(u, remainder); subtract(remainder, z[j], u); });
     const solve = (rhs) => {        // R x = rhs
       const x = Float64Array.from(rhs);
       for (let j = n - 1; j >= 0; j--) {
@@ -152,19 +152,21 @@
     };
     const beta = solve(z), inverse = [];
     for (let j = 0; j < n; j++) inverse.push(solve(z.map((_, i) => (i === j ? 1 : 0))));
-    // What a robust loss has weighted down counts whole again, as in the results.
-    const own = left.map((value, i) => value / Math.max(triad.root[i], 1e-12));
-    const chi2 = dot(own, own);
+    // Rows that a robust loss has weighted down have their full weight again, as in the results.
+    const residual = remainder.map((value, i) => value / Math.max(triad.root[i], 1e-12));
+    const chi2 = dot(residual, residual);
     const dof = d - (n - (triad.base.length - triad.base_fitted)) - held;
     const p = dof > 0 ? fTail(chi2 / dof, dof, triad.noise_dof) : NaN;
     const widening = p < MISFIT_P_VALUE ? Math.sqrt(chi2 / dof) : 1;
     let squares = 0;
-    for (let i = 0; i < d; i++) squares += (own[i] * triad.row_unit[i]) ** 2;
-    const out = leaveOneOut(triad, q, left);
+    for (let i = 0; i < d; i++) squares += (residual[i] * triad.row_unit[i]) ** 2;
+    const out = leaveOneOut(triad, q, remainder);
     let outSquares = 0;
-    for (let i = 0; i < d; i++) outSquares += (out[i] * triad.row_unit[i]) ** 2;
+    for (let i = 0; i < d; i++) {
+      outSquares += (out[i] / Math.max(triad.root[i], 1e-12) * triad.row_unit[i]) ** 2;
+    }
     return {
-      chi2, dof, p, own, unseen, rms: Math.sqrt(squares / d), loo: Math.sqrt(outSquares / d),
+      chi2, dof, p, residual, unseen, rms: Math.sqrt(squares / d), loo: Math.sqrt(outSquares / d),
       sizes: parts.flatMap((part) => sizes(part, beta, inverse, widening, q, d)),
     };
   }
@@ -199,7 +201,7 @@
   }
 
   // (I - H_bb)^-1 r_b for the rows b of every pose.
-  function leaveOneOut(triad, q, left) {
+  function leaveOneOut(triad, q, remainder) {
     const out = new Float64Array(triad.row_pose.length), blocks = new Map();
     triad.row_pose.forEach((pose, i) => {
       if (!blocks.has(pose)) blocks.set(pose, []);
@@ -214,7 +216,7 @@
       const { values, vectors } = eigen(matrix);
       vectors.forEach((vector, k) => {
         let along = 0;
-        rows.forEach((i, a) => { along += vector[a] * left[i]; });
+        rows.forEach((i, a) => { along += vector[a] * remainder[i]; });
         along /= Math.max(values[k], SMALLEST_BLOCK);
         rows.forEach((i, a) => { out[i] += vector[a] * along; });
       });
@@ -282,9 +284,10 @@
     out(name) { return this.root.querySelector(`[data-out="${name}"]`); }
 
     update() {
-      const found = refit(this.triad, this.order), was = this.asFitted;
-      const numbers = { rms: found.rms, loo: found.loo, chi2: found.chi2 / found.dof };
-      const before = { rms: was.rms, loo: was.loo, chi2: was.chi2 / was.dof };
+      const refitted = refit(this.triad, this.order), was = this.asFitted;
+      const exact = this.triad.loo / was.loo;  // refits without each pose, over one step's estimate
+      const numbers = { rms: refitted.rms, loo: refitted.loo * exact, chi2: refitted.chi2 / refitted.dof };
+      const before = { rms: was.rms, loo: this.triad.loo, chi2: was.chi2 / was.dof };
       const changed = this.effects.filter(
         (effect) => effect.in_model !== this.boxes.get(effect.name).checked);
       for (const [name, value] of Object.entries(numbers)) {
@@ -292,27 +295,27 @@
         output.textContent = short(value);
         output.dataset.value = String(value);
         this.root.querySelector(`[data-was="${name}"]`).textContent =
-          changed.length ? `was ${short(before[name])}` : "as fitted";
+          changed.length ? `before: ${short(before[name])}` : "as fitted";
         this.root.querySelector(`[data-meter="${name}"]`).style.width =
           `${100 * Math.min(1, Math.max(value / before[name], 0.01) || 0)}%`;
       }
       this.root.classList.toggle("ticked", changed.length > 0);
       this.root.querySelector("[data-result]").hidden = changed.length === 0;
-      this.say(found, changed);
-      this.tie(found);
-      this.draw(found);
+      this.say(refitted, changed);
+      this.tie(refitted);
+      this.draw(refitted);
     }
 
-    say(found, changed) {
-      this.out("words").textContent = found.dof < FEWEST_DOF
-        ? `Only ${Math.max(found.dof, 0)} equations are left to check the model with: one with so `
-          + "many parameters explains anything. Record more poses before you add it."
-        : found.p < MISFIT_P_VALUE
-          ? "The noise of the poses does not explain yet what is left."
-          : "What is left is what the noise of the poses lets one expect.";
-      this.out("words").dataset.p = String(found.p);
+    say(refitted, changed) {
+      this.out("words").textContent = refitted.dof < FEWEST_DOF
+        ? `Only ${Math.max(refitted.dof, 0)} degrees of freedom remain: a model with so many `
+          + "parameters fits any data. Record more poses before you add it."
+        : refitted.p < MISFIT_P_VALUE
+          ? "The noise of the poses does not explain the residuals yet."
+          : "The noise of the poses explains the residuals.";
+      this.out("words").dataset.p = String(refitted.p);
       const body = this.out("sizes");
-      body.replaceChildren(...found.sizes.map((size) => {
+      body.replaceChildren(...refitted.sizes.map((size) => {
         const row = document.createElement("tr");
         [`${size.effect} ${size.name}`, withSd(size.value, size.sd), size.unit].forEach((text) => {
           const cell = document.createElement("td");
@@ -329,33 +332,33 @@
       }).join("\n");
     }
 
-    // Effects that look the same cannot both be ticked; one that is swallowed by the rest says so.
-    tie(found) {
+    // Of effects that these poses cannot separate only one can be ticked.
+    tie(refitted) {
       for (const effect of this.effects) {
         const box = this.boxes.get(effect.name);
         const rival = this.order.find((other) => other !== effect
           && (other.aliases.includes(effect.name) || effect.aliases.includes(other.name)));
         box.disabled = !box.checked && rival !== undefined;
         const note = this.root.querySelector(`[data-note="${CSS.escape(effect.name)}"]`);
-        if (found.unseen.includes(effect.name)) {
-          note.textContent = "Beside the other ticks these poses cannot see it.";
+        if (refitted.unseen.includes(effect.name)) {
+          note.textContent = "Together with the other ticked effects these poses cannot determine it.";
         } else if (rival) {
-          note.textContent = `Looks the same as ${rival.name} in these poses. `
-            + `What tells them apart: ${effect.separates}.`;
+          note.textContent = `These poses cannot separate it from ${rival.name}. `
+            + `This separates them: ${effect.separates}.`;
         } else if (effect.aliases.length) {
-          note.textContent = `Cannot be told from ${effect.aliases.join(" or ")} in these poses.`;
+          note.textContent = `These poses cannot separate it from ${effect.aliases.join(" or ")}.`;
         } else {
           note.textContent = "";
         }
       }
     }
 
-    draw(found) {
+    draw(refitted) {
       const { labels, row_pose: pose, row_unit: unit, is_null: isNull } = this.triad;
       const value = new Float64Array(labels.length), squares = new Float64Array(labels.length);
       const variance = new Float64Array(labels.length);
       pose.forEach((k, i) => {
-        value[k] = found.own[i] * unit[i];
+        value[k] = refitted.residual[i] * unit[i];
         squares[k] += value[k] ** 2;
         variance[k] += unit[i] ** 2;
       });
@@ -365,11 +368,11 @@
       let limit = SHOWN_SD * typical;
       value.forEach((v, k) => { limit = Math.max(limit, Math.abs(v) + sd[k]); });
       limit = nice(limit);
-      const away = value.map((v, k) => Math.abs(v) / sd[k]);
-      const within = away.filter((times) => times <= 1).length;
-      const farthest = away.indexOf(Math.max(...away));
-      this.out("says").textContent = `With your ticks ${within} of ${labels.length} poses lie `
-        + `within one sd; the farthest is ${labels[farthest]}, ${away[farthest].toFixed(1)} sds away.`;
+      const inSd = value.map((v, k) => Math.abs(v) / sd[k]);
+      const within = inSd.filter((times) => times <= 1).length;
+      const largest = inSd.indexOf(Math.max(...inSd));
+      this.out("says").textContent = `With the ticked effects ${within} of ${labels.length} residuals `
+        + `are smaller than one sd. The largest is ${inSd[largest].toFixed(1)} sds (pose ${labels[largest]}).`;
       for (const chart of this.root.querySelectorAll("svg.residuals")) {
         const top = Number(chart.dataset.top), bottom = Number(chart.dataset.bottom);
         const y = (v) => ((top + bottom) / 2 - v / limit * (bottom - top) / 2).toFixed(1);
@@ -392,13 +395,42 @@
     }
   }
 
-  const sections = given.triads.map((triad) => new Section(triad, given.config));
+  const sections = data.triads.map((triad) => new Section(triad, data.config));
 
   // report.html#tick=gyroscope.g_sensitivity,gyroscope.bias_drift opens with these boxes ticked.
-  const asked = /^#tick=(.*)$/.exec(decodeURIComponent(location.hash));
-  for (const target of asked ? asked[1].split(",") : []) {
+  const ticks = /^#tick=(.*)$/.exec(decodeURIComponent(location.hash));
+  for (const target of ticks ? ticks[1].split(",") : []) {
     const [triad, ...name] = target.split(".");
     sections.filter((section) => section.triad.triad === triad)
       .forEach((section) => section.tick(name.join(".")));
   }
+
+  // --- the glossary --------------------------------------------------------------------------------
+  // A term shows its entry where it stands: under the mouse, with the keyboard's focus, at a touch.
+  const tip = document.getElementById("tip");
+  const hide = () => {
+    tip.hidden = true;
+    document.querySelector("[aria-describedby=tip]")?.removeAttribute("aria-describedby");
+  };
+  const show = (term) => {
+    hide();
+    const entry = document.getElementById(term.hash.slice(1));
+    tip.textContent = entry.querySelector("dd").textContent;
+    tip.hidden = false;
+    tip.style.left = tip.style.top = "0";  // where its width is free, to measure it
+    term.setAttribute("aria-describedby", "tip");
+    const at = term.getBoundingClientRect(), size = tip.getBoundingClientRect();
+    const room = document.documentElement.clientWidth - size.width - 8;
+    const above = at.bottom + size.height + 8 > window.innerHeight;
+    tip.style.left = `${Math.max(8, Math.min(at.left, room)) + window.scrollX}px`;
+    tip.style.top = `${(above ? at.top - size.height - 4 : at.bottom + 4) + window.scrollY}px`;
+  };
+  for (const term of document.querySelectorAll("a.term")) {
+    term.addEventListener("mouseenter", () => show(term));
+    term.addEventListener("mouseleave", hide);
+    term.addEventListener("focus", () => show(term));
+    term.addEventListener("blur", hide);
+    term.addEventListener("click", (event) => { event.preventDefault(); show(term); });
+  }
+  document.addEventListener("keydown", (event) => { if (event.key === "Escape") hide(); });
 })();

@@ -18,11 +18,12 @@ from calib.fit.calibration import calibrate_triad
 from calib.fit.model import Model
 from calib.fit.residuals import Equations
 from calib.fit.solver import fit
-from tests.calib.fit.test_solver import SPECS, noisy
 from tests.calib.made_poses import (
     SLOW,
+    SPECS,
     base_theta,
     made_poses,
+    noisy,
     read_through,
     rich_poses,
     with_noise,

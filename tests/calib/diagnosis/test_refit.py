@@ -12,7 +12,7 @@ from calib.effects.catalogue import BASE, find_effect
 from calib.fit.model import Model
 from calib.fit.solver import fit
 from calib.poses.pose_set import PoseSet
-from tests.bench.trials import DESIGNS, drawn, poses_of
+from tests.trials import DESIGNS, drawn, poses_of
 
 
 def session(name: str, size: float, design: str = "paper", seed: int = 41) -> PoseSet:

@@ -8,9 +8,10 @@ import pytest
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import EFFECTS, REFERENCE_TEMPERATURE_C, Effect
 from calib.errors import Undetermined
-from calib.fit.model import Model, pick, solve_sensor, stack_columns, unavailable
+from calib.fit.model import ALIGNED, Model, pick, solve_sensor, stack_columns, unavailable
 from calib.fit.residuals import Equations
 from calib.fit.solver import fit
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from tests.calib.made_poses import (
     base_theta,
@@ -146,10 +147,10 @@ def test_correcting_what_was_simulated_gives_the_truth_back(name: str, triad: Tr
     shapes = shapes_of(model)
     simulated = poses.reading + stack_columns(model.effects, at, shapes) @ theta
 
-    def conditions(s: FloatArray):  # type: ignore[no-untyped-def]
+    def conditions(s: FloatArray) -> Conditions:
         return poses.conditions(s, sensed=poses.reading)
 
-    s = solve_sensor(model.effects, theta, shapes, conditions, simulated, np.eye(3))
+    s = solve_sensor(model.effects, theta, shapes, conditions, simulated, ALIGNED)
     assert s == pytest.approx(poses.reading, abs=1e-12 * np.abs(poses.reading).max())
 
 

@@ -2,13 +2,22 @@
 
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from calib.effects.user_defined import BadExpression, check_own, own_effect, read_expression
+from calib.effects.effect import per_axis
+from calib.effects.expression import BadExpression, read_expression
+from calib.effects.user_defined import (
+    fault_of_user_effect,
+    read_only,
+    shape_between,
+    user_effect,
+)
+from calib.errors import CalibrationError, Undetermined
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from tests.calib.made_poses import some_conditions
@@ -29,6 +38,9 @@ MEANT: dict[str, Callable[[], FloatArray]] = {
     + np.sign(AT.spin_rad_s[:, None]),
     "exp(-time_s/300)*s": lambda: np.exp(-AT.time_s[:, None] / 300) * AT.vector,
     "time_s**-2 + magnitude": lambda: AT.time_s[:, None] ** -2.0 + AT.magnitude[:, None],
+    "p": lambda: AT.previous,
+    "tanh(py) + vibration": lambda: np.tanh(AT.previous[:, [1]])
+    + AT.vibration.sum(axis=1)[:, None],
     "+2e-3": lambda: np.full((12, 3), 2e-3),
 }
 
@@ -92,17 +104,17 @@ def test_any_text_is_read_or_refused(text: str) -> None:
 
 def test_one_parameter_per_axis_or_one_in_common_or_one_on_the_reference() -> None:
     value = read_expression("humidity_pct")
-    shapes = {"axis": (12, 3, 3), "common": (12, 3, 1), "reference": (12, 1)}
+    shapes = {"axis": (12, 3, 3), "common": (12, 3, 1), "matrix": (12, 3, 9), "reference": (12, 1)}
     for per, shape in shapes.items():
-        effect = own_effect("damp", value, per, "{u}", None)  # type: ignore[arg-type]
+        effect = user_effect("damp", value, per, "{u}", None)  # type: ignore[arg-type]
         assert effect.evaluate(AT).shape == shape
-        assert check_own(effect, AT) is None
-    per_axis = own_effect("damp", value, "axis", "{u}", None).evaluate(AT)
+        assert fault_of_user_effect(effect, AT) is None
+    per_axis = user_effect("damp", value, "axis", "{u}", None).evaluate(AT)
     assert per_axis == pytest.approx(HUMID[:, :, None] * np.eye(3))
 
 
 def test_an_effect_on_the_reference_leaves_a_stopped_plate_alone() -> None:
-    effect = own_effect("damp", read_expression("2"), "reference", "rad/s", "gyroscope")
+    effect = user_effect("damp", read_expression("2"), "reference", "rad/s", "gyroscope")
     assert effect.evaluate(AT)[:, 0] == pytest.approx(2.0 * (AT.magnitude > 0))
 
 
@@ -110,7 +122,7 @@ def test_a_function_that_looks_at_other_poses_is_found_out() -> None:
     def centred(at: Conditions) -> FloatArray:
         return np.asarray(at.vector - at.vector.mean(axis=0))
 
-    says = check_own(own_effect("mine", centred, "axis", "{u}", None), AT)
+    says = fault_of_user_effect(user_effect("mine", centred, "axis", "{u}", None), AT)
     assert says is not None
     assert "each must depend on itself only" in says
 
@@ -119,13 +131,90 @@ def test_a_function_of_the_wrong_shape_is_found_out() -> None:
     def sized(at: Conditions) -> FloatArray:
         return np.ones((len(at.time_s), 2))
 
-    effect = own_effect("mine", sized, "common", "{u}", None)
-    says = check_own(effect, AT)
-    assert says is not None
-    assert "(12, 3, 1) is expected" in says
+    effect = user_effect("mine", sized, "common", "{u}", None)
+    with pytest.raises(Undetermined, match=r"effects.mine: .*\(12, 2\), \(12, 3\) is expected"):
+        fault_of_user_effect(effect, AT)
+
+
+def test_a_function_that_fails_is_named_with_what_it_raised() -> None:
+    def failing(at: Conditions) -> FloatArray:
+        raise KeyError("humidity")
+
+    effect = user_effect("mine", failing, "axis", "{u}", None)
+    with pytest.raises(Undetermined, match=r"effects.mine: .* raised KeyError: 'humidity'"):
+        effect.evaluate(AT)
+
+
+def test_a_function_cannot_change_what_it_is_given() -> None:
+    def writing(at: Conditions) -> FloatArray:
+        at.vector[:] = 0
+        return at.vector
+
+    before = AT.vector.copy()
+    with pytest.raises(Undetermined, match=r"raised ValueError: .* is read-only"):
+        user_effect("mine", writing, "axis", "{u}", None).evaluate(AT)
+    assert np.array_equal(AT.vector, before)
+    copies = read_only(AT)
+    assert not any(values.flags.writeable for values in copies.columns.values())
+    assert not np.shares_memory(copies.force, AT.force)
+
+
+# --- what effects may be made of -----------------------------------------------------------------
+
+
+def test_a_matrix_has_a_parameter_for_each_axis_and_each_component() -> None:
+    effect = user_effect("g", read_expression("f"), "matrix", "{u}", "gyroscope")
+    columns = effect.evaluate(AT)
+    theta = np.arange(9.0)
+    expected = AT.force @ theta.reshape(3, 3).T
+    assert columns @ theta == pytest.approx(expected)
+    assert effect.parameters[1] == "xy"
+
+
+def test_a_shape_parameter_is_tried_between_its_bounds() -> None:
+    shape = shape_between("tau", "s", 30, 7200)
+    effect = user_effect("settle", read_expression("exp(-time_s/tau)", ("tau",)), "axis", "{u}",
+                         None, shape)
+    assert effect.evaluate(AT, 300.0) == pytest.approx(
+        per_axis(np.tile(np.exp(-AT.time_s / 300)[:, None], 3)))
+    assert all(30 < start < 7200 for start in shape.starts)
+    assert effect.belongs_to == "session"
+    for low, high in ((7200, 30), (0, 1), (5, 5)):
+        with pytest.raises(CalibrationError, match="two positive bounds"):
+            shape_between("tau", "s", low, high)
+
+
+@pytest.mark.parametrize(("shapes", "says"), [
+    (("tau",), "the shape parameter 'tau' is not used"),
+    (("time_s",), "means something else already"),
+])
+def test_a_shape_parameter_must_be_used_and_have_a_name_of_its_own(
+    shapes: tuple[str, ...], says: str
+) -> None:
+    with pytest.raises(BadExpression, match=says):
+        read_expression("exp(-time_s/60)", shapes)
+
+
+def test_a_run_is_one_in_its_poses_and_nothing_elsewhere() -> None:
+    at = replace(AT, columns={**AT.columns, "run:fast": np.repeat([0.0, 1.0], 6)})
+    values = read_expression("run('fast')")(at)
+    assert values == pytest.approx(np.repeat([0.0, 1.0], 6)[:, None] * np.ones(3))
+    assert not read_expression("run('slow')")(at).any()
+    effect = user_effect("shake", read_expression("run('fast')"), "axis", "{u}", None)
+    assert effect.belongs_to == "bench"
+
+
+def test_the_accelerometer_s_force_is_what_it_measures() -> None:
+    nothing = replace(AT, force=np.full_like(AT.force, np.nan))
+    effect = user_effect("bent", read_expression("f**2"), "axis", "{u}", "accelerometer")
+    assert effect.evaluate(nothing) == pytest.approx(per_axis(AT.vector**2))
+    assert effect.needs == ()
+    of_gyro = user_effect("bent", read_expression("f**2"), "axis", "{u}", "gyroscope")
+    assert of_gyro.needs == ("force",)
 
 
 def test_a_logarithm_of_nothing_is_found_out() -> None:
-    says = check_own(own_effect("m", read_expression("log(0*s)"), "axis", "{u}", None), AT)
+    effect = user_effect("m", read_expression("log(0*s)"), "axis", "{u}", None)
+    says = fault_of_user_effect(effect, AT)
     assert says is not None
     assert "is not a number in 12 of 12 poses" in says

@@ -6,12 +6,23 @@ import numpy as np
 import pytest
 
 from calib.effects.catalogue import BASE
+from calib.fit.calibration import calibrate_triad
 from calib.fit.leave_one_out import compare
 from calib.fit.model import Model
 from calib.fit.residuals import Equations
 from calib.fit.solver import fit
-from tests.calib.fit.test_solver import chosen, noisy
-from tests.calib.made_poses import FAST, SLOW, made_poses
+from calib.poses.pose_set import PoseSet
+from tests.calib.made_poses import (
+    FAST,
+    SLOW,
+    SPECS,
+    base_theta,
+    chosen,
+    made_poses,
+    noisy,
+    read_through,
+    with_noise,
+)
 
 MODEL = Model.of(BASE)
 
@@ -53,3 +64,49 @@ def test_the_root_mean_squares_are_those_of_the_rows() -> None:
     assert min(signed) < 0 < max(signed)
     lengths = [pose.residual for pose in compared.poses[18:]]
     assert min(lengths) > 0
+
+
+def spoilt(pose: int, factor: float) -> PoseSet:
+    """Eighteen wedge poses under gravity, one of them off by ``factor``."""
+    read = noisy(made_poses("accelerometer", (0.0,)), 4)
+    reading = read.reading.copy()
+    reading[pose] *= factor
+    return replace(read, reading=reading)
+
+
+@pytest.mark.parametrize("robust", [False, True])
+@pytest.mark.parametrize("pose", [2, 11])
+def test_the_error_of_a_spoilt_pose_is_that_of_a_refit_without_it(robust: bool, pose: int) -> None:
+    """A tenth of gravity off in one of eighteen poses, far from where the fit is linear."""
+    read = spoilt(pose, 0.9)
+    fitted = fit(read, MODEL, robust=robust)
+    compared = compare(fitted)
+    for k in (pose, 5):
+        rest = [i for i in range(len(read)) if i != k]
+        without = fit(read.take(rest), MODEL, robust=robust)
+        rows = fitted.equations.rows(without.theta, without.eta, {})
+        expected = rows.residual[k] * fitted.equations.row_sd[k]
+        assert compared.poses[k].left_out == pytest.approx(expected, rel=2e-3, abs=1e-4)
+    assert compared.poses[pose].left_out == pytest.approx(-0.98, abs=0.05)  # what was done to it
+
+
+@pytest.mark.parametrize("bad_poses", [0, 1])
+def test_huber_s_sds_hold_with_and_without_a_bad_pose(bad_poses: int) -> None:
+    """30 draws of 18 poses; the bad one by 8 to 30 sds, anywhere."""
+    truth = base_theta(MODEL, "accelerometer")
+    scores, widenings = [], []
+    for seed in range(60):
+        rng = np.random.default_rng([seed, 9])
+        poses = read_through(made_poses("accelerometer", (0.0,), seed=seed), MODEL, truth)
+        read = with_noise(poses, rng)
+        reading = read.reading.copy()
+        for k in rng.permutation(18)[:bad_poses]:
+            off = rng.choice([-1, 1]) * rng.uniform(8, 30) * read.sd[k, 0]
+            reading[k] *= 1 + off / np.linalg.norm(reading[k])
+        fitted = fit(replace(read, reading=reading), MODEL, robust=True)
+        calibration = calibrate_triad(fitted, SPECS["accelerometer"])
+        widenings.append(calibration.widening)
+        scores.append((fitted.theta - truth) / np.sqrt(np.diag(calibration.fit.cov)))
+    covered = np.mean(np.abs(scores) < 1.96)
+    assert 0.90 < covered < 0.985
+    assert np.median(widenings) < 1.3

@@ -20,11 +20,13 @@ from calib.fit.solver import fit
 from calib.poses.attitudes import direction_name, list_directions, natural_directions, uncovered
 from calib.poses.data_sheet import TriadSpec
 from pipeline.errors import message_of
-from tests.calib.fit.test_solver import MODEL, SPECS, noisy
 from tests.calib.made_poses import (
+    MODEL,
     SLOW,
+    SPECS,
     base_theta,
     made_poses,
+    noisy,
     read_through,
     rich_poses,
     with_noise,

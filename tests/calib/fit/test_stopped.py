@@ -14,8 +14,7 @@ from calib.fit.model import Model
 from calib.fit.solver import fit
 from calib.poses.pose_set import PoseSet
 from pipeline.errors import message_of
-from tests.calib.fit.test_solver import SPECS
-from tests.calib.made_poses import made_poses, read_through, with_noise
+from tests.calib.made_poses import SPECS, made_poses, read_through, with_noise
 
 BIAS = np.array([0.02, -0.01, 0.03])
 

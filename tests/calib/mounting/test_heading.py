@@ -18,6 +18,7 @@ from tests.calib.mounting.simulated_reading import (
     floor,
     vehicle_to_sensor,
 )
+from tests.chance import fewest_hits, spread_bounds
 
 
 def test_yaw_slope_and_angles_lie_within_their_sds_on_simulated_drives() -> None:
@@ -47,8 +48,10 @@ def test_yaw_slope_and_angles_lie_within_their_sds_on_simulated_drives() -> None
         angles.append(off / found.sd_rad)
         slopes.append((found.slope.rise_rad - np.sin(rise)) / found.slope.sd_rad)
     for scores in (yaws, angles, slopes):
-        assert np.mean(np.abs(scores) < 1.96) > 0.88
-        assert 0.75 < np.std(scores) < 1.25
+        size = np.size(scores)
+        assert (np.abs(scores) < 1.96).sum() >= fewest_hits(size, 0.95, chance=0.01)
+        low, high = spread_bounds(size - 1)
+        assert low < np.std(scores, ddof=1) < high
 
 
 def test_the_driver_tells_the_sign_of_the_yaw() -> None:

@@ -1,54 +1,158 @@
-"""Still stretches of one long log: found whatever the units, the noise and the lengths."""
+"""Static intervals of long logs: by hand, on a gimbal, on a table, whatever the unit and noise."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from calib.errors import Undetermined
+from calib.poses.attitude_fit import MODELS, best_threshold, prediction_error
+from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
-from calib.poses.static_intervals import find_still, quiet_level, window_variance
+from calib.poses.rest_candidates import StillSearch, window_variance
+from calib.poses.static_intervals import StaticIntervals, find_still, quiet_level
+from tests.calib.poses.hand_turned_logs import KINDS, count, made
+from tests.world.hand_turned import (
+    GRAVITY_M_S2,
+    OFFSET_M_S2,
+    HandTurned,
+    Stop,
+    by_hand,
+    on_gimbal,
+    turn_through,
+)
+
+SI = TriadSpec(np.inf, 0, "si")
 
 
-def long_log(
-    seed: int, poses: int = 12, noise: float = 1.0, rate_hz: float = 100.0
-) -> tuple[ImuLog, list[tuple[float, float]]]:
-    """Rest of 2.5 to 6 s between movements of 1 to 2 s, and when each rest began and ended."""
-    rng = np.random.default_rng(seed)
-    parts, spans, now = [], [], 0.0
-    level = rng.uniform(-1000, 1000, 3)
-    for _ in range(poses):
-        rest, move = rng.uniform(2.5, 6.0), rng.uniform(1.0, 2.0)
-        spans.append((now, now + rest))
-        now += rest + move
-        following = rng.uniform(-1000, 1000, 3)
-        n = round(move * rate_hz)
-        fade = np.linspace(0, 1, n)[:, None]
-        shake = 200 * rng.standard_normal((n, 3))
-        parts += [np.tile(level, (round(rest * rate_hz), 1)),
-                  (1 - fade) * level + fade * following + shake]
-        level = following
-    values = np.concatenate(parts)
-    values = values + noise * rng.standard_normal(values.shape)
-    time_s = np.arange(len(values)) / rate_hz
-    return ImuLog("log", time_s, values, np.full_like(values, np.nan)), spans
+def as_log(made_log: HandTurned) -> ImuLog:
+    return ImuLog("log", made_log.time_s, made_log.force_m_s2, made_log.rate_rad_s)
 
 
-@pytest.mark.parametrize("noise", [0.01, 1.0, 20.0])
-@pytest.mark.parametrize("rate_hz", [50.0, 100.0, 400.0])
-def test_every_rest_is_found_once_and_lies_inside(noise: float, rate_hz: float) -> None:
-    log, spans = long_log(1, noise=noise, rate_hz=rate_hz)
-    found = find_still(log)
-    assert len(found) == len(spans)
-    for pose, (start, end) in zip(found, spans, strict=True):
-        assert start - 0.05 <= pose.time_s[0]
-        assert pose.time_s[-1] <= end + 0.05
-        assert pose.time_s[-1] - pose.time_s[0] > 0.6 * (end - start) - 0.5
+def search(made_log: HandTurned, **overruled: float) -> StaticIntervals:
+    return find_still(as_log(made_log), SI, SI, search=StillSearch(**overruled))
 
 
-def test_the_unit_of_the_log_does_not_matter() -> None:
-    log, _ = long_log(2)
-    scaled = ImuLog("log", log.time_s, 1e-4 * log.accelerometer, log.gyroscope)
-    spans = [[(p.time_s[0], p.time_s[-1]) for p in find_still(each)] for each in (log, scaled)]
+@pytest.mark.parametrize("kind", KINDS)
+def test_rests_are_found_and_movements_are_not(kind: str) -> None:
+    """Of stops that tremble very differently the search may leave the worst to a listed reason."""
+    counts = np.array([count(made(kind, seed)) for seed in (11, 12)]).sum(axis=0)
+    assert counts[0] >= 0.85 * counts[1]
+    assert counts[2] == 0
+
+
+def test_each_rest_is_one_pose_that_lies_inside_it() -> None:
+    made_log = turn_through(by_hand(21), 21)
+    poses = search(made_log).logs
+    assert len(poses) == len(made_log.rests)
+    for pose, (start, end) in zip(poses, made_log.rests, strict=True):
+        assert start - 0.06 <= pose.time_s[0]
+        assert pose.time_s[-1] <= end + 0.06
+        assert pose.time_s[-1] - pose.time_s[0] >= 0.7 * (end - start) - 0.1
+
+
+def test_a_long_rest_on_a_table_does_not_set_the_level() -> None:
+    """The hand trembles by 16 times the sensor's own noise."""
+    stops = [Stop(300.0), *by_hand(22, tremor_m_s2=0.08)]
+    rests, there, wrong = count(turn_through(stops, 22, noise_m_s2=0.005))
+    assert (wrong, there) == (0, 25)
+    assert rests >= 23
+
+
+def test_the_stops_calibrate_the_sensor() -> None:
+    made_log = turn_through(by_hand(23, tremor_m_s2=0.02), 23)
+    means = np.array([pose.accelerometer.mean(axis=0) for pose in search(made_log).logs])
+    assert prediction_error(means, GRAVITY_M_S2) < 3e-3
+    assert prediction_error(means + 0.05 * np.sign(means), GRAVITY_M_S2) > 3e-3
+
+
+@pytest.mark.parametrize("triad", ["accelerometer", "gyroscope"])
+def test_the_unit_of_the_log_does_not_matter(triad: str) -> None:
+    log = as_log(turn_through(by_hand(24), 24))
+    specs = {"accelerometer": SI, "gyroscope": SI}
+    small = TriadSpec(np.inf, 0, "si", si_per_unit=250.0)
+    spans = []
+    for each, scaled in ((log, specs), (replace(log, **{triad: getattr(log, triad) / 250}),
+                                        {**specs, triad: small})):
+        found = find_still(each, scaled["accelerometer"], scaled["gyroscope"])
+        spans.append([(pose.time_s[0], pose.time_s[-1]) for pose in found.logs])
     assert spans[0] == spans[1]
+
+
+def test_stops_that_are_left_out_are_listed_with_the_reason() -> None:
+    steady = [Stop(3.0, 0.01) for _ in range(20)]
+    shaken = [*steady[:10], Stop(2.0, 0.15), *steady[10:], Stop(4.0, drift_deg_s=2.0)]
+    made_log = turn_through(shaken, 25)
+    found = search(made_log, threshold=3.0)
+    assert len(found.logs) == 20
+    reasons = [why for _, why in found.skipped]
+    assert any(why.startswith("noisier than") for why in reasons)
+    assert any(why.startswith("moved slowly") for why in reasons)
+    start, end = made_log.rests[10]
+    (span,) = [span for span, why in found.skipped if why.startswith("noisier")]
+    first, last = map(float, span.removesuffix(" s").split("-"))
+    assert start - 0.3 < first < last < end + 0.3
+
+
+def test_the_user_overrules_the_search() -> None:
+    made_log = turn_through([Stop(3.0, 0.01), Stop(0.9, 0.01), *on_gimbal(12)], 26)
+    free = search(made_log)
+    assert len(free.logs) == 14
+    longer = search(made_log, seconds=2.0)
+    assert all(pose.time_s[-1] - pose.time_s[0] > 1.5 for pose in longer.logs)
+    assert len(longer.logs) == 13
+    assert search(made_log, threshold=3.0).threshold == pytest.approx(3.0)
+    assert search(made_log, threshold=3.0).largest_sd < search(made_log, threshold=9.0).largest_sd
+
+
+def test_a_log_that_never_rests_is_told_so() -> None:
+    moving = turn_through([Stop(0.02)] * 60, 27)
+    with pytest.raises(Undetermined, match=r"the sensor never rests.*lie untouched"):
+        search(moving)
+
+
+def test_a_sensor_that_keeps_turning_slowly_has_no_stop() -> None:
+    turning = turn_through([Stop(60.0, drift_deg_s=8.0)], 28)
+    with pytest.raises(Undetermined, match=r"none of its quiet stretches is a pose.*moved slowly"):
+        search(turning)
+
+
+def test_swings_of_metres_per_second_squared_are_no_rest_whatever_the_search_says() -> None:
+    """Forty shaken stops would outvote eight quiet ones."""
+    stops = [Stop(2.0, 0.6)] * 40 + [Stop(2.0)] * 8
+    made_log = turn_through(stops, 29)
+    first_quiet = made_log.rests[40][0]
+    assert all(pose.time_s[0] > first_quiet - 0.2 for pose in search(made_log).logs)
+
+
+def test_a_log_of_a_second_is_refused() -> None:
+    with pytest.raises(Undetermined, match="too few to look for still poses"):
+        search(turn_through([Stop(0.7)], 30))
+
+
+def test_on_a_turning_plate_the_gyroscope_decides_and_stops_are_none_of_its_poses() -> None:
+    """Eight attitudes of the case at 2 rad/s, with the plate stopped after every second one."""
+    rng = np.random.default_rng(31)
+    parts, steady = [], 0
+    for i in range(16):
+        axis = rng.standard_normal(3)
+        rate = 2.0 * axis / np.linalg.norm(axis)
+        ramp = np.linspace(0, 1, 100)[:, None]
+        parts += [ramp * rate, np.tile(rate, (1000, 1)), ramp[::-1] * rate]
+        steady += 1
+        if i % 2:
+            parts.append(np.zeros((400, 3)))
+    gyroscope = np.concatenate(parts) + 0.003 * rng.standard_normal((sum(map(len, parts)), 3))
+    log = ImuLog("log", np.arange(len(gyroscope)) / 100, np.full_like(gyroscope, np.nan), gyroscope)
+    found = find_still(log, None, SI, rate_rad_s=-2.0)
+    assert found.triad == "gyroscope"
+    assert len(found.logs) == steady
+    assert {why for _, why in found.skipped} == {"the plate stood still"}
+    with pytest.raises(Undetermined, match=r"none of its quiet stretches.*range or unit"):
+        find_still(log, None, TriadSpec(np.inf, 0, "si", np.radians(1)), rate_rad_s=2.0)
+
+
+# --- the parts -----------------------------------------------------------------------------------
 
 
 def test_the_quiet_level_is_that_of_the_noise_even_when_movement_takes_half_the_log() -> None:
@@ -59,19 +163,41 @@ def test_the_quiet_level_is_that_of_the_noise_even_when_movement_takes_half_the_
     assert level == pytest.approx(3.0, rel=0.15)
 
 
-def test_a_hand_that_never_rests_long_enough_is_refused() -> None:
-    """1.9 s of rest at a time: less its margins, that is no pose of 1.5 s."""
+def sphere(n: int, seed: int) -> np.ndarray:
+    up = np.random.default_rng(seed).standard_normal((n, 3))
+    return np.asarray(GRAVITY_M_S2 * up / np.linalg.norm(up, axis=1, keepdims=True))
+
+
+def test_the_score_is_the_error_that_a_calibration_makes() -> None:
+    """Fitted to noisy rests by another route, the magnitude errs in new directions by the score."""
     rng = np.random.default_rng(4)
-    n = 4000
-    shaken = (np.arange(n) % 220 < 30)[:, None]
-    values = np.where(shaken, 300.0, 1.0) * rng.standard_normal((n, 3))
-    with pytest.raises(Undetermined, match=r"no stretch of 1\.5 s or more is still"):
-        find_still(ImuLog("log", np.arange(n) / 100, values, np.full((n, 3), np.nan)))
+    sd, errors, scores = 0.01, [], []
+    fresh = sphere(400, 5)
+    for _ in range(40):
+        true = sphere(24, int(rng.integers(1 << 30)))
+        seen = true + OFFSET_M_S2 + sd * rng.standard_normal(true.shape)
+        scores.append(prediction_error(seen, GRAVITY_M_S2))
+        unit = true / GRAVITY_M_S2
+        design = np.einsum("ni,nj->nij", unit, seen)
+        upper = np.column_stack([design[:, 0], design[:, 1, 1:], design[:, 2, 2], unit])
+        theta = np.linalg.lstsq(upper, np.full(24, GRAVITY_M_S2))[0]
+        matrix = np.zeros((3, 3))
+        matrix[np.triu_indices(3)] = theta[:6]
+        corrected = (fresh + OFFSET_M_S2) @ matrix.T + theta[6:]
+        errors.append(np.linalg.norm(corrected, axis=1) - GRAVITY_M_S2)
+    assert np.sqrt(np.mean(np.square(scores))) == pytest.approx(np.std(errors), rel=0.25)
 
 
-def test_a_log_of_a_second_is_refused() -> None:
-    rng = np.random.default_rng(5)
-    log = ImuLog("log", np.arange(100) / 100, rng.standard_normal((100, 3)),
-                 np.full((100, 3), np.nan))
-    with pytest.raises(Undetermined, match="too few to look for still poses"):
-        find_still(log)
+def test_the_best_threshold_has_many_rests_and_no_movement() -> None:
+    rng = np.random.default_rng(6)
+    rests = sphere(30, 7) + 2e-3 * rng.standard_normal((30, 3))
+    with_movement = np.vstack([rests, 1.05 * sphere(4, 8)])
+    assert best_threshold([rests[:13], rests, with_movement], GRAVITY_M_S2) == 1
+    assert best_threshold([rests[:3]], GRAVITY_M_S2) is None
+
+
+def test_rests_that_do_not_determine_the_model_score_nothing() -> None:
+    one_plane = np.vstack([sphere(30, 9)[:, :2].T, np.zeros(30)]).T
+    assert prediction_error(one_plane, GRAVITY_M_S2) > 1.0
+    assert prediction_error(sphere(11, 9), GRAVITY_M_S2) == np.inf
+    assert prediction_error(sphere(11, 9), GRAVITY_M_S2, MODELS[1]) < 1e-9

@@ -5,7 +5,6 @@ import json
 import math
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,32 +14,12 @@ from hypothesis import strategies as st
 from calib.errors import Undetermined, UnusableLog
 from calib.poses.imu_log import ImuLog
 from pipeline.export.apply import applied_csv, apply_results
+from pipeline.export.parts import triad_named
 from pipeline.logs.write import csv_rows
-from pipeline.results.read import Stored, load_results
+from pipeline.results.read import load_results
 from tests.pipeline.conftest import RunSession
+from tests.pipeline.export.stored_results import a_log, with_effects
 from tests.sessions import pipeline, results_in
-
-
-def a_log(**columns: np.ndarray) -> ImuLog:
-    rng = np.random.default_rng(0)
-    counts = rng.integers(20_000, 45_000, (2, 500, 3)).astype(float)
-    return ImuLog("drive.csv", np.arange(500) / 100, counts[0], counts[1], columns)
-
-
-def with_effects(
-    finished: RunSession, folder: Path, triad: str, effects: dict[str, list[float]],
-    own: dict[str, Any] | None = None,
-) -> Stored:
-    """The session's results with further effects of these sizes."""
-    found = results_in(finished.folder)
-    stored = found[triad]["correction"]
-    for name, values in effects.items():
-        stored["model"].append(name)
-        stored["theta"] += values
-        found[triad]["effects"][name] = {"values": values, "sd": [0.1] * len(values), "unit": "?"}
-    stored["own_effects"] = own or {}
-    (folder / "results.json").write_text(json.dumps(found), encoding="utf-8")
-    return load_results(folder)
 
 
 def test_the_corrected_log_is_eq_1_of_the_paper(finished: RunSession) -> None:
@@ -97,7 +76,10 @@ def test_an_effect_of_the_gyroscope_uses_the_corrected_accelerometer(
         apply_results(each, a_log()) for each in (load_results(finished.folder), stored)
     )
     force = plain.triads["accelerometer"]
-    expected = plain.triads["gyroscope"] - force @ g.reshape(3, 3).T
+    gyroscope = triad_named(stored, "gyroscope")
+    assert gyroscope is not None
+    # G is of the sensitive axes; T of eq. (2) turns its error into the orthogonal ones.
+    expected = plain.triads["gyroscope"] - force @ g.reshape(3, 3).T @ gyroscope.alignment.T
     assert better.triads["gyroscope"] == pytest.approx(expected, abs=1e-12)
 
 
@@ -118,7 +100,7 @@ def test_a_temperature_effect_follows_the_log_s_column(
         ({"temperature_bias": [1.0, 0, 0]}, "temperature_bias, .* no column temperature_c"),
         ({"column:supply_v": [1.0, 0, 0]}, "column:supply_v, .* no column supply_v"),
         ({"bias_drift": [1.0, 0, 0]}, "bias_drift, .* --session-clock"),
-        ({"hysteresis": [1.0, 0, 0]}, "hysteresis, .* whole poses only"),
+        ({"hysteresis": [1.0, 0, 0]}, "hysteresis, .* defined for whole poses"),
         ({"vibration_rectification": [1.0, 0, 0]}, "vibration_rectification, .* whole poses"),
     ],
 )
@@ -136,7 +118,7 @@ def test_g_sensitivity_needs_an_accelerometer_in_the_log(
     stored = with_effects(finished, tmp_path, "gyroscope", {"g_sensitivity": [1e-4] * 9})
     log = a_log()
     alone = ImuLog("gyro.csv", log.time_s, np.full((500, 3), np.nan), log.gyroscope)
-    with pytest.raises(Undetermined, match=r"g_sensitivity, .* Log the accelerometer as well"):
+    with pytest.raises(Undetermined, match=r"g_sensitivity, .* Log the accelerometer too"):
         apply_results(stored, alone)
 
 
@@ -180,7 +162,7 @@ def test_a_log_without_any_calibrated_triad_is_refused(
     (tmp_path / "results.json").write_text(json.dumps(found), encoding="utf-8")
     log = a_log()
     alone = ImuLog("acc.csv", log.time_s, log.accelerometer, np.full((500, 3), np.nan))
-    with pytest.raises(Undetermined, match="calibrates gyroscope, and the log holds no such"):
+    with pytest.raises(Undetermined, match="calibrates gyroscope, and the log has no such"):
         apply_results(load_results(tmp_path), alone)
 
 
@@ -234,7 +216,7 @@ def test_columns_of_any_size_are_written(finished: RunSession, value: float) -> 
 def test_a_column_that_cannot_be_written_is_refused_by_name(
     finished: RunSession, value: float
 ) -> None:
-    with pytest.raises(UnusableLog, match=re.escape(f"drive.csv: column odd holds {value:g}")):
+    with pytest.raises(UnusableLog, match=re.escape(f"drive.csv: column odd contains {value:g}")):
         apply_results(load_results(finished.folder), a_log(odd=np.full(500, value)))
 
 
@@ -270,8 +252,9 @@ def test_the_command_turns_both_triads_into_the_vehicle_s_axes_and_says_so(
     angle = 0.02
     with_mounting(finished, tmp_path, [0.0, 0.0, angle])
     for results in (finished.folder, tmp_path):
-        assert pipeline("apply", results, log, "--output", tmp_path / "out.csv") == 0
-        tables.append(np.loadtxt(tmp_path / "out.csv", delimiter=",", skiprows=1))
+        output = tmp_path / f"{results.name}.csv"
+        assert pipeline("apply", results, log, "--output", output) == 0
+        tables.append(np.loadtxt(output, delimiter=",", skiprows=1))
         said.append(capsys.readouterr().err)
     plain, turned = tables
     # Written out: e_z of the vehicle is the third column of R in the sensor's axes.
@@ -283,8 +266,8 @@ def test_the_command_turns_both_triads_into_the_vehicle_s_axes_and_says_so(
         x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle), z
     ])
     assert turned[:, 4:7] == pytest.approx(in_accelerometer @ TURNED, abs=3e-8)
-    assert "columns are in the sensor's axes" in said[0]
-    assert "columns are in the vehicle's axes" in said[1]
+    assert "columns are in the axes of the sensor" in said[0]
+    assert "columns are in the axes of the vehicle" in said[1]
     assert "count as 0" not in said[1]
 
 

@@ -14,7 +14,7 @@ from pipeline.export.parts import Export, triad_named
 from pipeline.export.write import EXPORTERS
 from pipeline.results.read import Stored, StoredTriad, load_results
 from tests.pipeline.conftest import RunSession
-from tests.pipeline.export.test_apply import a_log, with_effects
+from tests.pipeline.export.stored_results import a_log, with_effects
 
 GCC = shutil.which("gcc")
 needs_gcc = pytest.mark.skipif(GCC is None, reason="no gcc here to compile the header with")
@@ -99,7 +99,7 @@ def test_a_header_compiles_and_corrects_a_log_and_its_own_worked_number(
 
 def test_a_title_cannot_end_the_header_s_comment(finished: RunSession, tmp_path: Path) -> None:
     stored = with_effects(finished, tmp_path, "gyroscope", {})
-    odd = Stored(stored.path, {**stored.found, "title": "a */ int x;\n#error"}, stored.triads)
+    odd = Stored(stored.path, {**stored.contents, "title": "a */ int x;\n#error"}, stored.triads)
     (text,) = EXPORTERS["arduino"](odd).files.values()
     first = text.splitlines()[0]
     assert first.count("*/") == 1
@@ -121,7 +121,7 @@ def own(stored: Stored, triad: str) -> StoredTriad:
 
 def stated_share(made: Export, triad: str) -> float:
     """The relative error that the export says it leaves."""
-    says = next(each for each in made.loses if f"of the {triad}: up to" in each)
+    says = next(each for each in made.loses if f"of the {triad}: an error of up to" in each)
     found = re.search(r"up to ([\d.e-]+) %", says)
     assert found
     return float(found[1]) / 100
@@ -153,7 +153,7 @@ def test_inav_reads_back_up_to_its_whole_counts(finished: RunSession) -> None:
     made = EXPORTERS["inav"](stored)
     value = {name: float(number) for name, number in re.findall(
         r"^set (\w+) = ([-\d.]+)$", made.files["inav.txt"], re.MULTILINE)}
-    gravity = stored.found["accelerometer"]["gravity"]["value_m_s2"]
+    gravity = stored.contents["accelerometer"]["gravity"]["value_m_s2"]
     assert value["ins_gravity_cmss"] == pytest.approx(100 * gravity, abs=1e-3)
     gains = np.array([value[f"accgain_{axis}"] for axis in "xyz"]) / 4096
     each = own(stored, "accelerometer")

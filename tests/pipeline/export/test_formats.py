@@ -11,7 +11,7 @@ from pipeline.export.formats import FORMATS
 from pipeline.export.write import EXPORTERS
 from pipeline.results.read import Stored, load_results
 from tests.pipeline.conftest import RunSession
-from tests.pipeline.export.test_apply import with_effects
+from tests.pipeline.export.stored_results import with_effects
 from tests.sessions import pipeline
 
 COUNTS = np.array([[20_000.0, 31_000.0, 45_000.0], [32_768.0, 32_768.0, 32_768.0]])
@@ -79,7 +79,7 @@ def test_the_command_writes_the_files_and_says_where(
     written = [tmp_path / "out" / name for name in ("acc.calib", "gyro.calib")]
     assert said.out.splitlines() == [str(path) for path in written]
     assert all(path.exists() for path in written)
-    assert said.err.startswith("note: The uncertainties are not in it.")
+    assert said.err.startswith("note: The file does not contain the uncertainties.")
 
 
 def test_the_help_lists_every_format_that_can_be_written(

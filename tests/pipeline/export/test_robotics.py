@@ -13,7 +13,7 @@ from pipeline.export.parts import triad_named
 from pipeline.export.robotics import lower_and_rotation, to_kalibr, to_ros
 from pipeline.results.read import Stored, load_results
 from tests.pipeline.conftest import RunSession
-from tests.pipeline.export.test_apply import a_log, with_effects
+from tests.pipeline.export.stored_results import a_log, with_effects
 
 COMMENTED = "    # bias: "
 
@@ -87,7 +87,7 @@ def test_kalibr_reads_back_as_the_same_correction_in_its_frame(
     assert body @ body.T == pytest.approx(np.eye(3), abs=1e-9)  # a rotation, nothing else
     assert force == pytest.approx(applied["accelerometer"] @ body.T, abs=1e-7)
     to_accelerometer = rotation_matrix(
-        np.array(stored.found["gyroscope"]["frame_to_accelerometer_rad"]))
+        np.array(stored.contents["gyroscope"]["frame_to_accelerometer_rad"]))
     expected = applied["gyroscope"] @ to_accelerometer.T @ body.T
     assert rate == pytest.approx(expected, abs=1e-8)
 
@@ -99,9 +99,9 @@ def test_kalibr_says_what_it_loses(finished: RunSession, tmp_path: Path) -> None
     )
     loses = " ".join(to_kalibr(stored).loses)
     assert "stores no bias" in loses
-    assert "body frame of the file is that of this calibration turned by" in loses
+    assert "body frame of the file is that of this calibration, rotated by" in loses
     assert "noise_density" in loses
-    assert "no place for quadratic of the gyroscope" in loses
+    assert "cannot store quadratic of the gyroscope" in loses
     assert "g_sensitivity" not in loses
 
 

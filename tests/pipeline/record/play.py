@@ -1,6 +1,12 @@
-"""A played device in a thread, and what a recording from it needs."""
+"""A played device in a thread, recordings from it, and the calibration of what they hold."""
 
+import os
+import random
+import signal
+import subprocess
+import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -8,11 +14,21 @@ from pathlib import Path
 
 import numpy as np
 
+from calib.fit.calibration import TriadCalibration, calibrate_triad
+from calib.fit.model import Model
+from calib.fit.solver import fit
 from calib.poses.data_sheet import TriadSpec
-from pipeline.playback.device import Faults, PlaybackDevice, Pose, Protocol
+from calib.poses.pose_set import pose_set
+from calib.poses.runs import gravity_run
+from pipeline.config.load import load_config, triad_spec
+from pipeline.playback import Protocol
+from pipeline.playback.device import Faults, PlaybackDevice, Pose
 from pipeline.playback.pseudo_port import PseudoPort
-from pipeline.record.session import View
+from pipeline.record.session import RecordingView
+from pipeline.record.start import open_session
+from pipeline.stages.poses import average_recordings
 from tests.fitting import spec_of
+from tests.paths import ROOT
 from tests.world.designs import paper_design
 from tests.world.imu import Sensor
 from tests.world.session import Session, simulate
@@ -95,10 +111,10 @@ class Onlooker:
     def say(self, text: str) -> None:
         self.said.append(text)
 
-    def show(self, view: View) -> None:
+    def show(self, view: RecordingView) -> None:
         self.phases.add(view.status.phase)
 
-    def taken(self, text: str) -> None:
+    def recorded(self, text: str) -> None:
         self.said.append(text)
 
 
@@ -106,3 +122,37 @@ def onlooker() -> Onlooker:
     return Onlooker([], set())
 
 
+def record(config: Path, port: str, watcher: Onlooker | None = None) -> Onlooker:
+    """Record what the configuration asks for, in this process."""
+    watcher = watcher or onlooker()
+    open_session(load_config(config, files_may_be_missing=True), watcher, port=port).run()
+    return watcher
+
+
+def calibrated(config: Path) -> TriadCalibration:
+    """The accelerometer by the poses that were recorded."""
+    loaded = load_config(config)
+    assert loaded.accelerometer is not None
+    recordings = average_recordings(loaded, {})
+    assert loaded.sensor.accelerometer is not None
+    spec = triad_spec(loaded.sensor.accelerometer)
+    run = gravity_run("stopped", recordings.of(loaded.accelerometer.poses).means, 9.80267, 0.0)
+    poses = pose_set("accelerometer", [run], recordings.origin_s)
+    return calibrate_triad(fit(poses, Model.of(("bias", "scale", "misalignment"))), spec)
+
+
+def record_with_kills(config: Path, port: str, kills: int, seed: int) -> int:
+    """Record in a process that is killed ``kills`` times; how often it was still running then."""
+    rng = random.Random(seed)
+    command = [sys.executable, "-m", "pipeline", "record", str(config), "--port", port]
+    done = 0
+    for _ in range(kills):
+        process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.DEVNULL,
+                                   stdout=subprocess.DEVNULL)
+        time.sleep(rng.uniform(1.0, 3.0))
+        if process.poll() is None:
+            os.kill(process.pid, signal.SIGKILL)
+            done += 1
+        process.wait()
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    return done

@@ -86,11 +86,11 @@ def test_a_driver_s_stamps_are_taken_only_if_they_keep_pace() -> None:
     good, frozen, slow = (_Stamp(lambda: now[0]) for _ in range(3))
     late = np.random.default_rng(1).exponential(0.01, 60)
     for i in range(60):
-        taken = i / 30
-        now[0] = 100.0 + taken + late[i]
-        a, b, c = good(taken), frozen(0.0), slow(taken / 2)
+        recorded = i / 30
+        now[0] = 100.0 + recorded + late[i]
+        a, b, c = good(recorded), frozen(0.0), slow(recorded / 2)
         if i > 30:
-            assert a - 100.0 == pytest.approx(taken + late[: i + 1].min(), abs=1e-3)
+            assert a - 100.0 == pytest.approx(recorded + late[: i + 1].min(), abs=1e-3)
             assert b == pytest.approx(now[0], abs=0.05)
             assert c == pytest.approx(now[0], abs=0.05)
 

@@ -1,29 +1,23 @@
 """A guided recording over a real pseudo-terminal and pyserial, with every trouble of the line."""
 
-import os
-import random
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from calib.fit.calibration import TriadCalibration, calibrate_triad
-from calib.fit.model import Model
-from calib.fit.solver import fit
-from calib.poses.pose_set import pose_set
-from calib.poses.runs import gravity_run
-from pipeline.config.load import load_config
+from calib.fit.calibration import TriadCalibration
 from pipeline.errors import ConfigError, DeviceError
 from pipeline.logs.read import read_log
-from pipeline.playback.device import Faults, Protocol
-from pipeline.record.start import open_session
-from pipeline.stages.poses import average_recordings
-from tests.paths import ROOT
-from tests.pipeline.record.play import Onlooker, evening, onlooker, playing, write_config
+from pipeline.playback import Protocol
+from pipeline.playback.device import Faults
+from tests.pipeline.record.play import (
+    calibrated,
+    evening,
+    playing,
+    record,
+    record_with_kills,
+    write_config,
+)
 from tests.world.imu import mpu6050
 from tests.world.session import Session
 
@@ -41,26 +35,6 @@ def mpu_evening() -> Session:
 @pytest.fixture(scope="module")
 def six_faces() -> Session:
     return evening(faces_only=True)
-
-
-def record(config: Path, port: str, watcher: Onlooker | None = None) -> Onlooker:
-    watcher = watcher or onlooker()
-    open_session(load_config(config, files_may_be_missing=True), watcher, port=port).run()
-    return watcher
-
-
-def calibrated(config: Path) -> TriadCalibration:
-    """The accelerometer by the poses that were recorded."""
-    loaded = load_config(config)
-    assert loaded.accelerometer is not None
-    recordings = average_recordings(loaded, {})
-    from pipeline.config.load import triad_spec
-
-    assert loaded.sensor.accelerometer is not None
-    spec = triad_spec(loaded.sensor.accelerometer)
-    run = gravity_run("stopped", recordings.of(loaded.accelerometer.poses).means, 9.80267, 0.0)
-    poses = pose_set("accelerometer", [run], recordings.origin_s)
-    return calibrate_triad(fit(poses, Model.of(("bias", "scale", "misalignment"))), spec)
 
 
 def assert_true(found: TriadCalibration, session: Session) -> None:
@@ -86,7 +60,7 @@ def test_eighteen_poses_are_recorded_and_calibrate_to_the_truth(
     config = write_config(tmp_path, session, device, more=more)
     with playing(session, protocol) as port:
         watcher = record(config, port)
-    assert sum(says.startswith("taken ") for says in watcher.said) == 18
+    assert sum(message.startswith("taken ") for message in watcher.said) == 18
     assert "taken 18 of 18" in watcher.said[-1]
     assert len(list((tmp_path / "acc").glob("pose_*.csv"))) == 18
     assert_true(calibrated(config), session)
@@ -128,7 +102,7 @@ def test_an_unplugged_device_is_waited_for(tmp_path: Path, mpu_evening: Session)
     config = write_config(tmp_path, mpu_evening, "mpu-6050", more=", poses: 6")
     with playing(mpu_evening, "sketch", link=tmp_path / "port", unplug_every_s=2.0) as port:
         watcher = record(config, port)
-    assert any("the device is gone" in says for says in watcher.said)
+    assert any("the device is gone" in message for message in watcher.said)
     assert "the device is back" in watcher.said
     assert len(list((tmp_path / "acc").glob("pose_*.csv"))) == 6
 
@@ -149,7 +123,7 @@ def test_what_is_taken_is_not_asked_for_again(tmp_path: Path, six_faces: Session
         before = {path: path.read_bytes() for path in (tmp_path / "acc").iterdir()}
         (tmp_path / "acc" / "pose_03.csv").unlink()
         watcher = record(config, port)
-    assert any(says.startswith("1 poses of 3 s") and "5 are there" in says for says in watcher.said)
+    assert any(text.startswith("1 poses of 3 s") and "5 are there" in text for text in watcher.said)
     assert set((tmp_path / "acc").iterdir()) == set(before)
     changed = [path.name for path, data in before.items() if path.read_bytes() != data]
     assert changed == ["pose_03.csv"]
@@ -171,23 +145,6 @@ def test_a_recording_killed_again_and_again_ends_like_an_undisturbed_one(
     assert_same(calibrated(undisturbed), calibrated(killed))
 
 
-def record_with_kills(config: Path, port: str, kills: int, seed: int) -> int:
-    """Record in a process that is killed ``kills`` times; how often it was still running then."""
-    rng = random.Random(seed)
-    command = [sys.executable, "-m", "pipeline", "record", str(config), "--port", port]
-    done = 0
-    for _ in range(kills):
-        process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.DEVNULL,
-                                   stdout=subprocess.DEVNULL)
-        time.sleep(rng.uniform(1.0, 3.0))
-        if process.poll() is None:
-            os.kill(process.pid, signal.SIGKILL)
-            done += 1
-        process.wait()
-    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
-    return done
-
-
 def assert_same(one: TriadCalibration, two: TriadCalibration) -> None:
     """Parameters that agree within twice their sd: samples differ by where a pose began."""
     for name, sd in zip(("misalignment_rad", "bias_counts", "scale_counts_per_unit"),
@@ -196,18 +153,18 @@ def assert_same(one: TriadCalibration, two: TriadCalibration) -> None:
         assert np.abs((a - b) / sd).max() < 2.0, name
 
 
-@pytest.mark.parametrize(("protocol", "device", "more", "says"), [
+@pytest.mark.parametrize(("protocol", "device", "more", "message"), [
     ("xsens-mti", "mpu-6050", ", baud: 9600", "The port is open, but nothing comes|Bytes come"),
     ("binary", "lines", ", baud: 9600, pattern: '{acc_x},{acc_y},{acc_z}'", "Bytes come|none fits"),
     ("sketch", "xsens-mti", ", baud: 9600", "does not answer message 0x30"),
 ])
 def test_another_device_than_named_is_told(
     tmp_path: Path, mpu_evening: Session, mti_evening: Session, protocol: Protocol, device: str,
-    more: str, says: str,
+    more: str, message: str,
 ) -> None:
     session = mti_evening if protocol == "xsens-mti" else mpu_evening
     config = write_config(tmp_path, session, device, more=more)
-    with (playing(session, protocol) as port, pytest.raises(DeviceError, match=says)):
+    with (playing(session, protocol) as port, pytest.raises(DeviceError, match=message)):
         record(config, port)
 
 
@@ -218,11 +175,11 @@ def test_an_absent_port_is_told_with_those_there_are(tmp_path: Path, mti_evening
 
 
 def test_a_port_in_use_is_told(tmp_path: Path, mti_evening: Session) -> None:
-    from pipeline.record.serial_port import SerialLine
+    from pipeline.record.serial_port import SerialPort
 
     config = write_config(tmp_path, mti_evening, "xsens-mti")
     with playing(mti_evening, "xsens-mti") as port:
-        other = SerialLine(port, 115200)
+        other = SerialPort(port, 115200)
         with pytest.raises(DeviceError, match="another program uses it"):
             record(config, port)
         other.close()

@@ -8,7 +8,7 @@ import pytest
 from pipeline.devices.xbus import XbusReader, frame
 from pipeline.errors import DeviceError
 from pipeline.record import xsens_setup as begin_xsens
-from pipeline.record.xsens_setup import begin_mtdata, begin_mtdata2
+from pipeline.record.xsens_setup import start_mtdata, start_mtdata2
 
 Answer = Callable[[int, bytes], bytes]
 
@@ -62,7 +62,7 @@ def test_a_legacy_mti_is_set_to_raw_output_with_counter(
     wanted: float, period: int, skip: int, rate: float
 ) -> None:
     device = PaperDevice(willing)
-    begun = begin_mtdata(device, wanted, ignore)
+    begun = start_mtdata(device, wanted, ignore)
     assert begun.rate_hz == pytest.approx(rate)
     told = dict(device.told)
     assert told[0xD0] == bytes.fromhex("4000")
@@ -75,7 +75,7 @@ def test_a_legacy_mti_is_set_to_raw_output_with_counter(
 
 def test_a_newer_mti_sends_counter_time_and_raw_readings() -> None:
     device = PaperDevice(willing)
-    assert begin_mtdata2(device, 100, ignore).rate_hz == 100
+    assert start_mtdata2(device, 100, ignore).rate_hz == 100
     assert dict(device.told)[0xC0] == bytes.fromhex("1020FFFF 1060FFFF A0100064")
 
 
@@ -86,7 +86,7 @@ def test_firmware_that_does_not_combine_them_sends_raw_readings_alone() -> None:
         return willing(mid, data)
 
     device = PaperDevice(answer)
-    assert begin_mtdata2(device, 100, ignore).rate_hz == 100
+    assert start_mtdata2(device, 100, ignore).rate_hz == 100
     assert [data for mid, data in device.told if mid == 0xC0][-1] == bytes.fromhex("A0100064")
 
 
@@ -102,20 +102,20 @@ def test_a_streaming_mti_that_overlooks_the_request_is_reset() -> None:
         return b"" if mid == 0x3F else willing(mid, data)
 
     device = PaperDevice(answer)
-    begin_mtdata(device, 100, ignore)
+    start_mtdata(device, 100, ignore)
     assert (0x3F, b"") in device.told  # WakeUp is acknowledged, or it would measure again
 
 
-@pytest.mark.parametrize(("code", "says"), [
+@pytest.mark.parametrize(("code", "message"), [
     (0x03, "sampling period"), (0x04, "the other kind of MTi"), (0x29, "baud rate is too low"),
     (0x77, "manual's list"),
 ])
-def test_errors_of_the_device_are_put_in_words(code: int, says: str) -> None:
+def test_errors_of_the_device_are_put_in_words(code: int, message: str) -> None:
     def answer(mid: int, data: bytes) -> bytes:
         return frame(0x42, bytes([code])) if mid == 0x04 else willing(mid, data)
 
-    with pytest.raises(DeviceError, match=says):
-        begin_mtdata(PaperDevice(answer), 100, ignore)
+    with pytest.raises(DeviceError, match=message):
+        start_mtdata(PaperDevice(answer), 100, ignore)
 
 
 def test_a_device_that_would_send_something_else_is_refused() -> None:
@@ -123,9 +123,9 @@ def test_a_device_that_would_send_something_else_is_refused() -> None:
         return frame(0x0D, bytes(118)) if mid == 0x0C else willing(mid, data)
 
     with pytest.raises(DeviceError, match="it will send 0 bytes a sample; 22 are expected"):
-        begin_mtdata(PaperDevice(answer), 100, ignore)
+        start_mtdata(PaperDevice(answer), 100, ignore)
 
 
 def test_silence_is_told() -> None:
     with pytest.raises(DeviceError, match="does not answer message 0x30"):
-        begin_mtdata(PaperDevice(lambda mid, data: b""), 100, ignore)
+        start_mtdata(PaperDevice(lambda mid, data: b""), 100, ignore)

@@ -1,12 +1,14 @@
 """What not every session has in its report: certificate, mounting, many clips, own effects."""
 
 import shutil
+from pathlib import Path
 
 import pytest
 
 from pipeline.config.load import load_config
 from pipeline.report.added_variable import added_variable_figure, subject_of
 from pipeline.report.page import report_html
+from pipeline.report.pose_charts import coverage_figure, residual_figure
 from pipeline.report.rate_charts import rate_view
 from pipeline.report.refit_data import refit_json
 from pipeline.report.tables import budget_rows
@@ -14,7 +16,7 @@ from pipeline.stages.context import RunContext
 from pipeline.stages.rate import measure_setting
 from pipeline.stages.run import Outcome, run_stages
 from tests.pipeline.conftest import RunSession
-from tests.pipeline.report.test_page import Page
+from tests.pipeline.report.html_page import Page
 from tests.vision.phase_tracks import phase_track, steady
 from vision.rate.timebase import Timebase
 
@@ -47,13 +49,13 @@ def page(outcome: Outcome) -> Page:
 
 def test_a_certificate_stands_beside_the_estimate_with_the_difference_in_sds(page: Page) -> None:
     assert page.open == []
-    for words in ("certificate", "apart [sd]", "33652", "549.7"):
+    for words in ("certificate", "difference [sd]", "33652", "549.7"):
         assert words in page.text
 
 
 def test_the_mounting_is_said_with_its_forces(page: Page, outcome: Outcome) -> None:
     assert outcome.installation is not None
-    assert "Installation" in page.text
+    assert "Mounting" in page.text
     assert "roll" in page.text
     for force in (*outcome.installation.before, *outcome.installation.after):
         assert f"{force:.4f}" in page.text
@@ -95,6 +97,47 @@ def test_the_causes_of_an_uncertainty_add_up_to_it(outcome: Outcome) -> None:
     assert sum(v**2 for v in by_cause) == pytest.approx(float((sd**2).mean()), rel=0.1)
 
 
+def test_poses_at_rest_have_no_directions_to_cover_and_cannot_scatter_about_zero(
+    finished: RunSession, tmp_path: Path
+) -> None:
+    shutil.copytree(finished.config.parent, tmp_path, dirs_exist_ok=True)
+    config = tmp_path / finished.config.name
+    head, section, _ = config.read_text(encoding="utf-8").partition("gyroscope:  #")
+    assert section
+    config.write_text(
+        head + "gyroscope:\n  runs: [{poses: accelerometer/pose_*.csv, rate: stopped}]\n"
+        "  model: [bias]\n", encoding="utf-8")
+    outcome = run_stages(load_config(config), RunContext())
+    assert outcome.gyroscope is not None
+    assert outcome.accelerometer is not None
+    assert coverage_figure(outcome.gyroscope) is None
+    assert "about zero" not in residual_figure(outcome.gyroscope).good
+    assert "about zero" in residual_figure(outcome.accelerometer).good
+    covered = coverage_figure(outcome.accelerometer)
+    assert covered is not None
+    assert "18 poses cover 18 of the 18 faces and edges" in covered.caption
+    page = Page(report_html(outcome, ()))
+    assert page.open == []
+    assert "0 of the 18" not in page.text
+
+
+def test_poses_that_are_laid_by_hand_are_not_asked_for_faces(
+    finished: RunSession, tmp_path: Path
+) -> None:
+    shutil.copytree(finished.config.parent, tmp_path, dirs_exist_ok=True)
+    config = tmp_path / finished.config.name
+    few = ", ".join(f"accelerometer/pose_{n:02d}.csv" for n in range(1, 9))
+    head, _, _ = config.read_text(encoding="utf-8").partition("gyroscope:  #")
+    config.write_text(head.replace("accelerometer/pose_*.csv\n  model: [bias, scale, misalignment]",
+                                   f"[{few}]\n  model: [bias, scale]"), encoding="utf-8")
+    outcome = run_stages(load_config(config), RunContext())
+    assert outcome.accelerometer is not None
+    figure = coverage_figure(outcome.accelerometer)
+    assert figure is not None
+    assert "missing:" not in figure.caption
+    assert 'class="natural' not in figure.drawing
+
+
 # --- plate settings ----------------------------------------------------------------------------
 
 
@@ -103,8 +146,8 @@ def test_one_clip_per_pose_shows_every_rate_and_the_least_steady_clip() -> None:
               for i, noise in enumerate((1e-4, 5e-4, 1e-4))]
     view = rate_view(measure_setting("slow", tracks, Timebase()))
     assert [figure.title for figure in view.figures][-1] == "Rate of every clip"
-    assert "the least steady of 3 clips" in view.picture_says
-    assert view.picture.startswith("data:image/png;base64,")
+    assert "the largest residual of 3 clips" in view.frame_caption
+    assert view.frame.startswith("data:image/png;base64,")
     assert dict(view.facts)["turns"]
 
 
@@ -113,11 +156,11 @@ def test_long_clips_are_thinned_and_say_so() -> None:
     view = rate_view(measure_setting("slow", [track], Timebase()))
     drawing = view.figures[0].drawing
     assert drawing.count("h0") <= 500
-    assert f"of {len(track.time_s)} frames drawn" in view.figures[0].says
+    assert f"of {len(track.time_s)} frames" in view.figures[0].caption
 
 
 def test_a_stated_rate_needs_no_pictures(finished: RunSession) -> None:
     outcome = run_stages(load_config(finished.config), RunContext())
     view = rate_view(next(iter(outcome.rates.values())))
-    assert (view.picture, view.figures) == ("", ())
-    assert "not filmed" in view.says
+    assert (view.frame, view.figures) == ("", ())
+    assert "not measured from a clip" in view.text

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pipeline.results.history import Step, history_rows, read_history, with_step, write_history
+from pipeline.results.history import Step, history_rows, history_text, read_history, with_step
 from tests.pipeline.conftest import RunSession
 from tests.sessions import pipeline, results_in
 
@@ -40,7 +40,7 @@ def test_the_table_is_a_staircase_and_shows_equal_runs_once(
     steps: tuple[Step, ...] = ()
     for model, rms in ((base, 0.009), (base, 0.009), ([*base, "quadratic"], 0.0005)):
         steps = with_step(steps, with_model(found, model, rms), NOON)
-    write_history(tmp_path, steps)
+    (tmp_path / "history.jsonl").write_text(history_text(steps), encoding="utf-8")
     assert len(read_history(tmp_path)) == 3
     titles, *rows = history_rows(read_history(tmp_path))["accelerometer"]
     assert titles[:3] == ("when", "model", "RMS [mm/s²]")
@@ -71,7 +71,9 @@ def test_without_a_run_the_command_says_what_to_type(
 def test_a_damaged_history_is_reported_with_its_line_and_nothing_is_written(
     finished: RunSession, tmp_path: Path, line: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    history = write_history(tmp_path, with_step((), results_in(finished.folder), NOON))
+    history = tmp_path / "history.jsonl"
+    steps = with_step((), results_in(finished.folder), NOON)
+    history.write_text(history_text(steps), encoding="utf-8")
     whole = history.read_text(encoding="utf-8") + line + "\n"
     history.write_text(whole, encoding="utf-8")
     assert pipeline("run", finished.config, "--output", tmp_path) == 3

@@ -105,16 +105,16 @@ def test_clips_share_their_clock_and_nothing_else(followed: Followed) -> None:
         assert rate.timebase_sd_rad_s == pytest.approx(20e-6 * one.rate_rad_s)
 
 
-def test_all_rates_that_give_the_same_pictures_are_printed(followed: Followed) -> None:
+def test_all_rates_that_give_the_same_frames_are_printed(followed: Followed) -> None:
     rate = measure_setting("slow", [followed.track], Timebase())
-    (line,) = (line for line in clip_lines(rate) if "look the same" in line)
+    (line,) = (line for line in clip_lines(rate) if "give the same frames" in line)
     printed = [(float(rpm), way) for rpm, way in re.findall(r"([\d.]+) (ccw|cw)", line)]
-    # 15 pictures per second: 900 rpm apart, three to either side of 16.667.
+    # 15 frames per second: 900 rpm apart, three to either side of 16.667.
     assert printed == [(883.3, "cw"), (916.7, "ccw"), (1783, "cw"), (1817, "ccw"), (2683, "cw"),
                        (2717, "ccw")]
 
 
-def test_a_clip_followed_by_its_colour_says_which(followed: Followed) -> None:
+def test_a_clip_tracked_by_colour_names_the_colour_axis(followed: Followed) -> None:
     plain = measure_setting("slow", [followed.track], Timebase())
     assert rate_json(plain)["clips"][0]["channel"] == "luma"
     assert not any("colour" in line for line in clip_lines(plain))
@@ -122,8 +122,8 @@ def test_a_clip_followed_by_its_colour_says_which(followed: Followed) -> None:
     coloured = replace(followed.track, plate=plate)
     rate = measure_setting("slow", [coloured], Timebase())
     assert rate_json(rate)["clips"][0]["channel"] == "0.98 Cr - 0.20 Cb"
-    assert any("followed by its colour, 0.98 Cr - 0.20 Cb" in line for line in clip_lines(rate))
-    assert ("followed by colour", "0.98 Cr - 0.20 Cb") in rate_view(rate).facts
+    assert any("tracked by colour, 0.98 Cr - 0.20 Cb" in line for line in clip_lines(rate))
+    assert ("tracked by colour", "0.98 Cr - 0.20 Cb") in rate_view(rate).facts
 
 
 def test_clips_that_turn_both_ways_are_no_one_setting(followed: Followed) -> None:

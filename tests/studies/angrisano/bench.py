@@ -7,11 +7,12 @@ the publication calls alpha, b and k is read off the finished sensor by linear a
 
 import math
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 
+from calib.certificate import frame_free
 from calib.fit.calibration import TriadParameters
+from calib.poses.attitudes import natural_directions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog, Triad
 
@@ -39,9 +40,12 @@ def leaning_axes(theta_rad: FloatArray) -> FloatArray:
 
 
 def wedge_directions() -> FloatArray:
-    """The 18 directions of a cube and a 45° wedge: 6 faces and 12 edges, shape (18, 3)."""
-    grid = np.array([v for v in product((1, 0, -1), repeat=3) if 1 <= np.abs(v).sum() <= 2], float)
-    return np.asarray(grid / np.linalg.norm(grid, axis=1, keepdims=True))
+    """The 6 faces and 12 edges of :func:`natural_directions` from +x to -x, shape (18, 3).
+
+    The order belongs to the seeds: every pose has its own draw of what lays it askew.
+    """
+    wedge = natural_directions(corners=False)
+    return np.asarray(wedge[np.lexsort(-np.sign(wedge).T[::-1])])
 
 
 def laid_directions(accuracy_rad: float, rng: np.random.Generator) -> FloatArray:
@@ -76,15 +80,10 @@ class BenchTriad:
     def truth(self) -> TriadParameters:
         """What a perfect calibration by magnitudes reports, without covariance.
 
-        Magnitudes determine the inverse of ``gain * axes`` up to a rotation from the left; QR
-        leaves the triangular matrix T K of eq. (2).
+        Magnitudes determine the inverse of ``gain * axes`` up to a rotation from the left.
         """
-        upper = np.linalg.qr(np.linalg.inv(self.gain[:, None] * self.axes), mode="r")
-        upper = upper * np.sign(np.diag(upper))[:, None]
-        k = np.diag(upper)
-        t = upper / k
-        alpha = np.array([t[1, 2], t[0, 2], t[0, 1]])
-        return TriadParameters(alpha, self.offset, 1 / k, np.full((9, 9), np.nan))
+        scale, alpha = frame_free(self.gain, self.axes)
+        return TriadParameters(alpha, self.offset, scale, np.full((9, 9), np.nan))
 
     def readings(self, vectors: FloatArray) -> FloatArray:
         """Noiseless counts, not rounded, for what acts in the case, (n, 3)."""

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from calib.certificate import frame_free
 from calib.fit.angrisano import data_sheet_start
 from calib.fit.calibration import alignment
 from calib.mounting.levelling import mounting_rotation
@@ -89,10 +90,7 @@ def third_column(theta_rad: float) -> float:
 
 def alpha_of(axes: FloatArray) -> FloatArray:
     """α of eq. (2), x, y, z, for which T times the projections on ``axes`` has true lengths."""
-    upper = np.linalg.qr(np.linalg.inv(axes), mode="r")
-    upper = upper * np.sign(np.diag(upper))[:, None]
-    t = upper / np.diag(upper)
-    return np.array([t[1, 2], t[0, 2], t[0, 1]])
+    return frame_free(np.ones(3), axes)[1]
 
 
 def _lean() -> list[list[str]]:

@@ -36,8 +36,8 @@ from tests.studies.angrisano.published import (
 )
 from tests.studies.angrisano.table1 import implied_pose_sds
 from vision.phase_track import PlateAngle
-from vision.rate.frame_count import count_frames
 from vision.rate.least_squares import least_squares
+from vision.rate.other_rates import count_frames
 
 SESSIONS = 40
 POSE_S = 20.0
@@ -90,7 +90,7 @@ def film(rate_rad_s: float, seconds: float, rng: np.random.Generator) -> PlateAn
 def counted_turn(angle: PlateAngle) -> tuple[float, float]:
     """Rate and sd from the frames between the first two alignments, rad/s."""
     second = int(np.argmax(angle.angle_rad >= 2 * math.pi))
-    found = count_frames(angle.between(0, second + 1), mark_rad=0.0, deck_mark_rad=0.0)
+    found = count_frames(angle.between(0, second + 1), mark_rad=0.0, fixed_mark_rad=0.0)
     assert found is not None  # the film holds a whole turn
     return found.rate_rad_s, found.sd_rad_s
 

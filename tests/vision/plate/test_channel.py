@@ -1,6 +1,7 @@
 """Plates whose only mark is one of colour, as bright as the plate."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -8,16 +9,18 @@ import pytest
 
 from vision.errors import RateRefused
 from vision.geometry import PlateOverride, PlateView
+from vision.phase_track import PhaseTrack
 from vision.plate.channel import Brightness, ChromaAxis, channels
-from vision.rate.measure import measure_rate
+from vision.rate.measure import RateMeasurement, measure_rate
 from vision.rate.timebase import Timebase
 from vision.tracking.track import track_phase
 from vision.video import NO_CHROMA, ClipReader, Frame
 
 pytest.importorskip("av", reason="rendering clips needs PyAV")
 
-from tests.vision.edited_clips import again
+from tests.vision.edited_clips import Image, again
 from tests.vision.phase_tracks import phase_track
+from tests.vision.rendered_clips import Render
 from tests.world.film import Recorder, Scene
 from tests.world.plate import PlateMotion
 from tests.world.scene import Mark, homography
@@ -29,7 +32,7 @@ RED = Mark(luma=Scene().plate_luma, blue=-10.0, red=50.0)
 SCENE = Scene(marks=(RED,), label=False, sensor_box=False, chroma_noise=1.0)
 
 
-def rate_of(track):
+def rate_of(track: PhaseTrack) -> RateMeasurement:
     rate = measure_rate(track, timebase=CLOCK)
     assert rate.direction == "cw"
     error = rate.rate_rad_s / abs(MOTION.rate_rad_s) - 1
@@ -39,11 +42,11 @@ def rate_of(track):
 
 
 @pytest.fixture(scope="module")
-def clip(render):
+def clip(render: Render) -> Path:
     return render(MOTION, SCENE, seconds=10)[0]
 
 
-def test_a_red_mark_as_bright_as_the_plate_is_followed_by_its_colour(clip):
+def test_a_red_mark_as_bright_as_the_plate_is_followed_by_its_colour(clip: Path) -> None:
     track = track_phase(clip)
     rate = rate_of(track)
     cr, _, sign, cb, _ = track.plate.channel.split()
@@ -53,19 +56,19 @@ def test_a_red_mark_as_bright_as_the_plate_is_followed_by_its_colour(clip):
     assert rate.warnings == ()
 
 
-def test_what_is_found_by_colour_stands_in_pixels_of_the_film(clip):
+def test_what_is_found_by_colour_stands_in_pixels_of_the_clip(clip: Path) -> None:
     track = track_phase(clip)
     assert track.plate.size_px == (SCENE.width_px, SCENE.height_px)
     # A single mark shows the centre to a pixel or so: perspective looks much the same.
-    found, true = PlateView(track.plate.view), PlateView(homography(SCENE))
-    centre = [(c + 0.5) * track.plate.reduction - 0.5 for c in found.centre_px]
+    view, true = PlateView(track.plate.view), PlateView(homography(SCENE))
+    centre = [(c + 0.5) * track.plate.reduction - 0.5 for c in view.centre_px]
     assert centre == pytest.approx(true.centre_px, abs=2.0)
     fixed_rad = track.plate.fixed_mark_azimuth_rad
     assert fixed_rad == pytest.approx(SCENE.deck_mark_azimuth_rad, abs=0.05)
     assert track.plate.mark_radius == pytest.approx(RED.radius, abs=0.03)
 
 
-def test_the_rim_given_by_hand_holds_for_a_film_followed_by_colour(clip):
+def test_the_rim_given_by_hand_holds_for_a_clip_followed_by_colour(clip: Path) -> None:
     given = PlateOverride(centre_px=(233.0, 181.0), radius_px=145.0)
     rate_of(track_phase(clip, plate=given))
     with pytest.raises(RateRefused, match="turns about a fixed axis"):
@@ -85,7 +88,9 @@ def test_the_rim_given_by_hand_holds_for_a_film_followed_by_colour(clip):
         ("gif", "rgb8", ".gif"),
     ],
 )
-def test_colour_is_followed_in_pictures_of(codec, pixel_format, suffix, render):
+def test_colour_is_followed_in_frames_of(
+    codec: str, pixel_format: str, suffix: str, render: Render
+) -> None:
     recorder = Recorder(codec=codec, pixel_format=pixel_format)
     track = track_phase(render(MOTION, SCENE, seconds=5, suffix=suffix, recorder=recorder)[0])
     assert track.plate.channel != "luma"
@@ -93,31 +98,31 @@ def test_colour_is_followed_in_pictures_of(codec, pixel_format, suffix, render):
 
 
 @pytest.mark.parametrize("codec", ["libx264", "ffv1"])
-def test_a_grey_film_of_such_a_mark_is_refused(codec, render):
+def test_a_grey_clip_of_such_a_mark_is_refused(codec: str, render: Render) -> None:
     recorder = Recorder(codec=codec, pixel_format="gray")
     path, _ = render(MOTION, SCENE, seconds=5, suffix=".mkv", recorder=recorder)
     with pytest.raises(RateRefused, match="differs from the plate in brightness or colour"):
         track_phase(path)
 
 
-def test_a_plate_at_rest_with_a_red_mark_is_refused(render):
+def test_a_plate_at_rest_with_a_red_mark_is_refused(render: Render) -> None:
     path, _ = render(PlateMotion(0.0), SCENE, seconds=6)
     with pytest.raises(RateRefused, match="turns about a fixed axis"):
         track_phase(path)
 
 
-def test_a_mark_that_is_bright_too_is_followed_by_its_brightness(render):
+def test_a_mark_that_is_bright_too_is_followed_by_its_brightness(render: Render) -> None:
     path, _ = render(MOTION, Scene(marks=(Mark(blue=-10.0, red=50.0),)), seconds=5)
     track = track_phase(path)
     assert (track.plate.channel, track.plate.reduction) == ("luma", 1)
     rate_of(track)
 
 
-def test_a_film_gives_chroma_only_when_asked(clip):
-    with ClipReader(clip) as film:
-        plain = next(iter(film))[0]
-    with ClipReader(clip, colours=True) as film:
-        coloured = next(iter(film))[0]
+def test_a_clip_gives_chroma_only_when_asked(clip: Path) -> None:
+    with ClipReader(clip) as reader:
+        plain = next(iter(reader))[0]
+    with ClipReader(clip, colours=True) as reader:
+        coloured = next(iter(reader))[0]
     assert plain.chroma is NO_CHROMA
     assert plain.luma.shape == (360, 480)
     assert coloured.luma.shape == (180, 240)
@@ -125,11 +130,11 @@ def test_a_film_gives_chroma_only_when_asked(clip):
     assert channels([plain]) == [Brightness()]
 
 
-def frame(luma, cr, cb):
+def frame(luma: Image, cr: Image, cb: Image) -> Frame:
     return Frame(0.0, luma, np.dstack([cr, cb]))
 
 
-def test_the_axes_of_colour_are_those_along_which_it_changes():
+def test_the_axes_of_colour_are_those_along_which_it_changes() -> None:
     rng = np.random.default_rng(0)
     frames = []
     for i in range(40):
@@ -140,35 +145,38 @@ def test_the_axes_of_colour_are_those_along_which_it_changes():
         cb[5:12, x : x + 8] -= 40
         frames.append(frame(luma, cr.astype(np.uint8), cb.astype(np.uint8)))
     first = channels(frames)[0]
+    assert isinstance(first, ChromaAxis)
     assert (first.cr, first.cb) == pytest.approx((-0.6, 0.8), abs=0.02)
-    picture = first(frames[7]).astype(float)
-    assert picture.shape == (30, 40)
-    assert picture[5:12, 7:15].mean() == pytest.approx(128 - 50, abs=1)
-    assert picture[20:].mean() == pytest.approx(128, abs=1)
+    image = first(frames[7]).astype(float)
+    assert image.shape == (30, 40)
+    assert image[5:12, 7:15].mean() == pytest.approx(128 - 50, abs=1)
+    assert image[20:].mean() == pytest.approx(128, abs=1)
     assert str(ChromaAxis(0.6, -0.8)) == "0.60 Cr - 0.80 Cb"
 
 
-def test_what_has_no_colour_has_no_axis():
+def test_what_has_no_colour_has_no_axis() -> None:
     grey = np.full((30, 40), 128, np.uint8)
     assert channels([frame(grey, grey, grey)] * 20) == []
 
 
-def test_less_than_a_turn_in_the_brightness_does_not_hide_a_mark_of_colour(clip, render, tmp_path):
+def test_less_than_a_turn_in_the_brightness_does_not_hide_a_mark_of_colour(
+    clip: Path, render: Render, tmp_path: Path
+) -> None:
     """No rate could be had from it."""
     grey = Scene(label=False, sensor_box=False)
     slow, _ = render(PlateMotion(3.0 * RPM), grey, seconds=10)
     assert track_phase(slow).apparent_turns == pytest.approx(0.5, abs=0.01)
     capture = cv2.VideoCapture(str(slow))
 
-    def beside(i, picture):
-        return np.hstack([capture.read()[1], picture])
+    def beside(i: int, image: Image) -> Image:
+        return np.hstack([capture.read()[1], image])
 
     track = track_phase(again(clip, tmp_path / "beside.mp4", change=beside))
     assert track.plate.channel != "luma"
     rate_of(track)
 
 
-def test_turns_are_counted_where_the_plate_was_seen():
+def test_turns_are_counted_where_the_plate_was_seen() -> None:
     time = np.arange(100) / 15
     track = phase_track(time, -0.5 * time)
     gaps = np.where(np.arange(100) % 7 == 3, np.nan, track.phase_rad)

@@ -1,47 +1,52 @@
-"""What turns is told from what comes and goes in place."""
+"""What turns is separated from what comes and goes in place."""
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from tests.vision.rendered_clips import Render
 from vision.errors import RateRefused
 from vision.geometry import PlateOverride
 from vision.plate.polar import ring_spectra
-from vision.plate.rotation import coarse_rotation
+from vision.plate.rotation import CoarseRotation, coarse_rotation
 from vision.tracking.track import track_phase
+
+FloatArray = NDArray[np.float64]
 
 RINGS, AZIMUTHS, FRAMES, FPS = 6, 128, 150, 15.0
 WEIGHT = np.linspace(0.2, 1.0, RINGS).astype(np.float32)
 TIME = np.arange(FRAMES) / FPS
 
 
-def pattern(rng):
+def pattern(rng: np.random.Generator) -> FloatArray:
     """A random pattern, smooth along the rings, of about a grey step."""
     order = np.arange(AZIMUTHS // 2 + 1)
     spectrum = rng.normal(size=(RINGS, len(order))) + 1j * rng.normal(size=(RINGS, len(order)))
     spectrum *= np.exp(-order / 5)
     spectrum[:, 0] = 0
     strip = np.fft.irfft(spectrum, AZIMUTHS, axis=1)
-    return strip / strip.std()
+    return np.asarray(strip / strip.std())
 
 
-def turned(strip, angle_rad):
+def turned(strip: FloatArray, angle_rad: FloatArray) -> FloatArray:
     shift = np.exp(-1j * np.outer(angle_rad, np.arange(AZIMUTHS // 2 + 1)))
     return np.fft.irfft(np.fft.rfft(strip, axis=1) * shift[:, None, :], AZIMUTHS, axis=2)
 
 
-def spin(strips):
+def spin(strips: FloatArray) -> CoarseRotation:
     return coarse_rotation(ring_spectra(strips.astype(np.float32)), WEIGHT, TIME)
 
 
-def in_place(kind, rng):
+def in_place(kind: str, rng: np.random.Generator) -> FloatArray:
     """Amplitudes of patterns that do not move, shape (frames, patterns)."""
     if kind == "a lamp that flickers":
-        return np.sin(2 * np.pi * rng.uniform(0.1, 7) * TIME + rng.uniform(0, 6))[:, None]
+        flicker = np.sin(2 * np.pi * rng.uniform(0.1, 7) * TIME + rng.uniform(0, 6))
+        return np.asarray(flicker)[:, None]
     if kind == "a light that is turned up":
         return (TIME / TIME[-1])[:, None]
     if kind == "blocks that an encoder renews":
         steps = rng.integers(0, FRAMES, 30)
-        return (np.arange(FRAMES)[:, None] >= steps).astype(float)
+        return np.asarray(np.arange(FRAMES)[:, None] >= steps, float)
     return rng.normal(size=(FRAMES, FRAMES))
 
 
@@ -50,32 +55,32 @@ def in_place(kind, rng):
     "kind",
     ["a lamp that flickers", "a light that is turned up", "blocks that an encoder renews", "noise"],
 )
-def test_what_comes_and_goes_in_place_does_not_turn(kind, seed):
+def test_what_comes_and_goes_in_place_does_not_turn(kind: str, seed: int) -> None:
     rng = np.random.default_rng(seed)
     amplitude = in_place(kind, rng)
     patterns = np.array([pattern(rng) for _ in range(amplitude.shape[1])])
-    found = spin(np.einsum("fp,pra->fra", amplitude, patterns))
-    assert found.varying > 0
-    assert found.coherence < 0.15
+    rotation = spin(np.einsum("fp,pra->fra", amplitude, patterns))
+    assert rotation.varying > 0
+    assert rotation.coherence < 0.15
 
 
 @pytest.mark.parametrize("rate_rad_s", [0.6, 3.5, -8.2, 40.0])
-def test_a_plate_turns_though_a_lamp_flickers_as_strongly(rate_rad_s):
+def test_a_plate_turns_though_a_lamp_flickers_as_strongly(rate_rad_s: float) -> None:
     rng = np.random.default_rng(1)
     plate, glare = pattern(rng), pattern(rng)
     flicker = np.sqrt(2) * np.sin(2 * np.pi * 1.7 * TIME)
-    found = spin(turned(plate, rate_rad_s * TIME) + flicker[:, None, None] * glare)
-    assert found.coherence == pytest.approx(0.5, abs=0.1)
-    assert found.angle_rad[-1] / TIME[-1] == pytest.approx(rate_rad_s, abs=0.1)
+    rotation = spin(turned(plate, rate_rad_s * TIME) + flicker[:, None, None] * glare)
+    assert rotation.coherence == pytest.approx(0.5, abs=0.1)
+    assert rotation.angle_rad[-1] / TIME[-1] == pytest.approx(rate_rad_s, abs=0.1)
 
 
-def test_pictures_that_are_all_alike_do_not_turn():
+def test_frames_that_are_all_alike_do_not_turn() -> None:
     """What is left after their mean is taken off is rounding."""
     strips = np.repeat(30 * pattern(np.random.default_rng(2))[None], FRAMES, axis=0)
     assert spin(strips).coherence < 1e-3
 
 
-def test_a_rim_given_beside_the_plate_is_refused_as_one_that_does_not_turn(render):
+def test_a_rim_given_beside_the_plate_is_refused_as_one_that_does_not_turn(render: Render) -> None:
     from tests.world.film import Recorder, Scene
     from tests.world.plate import PlateMotion
 

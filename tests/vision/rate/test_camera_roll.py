@@ -1,46 +1,55 @@
 """A camera that rolls while it films."""
 
+from collections.abc import Callable
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from vision.rate.camera_roll import camera_roll
 from vision.rate.measure import measure_rate
+from vision.rate.stability import camera_roll
 from vision.rate.timebase import Timebase
 from vision.tracking.track import track_phase
 
 pytest.importorskip("av", reason="rendering clips needs PyAV")
 
 from tests.vision.edited_clips import again
-from tests.world.film import Scene
+from tests.world.film import FilmTruth, Scene
 from tests.world.plate import PlateMotion
+
+Render = Callable[..., tuple[Path, FilmTruth]]
 
 CLOCK = Timebase(ppm=0.0)
 
 
 @pytest.mark.parametrize("degrees_per_s", [0.1, -0.05])
-def test_a_camera_that_rolls_is_noticed_and_doubted(render, tmp_path, degrees_per_s):
+def test_a_camera_that_rolls_is_noticed_and_doubted(
+    render: Render, tmp_path: Path, degrees_per_s: float
+) -> None:
     motion = PlateMotion(33.3 * 2 * np.pi / 60)
     scene = Scene(tilt_rad=0.3)
     still, _ = render(motion, scene, seconds=20)
     h, w = scene.height_px, scene.width_px
 
-    def roll(i, picture):
+    def roll(i: int, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         turn = cv2.getRotationMatrix2D((w / 2, h / 2), degrees_per_s * i / 15, 1.0)
-        return cv2.warpAffine(picture, turn, (w, h), borderMode=cv2.BORDER_REPLICATE)
+        return cv2.warpAffine(image, turn, (w, h), borderMode=cv2.BORDER_REPLICATE)
 
     track = track_phase(again(still, tmp_path / "rolls.mp4", change=roll))
-    found = camera_roll(track, CLOCK.times(track))
-    assert np.degrees(found.rate_rad_s) == pytest.approx(degrees_per_s, rel=0.15)
+    seen = camera_roll(track, CLOCK.times(track))
+    assert seen is not None
+    assert np.degrees(seen.rate_rad_s) == pytest.approx(degrees_per_s, rel=0.15)
     rate = measure_rate(track, timebase=CLOCK)
-    assert abs(rate.rate_rad_s - motion.rate_rad_s) < 2 * rate.image_sd_rad_s
+    assert abs(rate.rate_rad_s - motion.rate_rad_s) < 2 * rate.uncertainty.image_rad_s
     assert any("the camera rolled by" in warning for warning in rate.warnings)
     assert camera_roll(track_phase(still), CLOCK.times(track)) is None
 
 
 @pytest.mark.parametrize("fps", [50, 120])
-def test_a_hand_beside_the_plate_is_no_camera_that_rolls(render, fps):
-    """It is in most of the pictures that are learned from, and moves in one place only."""
+def test_a_hand_beside_the_plate_is_no_camera_that_rolls(render: Render, fps: float) -> None:
+    """It is in most of the frames that are learned from, and moves in one place only."""
     motion = PlateMotion(-45.0 * 2 * np.pi / 60)
     path, _ = render(motion, Scene(hand_until_s=2.0), seconds=10, fps=fps)
     track = track_phase(path)

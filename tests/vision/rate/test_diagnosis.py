@@ -1,25 +1,32 @@
 """Which term is missing: each hidden one is named, added, and the residual falls to the noise."""
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 import pytest
 
 from tests.vision.phase_tracks import RPM, phase_track, steady
 from vision.errors import RateRefused
-from vision.rate.measure import measure_rate
+from vision.geometry import FloatArray
+from vision.rate.measure import RateMeasurement, measure_rate
 from vision.rate.timebase import Timebase
+
+Wave = Callable[[FloatArray, FloatArray], FloatArray]
 
 CLOCK = Timebase(ppm=0.0)
 NOISE = 4e-4
 ROWS_PX = 0.9 * 140  # the mark's radius in the made track
 
 
-def measured(angle, model=(), **changes):
+def measured(
+    angle: FloatArray, model: Sequence[str] = (), **changes: object
+) -> RateMeasurement:
     time, _ = steady()
     track = phase_track(time, angle, noise_rad=NOISE, **changes)
     return measure_rate(track, timebase=CLOCK, model=["constant_rate", *model])
 
 
-def test_a_plain_track_misses_nothing():
+def test_a_plain_track_misses_nothing() -> None:
     for seed in range(20):
         time, angle = steady()
         track = phase_track(time, angle, noise_rad=NOISE, seed=seed)
@@ -34,72 +41,72 @@ def test_a_plain_track_misses_nothing():
         ("rate_drift", lambda t, a: 0.5 * 4e-6 * (t - 30) ** 2),
     ],
 )
-def test_the_hidden_term_is_named_added_and_gone(name, wave):
+def test_the_hidden_term_is_named_added_and_gone(name: str, wave: Wave) -> None:
     time, angle = steady()
     before = measured(angle + wave(time, angle))
     assert (before.diagnosis.verdict, before.diagnosis.name) == ("effect", name)
     after = measured(angle + wave(time, angle), [name])
     assert after.diagnosis.verdict == "nothing_missing"
-    assert after.phase_rms_rad < 1.1 * NOISE < before.phase_rms_rad
+    assert after.fit.rms_rad < 1.1 * NOISE < before.fit.rms_rad
     predicted = before.diagnosis.ranking[0].rms_after_rad
-    assert after.phase_rms_rad == pytest.approx(predicted, rel=0.05)
+    assert after.fit.rms_rad == pytest.approx(predicted, rel=0.05)
 
 
-def test_a_drift_is_measured_in_its_unit():
+def test_a_drift_is_measured_in_its_unit() -> None:
     time, angle = steady()
     after = measured(angle + 0.5 * 4e-6 * (time - 30) ** 2, ["rate_drift"])
-    (term,) = after.terms
+    (term,) = after.fit.terms
     assert term.unit == "rad/s²"
     assert abs(term.value[0] - 4e-6) < 4 * term.sd[0]
 
 
-def test_readout_delay_and_a_wave_are_one_group_with_the_way_to_separate_them():
+def test_readout_delay_and_a_wave_are_one_group_with_the_way_to_separate_them() -> None:
     _, angle = steady()
     line_s = 30e-6
     seen = angle - 33.3 * RPM * line_s * ROWS_PX * np.sin(angle)
-    found = measured(seen).diagnosis
-    assert found.verdict == "ambiguous"
-    assert set(found.group) == {"once_per_rev", "rolling_shutter"}
-    assert "other direction" in str(found.record_next)
+    diagnosis = measured(seen).diagnosis
+    assert diagnosis.verdict == "ambiguous"
+    assert set(diagnosis.group) == {"once_per_rev", "rolling_shutter"}
+    assert "other direction" in str(diagnosis.record_next)
     after = measured(seen, ["rolling_shutter"])
-    (term,) = after.terms
+    (term,) = after.fit.terms
     assert abs(term.value[0] - line_s) < 4 * term.sd[0] + 0.02 * line_s
-    assert after.phase_rms_rad < 1.1 * NOISE
+    assert after.fit.rms_rad < 1.1 * NOISE
 
 
-def test_a_wave_that_readout_delay_cannot_make_is_not_confused_with_it():
+def test_a_wave_that_readout_delay_cannot_make_is_not_confused_with_it() -> None:
     _, angle = steady()
-    found = measured(angle + 3e-3 * np.cos(angle)).diagnosis  # the other quadrature
-    assert (found.verdict, found.name) == ("effect", "once_per_rev")
+    diagnosis = measured(angle + 3e-3 * np.cos(angle)).diagnosis  # the other quadrature
+    assert (diagnosis.verdict, diagnosis.name) == ("effect", "once_per_rev")
 
 
-def test_readout_delay_and_a_wave_together_cannot_be_fitted():
+def test_readout_delay_and_a_wave_together_cannot_be_fitted() -> None:
     _, angle = steady()
-    with pytest.raises(RateRefused, match="cannot be told apart"):
+    with pytest.raises(RateRefused, match="cannot separate the terms"):
         measured(angle, ["once_per_rev", "rolling_shutter"])
 
 
-def test_lost_pictures_are_a_term_like_any_other():
+def test_dropped_frames_are_a_term_like_any_other() -> None:
     time, angle = steady()
     keep = np.random.default_rng(2).random(len(time)) > 0.01
     keep[:2] = True
     track = phase_track(time[: keep.sum()], angle[keep], noise_rad=NOISE)
     before = measure_rate(track, timebase=CLOCK)
     assert before.diagnosis.name == "frame_steps"
-    assert before.phase_rms_rad > 100 * NOISE
+    assert before.fit.rms_rad > 100 * NOISE
     after = measure_rate(track, timebase=CLOCK, model=["constant_rate", "frame_steps"])
-    assert after.phase_rms_rad < 1.1 * NOISE
+    assert after.fit.rms_rad < 1.1 * NOISE
     assert after.rate_rad_s == before.rate_rad_s
-    assert after.terms[0].value[0] == pytest.approx(1.0, abs=1e-3)
+    assert after.fit.terms[0].value[0] == pytest.approx(1.0, abs=1e-3)
 
 
-def test_a_shape_in_the_angle_that_no_term_has_is_unknown():
+def test_a_shape_in_the_angle_that_no_term_has_is_unknown() -> None:
     _, angle = steady()
-    found = measured(angle + 2e-3 * np.cos(5 * angle)).diagnosis
-    assert (found.verdict, found.name) == ("unknown", "plate angle")
+    diagnosis = measured(angle + 2e-3 * np.cos(5 * angle)).diagnosis
+    assert (diagnosis.verdict, diagnosis.name) == ("unknown", "plate angle")
 
 
-def test_two_hidden_terms_come_out_one_after_the_other():
+def test_two_hidden_terms_come_out_one_after_the_other() -> None:
     _, angle = steady()
     seen = angle + 4e-3 * np.cos(angle) + 2e-3 * np.cos(2 * angle)
     first = measured(seen).diagnosis.name
@@ -108,7 +115,7 @@ def test_two_hidden_terms_come_out_one_after_the_other():
     assert measured(seen, [first, second]).diagnosis.verdict == "nothing_missing"
 
 
-def test_wow_and_flutter_are_those_of_the_drive():
+def test_wow_and_flutter_are_those_of_the_drive() -> None:
     time, angle = steady()
     slow, fast = 1e-3, 1.5e-3  # relative rate amplitudes, once per turn and at 3.1 Hz
     rate = 33.3 * RPM

@@ -1,36 +1,181 @@
-"""Pictures that a recorder lost without a word, and mismeasured ones that look like it."""
+"""Frames that a recorder dropped without a word, and angles that only look like it."""
+
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from tests.vision.cut_label import cut_label
 from tests.vision.phase_tracks import RPM, phase_track, steady
-from vision.rate import unwrap as motion
-from vision.rate.measure import measure_rate
+from vision.errors import RateRefused
+from vision.geometry import FloatArray
+from vision.phase_track import BoolArray
+from vision.rate.dropped_frames import DroppedFrames, confirmed_share, dropped_frames
+from vision.rate.jumps import frame_jumps
+from vision.rate.measure import RateMeasurement, measure_rate
 from vision.rate.timebase import Timebase
+from vision.rate.unwrap import continuous_angle, rate_history
 
 CLOCK = Timebase(ppm=0.0)
 NOISE = 4e-4
+RATE = 33.3 * RPM
+STEP = RATE / 15  #: from frame to frame
+
+
+def measured(time: FloatArray, angle: FloatArray, **changes: object) -> RateMeasurement:
+    return measure_rate(phase_track(time, angle, noise_rad=NOISE, **changes), timebase=CLOCK)
+
+
+def judged(
+    time: FloatArray, angle: FloatArray, rate: float = RATE, **changes: object
+) -> DroppedFrames:
+    track = phase_track(time, angle, noise_rad=NOISE, **changes)
+    return dropped_frames(track, continuous_angle(track, track.time_s, rate))
+
+
+def squeezed(
+    time: FloatArray, angle: FloatArray, keep: BoolArray
+) -> tuple[FloatArray, FloatArray]:
+    """The kept frames, stamped as if none were missing."""
+    return time[: keep.sum()], angle[keep]
 
 
 @pytest.mark.parametrize("shown", [(0.5,), (0.3, 0.7)])
-def test_a_jump_that_an_encoder_spreads_over_some_pictures_is_counted(shown):
-    """The pictures after the gap show the plate on its way."""
+def test_a_jump_that_an_encoder_spreads_over_some_frames_is_counted(
+    shown: tuple[float, ...],
+) -> None:
+    """The frames after the gap show the plate on its way."""
     time, angle = steady(33.3, fps=30)
     gone = np.arange(60, len(time) - 60, 90)
     keep = np.ones(len(time), bool)
     keep[gone] = False
     for later, part in enumerate(shown, start=1):
-        angle[gone + later] -= (1 - part) * 33.3 * RPM / 30
-    squeezed = time[: keep.sum()]
-    rate = measure_rate(phase_track(squeezed, angle[keep], noise_rad=NOISE), timebase=CLOCK)
-    assert rate.lost_frames == len(gone)
-    assert abs(rate.rate_rad_s / (33.3 * RPM) - 1) < 2e-5
+        angle[gone + later] -= (1 - part) * RATE / 30
+    rate = measured(*squeezed(time, angle, keep))
+    assert rate.frames.dropped == len(gone)
+    assert abs(rate.rate_rad_s / RATE - 1) < 2e-5
 
 
-def test_some_pictures_far_ahead_do_not_make_an_even_plate_unsteady():
+def test_some_frames_far_ahead_do_not_make_an_even_plate_unsteady() -> None:
     time, angle = steady(100.7, seconds=15, fps=120)
     angle[140:146] += np.radians([20, 26, 21, 14, 17, 7])
-    rate = measure_rate(phase_track(time, angle, noise_rad=NOISE), timebase=CLOCK)
-    assert rate.lost_frames == 0
+    rate = measured(time, angle)
+    assert rate.frames.dropped == 0
     assert abs(rate.rate_rad_s / (100.7 * RPM) - 1) < 1e-5
-    assert np.ptp(motion.rate_history(rate.history.angle).rate_rad_s) < 1e-3 * rate.rate_rad_s
+    assert np.ptp(rate_history(rate.history.angle).rate_rad_s) < 1e-3 * rate.rate_rad_s
+
+
+@pytest.mark.parametrize("over_rad", [0.05, 0.2, 0.4])
+@pytest.mark.parametrize("seconds", [20.0, 40.0])
+def test_a_label_that_shows_little_at_one_angle_drops_no_frames(
+    over_rad: float, seconds: float
+) -> None:
+    """It jumps by a frame time once per turn; with that time put back it was 3.7 % too slow."""
+    time, angle = steady(33.3, seconds=seconds)
+    error = cut_label(angle, jump_rad=STEP, over_rad=over_rad, rng=np.random.default_rng(1))
+    rate = measured(time, angle + error)
+    assert rate.frames.dropped == 0
+    assert abs(rate.rate_rad_s - RATE) < 3 * rate.uncertainty.image_rad_s
+    assert rate.uncertainty.image_rad_s < 1e-3 * RATE
+
+
+def test_the_jumps_of_a_label_are_said_with_their_plate_angle() -> None:
+    time, angle = steady(33.3, seconds=40.0)
+    error = cut_label(angle, jump_rad=STEP, over_rad=0.1, at_rad=np.radians(200))
+    (text,) = [each for each in measured(time, angle + error).warnings if "jumps" in each]
+    assert re.search(r"jumps by 22 frame time\(s\) in all, at about 2[01]\d° of plate angle", text)
+    assert "No frame is missing" in text
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_dropped_frames_on_such_a_label_are_counted_all_the_same(seed: int) -> None:
+    """The error repeats with the plate's angle; the dropped frames do not."""
+    rng = np.random.default_rng(seed)
+    time, angle = steady(33.3, seconds=40.0, fps=30)
+    keep = rng.random(len(time)) > 0.01
+    keep[:12] = keep[-12:] = True
+    error = cut_label(angle, jump_rad=0.15 * RATE / 30, rng=rng)
+    rate = measured(*squeezed(time, angle + error, keep))
+    assert rate.frames.dropped == (~keep).sum()
+    assert abs(rate.rate_rad_s - RATE) < 4 * rate.uncertainty.image_rad_s
+
+
+@pytest.mark.parametrize("seconds", [4.0, 12.0, 40.0])
+def test_the_angles_confirm_what_was_dropped_and_nothing_else(seconds: float) -> None:
+    pulls = []
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        time, angle = steady(33.3, seconds=seconds, fps=30)
+        keep = np.ones(len(time), bool)
+        keep[rng.choice(np.arange(12, len(time) - 12), 3, replace=False)] = False
+        track = phase_track(*squeezed(time, angle, keep), noise_rad=2e-3, seed=seed)
+        stamped = continuous_angle(track, track.time_s, RATE)
+        count = np.concatenate([[0], frame_jumps(stamped)])
+        share, sd = confirmed_share(replace(stamped, dropped=count))
+        pulls.append((share - 1) / sd)
+        assert sd < 0.1
+        shuffled = np.zeros_like(count)
+        shuffled[rng.choice(len(count), 3, replace=False)] = 1
+        even = phase_track(*steady(33.3, seconds=seconds, fps=30), noise_rad=2e-3, seed=seed)
+        angle_of_even = continuous_angle(even, even.time_s, RATE)
+        shuffled = np.resize(shuffled, len(angle_of_even.dropped))
+        share, sd = confirmed_share(replace(angle_of_even, dropped=shuffled))
+        assert abs(share) < 5 * sd
+    assert np.sqrt(np.mean(np.square(pulls))) < 2
+
+
+def test_dropping_in_step_with_the_plate_cannot_be_separated_and_is_no_dropped_frame() -> None:
+    """One frame each turn of 27, always at the same plate angle."""
+    time, angle = steady(33.333, seconds=40.0)
+    keep = np.ones(len(time), bool)
+    keep[20::27] = False
+    found = judged(*squeezed(time, angle, keep))
+    assert found.judgement == "mismeasured"
+    assert not np.isfinite(found.share_sd) or found.share_sd > 0.1
+
+
+def test_where_neither_can_be_excluded_the_clip_is_refused_or_the_sd_covers_both() -> None:
+    """Two turns with a jump in each are too few for a test of their plate angles."""
+    time, angle = steady(33.3, seconds=4.0)
+    error = cut_label(angle, jump_rad=STEP, over_rad=0.05, at_rad=4.0)
+    assert judged(time, angle + error).judgement == "undecided"
+    with pytest.raises(RateRefused, match=r"cannot determine whether frames were dropped or"):
+        measured(time, angle + error)
+    # Of a fast camera a frame is less of the clip, and both rates are in the sd.
+    time, angle = steady(16.67, seconds=5.6, fps=60)
+    slow = 16.67 * RPM
+    error = cut_label(angle, jump_rad=slow / 60, over_rad=0.02, at_rad=2.0)
+    found = judged(time, angle + error, slow)
+    if found.judgement == "undecided":
+        rate = measured(time, angle + error)
+        assert rate.uncertainty.image_rad_s > 0.9 * found.sd_of_rate * slow
+        assert abs(rate.rate_rad_s - slow) < 2 * rate.uncertainty.image_rad_s
+
+
+@pytest.mark.parametrize("slower", [0.62, 0.8, 0.9])
+def test_a_camera_slower_than_its_clip_drops_nothing(slower: float) -> None:
+    """Its recorder repeats frames to keep time; with time put back, the plate was 30 % slower."""
+    time, _ = steady(33.3, seconds=40.0, fps=30)
+    taken = np.floor(time * 30 * slower + 1e-6) / slower / 30
+    again = np.diff(taken, prepend=-1) == 0
+    found = judged(time, 0.7 + RATE * taken, duplicate=again)
+    assert found.count == 0
+    assert found.sd_of_rate == 0
+
+
+def test_other_ways_are_asked_on_the_stamps_though_frames_were_dropped() -> None:
+    time, angle = steady(33.3, seconds=40.0)
+    keep = np.ones(len(time), bool)
+    keep[[100, 240, 241, 420]] = False
+    track = phase_track(*squeezed(time, angle, keep), noise_rad=NOISE)
+    rate = measure_rate(track, timebase=CLOCK)
+    assert rate.frames.dropped == 4
+    assert abs(rate.rate_rad_s / RATE - 1) < 1e-5
+    count, lag = rate.cross_checks.frame_count, rate.cross_checks.lag
+    assert count is not None
+    assert lag is not None
+    by_stamps = RATE * (1 + 4 / (len(track.time_s) - 1))
+    assert abs(count.rate_rad_s - by_stamps) < 2.5 * count.sd_rad_s
+    assert lag.rate_rad_s == pytest.approx(by_stamps, rel=0.01)
+    assert all("dropped" in text for text in rate.warnings)

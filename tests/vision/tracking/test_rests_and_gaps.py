@@ -1,10 +1,12 @@
-"""Plates that rest, stop or turn back, and pictures that are missing: told, never smoothed over."""
+"""Plates that rest, stop or turn back, and frames that are missing: told, never smoothed over."""
 
 import numpy as np
 import pytest
 
-from tests.vision.phase_tracks import RPM, phase_track, steady
+from tests.chance import spread_bounds
+from tests.vision.phase_tracks import RPM, FloatArray, phase_track, steady
 from vision.errors import RateRefused
+from vision.phase_track import PhaseTrack
 from vision.rate.measure import measure_rate
 from vision.rate.timebase import Timebase
 
@@ -13,7 +15,14 @@ NOISE = 4e-4
 FAST = 33.3 * RPM
 
 
-def driven(*, start_s=0.0, stop_s=np.inf, then=0.0, ramp_s=1.5, seconds=25.0):
+def driven(
+    *,
+    start_s: float = 0.0,
+    stop_s: float = np.inf,
+    then: float = 0.0,
+    ramp_s: float = 1.5,
+    seconds: float = 25.0,
+) -> tuple[PhaseTrack, FloatArray]:
     """Track of a plate that turns from one time to another, with ramps, then at another rate."""
     fine = np.arange(0, seconds, 1e-3)
     rise = np.clip((fine - start_s) / ramp_s, 0, 1) if start_s else np.ones_like(fine)
@@ -25,19 +34,22 @@ def driven(*, start_s=0.0, stop_s=np.inf, then=0.0, ramp_s=1.5, seconds=25.0):
 
 
 @pytest.mark.parametrize(
-    ("how", "found"),
+    ("how", "verdict"),
     [
         ({"start_s": 4.0}, "still running up"),
         ({"stop_s": 16.0}, "slows down"),
         ({"stop_s": 12.0, "then": -1.0}, "changes its direction"),
     ],
 )
-def test_a_plate_that_rests_or_turns_back_is_refused_with_its_true_history(how, found):
-    """At rest the pictures repeat; left out, turns were made up for the time between."""
+def test_a_plate_that_rests_or_turns_back_is_refused_with_its_true_history(
+    how: dict[str, float], verdict: str
+) -> None:
+    """At rest the frames repeat; left out, turns were made up for the time between."""
     track, angle = driven(**how)
-    with pytest.raises(RateRefused, match=rf"{found}.*cut the clip") as refused:
+    with pytest.raises(RateRefused, match=rf"{verdict}.*cut the clip") as refused:
         measure_rate(track, timebase=CLOCK)
     history = refused.value.history
+    assert history is not None
     assert history.revolutions == pytest.approx(abs(angle[-1] - angle[0]) / (2 * np.pi), abs=0.02)
     true = np.interp(history.time_s, track.time_s, np.gradient(angle, track.time_s))
     settled = np.abs(np.abs(true) - FAST) < 1e-6 * FAST
@@ -47,7 +59,7 @@ def test_a_plate_that_rests_or_turns_back_is_refused_with_its_true_history(how, 
         assert np.abs(history.rate_rad_s).min() < 0.01 * FAST
 
 
-def test_pictures_delivered_again_are_still_left_out():
+def test_frames_delivered_again_are_still_left_out() -> None:
     time, angle = steady(33.3)
     again = np.zeros(len(time), bool)
     again[50::20] = again[51::20] = again[52::20] = True
@@ -57,14 +69,16 @@ def test_pictures_delivered_again_are_still_left_out():
     rate = measure_rate(
         phase_track(time, held, noise_rad=NOISE, duplicate=again), timebase=CLOCK
     )
-    assert rate.frames == (~again).sum()
+    assert rate.frames.used == (~again).sum()
     assert abs(rate.rate_rad_s / FAST - 1) < 5e-6
 
 
 @pytest.mark.parametrize("seconds", [60.0, 59.9])  # with an even number of steps, and an odd one
 @pytest.mark.parametrize("camera_fps", [12.0, 10.0, 7.5])
-def test_a_camera_slower_than_its_film_gives_its_rate_all_the_same(camera_fps, seconds):
-    """The recorder shows pictures twice to keep time; taken out, the plate was 25 % too fast."""
+def test_a_camera_slower_than_its_clip_gives_its_rate_all_the_same(
+    camera_fps: float, seconds: float
+) -> None:
+    """The recorder shows frames twice to keep time; taken out, the plate was 25 % too fast."""
     time, _ = steady(33.3, seconds=seconds)
     taken = np.floor(time * camera_fps + 1e-6) / camera_fps
     angle = 0.7 + FAST * taken
@@ -73,25 +87,26 @@ def test_a_camera_slower_than_its_film_gives_its_rate_all_the_same(camera_fps, s
         rate = measure_rate(
             phase_track(time, angle, noise_rad=NOISE, duplicate=seen), timebase=CLOCK
         )
-        assert rate.lost_frames == 0
+        assert rate.frames.dropped == 0
         assert abs(rate.rate_rad_s - FAST) < 3 * rate.sd_rad_s
         assert rate.sd_rad_s < 3e-4 * FAST
 
 
-def test_frames_are_counted_between_alignments_that_were_seen():
-    """Where pictures were left out, the nearest picture is not that of the alignment."""
+def test_frames_are_counted_between_alignments_that_were_seen() -> None:
+    """Where frames were left out, the nearest frame is not that of the alignment."""
     time, angle = steady(33.3, seconds=20.0, start_rad=0.0)
     hidden = np.cos(angle + 1.0) > 0.6  # the mark passes the fixed one unseen
     hidden &= time < 12
     track = phase_track(time, angle, noise_rad=NOISE, quality=np.where(hidden, 0.1, 0.99))
     rate = measure_rate(track, timebase=CLOCK)
-    assert rate.frame_count is not None
-    assert abs(rate.frame_count.rate_rad_s - FAST) < 2.5 * rate.frame_count.sd_rad_s
+    count = rate.cross_checks.frame_count
+    assert count is not None
+    assert abs(count.rate_rad_s - FAST) < 2.5 * count.sd_rad_s
     assert rate.warnings == ()
 
 
 @pytest.mark.parametrize("rpm", [33.21, 44.83])
-def test_a_narrow_mark_returns_within_the_sd_of_its_return(rpm):
+def test_a_narrow_mark_returns_within_the_sd_of_its_return(rpm: float) -> None:
     """Light that changes hides all but the first returns, and these are read off by a parabola."""
     time, angle = steady(rpm, seconds=20.0)
     across = np.linspace(0, 2 * np.pi, 200, endpoint=False)
@@ -101,26 +116,27 @@ def test_a_narrow_mark_returns_within_the_sd_of_its_return(rpm):
     seen = gain * (still + 100 * np.exp(-0.5 * (away / 0.04) ** 2))
     track = phase_track(time, angle, noise_rad=NOISE, thumbnail=np.rint(seen).astype(np.uint8))
     rate = measure_rate(track, timebase=CLOCK)
-    assert rate.lag_rate is not None
-    assert abs(rate.lag_rate.rate_rad_s - rpm * RPM) < 3 * rate.lag_rate.sd_rad_s
+    assert rate.cross_checks.lag is not None
+    assert abs(rate.cross_checks.lag.rate_rad_s - rpm * RPM) < 3 * rate.cross_checks.lag.sd_rad_s
     assert rate.warnings == ()
 
 
 @pytest.mark.parametrize("rpm", [16.71, 33.3, 78.26])
-def test_stamps_that_come_early_or_late_are_no_change_of_the_rate(rpm):
-    """As of a webcam whose driver stamps the pictures when it gets to it."""
+def test_stamps_that_come_early_or_late_are_no_change_of_the_rate(rpm: float) -> None:
+    """As of a webcam whose driver stamps the frames when it gets to it."""
     pulls = []
     for seed in range(12):
         time, angle = steady(rpm, seconds=40.0)
         late = np.random.default_rng(seed).normal(0, 6e-3, len(time)).clip(-0.02, 0.02)
         rate = measure_rate(phase_track(time + late, angle, noise_rad=NOISE), timebase=CLOCK)
-        assert rate.lost_frames == 0
+        assert rate.frames.dropped == 0
         assert not any("changes by" in text for text in rate.warnings)
         pulls.append((rate.rate_rad_s / (rpm * RPM) - 1) * rate.rate_rad_s / rate.sd_rad_s)
-    assert 0.5 < np.sqrt(np.mean(np.square(pulls))) < 1.6
+    low, high = spread_bounds(len(pulls))
+    assert low < np.sqrt(np.mean(np.square(pulls))) < high
 
 
-def test_a_change_of_the_rate_shows_through_stamps_that_come_early_or_late():
+def test_a_change_of_the_rate_shows_through_stamps_that_come_early_or_late() -> None:
     time, _ = steady(seconds=40.0)
     angle = FAST * (time - 0.02 * np.maximum(time - 20, 0))
     late = np.random.default_rng(0).normal(0, 6e-3, len(time)).clip(-0.02, 0.02)
@@ -129,29 +145,30 @@ def test_a_change_of_the_rate_shows_through_stamps_that_come_early_or_late():
 
 
 @pytest.mark.parametrize("fps", [15.0, 30.0])
-def test_stamps_in_whole_milliseconds_are_as_good_as_exact_ones(fps):
+def test_stamps_in_whole_milliseconds_are_as_good_as_exact_ones(fps: float) -> None:
     """As Matroska and WebM have them: the median step is 0.067 s, and 15 of them are no second."""
     time, angle = steady(33.3, fps=fps)
     kept = np.random.default_rng(1).random(len(time)) > 0.02
     kept[0] = True
     stamps = np.round(time, 3)
     whole = measure_rate(phase_track(stamps, angle, noise_rad=NOISE), timebase=CLOCK)
-    assert whole.lag_rate is not None
-    assert abs(whole.lag_rate.rate_rad_s / FAST - 1) < 2e-4
+    assert whole.cross_checks.lag is not None
+    assert abs(whole.cross_checks.lag.rate_rad_s / FAST - 1) < 2e-4
     assert whole.warnings == ()
     lossy = phase_track(stamps[: kept.sum()], angle[kept], noise_rad=NOISE)
     rate = measure_rate(lossy, timebase=CLOCK)
-    assert rate.lost_frames > 10
+    assert rate.frames.dropped > 10
     assert abs(rate.rate_rad_s / FAST - 1) < 10e-6
 
 
-def test_one_return_of_the_picture_is_no_second_opinion():
+def test_one_return_of_the_frame_is_no_second_opinion() -> None:
     time, angle = steady(33.3, seconds=3.7)  # two turns, the second cut short
-    assert measure_rate(phase_track(time, angle, noise_rad=NOISE), timebase=CLOCK).lag_rate is None
+    rate = measure_rate(phase_track(time, angle, noise_rad=NOISE), timebase=CLOCK)
+    assert rate.cross_checks.lag is None
 
 
-def test_stamps_in_bursts_do_not_make_the_plate_a_hundred_times_as_fast():
-    """Two pictures come from the camera at once; most steps between stamps are 2 ms."""
+def test_stamps_in_bursts_do_not_make_the_plate_a_hundred_times_as_fast() -> None:
+    """Two frames come from the camera at once; most steps between stamps are 2 ms."""
     time, angle = steady(33.3, fps=30.0, seconds=20.0)
     burst = time.copy()
     burst[1::2] = time[::2] + 2e-3

@@ -11,7 +11,7 @@ import numpy as np
 
 from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.effects.catalogue import BASE, find_effect
-from calib.effects.effect import EFFECTS as LISTED
+from calib.effects.effect import EFFECTS
 from calib.effects.environment import SECONDS_PER_HOUR
 from calib.errors import CalibrationError
 from calib.fit.calibration import calibrate_triad
@@ -28,6 +28,28 @@ from tests.world.physics import triad_of
 from tests.world.session import Session, simulate
 from tests.world.sizes import draw_effect, pose_equations
 from tests.world.truth import g_sensitivity_seen
+
+LISTED = (
+    "frame_rotation",
+    "quadratic",
+    "cubic",
+    "asymmetry",
+    "cross_quadratic",
+    "temperature_bias",
+    "temperature_scale",
+    "bias_drift",
+    "scale_drift",
+    "warm_up",
+    "hysteresis",
+    "vibration_rectification",
+    "g_sensitivity",
+    "g_squared_sensitivity",
+    "earth_rate",
+    "reference_offset",
+    "reference_scale",
+    "reference_drift",
+    "direction_dependent_rate",
+)
 
 DESIGNS = {"paper": paper_design, "rich": rich_design, "soak": soak_design}
 
@@ -222,7 +244,7 @@ def run_trial(design: Design, seed: int, triad: str, hidden: Sequence[Hidden]) -
 
 def is_listed(name: str) -> bool:
     """Whether the catalogue has ``name``; a plain ``column:NAME`` counts."""
-    return name in LISTED or name.startswith("column:")
+    return name in EFFECTS or name.startswith("column:")
 
 
 @dataclass(frozen=True)
@@ -263,3 +285,11 @@ def follow_to_the_end(poses: PoseSet, most: int = 4) -> Loop:
 def without_columns(design: Design) -> Design:
     """The same evening with no telemetry but temperature logged."""
     return replace(design, columns={})
+
+
+def hidden_of(names: Sequence[str], triad: str, size: float, design: Design, seed: int) -> (
+    list[Hidden] | None
+):
+    """Each of ``names`` at ``size``; None where one does not reach these pose equations."""
+    found = [drawn(name, triad, size, design, seed) for name in names]
+    return None if None in found else [h for h in found if h is not None]

@@ -1,4 +1,4 @@
-"""From a configuration to what its poses can determine, before and after they are recorded.
+"""What the poses of a configuration can determine, before and after they are recorded.
 
 Noise comes from the poses that are recorded, where there are any; else it is the typical noise of
 the sensor's preset; else no sds are stated.
@@ -15,20 +15,12 @@ from calib.earth import EARTH_RATE_RAD_S, STANDARD_GRAVITY_M_S2, earth_rate_hori
 from calib.errors import CalibrationError
 from calib.fit.model import Model
 from calib.fit.result import Fit
-from calib.planning import (
-    BestPose,
-    PlannedRun,
-    Prospect,
-    best_pose,
-    expected_widening,
-    ideal_poses,
-    one_second_sd,
-    prospect_of,
-)
-from calib.poses.attitudes import NEAR_COSINE, natural_directions
-from calib.poses.averaging import PoseMean, average_pose
+from calib.planning.ideal_poses import PlannedRun, expected_widening, ideal_poses, one_second_sd
+from calib.planning.prospect import BestPose, Prospect, best_pose, prospect_of
+from calib.poses.averaging import PoseMean
+from calib.poses.conditions import OTHER_TRIAD
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import FloatArray, ImuLog, Triad
+from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import CommonError, PoseRun, PoseSet, pose_set
 from calib.poses.runs import (
     GRAVITY,
@@ -38,19 +30,13 @@ from calib.poses.runs import (
     stopped_run,
     turning_run,
 )
-from calib.poses.static_intervals import find_still
 from pipeline.config.load import Config, sensor_specs
-from pipeline.config.schema import KnownRateSection, PosesSection, VideoRateSection
+from pipeline.config.schema import PosesSection
 from pipeline.config.types import STOPPED
-from pipeline.formatting import RPM
-from pipeline.logs.read import join_logs
-from pipeline.stages.session_logs import read_logs
+from pipeline.plan.settings import PAUSE_S, PlannedSetting, planned_setting
 from pipeline.stages.site import gravity_of, latitude_of
+from pipeline.stages.user_effects import user_effects
 
-PAUSE_S = 20.0  #: between two planned poses
-POSE_S = 10.0  #: of a pose, where the configuration has no ``record``
-TURNS = 3.0  #: of the plate in a pose at least
-WEDGE = 18
 HEADROOM = 0.9  #: of the full scale; gain and offset take the rest
 
 #: Sd of a mean over one second, SI, correlation included: the median axis of still stretches in
@@ -64,28 +50,12 @@ NoiseSource = Literal["measured", "typical", "unknown"]
 
 
 @dataclass(frozen=True, eq=False)
-class PlannedSetting:
-    """Poses of one setting: what is recorded, what is still to come.
-
-    ``rate_rad_s`` is 0 at rest; ``unusable`` says of recorded poses why they are none.
-    """
-
-    name: str
-    rate_rad_s: float
-    relative_sd: float
-    rate_sd_rad_s: float
-    means: tuple[PoseMean, ...]
-    missing: FloatArray
-    seconds: float
-    unusable: tuple[str, ...]
-
-
-@dataclass(frozen=True, eq=False)
 class TriadPlan:
     """The outlook of one triad.
 
     ``at_hand`` is judged on the recorded poses, ``complete`` with the missing ones added; either
     is the words of a refusal where poses do not determine the model, or None where there are none.
+    ``not_planned`` says which effects of the model the plan leaves out, and why.
     """
 
     triad: Triad
@@ -96,6 +66,7 @@ class TriadPlan:
     complete: Prospect | str
     next_pose: BestPose
     saturates: tuple[str, ...]
+    not_planned: Mapping[str, str]
 
     @property
     def recorded(self) -> int:
@@ -103,89 +74,34 @@ class TriadPlan:
         return sum(len(setting.means) for setting in self.settings)
 
 
-def plan_of(config: Config) -> Iterator[TriadPlan]:
-    """The outlook of every triad that the configuration fits."""
+def plan_of(config: Config, allow_python: bool = False) -> Iterator[TriadPlan]:
+    """The outlook of every triad that the configuration fits, user-defined effects included."""
     means: dict[tuple[PosesSection, str], PlannedSetting] = {}
     if config.accelerometer:
-        yield _triad_plan(config, "accelerometer", [_setting(
-            config, config.accelerometer.poses, STOPPED, means)])
+        yield _triad_plan(config, "accelerometer", [planned_setting(
+            config, config.accelerometer.poses, STOPPED, means)], allow_python)
     if config.gyroscope:
         yield _triad_plan(config, "gyroscope", [
-            _setting(config, run.poses, run.rate, means) for run in config.gyroscope.runs])
+            planned_setting(config, run.poses, run.rate, means) for run in config.gyroscope.runs],
+            allow_python)
 
 
-def _setting(
-    config: Config,
-    poses: PosesSection,
-    name: str,
-    known: dict[tuple[PosesSection, str], PlannedSetting],
-) -> PlannedSetting:
-    """Read what is recorded of one setting; each set of files once."""
-    if (poses, name) not in known:
-        known[poses, name] = _read_setting(config, poses, name)
-    return known[poses, name]
-
-
-def _read_setting(config: Config, poses: PosesSection, name: str) -> PlannedSetting:
-    rate, stated = 0.0, config.rate.get(name)
-    relative, sd = 0.0, 0.0
-    if isinstance(stated, KnownRateSection):
-        rate, sd = stated.rate_rad_s, stated.sd_rad_s
-    elif isinstance(stated, VideoRateSection):
-        rate = (stated.nominal_rpm or math.nan) * RPM
-        relative = stated.timebase.relative_sd
-    specs = sensor_specs(config.sensor)
-    means, unusable = [], []
-    for log in _logs(config, poses):
-        if math.isnan(rate):
-            rate = _felt_rate(log, specs[1])
-        try:
-            means.append(average_pose(log, *specs, rate))
-        except CalibrationError as error:
-            unusable.append(str(error))
-    if math.isnan(rate):
-        rate = 100 / 3 * RPM  # nothing tells it: the speed that every record player has
-    seconds = config.record.seconds_per_pose if config.record else POSE_S
-    seconds = max(seconds, TURNS * 2 * math.pi / rate) if rate else seconds
-    if means:
-        seconds = float(np.median([mean.duration_s for mean in means]))
-    return PlannedSetting(name, rate, relative, sd, tuple(means), _missing(config, means), seconds,
-                   tuple(unusable))
-
-
-def _logs(config: Config, poses: PosesSection) -> Iterator[ImuLog]:
-    folder = config.source.path.parent
-    if poses.log:
-        yield from find_still(join_logs(read_logs(poses, poses.log, folder)))
-    yield from read_logs(poses, poses.files, folder)
-
-
-def _felt_rate(log: ImuLog, spec: TriadSpec | None) -> float:
-    if spec is None or not log.has("gyroscope"):
-        return math.nan
-    return float(np.linalg.norm(spec.nominal(log.gyroscope).mean(axis=0)))
-
-
-def _missing(config: Config, means: list[PoseMean]) -> FloatArray:
-    """Directions that ``record`` asks for and no recorded pose covers, (n, 3).
-
-    Without a ``record`` section nothing is missing once something is recorded.
-    """
-    count = config.record.poses if config.record else (0 if means else WEDGE)
-    wanted = natural_directions(corners=count > WEDGE)[:count]
-    force = np.array([mean.accelerometer.mean for mean in means]).reshape(-1, 3)
-    if len(force) == 0 or not np.isfinite(force).all():
-        return wanted[len(force) :]
-    unit = force / np.linalg.norm(force, axis=1, keepdims=True)
-    return np.asarray(wanted[(wanted @ unit.T).max(axis=1) < NEAR_COSINE])
-
-
-def _triad_plan(config: Config, triad: Triad, settings: list[PlannedSetting]) -> TriadPlan:
+def _triad_plan(
+    config: Config, triad: Triad, settings: list[PlannedSetting], allow_python: bool
+) -> TriadPlan:
     spec = sensor_specs(config.sensor)[triad == "gyroscope"]
     section = config.accelerometer if triad == "accelerometer" else config.gyroscope
     assert spec is not None
     assert section is not None
-    model = Model.of([name for name in section.model if name not in config.effects])
+    user_defined = user_effects(config, triad, allow_python)
+    every = Model.of(section.model, user_defined)
+    means = [mean for setting in settings for mean in setting.means]
+    logged = set.intersection(*(set(mean.columns) for mean in means)) if means else set()
+    logged |= set(OTHER_TRIAD)
+    lacks = {effect.name: name for effect in every.effects for name in effect.logged
+             if name not in logged}
+    model = Model(tuple(effect for effect in every.effects if effect.name not in lacks))
+    judged = tuple(effect for effect in user_defined.values() if set(effect.logged) <= logged)
     recorded = [setting.means for setting in settings if setting.means]
     noise: NoiseSource = "unknown"
     noise_sd = np.ones(3) * spec.nominal_scale if math.isfinite(spec.full_scale) else np.ones(3)
@@ -198,18 +114,20 @@ def _triad_plan(config: Config, triad: Triad, settings: list[PlannedSetting]) ->
     real: Fit | None = None
     if recorded:
         try:
-            at_hand = prospect_of(_recorded_poses(config, triad, settings), model, spec)
+            at_hand = prospect_of(_recorded_poses(config, triad, settings), model, spec, judged)
             real = at_hand.fit
         except CalibrationError as error:
             at_hand = str(error)
     runs = [run for setting in settings for run in _runs(config, triad, setting, noise_sd, real)]
     try:
         start = real.equations.start if real is not None else None
-        complete: Prospect | str = prospect_of(ideal_poses(triad, runs, start), model, spec)
+        complete: Prospect | str = prospect_of(ideal_poses(triad, runs, start), model, spec, judged)
     except CalibrationError as error:
         complete = str(error)
     return TriadPlan(triad, tuple(settings), noise, noise_sd, at_hand, complete,
-                     best_pose(triad, runs, model), tuple(_saturating(triad, settings, spec)))
+                     best_pose(triad, runs, model), tuple(_saturating(triad, settings, spec)),
+                     {effect: f"the column {name} is not in the logs that are there"
+                      for effect, name in lacks.items()})
 
 
 def _runs(
@@ -224,7 +142,7 @@ def _runs(
     force = gravity.value_m_s2 if gravity else STANDARD_GRAVITY_M_S2
     latitude = latitude_of(config.site)
     common: tuple[CommonError, ...] = ()
-    own, magnitude = 0.0, setting.rate_rad_s
+    reference_sd, magnitude = 0.0, setting.rate_rad_s
     if triad == "accelerometer":
         magnitude = force
         common = (CommonError(GRAVITY, gravity.sd_m_s2 if gravity else 0.0),)
@@ -232,17 +150,32 @@ def _runs(
         common = (CommonError(TIME_BASE, setting.relative_sd * setting.rate_rad_s),
                   CommonError(f"rate {setting.name}", setting.rate_sd_rad_s))
     else:
-        own = (earth_rate_horizontal(latitude) / math.sqrt(2) if latitude is not None
-               else EARTH_RATE_RAD_S / math.sqrt(3))
+        reference_sd = (
+            EARTH_RATE_RAD_S / math.sqrt(3) if latitude is None
+            else earth_rate_horizontal(latitude) / math.sqrt(2)
+        )
     if len(up):
         yield PlannedRun(
             setting.name, up, magnitude, setting.rate_rad_s,
-            noise_sd / math.sqrt(setting.seconds), own, common, force,
-            (setting.seconds + PAUSE_S) * np.arange(len(up), dtype=float))
+            noise_sd / math.sqrt(setting.seconds), reference_sd, common, force,
+            (setting.seconds + PAUSE_S) * np.arange(len(up), dtype=float),
+            *_course(setting.means, len(up)))
+
+
+def _course(
+    means: tuple[PoseMean, ...], n: int
+) -> tuple[FloatArray | None, dict[str, FloatArray]]:
+    """Vibration (n, 3) and logged columns of n poses: those recorded, then the same once more."""
+    if not means:
+        return None, {}
+    names = set.intersection(*(set(mean.columns) for mean in means))
+    vibration = np.array([mean.accelerometer.scatter for mean in means])
+    return np.resize(vibration, (n, 3)), {
+        name: np.resize([mean.columns[name] for mean in means], n) for name in names}
 
 
 def _recorded_up(triad: Triad, setting: PlannedSetting, real: Fit | None) -> FloatArray:
-    """Sides (n, 3) that face up in recorded poses, corrected where the poses tell how."""
+    """Sides (n, 3) that face up in recorded poses, corrected where the poses determine how."""
     force = np.array([mean.accelerometer.mean for mean in setting.means])
     if triad == "accelerometer" and real is not None:
         force = real.rows.vector

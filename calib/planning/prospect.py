@@ -18,115 +18,17 @@ from calib.diagnosis.signature import Projector, Signature, are_aliases, effect_
 from calib.effects.effect import Effect
 from calib.fit.calibration import triad_parameters
 from calib.fit.identifiability import scaled_condition
-from calib.fit.initial_estimate import Start
 from calib.fit.model import Model, stack_columns, unavailable
 from calib.fit.residuals import Equations
 from calib.fit.result import Fit
 from calib.fit.solver import fit
+from calib.planning.ideal_poses import PlannedRun, ideal_poses
 from calib.poses.attitudes import natural_directions
-from calib.poses.averaging import PoseMean
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.mean_noise import NOISE_DOF_PER_POSE, correlated_sd
-from calib.poses.pose_set import CommonError, PoseSet, Reference, join_references
+from calib.poses.pose_set import PoseSet, Reference
 
 WEDGE = natural_directions(corners=False)
-
-
-@dataclass(frozen=True, eq=False)
-class PlannedRun:
-    """Poses at one setting of the plate, to be recorded or recorded already.
-
-    Parameters
-    ----------
-    name : str
-    up : array, shape (n, 3)
-        Side of the sensor that faces up in each pose.
-    magnitude : float
-        Gravity in m/s², the plate's rate in rad/s, or 0 for a gyro at rest.
-    spin_rad_s : float
-        The plate's rate, positive counter-clockwise seen from above.
-    sd : array, shape (3,)
-        Of the mean of a pose, SI.
-    reference_sd : float
-        What each pose's reference is uncertain by for itself, SI.
-    common : tuple of CommonError
-        What the references have in common.
-    force_m_s2 : float
-        Gravity where the accelerometer is logged too, NaN where it is not.
-    time_s : array, shape (n,)
-        When the poses are taken.
-    """
-
-    name: str
-    up: FloatArray
-    magnitude: float
-    spin_rad_s: float
-    sd: FloatArray
-    reference_sd: float
-    common: tuple[CommonError, ...]
-    force_m_s2: float
-    time_s: FloatArray
-
-
-def one_second_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
-    """Sd (3,) that a mean over one second would have, from recorded poses; it falls as 1/√T.
-
-    Correlation of the samples is included, as in the sds of the poses themselves.
-    """
-    sd = correlated_sd(runs, triad)
-    duration_s = np.array([mean.duration_s for means in runs for mean in means])
-    return np.asarray(np.sqrt(np.median(sd**2 * duration_s[:, None], axis=0)))
-
-
-def expected_widening(poses: int) -> float:
-    """Student's factor by which sds known from this many poses will be stated wider."""
-    dof = NOISE_DOF_PER_POSE * poses
-    return float(np.sqrt(dof / max(dof - 2, 1.0)))
-
-
-def ideal_poses(
-    triad: Triad, runs: Sequence[PlannedRun], sensor: Start | None = None
-) -> PoseSet:
-    """What a sensor would read in the planned poses, without any error.
-
-    ``sensor`` is what recorded poses tell of its gains and offsets, without it the sensor is as its
-    data sheet says. The sds of ``runs`` are in the nominal units of the readings.
-    """
-    parts: list[Reference] = []
-    for run in runs:
-        n = len(run.up)
-        common = np.tile([error.sd for error in run.common], (n, 1)).reshape(n, len(run.common))
-        names = tuple(error.name for error in run.common)
-        parts.append(Reference(np.full(n, run.magnitude), np.full(n, run.reference_sd), common,
-                               names))
-
-    def joined(rows: list[FloatArray]) -> FloatArray:
-        return np.concatenate(rows)
-
-    way = [np.sign(run.spin_rad_s) if triad == "gyroscope" else 1.0 for run in runs]
-    zeros = joined([np.zeros_like(run.up) for run in runs])
-    return PoseSet(
-        triad=triad,
-        label=tuple(f"{run.name} {i + 1}" for run in runs for i in range(len(run.up))),
-        run=tuple(run.name for run in runs for _ in run.up),
-        reading=readings_of(joined([sign * run.magnitude * run.up
-                                    for run, sign in zip(runs, way, strict=True)]), sensor),
-        sd=joined([np.tile(run.sd, (len(run.up), 1)) for run in runs]),
-        force=joined([run.force_m_s2 * run.up for run in runs]),
-        vibration=zeros,
-        spin_rad_s=joined([np.full(len(run.up), run.spin_rad_s) for run in runs]),
-        time_s=joined([run.time_s for run in runs]),
-        expected=zeros,
-        reference=join_references(parts),
-    )
-
-
-def readings_of(vectors: FloatArray, sensor: Start | None) -> FloatArray:
-    """Nominal readings y (n, 3) of true vectors s, from ``s = M y + c``."""
-    if sensor is None:
-        return vectors
-    return np.asarray(np.linalg.solve(sensor.matrix, (vectors - sensor.offset).T).T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,7 +126,11 @@ def _information(rows: FloatArray) -> float:
 
 
 def d_efficiency(found: Fit) -> float:
-    """Information per row, compared with that of the 18 wedge poses at the first setting."""
+    """Information per row, compared with that of the 18 wedge poses at the first setting.
+
+    It is that of bias, scale and misalignment: effects that follow a logged column say nothing of
+    attitudes.
+    """
     poses = found.poses
     turning = np.flatnonzero(~poses.reference.is_null)
     first = poses.run[turning[0]] if turning.size else poses.run[0]
@@ -249,12 +155,15 @@ def d_efficiency(found: Fit) -> float:
         reference=Reference(reference.magnitude[take], reference.sd[take],
                             reference.common[take], reference.common_names),
         columns={name: values[take] for name, values in poses.columns.items()},
+        other_reading=None,
     )
     ideal = Equations(wedge, found.model)
     eta = np.zeros(ideal.common.shape[1])
     p = found.model.size
     wedge_rows = ideal.rows(np.zeros(p), eta, found.shapes).jacobian[: ideal.data_count, :p]
-    return _information(_about_zero(found) @ found.basis) / _information(wedge_rows @ found.basis)
+    base = found.equations.reading_index
+    basis = found.basis if len(base) == p else np.eye(p)[:, base]
+    return _information(_about_zero(found) @ basis) / _information(wedge_rows @ basis)
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,8 +181,7 @@ class BestPose:
 def best_pose(triad: Triad, runs: Sequence[PlannedRun], model: Model) -> BestPose:
     """The natural direction, at a setting of the plan, that adds most information (D-optimal)."""
     every = natural_directions()
-    more = [replace(run, up=every, time_s=run.time_s.max() + 30.0 * np.arange(1, 27))
-            for run in runs]
+    more = [run.turned(every, run.time_s.max() + 30.0 * np.arange(1, 27)) for run in runs]
     poses = ideal_poses(triad, [*runs, *more])
     equations = Equations(poses, model)
     eta = np.zeros(equations.common.shape[1])

@@ -16,8 +16,8 @@ from calib.fit.model import Model
 from calib.fit.solver import fit
 from calib.poses.pose_set import PoseRun, PoseSet, pose_set
 from calib.poses.runs import gravity_run, stopped_run, turning_run
-from tests.bench.trials import COMMON_PARTS, said_names
 from tests.fitting import averaged, plate_rate, spec_of
+from tests.trials import COMMON_PARTS, said_names
 from tests.world.bench import Design, corner_directions, wedge_directions
 from tests.world.bench import Run as BenchRun
 from tests.world.designs import FAST, SLOW, still_run

@@ -1,0 +1,189 @@
+"""Expressions in what was logged: read by Python's parser, evaluated here node by node.
+
+Nothing runs but what is listed: numbers, names, + - * / **, a few functions of one argument, and
+``run('NAME')``, which is 1 in the poses of that run and 0 elsewhere.
+
+    x, y, z, s                     components of the vector; s is the axis's own
+    fx, fy, fz, f                  specific force, likewise
+    px, py, pz, p                  what the axes sensed in the pose before
+    other_x, other_y, other_z      nominal reading of the other triad, SI
+    vibration                      variance of the accelerometer within the pose, axes summed
+    time_s, spin_rad_s, magnitude, pi, every logged column and every shape parameter by its name
+"""
+
+import ast
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.effects.effect import Need
+from calib.errors import CalibrationError
+from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
+from calib.poses.imu_log import FloatArray
+
+LONGEST_EXPRESSION = 500
+LARGEST_POWER = 8
+
+FUNCTIONS: dict[str, Callable[..., FloatArray]] = {
+    "abs": np.abs,
+    "cos": np.cos,
+    "exp": np.exp,
+    "log": np.log,
+    "sign": np.sign,
+    "sin": np.sin,
+    "sqrt": np.sqrt,
+    "tanh": np.tanh,
+}
+OPERATORS: dict[type[ast.operator], Callable[[FloatArray, FloatArray], FloatArray]] = {
+    ast.Add: np.add,
+    ast.Sub: np.subtract,
+    ast.Mult: np.multiply,
+    ast.Div: np.divide,
+    ast.Pow: np.power,
+}
+RUN = "run"
+#: Name -> field of the conditions and, of one axis, its column.
+VECTORS: dict[str, tuple[str, int | None]] = {
+    f"{letter}{axis}" if letter else axis: (field, "xyz".index(axis))
+    for letter, field in (("", "vector"), ("f", "force"), ("p", "previous"))
+    for axis in "xyz"
+} | {"s": ("vector", None), "f": ("force", None), "p": ("previous", None)}
+OF_POSE = ("time_s", "spin_rad_s", "magnitude")
+NEEDS: dict[str, Need] = {
+    **dict.fromkeys(("f", "fx", "fy", "fz"), "force"),
+    **dict.fromkeys(("p", "px", "py", "pz"), "previous"),
+    "vibration": "vibration",
+    "time_s": "time",
+    "spin_rad_s": "plate",
+    "magnitude": "plate",
+}
+KNOWN_NAMES = (*VECTORS, *OTHER_TRIAD, "vibration", *OF_POSE, "pi")
+"""Names of an expression that are neither logged columns nor shape parameters."""
+
+
+class BadExpression(CalibrationError):
+    """An expression that cannot be read, with what is wrong and what is allowed."""
+
+
+@dataclass(frozen=True)
+class Expression:
+    """A checked expression; ``names`` and ``runs`` are those it uses, ``shapes`` its parameters."""
+
+    text: str
+    tree: ast.expr
+    names: tuple[str, ...]
+    runs: tuple[str, ...] = ()
+    shapes: tuple[str, ...] = ()
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The logged columns it uses."""
+        known = (*KNOWN_NAMES, *self.shapes)
+        return tuple(name for name in self.names if name not in known)
+
+    def __call__(self, at: Conditions, *shape: float) -> FloatArray:
+        """Value for every row and axis, shape (n, 3), with these values of the shape parameters."""
+        shapes = dict(zip(self.shapes, shape, strict=True))
+        with np.errstate(all="ignore"):  # what is not finite is reported as such, with its name
+            value = _evaluate(self.tree, at, shapes)
+        return np.broadcast_to(value, at.vector.shape).astype(float)
+
+
+def read_expression(text: str, shapes: Sequence[str] = ()) -> Expression:
+    """Read and check an expression; ``shapes`` are the names of its shape parameters.
+
+    Raises
+    ------
+    BadExpression
+        It is not an expression, uses something that is not allowed, or lacks a shape parameter.
+    """
+    if len(text) > LONGEST_EXPRESSION:
+        raise BadExpression(
+            f"the expression is {len(text)} characters long, at most {LONGEST_EXPRESSION} are "
+            f"read. Write it as a Python function instead"
+        )
+    try:
+        tree = ast.parse(text.strip(), mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        raise BadExpression(f"'{text}' is not an expression ({error})") from error
+    names: dict[str, None] = {}
+    runs: dict[str, None] = {}
+    _check(tree, names, runs)
+    for shape in shapes:
+        if shape in KNOWN_NAMES or shape in FUNCTIONS or shape == RUN:
+            raise BadExpression(f"the shape parameter '{shape}' has a name that means something "
+                                f"else already; choose another")
+        if shape not in names:
+            raise BadExpression(f"the shape parameter '{shape}' is not used in '{text}'")
+    return Expression(text, tree, tuple(names), tuple(runs), tuple(shapes))
+
+
+def _check(node: ast.expr, names: dict[str, None], runs: dict[str, None]) -> None:
+    match node:
+        case ast.Constant(value=int() | float()) if not isinstance(node.value, bool):
+            return
+        case ast.Name(id=name):
+            names[name] = None
+        case ast.UnaryOp(op=ast.USub() | ast.UAdd(), operand=operand):
+            _check(operand, names, runs)
+        case ast.BinOp(left=left, op=operator, right=right) if type(operator) in OPERATORS:
+            if isinstance(operator, ast.Pow):
+                _check_power(right)
+            _check(left, names, runs)
+            _check(right, names, runs)
+        case ast.Call(
+            func=ast.Name(id="run"), args=[ast.Constant(value=str() as run)], keywords=[]
+        ):
+            runs[run] = None
+        case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in FUNCTIONS:
+            _check(argument, names, runs)
+        case _:
+            raise BadExpression(
+                f"'{ast.unparse(node)}' is not allowed in an expression; allowed are numbers, "
+                f"names of columns, + - * / **, {', '.join(FUNCTIONS)} and run('NAME')"
+            )
+
+
+def _check_power(exponent: ast.expr) -> None:
+    value = exponent.operand if isinstance(exponent, ast.UnaryOp) else exponent
+    if not (isinstance(value, ast.Constant) and isinstance(value.value, int | float)):
+        raise BadExpression("an exponent must be a number, as in time_s**2")
+    if abs(value.value) > LARGEST_POWER:
+        raise BadExpression(f"the exponent {value.value:g} is larger than {LARGEST_POWER}")
+
+
+def _evaluate(node: ast.expr, at: Conditions, shapes: Mapping[str, float]) -> FloatArray:
+    match node:
+        case ast.Constant(value=int() | float() as number):
+            return np.asarray(float(number))
+        case ast.Name(id=name):
+            return np.asarray(shapes[name]) if name in shapes else _named(name, at)
+        case ast.UnaryOp(op=operator, operand=operand):
+            inner = _evaluate(operand, at, shapes)
+            return np.negative(inner) if isinstance(operator, ast.USub) else inner
+        case ast.BinOp(left=left, op=operator, right=right):
+            return np.asarray(OPERATORS[type(operator)](
+                _evaluate(left, at, shapes), _evaluate(right, at, shapes)))
+        case ast.Call(func=ast.Name(id="run"), args=[ast.Constant(value=str() as run)]):
+            elsewhere = np.zeros(len(at))
+            return np.asarray(at.columns.get(RUN_COLUMN + run, elsewhere)[:, None])
+        case ast.Call(func=ast.Name(id=name), args=[argument]):
+            return np.asarray(FUNCTIONS[name](_evaluate(argument, at, shapes)))
+    raise AssertionError(ast.dump(node))  # _check has let through what is not evaluated
+
+
+def _named(name: str, at: Conditions) -> FloatArray:
+    """A name's value: (n, 3) where each axis has its own, else (n, 1)."""
+    if name in VECTORS:
+        field, axis = VECTORS[name]
+        vectors: FloatArray = getattr(at, field)
+        return vectors if axis is None else vectors[:, [axis]]
+    if name == "pi":
+        return np.asarray(np.pi, float)
+    if name == "vibration":
+        return np.asarray(at.vibration.sum(axis=1)[:, None])
+    if name in OF_POSE:
+        values: FloatArray = getattr(at, name)
+        return np.asarray(values[:, None])
+    return at.column(name)[:, None]

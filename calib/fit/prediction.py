@@ -1,0 +1,145 @@
+"""What a calibration will err by on the next log: the sd of a corrected magnitude, by direction.
+
+    sd(n)² = g cov gᵀ,   g = n · ds/dtheta   at the true vector m n
+
+with cov that of the parameters, noise and common errors together, and m every magnitude that was
+measured. A small residual says nothing of directions in which no pose was taken; this does.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.fit.calibration import TriadCalibration
+from calib.fit.model import axes_of, sensor_columns
+from calib.fit.residuals import Equations
+from calib.poses.attitudes import natural_directions
+from calib.poses.imu_log import FloatArray
+from calib.poses.pose_set import PoseSet, Reference
+
+SPREAD_DIRECTIONS = 200
+"""Beside the 26 natural ones, 14° apart: the sd is a smooth function of second order in n."""
+
+SAME_MAGNITUDE = 0.01
+LARGEST_TO_POSE = 1.5
+"""Where a calibration knows a direction this many times worse than one pose laid there would show,
+that pose would nearly halve its error there. 18 wedge poses stay at 0.8; without those of one face
+and the edges beside it 2."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """Sd of a corrected magnitude over the sphere of directions, SI.
+
+    ``sd_median`` and ``sd_worst`` over all directions and magnitudes, ``worst_direction`` (3,) the
+    unit vector of the latter, ``noise_worst`` the largest sd without the errors that the
+    references have in common, ``pose_sd`` the typical sd of the magnitude of one pose.
+    """
+
+    sd_median: float
+    sd_worst: float
+    worst_direction: FloatArray
+    noise_worst: float
+    pose_sd: float
+
+    @property
+    def holds_everywhere(self) -> bool:
+        """Whether no direction is known much worse than one pose there would show."""
+        return self.noise_worst <= LARGEST_TO_POSE * self.pose_sd
+
+
+def spread_directions(count: int) -> FloatArray:
+    """``count`` unit vectors spread evenly over the sphere (Fibonacci's spiral), (count, 3)."""
+    i = np.arange(count) + 0.5
+    z = 1 - 2 * i / count
+    azimuth = np.pi * (1 + np.sqrt(5)) * i
+    radius = np.sqrt(1 - z**2)
+    return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z], axis=1)
+
+
+def predict(calibration: TriadCalibration) -> Prediction | None:
+    """The error to expect in every direction; None where nothing but rest was measured.
+
+    Effects of the session are taken at its median time, those of logged columns at their medians.
+
+    Parameters
+    ----------
+    calibration : TriadCalibration
+
+    Returns
+    -------
+    Prediction or None
+    """
+    fit = calibration.fit
+    stated = fit.poses.reference.magnitude
+    turning = stated[stated > 0]
+    if turning.size == 0:
+        return None
+    directions = np.vstack([natural_directions(), spread_directions(SPREAD_DIRECTIONS)])
+    variances, by_noise = [], []
+    common = fit.common_shift @ fit.common_shift.T
+    for magnitude in _distinct(turning):
+        gradient = _gradient(calibration, float(magnitude) * directions)
+        variances.append(np.einsum("np,pq,nq->n", gradient, fit.cov, gradient))
+        by_noise.append(np.einsum("np,pq,nq->n", gradient, fit.cov - common, gradient))
+    sd = np.sqrt(np.maximum(np.array(variances), 0.0))  # (magnitudes, directions)
+    worst = int(np.argmax(sd.max(axis=0)))
+    return Prediction(
+        sd_median=float(np.median(sd)),
+        sd_worst=float(sd.max()),
+        worst_direction=directions[worst],
+        noise_worst=float(np.sqrt(max(np.max(by_noise), 0.0))),
+        pose_sd=float(np.median(fit.equations.magnitude_sd)) * calibration.widening,
+    )
+
+
+def _distinct(magnitudes: FloatArray) -> list[float]:
+    """The magnitudes that differ by more than ``SAME_MAGNITUDE``, ascending."""
+    kept: list[float] = []
+    for value in np.sort(magnitudes):
+        if not kept or value > kept[-1] * (1 + SAME_MAGNITUDE):
+            kept.append(float(value))
+    return kept
+
+
+def _gradient(calibration: TriadCalibration, true: FloatArray) -> FloatArray:
+    """Derivative of the corrected magnitude by theta at the true vectors (n, 3), (n, p)."""
+    fit = calibration.fit
+    poses = _imagined(fit.poses, true)
+    at = poses.conditions(true)
+    correction = calibration.correction
+    matrix, offset = correction.linear_form()
+    linear = true
+    sensor = fit.model.acting_on("sensor")
+    if sensor:
+        size = fit.theta[fit.equations.sensor_index]
+        linear = true + sensor_columns(sensor, at, fit.shapes, axes_of(matrix)) @ size
+    readings = np.asarray((linear - offset) @ np.linalg.inv(matrix).T)
+    equations = Equations(_imagined(fit.poses, true, readings), fit.model)
+    jacobian = equations.rows(fit.theta, np.zeros_like(fit.eta), fit.shapes).jacobian
+    gradient = jacobian[: len(true), : fit.model.size] * equations.magnitude_sd[:, None]
+    gradient[:, equations.reference_index] = 0.0  # the next log has another reference
+    return np.asarray(gradient)
+
+
+def _imagined(poses: PoseSet, true: FloatArray, readings: FloatArray | None = None) -> PoseSet:
+    """Poses of these true vectors (n, 3) under the typical conditions of the real ones."""
+    n = len(true)
+    size = np.linalg.norm(true, axis=1)
+    up = true / size[:, None]
+    gravity = float(np.median(np.linalg.norm(poses.force, axis=1)))
+    q = len(poses.reference.common_names)
+    return PoseSet(
+        triad=poses.triad,
+        label=("",) * n,
+        run=("",) * n,
+        reading=true if readings is None else readings,
+        sd=np.tile(np.median(poses.sd, axis=0), (n, 1)),
+        force=gravity * up,
+        vibration=np.tile(np.median(poses.vibration, axis=0), (n, 1)),
+        spin_rad_s=size if poses.triad == "gyroscope" else np.zeros(n),
+        time_s=np.full(n, np.median(poses.time_s)),
+        expected=np.zeros((n, 3)),
+        reference=Reference(size, np.zeros(n), np.zeros((n, q)), poses.reference.common_names),
+        columns={name: np.full(n, np.median(values)) for name, values in poses.columns.items()},
+    )

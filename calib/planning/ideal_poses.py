@@ -1,0 +1,126 @@
+"""What a perfect sensor would read in planned poses, with the sds that real readings would have."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from calib.fit.initial_estimate import Start
+from calib.poses.averaging import PoseMean
+from calib.poses.imu_log import FloatArray, Triad
+from calib.poses.mean_noise import NOISE_DOF_PER_POSE, noise_sd
+from calib.poses.pose_set import CommonError, PoseSet, Reference, join_references
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedRun:
+    """Poses at one setting of the plate, to be recorded or recorded already.
+
+    Parameters
+    ----------
+    name : str
+    up : array, shape (n, 3)
+        Side of the sensor that faces up in each pose.
+    magnitude : float
+        Gravity in m/s², the plate's rate in rad/s, or 0 for a gyro at rest.
+    spin_rad_s : float
+        The plate's rate, positive counter-clockwise seen from above.
+    sd : array, shape (3,)
+        Of the mean of a pose, SI.
+    reference_sd : float
+        What each pose's reference is uncertain by for itself, SI.
+    common : tuple of CommonError
+        What the references have in common.
+    force_m_s2 : float
+        Gravity where the accelerometer is logged too, NaN where it is not.
+    time_s : array, shape (n,)
+        When the poses are taken.
+    vibration : array, shape (n, 3), or None
+        Variance of the accelerometer within the poses, (m/s²)²; none by default.
+    columns : mapping of name to array, shape (n,)
+        The logged columns.
+    """
+
+    name: str
+    up: FloatArray
+    magnitude: float
+    spin_rad_s: float
+    sd: FloatArray
+    reference_sd: float
+    common: tuple[CommonError, ...]
+    force_m_s2: float
+    time_s: FloatArray
+    vibration: FloatArray | None = None
+    columns: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    def turned(self, up: FloatArray, time_s: FloatArray) -> "PlannedRun":
+        """Other poses at the same setting; vibration and columns go on as they were."""
+        n = len(up)
+        return replace(
+            self, up=up, time_s=time_s,
+            vibration=None if self.vibration is None else np.resize(self.vibration, (n, 3)),
+            columns={name: np.resize(values, n) for name, values in self.columns.items()},
+        )
+
+
+def one_second_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
+    """Sd (3,) that a mean over one second would have, from recorded poses; it falls as 1/√T.
+
+    Correlation of the samples is included, as in the sds of the poses themselves.
+    """
+    sd = noise_sd(runs, triad)
+    duration_s = np.array([mean.duration_s for means in runs for mean in means])
+    return np.asarray(np.sqrt(np.median(sd**2 * duration_s[:, None], axis=0)))
+
+
+def expected_widening(poses: int) -> float:
+    """Student's factor by which sds known from this many poses will be stated wider."""
+    dof = NOISE_DOF_PER_POSE * poses
+    return float(np.sqrt(dof / max(dof - 2, 1.0)))
+
+
+def ideal_poses(
+    triad: Triad, runs: Sequence[PlannedRun], sensor: Start | None = None
+) -> PoseSet:
+    """What a sensor would read in the planned poses, without any error.
+
+    ``sensor`` is what recorded poses tell of its gains and offsets, without it the sensor is as its
+    data sheet says. The sds of ``runs`` are in the nominal units of the readings.
+    """
+    parts: list[Reference] = []
+    for run in runs:
+        n = len(run.up)
+        common = np.tile([error.sd for error in run.common], (n, 1)).reshape(n, len(run.common))
+        names = tuple(error.name for error in run.common)
+        parts.append(Reference(np.full(n, run.magnitude), np.full(n, run.reference_sd), common,
+                               names))
+
+    def joined(rows: list[FloatArray]) -> FloatArray:
+        return np.concatenate(rows)
+
+    way = [np.sign(run.spin_rad_s) if triad == "gyroscope" else 1.0 for run in runs]
+    zeros = joined([np.zeros_like(run.up) for run in runs])
+    shared = set.intersection(*(set(run.columns) for run in runs))
+    return PoseSet(
+        triad=triad,
+        label=tuple(f"{run.name} {i + 1}" for run in runs for i in range(len(run.up))),
+        run=tuple(run.name for run in runs for _ in run.up),
+        reading=readings_of(joined([sign * run.magnitude * run.up
+                                    for run, sign in zip(runs, way, strict=True)]), sensor),
+        sd=joined([np.tile(run.sd, (len(run.up), 1)) for run in runs]),
+        force=joined([run.force_m_s2 * run.up for run in runs]),
+        vibration=joined([np.zeros_like(run.up) if run.vibration is None else run.vibration
+                          for run in runs]),
+        spin_rad_s=joined([np.full(len(run.up), run.spin_rad_s) for run in runs]),
+        time_s=joined([run.time_s for run in runs]),
+        expected=zeros,
+        reference=join_references(parts),
+        columns={name: joined([run.columns[name] for run in runs]) for name in sorted(shared)},
+    )
+
+
+def readings_of(vectors: FloatArray, sensor: Start | None) -> FloatArray:
+    """Nominal readings y (n, 3) of true vectors s, from ``s = M y + c``."""
+    if sensor is None:
+        return vectors
+    return np.asarray(np.linalg.solve(sensor.matrix, (vectors - sensor.offset).T).T)

@@ -1,0 +1,292 @@
+"""The stretches of a log whose windows stay below one threshold of variance.
+
+A stretch becomes a rest when it is long enough once its ends are cut off. A rest that wanders, or
+on which the plate stood still, carries its fault and is no pose.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import gammaincinv
+
+from calib.earth import STANDARD_GRAVITY_M_S2
+from calib.errors import Undetermined
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import SI_UNIT, BoolArray, FloatArray, ImuLog, Triad
+
+WINDOW_S = 0.5
+"""The shortest stop that people make on purpose. In ``tests.bench.study_static_intervals`` a
+quarter of a second finds the same stops where a gyroscope was logged beside, and takes movement
+for stops (0.5 %) where none was; a whole one loses 23 % of the stops."""
+
+FEWEST_WINDOW = 8
+FEWEST_SAMPLES = 12
+"""Those that the sd of a mean needs (:data:`calib.poses.averaging.SHORTEST_SAMPLES`)."""
+
+QUIETEST_SHARE = 0.05
+"""A log that rests for less than this share of its time, a minute of twenty, never rests."""
+
+LARGEST_SWING: dict[Triad, float] = {"accelerometer": 1.0, "gyroscope": 0.09}
+"""From peak to peak, m/s² and rad/s: what no stop does. 5 °/s is no turn of a plate either. In the
+study half of it loses 4 % of the stops, all in trembling hands; twice of it changes nothing."""
+
+LARGEST_TURN = 0.18
+"""From peak to peak, rad/s (10 °/s), of a gyroscope beside the accelerometer: a turn about the
+vertical, which the accelerometer does not feel. Half of it loses 0.3 % of the stops in the study,
+twice of it changes nothing there."""
+
+SWING_PER_SD = 2 * math.sqrt(2)
+"""Peak to peak of a sinusoid in units of its sd."""
+
+MARGIN_SHARE, MARGIN_S = 0.1, 0.25
+"""Cut off both ends of a stretch, the smaller of the two: a still window may hold the last of a
+movement."""
+
+SAME_ATTITUDE = math.radians(2.0)
+"""Consecutive rests closer than this are pieces of one, unless the sensor was moved between. It is
+also how far an attitude may wander within a rest: its mean then falls short by θ²/24, 5e-5."""
+
+WANDER_S = 2.0
+"""Time in which an attitude may wander that far: 1 °/s is the most that a resting hand does."""
+
+NOISE_OF_RANGE = 3.0
+MOST_BLOCKS = 8
+"""Parts of a rest whose means are compared, and their range by noise alone in sds of one: enough of
+them to see a slow turn, few enough to average."""
+
+WANDER_M_S2 = STANDARD_GRAVITY_M_S2 * SAME_ATTITUDE
+NOISE_OF_SHIFT = 3.0
+"""Sds by which the halves of a rest differ by noise alone, at most."""
+
+PLATE_STANDS = 1 / 3
+"""Part of the plate's rate. No gain is that wrong, so below it the plate stood still."""
+
+
+@dataclass(frozen=True)
+class StillSearch:
+    """What the user says of the search: both None for the search itself.
+
+    ``seconds`` is the shortest stop; ``threshold`` how noisy a stop may be, as a multiple of the
+    noise amplitude of the quietest rest.
+    """
+
+    seconds: float | None = None
+    threshold: float | None = None
+
+
+@dataclass(frozen=True)
+class Rest:
+    """Samples ``start`` to ``stop``; ``fault`` is why they are no pose after all."""
+
+    start: int
+    stop: int
+    fault: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class DecidingTriad:
+    """The triad that decides where a log rests.
+
+    Parameters
+    ----------
+    label : str
+    triad : str
+    values : array, shape (t, 3)
+        Nominal readings, SI.
+    time_s : array, shape (t,)
+    step_s : float
+    variance : array, shape (t - window + 1,)
+        Of every window, summed over the axes.
+    window, shortest : int
+        Samples of a window, and of the shortest rest.
+    rate_rad_s : float
+        Rate of the plate, 0 at rest.
+    smallest_variance : float
+        What a converter's step makes by itself.
+    turning : array, shape (t - window + 1,)
+        Windows in which a gyroscope beside a deciding accelerometer speeds up or slows down.
+    """
+
+    label: str
+    triad: Triad
+    values: FloatArray
+    time_s: FloatArray
+    step_s: float
+    variance: FloatArray
+    window: int
+    shortest: int
+    rate_rad_s: float
+    smallest_variance: float
+    turning: BoolArray
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the readings."""
+        return SI_UNIT[self.triad]
+
+    @property
+    def quietest(self) -> float:
+        """Variance of white noise whose quietest windows are like these."""
+        positive = self.variance[self.variance > 0]
+        if positive.size == 0:
+            return self.smallest_variance
+        dof = 3 * (self.window - 1)
+        quantile = 2 * float(gammaincinv(dof / 2, QUIETEST_SHARE))  # of chi-square
+        white = quantile / (dof + 3)
+        return max(float(np.quantile(positive, QUIETEST_SHARE)) / white, self.smallest_variance)
+
+    @property
+    def ceiling(self) -> float:
+        """Variance that no window of a rest has."""
+        return (LARGEST_SWING[self.triad] / SWING_PER_SD) ** 2
+
+    @property
+    def magnitude(self) -> float | None:
+        """What all poses should measure, SI; None of a gyroscope at rest."""
+        return STANDARD_GRAVITY_M_S2 if self.triad == "accelerometer" else self.rate_rad_s or None
+
+    @property
+    def largest_wander(self) -> float:
+        """How far the mean may move within a rest, SI."""
+        if self.magnitude is None:
+            return LARGEST_SWING[self.triad]
+        return self.magnitude * SAME_ATTITUDE
+
+    def mean(self, rest: Rest) -> FloatArray:
+        """Mean reading (3,), SI."""
+        return np.asarray(self.values[rest.start : rest.stop].mean(axis=0))
+
+    def sd(self, rest: Rest) -> float:
+        """Sd of the samples about it, axes summed, SI."""
+        return math.sqrt(float(self.values[rest.start : rest.stop].var(axis=0).sum()))
+
+    def shift(self, rest: Rest) -> float:
+        """By how much its halves differ on the axis on which they do most, beyond noise, SI."""
+        values = self.values[rest.start : rest.stop]
+        half = len(values) // 2
+        first, second = values[:half], values[half:]
+        noise = np.sqrt((first.var(axis=0) + second.var(axis=0)) / half)
+        shift = np.abs(second.mean(axis=0) - first.mean(axis=0)) - NOISE_OF_SHIFT * noise
+        return max(0.0, float(shift.max()))
+
+    def span(self, rest: Rest) -> str:
+        """When, in words."""
+        return f"{self.time_s[rest.start]:.1f}-{self.time_s[rest.stop - 1]:.1f} s"
+
+
+def window_variance(values: FloatArray, window: int) -> FloatArray:
+    """Variance of every run of ``window`` samples summed over the axes, shape (t - window + 1,)."""
+    centred = values - values.mean(axis=0)
+    start = np.zeros((1, values.shape[1]))
+    total = np.vstack([start, np.cumsum(centred, axis=0)])
+    square = np.vstack([start, np.cumsum(centred**2, axis=0)])
+    mean = (total[window:] - total[:-window]) / window
+    mean_square = (square[window:] - square[:-window]) / window
+    return np.asarray(np.maximum(mean_square - mean**2, 0.0).sum(axis=1))
+
+
+def deciding_triad(
+    log: ImuLog,
+    accelerometer: TriadSpec | None,
+    gyroscope: TriadSpec | None,
+    rate_rad_s: float,
+    search: StillSearch,
+) -> DecidingTriad:
+    """The accelerometer at rest, the gyroscope on the turning plate, or the one that was logged.
+
+    Raises
+    ------
+    Undetermined
+        The log is too short, or holds no triad with a data sheet.
+    """
+    with_accelerometer = accelerometer is not None and log.has("accelerometer")
+    with_gyroscope = gyroscope is not None and log.has("gyroscope")
+    by_gyroscope = with_gyroscope and (rate_rad_s > 0 or not with_accelerometer)
+    triad: Triad = "gyroscope" if by_gyroscope else "accelerometer"
+    spec = gyroscope if by_gyroscope else accelerometer
+    if spec is None or not log.has(triad):
+        raise Undetermined(
+            f"{log.label}: holds no triad that the sensor's data sheet describes. Name its "
+            f"columns, or describe the other triad under sensor."
+        )
+    step_s = float(np.median(np.diff(log.time_s)))
+    seconds = WINDOW_S if search.seconds is None else search.seconds
+    window = max(FEWEST_WINDOW, round(min(WINDOW_S, seconds) / step_s))
+    turn_s = 2 * math.pi / rate_rad_s if rate_rad_s else 0.0  # its mean is taken over whole turns
+    shortest = max(FEWEST_SAMPLES, math.ceil((1 - 2 * MARGIN_SHARE) * seconds / step_s),
+                   math.ceil(turn_s / step_s) + 1)
+    if len(log.time_s) < 2 * max(window, shortest):
+        raise Undetermined(
+            f"{log.label}: {len(log.time_s)} samples ({log.time_s[-1] - log.time_s[0]:.1f} s) are "
+            f"too few to look for still poses; each pose needs {shortest} samples or more."
+        )
+    values = spec.nominal(getattr(log, triad))
+    step = 0.0 if spec.encoding == "si" else spec.nominal_scale
+    smallest = max(3 * step**2 / 12, np.finfo(float).eps * float(np.square(values).max()), 1e-300)
+    variance = window_variance(values, window)
+    turning = np.zeros(len(variance), dtype=bool)
+    if gyroscope is not None and log.has("gyroscope") and not by_gyroscope:
+        rate = window_variance(gyroscope.nominal(log.gyroscope), window)
+        turning = rate > (LARGEST_TURN / SWING_PER_SD) ** 2
+    return DecidingTriad(log.label, triad, values, log.time_s, step_s, variance, window, shortest,
+                         rate_rad_s, smallest, turning)
+
+
+def rests_below(triad: DecidingTriad, threshold: float) -> list[Rest]:
+    """All stretches whose windows stay below a variance, in time order; samples are used once."""
+    still = (triad.variance <= threshold) & ~triad.turning
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(np.int8), [0]])))
+    rests: list[Rest] = []
+    free = 0  # a window that is still may begin inside the stretch before
+    for first, last in zip(edges[::2], edges[1::2], strict=True):
+        start, stop = max(int(first), free), int(last) - 1 + triad.window
+        margin = round(min(MARGIN_SHARE * (stop - start), MARGIN_S / triad.step_s))
+        if stop - start - 2 * margin >= triad.shortest:
+            free = stop
+            rest = Rest(start + margin, stop - margin)
+            rests.append(replace(rest, fault=_fault(triad, rest)))
+    return rests
+
+
+def _fault(triad: DecidingTriad, rest: Rest) -> str | None:
+    """Why a quiet stretch is no pose: it turned slowly, or the plate stood still."""
+    values = triad.values[rest.start : rest.stop]
+    count = min(max(2, len(values) // triad.window), MOST_BLOCKS)
+    length = len(values) // count
+    blocks = values[: count * length].reshape(count, length, 3)
+    noise = math.sqrt(float(blocks.var(axis=1).sum(axis=1).mean()) / length)
+    share = min(1.0, len(values) * triad.step_s / WANDER_S)
+    limit = triad.largest_wander * share + NOISE_OF_RANGE * noise
+    wander = float(np.linalg.norm(np.ptp(blocks.mean(axis=1), axis=0)))
+    if wander > limit:
+        return f"moved slowly (by up to {wander:.2g} {triad.unit})"
+    rate = float(np.linalg.norm(values.mean(axis=0)))
+    if triad.triad == "gyroscope" and rate < PLATE_STANDS * triad.rate_rad_s:
+        return "the plate stood still"
+    return None
+
+
+def longest_pieces(triad: DecidingTriad, rests: Sequence[Rest]) -> list[Rest]:
+    """One rest of each group that are pieces of the same: the others say nothing new.
+
+    A gyroscope at rest reads the same in every attitude: there each piece serves alike.
+    """
+    if triad.magnitude is None:
+        return list(rests)
+    groups: list[list[Rest]] = []
+    for rest in rests:
+        if groups and not _moved_between(triad, groups[-1][-1], rest):
+            groups[-1].append(rest)
+        else:
+            groups.append([rest])
+    return [max(pieces, key=lambda rest: rest.stop - rest.start) for pieces in groups]
+
+
+def _moved_between(triad: DecidingTriad, one: Rest, other: Rest) -> bool:
+    between = slice(one.stop, max(one.stop + 1, other.start - triad.window + 1))
+    if bool((triad.variance[between] > triad.ceiling).any() or triad.turning[between].any()):
+        return True
+    change = float(np.linalg.norm(triad.mean(other) - triad.mean(one)))
+    return change > triad.largest_wander

@@ -1,0 +1,4 @@
+"""What the poses of a configuration determine, recorded and still to come.
+
+    settings (what is recorded of each, what is missing) ─► outlook (of every triad)
+"""

@@ -1,0 +1,111 @@
+"""The poses of one plate setting: what is recorded, what is still missing, at which rate."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.errors import CalibrationError
+from calib.poses.attitudes import NEAR_COSINE, natural_directions
+from calib.poses.averaging import PoseMean, average_pose
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import FloatArray, ImuLog
+from calib.poses.static_intervals import find_still
+from pipeline.config.load import Config, sensor_specs
+from pipeline.config.schema import KnownRateSection, PosesSection, VideoRateSection
+from pipeline.formatting import RPM
+from pipeline.logs.read import join_logs
+from pipeline.stages.poses import still_search
+from pipeline.stages.session_logs import read_logs
+
+USUAL_RATE_RAD_S = 100 / 3 * RPM  #: the speed that every record player has
+PAUSE_S = 20.0  #: between two planned poses
+POSE_S = 10.0  #: of a pose, where the configuration has no ``record``
+TURNS = 3.0  #: of the plate in a pose at least
+WEDGE = 18
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedSetting:
+    """Poses of one setting: what is recorded, what is still to come.
+
+    ``rate_rad_s`` is 0 at rest; ``unusable`` says of recorded poses why they are none.
+    """
+
+    name: str
+    rate_rad_s: float
+    relative_sd: float
+    rate_sd_rad_s: float
+    means: tuple[PoseMean, ...]
+    missing: FloatArray
+    seconds: float
+    unusable: tuple[str, ...]
+
+
+def planned_setting(
+    config: Config,
+    poses: PosesSection,
+    name: str,
+    known: dict[tuple[PosesSection, str], PlannedSetting],
+) -> PlannedSetting:
+    """Read what is recorded of one setting; each set of files once."""
+    if (poses, name) not in known:
+        known[poses, name] = _read_setting(config, poses, name)
+    return known[poses, name]
+
+
+def _read_setting(config: Config, poses: PosesSection, name: str) -> PlannedSetting:
+    rate, stated = 0.0, config.rate.get(name)
+    relative, sd = 0.0, 0.0
+    if isinstance(stated, KnownRateSection):
+        rate, sd = stated.rate_rad_s, stated.sd_rad_s
+    elif isinstance(stated, VideoRateSection):
+        rate = (stated.nominal_rpm or math.nan) * RPM
+        relative = stated.timebase.relative_sd
+    specs = sensor_specs(config.sensor)
+    means, unusable = [], []
+    usual = USUAL_RATE_RAD_S if math.isnan(rate) else rate
+    for log in _logs(config, poses, usual):
+        if math.isnan(rate):
+            rate = _felt_rate(log, specs[1])
+        try:
+            means.append(average_pose(log, *specs, rate))
+        except CalibrationError as error:
+            unusable.append(str(error))
+    if math.isnan(rate):
+        rate = USUAL_RATE_RAD_S
+    seconds = config.record.seconds_per_pose if config.record else POSE_S
+    seconds = max(seconds, TURNS * 2 * math.pi / rate) if rate else seconds
+    if means:
+        seconds = float(np.median([mean.duration_s for mean in means]))
+    return PlannedSetting(name, rate, relative, sd, tuple(means), _missing(config, means), seconds,
+                   tuple(unusable))
+
+
+def _logs(config: Config, poses: PosesSection, rate_rad_s: float) -> Iterator[ImuLog]:
+    folder = config.source.path.parent
+    if poses.log:
+        log, specs = join_logs(read_logs(poses, poses.log, folder)), sensor_specs(config.sensor)
+        yield from find_still(log, *specs, rate_rad_s, still_search(poses.still)).logs
+    yield from read_logs(poses, poses.files, folder)
+
+
+def _felt_rate(log: ImuLog, spec: TriadSpec | None) -> float:
+    if spec is None or not log.has("gyroscope"):
+        return math.nan
+    return float(np.linalg.norm(spec.nominal(log.gyroscope).mean(axis=0)))
+
+
+def _missing(config: Config, means: list[PoseMean]) -> FloatArray:
+    """Directions that ``record`` asks for and no recorded pose covers, (n, 3).
+
+    Without a ``record`` section nothing is missing once something is recorded.
+    """
+    count = config.record.poses if config.record else (0 if means else WEDGE)
+    wanted = natural_directions(corners=count > WEDGE)[:count]
+    force = np.array([mean.accelerometer.mean for mean in means]).reshape(-1, 3)
+    if len(force) == 0 or not np.isfinite(force).all():
+        return wanted[len(force) :]
+    unit = force / np.linalg.norm(force, axis=1, keepdims=True)
+    return np.asarray(wanted[(wanted @ unit.T).max(axis=1) < NEAR_COSINE])

@@ -1,0 +1,77 @@
+"""Files that commands wrote from a calibration, so that no other file is ever replaced.
+
+Beside results.json stands a list of them with the hash of each. A file that is not on it, or that
+was edited since, belongs to the user.
+"""
+
+import hashlib
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from pipeline.errors import UnwritableOutput
+from pipeline.files import write_whole
+
+LIST_NAME = ".written.json"
+
+
+def write_output(
+    folder: Path,
+    path: Path,
+    content: str | bytes,
+    *,
+    force: bool = False,
+    inputs: Sequence[Path] = (),
+) -> None:
+    """Write ``path`` and note it in ``folder``, where the results stand.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of results.json.
+    path : Path
+        The file to write.
+    content : str or bytes
+    force : bool
+        Replace a file that no command wrote.
+    inputs : sequence of Path
+        What the command has read: never replaced, also not with ``force``.
+
+    Raises
+    ------
+    UnwritableOutput
+        ``path`` is an input or a file of the user's, or cannot be written.
+    """
+    data = content.encode() if isinstance(content, str) else content
+    listed = _read_list(folder)
+    if path.exists():
+        if any(each.exists() and path.samefile(each) for each in inputs):
+            raise UnwritableOutput(
+                f"{path}: is what this command reads and would be replaced. Choose another name "
+                f"with --output."
+            )
+        there = _hash(path.read_bytes()) if path.is_file() else ""
+        if not force and there not in (listed.get(os.path.abspath(path)), _hash(data)):
+            raise UnwritableOutput(
+                f"{path}: exists and was not written from these results, or was edited since. "
+                f"Move it away, choose another name with --output, or add --force to replace it."
+            )
+    write_whole(path, data)
+    listed[os.path.abspath(path)] = _hash(data)
+    try:
+        write_whole(folder / LIST_NAME, json.dumps(listed, indent=1, ensure_ascii=False) + "\n")
+    except UnwritableOutput:  # results that may only be read: the next command asks for --force
+        return
+
+
+def _read_list(folder: Path) -> dict[str, str]:
+    try:
+        listed = json.loads((folder / LIST_NAME).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return listed if isinstance(listed, dict) else {}
+
+
+def _hash(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()

@@ -1,0 +1,143 @@
+"""The folder of a session's results while a command works on it.
+
+One command at a time: another one waits. What a killed command left half done is finished or
+cleared away first, and what the user changed meanwhile is never overwritten.
+"""
+
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from pipeline.config.load import Config, load_config
+from pipeline.errors import ConfigError, UnwritableOutput
+from pipeline.files import finish_interrupted, remove_parts, write_together
+from pipeline.results.history import HISTORY_NAME
+from pipeline.results.read import REPORT_MARK, REPORT_NAME, RESULTS_NAME
+
+JOURNAL_NAME = ".unfinished.json"
+OUTPUTS = (RESULTS_NAME, HISTORY_NAME, REPORT_NAME)
+
+
+def _nobody(_folder: Path) -> None:
+    """For callers that nobody watches."""
+
+
+@contextmanager
+def working_on(
+    path: Path, output: Path | None = None, on_wait: Callable[[Path], None] = _nobody
+) -> Iterator[tuple[Config, Path]]:
+    """The configuration ``path`` and the folder of its results, for one command alone.
+
+    Parameters
+    ----------
+    path : Path
+        The configuration.
+    output : Path, optional
+        Folder of the results, instead of the configuration's.
+    on_wait : callable
+        Told the folder when another command is working on it.
+
+    Raises
+    ------
+    ConfigError
+        As :func:`pipeline.config.load.load_config`.
+    UnwritableOutput
+        The folder cannot be written.
+    """
+    config = load_config(path)
+    folder = output or config.output_folder
+    lock = _lock(folder)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        on_wait(folder)
+        lock.acquire()
+    try:
+        files = [config.source.path, *(folder / name for name in OUTPUTS)]
+        finish_interrupted(folder / JOURNAL_NAME, files)
+        remove_parts([*files, folder / JOURNAL_NAME])
+        yield load_config(path), folder  # read again: the command before may have changed it
+    finally:
+        lock.release()
+
+
+def _lock(folder: Path) -> FileLock:
+    """The lock of ``folder``, outside it: a command that is refused leaves no folder behind.
+
+    The system frees it when its process ends, however that happens.
+    """
+    locks = Path(tempfile.gettempdir()) / f"pipeline-locks-{getattr(os, 'getuid', str)()}"
+    name = hashlib.sha256(os.path.realpath(folder).encode()).hexdigest()
+    try:
+        locks.mkdir(mode=0o700, exist_ok=True)
+        (locks / name).touch()
+    except OSError as error:
+        raise UnwritableOutput(
+            f"{locks}: cannot be written ({error.strerror}). Free the space, or name another "
+            f"folder for temporary files by the variable TMPDIR."
+        ) from error
+    return FileLock(locks / name)
+
+
+def require_own_files(folder: Path, force: bool = False) -> None:
+    """Refuse to replace files in ``folder`` that `pipeline run` did not write.
+
+    Raises
+    ------
+    UnwritableOutput
+        Naming the file.
+    """
+    if force:
+        return
+    for name, is_ours in ((RESULTS_NAME, _is_results), (REPORT_NAME, _is_report)):
+        path = folder / name
+        if path.exists() and not is_ours(path):
+            raise UnwritableOutput(
+                f"{path}: was not written by `pipeline run` and would be replaced. Move it away, "
+                f"choose another folder with --output, or add --force to replace it."
+            )
+
+
+def _is_results(path: Path) -> bool:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(content, dict) and "format" in content
+
+
+def _is_report(path: Path) -> bool:
+    try:
+        return REPORT_MARK in path.read_text(encoding="utf-8", errors="replace")[:4096]
+    except OSError:
+        return False
+
+
+def write_session(
+    folder: Path, outputs: Mapping[str, str], config: Config | None = None, text: str = ""
+) -> None:
+    """Write a run's files, and ``text`` into the file of ``config`` where one is given, or none.
+
+    Raises
+    ------
+    ConfigError
+        The configuration was changed by somebody else since it was read; nothing is written.
+    UnwritableOutput
+        A file cannot be written; all are as they were.
+    """
+    contents: dict[Path, str | bytes] = {folder / name: each for name, each in outputs.items()}
+    if config is not None:
+        path = config.source.path
+        if path.read_text(encoding="utf-8") != config.source.text:
+            raise ConfigError(
+                f"{path}: was changed by somebody else while this command ran. Nothing is "
+                f"written; look at the change and type the command again."
+            )
+        contents[path] = text
+    write_together(contents, folder / JOURNAL_NAME)

@@ -1,0 +1,135 @@
+"""Partial residuals: the picture of an effect shows what an exact fit with that effect finds."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.effects.catalogue import find_effect
+from calib.fit.result import MISFIT_P_VALUE, Fit
+from calib.fit.solver import fit
+from pipeline.config.load import load_config
+from pipeline.report.axis_charts import axis_charts
+from pipeline.report.partial_residuals import Panel, panels
+from pipeline.stages.context import RunContext
+from pipeline.stages.run import Outcome, run_stages
+from tests.world.designs import rich_design
+from tests.world.session import simulate
+from tests.world.sizes import draw_effect
+from tests.world.write import write_session
+
+SHOWN = {"accelerometer": 1000.0, "gyroscope": np.degrees(1.0)}  #: of one SI unit
+
+
+@pytest.fixture(scope="module")
+def outcome(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
+    """A gyroscope that hides a g-sensitivity, an accelerometer that hides a temperature bias."""
+    design = rich_design().scaled(seconds=0.3)
+    hidden = (
+        draw_effect("g_sensitivity", "gyroscope", 25.0, design, 3),
+        draw_effect("temperature_bias", "accelerometer", 12.0, design, 3),
+    )
+    folder: Path = tmp_path_factory.mktemp("axes")
+    written = write_session(folder, simulate(design, 3, hidden), film=False)
+    return run_stages(load_config(written.config), RunContext())
+
+
+def fit_of(outcome: Outcome, triad: str) -> Fit:
+    return next(each for each in outcome.triads if each.triad == triad).calibration.fit
+
+
+def exact(base: Fit, name: str) -> tuple[np.ndarray, np.ndarray, float]:
+    """Parameters of the effect in a fit with it, their sds, SI, and the Birge ratio of that fit."""
+    full = fit(base.poses, base.model + find_effect(name))
+    where = full.model.slices()[name]
+    ratio = full.chi2 / full.dof
+    misfit = full.bounded_p_value < MISFIT_P_VALUE
+    return full.theta[where], np.sqrt(np.diag(full.cov))[where], ratio**0.5 if misfit else 1.0
+
+
+def in_sds(shown: tuple[Panel, ...], which: str) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(
+        [getattr(panel, which) / panel.sd for panel in shown])**2)))
+
+
+@pytest.mark.parametrize(("triad", "name", "per"), [
+    ("accelerometer", "temperature_bias", 1.0), ("gyroscope", "g_sensitivity", 9.80665),
+])
+def test_the_slopes_are_the_parameters_of_the_exact_fit_in_human_units(
+    outcome: Outcome, triad: str, name: str, per: float
+) -> None:
+    base = fit_of(outcome, triad)
+    shown = panels(base, find_effect(name))
+    theta, sd, birge = exact(base, name)
+    factor = SHOWN[triad] * per
+    slopes = np.array([panel.slope for panel in shown])
+    # A step from a fit without an effect of 25 sds: within a per cent of the largest, or an sd.
+    assert slopes == pytest.approx(theta * factor, abs=factor * max(0.01 * np.abs(theta).max(),
+                                                                    float(sd.max())))
+    stated = np.array([panel.slope_sd for panel in shown])
+    assert stated == pytest.approx(sd * birge * factor, rel=0.05)
+
+
+@pytest.mark.parametrize(("triad", "name"), [
+    ("accelerometer", "temperature_bias"), ("gyroscope", "g_sensitivity"),
+])
+def test_dots_follow_the_line_and_the_squares_are_noise(
+    outcome: Outcome, triad: str, name: str
+) -> None:
+    base = fit_of(outcome, triad)
+    shown = panels(base, find_effect(name))
+    after, before = in_sds(shown, "after"), in_sds(shown, "before")
+    full = fit(base.poses, base.model + find_effect(name))
+    assert after < 1.5 * np.sqrt(full.chi2 / full.dof)  # what the exact fit leaves, too
+    assert before > 3 * after
+    for panel in shown:
+        on_line = np.interp(panel.x, *panel.curve)
+        largest = float(np.abs(panel.before).max())
+        assert panel.before - on_line == pytest.approx(panel.after, abs=1e-6 * largest)
+
+
+def test_the_wrong_effect_leaves_the_dots_where_they_are(outcome: Outcome) -> None:
+    base = fit_of(outcome, "accelerometer")
+    right = in_sds(panels(base, find_effect("temperature_bias")), "after")
+    wrong = in_sds(panels(base, find_effect("bias_drift")), "after")
+    assert wrong**2 > 2 * right**2
+
+
+def test_every_panel_has_the_axis_and_the_quantity_that_drive_it(outcome: Outcome) -> None:
+    gyroscope, accelerometer = (fit_of(outcome, t) for t in ("gyroscope", "accelerometer"))
+    nine = panels(gyroscope, find_effect("g_sensitivity"))
+    assert [(p.axis, p.driver.label[-1]) for p in nine] == [(k, j) for k in "xyz" for j in "xyz"]
+    assert {p.driver.unit for p in nine} == {"g"}
+    scale = panels(accelerometer, find_effect("temperature_scale"))
+    assert [(p.axis, p.driver.label, p.unit) for p in scale] == [
+        (axis, "temperature", "ppm") for axis in "xyz"]
+    curved = panels(accelerometer, find_effect("quadratic"))
+    assert [p.driver.label for p in curved] == [f"specific force along {axis}" for axis in "xyz"]
+    assert all(np.isnan(p.slope) for p in curved)
+    assert all(np.isnan(p.slope) for p in panels(accelerometer, find_effect("warm_up"), 900.0))
+
+
+@pytest.mark.parametrize("name", ["frame_rotation", "cross_quadratic", "reference_scale"])
+def test_what_has_no_single_axis_or_driver_has_no_panel(outcome: Outcome, name: str) -> None:
+    assert panels(fit_of(outcome, "gyroscope"), find_effect(name)) == ()
+
+
+def test_an_effect_in_the_model_shows_the_fitted_size(outcome: Outcome) -> None:
+    base = fit_of(outcome, "accelerometer")
+    full = fit(base.poses, base.model + find_effect("temperature_bias"))
+    slopes = [panel.slope for panel in panels(full, find_effect("temperature_bias"))]
+    theta = full.theta[full.model.slices()["temperature_bias"]]
+    assert slopes == pytest.approx(1000 * theta, rel=1e-9)
+
+
+def test_the_report_leads_with_the_effect_of_the_verdict_and_shows_time_too(
+    outcome: Outcome
+) -> None:
+    assert outcome.accelerometer is not None
+    assert outcome.gyroscope is not None
+    for result, name in ((outcome.accelerometer, "temperature_bias"),
+                         (outcome.gyroscope, "g_sensitivity")):
+        charts = axis_charts(result)
+        assert (charts[0].effect, charts[0].leads) == (name, True)
+        assert "bias_drift" in {chart.effect for chart in charts if not chart.leads}
+        assert len({chart.effect for chart in charts}) == len(charts)

@@ -1,0 +1,184 @@
+"""Two other ways to the rate: frames counted between alignments, and the return of the image.
+
+Neither knows of the line through the angles. Both use the time stamps as they are.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.geometry import FloatArray
+from vision.phase_track import PhaseTrack, PlateAngle
+from vision.rate.unwrap import frame_time
+
+END_SD = 1 / np.sqrt(6.0)  # frames: the difference of two ends rounded to whole frames
+LONGEST = 4000  # frames that are correlated
+FEWEST_RETURNS = 2  # one alone may be chance
+READ_OFF = 0.2  # frames: the parabola through a narrow peak leans to the whole frame
+EVEN = 0.05  # of the frame time: stamps nearer to a grid are evenly spaced
+
+
+@dataclass(frozen=True)
+class OtherRateThresholds:
+    """What counts as an alignment or a return.
+
+    Attributes
+    ----------
+    gap : float
+        Frame times between the frames before and after an alignment; more is a gap in which nobody
+        sees the alignment. Derived: between one and two.
+    clear_peak : float
+        Correlation that the return of the image must reach.
+    around : float
+        Of a turn, to both sides of where a return is expected.
+    """
+
+    gap: float = 1.5
+    clear_peak: float = 0.25
+    around: float = 0.06
+
+
+THRESHOLDS = OtherRateThresholds()
+
+
+@dataclass(frozen=True, eq=False)
+class FrameCount:
+    """Rate from counted frames.
+
+    Attributes
+    ----------
+    rate_rad_s, sd_rad_s : float
+        Positive, rad/s.
+    alignments : array of int, shape (m,)
+        Frames in which the marks are aligned.
+    """
+
+    rate_rad_s: float
+    sd_rad_s: float
+    alignments: NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class LagRate:
+    """Rate from the returns of the frames after whole turns.
+
+    Attributes
+    ----------
+    rate_rad_s, sd_rad_s : float
+        Positive, rad/s.
+    turns : int
+        Of the latest clear return.
+    """
+
+    rate_rad_s: float
+    sd_rad_s: float
+    turns: int
+
+
+def count_frames(
+    angle: PlateAngle, mark_rad: float, fixed_mark_rad: float
+) -> FrameCount | None:
+    """The rate by counting frames between alignments of the plate's mark with the fixed mark.
+
+    As in Angrisano et al.: M turns between the first alignment and the last took n frames, so the
+    rate is 2πM/(n frame times). Each end is a whole frame, so n is uncertain by up to one frame
+    whatever the scatter of the single counts: at 15 frames per second three of the four record
+    speeds give a whole number of frames per turn, all counts agree and their scatter is zero. The
+    term stays.
+
+    Parameters
+    ----------
+    angle : PlateAngle
+    mark_rad : float
+        Azimuth of the plate's mark at plate angle zero; NaN takes the plate's own zero.
+    fixed_mark_rad : float
+        Azimuth of the fixed mark; NaN takes the place where the plate's mark was first.
+
+    Returns
+    -------
+    FrameCount or None
+        None with fewer than two alignments.
+    """
+    mark = angle.angle_rad + (0.0 if np.isnan(mark_rad) else mark_rad)
+    fixed = mark[0] if np.isnan(fixed_mark_rad) else fixed_mark_rad
+    turns = (mark - fixed) / (2 * np.pi)
+    sign = 1.0 if turns[-1] >= turns[0] else -1.0
+    progress = np.maximum.accumulate(sign * turns)
+    whole = np.arange(np.ceil(progress[0]), np.floor(progress[-1]) + 1)
+    after = np.searchsorted(progress, whole).clip(1, len(progress) - 1)
+    # Nobody sees an alignment that falls where frames are missing.
+    frame_s = frame_time(angle.time_s)
+    seen = np.diff(angle.time_s)[after - 1] < THRESHOLDS.gap * frame_s
+    whole, after = whole[seen], after[seen]
+    if len(whole) < 2:
+        return None
+    nearer = np.abs(progress[after - 1] - whole) < np.abs(progress[after] - whole)
+    aligned = np.where(nearer, after - 1, after)
+    time = float(angle.time_s[aligned[-1]] - angle.time_s[aligned[0]])
+    rate = float(2 * np.pi * (whole[-1] - whole[0])) / time
+    return FrameCount(rate, rate * END_SD * frame_s / time, angle.index[aligned])
+
+
+def lag_rate(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> LagRate | None:
+    """The rate by autocorrelation: after how many frames does the image look the same again?
+
+    No plate, no centre, no mark: the surroundings of the plate at a few hundred pixels are
+    correlated with themselves over time. The highest peak near each multiple of a turn gives the
+    time of that many turns.
+
+    Parameters
+    ----------
+    track : PhaseTrack
+    time_s : array, shape (f,)
+        Stamps, s.
+    rate_rad_s : float
+        Near which returns are looked for.
+
+    Returns
+    -------
+    LagRate or None
+        None without clear returns, or with stamps that are not evenly spaced.
+    """
+    frame_s = frame_time(time_s)
+    if np.abs(np.diff(time_s) - frame_s).max() > EVEN * frame_s:
+        return None
+    values = track.thumbnail[:LONGEST].astype(np.float32)
+    values -= values.mean(axis=0)
+    values -= values.mean(axis=1, keepdims=True)  # flicker
+    correlation = _autocorrelation(values)
+    per_turn = 2 * np.pi / (abs(rate_rad_s) * frame_s)
+    returns: list[tuple[int, float]] = []
+    for turns in range(1, int(0.8 * len(values) / per_turn) + 1):
+        expected = turns * per_turn
+        reach = max(2.0, THRESHOLDS.around * per_turn)
+        low, high = int(np.floor(expected - reach)), int(np.ceil(expected + reach)) + 1
+        if low < 2 or high > len(correlation) - 1:
+            continue
+        peak = low + int(correlation[low:high].argmax())
+        if peak in (low, high - 1) or correlation[peak] < THRESHOLDS.clear_peak:
+            continue
+        before, at, after = correlation[peak - 1 : peak + 2]
+        returns.append((turns, peak + 0.5 * float((before - after) / (before - 2 * at + after))))
+    if len(returns) < FEWEST_RETURNS:
+        return None
+    count, lags = (np.array(column, float) for column in zip(*returns, strict=True))
+    period = float((count * lags).sum() / (count**2).sum())
+    scatter = float(np.sqrt(((lags - count * period) ** 2).sum() / max(len(lags) - 1, 1)))
+    sd = max(scatter, READ_OFF) / float(np.sqrt((count**2).sum()))
+    rate = 2 * np.pi / (period * frame_s)
+    return LagRate(rate, rate * sd / period, int(count.max()))
+
+
+def _autocorrelation(values: NDArray[np.float32]) -> FloatArray:
+    """Σ over pixels, normalised by the energy of the overlap, shape (f,)."""
+    n = len(values)
+    size = 1 << (2 * n - 1).bit_length()
+    power = np.zeros(size // 2 + 1)
+    for pixel in values.T:
+        power += np.abs(np.fft.rfft(pixel, size)) ** 2
+    lagged = np.fft.irfft(power, size)[:n]
+    energy = np.concatenate([[0.0], np.cumsum((values.astype(float) ** 2).sum(axis=1))])
+    lag = np.arange(n)
+    overlap = np.sqrt(energy[n - lag] * (energy[n] - energy[lag]))
+    return np.asarray(lagged / np.maximum(overlap, 1e-9))
