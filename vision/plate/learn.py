@@ -43,6 +43,10 @@ class SearchThresholds:
         by the template, for a proposal to be a plate.
     certain : float
         The same, for no other proposal to be looked into.
+    whole : float
+        Times as much must turn in an outline as in one inside it that turns more coherently, for
+        the inner one to be its label only. Tuned on the coasting disc of
+        tests.vision.test_real_clips, whose stand lies within the larger outline.
     smooth_rad : float
         Median second difference from the coarse angle, rad, at most: a plate has inertia. Tuned on
         tests.bench.vision_films and the slow cameras of tests.vision.test_clips.
@@ -52,6 +56,7 @@ class SearchThresholds:
 
     coherent: float = 0.3
     certain: float = 0.8
+    whole: float = 1.2
     smooth_rad: float = 0.12
     slipping: float = 0.5
 
@@ -231,7 +236,7 @@ def _chosen(
             continue
         turning = again.coherence * again.varying * refined.radius_px**2
         label_of_it = plate is not None and same_spindle(refined, plate.template.grid.view)
-        if label_of_it and turning < plate_turning:
+        if label_of_it and THRESHOLDS.whole * turning < plate_turning:
             continue
         if not _smooth(coarse, rotation.angle_rad[learning.chosen]):
             jumping = jumping or coarse
