@@ -86,7 +86,7 @@ def test_the_mti_s_accelerometer_steps_and_neither_drifts_nor_warms_up(xsens: Pa
     assert step is not None
     assert 135 < float(step.group(1)) < 176
     loo = {c["name"]: c["loo_after"] for c in found["ranking"]}
-    assert loo["jump"] < 0.85 * min(loo["warm_up"], loo["bias_drift"])
+    assert loo["jump"] < 0.9 * min(loo["warm_up"], loo["bias_drift"])
 
 
 def test_the_same_preset_runs_without_the_gyroscope_s_columns(tmp_path: Path) -> None:

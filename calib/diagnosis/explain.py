@@ -8,11 +8,11 @@ import numpy as np
 
 from calib.diagnosis.next_measurement import Advice
 from calib.diagnosis.ranking import Candidate
+from calib.diagnosis.refit import linear_loo_rms
 from calib.diagnosis.verdict import Code, Verdict
 from calib.diagnosis.wording import covariate, joined, odds_in_words, physics, readable
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
-from calib.fit.leave_one_out import compare
 from calib.fit.result import Fit
 
 Standing = Literal["good", "act", "open"]
@@ -180,7 +180,7 @@ def _nearest(case: _Case) -> str:
     nearest = min(listed, key=lambda c: c.loo_after, default=None)
     if nearest is None:
         return ""
-    share = 100 * (1 - nearest.loo_after / compare(case.fit).loo_rms)
+    share = 100 * (1 - nearest.loo_after / linear_loo_rms(case.fit))
     if not share >= LEAST_FALL_PERCENT:
         return ""
     return (

@@ -7,9 +7,8 @@ import numpy as np
 from scipy.special import chdtrc
 
 from calib.diagnosis.odds import Odds, aliases
-from calib.diagnosis.refit import Refit
+from calib.diagnosis.refit import Refit, linear_loo_rms
 from calib.diagnosis.sets import Search
-from calib.fit.leave_one_out import compare
 from calib.poses.imu_log import FloatArray
 
 SEEN_SHARE = 1e-3
@@ -70,7 +69,7 @@ def _noise(state: Search, odds: Odds) -> Candidate:
     nothing = np.zeros(0)
     evidence = state.nothing[1] - state.nothing[0]
     return Candidate("noise", "noise", evidence, odds.noise, 0.0, nothing, nothing, "",
-                     state.base.residual_rms, compare(state.base).loo_rms, 1.0, False, ())
+                     state.base.residual_rms, linear_loo_rms(state.base), 1.0, False, ())
 
 
 def _candidate(state: Search, odds: Odds, j: int, probability: float) -> Candidate:
@@ -87,7 +86,7 @@ def _candidate(state: Search, odds: Odds, j: int, probability: float) -> Candida
     if alone is not None and alone.refit is not None and alone.whole:
         fit = alone.refit.fit
         drop, rms = _drop(state, alone.refit), fit.residual_rms
-        loo = compare(fit).loo_rms
+        loo = linear_loo_rms(fit)
         if h.kind == "listed":
             size, sd = _fitted(alone.refit, h.name)
     names = {state.hypotheses[k].name for k in odds.lead.members}

@@ -16,6 +16,7 @@ from calib.effects.effect import Effect, Shape
 from calib.errors import CalibrationError
 from calib.fit.column_scaling import RANK_TOLERANCE, orthonormal_columns, unit_columns
 from calib.fit.identifiability import visible_basis
+from calib.fit.leave_one_out import left_out_residual
 from calib.fit.model import Model
 from calib.fit.residuals import Equations, WhitenedRows
 from calib.fit.result import Fit, Solution, finish, with_common, with_shape_sd
@@ -54,6 +55,16 @@ class Refit:
     def explains(self) -> bool:
         """Whether the poses' own noise explains what is left."""
         return self.p_value >= CONSTANTS.adequate_p_value
+
+
+def linear_loo_rms(fit: Fit) -> float:
+    """Leave-one-out error, SI, with the model linear about its solution: for comparisons only."""
+    root = np.sqrt(fit.weight)
+    equations = fit.equations
+    out = left_out_residual(
+        fit.rows.residual * root, fit.rows.jacobian * root[:, None], equations.row_pose
+    )
+    return float(np.sqrt(np.mean((equations.row_sd * out) ** 2)))
 
 
 def refit(base: Fit, effects: Sequence[Effect]) -> Refit | None:

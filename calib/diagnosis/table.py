@@ -84,6 +84,7 @@ class Table:
         )
         self.seen = np.array([s.stop - s.start for s in self.slices])
         self.total = total
+        self.unit: dict[int, FloatArray] = {}
 
     def is_blind(self, j: int) -> bool:
         """Whether the base swallows all of hypothesis ``j``."""
@@ -146,7 +147,9 @@ class Table:
         def visible(k: int) -> FloatArray:
             block = self.block(k)
             if q.shape[1] == 0:  # its columns are orthogonal as they are
-                return np.asarray(block / np.sqrt((block**2).sum(axis=0)))
+                if k not in self.unit:
+                    self.unit[k] = np.asarray(block / np.sqrt((block**2).sum(axis=0)))
+                return self.unit[k]
             return _orthonormal(block - q @ (q.T @ block))
 
         mine = visible(j)

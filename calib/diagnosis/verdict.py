@@ -91,8 +91,6 @@ def reach_verdict(state: Search, odds: Odds) -> Verdict:
 
 def _named(state: Search, odds: Odds) -> list[Inclusion]:
     """The classes of the leading set that are sure and no imperfection of a larger one."""
-    if _is_crowded(state, odds):
-        return []
     signal = {state.hypotheses[j].name: _signal(state, odds, j) for j in odds.lead.members}
     least = CONSTANTS.tolerance * max(signal.values(), default=0.0)
     kinds = {state.hypotheses[j].name: state.hypotheses[j].kind for j in odds.lead.members}
@@ -102,6 +100,8 @@ def _named(state: Search, odds: Odds) -> list[Inclusion]:
         and each.probability >= CONSTANTS.sure
         and signal[each.name] >= least
     ]
+    if _is_crowded(state, odds):
+        named = [each for each in named if _without_unknown(state, each) >= CONSTANTS.sure]
     named.sort(key=lambda each: -signal[each.name])
     return [
         each for i, each in enumerate(named)
@@ -115,6 +115,19 @@ def _is_crowded(state: Search, odds: Odds) -> bool:
     unknown = any(state.hypotheses[j].kind == "unknown" for j in members)
     rest = state.table.dof - sum(int(state.table.seen[j]) for j in members)
     return unknown and rest < CONSTANTS.fewest_dof
+
+
+def _without_unknown(state: Search, inclusion: Inclusion) -> float:
+    """Probability of a class among the sets that hold no unknown function."""
+    total, inside = -np.inf, -np.inf
+    for entry in state.entries.values():
+        members = [state.hypotheses[j] for j in entry.members]
+        if any(h.kind == "unknown" for h in members):
+            continue
+        total = np.logaddexp(total, entry.log_posterior)
+        if any(h.name in inclusion.members for h in members):
+            inside = np.logaddexp(inside, entry.log_posterior)
+    return float(np.exp(inside - total))
 
 
 def _signal(state: Search, odds: Odds, j: int) -> float:

@@ -16,11 +16,9 @@ from calib.effects.catalogue import BASE
 from calib.fit.model import Model
 from calib.fit.solver import fit
 from calib.poses.imu_log import Triad
-from tests.bench.study_diagnosis import hidden_of
-from tests.calib.fit.test_solver import noisy
-from tests.calib.made_poses import base_theta, read_through, rich_poses, with_noise
+from tests.calib.made_poses import base_theta, noisy, read_through, rich_poses, with_noise
 from tests.set_trials import design_of, disturbed, scored
-from tests.trials import poses_of
+from tests.trials import hidden_of, poses_of
 
 
 def said(
