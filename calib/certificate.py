@@ -113,8 +113,8 @@ class CertificateComparison:
     @property
     def groups(self) -> tuple[Compared, ...]:
         """The groups that can be compared."""
-        found = (self.misalignment, self.bias, self.scale)
-        return tuple(group for group in found if group is not None)
+        groups = (self.misalignment, self.bias, self.scale)
+        return tuple(group for group in groups if group is not None)
 
 
 def rounding_sd(values: FloatArray) -> float:

@@ -30,7 +30,7 @@ def turning_while_still(poses: PoseSet) -> Iterator[str]:
 
 
 def direction_against_film(poses: PoseSet, filmed: Sequence[str | None]) -> Iterator[str]:
-    """Runs that turn the other way than their film says.
+    """Runs that turn the other way than their clip shows.
 
     ``filmed`` (n,) is ``ccw``, ``cw`` or None for each pose's run.
     """
@@ -43,7 +43,7 @@ def direction_against_film(poses: PoseSet, filmed: Sequence[str | None]) -> Iter
         if np.mean(opposite) > 0.5:
             yield (
                 f"run {run}: by gyro and accelerometer together the plate turns the other way than "
-                f"in the film. Is the film mirrored, taken from below, or of another run? The "
+                f"in the clip. Is the clip mirrored, taken from below, or of another run? The "
                 f"direction felt by the sensor was used."
             )
 

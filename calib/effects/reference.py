@@ -45,7 +45,7 @@ def reference_offset(at: Conditions) -> FloatArray:
         typical={"camera crystal": "20 to 100 ppm; 0.1 % for 30 against 29.97 fps"},
         source="time base of the camera; local gravity anomaly",
         confounded="scale exactly, at every speed and in both directions",
-        separates="another clock in the picture; surveyed gravity. Never these data",
+        separates="another clock in the frame; surveyed gravity. Never these data",
     ),
 )
 def reference_scale(at: Conditions) -> FloatArray:

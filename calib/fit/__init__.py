@@ -1,7 +1,8 @@
 """Poses and a model to a calibration with its uncertainty.
 
-model ─ residuals (rows, start) ─┬─ solver (default) ─────────────┬─ result (theta, cov)
-column_scaling, identifiability ─┘  angrisano (as published) ─────┘    │
-                                        ┌──────────────────────────────┤
-                leave_one_out, frame_alignment            calibration (alpha, b, k; budget)
+    model ─ residuals (the rows) ─┬─ gauss_newton ─ solver (default) ─┬─ result (theta, cov)
+    initial_estimate ─────────────┘  angrisano (as published) ────────┘    │
+    column_scaling, identifiability: what the poses determine              │
+                     leave_one_out, frame_alignment ───────────────────────┤
+                     calibration (alpha, b, k; budget) ─ prediction ───────┘
 """

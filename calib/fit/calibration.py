@@ -146,7 +146,7 @@ class TriadCalibration:
 
         A parameter that these poses see only in combination with others has no sd of its own (NaN).
         """
-        found = {}
+        values = {}
         sd = np.where(self.fit.determined, np.sqrt(np.diag(self.fit.cov)), np.nan)
         for effect in self.fit.model.effects:
             if effect.acts_on == "reading":
@@ -156,8 +156,8 @@ class TriadCalibration:
             if effect.shape is not None:
                 value = np.append(value, self.fit.shapes[effect.name])
                 value_sd = np.append(value_sd, self.fit.shape_sd[effect.name])
-            found[effect.name] = (value, value_sd)
-        return found
+            values[effect.name] = (value, value_sd)
+        return values
 
     @property
     def correction(self) -> Correction:

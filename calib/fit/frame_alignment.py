@@ -14,6 +14,8 @@ estimated from the scatter of the rows, and weights the fast runs down.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
 
 from calib.fit.column_scaling import pseudo_inverse
 from calib.fit.model import pick, stack_columns
@@ -24,6 +26,7 @@ from calib.poses.imu_log import BoolArray, FloatArray
 FEWEST_POSES = 6
 ITERATIONS = 20
 LARGEST_PLACEMENT_M = 0.5
+PLACEMENT_TOLERANCE_M = 1e-12
 LEAST_SINGULAR = 1e-6
 """Relative singular value below which the lever is not seen and stays at zero."""
 
@@ -45,37 +48,10 @@ class FrameRotation:
     placement_m: float
 
 
-def rotation_matrix(vector: FloatArray) -> FloatArray:
-    """Rodrigues' rotation by the rotation vector ``vector`` (3,), shape (3, 3)."""
-    angle = float(np.linalg.norm(vector))
-    k = cross_matrix(vector)
-    if angle < 1e-12:
-        return np.asarray(np.eye(3) + k)
-    return np.asarray(
-        np.eye(3) + np.sin(angle) / angle * k + (1 - np.cos(angle)) / angle**2 * (k @ k)
-    )
-
-
-def rotation_vector(matrix: FloatArray) -> FloatArray:
-    """The rotation vector (3,) of a rotation matrix by less than half a turn."""
-    axis = np.array(
-        [matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]]
-    )
-    sine = np.linalg.norm(axis) / 2
-    angle = np.arctan2(sine, (np.trace(matrix) - 1) / 2)
-    return np.asarray(axis / 2 if sine < 1e-12 else axis / (2 * sine) * angle)
-
-
 def cross_matrix(vector: FloatArray) -> FloatArray:
     """The matrix of ``vector ×``, shape (3, 3)."""
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-
-
-def _best_rotation(n: FloatArray, f: FloatArray) -> FloatArray:
-    """The rotation that takes directions ``n`` (m, 3) nearest to ``f`` (m, 3)."""
-    u, _, vt = np.linalg.svd(f.T @ n)
-    return np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt)
 
 
 def _transverse(n: FloatArray) -> FloatArray:
@@ -100,8 +76,8 @@ class _TransverseRows:
         inverse, sd = self.inverse(placement_m)
         b = (self.residual / sd).ravel()
         solution = inverse @ b
-        left = b - (self.design / sd[:, :, None]).reshape(-1, 6) @ solution
-        return solution, inverse @ inverse.T, float(left @ left)
+        rest = b - (self.design / sd[:, :, None]).reshape(-1, 6) @ solution
+        return solution, inverse @ inverse.T, float(rest @ rest)
 
     def inverse(self, placement_m: float) -> tuple[FloatArray, FloatArray]:
         """What turns whitened rows into the solution, (6, 2m), and the rows' sd, (m, 1)."""
@@ -112,13 +88,15 @@ class _TransverseRows:
     def placement(self) -> float:
         """The scatter of the placement at which chi-square is what it should be."""
         dof = self.residual.size - 6
-        if self.solve(0.0)[2] <= dof:
+
+        def excess(placement_m: float) -> float:
+            return self.solve(placement_m)[2] - dof
+
+        if excess(0.0) <= 0:
             return 0.0
-        low, high = 0.0, LARGEST_PLACEMENT_M
-        for _ in range(50):
-            middle = (low + high) / 2
-            low, high = (middle, high) if self.solve(middle)[2] > dof else (low, middle)
-        return high
+        if excess(LARGEST_PLACEMENT_M) >= 0:
+            return LARGEST_PLACEMENT_M
+        return float(brentq(excess, 0.0, LARGEST_PLACEMENT_M, xtol=PLACEMENT_TOLERANCE_M))
 
 
 def frame_rotation(fit: Fit, accelerometer: Fit | None = None) -> FrameRotation | None:
@@ -147,7 +125,7 @@ def frame_rotation(fit: Fit, accelerometer: Fit | None = None) -> FrameRotation 
     n = np.sign(spin)[:, None] * s / speed[:, None]
     noise = np.hypot(poses.sd[used].mean(axis=1) / speed, _force_sd(fit, used) / gravity)
     per_metre = spin**2 / gravity
-    rotation = _best_rotation(n, f)
+    rotation = Rotation.align_vectors(f, n)[0].as_matrix()
     for _ in range(ITERATIONS):
         turned = n @ rotation.T
         across = _transverse(turned)
@@ -157,7 +135,7 @@ def frame_rotation(fit: Fit, accelerometer: Fit | None = None) -> FrameRotation 
         rows = _TransverseRows(residual, np.concatenate([turn, lever], axis=2), noise, per_metre)
         placement = rows.placement()
         solution, cov, _ = rows.solve(placement)
-        rotation = rotation_matrix(solution[:3]) @ rotation
+        rotation = Rotation.from_rotvec(solution[:3]).as_matrix() @ rotation
         if np.abs(solution[:3]).max() < 1e-12:
             break
     inverse, row_sd = rows.inverse(placement)
@@ -168,7 +146,9 @@ def frame_rotation(fit: Fit, accelerometer: Fit | None = None) -> FrameRotation 
         by_force = _moved(accelerometer, force) / gravity[:, None, None]
         cov += _carried(inverse, row_sd, across, by_force, accelerometer)
     sd = np.sqrt(np.diag(cov))
-    return FrameRotation(rotation_vector(rotation), sd[:3], solution[3:], sd[3:], placement)
+    return FrameRotation(
+        Rotation.from_matrix(rotation).as_rotvec(), sd[:3], solution[3:], sd[3:], placement
+    )
 
 
 def _moved(fit: Fit, vector: FloatArray) -> FloatArray:

@@ -162,8 +162,8 @@ def visible_basis(equations: "Equations", rows: "WhitenedRows") -> FloatArray:
                 mean = equations.at_reading.column(effect.follows).mean()
                 varying = columns - mean * jacobian[:, slices["bias"]]
             norm = np.maximum(np.sqrt((varying**2).sum(axis=0)), 1e-300)
-            left = columns / norm - known @ (known.T @ (columns / norm))
-            _, share, combinations = np.linalg.svd(left, full_matrices=False)
+            remainder = columns / norm - known @ (known.T @ (columns / norm))
+            _, share, combinations = np.linalg.svd(remainder, full_matrices=False)
             lost = combinations[share <= VISIBLE_SHARE].T / norm[:, None]
             if lost.shape[1] == len(norm):
                 raise Undetermined(

@@ -51,8 +51,8 @@ class Start:
 
 def start_of(poses: PoseSet) -> Start:
     """The ellipsoid of the poses where they span one, else the data sheet."""
-    found = _ellipsoid(*_one_magnitude(poses))
-    return Start(np.eye(3), np.zeros(3)) if found is None else Start(*found)
+    ellipsoid = _ellipsoid(*_one_magnitude(poses))
+    return Start(np.eye(3), np.zeros(3)) if ellipsoid is None else Start(*ellipsoid)
 
 
 def _one_magnitude(poses: PoseSet) -> tuple[FloatArray, float]:

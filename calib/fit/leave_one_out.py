@@ -105,12 +105,12 @@ def compare(fit: Fit) -> Comparison:
     signed[:, pose[single]] = residual[single], left_out[single]
     poses = []
     for k in range(len(fit.poses)):
-        own, out = lengths[:2, k] if is_null[k] else signed[:, k]
+        within, out = lengths[:2, k] if is_null[k] else signed[:, k]
         poses.append(
             PoseResidual(
                 label=fit.poses.label[k],
                 run=fit.poses.run[k],
-                residual=float(own),
+                residual=float(within),
                 sd=float(lengths[2, k]),
                 left_out=float(out),
             )

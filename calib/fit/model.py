@@ -62,11 +62,11 @@ class Model:
 
     def slices(self) -> dict[str, slice]:
         """Where each effect's parameters stand in theta."""
-        found, start = {}, 0
+        places, start = {}, 0
         for effect in self.effects:
-            found[effect.name] = slice(start, start + len(effect.parameters))
+            places[effect.name] = slice(start, start + len(effect.parameters))
             start += len(effect.parameters)
-        return found
+        return places
 
     def acting_on(self, place: str) -> tuple[Effect, ...]:
         """The effects that act on ``reading``, ``sensor`` or ``reference``."""

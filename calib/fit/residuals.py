@@ -200,8 +200,8 @@ class Equations:
     def _axes_slopes(self, theta: FloatArray, axes: Axes) -> FloatArray:
         """dT/dtheta for the parameters of the reading, (p', 3, 3)."""
         diagonal = 1 + theta[self.reading_index] @ np.einsum("pii->pi", self.matrix_slopes)
-        own = np.einsum("pii->pi", self.matrix_slopes)[:, None, :]
-        return np.asarray((self.matrix_slopes - axes.to_orthogonal * own) / diagonal)
+        diagonal_slopes = np.einsum("pii->pi", self.matrix_slopes)[:, None, :]
+        return np.asarray((self.matrix_slopes - axes.to_orthogonal * diagonal_slopes) / diagonal)
 
     def _slope_of(
         self,

@@ -34,7 +34,7 @@ STRETCH_MEANS = 10
 lateral motion stays correlated. (2 s would cover 91 % where 95 % is stated.)"""
 
 LARGEST_STUDENT = 3.0
-"""Factor on the variance where no more than three stretches tell it."""
+"""Factor on the variance where no more than three stretches determine it."""
 
 SHORTEST_S = 20.0
 WEAKEST_PUSH_M_S2 = 0.3
@@ -169,10 +169,10 @@ def _jackknife_variance(
 def _refuse_unclear(label: str, along: float, across: float) -> None:
     if along >= WEAKEST_PUSH_M_S2 and across <= LARGEST_ACROSS * along:
         return
-    found = f"{along:.2f} m/s² along the strongest direction and {across:.2f} m/s² across it"
+    measured = f"{along:.2f} m/s² along the strongest direction and {across:.2f} m/s² across it"
     raise Undetermined(
-        f"{label}: the horizontal specific force of the drive has an rms of {found}; at least "
+        f"{label}: the horizontal specific force of the drive has an rms of {measured}; at least "
         f"{WEAKEST_PUSH_M_S2:g} m/s² along and at most {100 * LARGEST_ACROSS:g} % of it across are "
-        f"needed to tell the yaw. Cut the log to a straight stretch with marked acceleration and "
-        f"braking, without bends."
+        f"needed to determine the yaw. Cut the log to a straight stretch with marked acceleration "
+        f"and braking, without bends."
     )

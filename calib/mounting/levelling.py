@@ -14,6 +14,7 @@ import math
 from typing import Literal, get_args
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from calib.poses.imu_log import FloatArray
 
@@ -21,22 +22,24 @@ Order = Literal["xyz", "yxz"]
 ORDERS: tuple[Order, ...] = get_args(Order)
 
 
+def _axes_turned(axis: str, angle_rad: float) -> FloatArray:
+    """The matrix that turns the axes, not the vector, by an angle about one of them."""
+    return np.asarray(Rotation.from_euler(axis, angle_rad).inv().as_matrix())
+
+
 def rotation_x(roll_rad: float) -> FloatArray:
     """``R_x(φ)`` of eq. (1), shape (3, 3)."""
-    c, s = math.cos(roll_rad), math.sin(roll_rad)
-    return np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
+    return _axes_turned("x", roll_rad)
 
 
 def rotation_y(pitch_rad: float) -> FloatArray:
     """``R_y(θ)`` of eq. (2), shape (3, 3)."""
-    c, s = math.cos(pitch_rad), math.sin(pitch_rad)
-    return np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
+    return _axes_turned("y", pitch_rad)
 
 
 def rotation_z(yaw_rad: float) -> FloatArray:
     """``R_z(ψ)`` of eq. (3), shape (3, 3)."""
-    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
-    return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    return _axes_turned("z", yaw_rad)
 
 
 def mounting_rotation(

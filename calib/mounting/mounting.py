@@ -2,12 +2,12 @@
 
 From a still log, corrected by the triad's calibration, roll and pitch by eq. (A)-(D) in the order
 of eq. (6) (:mod:`calib.mounting.levelling`). Beyond the paper: the sd of both angles; the floor's
-slope told from the mounting by a second log at the reverse heading; the yaw from a drive
+slope separated from the mounting by a second log at the reverse heading; the yaw from a drive
 (:mod:`calib.mounting.heading`).
 
 What is measured is the mounting against the plumb line, in the orthogonal frame that the
 accelerometer's calibration has chosen (its z is the sensitive axis z, its x-axis is the one that
-Angrisano et al. eq. (2) leaves free). One log alone cannot tell a slope of the floor from the
+Angrisano et al. eq. (2) leaves free). One log alone cannot separate a slope of the floor from the
 mounting: that is why the paper finds 13.00° on a lamp of nominally 15°, and no reading of that log
 could explain it.
 

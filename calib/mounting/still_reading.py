@@ -84,8 +84,8 @@ def still_reading(logs: Sequence[ImuLog], accelerometer: TriadCalibration) -> St
     share = counts / counts.sum()
     means = np.concatenate([part.at.vector for part in parts])  # (l, 3)
     mean = share @ means
-    own = np.array([part.variance for part in parts])
-    allowed = np.maximum(SAME_PLACE_M_S2, SAME_PLACE_SD * np.sqrt(own + share**2 @ own))
+    variances = np.array([part.variance for part in parts])
+    allowed = np.maximum(SAME_PLACE_M_S2, SAME_PLACE_SD * np.sqrt(variances + share**2 @ variances))
     excess = np.abs(means - mean) / allowed
     if excess.max() > 1:
         worst = int(np.argmax(excess.max(axis=1)))
@@ -111,7 +111,7 @@ def still_reading(logs: Sequence[ImuLog], accelerometer: TriadCalibration) -> St
     label = parts[0].label if len(parts) == 1 else f"{parts[0].label} and {len(parts) - 1} more"
     require_evaluable(label, at, accelerometer)
     longest_s = max(part.longest_s for part in parts)
-    return StillReading(label, at, share**2 @ own, int(counts.sum()), longest_s)
+    return StillReading(label, at, share**2 @ variances, int(counts.sum()), longest_s)
 
 
 def _one_log(log: ImuLog, accelerometer: TriadCalibration) -> StillReading:

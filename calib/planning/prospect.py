@@ -62,28 +62,28 @@ def prospect_of(
     Undetermined
         The poses would be too few, or not determine the model; the message says what is missing.
     """
-    found = fit(poses, model)
-    projector = Projector(found)
+    fitted = fit(poses, model)
+    projector = Projector(fitted)
     signatures, absent = [], {}
     partly = {}
-    for effect in candidate_effects(found, own):
+    for effect in candidate_effects(fitted, own):
         reason = unavailable(effect, poses)
         if reason is not None:
             absent[effect.name] = reason
             continue
-        signature = projector.signature(effect.name, effect_columns(found, effect))
+        signature = projector.signature(effect.name, effect_columns(fitted, effect))
         signatures.append(signature)
         if 0 < signature.seen < len(effect.parameters):
             partly[effect.name] = (signature.seen, len(effect.parameters))
-    parameters = triad_parameters(model, found.theta, found.cov, spec)
+    parameters = triad_parameters(model, fitted.theta, fitted.cov, spec)
     misalignment, bias, scale_sd = parameters.sd
     scale = parameters.scale_counts_per_unit
     return Prospect(
-        fit=found,
+        fit=fitted,
         sd=np.array([misalignment, bias / scale, scale_sd / scale]),
-        dof=found.dof,
-        condition=scaled_condition(_about_zero(found) @ found.basis)[0],
-        d_efficiency=d_efficiency(found),
+        dof=fitted.dof,
+        condition=scaled_condition(_about_zero(fitted) @ fitted.basis)[0],
+        d_efficiency=d_efficiency(fitted),
         blind=tuple(signature.name for signature in signatures if signature.is_blind),
         partly=partly,
         aliases=alias_groups(signatures),

@@ -28,7 +28,7 @@ from calib.poses.imu_log import (
 
 BATCHES = 6
 COARSE_BATCHES = BATCHES // 2
-"""Long enough stretches to hold most of the correlation, enough of them to tell a scatter."""
+"""Long enough stretches to hold most of the correlation, enough of them to show a scatter."""
 
 SHORT_BATCHES = 2 * BATCHES
 MEDIAN_OF_NORMAL = 0.6745
@@ -136,10 +136,10 @@ def _halves(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 def _check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -> None:
     low, high = spec.count_range
     if counts.min() < low or counts.max() > high:
-        found = f"{counts.min():g} to {counts.max():g}"
+        span = f"{counts.min():g} to {counts.max():g}"
         other = "offset-binary" if spec.encoding == "twos-complement" else "twos-complement"
         raise UnusableLog(
-            f"{label}: {triad} counts run from {found}, but {spec.bits} bit {spec.encoding} spans "
+            f"{label}: {triad} counts run from {span}, but {spec.bits} bit {spec.encoding} spans "
             f"{low:g} to {high:g}. Is the encoding {other}, or the number of bits another? "
             f"State encoding and bits as the data sheet has them.",
             Remedy("data_sheet", triad),

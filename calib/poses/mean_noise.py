@@ -32,6 +32,10 @@ MEDIAN_OF_CHI2_5 = 4.3515
 LARGEST_RATIO = 1.7
 """Correlated over a quarter of the pose (x = 0.25): from here on the factor, 4.4, runs away."""
 
+FIRST_ORDER_S = 6.0
+"""Twelve times half a second, the correlation time of low-cost sensors' noise: the first order is
+within 10 % of the variance there (x = 0.08), and 30 % short of it at 3 s."""
+
 UNCERTAIN_RATIO = 1.5
 """From x = 0.13 on 93 % and fewer of the means lie within 1.96 stated sds, 88 % at 0.33
 (``python -m tests.bench.study_pose_means``)."""
@@ -79,10 +83,10 @@ def pooled_sd(means: Sequence[PoseMean], triad: Triad) -> FloatArray:
     the run, scaled to the length of the pose, is mixed in with twice that weight; being a median,
     it does not follow the few poses that were disturbed.
     """
-    own = np.array([getattr(mean, triad).variance for mean in means])
+    variance = np.array([getattr(mean, triad).variance for mean in means])
     duration = np.array([mean.duration_s for mean in means])[:, None]
-    typical = np.median(own * duration, axis=0) * OWN_DOF / MEDIAN_OF_CHI2_5 / duration
-    mixed = (OWN_DOF * own + POOLED_DOF * typical) / (OWN_DOF + POOLED_DOF)
+    typical = np.median(variance * duration, axis=0) * OWN_DOF / MEDIAN_OF_CHI2_5 / duration
+    mixed = (OWN_DOF * variance + POOLED_DOF * typical) / (OWN_DOF + POOLED_DOF)
     return np.asarray(np.sqrt(mixed))
 
 
@@ -119,16 +123,21 @@ def correlation_factor(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> floa
 
     Noise that stays correlated over x T of a pose of length T gives batches a variance that falls
     short, and the more batches the more: the ratio of the estimates from 3 and from 6 of them is
-    between 1 (white noise) and 2 (x without limit), and x follows from it for noise of one
-    correlation time (Gauss-Markov). For small x the factor is ``2 ratio - 1``. The ratio belongs to
-    the sensor and the length of the pose: it is taken over all ``runs``, whose poses are alike in
-    length. The last factor is Student's: an sd known with few degrees of freedom is wider than it
-    says.
+    between 1 (white noise) and 2 (x without limit). For small x the factor is ``2 ratio - 1``,
+    whatever the shape of the correlation; in poses shorter than ``FIRST_ORDER_S``, where noise over
+    half a second is no longer short, it is that of noise with one correlation time (Gauss-Markov).
+    In longer poses a large ratio is a drift, which has none. The ratio belongs to the sensor and
+    the length of the pose: it is taken over all ``runs``, whose poses are alike in length. The last
+    factor is Student's: an sd known with few degrees of freedom is wider than it says.
     """
-    ratio = min(correlation_ratio(runs, triad), LARGEST_RATIO)
+    ratio = correlation_ratio(runs, triad)
+    seconds = float(np.median([mean.duration_s for means in runs for mean in means]))
+    factor = 2 * ratio - 1
+    if seconds < FIRST_ORDER_S:
+        factor = float(np.interp(min(ratio, LARGEST_RATIO), _RATIOS, _FACTORS))
     dof = NOISE_DOF_PER_POSE * sum(len(means) for means in runs)
     student = dof / max(dof - 2, 1.0)
-    return student * max(1.0, float(np.interp(ratio, _RATIOS, _FACTORS)))
+    return student * max(1.0, factor)
 
 
 def too_short(means: Sequence[PoseMean], triad: Triad, run: str) -> str | None:

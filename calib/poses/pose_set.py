@@ -117,7 +117,7 @@ class PoseSet:
     spin_rad_s : array, shape (n,)
         Plate rate, positive counter-clockwise seen from above; 0 when stopped.
     time_s : array, shape (n,)
-        Mid time since the session began; NaN when the logs' clocks do not tell the order.
+        Mid time since the session began; NaN when the logs' clocks do not show the order.
     expected : array, shape (n, 3)
         What a null pose should read (the Earth's rate where it is known), SI; 0 otherwise.
     reference : Reference

@@ -50,7 +50,7 @@ def spin_sign(means: Sequence[PoseMean], direction: str | None) -> FloatArray:
     """+1 counter-clockwise seen from above, -1 clockwise, 0 unknown, for each pose, (n,).
 
     Rate and specific force are parallel on a level plate, so their product tells the direction
-    whatever the pose; the film only where no accelerometer was logged.
+    whatever the pose; the clip only where no accelerometer was logged.
     """
     gyro = np.array([mean.gyroscope.mean for mean in means])
     force = np.array([mean.accelerometer.mean for mean in means])
@@ -139,7 +139,7 @@ def turning_run(means: Sequence[PoseMean], rate: PlateRate, latitude_rad: float 
 
 
 def stopped_run(name: str, means: Sequence[PoseMean], latitude_rad: float | None) -> PoseRun:
-    """Poses of the gyro with the plate stopped: what is left is the Earth's rate.
+    """Poses of the gyro with the plate stopped: what remains is the Earth's rate.
 
     Its vertical part is known where the latitude and the accelerometer are; the horizontal part
     points anywhere and goes into the sd.
@@ -158,13 +158,13 @@ def stopped_run(name: str, means: Sequence[PoseMean], latitude_rad: float | None
     if known and latitude_rad is not None:
         up = force / np.linalg.norm(force, axis=1, keepdims=True)
         expected = earth_rate_vertical(latitude_rad) * up
-        left = earth_rate_horizontal(latitude_rad) / np.sqrt(2)
+        horizontal_sd = earth_rate_horizontal(latitude_rad) / np.sqrt(2)
     else:
-        expected, left = np.zeros((n, 3)), EARTH_RATE_RAD_S / np.sqrt(3)
+        expected, horizontal_sd = np.zeros((n, 3)), EARTH_RATE_RAD_S / np.sqrt(3)
     return PoseRun(
         name=name,
         means=means,
-        reference=replace(constant_reference(n, 0.0, []), sd=np.full(n, left)),
+        reference=replace(constant_reference(n, 0.0, []), sd=np.full(n, horizontal_sd)),
         spin_rad_s=np.zeros(n),
         expected=expected,
     )

@@ -24,7 +24,7 @@ from pipeline.devices.text_dialects import (
     RAW,
     SI,
     BlockLine,
-    Table,
+    HeaderTable,
     advice_on,
     table_of,
 )
@@ -64,7 +64,7 @@ class Mpu6050TextParser:
         self._lines = LineReader(from_start)
         self._damaged = 0
         self._own = False
-        self._table: Table | None = None
+        self._table: HeaderTable | None = None
         self._block: dict[str, tuple[float, ...]] = {}
         self._whole: set[str] = set()
         self._bare = 0
@@ -172,7 +172,7 @@ class Mpu6050TextParser:
         a, b, c, d, e, f = values
         return Sample((a, b, c), (d, e, f))
 
-    def _table_row(self, table: Table, line: str) -> Sample | None:
+    def _table_row(self, table: HeaderTable, line: str) -> Sample | None:
         cells = line.split(table.delimiter)
         values = {name: _number(cell) for name, cell in zip(table.names, cells, strict=False)
                   if name != SKIP}

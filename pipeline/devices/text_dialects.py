@@ -71,11 +71,11 @@ UNUSABLE = {
 
 def advice_on(line: str) -> str:
     """What to do about a sketch that prints such a line; empty where nothing is wrong."""
-    return next((says for starts, says in UNUSABLE.items() if line.startswith(starts)), "")
+    return next((advice for starts, advice in UNUSABLE.items() if line.startswith(starts)), "")
 
 
 @dataclass(frozen=True)
-class Table:
+class HeaderTable:
     """The columns of comma-separated rows, as their header names them."""
 
     names: tuple[str, ...]
@@ -114,7 +114,7 @@ def stream_name(cell: str) -> tuple[str, str]:
     return _STREAM_NAMES.get(bare, our_name(bare)[0]), unit[1] if unit else ""
 
 
-def table_of(line: str) -> Table | None:
+def table_of(line: str) -> HeaderTable | None:
     """The table whose header this line is, or None."""
     delimiter = next((sign for sign in ("\t", ";", ",") if sign in line), None)
     if delimiter is None:
@@ -133,5 +133,5 @@ def table_of(line: str) -> Table | None:
     unit = (G_AND_DEG if "g" in units or "deg/s" in units else
             SI if "rad/s" in units or "m/s^2" in units else COUNTS)
     repeated = {name for name in names if names.count(name) > 1}
-    return Table(tuple(SKIP if name in repeated else name for name in names), delimiter, clock,
-                 unit)
+    kept = tuple(SKIP if name in repeated else name for name in names)
+    return HeaderTable(kept, delimiter, clock, unit)

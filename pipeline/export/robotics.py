@@ -15,8 +15,8 @@ file is ``Q_a`` times the accelerometer's frame here.
 import math
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from calib.fit.frame_alignment import rotation_matrix
 from calib.poses.imu_log import FloatArray
 from pipeline.export.parts import (
     Export,
@@ -104,7 +104,7 @@ def _kalibr_gyroscope(stored: Stored, gyroscope: StoredTriad, body: FloatArray) 
     forward = forward_matrix(gyroscope)
     lower, turned = lower_and_rotation(forward)
     angles = _frame_angles(stored)
-    to_accelerometer = np.eye(3) if angles is None else rotation_matrix(angles)
+    to_accelerometer = np.eye(3) if angles is None else Rotation.from_rotvec(angles).as_matrix()
     sensitivity = np.zeros((3, 3))
     effect = gyroscope.effects.get("g_sensitivity")
     if effect is not None:

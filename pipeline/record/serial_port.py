@@ -138,7 +138,7 @@ def _why_not(port: str, error: serial.SerialException) -> str:
     text = str(error)
     number = getattr(error, "errno", None)
     if number == errno.ENOENT or "FileNotFound" in text or "No such file" in text:
-        there = ", ".join(found.name for found in find_ports()) or "none"
+        there = ", ".join(each.name for each in find_ports()) or "none"
         return (f"{port}: there is no such port; the ports here are: {there}. Plug the device in, "
                 "look with `pipeline ports`, and set record.port.")
     if number in (errno.EACCES, errno.EPERM) or "PermissionError" in text:
@@ -187,7 +187,7 @@ VENDORS = {
 
 def find_ports() -> list[FoundPort]:
     """The serial ports there are, those on USB first."""
-    found = sorted(list_ports.comports(), key=lambda port: (port.vid is None, port.device))
+    ports = sorted(list_ports.comports(), key=lambda port: (port.vid is None, port.device))
     return [
         FoundPort(
             port.device,
@@ -195,7 +195,7 @@ def find_ports() -> list[FoundPort]:
             VENDORS.get(port.vid, "USB device") if port.vid is not None else "",
             os.name != "posix" or os.access(port.device, os.R_OK | os.W_OK),
         )
-        for port in found
+        for port in ports
     ]
 
 

@@ -201,8 +201,8 @@ def best_shape(fit: Fit, model: Model, effect: Effect) -> float | None:
         return None
 
     def cost(value: float) -> float:
-        left = _left(fit, _columns(fit, model, effect, value))
-        return float(left @ left)
+        remainder = _left(fit, _columns(fit, model, effect, value))
+        return float(remainder @ remainder)
 
     tried = sorted(effect.shape.starts)
     best = int(np.argmin([cost(value) for value in tried]))

@@ -199,12 +199,12 @@ def _mark_tracks(background: Luma, images: Sequence[Luma]) -> list[Ellipse]:
     for image in images:
         change = cv2.GaussianBlur(cv2.absdiff(image, background), (5, 5), 0)
         _, peak, _, (x, y) = cv2.minMaxLoc(change)
-        left, top = max(x - SPOT_REACH, 0), max(y - SPOT_REACH, 0)
-        box = change[top : y + SPOT_REACH + 1, left : x + SPOT_REACH + 1].astype(float)
+        x0, y0 = max(x - SPOT_REACH, 0), max(y - SPOT_REACH, 0)
+        box = change[y0 : y + SPOT_REACH + 1, x0 : x + SPOT_REACH + 1].astype(float)
         box[box < peak / 2] = 0
         rows, columns = np.indices(box.shape)
         total = max(box.sum(), 1)
-        spots.append([left + (box * columns).sum() / total, top + (box * rows).sum() / total])
+        spots.append([x0 + (box * columns).sum() / total, y0 + (box * rows).sum() / total])
     points = np.array(spots)
     if len(points) < FEWEST_SPOTS:
         return []

@@ -86,17 +86,17 @@ def find_mark(template: Template) -> PlateMark | None:
         spots = (contrast > THRESHOLDS.edge * contrast.max()).astype(np.uint8)
         count, labels, stats, _ = cv2.connectedComponentsWithStats(spots)
         for i in range(1, count):
-            left, top, width, height, _ = stats[i]
+            first, top, width, height, _ = stats[i]
             width_rad = width * 2 * np.pi / n
-            in_the_middle = n // 4 <= left + width / 2 < n // 4 + n
+            in_the_middle = n // 4 <= first + width / 2 < n // 4 + n
             if not in_the_middle or width < NARROWEST or width_rad > THRESHOLDS.widest_rad:
                 continue
-            inside = np.where(labels == i, contrast, 0)[top : top + height, left : left + width]
+            inside = np.where(labels == i, contrast, 0)[top : top + height, first : first + width]
             strength = float((inside**2 * radius[top : top + height, None]).sum())
             if best is not None and strength <= best[0]:
                 continue
             columns = (inside.sum(axis=0) * np.arange(width)).sum() / inside.sum()
-            azimuth = (left + columns) * 2 * np.pi / n
+            azimuth = (first + columns) * 2 * np.pi / n
             ring = (inside.sum(axis=1) * radius[top : top + height]).sum() / inside.sum()
             mark = PlateMark(
                 azimuth_rad=float(np.angle(np.exp(1j * azimuth))),

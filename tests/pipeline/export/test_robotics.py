@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from scipy.spatial.transform import Rotation
 
-from calib.fit.frame_alignment import rotation_matrix
 from pipeline.export.apply import apply_results
 from pipeline.export.parts import triad_named
 from pipeline.export.robotics import lower_and_rotation, to_kalibr, to_ros
@@ -86,8 +86,8 @@ def test_kalibr_reads_back_as_the_same_correction_in_its_frame(
     body = body_rotation(stored)
     assert body @ body.T == pytest.approx(np.eye(3), abs=1e-9)  # a rotation, nothing else
     assert force == pytest.approx(applied["accelerometer"] @ body.T, abs=1e-7)
-    to_accelerometer = rotation_matrix(
-        np.array(stored.contents["gyroscope"]["frame_to_accelerometer_rad"]))
+    to_accelerometer = Rotation.from_rotvec(
+        stored.contents["gyroscope"]["frame_to_accelerometer_rad"]).as_matrix()
     expected = applied["gyroscope"] @ to_accelerometer.T @ body.T
     assert rate == pytest.approx(expected, abs=1e-8)
 
