@@ -92,7 +92,7 @@ class Projector:
         left = self(unit) * np.sqrt(self.data_count / used.sum())
         # What is below VISIBLE_SHARE is dropped, so that squaring in leftᵀ left loses nothing.
         squared, directions = np.linalg.eigh(left.T @ left)
-        visible = squared > VISIBLE_SHARE**2 * self.data_count
+        visible = squared > VISIBLE_SHARE**2 * self.data_count / used.sum()  # as the fit judges
         strength = np.sqrt(squared[visible])
         return Signature(name, columns, left @ (directions[:, visible] / strength), strength)
 

@@ -62,7 +62,9 @@ class Table:
         count = np.add.reduceat(np.isfinite(norm), ends - widths) if len(widths) else widths
         unit = np.repeat([_unit_signal(h, d) for h in hypotheses], widths)
         unit = unit / np.sqrt(np.maximum(np.repeat(count, widths), 1))
-        total = np.array([_unit_signal(h, d) for h in hypotheses])
+        # Each combination of parameters of an effect is judged as the fit will judge it.
+        whole = np.where([h.kind == "listed" for h in hypotheses], np.maximum(count, 1), 1)
+        total = np.array([_unit_signal(h, d) for h in hypotheses]) / np.sqrt(whole)
         scaled = self.projector(raw / norm * unit)
         self.slices: list[slice] = [slice(0, 0)] * len(hypotheses)
         parts: list[FloatArray] = []

@@ -12,9 +12,9 @@ shrinks together with the reference would shrink any misfit too, and gain would 
 (Peelle's puzzle).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -45,14 +45,19 @@ class WhitenedRows:
     """Whitened rows at one estimate.
 
     ``residual`` (r,), ``jacobian`` (r, p + q) with the q common errors last, ``vector`` (n, 3) the
-    corrected vectors, ``axes`` the sensitive ones. The first rows are the magnitude rows, then the
-    null rows, then the priors.
+    corrected vectors, ``axes_there`` gives the sensitive axes. The first rows are the magnitude
+    rows, then the null rows, then the priors.
     """
 
     residual: FloatArray
     jacobian: FloatArray
     vector: FloatArray
-    axes: Axes
+    axes_there: Callable[[], Axes]
+
+    @cached_property
+    def axes(self) -> Axes:
+        """The sensitive axes at the estimate."""
+        return self.axes_there()
 
     @property
     def chi2(self) -> float:
@@ -111,7 +116,11 @@ class Equations:
         on_axes = tuple(e for e in self.on_sensor if not e.orthogonal)
         self.on_axes_index = pick(model, on_axes)
         self.on_axes_columns = [self.sensor_index.index(i) for i in self.on_axes_index]
-        self.matrix_slopes = _matrix_slopes(self.on_reading)
+
+    @cached_property
+    def matrix_slopes(self) -> FloatArray:
+        """dM/dtheta of the linear form for the parameters of the reading, (p', 3, 3)."""
+        return _matrix_slopes(self.on_reading)
 
     @cached_property
     def typical_sd(self) -> float:
@@ -226,7 +235,7 @@ class Equations:
 
     def rows(self, theta: FloatArray, eta: FloatArray, shapes: Mapping[str, float]) -> WhitenedRows:
         """Whitened residual and exact Jacobian at ``theta`` (p,), ``eta`` (q,)."""
-        axes = self.axes(theta)
+        axes = self.axes(theta) if self.on_sensor else ALIGNED  # which nothing else depends on
         s = self.corrected(theta, shapes, axes)
         ds = self._vector_jacobian(theta, shapes, s, axes)
         p, q, k = self.model.size, len(eta), len(self.magnitude)
@@ -255,7 +264,7 @@ class Equations:
             )
         residual[self.data_count :] = eta
         jacobian[self.data_count :, p:] = np.eye(q)
-        return WhitenedRows(residual, jacobian, s, axes)
+        return WhitenedRows(residual, jacobian, s, partial(self.axes, theta))
 
 
 def _matrix_slopes(on_reading: Sequence[Effect]) -> FloatArray:

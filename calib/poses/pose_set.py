@@ -5,6 +5,7 @@ A reference is the magnitude that each pose should show, and how well it is know
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -230,9 +231,12 @@ class PoseSet:
         elif other is None:
             length = np.linalg.norm(vector, axis=1, keepdims=True)
             other = self.spin_rad_s[:, None] * vector / np.where(length > 0, length, 1.0)
+        return {**dict(zip(OTHER_TRIAD, other.T, strict=True)), **self._members}
+
+    @cached_property
+    def _members(self) -> dict[str, FloatArray]:
         run = np.array(self.run)
-        members = {RUN_COLUMN + name: (run == name).astype(float) for name in dict.fromkeys(run)}
-        return {**dict(zip(OTHER_TRIAD, other.T, strict=True)), **members}
+        return {RUN_COLUMN + name: (run == name).astype(float) for name in dict.fromkeys(run)}
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,9 +9,11 @@ from calib.errors import CalibrationError, Undetermined
 from pipeline.config.load import Config, load_config
 from pipeline.errors import ConfigError
 from pipeline.model_change import (
+    ModelChange,
     change_model,
     edited_config,
     next_target,
+    predicts_better,
     read_target,
     require_addable,
 )
@@ -151,6 +153,23 @@ def test_what_to_add_next_is_what_is_named_without_doubt(drift_found: Outcome) -
     target = next_target(drift_found)
     assert target is not None
     assert str(target) == "gyroscope.bias_drift"
+
+
+def test_what_was_tried_in_vain_is_not_tried_again(drift_found: Outcome) -> None:
+    first = next_target(drift_found)
+    assert first is not None
+    assert next_target(drift_found, refused=[first]) is None
+
+
+def test_only_what_lowers_the_leave_one_out_error_predicts_better(
+    copied: Path, drift_found: Outcome
+) -> None:
+    config = load_config(copied)
+    helps = change_model(config, read_target(config, "gyroscope.bias_drift"), run,
+                         before=drift_found)
+    assert predicts_better(helps)
+    back = ModelChange(helps.target, before=helps.after, after=helps.before)
+    assert not predicts_better(back)
 
 
 def test_a_blind_effect_is_refused_with_its_reason(drift_found: Outcome, drifting: Path) -> None:
