@@ -16,6 +16,9 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 PACKAGES = ("pipeline", "vision", "calib")
 LONGEST_FILE = 300  #: lines
 
+#: No result is called so: a name says what a thing is, not how it was come by.
+NO_RESULTS = {"found", "given", "own", "says", "taken", "asked", "left", "made"}
+
 #: Where each dependency may be imported: a module, or all whose names begin so.
 HOME = {
     "numpy": ("pipeline", "vision", "calib"),
@@ -175,6 +178,24 @@ def test_everything_public_says_what_it_is(module: str) -> None:
             for child in node.body if isinstance(node, ast.ClassDef) else ():
                 if isinstance(child, ast.FunctionDef) and not child.name.startswith("_"):
                     assert ast.get_docstring(child), f"{node.name}.{child.name}"
+
+
+def test_a_class_name_occurs_once() -> None:
+    homes: dict[str, list[str]] = {}
+    for module, tree in TREES.items():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ClassDef):
+                homes.setdefault(node.name, []).append(module)
+    assert {name: modules for name, modules in homes.items() if len(modules) > 1} == {}
+
+
+@pytest.mark.parametrize("module", FILES)
+def test_results_are_called_by_what_they_are(module: str) -> None:
+    """Variables, fields and loop targets; a parameter is the caller's and no result."""
+    bound = {(node.lineno, node.id if isinstance(node, ast.Name) else node.attr)
+             for node in ast.walk(TREES[module])
+             if isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store)}
+    assert {(line, name) for line, name in bound if name in NO_RESULTS} == set()
 
 
 @pytest.mark.parametrize("module", FILES)
