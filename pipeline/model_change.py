@@ -170,7 +170,7 @@ def _next_measurement(result: TriadResult, names: list[str]) -> str:
         result.calibration.spec.full_scale,
     )
     if advice is not None:
-        return f"What would allow it: record {advice.says}."
+        return f"What would allow it: record {advice.instruction}."
     return f"What would allow it: {effects[0].page.separates}."
 
 

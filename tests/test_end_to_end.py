@@ -119,7 +119,7 @@ def test_diagnose_says_what_to_type_and_writes_no_results(
     assert pipeline("diagnose", tmp_path / "config.yaml") == 0
     lines = capsys.readouterr().out.splitlines()
     assert any(line.startswith("accelerometer: Nothing is missing") for line in lines)
-    assert any("these data cannot see" in line and "g_sensitivity" in line for line in lines)
+    assert any("these data cannot determine" in line and "g_sensitivity" in line for line in lines)
     assert lines[-1].startswith("next: ")
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["cache"]
 

@@ -89,9 +89,9 @@ class Diagnosis:
     p_value: float
 
     @property
-    def says(self) -> str:
+    def text(self) -> str:
         """The verdict in words."""
-        return self.explanation.says
+        return self.explanation.text
 
     @property
     def partner(self) -> str | None:
@@ -116,7 +116,7 @@ class Diagnosis:
     @property
     def record_next(self) -> str | None:
         """What to record next, in words."""
-        return None if self.advice is None else self.advice.says
+        return None if self.advice is None else self.advice.instruction
 
     @property
     def limits(self) -> tuple[Limit, ...]:

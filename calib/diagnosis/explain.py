@@ -29,14 +29,14 @@ LEAST_FALL_PERCENT = 5.0
 class Explanation:
     """A verdict for people.
 
-    ``standing`` and ``sign`` say how it stands, ``short`` in a few words what is wrong, ``says``
+    ``standing`` and ``sign`` say how it stands, ``short`` in a few words what is wrong, ``text``
     in two or three sentences. ``step`` is what to do next, for programs, and ``following`` in
     words.
     """
 
     standing: Standing
     short: str
-    says: str
+    text: str
     step: Step
     following: str
 
@@ -89,27 +89,27 @@ def _effect(case: _Case) -> Explanation:
     assert verdict.name is not None
     best = next(c for c in case.ranking if c.name == verdict.name and c.kind == "listed")
     more = verdict.names[1:]
-    says = f"'{verdict.name}' is missing: {physics(verdict.name)} "
+    text = f"'{verdict.name}' is missing: {physics(verdict.name)} "
     for name in more:
-        says += f"'{name}' is missing beside it: {physics(name)} "
+        text += f"'{name}' is missing beside it: {physics(name)} "
     it = "together they explain" if more else "it explains"
-    says += f"The misfit is {case.misfit}; {it} {100 * verdict.share:.0f} % of it. "
+    text += f"The misfit is {case.misfit}; {it} {100 * verdict.share:.0f} % of it. "
     if best.size.size:
         largest = int(np.argmax(np.abs(best.size)))
         which = f"The largest part of '{verdict.name}'" if more else "Its largest part"
-        says += f"{which} is about {best.size[largest]:.3g} ± {best.sd[largest]:.2g} {best.unit}. "
+        text += f"{which} is about {best.size[largest]:.3g} ± {best.sd[largest]:.2g} {best.unit}. "
     others = joined([f"'{name}'" for name in verdict.group[1:]], "or")
     short = f"its model lacks {joined(verdict.names, 'and')}"
     if others:
-        says += f"In these poses it looks the same as {others}: they cannot determine which it is. "
+        text += f"In these poses it looks the same as {others}: they cannot determine which it is. "
         short += f" or {others}, which look the same here"
-    says += _beside(verdict)
+    text += _beside(verdict)
     if len(verdict.group) == 1:
         return Explanation(
-            "act", short, says.rstrip(), "add",
+            "act", short, text.rstrip(), "add",
             "Add it; everything is refitted together and the error shown before and after",
         )
-    return Explanation("act", short, says.rstrip() + _record(case), *_settle(case))
+    return Explanation("act", short, text.rstrip() + _record(case), *_settle(case))
 
 
 def _beside(verdict: Verdict) -> str:
@@ -129,12 +129,12 @@ def _ambiguous(case: _Case) -> Explanation:
     for key in case.verdict.group:
         odds = f" ({odds_in_words(named[key].probability)})" if key in named else ""
         words.append(f"{readable(key)}{odds}")
-    says = (
+    text = (
         f"Something may be missing ({case.misfit}), and these data cannot determine what: "
         f"{joined(words, 'or')}."
     )
     short = "something may be missing, and these data cannot determine what"
-    return Explanation("open", short, says + _record(case), *_settle(case))
+    return Explanation("open", short, text + _record(case), *_settle(case))
 
 
 def _unknown(case: _Case) -> Explanation:
@@ -161,14 +161,14 @@ def _which(verdict: Verdict) -> str:
 def _course(case: _Case, what: str, which: str) -> Explanation:
     """An error of unlisted shape; ``which`` says what it may be, with odds."""
     beside = "" if which else _beside(case.verdict)
-    says = (
+    text = (
         f"Something is missing that no listed effect explains: {what}{which} ({case.misfit}). "
         f"{_nearest(case)}{beside}"
         f"If you know its physics, write it as your own effect (`effects:` in the configuration)."
     )
     short = f"{what}, as no listed effect does"
     return Explanation(
-        "act", short, says, "define",
+        "act", short, text, "define",
         "If you know its physics, write it as your own effect under `effects:` in the "
         "configuration; the charts below show its shape",
     )
@@ -209,34 +209,34 @@ def _noise(case: _Case) -> Explanation:
     widened = "The sds of the parameters are widened by that factor."
     if case.verdict.name == "wander":
         how = case.verdict.details[0] if case.verdict.details else ""
-        says = (
+        text = (
             f"The bias wanders during the session, {how} ({case.misfit}): standard in low-cost "
             f"sensors, and no calibration takes it away. The residual is {factor:.2g} times the "
             f"poses' own noise. {widened} A faster session, or poses repeated throughout it, "
             f"leaves less of it."
         )
-        return Explanation("open", "its bias wanders during the session", says, "repeat",
+        return Explanation("open", "its bias wanders during the session", text, "repeat",
                            "Record the poses faster, or repeat some throughout the session")
     if case.verdict.name == "plate_rate":
-        says = (
+        text = (
             f"The rate of the plate scatters {case.verdict.details[0]} ({case.misfit}). {widened} "
             f"Film the plate with each pose, so that each has a rate of its own."
         )
-        return Explanation("open", "the rate of the plate scatters", says, "repeat",
+        return Explanation("open", "the rate of the plate scatters", text, "repeat",
                            "Film the plate with each pose")
-    says = (
+    text = (
         f"The residual is {factor:.2g} times what the poses' own noise explains, without a shape "
         f"that any effect has ({case.misfit}). {widened} Longer poses and a firmer base usually "
         f"help."
     )
-    return Explanation("open", "the residual is larger than the noise, without any shape", says,
+    return Explanation("open", "the residual is larger than the noise, without any shape", text,
                        "repeat", "Record the same poses once more, for longer and in random order")
 
 
 def _settle(case: _Case) -> tuple[Step, str]:
     """The next step where something is open, for programs and in words."""
     if case.advice is not None:
-        return "record", f"Record {case.advice.says}; name the new logs in the configuration"
+        return "record", f"Record {case.advice.instruction}; name the new logs in the configuration"
     if case.verdict.code == Code.EFFECT:
         return "record", f"What separates them: {_separates(case.verdict.group[0])}"
     return "repeat", "Record the same poses once more, for longer and in random order"
@@ -252,7 +252,7 @@ def _separates(name: str) -> str:
 def _record(case: _Case) -> str:
     """The end of a verdict that leaves something open: what to record next."""
     if case.advice is not None:
-        return f" Record next: {case.advice.says}."
+        return f" Record next: {case.advice.instruction}."
     if case.verdict.code == Code.EFFECT:
         return f" What separates them: {_separates(case.verdict.group[0])}."
     return " Record next: the same poses once more, in random order and for longer."

@@ -24,10 +24,10 @@ BLIND_SIGNAL_SD = 5.0
 
 @dataclass(frozen=True)
 class Advice:
-    """What to record next: ``block`` for programs, ``says`` for people, ``power`` the lambda."""
+    """What to record: ``block`` for programs, ``instruction`` for people, ``power`` the lambda."""
 
     block: str
-    says: str
+    instruction: str
     power: float
 
 
@@ -44,18 +44,18 @@ def _signal(fit: Fit, rival: Rival, others: Sequence[Rival]) -> float:
     """lambda of ``rival`` when ``others`` and the model are fitted in its place."""
     d = fit.equations.data_count
     columns = effect_columns(fit, rival.effect, rival.shape)
-    taken = [fit.rows.jacobian[:, : fit.model.size], fit.rows.jacobian[:, fit.model.size :]]
+    fitted = [fit.rows.jacobian[:, : fit.model.size], fit.rows.jacobian[:, fit.model.size :]]
     for other in others:
         more = np.zeros((len(fit.rows.residual), len(other.effect.parameters)))
         more[:d] = effect_columns(fit, other.effect, other.shape)
-        taken.append(more)
-    basis = orthonormal_columns(np.hstack(taken))
+        fitted.append(more)
+    basis = orthonormal_columns(np.hstack(fitted))
     full = np.zeros((len(fit.rows.residual), columns.shape[1]))
     full[:d] = columns
     if rival.size is not None:
         signal = full @ rival.size
-        left = signal - basis @ (basis.T @ signal)
-        return float(left @ left)
+        remainder = signal - basis @ (basis.T @ signal)
+        return float(remainder @ remainder)
     # No size to go by: the mean over random directions of BLIND_SIGNAL_SD root mean square.
     norm = np.maximum(np.sqrt((full**2).sum(axis=0)), 1e-300)
     unit = full / norm * np.sqrt(d) * BLIND_SIGNAL_SD
@@ -81,7 +81,7 @@ def best_block(fit: Fit, rivals: Sequence[Rival], full_scale: float = np.inf) ->
     Advice or None
         None where no block of the menu reaches ``ENOUGH_LAMBDA``.
     """
-    found: list[tuple[float, Advice]] = []
+    options: list[tuple[float, Advice]] = []
     for block, then in hypothetical(fit, full_scale):
         powers = []
         for i, rival in enumerate(rivals):
@@ -93,5 +93,5 @@ def best_block(fit: Fit, rivals: Sequence[Rival], full_scale: float = np.inf) ->
         if np.isfinite(power) and power >= ENOUGH_LAMBDA:
             # More power than enough buys nothing: the cheaper block wins among the sufficient.
             worth = min(power, 10 * ENOUGH_LAMBDA) / block.minutes
-            found.append((worth, Advice(block.code, block.says, power)))
-    return max(found, key=lambda item: item[0])[1] if found else None
+            options.append((worth, Advice(block.code, block.instruction, power)))
+    return max(options, key=lambda item: item[0])[1] if options else None

@@ -169,10 +169,10 @@ def _alias_names(state: Search, lead: Entry, k: int) -> dict[str, int]:
     rest = [j for j in lead.members if j != k]
     inside = {state.hypotheses[j].name for j in lead.members}
     others = [j for j, h in enumerate(state.hypotheses) if h.name not in inside]
-    found: dict[str, int] = {}
+    places: dict[str, int] = {}
     for j in aliases(state, k, others, rest):
-        found.setdefault(state.hypotheses[j].name, j)
-    return found
+        places.setdefault(state.hypotheses[j].name, j)
+    return places
 
 
 def _refit_aliases(state: Search, lead: Entry, k: int) -> None:

@@ -30,12 +30,13 @@ TEMPERATURE = "temperature_c"
 class Block:
     """One thing to record next.
 
-    ``code`` names it for programs, ``says`` for people; ``minutes`` is what it takes; ``parts`` are
-    (rate factor over the plate's, warmth in K, delay in s) of its passes through the poses.
+    ``code`` names it for programs, ``instruction`` for people; ``minutes`` is what it takes;
+    ``parts`` are (rate factor over the plate's, warmth in K, delay in s) of its passes through the
+    poses.
     """
 
     code: str
-    says: str
+    instruction: str
     minutes: float
     parts: tuple[tuple[float, float, float], ...]
     corners: bool = False
@@ -78,14 +79,14 @@ def menu(fit: Fit, full_scale: float = np.inf) -> list[Block]:
             new = bool((np.abs(moving / speed - 1) > SAME_SPEED).all())
             if new and speed < HEADROOM * full_scale:
                 rpm = speed * 30 / np.pi
-                says = f"the same poses at another speed of the plate ({rpm:.3g} rpm)"
-                blocks.append(Block("speed", says, one, ((speed / slow, 0.0, 0.0),)))
+                instruction = f"the same poses at another speed of the plate ({rpm:.3g} rpm)"
+                blocks.append(Block("speed", instruction, one, ((speed / slow, 0.0, 0.0),)))
                 break
         if (spins >= 0).all() or (spins <= 0).all():
-            says = "the same poses with the plate turning the other way"
-            blocks.append(Block("direction", says, one, ((-1.0, 0.0, 0.0),)))
-        says = "the same poses on a plate tilted by about 60°"
-        blocks.append(Block("tilt", says, 2 * one, ((1.0, 0.0, 0.0),), tilt_rad=np.pi / 3))
+            instruction = "the same poses with the plate turning the other way"
+            blocks.append(Block("direction", instruction, one, ((-1.0, 0.0, 0.0),)))
+        instruction = "the same poses on a plate tilted by about 60°"
+        blocks.append(Block("tilt", instruction, 2 * one, ((1.0, 0.0, 0.0),), tilt_rad=np.pi / 3))
     return [*blocks, repeat, corners, *(soaks if has_temperature else [])]
 
 
@@ -114,8 +115,8 @@ def _course(
     the real session: poses added to it tell nothing new of what only went with the clock.
     """
     if delay_s == 0.0:
-        taken = np.linspace(0, len(poses) - 1, n).round().astype(int)
-        order = np.argsort(poses.time_s, kind="stable")[taken]
+        spread = np.linspace(0, len(poses) - 1, n).round().astype(int)
+        order = np.argsort(poses.time_s, kind="stable")[spread]
         return poses.time_s[order], {name: v[order] for name, v in poses.columns.items()}
     columns = {name: np.full(n, float(np.median(v))) for name, v in poses.columns.items()}
     if TEMPERATURE in columns:

@@ -89,12 +89,12 @@ class Projector:
         if not used.any():
             return nothing
         unit = full[:, used] / norm[used]
-        left = self(unit) * np.sqrt(self.data_count / used.sum())
+        remainder = self(unit) * np.sqrt(self.data_count / used.sum())
         # What is below VISIBLE_SHARE is dropped, so that squaring in leftᵀ left loses nothing.
-        squared, directions = np.linalg.eigh(left.T @ left)
+        squared, directions = np.linalg.eigh(remainder.T @ remainder)
         visible = squared > VISIBLE_SHARE**2 * self.data_count / used.sum()  # as the fit judges
         strength = np.sqrt(squared[visible])
-        return Signature(name, columns, left @ (directions[:, visible] / strength), strength)
+        return Signature(name, columns, remainder @ (directions[:, visible] / strength), strength)
 
 
 def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:

@@ -101,5 +101,5 @@ def _determined(
             yield f"  {effect.name}: these poses determine it and separate it from all others"
             continue
         advice = best_block(prospect.fit, [Rival(effect, None)], full_scale)
-        yield (f"  for {effect.name} record: {advice.says}" if advice else
+        yield (f"  for {effect.name} record: {advice.instruction}" if advice else
                f"  for {effect.name} further poses do not help: {effect.page.separates}")

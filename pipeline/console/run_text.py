@@ -119,7 +119,7 @@ def effect_rows(result: TriadResult) -> list[list[str]]:
 
 def verdict_line(result: TriadResult) -> str:
     """The diagnosis of a triad in words."""
-    return f"{result.triad}: {result.diagnosis.says}"
+    return f"{result.triad}: {result.diagnosis.text}"
 
 
 def next_step(outcome: Outcome, folder: Path, look: str = "pipeline diagnose {config}") -> str:

@@ -93,7 +93,7 @@ def _triad_view(
         "name": result.triad,
         "answer": answer,
         "line": triad_figures(result),
-        "text": result.diagnosis.says,
+        "text": result.diagnosis.text,
         "model": ", ".join(calibration.fit.model.names),
         "groups": parameter_groups(result, certificate),
         "certified": certificate is not None,

@@ -86,7 +86,7 @@ def answer_for(result: TriadResult, outcome: Outcome, folder: str) -> Answer:
     config = shlex.quote(str(outcome.config.source.path))
     words = result.diagnosis.explanation
     standing, sign, short = words.standing, words.sign, words.short
-    wrong = _nothing_wrong(result) if standing == "good" else words.says
+    wrong = _nothing_wrong(result) if standing == "good" else words.text
     if standing == "good" and _lost_direction(result):
         standing, sign = "open", SIGNS["open"]
         short = "directions are missing among its poses"

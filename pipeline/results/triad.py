@@ -129,7 +129,7 @@ def _diagnosis(result: TriadResult) -> Json:
             {"class": each.name, "members": list(each.members), "probability": each.probability}
             for each in diagnosis.inclusion
         ],
-        "says": diagnosis.says,
+        "says": diagnosis.text,
         "record_next": diagnosis.record_next,
         "blind": list(diagnosis.blind),
         "ranking": [

@@ -95,7 +95,7 @@ def test_the_papers_own_poses_never_name_another_effect(name: str) -> None:
     for seed in range(110, 114):
         found = with_hidden(name, 10.0, PAPER, seed, "gyroscope")
         right = {name, "scale_drift"} if name == "reference_drift" else {name}
-        assert found.verdict != "effect" or set(found.group) & right, f"seed {seed}: {found.says}"
+        assert found.verdict != "effect" or set(found.group) & right, f"seed {seed}: {found.text}"
 
 
 def test_the_sizes_two_sigma_interval_holds_the_truth() -> None:
@@ -126,7 +126,7 @@ def test_nothing_missing_says_how_well_the_noise_explains_the_residual() -> None
     found = clean("rich", 0)
     assert found.verdict == "nothing_missing"
     assert found.name is None
-    assert found.says.startswith("Nothing is missing: the poses' own noise explains the residual")
+    assert found.text.startswith("Nothing is missing: the poses' own noise explains the residual")
     assert found.p_value > 1e-3
 
 
@@ -161,9 +161,9 @@ def test_aliases_are_named_together_with_what_separates_them() -> None:
     assert found.verdict == "effect"
     assert set(found.group) == {"quadratic", "asymmetry", "g_squared_sensitivity"}
     assert not found.addable
-    assert "they cannot determine which it is" in found.says
+    assert "they cannot determine which it is" in found.text
     assert found.record_next is not None
-    assert found.record_next in found.says
+    assert found.record_next in found.text
 
 
 @pytest.mark.parametrize(
@@ -213,7 +213,7 @@ def test_one_bad_pose_is_named_by_its_label() -> None:
     assert found.verdict == "bad_pose"
     spoilt = int(hidden[0].detail["number"])
     assert found.name == poses.label[_order_in_time(poses)[spoilt]]
-    assert found.name in found.says
+    assert found.name in found.text
 
 
 def _order_in_time(poses: PoseSet) -> list[int]:
@@ -237,15 +237,15 @@ def test_a_bias_that_follows_a_logged_column_can_be_added_by_its_name() -> None:
 def test_an_error_that_no_effect_has_is_unknown_and_points_to_writing_ones_own() -> None:
     found = with_hidden("column_squared:humidity_pct", 10.0, RICH, 6, "gyroscope")
     assert found.verdict == "unknown"
-    assert "follows the logged column humidity_pct" in found.says
-    assert "write it as your own effect" in found.says
+    assert "follows the logged column humidity_pct" in found.text
+    assert "write it as your own effect" in found.text
 
 
 def test_noise_larger_than_stated_is_called_noise() -> None:
     poses = poses_of(RICH, 7, "gyroscope", ())
     found = said_of(replace(poses, sd=poses.sd / 2))
     assert found.verdict == "noise"
-    assert "times what the poses' own noise explains" in found.says
+    assert "times what the poses' own noise explains" in found.text
 
 
 # --- two effects -------------------------------------------------------------------------------

@@ -69,7 +69,7 @@ def test_a_bias_that_wanders_is_given_no_name(design: str) -> None:
     triad: Triad = "gyroscope" if design == "rich" else "accelerometer"
     for seed in range(61, 65):
         found = said(design, triad, ("wander",), 2.0, seed)
-        assert found.verdict != "effect", found.says
+        assert found.verdict != "effect", found.text
 
 
 def test_a_memory_that_saturates_is_hysteresis_with_a_width() -> None:
@@ -89,7 +89,7 @@ def test_noise_of_another_kind_is_given_no_name(disturbance: str) -> None:
     for seed in range(81, 84):
         design = disturbed(design_of("soak", seed), disturbance)
         found = diagnose(fit(poses_of(design, seed, "accelerometer", ()), Model.of(BASE)))
-        assert found.verdict != "effect", found.says
+        assert found.verdict != "effect", found.text
 
 
 def test_two_bad_poses_are_named_together() -> None:
@@ -157,7 +157,7 @@ def test_nothing_missing_comes_with_an_upper_limit_for_every_effect_looked_for()
 def test_an_open_verdict_prints_its_odds() -> None:
     found = said("paper", "gyroscope", ("cross_quadratic",), 5.0, 7)
     assert found.verdict == "ambiguous"
-    assert f"{odds_in_words(found.inclusion[0].probability)})" in found.says
+    assert f"{odds_in_words(found.inclusion[0].probability)})" in found.text
 
 
 def test_inclusion_holds_the_named_class_first_and_no_probability_beyond_one() -> None:
