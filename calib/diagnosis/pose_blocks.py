@@ -14,7 +14,7 @@ from calib.fit.result import Fit
 from calib.poses.attitudes import natural_directions
 from calib.poses.imu_log import BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet, Reference
-from calib.poses.runs import TIME_BASE
+from calib.poses.runs import GRAVITY, TIME_BASE
 
 RECORD_SPEEDS_RAD_S = np.array([50 / 3, 100 / 3, 45.0, 78.0]) * np.pi / 30
 SAME_SPEED = 0.05
@@ -215,7 +215,8 @@ def _own_rate_error(poses: PoseSet, block: PoseSet) -> PoseSet:
     turning = ~reference.is_null
     if poses.triad == "accelerometer" or not turning.any():
         return poses
-    fresh = [j for j, name in enumerate(reference.common_names) if name.startswith("rate ")]
+    of_all = (GRAVITY, TIME_BASE)  # what is left belongs to one setting of the plate
+    fresh = [j for j, name in enumerate(reference.common_names) if name not in of_all]
     loading = np.abs(reference.common[:, fresh]).sum(axis=1) if fresh else reference.sd
     relative = float(np.median(loading[turning] / reference.magnitude[turning]))
     new = np.zeros((len(poses), 1))
