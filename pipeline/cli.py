@@ -9,7 +9,6 @@ import sys
 from collections.abc import Sequence
 
 from pipeline.commands import front_page
-from pipeline.terminal import shown_streams, terminated_as_interrupted
 
 #: The variable by which a shell asks click for completions.
 COMPLETION = "_PIPELINE_COMPLETE"
@@ -24,6 +23,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         What follows the program's name; by default from ``sys.argv``.
     """
     typed = list(sys.argv[1:] if arguments is None else arguments)
+    if typed in ([], ["-h"], ["--help"]) and COMPLETION not in os.environ:
+        return _print_front_page()
+    from pipeline.terminal import shown_streams, terminated_as_interrupted
+
     with shown_streams() as output, terminated_as_interrupted():
         code = _run(typed)
         output.flush()
@@ -34,10 +37,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
+def _print_front_page() -> int:
+    """Print the help; a reader that goes away (``| head``) has read enough."""
+    try:
+        print(front_page(), flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 0
+
+
 def _run(typed: list[str]) -> int:
-    if typed in ([], ["-h"], ["--help"]) and COMPLETION not in os.environ:
-        print(front_page())
-        return 0
     try:
         return _run_command(typed)
     except KeyboardInterrupt:  # during the imports; click turns it into Abort later
