@@ -14,7 +14,18 @@ SHEET_TOLERANCE = 0.3
 
 
 def turning_while_still(poses: PoseSet) -> Iterator[str]:
-    """Poses of the accelerometer in which the gyro says that the plate was turning."""
+    """Poses of the accelerometer in which the gyro says that the plate was turning.
+
+    Parameters
+    ----------
+    poses : PoseSet
+        n poses of one triad; those of the gyro give no warning.
+
+    Yields
+    ------
+    str
+        One warning at most.
+    """
     turning = np.flatnonzero(poses.spin_rad_s != 0)
     if poses.triad != "accelerometer" or turning.size == 0:
         return
@@ -29,10 +40,20 @@ def turning_while_still(poses: PoseSet) -> Iterator[str]:
     )
 
 
-def direction_against_film(poses: PoseSet, filmed: Sequence[str | None]) -> Iterator[str]:
+def direction_against_clip(poses: PoseSet, filmed: Sequence[str | None]) -> Iterator[str]:
     """Runs that turn the other way than their clip shows.
 
-    ``filmed`` (n,) is ``ccw``, ``cw`` or None for each pose's run.
+    Parameters
+    ----------
+    poses : PoseSet
+        n poses of the gyro.
+    filmed : sequence of str or None, length n
+        ``ccw``, ``cw`` or None for each pose's run.
+
+    Yields
+    ------
+    str
+        One warning for each such run.
     """
     sign = {"ccw": 1.0, "cw": -1.0}
     runs: dict[str, list[bool]] = {}
@@ -49,7 +70,22 @@ def direction_against_film(poses: PoseSet, filmed: Sequence[str | None]) -> Iter
 
 
 def gain_off_the_sheet(parameters: TriadParameters, spec: TriadSpec, triad: str) -> Iterator[str]:
-    """Gains far from what the data sheet's full scale says."""
+    """Gains far from what the data sheet's full scale says.
+
+    Parameters
+    ----------
+    parameters : TriadParameters
+        Those of the calibration; gains that were not fitted give no warning.
+    spec : TriadSpec
+        The data sheet.
+    triad : str
+        ``accelerometer`` or ``gyroscope``.
+
+    Yields
+    ------
+    str
+        One warning at most, for the axis whose gain is farthest off.
+    """
     if not np.isfinite(parameters.cov[6:, 6:]).all():
         return  # the gains were not fitted: they are the data sheet's
     ratio: FloatArray = parameters.scale_counts_per_unit * spec.nominal_scale

@@ -39,6 +39,15 @@ NORMAL_GRAVITY_SD_M_S2 = 5e-4
 def normal_gravity(latitude_rad: float, height_m: float = 0.0) -> float:
     """Normal gravity of WGS84 on the ellipsoid at ``latitude_rad``, raised by ``height_m``.
 
+    Somigliana's formula and its second-order height correction: NIMA TR8350.2, section 4.
+
+    Parameters
+    ----------
+    latitude_rad : float
+        Geodetic latitude, rad.
+    height_m : float
+        Height above the ellipsoid, m.
+
     Returns
     -------
     float
@@ -66,5 +75,16 @@ def earth_rate_vertical(latitude_rad: float) -> float:
 
 
 def earth_rate_horizontal(latitude_rad: float) -> float:
-    """Horizontal (northward) part of the Earth's rotation, rad/s."""
+    """Horizontal (northward) part of the Earth's rotation, rad/s.
+
+    Parameters
+    ----------
+    latitude_rad : float
+        Geodetic latitude, rad.
+
+    Returns
+    -------
+    float
+        ``EARTH_RATE_RAD_S cos(latitude)``, rad/s.
+    """
     return EARTH_RATE_RAD_S * math.cos(latitude_rad)

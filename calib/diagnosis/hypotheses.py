@@ -108,6 +108,19 @@ def candidate_effects(
     """Effects that could be added to the model of ``fit``: listed, logged columns, the user's.
 
     Of bias, scale and misalignment those are among them that the model lacks.
+
+    Parameters
+    ----------
+    fit : Fit
+    own : sequence of Effect
+        User-defined effects.
+    covariates : sequence of str or None
+        Logged columns that may cause an error; None leaves the choice to :func:`is_cause`.
+
+    Yields
+    ------
+    Effect
+        It acts on the triad of ``fit``; whether the poses can evaluate it is not checked.
     """
     in_model = set(fit.model.names)
     # Without a true vector, a gain would be fitted to what the readings themselves have wrong.

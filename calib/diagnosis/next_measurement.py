@@ -74,7 +74,16 @@ def _in_all_shapes(rival: Rival) -> list[Rival]:
 def best_block(fit: Fit, rivals: Sequence[Rival], full_scale: float = np.inf) -> Advice | None:
     """The block that tells ``rivals`` apart (or makes a single one visible), per minute of work.
 
-    ``full_scale`` of the triad, SI, keeps it to what the sensor can measure.
+    The criterion is the T-optimality of Atkinson and Fedorov (Biometrika 62, 1975).
+
+    Parameters
+    ----------
+    fit : Fit
+        The fit of the poses recorded so far.
+    rivals : sequence of Rival
+        At least one.
+    full_scale : float
+        Of the triad, SI; it keeps the block to what the sensor can measure.
 
     Returns
     -------

@@ -29,7 +29,21 @@ class UnknownEffect(CalibrationError):
 
 
 def find_effect(name: str) -> Effect:
-    """The effect called ``name``; ``column:NAME`` makes a bias that follows the logged column."""
+    """The effect called ``name``; ``column:NAME`` makes a bias that follows the logged column.
+
+    Parameters
+    ----------
+    name : str
+
+    Returns
+    -------
+    Effect
+
+    Raises
+    ------
+    UnknownEffect
+        No effect has this name.
+    """
     if name in EFFECTS:
         return EFFECTS[name]
     if name.startswith("column:") and len(name) > len("column:"):

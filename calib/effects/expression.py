@@ -91,12 +91,24 @@ class Expression:
 
 
 def read_expression(text: str, shapes: Sequence[str] = ()) -> Expression:
-    """Read and check an expression; ``shapes`` are the names of its shape parameters.
+    """Read and check an expression.
+
+    Parameters
+    ----------
+    text : str
+        The expression.
+    shapes : sequence of str
+        The names of its shape parameters.
+
+    Returns
+    -------
+    Expression
 
     Raises
     ------
     BadExpression
-        It is not an expression, uses something that is not allowed, or lacks a shape parameter.
+        It is not an expression, is too long, uses something that is not allowed, lacks a shape
+        parameter, or a shape parameter has a name that means something else.
     """
     if len(text) > LONGEST_EXPRESSION:
         raise BadExpression(

@@ -48,6 +48,17 @@ PARAMETERS: Mapping[Per, tuple[str, ...]] = {
 def shape_between(name: str, unit: str, low: float, high: float) -> Shape:
     """A shape parameter with positive bounds.
 
+    Parameters
+    ----------
+    name, unit : str
+    low, high : float
+        The bounds, in ``unit``.
+
+    Returns
+    -------
+    Shape
+        Its starts divide the bounds by their logarithm (``START_SHARES``).
+
     Raises
     ------
     CalibrationError
@@ -70,12 +81,30 @@ def user_effect(
     triad: Triad | None,
     shape: Shape | None = None,
 ) -> Effect:
-    """An effect made of ``value``, which gives (n, 3) for the conditions of n rows.
+    """An effect made of ``value``.
 
-    ``per``: ``axis``, one parameter for each axis times its own value; ``common``, one for all
-    three; ``matrix``, nine, ``e_k = Σ_j c_kj · value_j``; ``reference``, one on the reference
-    magnitude (the value of the x axis). On the accelerometer the specific force is the very vector
-    that it measures, when it is fitted as when it corrects.
+    On the accelerometer the specific force is the very vector that it measures, when it is fitted
+    as when it corrects.
+
+    Parameters
+    ----------
+    name : str
+    value : Expression or callable
+        Gives (n, 3) for the conditions of n rows, and the shape parameter where there is one.
+    per : str
+        ``axis``, one parameter for each axis times its own value; ``common``, one for all three;
+        ``matrix``, nine, ``e_k = Σ_j c_kj · value_j``; ``reference``, one on the reference
+        magnitude (the value of the x axis).
+    unit : str
+        Of every parameter, ``{u}`` standing for the SI unit of the triad.
+    triad : str or None
+        The triad it is for, None for both.
+    shape : Shape or None
+
+    Returns
+    -------
+    Effect
+        Evaluating it raises :class:`calib.errors.Undetermined` where a Python function fails.
     """
     names, runs = (value.names, value.runs) if isinstance(value, Expression) else ((), ())
     columns = value.columns if isinstance(value, Expression) else ()
@@ -153,6 +182,22 @@ def fault_of_user_effect(effect: Effect, at: Conditions) -> str | None:
     """What is wrong with the columns of a user's effect on these rows, or None.
 
     Checked are finite values, and that every row depends on itself only.
+
+    Parameters
+    ----------
+    effect : Effect
+    at : Conditions
+        Of n rows.
+
+    Returns
+    -------
+    str or None
+        The predicate of a sentence about the effect.
+
+    Raises
+    ------
+    Undetermined
+        The effect's Python function raised, or gives an array of another shape than (n, 3).
     """
     n = len(at)
     columns = effect.evaluate(at)

@@ -195,7 +195,20 @@ def settled(
 
 
 def fit_paper(poses: PoseSet, model: Model, spec: TriadSpec) -> Fit:
-    """Fit bias, scale and misalignment as the paper does.
+    """Fit bias, scale and misalignment as the paper does: Angrisano et al., eqs. (4) to (12).
+
+    Parameters
+    ----------
+    poses : PoseSet
+        All runs of the triad.
+    model : Model
+        Bias, scale and misalignment, in any order.
+    spec : TriadSpec
+        The data sheet; the iteration starts from its values.
+
+    Returns
+    -------
+    Fit
 
     Raises
     ------

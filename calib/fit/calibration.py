@@ -59,7 +59,18 @@ class TriadParameters:
 
 
 def alignment(misalignment_rad: FloatArray) -> FloatArray:
-    """T of eq. (2), shape (3, 3)."""
+    """T of Angrisano et al. eq. (2).
+
+    Parameters
+    ----------
+    misalignment_rad : array, shape (3,)
+        alpha in x, y, z, rad.
+
+    Returns
+    -------
+    array, shape (3, 3)
+        From the sensitive axes to the orthogonal ones.
+    """
     x, y, z = misalignment_rad
     return np.array([[1.0, z, y], [0.0, 1.0, x], [0.0, 0.0, 1.0]])
 
@@ -200,10 +211,19 @@ def calibrate_triad(fit: Fit, spec: TriadSpec) -> TriadCalibration:
 
 
 def uncertainty_budget(calibration: TriadCalibration) -> Mapping[str, FloatArray]:
-    """Sd of misalignment (rad), bias (counts) and scale (counts per unit) by each cause, (3, 3).
+    """Sd of misalignment (rad), bias (counts) and scale (counts per unit) by each cause.
 
-    Columns are x, y, z; NaN for what was not fitted. The squares of the causes add up to that of
-    ``calibration.parameters.sd``.
+    The squares of the causes add up to that of ``calibration.parameters.sd``.
+
+    Parameters
+    ----------
+    calibration : TriadCalibration
+
+    Returns
+    -------
+    mapping of cause to array, shape (3, 3)
+        Rows are misalignment, bias and scale, columns x, y, z; NaN for what was not fitted. The
+        causes are ``NOISE`` and the common errors of the reference.
     """
     fit = calibration.fit
     reference = fit.poses.reference

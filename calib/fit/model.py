@@ -81,7 +81,7 @@ def stack_columns(
 
 
 def pick(model: Model, effects: Sequence[Effect]) -> list[int]:
-    """Positions in theta of the parameters of ``effects``."""
+    """Positions in theta (list of int) of the parameters of ``effects``, in their order."""
     slices = model.slices()
     return [i for e in effects for i in range(slices[e.name].start, slices[e.name].stop)]
 
@@ -121,8 +121,7 @@ def sensor_columns(
     effects : sequence of Effect
     at : Conditions
         Of n rows, with the vectors in orthogonal axes.
-    shapes : mapping
-        Shape parameters by effect.
+    shapes : mapping of effect name to shape parameter
     axes : Axes
         Those of the linear form.
 
@@ -236,7 +235,12 @@ LACKING: Mapping[Need, str] = {
 
 
 def lacking(effect: Effect, at: Conditions) -> tuple[list[Need], list[str]]:
-    """Which needs of ``effect``, and which logged columns, are not complete in ``at``."""
+    """Which needs of ``effect``, and which logged columns, are not complete in ``at``.
+
+    Returns
+    -------
+    needs, columns : list of str
+    """
     fields: Mapping[Need, FloatArray] = {
         "force": at.force,
         "time": at.time_s,

@@ -64,9 +64,21 @@ class PlannedRun:
 
 
 def one_second_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
-    """Sd (3,) that a mean over one second would have, from recorded poses; it falls as 1/√T.
+    """Sd that a mean over one second would have, from recorded poses; it falls as 1/√T.
 
     Correlation of the samples is included, as in the sds of the poses themselves.
+
+    Parameters
+    ----------
+    runs : sequence of sequence of PoseMean
+        The poses of each run.
+    triad : str
+        ``accelerometer`` or ``gyroscope``.
+
+    Returns
+    -------
+    array, shape (3,)
+        Median over the poses, m/s² or rad/s.
     """
     sd = noise_sd(runs, triad)
     duration_s = np.array([mean.duration_s for means in runs for mean in means])
@@ -74,7 +86,18 @@ def one_second_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArra
 
 
 def expected_widening(poses: int) -> float:
-    """Student's factor by which sds known from this many poses will be stated wider."""
+    """Student's factor by which sds known from this many poses will be stated wider.
+
+    Parameters
+    ----------
+    poses : int
+        Number of poses.
+
+    Returns
+    -------
+    float
+        Sd of Student's t, ``sqrt(dof / (dof - 2))``, with the noise's degrees of freedom.
+    """
     dof = NOISE_DOF_PER_POSE * poses
     return float(np.sqrt(dof / max(dof - 2, 1.0)))
 
@@ -84,8 +107,20 @@ def ideal_poses(
 ) -> PoseSet:
     """What a sensor would read in the planned poses, without any error.
 
-    ``sensor`` is what recorded poses tell of its gains and offsets, without it the sensor is as its
-    data sheet says. The sds of ``runs`` are in the nominal units of the readings.
+    Parameters
+    ----------
+    triad : str
+        ``accelerometer`` or ``gyroscope``.
+    runs : sequence of PlannedRun
+        Their sds are in the nominal units of the readings.
+    sensor : Start or None
+        What recorded poses tell of its gains and offsets; without it the sensor is as its data
+        sheet says.
+
+    Returns
+    -------
+    PoseSet
+        With the logged columns that all runs have.
     """
     parts: list[Reference] = []
     for run in runs:

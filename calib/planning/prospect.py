@@ -57,10 +57,27 @@ def prospect_of(
 ) -> Prospect:
     """Judge a plan.
 
+    Parameters
+    ----------
+    poses : PoseSet
+        Ideal poses, or recorded ones.
+    model : Model
+        The model to be fitted.
+    spec : TriadSpec
+        The data sheet.
+    own : sequence of Effect
+        User-defined effects.
+
+    Returns
+    -------
+    Prospect
+
     Raises
     ------
     Undetermined
         The poses would be too few, or not determine the model; the message says what is missing.
+    FitFailed
+        The fit of the poses did not converge.
     """
     fitted = fit(poses, model)
     projector = Projector(fitted)
@@ -179,7 +196,21 @@ class BestPose:
 
 
 def best_pose(triad: Triad, runs: Sequence[PlannedRun], model: Model) -> BestPose:
-    """The natural direction, at a setting of the plan, that adds most information (D-optimal)."""
+    """The natural direction, at a setting of the plan, that adds most information (D-optimal).
+
+    Parameters
+    ----------
+    triad : str
+        ``accelerometer`` or ``gyroscope``.
+    runs : sequence of PlannedRun
+        The plan, at least one run.
+    model : Model
+        The model to be fitted.
+
+    Returns
+    -------
+    BestPose
+    """
     every = natural_directions()
     more = [run.turned(every, run.time_s.max() + 30.0 * np.arange(1, 27)) for run in runs]
     poses = ideal_poses(triad, [*runs, *more])

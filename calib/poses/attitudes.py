@@ -18,7 +18,17 @@ NEAR_COSINE = float(np.cos(np.radians(25.0)))
 
 
 def natural_directions(corners: bool = True) -> FloatArray:
-    """The unit vectors of 6 faces, 12 edges and (``corners``) 8 corners, shape (26 or 18, 3)."""
+    """The unit vectors of 6 faces, 12 edges and (``corners``) 8 corners, in this order.
+
+    Parameters
+    ----------
+    corners : bool
+        Whether the corners are among them.
+
+    Returns
+    -------
+    array, shape (26, 3) or (18, 3)
+    """
     signs = np.array([s for s in product((-1, 0, 1), repeat=3) if any(s)], dtype=float)
     count = np.abs(signs).sum(axis=1)
     chosen = signs[np.argsort(count, kind="stable")]
@@ -28,7 +38,17 @@ def natural_directions(corners: bool = True) -> FloatArray:
 
 
 def direction_name(direction: FloatArray) -> str:
-    """In words: ``+x up``, ``edge between +x and -z up``, ``corner +x -y +z up``."""
+    """In words: ``+x up``, ``edge between +x and -z up``, ``corner +x -y +z up``.
+
+    Parameters
+    ----------
+    direction : array, shape (3,)
+        Unit vector, one of :func:`natural_directions`.
+
+    Returns
+    -------
+    str
+    """
     parts = [
         f"{'+' if value > 0 else '-'}{axis}"
         for axis, value in zip(AXES, direction, strict=True)
@@ -49,7 +69,19 @@ def uncovered(directions: FloatArray, corners: bool = False) -> FloatArray:
 
 
 def list_directions(directions: Iterable[FloatArray], most: int = 6) -> str:
-    """The names of ``directions`` as one phrase, cut after ``most``."""
+    """The names of ``directions`` as one phrase, cut after ``most``.
+
+    Parameters
+    ----------
+    directions : iterable of array, shape (3,)
+        Unit vectors.
+    most : int
+        How many are named; of the others only the number is.
+
+    Returns
+    -------
+    str
+    """
     names = [direction_name(direction) for direction in directions]
     if len(names) <= most:
         return ", ".join(names)

@@ -215,9 +215,22 @@ def average_pose(
     rate_rad_s: float = 0.0,
     largest_shift: Mapping[str, float] = LARGEST_STILL_SHIFT,
 ) -> PoseMean:
-    """Average one pose, still (``rate_rad_s`` 0) or turning at about ``rate_rad_s``.
+    """Average one pose, still or turning.
 
-    ``largest_shift`` is by how much the halves of a still pose may differ, by triad, SI.
+    Parameters
+    ----------
+    log : ImuLog
+        Counts of this pose alone.
+    accelerometer, gyroscope : TriadSpec or None
+        Data sheets; a triad without one is left out.
+    rate_rad_s : float
+        Approximate rate of the plate, 0 for a still pose.
+    largest_shift : mapping of triad to float
+        By how much the halves of a still pose may differ, SI.
+
+    Returns
+    -------
+    PoseMean
 
     Raises
     ------

@@ -205,8 +205,7 @@ class PoseSet:
     def conditions(self, vector: FloatArray, sensed: FloatArray | None = None) -> Conditions:
         """What effects are evaluated on, when the triad's vectors are ``vector`` (n, 3).
 
-        ``sensed`` (n, 3) is what each sensitive axis felt, for the memory of the pose before;
-        ``vector`` where it is not given.
+        ``sensed`` (n, 3), else ``vector``, is what each axis felt, for the memory of a pose before.
         """
         before = self.before
         remembers = (before >= 0) & ~self.reference.is_null[before]  # rest leaves no memory
@@ -243,8 +242,7 @@ class PoseSet:
 class PoseRun:
     """Poses recorded under one reference.
 
-    ``spin_rad_s`` (n,) signed plate rate, 0 where stopped; ``expected`` (n, 3) what null poses
-    read.
+    ``spin_rad_s`` (n,) signed plate rate, 0 if stopped; ``expected`` (n, 3) null poses' readings.
     """
 
     name: str
@@ -260,10 +258,15 @@ def pose_set(
     origin_s: float,
     correct_force: Callable[[Conditions], FloatArray] | None = None,
 ) -> PoseSet:
-    """All runs of one triad as one set, to be fitted jointly.
+    """All runs of one triad as one set, to be fitted jointly; its times count from ``origin_s``.
 
     ``correct_force`` is the calibration of the accelerometer, by which its nominal readings become
     the specific force that effects on the gyro depend on; without it they stand as they are.
+
+    Raises
+    ------
+    Undetermined
+        An axis gives the very same value in all poses of a run.
     """
     for run in runs:
         check_alive(run.means, triad, run.name)

@@ -64,10 +64,23 @@ def gravity_run(
 ) -> PoseRun:
     """Poses of the accelerometer under gravity.
 
+    Parameters
+    ----------
+    name : str
+        Name of the run.
+    means : sequence of PoseMean, length n
+        The poses; where the gyro turns, its rate becomes ``spin_rad_s``.
+    gravity_m_s2, sd_m_s2 : float
+        Local gravity and its sd, m/s².
+
+    Returns
+    -------
+    PoseRun
+
     Raises
     ------
     Undetermined
-        Readings that are nowhere near gravity by the data sheet.
+        Readings that are nowhere near gravity by the data sheet, or poses without accelerometer.
     """
     readings = np.array([mean.accelerometer.mean for mean in means])
     _check_logged(name, means, readings, "accelerometer")
@@ -96,10 +109,23 @@ def gravity_run(
 def turning_run(means: Sequence[PoseMean], rate: PlateRate, latitude_rad: float | None) -> PoseRun:
     """Poses of the gyro on the turning plate; the Earth's vertical rate belongs to the reference.
 
+    Parameters
+    ----------
+    means : sequence of PoseMean, length n
+    rate : PlateRate
+        The measured rate, one for the run or one per pose.
+    latitude_rad : float or None
+        Geodetic latitude, rad; without it the Earth's rate is a common error.
+
+    Returns
+    -------
+    PoseRun
+
     Raises
     ------
     Undetermined
-        The gyro does not turn, or turns at quite another rate than the plate.
+        The gyro does not turn, turns at quite another rate than the plate, or was not logged; or
+        the number of rates is neither 1 nor n.
     """
     n = len(means)
     readings = np.array([mean.gyroscope.mean for mean in means])
@@ -144,10 +170,22 @@ def stopped_run(name: str, means: Sequence[PoseMean], latitude_rad: float | None
     Its vertical part is known where the latitude and the accelerometer are; the horizontal part
     points anywhere and goes into the sd.
 
+    Parameters
+    ----------
+    name : str
+        Name of the run.
+    means : sequence of PoseMean, length n
+    latitude_rad : float or None
+        Geodetic latitude, rad.
+
+    Returns
+    -------
+    PoseRun
+
     Raises
     ------
     Undetermined
-        The gyro turns.
+        The gyro turns, or was not logged.
     """
     n = len(means)
     readings = np.array([mean.gyroscope.mean for mean in means])

@@ -129,7 +129,21 @@ def _best(
 
 
 def quiet_level(variance: FloatArray) -> float:
-    """The most common variance among the quieter half: the half-sample mode of its logarithm."""
+    """The most common variance among the quieter half: the half-sample mode of its logarithm.
+
+    The halving is that of Robertson and Cryer (JASA 69, 1974); it ends at 50 values, with their
+    median.
+
+    Parameters
+    ----------
+    variance : array, shape (n,)
+        Variances of the windows, in any unit.
+
+    Returns
+    -------
+    float
+        In the same unit; 0 where no variance is positive.
+    """
     positive = variance[variance > 0]
     if positive.size == 0:
         return 0.0
@@ -175,7 +189,17 @@ def _no_pose(triad: DecidingTriad, rests: Sequence[Rest]) -> str:
 
 
 def list_stops(stops: Sequence[tuple[str, str]]) -> str:
-    """Stops as one phrase, those with the same reason together."""
+    """Stops as one phrase, those with the same reason together.
+
+    Parameters
+    ----------
+    stops : sequence of (str, str)
+        When each stop was, and the reason why it was left out.
+
+    Returns
+    -------
+    str
+    """
     reasons = dict.fromkeys(reason for _, reason in stops)
     return "; ".join(
         f"{', '.join(span for span, why in stops if why == reason)}: {reason}"

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from calib.consistency import direction_against_film, gain_off_the_sheet, turning_while_still
+from calib.consistency import direction_against_clip, gain_off_the_sheet, turning_while_still
 from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
@@ -174,7 +174,7 @@ def calibrate_gyroscope(
     return replace(
         result,
         frame=frame_rotation(result.calibration.fit, beside),
-        warnings=(*result.warnings, *direction_against_film(poses, filmed)),
+        warnings=(*result.warnings, *direction_against_clip(poses, filmed)),
     )
 
 
