@@ -2,7 +2,8 @@
 
     python -m tests.bench.bench_diagnose
 
-Medians of wall time for clean sessions, one hidden effect and two, where refits decide.
+Medians of wall time for sessions with no hidden effect, one, two and three, beside one fit of the
+same rows: a diagnosis is a search through refits, and its time over that of a fit is what it costs.
 """
 
 from calib.diagnosis.diagnose import diagnose
@@ -28,7 +29,7 @@ SEED = 2
 def main() -> None:
     """Print the table."""
     listed = sum("gyroscope" in effect.triads for effect in EFFECTS.values())
-    print(f"{listed} listed effects; median ms of a whole diagnosis")
+    print(f"{listed} listed effects; median ms of one fit, of a whole diagnosis, ratio")
     for name in ("rich", "paper"):
         design = DESIGNS[name]()
         for names in HIDDEN:
@@ -37,10 +38,11 @@ def main() -> None:
             base = fit(poses, Model.of(BASE))
             rows = base.equations.data_count
             whole = median_ms(lambda f=base: diagnose(f), 15)  # type: ignore[misc]
+            one = median_ms(lambda p=poses: fit(p, Model.of(BASE)), 15)  # type: ignore[misc]
             said = diagnose(base)
             print(
                 f"{name:6s} {rows:4d} rows, hidden {' + '.join(names) or 'nothing':42s}: "
-                f"{whole:6.1f}  {said.verdict} {'/'.join(said.group)}"
+                f"{one:5.1f} {whole:6.1f} {whole / one:5.0f} x  {said.verdict} {'/'.join(said.group)}"
             )
 
 
