@@ -1,10 +1,12 @@
 """How long one diagnosis takes: 126 rows, every listed effect.
 
-    python -m tests.bench.bench_diagnose
+    OPENBLAS_NUM_THREADS=1 python -m tests.bench.bench_diagnose
 
 Medians of wall time for sessions with no hidden effect, one, two and three, beside one fit of the
 same rows: a diagnosis is a search through refits, and its time over that of a fit is what it costs.
 """
+
+from functools import partial
 
 from calib.diagnosis.diagnose import diagnose
 from calib.effects.catalogue import BASE
@@ -37,12 +39,13 @@ def main() -> None:
             poses = poses_of(design, SEED, "gyroscope", [e for e in effects if e is not None])
             base = fit(poses, Model.of(BASE))
             rows = base.equations.data_count
-            whole = median_ms(lambda f=base: diagnose(f), 15)  # type: ignore[misc]
-            one = median_ms(lambda p=poses: fit(p, Model.of(BASE)), 15)  # type: ignore[misc]
+            whole = median_ms(partial(diagnose, base), 15)
+            one = median_ms(partial(fit, poses, Model.of(BASE)), 15)
             said = diagnose(base)
+            hidden = " + ".join(names) or "nothing"
             print(
-                f"{name:6s} {rows:4d} rows, hidden {' + '.join(names) or 'nothing':42s}: "
-                f"{one:5.1f} {whole:6.1f} {whole / one:5.0f} x  {said.verdict} {'/'.join(said.group)}"
+                f"{name:6s} {rows:4d} rows, hidden {hidden:42s}: {one:5.1f} {whole:6.1f} "
+                f"{whole / one:5.0f} x  {said.verdict} {'/'.join(said.group)}"
             )
 
 
