@@ -31,6 +31,7 @@ from calib.effects.effect import Effect
 from calib.fit.result import Fit
 
 RIVALS_COMPARED = 4
+"""Of a class, at most: a limit of time, since a block of poses is judged for every pair."""
 
 
 @dataclass(frozen=True)

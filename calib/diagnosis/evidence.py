@@ -19,6 +19,8 @@ from calib.poses.imu_log import FloatArray
 
 TAUS = 2.0 ** np.arange(CONSTANTS.octaves_of_size)
 SWEEPS = 2
+"""Times that the size of each effect is chosen anew beside the others'; not tuned."""
+
 NOISE_RANGE = float(np.log(TAUS[-1] / CONSTANTS.least_noise))
 
 

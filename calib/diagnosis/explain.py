@@ -22,7 +22,8 @@ SIGNS: Mapping[Standing, str] = {"good": "✓", "act": "!", "open": "?"}
 """A sign beside the word, since colour alone says nothing."""
 
 LEAST_FALL_PERCENT = 5.0
-"""Fall of the leave-one-out error from which the nearest listed effect is worth trying."""
+"""Fall of the leave-one-out error from which the nearest listed effect is worth trying: it
+chooses words only, and no bench tunes it."""
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,12 @@ from calib.diagnosis.hypotheses import Hypothesis
 from calib.diagnosis.sets import Entry, Key, Search, with_refit
 
 LEADING = 6
-"""Sets among which the leading one is looked for, those of one class counted together."""
+"""Sets among which the leading one is looked for, those of one class counted together: a
+limit of time."""
 
 REFUTED = 10.0
-"""Log odds by which an alias falls short, at its own refit, to be no longer believed."""
+"""Log odds by which an alias falls short, at its own refit, to be no longer believed. Chosen as
+far beyond any odds that the verdict names by; its half and double are not measured."""
 
 IN_TIME = ("jump", "~time_s", "wander")
 """Names that all say: the bias has a course in time."""
