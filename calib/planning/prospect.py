@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.diagnosis.hypotheses import candidate_effects
-from calib.diagnosis.signature import Projector, Signature, are_aliases, effect_columns
+from calib.diagnosis.hypotheses.listed import candidate_effects
+from calib.diagnosis.hypotheses.signature import Projector, Signature, are_aliases, effect_columns
 from calib.effects.effect import Effect
 from calib.fit.calibration import triad_parameters
 from calib.fit.identifiability import scaled_condition
