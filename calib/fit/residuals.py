@@ -20,17 +20,15 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.fit.initial_estimate import start_of
-from calib.fit.model import (
+from calib.fit.model import Model, pick, stack_columns
+from calib.fit.sensitive_axes import (
     ALIGNED,
     Axes,
-    Model,
     axes_of,
     follows_vector,
-    pick,
     sensor_columns,
     sensor_slope,
     solve_sensor,
-    stack_columns,
 )
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, IntArray

@@ -16,8 +16,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from calib.effects.effect import Effect, Need
+from calib.effects.needs import lacking
 from calib.errors import Undetermined, UnusableLog
-from calib.fit.model import Correction, Model, lacking, pick
+from calib.fit.correction import Correction
+from calib.fit.model import Model, pick
 from calib.poses.conditions import OTHER_TRIAD, Conditions
 from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.logs.write import LARGEST, csv_rows

@@ -18,13 +18,8 @@ from calib.poses.attitudes import natural_directions
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.pose_set import (
-    CommonError,
-    PoseSet,
-    Reference,
-    constant_reference,
-    join_references,
-)
+from calib.poses.pose_set import PoseSet
+from calib.poses.reference import CommonError, Reference, constant_reference, join_references
 
 MODEL = Model.of(BASE)
 SPECS = {

@@ -15,7 +15,7 @@ from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.signature import effect_vectors, square_vectors
 from calib.effects.catalogue import BASE
 from calib.effects.effect import EFFECTS, Effect, column_effect
-from calib.fit.model import unavailable
+from calib.effects.needs import unavailable
 from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet

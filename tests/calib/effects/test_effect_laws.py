@@ -7,9 +7,11 @@ import pytest
 
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import EFFECTS, REFERENCE_TEMPERATURE_C, Effect
+from calib.effects.needs import unavailable
 from calib.errors import Undetermined
-from calib.fit.model import ALIGNED, Model, pick, solve_sensor, stack_columns, unavailable
+from calib.fit.model import Model, pick, stack_columns
 from calib.fit.residuals import Equations
+from calib.fit.sensitive_axes import ALIGNED, solve_sensor
 from calib.fit.solver import fit
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import TRIADS, FloatArray, Triad
