@@ -11,7 +11,18 @@ from calib.poses.pose_set import PoseSet
 
 
 def unavailable(effect: Effect, poses: PoseSet) -> str | None:
-    """Why ``effect`` cannot be evaluated on these poses, or None when it can."""
+    """Why ``effect`` cannot be evaluated on these poses, or None when it can.
+
+    Parameters
+    ----------
+    effect : Effect
+    poses : PoseSet
+
+    Returns
+    -------
+    str or None
+        In words that end a sentence which names the effect.
+    """
     at = poses.conditions(poses.reading)
     if np.isfinite(effect.evaluate(at)).all():
         return None
@@ -30,9 +41,19 @@ LACKING: Mapping[Need, str] = {
 def lacking(effect: Effect, at: Conditions) -> tuple[list[Need], list[str]]:
     """Which needs of ``effect``, and which logged columns, are not complete in ``at``.
 
+    Parameters
+    ----------
+    effect : Effect
+    at : Conditions
+        Of the n poses, or of the n samples of a log, that it is to be evaluated on.
+
     Returns
     -------
-    needs, columns : list of str
+    needs : list of str
+        Of :data:`calib.effects.effect.Need`, those that are NaN or infinite in a row; none where
+        the effect can be evaluated.
+    columns : list of str
+        Logged columns that it reads and that have no number in a row.
     """
     fields: Mapping[Need, FloatArray] = {
         "force": at.force,

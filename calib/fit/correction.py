@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.fit.model import Model, pick, stack_columns
+from calib.fit.model import Model, stack_columns
 from calib.fit.sensitive_axes import axes_of, solve_sensor
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec
@@ -22,8 +22,14 @@ from calib.poses.imu_log import FloatArray
 class Correction:
     """What is needed to correct the readings of one triad, and nothing else.
 
-    ``theta`` (p,) are the fitted parameters of ``model`` and ``shapes`` its shape parameters;
-    ``spec`` turns counts into the nominal readings they act on.
+    Parameters
+    ----------
+    spec : TriadSpec
+        The data sheet by which counts became the nominal readings that the parameters act on.
+    model : Model
+    theta : array, shape (p,)
+        Its fitted parameters, in the units of :meth:`calib.effects.effect.Effect.unit_for`.
+    shapes : mapping of effect name to shape parameter
     """
 
     spec: TriadSpec
@@ -38,19 +44,34 @@ class Correction:
         effects = self.model.acting_on("reading")
         s = probes
         if effects:
-            s = probes - stack_columns(effects, at, {}) @ self.theta[pick(self.model, effects)]
+            s = probes - stack_columns(effects, at, {}) @ self.theta[self.model.positions(effects)]
         return np.asarray((s[1:] - s[0]).T), np.asarray(s[0])
 
     def correct(self, at: Conditions) -> FloatArray:
-        """Corrected vectors for nominal readings ``at.vector`` and their conditions, (n, 3).
+        """Corrected vectors of nominal readings.
 
         Effects on the reference are left out: they are errors of the bench, not of the sensor.
+
+        Parameters
+        ----------
+        at : Conditions
+            ``at.vector`` (n, 3) are the nominal readings, SI.
+
+        Returns
+        -------
+        array, shape (n, 3)
+            In the orthogonal axes of the triad, SI.
+
+        Raises
+        ------
+        FitFailed
+            The effects are so large that no true vector belongs to a reading.
         """
         matrix, offset = self.linear_form()
         s = at.vector @ matrix.T + offset
         sensor = self.model.acting_on("sensor")
         if not sensor:
             return np.asarray(s)
-        theta = self.theta[pick(self.model, sensor)]
+        theta = self.theta[self.model.positions(sensor)]
         axes = axes_of(matrix)
         return solve_sensor(sensor, theta, self.shapes, lambda v: replace(at, vector=v), s, axes)

@@ -1,4 +1,11 @@
-"""A model is a sum of effects that are fitted jointly."""
+"""A model is a sum of effects that are fitted jointly.
+
+With y the nominal reading and s the corrected vector:
+
+    v = y - E(y) theta_reading            the linear form M y + c of Angrisano et al. eq. (1)
+    s + C(s) theta_sensor = v             :mod:`calib.fit.sensitive_axes`
+    m + D theta_reference                 the reference magnitude
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,13 +21,41 @@ from calib.poses.imu_log import FloatArray
 
 @dataclass(frozen=True)
 class Model:
-    """Effects fitted jointly. ``model + effect`` and ``model - name`` give new models."""
+    """Effects fitted jointly. ``model + effect`` and ``model - name`` give new models.
+
+    Parameters
+    ----------
+    effects : tuple of Effect
+        Their k parameters each stand one after another in theta (p,), in this order; shape
+        parameters are not among them.
+
+    Raises
+    ------
+    CalibrationError
+        By ``+``: an effect of that name is already in the model.
+    """
 
     effects: tuple[Effect, ...]
 
     @classmethod
     def of(cls, names: Sequence[str], extra: Mapping[str, Effect] | None = None) -> "Model":
-        """The model of these effect names; ``extra`` holds users' own effects by name."""
+        """The model of these effect names.
+
+        Parameters
+        ----------
+        names : sequence of str
+        extra : mapping of name to Effect, optional
+            Users' effects; they go before the catalogue's.
+
+        Returns
+        -------
+        Model
+
+        Raises
+        ------
+        UnknownEffect
+            A name that neither ``extra`` nor the catalogue has.
+        """
         extra = extra or {}
         return cls(tuple(extra[name] if name in extra else find_effect(name) for name in names))
 
@@ -54,15 +89,46 @@ class Model:
         """The effects that act on ``reading``, ``sensor`` or ``reference``."""
         return tuple(effect for effect in self.effects if effect.acts_on == place)
 
+    def positions(self, effects: Sequence[Effect]) -> list[int]:
+        """Where the parameters of ``effects`` stand in theta, one after another.
+
+        Parameters
+        ----------
+        effects : sequence of Effect
+            Each of them in the model.
+
+        Returns
+        -------
+        list of int
+            Indices into theta (p,), k for every effect of k parameters, in the order of
+            ``effects``.
+
+        Raises
+        ------
+        KeyError
+            One of them is not in the model.
+        """
+        slices = self.slices()
+        return [i for e in effects for i in range(slices[e.name].start, slices[e.name].stop)]
+
 
 def stack_columns(
     effects: Sequence[Effect], at: Conditions, shapes: Mapping[str, float]
 ) -> FloatArray:
-    """Columns of several sensor-side effects side by side, shape (n, 3, k)."""
+    """Columns of several effects on the reading or the sensor side by side.
+
+    Parameters
+    ----------
+    effects : sequence of Effect
+        At least one.
+    at : Conditions
+        Of n poses or samples, SI.
+    shapes : mapping of effect name to shape parameter
+        An effect that is not in it is evaluated at its first start.
+
+    Returns
+    -------
+    array, shape (n, 3, k)
+        Error of the vector, SI, per unit of each of the k parameters of all effects.
+    """
     return np.concatenate([e.evaluate(at, shapes.get(e.name)) for e in effects], axis=2)
-
-
-def pick(model: Model, effects: Sequence[Effect]) -> list[int]:
-    """Positions in theta (list of int) of the parameters of ``effects``, in their order."""
-    slices = model.slices()
-    return [i for e in effects for i in range(slices[e.name].start, slices[e.name].stop)]

@@ -159,7 +159,17 @@ class PoseSet:
 class PoseRun:
     """Poses recorded under one reference.
 
-    ``spin_rad_s`` (n,) signed plate rate, 0 if stopped; ``expected`` (n, 3) null poses' readings.
+    Parameters
+    ----------
+    name : str
+        What messages call the run.
+    means : sequence of PoseMean, length n
+    reference : Reference
+        Magnitudes of the n poses.
+    spin_rad_s : array, shape (n,)
+        Plate rate, positive counter-clockwise seen from above; 0 when stopped.
+    expected : array, shape (n, 3)
+        What a null pose should read, SI.
     """
 
     name: str
@@ -175,15 +185,31 @@ def pose_set(
     origin_s: float,
     correct_force: Callable[[Conditions], FloatArray] | None = None,
 ) -> PoseSet:
-    """All runs of one triad as one set, to be fitted jointly; its times count from ``origin_s``.
+    """All runs of one triad as one set, to be fitted jointly.
 
-    ``correct_force`` is the calibration of the accelerometer, by which its nominal readings become
-    the specific force that effects on the gyro depend on; without it they stand as they are.
+    Parameters
+    ----------
+    triad : str
+        ``accelerometer`` or ``gyroscope``.
+    runs : sequence of PoseRun
+    origin_s : float
+        When the session began, on the clock of the logs; the poses' times count from there.
+    correct_force : callable, optional
+        The calibration of the accelerometer, from conditions with its nominal readings (n, 3) to
+        the specific force (n, 3) in m/s², on which effects on the gyroscope depend. Without it
+        the nominal readings stand.
+
+    Returns
+    -------
+    PoseSet
+        The n poses of all runs, in their order, with the logged columns that all of them have.
 
     Raises
     ------
     Undetermined
         An axis gives the very same value in all poses of a run.
+    FitFailed
+        By ``correct_force``: its effects are larger than the readings.
     """
     for run in runs:
         check_alive(run.means, triad, run.name)

@@ -13,7 +13,15 @@ RowIndex = IntArray | BoolArray | slice | Sequence[int]
 
 @dataclass(frozen=True)
 class CommonError:
-    """One error shared by all poses that name it; ``sd`` is in the unit of the magnitude."""
+    """One error shared by all poses that name it.
+
+    Parameters
+    ----------
+    name : str
+        Errors of the same name are the same error, also in other runs.
+    sd : float
+        In the unit of the magnitude, m/s² or rad/s.
+    """
 
     name: str
     sd: float
@@ -64,7 +72,22 @@ class Reference:
 def constant_reference(
     n: int, magnitude: float, common: Sequence[CommonError], sd: float = 0.0
 ) -> Reference:
-    """The same magnitude for ``n`` poses, its errors all in common."""
+    """The same magnitude for ``n`` poses.
+
+    Parameters
+    ----------
+    n : int
+    magnitude : float
+        m/s² or rad/s.
+    common : sequence of CommonError
+        The errors that all n share.
+    sd : float
+        The part of its sd that each pose has for itself, in the unit of the magnitude.
+
+    Returns
+    -------
+    Reference
+    """
     return Reference(
         np.full(n, magnitude),
         np.full(n, sd),

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from calib.effects.catalogue import BASE
-from calib.fit.model import Model, pick
+from calib.fit.model import Model
 from calib.fit.residuals import Equations
 from calib.poses.attitudes import natural_directions
 from calib.poses.conditions import Conditions
@@ -117,7 +117,7 @@ def read_through(
     reference = model.acting_on("reference")
     if reference:
         columns = np.concatenate([e.evaluate(at) for e in reference], axis=1)
-        size = poses.reference.magnitude + columns @ theta[pick(model, reference)]
+        size = poses.reference.magnitude + columns @ theta[model.positions(reference)]
         gain = size / np.where(turning, poses.reference.magnitude, 1)
         true = np.where(turning[:, None], true * gain[:, None], poses.expected)
     matrix, offset = linear_form(model, theta)
