@@ -35,13 +35,22 @@ HOME = {
 }
 #: Which of our packages each may import besides itself.
 MAY_IMPORT = {"pipeline": {"vision", "calib"}, "vision": set(), "calib": set()}
-#: The way of the data inside each package: a room imports from its own floor's room and from the
-#: floors before it, never from one after it. Rooms in one tuple do not import each other.
+#: The way of the data inside a folder: a room imports from itself and from the floors before it,
+#: never from one after it. Rooms in one tuple do not import each other.
 FLOORS = {
     "calib": [
         ("errors", "earth"), ("poses",), ("effects",), ("fit",),
         ("diagnosis", "mounting", "consistency", "certificate"), ("planning",),
     ],
+    "calib.diagnosis": [
+        ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
+        ("diagnose",),
+    ],
+    "calib.diagnosis.hypotheses": [("signature",), ("listed",), ("unlisted",)],
+    "calib.diagnosis.search": [
+        ("evidence",), ("table", "refit"), ("sets",), ("expansion", "odds"),
+    ],
+    "calib.diagnosis.verdict": [("decision", "ranking", "wording"), ("explain",)],
     "vision": [
         ("geometry", "orientation"), ("phase_track",), ("errors",), ("video", "camera"),
         ("plate", "rate"), ("tracking",),
@@ -90,15 +99,21 @@ def test_packages_import_only_what_they_may(module: str) -> None:
     assert ours <= {package} | MAY_IMPORT[package]
 
 
-@pytest.mark.parametrize("module", [name for name in FILES if "." in name])
-def test_inside_a_package_imports_follow_the_way_of_the_data(module: str) -> None:
-    package, room = module.split(".")[:2]
-    floor = {name: i for i, rooms in enumerate(FLOORS[package]) for name in rooms}
-    for target, name in imports(TREES[module]):
-        if target.split(".")[0] != package:
+@pytest.mark.parametrize("folder", FLOORS)
+def test_inside_a_folder_imports_follow_the_way_of_the_data(folder: str) -> None:
+    floor = {name: i for i, rooms in enumerate(FLOORS[folder]) for name in rooms}
+    depth = folder.count(".") + 1
+    inside = {name.split(".")[depth] for name in FILES if name.startswith(f"{folder}.")}
+    assert inside == set(floor)
+    for module in FILES:
+        if not module.startswith(f"{folder}."):
             continue
-        other = target.split(".")[1] if "." in target else str(name)
-        assert other == room or floor[other] < floor[room], f"{module} imports {target}"
+        room = module.split(".")[depth]
+        for target, name in imports(TREES[module]):
+            if not begins(target, folder):
+                continue
+            other = str(name) if target == folder else target.split(".")[depth]
+            assert other == room or floor[other] < floor[room], f"{module} imports {target}"
 
 
 @pytest.mark.parametrize("module", FILES)
