@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from calib.errors import Remedy, Undetermined, UnusableLog
+from calib.poses.creep import creep_rate
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import (
     AXES,
@@ -67,7 +68,10 @@ class TriadMean:
 
 @dataclass(frozen=True, eq=False)
 class PoseMean:
-    """One averaged pose: both triads, the time it was taken and every logged column."""
+    """One averaged pose: both triads, the time it was taken and every logged column.
+
+    ``creep_rad_s`` is how fast it turned although at rest, as far as gravity shows that.
+    """
 
     label: str
     accelerometer: TriadMean
@@ -75,6 +79,7 @@ class PoseMean:
     time_s: float
     duration_s: float
     columns: dict[str, float]
+    creep_rad_s: float = 0.0
 
 
 _NOT_LOGGED = TriadMean(*(np.full(3, np.nan) for _ in range(4)))
@@ -245,7 +250,8 @@ def average_pose(
             f"{log.label}: {n} samples, at least {SHORTEST_SAMPLES} expected in a pose. Log each "
             f"pose for some seconds."
         )
-    means = []
+    means, creep_rad_s = [], 0.0
+    duration_s = float(log.time_s[n - 1] - log.time_s[0])
     for triad, spec in zip(TRIADS, (accelerometer, gyroscope), strict=True):
         if spec is None or not log.has(triad):
             means.append(_NOT_LOGGED)
@@ -256,6 +262,8 @@ def average_pose(
         if rate_rad_s == 0:
             _check_still(log.label, triad, values, largest_shift[triad])
             rest = values
+            if triad == "accelerometer":
+                creep_rad_s = creep_rate(batch_means(values, BATCHES), duration_s)
         else:
             rest = _without_harmonics(values, log.time_s[:n], abs(rate_rad_s))
             if triad == "gyroscope":
@@ -275,8 +283,9 @@ def average_pose(
         accelerometer=means[0],
         gyroscope=means[1],
         time_s=float(log.time_s[:n].mean()),
-        duration_s=float(log.time_s[n - 1] - log.time_s[0]),
+        duration_s=duration_s,
         columns={name: float(values[:n].mean()) for name, values in log.columns.items()},
+        creep_rad_s=creep_rad_s,
     )
 
 
