@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from calib.errors import Remedy, Undetermined, UnusableLog
+from calib.poses.batches import BATCHES, COARSE_BATCHES, batch_means, batch_variance
 from calib.poses.creep import creep_rate
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import (
@@ -26,10 +27,6 @@ from calib.poses.imu_log import (
     ImuLog,
     Triad,
 )
-
-BATCHES = 6
-COARSE_BATCHES = BATCHES // 2
-"""Long enough stretches to hold most of the correlation, enough of them to show a scatter."""
 
 SHORT_BATCHES = 2 * BATCHES
 MEDIAN_OF_NORMAL = 0.6745
@@ -83,17 +80,6 @@ class PoseMean:
 
 
 _NOT_LOGGED = TriadMean(*(np.full(3, np.nan) for _ in range(4)))
-
-
-def batch_means(values: FloatArray, count: int) -> FloatArray:
-    """Means of ``count`` equal stretches of ``values`` (t, k), shape (count, k)."""
-    length = len(values) // count
-    return np.asarray(values[: count * length].reshape(count, length, -1).mean(axis=1))
-
-
-def batch_variance(values: FloatArray, count: int) -> FloatArray:
-    """Variance of the mean of each column of ``values`` (t, k) from ``count`` batches, (k,)."""
-    return np.asarray(batch_means(values, count).var(axis=0, ddof=1) / count)
 
 
 def value_steps(values: FloatArray) -> FloatArray:

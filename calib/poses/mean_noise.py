@@ -14,7 +14,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import polygamma
 
-from calib.poses.averaging import BATCHES, COARSE_BATCHES, PoseMean, TriadMean
+from calib.poses.averaging import PoseMean, TriadMean
+from calib.poses.batches import BATCHES, COARSE_BATCHES
 from calib.poses.imu_log import FloatArray, Triad
 
 OWN_DOF = BATCHES - 1
@@ -94,9 +95,9 @@ def pooled_sd(means: Sequence[PoseMean], triad: Triad) -> FloatArray:
     duration = np.array([mean.duration_s for mean in means])[:, None]
     typical = np.median(variance * duration, axis=0) * OWN_DOF / MEDIAN_OF_CHI2_5 / duration
     shared = shared_dof(variance / np.maximum(typical, np.finfo(float).tiny))
-    own = OWN_DOF / (OWN_DOF + shared)
+    weight = OWN_DOF / (OWN_DOF + shared)
     student = 1 / (1 - 2 / (OWN_DOF + shared))
-    disturbed = student * (own * variance + (1 - own) * typical)
+    disturbed = student * (weight * variance + (1 - weight) * typical)
     return np.asarray(np.sqrt(np.maximum(disturbed, typical)))
 
 
