@@ -25,7 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     typed = list(sys.argv[1:] if arguments is None else arguments)
     if typed in ([], ["-h"], ["--help"]) and COMPLETION not in os.environ:
         return _print_front_page()
-    from pipeline.terminal import shown_streams, terminated_as_interrupted
+    from pipeline.console.terminal import shown_streams, terminated_as_interrupted
 
     with shown_streams() as output, terminated_as_interrupted():
         code = _run(typed)
