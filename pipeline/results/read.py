@@ -13,7 +13,7 @@ from calib.effects.effect import Effect
 from calib.errors import CalibrationError
 from calib.fit.calibration import alignment, triad_parameters
 from calib.fit.correction import Correction
-from calib.fit.model import Model, pick
+from calib.fit.model import Model
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from pipeline.errors import UnreadableInput
@@ -193,7 +193,7 @@ def _require_agreement(triad: StoredTriad) -> None:
         if not np.allclose(getattr(triad, key), getattr(expected, key), rtol=ROUNDING, atol=1e-12):
             raise ValueError(f"{triad.triad}.parameters.{key} is not that of correction.theta")
     for name, entry in triad.effects.items():
-        of_effect = theta[pick(model, [each for each in model.effects if each.name == name])]
+        of_effect = theta[model.positions([each for each in model.effects if each.name == name])]
         values = _array(entry["values"])[: len(of_effect)]
         if not np.allclose(values, of_effect, rtol=ROUNDING, atol=0, equal_nan=True):
             raise ValueError(f"{triad.triad}.effects.{name} is not that of correction.theta")
