@@ -9,8 +9,9 @@ import yaml
 
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import EFFECTS
-from pipeline.config.load import Config, load_config, triad_spec
+from pipeline.config.load import Config, load_config
 from pipeline.config.schema import KnownRateSection, VideoRateSection
+from pipeline.config.sensor import triad_spec
 from pipeline.config.template import template_text
 from pipeline.errors import ConfigError, MissingFiles, exit_code_of
 from tests.paths import SHARED
@@ -208,7 +209,8 @@ MISTAKES = [
      "found 'yes', expected a whole number"),
     ("bits: 16, encoding: offset-binary}\nrate", "bits: true, encoding: offset-binary}\nrate", 5,
      "found true, expected a whole number"),
-    ("offset-binary}\nrate", "offset_binary}\nrate", 5, "'offset-binary' or 'twos-complement'"),
+    ("offset-binary}\nrate", "offset_binary}\nrate", 5,
+     "'offset-binary', 'twos-complement' or 'unsigned-twos-complement'"),
     ("full_scale_deg_s: 150", "unit: deg_s", 5, "only for logs in counts"),
     ("clip.mp4", "clop.mp4", 8, "rate.slow.video: there is no file 'clop.mp4' .did you mean 'clip"),
     ("clip.mp4", "acc", 8, "'acc' is a folder"),
@@ -237,7 +239,7 @@ MISTAKES = [
     ("[gyr/b.csv, gyr/a.csv]", "[gyr/b.csv, gyr/b.csv]", 21, "b.csv is named twice"),
     ("[gyr/b.csv, gyr/a.csv]", "[gyr/b.csv, 3]", 21, "found 3, a file's name or pattern"),
     ("sample_rate_hz: 100", "find: still", 22, "only for `log`"),
-    (", sample_rate_hz: 100", "", 22, "time_s is missing"),
+    ("[time_s, acc_x, acc_y, acc_z]", "[acc_x, acc_y, acc_z]", 25, "time_s is missing"),
     ("[time_s, acc_x, acc_y, acc_z]", "[time_s, acc_x, acc_y]", 25, "acc_z missing beside"),
     ("        find: still\n", "", 23, "find: is missing"),
     ("[1, 2, 3]", "[1, 2, x]", 29, "found 'x', expected a number"),
