@@ -12,21 +12,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.explain import Explanation, explain
-from calib.diagnosis.hypotheses import Hypothesis, causes, listed_hypotheses
-from calib.diagnosis.next_measurement import Advice, Rival, best_block
-from calib.diagnosis.odds import Inclusion, Odds, odds_of
-from calib.diagnosis.ranking import Candidate, rank
-from calib.diagnosis.search import search
-from calib.diagnosis.sets import Search
-from calib.diagnosis.unlisted import (
+from calib.diagnosis.hypotheses.listed import Hypothesis, causes, listed_hypotheses
+from calib.diagnosis.hypotheses.unlisted import (
     bad_pose_hypotheses,
     plate_hypotheses,
     step_hypotheses,
     unknown_hypotheses,
     wander_hypotheses,
 )
-from calib.diagnosis.verdict import Code, Verdict, reach_verdict
+from calib.diagnosis.next_measurement.advice import Advice, Rival, best_block
+from calib.diagnosis.search.expansion import search
+from calib.diagnosis.search.odds import Inclusion, Odds, odds_of
+from calib.diagnosis.search.sets import Search
+from calib.diagnosis.verdict.decision import Code, Verdict, reach_verdict
+from calib.diagnosis.verdict.explain import Explanation, explain
+from calib.diagnosis.verdict.ranking import Candidate, rank
 from calib.effects.effect import Effect
 from calib.fit.result import Fit
 

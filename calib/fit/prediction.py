@@ -11,11 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.fit.calibration import TriadCalibration
-from calib.fit.model import axes_of, sensor_columns
 from calib.fit.residuals import Equations
+from calib.fit.sensitive_axes import axes_of, sensor_columns
 from calib.poses.attitudes import natural_directions
 from calib.poses.imu_log import FloatArray
-from calib.poses.pose_set import PoseSet, Reference
+from calib.poses.pose_set import PoseSet
+from calib.poses.reference import Reference
 
 SPREAD_DIRECTIONS = 200
 """Beside the 26 natural ones, 14° apart: the sd is a smooth function of second order in n."""

@@ -22,7 +22,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses import candidate_effects
+from calib.diagnosis.hypotheses.listed import candidate_effects
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import unit_columns

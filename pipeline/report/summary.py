@@ -7,7 +7,7 @@ from math import sqrt
 
 import numpy as np
 
-from calib.diagnosis.explain import SIGNS
+from calib.diagnosis.verdict.explain import SIGNS
 from calib.poses.attitudes import direction_name
 from pipeline.console.run_text import prediction_text
 from pipeline.formatting import DISPLAY, count

@@ -12,7 +12,8 @@ import numpy as np
 from calib.effects.effect import Effect
 from calib.errors import CalibrationError
 from calib.fit.calibration import alignment
-from calib.fit.model import Correction, Model
+from calib.fit.correction import Correction
+from calib.fit.model import Model
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from pipeline.errors import UnreadableInput

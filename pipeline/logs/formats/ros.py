@@ -1,6 +1,7 @@
 """ROS 1 bags, ROS 2 bags (SQLite or MCAP): topics of sensor_msgs/Imu."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rosbags.highlevel import AnyReader, AnyReaderError
@@ -32,7 +33,7 @@ def _tables(path: Path) -> list[FileTable]:
             listed = ", ".join(f"{each.topic} ({each.msgtype})" for each in bag.connections[:8])
             raise UnreadableInput(f"{path}: no topic of type {IMU}; there are: {listed or 'none'}.")
         for connection, _, raw in bag.messages(connections=topics):
-            message = bag.deserialize(raw, connection.msgtype)
+            message: Any = bag.deserialize(raw, connection.msgtype)
             stamp, force, rate = (message.header.stamp, message.linear_acceleration,
                                   message.angular_velocity)
             rows.setdefault(connection.topic, []).append((

@@ -10,8 +10,8 @@ import pytest
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.diagnose import Diagnosis, diagnose
-from calib.diagnosis.hypotheses import causes, is_cause
-from calib.diagnosis.wording import odds_in_words
+from calib.diagnosis.hypotheses.listed import causes, is_cause
+from calib.diagnosis.verdict.wording import odds_in_words
 from calib.effects.catalogue import BASE
 from calib.fit.model import Model
 from calib.fit.solver import fit

@@ -11,13 +11,12 @@ from calib.poses.imu_log import ImuLog
 from pipeline.errors import UnreadableInput
 from pipeline.logs.join import join_logs
 from pipeline.logs.read import read_log
-from tests.paths import SHARED
+from tests.paths import REAL
 
 TABLE = np.array([[0.00, 33108, 33329, 36429, 32786, 32429, 32499],
                   [0.01, 33109, 33330, 36430, 32787, 32430, 32500],
                   [0.02, 33110, 33331, 36431, 32788, 32431, 32501]])
 NAMES = ["time_s", "acc_x", "acc_y", "acc_z", "gyr_x", "gyr_y", "gyr_z"]
-REAL = SHARED / "real"
 HEAD = "time_s,acc_x,acc_y,acc_z\n"
 
 

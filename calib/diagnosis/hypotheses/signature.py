@@ -14,8 +14,8 @@ from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.identifiability import ROUNDING, VISIBLE_SHARE
-from calib.fit.model import sensor_columns
 from calib.fit.result import Fit
+from calib.fit.sensitive_axes import sensor_columns
 from calib.fit.solver import square_columns
 from calib.poses.imu_log import FloatArray
 

@@ -13,7 +13,8 @@ from calib.fit.residuals import Equations
 from calib.fit.result import Fit
 from calib.poses.attitudes import natural_directions
 from calib.poses.imu_log import BoolArray, FloatArray
-from calib.poses.pose_set import PoseSet, Reference
+from calib.poses.pose_set import PoseSet
+from calib.poses.reference import Reference
 from calib.poses.runs import GRAVITY, TIME_BASE
 
 RECORD_SPEEDS_RAD_S = np.array([50 / 3, 100 / 3, 45.0, 78.0]) * np.pi / 30

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.diagnosis.pose_blocks import hypothetical
-from calib.diagnosis.signature import effect_columns
+from calib.diagnosis.hypotheses.signature import effect_columns
+from calib.diagnosis.next_measurement.pose_blocks import hypothetical
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.result import Fit

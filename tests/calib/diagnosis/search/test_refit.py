@@ -5,9 +5,9 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from calib.diagnosis.diagnose import diagnose
-from calib.diagnosis.hypotheses import listed_hypotheses
-from calib.diagnosis.refit import refit
-from calib.diagnosis.search import search
+from calib.diagnosis.hypotheses.listed import listed_hypotheses
+from calib.diagnosis.search.expansion import search
+from calib.diagnosis.search.refit import refit
 from calib.effects.catalogue import BASE, find_effect
 from calib.fit.model import Model
 from calib.fit.solver import fit

@@ -11,7 +11,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses import Hypothesis
+from calib.diagnosis.hypotheses.listed import Hypothesis
 from calib.effects.effect import Effect, Page, per_axis
 from calib.fit.result import Fit
 from calib.poses.conditions import Conditions

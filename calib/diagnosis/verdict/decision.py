@@ -13,8 +13,8 @@ from enum import StrEnum
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.odds import IN_TIME, Inclusion, Odds
-from calib.diagnosis.sets import Search, is_nothing
+from calib.diagnosis.search.odds import IN_TIME, Inclusion, Odds
+from calib.diagnosis.search.sets import Search, is_nothing
 from calib.fit.leave_one_out import compare
 from calib.fit.result import Fit
 

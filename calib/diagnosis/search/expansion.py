@@ -11,11 +11,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.evidence import nothing_log_density
-from calib.diagnosis.hypotheses import Hypothesis
-from calib.diagnosis.refit import Refit
-from calib.diagnosis.sets import OFTEN, Entry, Key, Search, is_nothing
-from calib.diagnosis.table import Beside, Table, pair_scores
+from calib.diagnosis.hypotheses.listed import Hypothesis
+from calib.diagnosis.search.evidence import nothing_log_density
+from calib.diagnosis.search.refit import Refit
+from calib.diagnosis.search.sets import OFTEN, Entry, Key, Search, is_nothing
+from calib.diagnosis.search.table import Beside, Table, pair_scores
 from calib.fit.result import Fit
 
 SCREENED = 4

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc
 
-from calib.diagnosis.odds import Odds, aliases
-from calib.diagnosis.refit import Refit, linear_loo_rms
-from calib.diagnosis.sets import Search
+from calib.diagnosis.search.odds import Odds, aliases
+from calib.diagnosis.search.refit import Refit, linear_loo_rms
+from calib.diagnosis.search.sets import Search
 from calib.poses.imu_log import FloatArray
 
 SEEN_SHARE = 1e-3

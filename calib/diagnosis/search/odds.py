@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses import Hypothesis
-from calib.diagnosis.sets import Entry, Key, Search, with_refit
+from calib.diagnosis.hypotheses.listed import Hypothesis
+from calib.diagnosis.search.sets import Entry, Key, Search, with_refit
 
 LEADING = 6
 """Sets among which the leading one is looked for, those of one class counted together: a

@@ -12,14 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.evidence import (
+from calib.diagnosis.hypotheses.listed import Hypothesis
+from calib.diagnosis.hypotheses.signature import Projector, reference_columns, vector_columns
+from calib.diagnosis.search.evidence import (
     block_log_densities,
     likeliest_sizes,
     nothing_log_density,
     set_log_density,
 )
-from calib.diagnosis.hypotheses import Hypothesis
-from calib.diagnosis.signature import Projector, reference_columns, vector_columns
 from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.identifiability import VISIBLE_SHARE
 from calib.fit.leave_one_out import left_out_residual

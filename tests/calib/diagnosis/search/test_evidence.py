@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from calib.diagnosis.diagnose import diagnose
-from calib.diagnosis.evidence import (
+from calib.diagnosis.hypotheses.signature import Projector, are_aliases, contains, effect_columns
+from calib.diagnosis.search.evidence import (
     TAUS,
     block_log_densities,
     log_mean_exp,
     nothing_log_density,
     set_log_density,
 )
-from calib.diagnosis.signature import Projector, are_aliases, contains, effect_columns
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import EFFECTS
 from calib.fit.calibration import calibrate_triad

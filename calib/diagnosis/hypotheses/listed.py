@@ -2,7 +2,7 @@
 
 Listed effects, biases that follow a logged column, the user's own effects, and what belongs to the
 base but is not in the model. A hypothesis stands for one of them at one value of its shape
-parameter; :mod:`calib.diagnosis.unlisted` has those that no model can hold.
+parameter; :mod:`calib.diagnosis.hypotheses.unlisted` has those that no model can hold.
 """
 
 from collections.abc import Iterator, Sequence
@@ -12,10 +12,10 @@ from typing import Literal
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.signature import effect_vectors, square_vectors
+from calib.diagnosis.hypotheses.signature import effect_vectors, square_vectors
 from calib.effects.catalogue import BASE
 from calib.effects.effect import EFFECTS, Effect, column_effect
-from calib.fit.model import unavailable
+from calib.effects.needs import unavailable
 from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet

@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses import Hypothesis, held
-from calib.diagnosis.refit import Refit, refit
-from calib.diagnosis.table import Beside, Table
+from calib.diagnosis.hypotheses.listed import Hypothesis, held
+from calib.diagnosis.search.refit import Refit, refit
+from calib.diagnosis.search.table import Beside, Table
 from calib.effects.effect import Effect
 from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray

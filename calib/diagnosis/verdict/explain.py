@@ -6,11 +6,11 @@ from typing import Literal
 
 import numpy as np
 
-from calib.diagnosis.next_measurement import Advice
-from calib.diagnosis.ranking import Candidate
-from calib.diagnosis.refit import linear_loo_rms
-from calib.diagnosis.verdict import Code, Verdict
-from calib.diagnosis.wording import covariate, joined, odds_in_words, physics, readable
+from calib.diagnosis.next_measurement.advice import Advice
+from calib.diagnosis.search.refit import linear_loo_rms
+from calib.diagnosis.verdict.decision import Code, Verdict
+from calib.diagnosis.verdict.ranking import Candidate
+from calib.diagnosis.verdict.wording import covariate, joined, odds_in_words, physics, readable
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
 from calib.fit.result import Fit
