@@ -70,6 +70,7 @@ def _run_command(typed: list[str]) -> int:
         PipelineError,
         exit_code_of,
         message_of,
+        of_the_system,
         report_bug,
     )
     from vision.errors import VisionError
@@ -82,6 +83,10 @@ def _run_command(typed: list[str]) -> int:
     except (PipelineError, CalibrationError, VisionError) as error:
         print(message_of(error), file=sys.stderr)
         return exit_code_of(error)
+    except (OSError, MemoryError) as error:
+        expected = of_the_system(error)
+        print(message_of(expected), file=sys.stderr)
+        return exit_code_of(expected)
     except click.ClickException as error:
         error.show()
         return error.exit_code

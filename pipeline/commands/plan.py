@@ -5,13 +5,14 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
+from pipeline.commands.arguments import PathArgument
 
 
 @click.command(epilog=examples(
     "pipeline plan config.yaml",
     "pipeline plan config.yaml --effect g_sensitivity",
 ))
-@click.argument("config", type=click.Path(path_type=Path))
+@click.argument("config", type=PathArgument())
 @click.option("--effect", "effects", multiple=True, metavar="NAME",
               help="Print what to record to determine this effect; may be repeated.")
 @click.option("--allow-python", is_flag=True,

@@ -74,8 +74,24 @@ def no_such(kind: str, name: str, right: tuple[str, ...]) -> PydanticCustomError
 
 # --- kinds of values ---------------------------------------------------------------------------
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
+
+#: No length, rate, count or share of a session is larger, and none that is not 0 is smaller than
+#: its inverse: what is squared later neither overflows nor vanishes.
+LARGEST = 1e12
+
+
+def _not_vanishing(value: float) -> float:
+    if value < 1 / LARGEST:
+        raise refusal(f"found {value:g}, expected a number of at least {1 / LARGEST:g}")
+    return value
+
+
+Number = Annotated[
+    float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST, le=LARGEST)
+]
+Positive = Annotated[
+    float, Field(strict=True, allow_inf_nan=False, gt=0, le=LARGEST), AfterValidator(_not_vanishing)
+]
 Count = Annotated[int, Field(strict=True, ge=1)]
 Three = tuple[Number, Number, Number]
 
