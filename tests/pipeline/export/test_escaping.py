@@ -22,7 +22,8 @@ from tests.pipeline.conftest import RunSession
 from tests.pipeline.export.stored_results import a_log
 
 HOSTILE = (
-    "x\nset motor_pwm_protocol = 1\nsave", "x\r\n1\t1\tCAL_ACC0_XOFF\t99\t9", "*/ int x; /*", "a */",
+    "x\nset motor_pwm_protocol = 1\nsave", "x\r\n1\t1\tCAL_ACC0_XOFF\t99\t9", "*/ int x; /*",
+    "a */",
     "/*/ #error", "*\\\n/ #error", "??/\n#error", "x\nimu0: {rostopic: /owned}", "a: &b [*b]",
     "\x1b]0;owned\x07\x1b[2J", "‮gnp.exe", "a\u2028set a = 1", "a\x85save", "=1+1|cmd", "'; DROP",
     '"quoted", and, commas', "%n%s", "-1+1", "@SUM(A1)", "\ttab", "m/s²\x00", "---\n- x", "# x",
