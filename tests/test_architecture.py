@@ -25,7 +25,7 @@ HOME = {
     "scipy": ("pipeline", "vision", "calib"),
     "cv2": ("vision",),
     "serial": ("pipeline.record",),
-    "yaml": ("pipeline.config",),
+    "yaml": ("pipeline.config", "pipeline.export"),
     "pydantic": ("pipeline.config", "pipeline.results.schema"),
     "pydantic_core": ("pipeline.config",),
     "jinja2": ("pipeline.report",),
@@ -64,7 +64,7 @@ FLOORS = {
         ("plate", "rate"), ("tracking",),
     ],
     "pipeline": [
-        ("errors", "names", "formatting"), ("files",), ("logs",), ("devices",),
+        ("errors", "names", "formatting", "plain_text"), ("files",), ("logs",), ("devices",),
         ("config",), ("stages",), ("results", "record", "plan", "model_change", "playback"),
         ("console", "export"), ("report",), ("session_folder",), ("commands",), ("cli",),
         ("__main__",),
