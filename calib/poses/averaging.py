@@ -67,7 +67,10 @@ class TriadMean:
 
 @dataclass(frozen=True, eq=False)
 class PoseMean:
-    """One averaged pose: both triads, the time it was taken and every logged column."""
+    """One averaged pose: both triads, the time it was taken and every logged column.
+
+    ``stated``: the mean and its sd come from a table; an sd that was not stated there is NaN.
+    """
 
     label: str
     accelerometer: TriadMean
@@ -75,6 +78,7 @@ class PoseMean:
     time_s: float
     duration_s: float
     columns: dict[str, float]
+    stated: bool = False
 
 
 _NOT_LOGGED = TriadMean(*(np.full(3, np.nan) for _ in range(4)))
