@@ -26,7 +26,7 @@ HOME = {
     "cv2": ("vision",),
     "serial": ("pipeline.record",),
     "yaml": ("pipeline.config",),
-    "pydantic": ("pipeline.config",),
+    "pydantic": ("pipeline.config", "pipeline.results.schema"),
     "pydantic_core": ("pipeline.config",),
     "jinja2": ("pipeline.report",),
     "rich": ("pipeline.cli", "pipeline.commands"),
