@@ -109,9 +109,9 @@ def _record(
         means = read_pose_means(poses, folder, specs)
         return Recording(tuple(means), min(_known(mean.time_s) for mean in means))
     if poses.log:
-        found = [_found(log, specs, float(plate.mean()), poses.still)
+        pooled = [_searched(log, specs, float(plate.mean()), poses.still)
                  for log in long_logs(poses, folder)]
-        return _pooled(found)
+        return _pooled(pooled)
     logs = read_logs(poses, poses.files, folder, clock_needed=rate is not None)
     fluid = [without_frozen(log, rate is not None) for log in logs]
     turning = np.broadcast_to(plate, len(logs))
@@ -148,7 +148,7 @@ def still_search(section: StillSection) -> StillSearch:
     return StillSearch(section.seconds, section.threshold)
 
 
-def _found(
+def _searched(
     log: ImuLog, specs: Specs, rate_rad_s: float, still: StillSection
 ) -> Recording:
     """The poses of a long log; stops that turn out to be none are left out, with the reason."""
