@@ -68,6 +68,7 @@ class PoseMean:
     """One averaged pose: both triads, the time it was taken and every logged column.
 
     ``creep_rad_s`` is how fast it turned although at rest, as far as gravity shows that.
+    ``stated``: the mean and its sd come from a table; an sd that was not stated there is NaN.
     """
 
     label: str
@@ -77,6 +78,7 @@ class PoseMean:
     duration_s: float
     columns: dict[str, float]
     creep_rad_s: float = 0.0
+    stated: bool = False
 
 
 _NOT_LOGGED = TriadMean(*(np.full(3, np.nan) for _ in range(4)))

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 from calib.consistency import direction_against_clip, gain_off_the_sheet, turning_while_still
 from calib.diagnosis.diagnose import Diagnosis, diagnose
+from calib.diagnosis.untested import untested
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
 from calib.effects.user_defined import fault_of_user_effect
@@ -16,6 +17,7 @@ from calib.fit.leave_one_out import Comparison, compare
 from calib.fit.model import Model
 from calib.fit.prediction import Prediction, predict
 from calib.fit.solver import fit
+from calib.fit.unknown_sd import has_sds, tests_the_model, with_estimated_sds
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import Triad
 from calib.poses.pose_set import PoseRun, PoseSet, pose_set
@@ -194,6 +196,8 @@ def _calibrated(
         if fault is not None:
             raise Undetermined(f"effects.{name}: the effect {fault}.")
     model = Model.of(section.model, defined)
+    if not has_sds(poses):
+        poses = with_estimated_sds(poses, model)
     fitted = (
         fit_paper(poses, model, spec)
         if section.solver == "paper"
@@ -201,10 +205,11 @@ def _calibrated(
     )
     calibration = calibrate_triad(fitted, spec)
     prediction = predict(calibration)
+    diagnosis = diagnose(fitted, tuple(defined.values()), spec.full_scale, covariates, prediction)
     return TriadResult(
         calibration,
         compare(fitted),
-        diagnose(fitted, tuple(defined.values()), spec.full_scale, covariates, prediction),
+        diagnosis if tests_the_model(poses) else untested(diagnosis),
         prediction,
         gravity,
         warnings=(
