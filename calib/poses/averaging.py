@@ -17,6 +17,7 @@ import numpy as np
 
 from calib.errors import Remedy, Undetermined, UnusableLog
 from calib.poses.data_sheet import TriadSpec
+from calib.poses.envelope import envelope
 from calib.poses.imu_log import (
     AXES,
     SI_UNIT,
@@ -55,6 +56,7 @@ class TriadMean:
     COARSE_BATCHES batches, ``scatter`` (3,) variance of the samples about it, ``step`` (3,) between
     neighbouring values of the log (infinite where there was one value only), ``unit`` (3,) the
     least step that its converter or its decimals can have; all NaN where the triad was not logged.
+    ``envelope`` (e, 2, 3) lowest and highest sample of equal stretches.
     """
 
     mean: FloatArray
@@ -63,6 +65,7 @@ class TriadMean:
     scatter: FloatArray
     step: FloatArray = field(default_factory=lambda: np.full(3, np.inf))
     unit: FloatArray = field(default_factory=lambda: np.zeros(3))
+    envelope: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 3)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,6 +271,7 @@ def average_pose(
                 scatter=rest.var(axis=0, ddof=1),
                 step=value_steps(counts) * spec.nominal_scale,
                 unit=least_steps(counts, spec) * spec.nominal_scale,
+                envelope=envelope(values),
             )
         )
     return PoseMean(
