@@ -140,7 +140,7 @@ def _check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -
     low, high = spec.count_range
     if counts.min() < low or counts.max() > high:
         span = f"{counts.min():g} to {counts.max():g}"
-        other = "offset-binary" if spec.encoding == "twos-complement" else "twos-complement"
+        other = "twos-complement" if counts.min() < 0 else "unsigned-twos-complement, offset-binary"
         raise UnusableLog(
             f"{label}: {triad} counts run from {span}, but {spec.bits} bit {spec.encoding} spans "
             f"{low:g} to {high:g}. Is the encoding {other}, or the number of bits another? "
@@ -253,7 +253,7 @@ def average_pose(
         if spec is None or not log.has(triad):
             means.append(_NOT_LOGGED)
             continue
-        counts = getattr(log, triad)[:n]
+        counts = spec.signed(getattr(log, triad)[:n])
         _check_counts(log.label, triad, counts, spec)
         values = spec.nominal(counts)
         if rate_rad_s == 0:

@@ -14,7 +14,7 @@ class PathArgument(click.Path):
     """A path whose names a file system can hold."""
 
     def __init__(self, **kinds: bool) -> None:
-        super().__init__(path_type=Path, **kinds)  # type: ignore[type-var]
+        super().__init__(path_type=Path, **kinds)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The path; a name with a zero byte or of more than 255 bytes is refused."""

@@ -20,8 +20,9 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import Triad
 from calib.poses.pose_set import PoseRun, PoseSet, pose_set
 from calib.poses.runs import gravity_run, stopped_run, turning_run
-from pipeline.config.load import Config, triad_spec
+from pipeline.config.load import Config
 from pipeline.config.schema import AccelerometerSection, GyroscopeSection
+from pipeline.config.sensor import triad_spec
 from pipeline.config.types import STOPPED
 from pipeline.errors import ConfigError
 from pipeline.stages.context import RunContext
