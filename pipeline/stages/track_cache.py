@@ -22,7 +22,7 @@ from vision.geometry import PlateOverride
 from vision.phase_track import PhaseTrack, PlateLayout
 
 #: Raise it whenever :func:`vision.tracking.track.track_phase` gives other numbers than before.
-TRACK_FORMAT = 10
+TRACK_FORMAT = 11
 
 Follow = Callable[[], PhaseTrack]
 
