@@ -25,14 +25,22 @@ HOME = {
     "scipy": ("pipeline", "vision", "calib"),
     "cv2": ("vision",),
     "serial": ("pipeline.record",),
-    "yaml": ("pipeline.config",),
-    "pydantic": ("pipeline.config",),
+    "yaml": ("pipeline.config", "pipeline.export"),
+    "pydantic": ("pipeline.config", "pipeline.results.schema"),
     "pydantic_core": ("pipeline.config",),
     "jinja2": ("pipeline.report",),
     "rich": ("pipeline.cli", "pipeline.commands"),
     "filelock": ("pipeline.session_folder",),
     "click": ("pipeline.cli", "pipeline.commands"),
+    "rosbags": ("pipeline.logs.formats.ros",),
+    "pyulog": ("pipeline.logs.formats.px4",),
+    "pymavlink": ("pipeline.logs.formats.ardupilot",),
+    "pyarrow": ("pipeline.logs.formats.parquet",),
+    "h5py": ("pipeline.logs.formats.hdf5",),
 }
+#: Installed by an extra: what reads them says which where they are missing.
+EXTRAS = {"rosbags": "ros", "pyulog": "px4", "pymavlink": "ardupilot", "pyarrow": "parquet",
+          "h5py": "hdf5"}
 #: Which of our packages each may import besides itself.
 MAY_IMPORT = {"pipeline": {"vision", "calib"}, "vision": set(), "calib": set()}
 #: The way of the data inside a folder: a room imports from itself and from the floors before it,
@@ -44,7 +52,7 @@ FLOORS = {
     ],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
-        ("diagnose",),
+        ("diagnose",), ("untested",),
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
     "calib.diagnosis.search": [
@@ -56,7 +64,7 @@ FLOORS = {
         ("plate", "rate"), ("tracking",),
     ],
     "pipeline": [
-        ("errors", "names", "formatting"), ("files",), ("logs",), ("devices",),
+        ("errors", "names", "formatting", "plain_text"), ("files",), ("logs",), ("devices",),
         ("config",), ("stages",), ("results", "record", "plan", "model_change", "playback"),
         ("console", "export"), ("report",), ("session_folder",), ("commands",), ("cli",),
         ("__main__",),
@@ -145,8 +153,12 @@ def test_what_tests_share_stands_in_modules_that_are_no_tests_and_no_benches(mod
 def test_the_declared_dependencies_are_those_with_a_home() -> None:
     distribution = {"cv2": "opencv-python-headless", "serial": "pyserial", "yaml": "pyyaml"}
     declared = {each.split(">")[0] for each in PROJECT["project"]["dependencies"]}
-    known = {distribution.get(name, name) for name in HOME} - {"pydantic_core"}
+    known = {distribution.get(name, name) for name in HOME} - {"pydantic_core", *EXTRAS}
     assert declared == known
+    optional = PROJECT["project"]["optional-dependencies"]
+    assert {name: [extra for extra, each in optional.items() if extra not in ("test", "logs")
+                   and each[0].split(">")[0] == name] for name in EXTRAS} == {
+        name: [extra] for name, extra in EXTRAS.items()}
 
 
 def test_modules_import_each_other_without_circles() -> None:

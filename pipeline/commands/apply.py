@@ -42,13 +42,14 @@ def command(
     If RESULTS contains a mounting, both triads are rotated into the axes of the vehicle.
     """
     from pipeline.export.apply import applied_csv, apply_results
+    from pipeline.logs.clock import StatedClock
     from pipeline.logs.read import read_log
     from pipeline.results.read import load_results
     from pipeline.results.written import write_output
 
     stored = load_results(results, allow_python)
     names = None if columns is None else [name.strip() for name in columns.split(",")]
-    applied = apply_results(stored, read_log(log, names, rate_hz), session_clock)
+    applied = apply_results(stored, read_log(log, names, StatedClock(rate_hz)), session_clock)
     for note in applied.left_out:
         click.secho(f"warning: {note}", fg="yellow", err=True)
     click.echo(f"columns are in {applied.axes}", err=True)

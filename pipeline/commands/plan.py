@@ -24,7 +24,8 @@ def command(config: Path, effects: tuple[str, ...], allow_python: bool) -> None:
     the recorded poses and those that are still missing.
     """
     from calib.effects.catalogue import find_effect
-    from pipeline.config.load import load_config, triad_spec
+    from pipeline.config.load import load_config
+    from pipeline.config.sensor import triad_spec
     from pipeline.console.plan_text import plan_lines
     from pipeline.errors import ConfigError
     from pipeline.plan.outlook import plan_of

@@ -9,6 +9,8 @@ If the results contain a mounting R (vehicle to sensor, Promrit et al.), both tr
 into that frame if the calibration session determined the angles between the two frames.
 """
 
+import csv
+import io
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -23,6 +25,7 @@ from calib.fit.model import Model
 from calib.poses.conditions import OTHER_TRIAD, Conditions
 from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.logs.write import LARGEST, csv_rows
+from pipeline.plain_text import cell
 from pipeline.results.read import Stored, StoredTriad
 
 BLOCK = 20_000  #: rows corrected at a time
@@ -212,7 +215,9 @@ def applied_csv(applied: Applied) -> bytes:
     names += list(applied.columns)
     columns += list(applied.columns.values())
     decimals += [_fewest_decimals(values) for values in applied.columns.values()]
-    return b"".join([",".join(names).encode() + b"\n", *csv_rows(columns, decimals)])
+    header = io.StringIO()
+    csv.writer(header, lineterminator="\n").writerow([cell(name) for name in names])
+    return b"".join([header.getvalue().encode(), *csv_rows(columns, decimals)])
 
 
 def _fewest_decimals(values: FloatArray) -> int:

@@ -31,8 +31,9 @@ from calib.poses.runs import (
     stopped_run,
     turning_run,
 )
-from pipeline.config.load import Config, sensor_specs
+from pipeline.config.load import Config
 from pipeline.config.schema import PosesSection
+from pipeline.config.sensor import sensor_specs
 from pipeline.config.types import STOPPED
 from pipeline.plan.settings import PAUSE_S, PlannedSetting, planned_setting
 from pipeline.stages.site import gravity_of, latitude_of

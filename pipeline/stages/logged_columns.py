@@ -6,8 +6,7 @@ from calib.poses.imu_log import TRIADS, Triad
 from pipeline.config.load import Config
 from pipeline.config.schema import LogsSection, PosesSection
 from pipeline.errors import ConfigError, UnreadableInput
-from pipeline.logs.columns import COUNTER, TIME
-from pipeline.logs.text import read_head, read_text
+from pipeline.logs.read import READINGS, column_names
 from pipeline.names import nearest_name
 
 
@@ -58,9 +57,7 @@ def _columns_of(poses: PosesSection) -> list[str] | None:
 
 def _header(section: LogsSection, i: int, path: Path) -> list[str]:
     try:
-        head = read_head(path, read_text(path), section.columns_of(i))
+        names = column_names(path, section.columns_of(i))
     except UnreadableInput:  # said where the log itself is read
         return []
-    readings = (TIME, COUNTER, "skip")
-    return [name for name in head.names
-            if name not in readings and name[:4] not in ("acc_", "gyr_")] or [""]
+    return [name for name in names if name not in READINGS] or [""]

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 from calib.consistency import direction_against_clip, gain_off_the_sheet, turning_while_still
 from calib.diagnosis.diagnose import Diagnosis, diagnose
+from calib.diagnosis.untested import untested
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
 from calib.effects.user_defined import fault_of_user_effect
@@ -16,12 +17,14 @@ from calib.fit.leave_one_out import Comparison, compare
 from calib.fit.model import Model
 from calib.fit.prediction import Prediction, predict
 from calib.fit.solver import fit
+from calib.fit.unknown_sd import has_sds, tests_the_model, with_estimated_sds
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import Triad
 from calib.poses.pose_set import PoseRun, PoseSet, pose_set
 from calib.poses.runs import gravity_run, stopped_run, turning_run
-from pipeline.config.load import Config, triad_spec
+from pipeline.config.load import Config
 from pipeline.config.schema import AccelerometerSection, GyroscopeSection
+from pipeline.config.sensor import triad_spec
 from pipeline.config.types import STOPPED
 from pipeline.errors import ConfigError
 from pipeline.stages.context import RunContext
@@ -193,6 +196,8 @@ def _calibrated(
         if fault is not None:
             raise Undetermined(f"effects.{name}: the effect {fault}.")
     model = Model.of(section.model, defined)
+    if not has_sds(poses):
+        poses = with_estimated_sds(poses, model)
     fitted = (
         fit_paper(poses, model, spec)
         if section.solver == "paper"
@@ -200,10 +205,11 @@ def _calibrated(
     )
     calibration = calibrate_triad(fitted, spec)
     prediction = predict(calibration)
+    diagnosis = diagnose(fitted, tuple(defined.values()), spec.full_scale, covariates, prediction)
     return TriadResult(
         calibration,
         compare(fitted),
-        diagnose(fitted, tuple(defined.values()), spec.full_scale, covariates, prediction),
+        diagnosis if tests_the_model(poses) else untested(diagnosis),
         prediction,
         gravity,
         warnings=(

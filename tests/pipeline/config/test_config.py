@@ -8,8 +8,9 @@ import pytest
 
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import EFFECTS
-from pipeline.config.load import load_config, triad_spec
+from pipeline.config.load import load_config
 from pipeline.config.schema import KnownRateSection, VideoRateSection
+from pipeline.config.sensor import triad_spec
 from pipeline.config.template import template_text
 from pipeline.errors import ConfigError
 from tests.paths import SHARED

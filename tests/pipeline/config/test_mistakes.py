@@ -20,8 +20,14 @@ MISTAKES = [
      "found 'yes', expected a whole number"),
     ("bits: 16, encoding: offset-binary}\nrate", "bits: true, encoding: offset-binary}\nrate", 5,
      "found true, expected a whole number"),
-    ("offset-binary}\nrate", "offset_binary}\nrate", 5, "'offset-binary' or 'twos-complement'"),
+    ("offset-binary}\nrate", "offset_binary}\nrate", 5,
+     "'offset-binary', 'twos-complement' or 'unsigned-twos-complement'"),
     ("full_scale_deg_s: 150", "unit: deg_s", 5, "only for logs in counts"),
+    ("full_scale_deg_s: 150", "counts_per_deg_s: 131, full_scale_deg_s: 250", 5, "one of the two"),
+    ("columns: [gyr_x, gyr_y, gyr_z], sample", "columns: {gyr_x: wx}, sample", 22,
+     "gyr_y and gyr_z missing"),
+    ("sample_rate_hz: 100", "sample_rate_hz: 100, time_unit: ms", 22, "only for logs with a col"),
+    ("sample_rate_hz: 100", "time_unit: ds", 22, "found 'ds', expected 's', 'ms'"),
     ("clip.mp4", "clop.mp4", 8, "rate.slow.video: there is no file 'clop.mp4' .did you mean 'clip"),
     ("clip.mp4", "acc", 8, "'acc' is a folder"),
     ("16.667", "-1", 9, "found -1, expected a number greater than 0"),
@@ -31,6 +37,7 @@ MISTAKES = [
     ("once_per_rev", "once_per_turn", 11, "no vision term is named 'once_per_turn'"),
     ("[constant_rate, once_per_rev]", "[constant]", 11, "no vision term is named 'constant'"),
     ("[240, 180]", "[240]", 12, "centre_px: entry 2 is missing"),
+    ("rate_rad_s: 3.4907", "rate_rad_s: 0", 13, "rate: stopped"),
     ("rate_rad_s: 3.4907", "rate_rpm: 33.333", 13, "rate_rad_s = 0.1047198 × rate_rpm, here "
      "`rate_rad_s: 3.490624`"),
     ("{rate_rad_s", "{video: clip.mp4, rate_rad_s", 13, "'video' is given as well"),
@@ -49,7 +56,7 @@ MISTAKES = [
     ("[gyr/b.csv, gyr/a.csv]", "[gyr/b.csv, gyr/b.csv]", 21, "b.csv is named twice"),
     ("[gyr/b.csv, gyr/a.csv]", "[gyr/b.csv, 3]", 21, "found 3, a file's name or pattern"),
     ("sample_rate_hz: 100", "find: still", 22, "only for `log`"),
-    (", sample_rate_hz: 100", "", 22, "time_s is missing"),
+    ("[time_s, acc_x, acc_y, acc_z]", "[acc_x, acc_y, acc_z]", 25, "time_s is missing"),
     ("[time_s, acc_x, acc_y, acc_z]", "[time_s, acc_x, acc_y]", 25, "acc_z missing beside"),
     ("        find: still\n", "", 23, "find: is missing"),
     ("[1, 2, 3]", "[1, 2, x]", 29, "found 'x', expected a number"),
@@ -75,7 +82,7 @@ def test_a_mistake_is_named_with_its_line(
 
 
 #: Changes that make two mistakes: both keys of a pair, or a name that is also missing elsewhere.
-TWOFOLD = {"unit: deg_s", "{video: clip.mp4, rate_rad_s", "find: still", "  bias:"}
+TWOFOLD = {"unit: deg_s", "{video: clip.mp4, rate_rad_s", "  bias:"}
 
 
 def test_a_mistake_is_told_once(session: Path) -> None:
