@@ -1,10 +1,11 @@
 """The two calibration stages: averaged poses to a calibrated, compared and diagnosed triad."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from calib.consistency import direction_against_clip, gain_off_the_sheet, turning_while_still
 from calib.diagnosis.diagnose import Diagnosis, diagnose
+from calib.diagnosis.unseen import unseen_budget
 from calib.diagnosis.untested import untested
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
@@ -19,7 +20,7 @@ from calib.fit.prediction import Prediction, predict
 from calib.fit.solver import fit
 from calib.fit.unknown_sd import has_sds, tests_the_model, with_estimated_sds
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import Triad
+from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseRun, PoseSet, pose_set
 from calib.poses.runs import gravity_run, stopped_run, turning_run
 from pipeline.config.load import Config
@@ -40,6 +41,7 @@ class TriadResult:
     """One triad: its calibration, the comparison with its poses, and what its model misses.
 
     ``prediction`` is what it will err by on the next log, None where only rest was measured;
+    ``unseen`` the sds by what these poses cannot see, if the sensor is typical of its class;
     ``gravity`` is the reference of an accelerometer, None for a gyroscope; ``frame`` its rotation
     against the accelerometer, None for an accelerometer and where the poses do not show it;
     ``warnings`` where two stages contradict each other.
@@ -49,6 +51,7 @@ class TriadResult:
     comparison: Comparison
     diagnosis: Diagnosis
     prediction: Prediction | None
+    unseen: Mapping[str, FloatArray]
     gravity: Gravity | None = None
     frame: FrameRotation | None = None
     warnings: tuple[str, ...] = ()
@@ -99,6 +102,11 @@ def require_fittable(config: Config) -> None:
     check_covariates(config)
 
 
+def part_of(config: Config) -> str:
+    """The class of parts that the sensor is taken for, by its name: factory-calibrated or not."""
+    return "MTi" if "mti" in config.sensor.name.lower() else "MPU-6050"
+
+
 def calibrate_accelerometer(
     config: Config, context: RunContext, recordings: Recordings
 ) -> TriadResult | None:
@@ -125,7 +133,7 @@ def calibrate_accelerometer(
     poses = pose_set("accelerometer", [run], recordings.origin_s)
     spec = triad_spec(config.sensor.accelerometer)
     defined = user_effects(config, "accelerometer", context.allow_python)
-    return _calibrated(poses, config.accelerometer, spec, defined, gravity, config.covariates)
+    return _calibrated(poses, config.accelerometer, spec, defined, gravity, config)
 
 
 def calibrate_gyroscope(
@@ -173,7 +181,7 @@ def calibrate_gyroscope(
     poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
     defined = user_effects(config, "gyroscope", context.allow_python)
     spec = triad_spec(config.sensor.gyroscope)
-    result = _calibrated(poses, config.gyroscope, spec, defined, None, config.covariates)
+    result = _calibrated(poses, config.gyroscope, spec, defined, None, config)
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
     return replace(
@@ -189,7 +197,7 @@ def _calibrated(
     spec: TriadSpec,
     defined: Mapping[str, Effect],
     gravity: Gravity | None,
-    covariates: Sequence[str] | None,
+    config: Config,
 ) -> TriadResult:
     for name, effect in defined.items():
         fault = fault_of_user_effect(effect, poses.conditions(poses.reading))
@@ -205,12 +213,14 @@ def _calibrated(
     )
     calibration = calibrate_triad(fitted, spec)
     prediction = predict(calibration)
-    diagnosis = diagnose(fitted, tuple(defined.values()), spec.full_scale, covariates, prediction)
+    diagnosis = diagnose(
+        fitted, tuple(defined.values()), spec.full_scale, config.covariates, prediction)
     return TriadResult(
         calibration,
         compare(fitted),
         diagnosis if tests_the_model(poses) else untested(diagnosis),
         prediction,
+        unseen_budget(calibration, diagnosis.blind, part_of(config)),
         gravity,
         warnings=(
             *poses.notes,
