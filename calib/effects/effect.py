@@ -104,6 +104,9 @@ class Effect:
         derivative vanishes where they are zero.
     names_column : str or None
         Logged column whose linear effect on the bias this is: ``column:NAME`` would say the same.
+    follows_words : str
+        What its columns follow where no single condition drives them, for the axis of a picture;
+        ``{axis}`` and ``{parameter}`` stand for theirs. By default the formula.
     """
 
     name: str
@@ -122,6 +125,7 @@ class Effect:
     in_square: bool = False
     follows: str | None = None
     names_column: str | None = None
+    follows_words: str = ""
 
     def unit_for(self, triad: str) -> str:
         """Unit of the parameters when the effect acts on ``triad``."""
@@ -160,6 +164,7 @@ def effect(
     orthogonal: bool = False,
     in_square: bool = False,
     names_column: str | None = None,
+    follows_words: str = "",
 ) -> Callable[[Columns], Columns]:
     """Register the decorated column function under its own name; its docstring is the physics.
 
@@ -186,6 +191,7 @@ def effect(
             orthogonal=orthogonal,
             in_square=in_square,
             names_column=names_column,
+            follows_words=follows_words,
         )
         return function
 
