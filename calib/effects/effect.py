@@ -16,6 +16,7 @@ Three places where an effect can act, and the vector its columns are evaluated o
 - ``reference``: the plate rate or gravity value m itself.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -107,6 +108,8 @@ class Effect:
     follows_words : str
         What its columns follow where no single condition drives them, for the axis of a picture;
         ``{axis}`` and ``{parameter}`` stand for theirs. By default the formula.
+    largest : float
+        No parameter of it exceeds this in nature, SI; infinite where nothing bounds it.
     """
 
     name: str
@@ -126,6 +129,7 @@ class Effect:
     follows: str | None = None
     names_column: str | None = None
     follows_words: str = ""
+    largest: float = math.inf
 
     def unit_for(self, triad: str) -> str:
         """Unit of the parameters when the effect acts on ``triad``."""
@@ -165,6 +169,7 @@ def effect(
     in_square: bool = False,
     names_column: str | None = None,
     follows_words: str = "",
+    largest: float = math.inf,
 ) -> Callable[[Columns], Columns]:
     """Register the decorated column function under its own name; its docstring is the physics.
 
@@ -192,6 +197,7 @@ def effect(
             in_square=in_square,
             names_column=names_column,
             follows_words=follows_words,
+            largest=largest,
         )
         return function
 

@@ -11,11 +11,11 @@ from math import sqrt
 
 import numpy as np
 
-from calib.diagnosis.explain import SIGNS, Standing
-from calib.diagnosis.wording import joined
+from calib.diagnosis.verdict.explain import SIGNS, Standing
+from calib.diagnosis.verdict.wording import joined
 from calib.poses.attitudes import direction_name
 from pipeline.console.rate_text import RateVerdict, rate_verdict
-from pipeline.console.run_text import prediction_text
+from pipeline.console.run_text import aside_text, prediction_text
 from pipeline.formatting import DISPLAY, count
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
@@ -138,7 +138,7 @@ def triad_answer(result: TriadResult, config: str, folder: str) -> Answer:
     if standing == "good" and _lost_direction(result):
         standing, short = "open", "directions are missing among its poses"
     return Answer(
-        result.triad, standing, short, _is_it_good(result), wrong,
+        result.triad, standing, short, _is_it_good(result), f"{wrong}{_aside(result)}",
         f"{words.following}{'' if words.step in ('apply', 'add') else ', then'}:",
         _commands(result, config, shlex.quote(folder)),
     )
@@ -194,6 +194,15 @@ def _nothing_wrong(result: TriadResult) -> str:
     if blind:
         text += f" They cannot determine {count(len(blind), 'effect')}, listed under Candidates."
     return text
+
+
+def _aside(result: TriadResult) -> str:
+    """The logged columns that were not taken for causes, as a sentence; empty without any."""
+    columns = result.diagnosis.aside
+    if not columns:
+        return ""
+    text = aside_text(columns)
+    return f" {text[0].upper()}{text[1:]}."
 
 
 def _commands(result: TriadResult, config: str, folder: str) -> tuple[str, ...]:

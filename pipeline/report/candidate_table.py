@@ -4,10 +4,12 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from calib.diagnosis.ranking import Candidate
-from calib.diagnosis.wording import odds_in_words, readable
+import numpy as np
+
+from calib.diagnosis.verdict.ranking import Candidate
+from calib.diagnosis.verdict.wording import odds_in_words, readable
 from pipeline.formatting import DISPLAY, with_sd
-from pipeline.report.human_units import human
+from pipeline.report.display_units import display_unit
 from pipeline.stages.triads import TriadResult
 
 RANKED = 8  #: rows that are always shown; the others unfold
@@ -52,7 +54,7 @@ def _size(each: Candidate) -> str:
     if not each.size.size:
         return ""
     largest = max(range(len(each.size)), key=lambda j: abs(float(each.size[j])))
-    factor, unit = human(each.unit)
+    unit, factor = display_unit(each.unit, each.size)
     value = with_sd(float(each.size[largest]) * factor, float(each.sd[largest]) * factor)
     return f"{value} {unit}".replace("-", "−")
 
@@ -60,5 +62,5 @@ def _size(each: Candidate) -> str:
 def limit_rows(result: TriadResult) -> Iterator[tuple[str, str]]:
     """Every effect that was looked for and not named, with its upper limit at 95 %."""
     for limit in result.diagnosis.limits:
-        factor, unit = human(limit.unit)
+        unit, factor = display_unit(limit.unit, np.array([limit.value]))
         yield limit.name, f"{limit.value * factor:.2g} {unit}"

@@ -17,6 +17,7 @@ from pipeline.names import DISTRIBUTION
 from pipeline.report.added_variable import added_variable_figure
 from pipeline.report.axis_charts import axis_charts, lead_panel
 from pipeline.report.candidate_table import RANKED, candidate_rows, limit_rows
+from pipeline.report.effect_cards import effect_cards
 from pipeline.report.glossary import TERMS, with_terms
 from pipeline.report.history_chart import staircase
 from pipeline.report.pose_charts import (
@@ -25,6 +26,7 @@ from pipeline.report.pose_charts import (
     residual_figure,
     run_legend,
 )
+from pipeline.report.pose_sphere import how_to_exclude, pose_rows, sphere_json
 from pipeline.report.rate_charts import rate_view
 from pipeline.report.refit_data import constants_json, refit_json
 from pipeline.report.tables import budget_rows, parameter_groups
@@ -65,13 +67,15 @@ def report_html(
         lstrip_blocks=True,
     )
     environment.filters["terms"] = with_terms
+    drawings = tuple(environment.get_template("drawings.html").module.__dict__)
     where = str(folder or outcome.config.output_folder)
     config = shlex.quote(str(outcome.config.source.path))
     rates = [rate_view(rate, config) for rate in outcome.rates.values()]
     unfolded = next((rate.name for rate in rates if not rate.verdict.complete), None)
     answers = answers_of(outcome, where)
     views: dict[str, dict[str, Any]] = {
-        result.triad: _triad_view(outcome, result, history) for result in outcome.triads}
+        result.triad: _triad_view(outcome, result, history, drawings)
+        for result in outcome.triads}
     order = [answer.subject for answer in answers if answer.subject != RATES]
     return environment.get_template(TEMPLATE_NAME).render(
         title=outcome.config.title or outcome.config.source.path.stem,
@@ -133,12 +137,12 @@ def _answer_view(answer: Answer, views: dict[str, dict[str, Any]]) -> dict[str, 
 
 
 def _triad_view(
-    outcome: Outcome, result: TriadResult, history: Sequence[Step]
+    outcome: Outcome, result: TriadResult, history: Sequence[Step], drawings: Sequence[str]
 ) -> dict[str, Any]:
     """What the page shows of one triad."""
     # Python code among them has run before in this run, or there would be no outcome.
     defined = user_effects(outcome.config, result.triad, allow_python=True)
-    payload = refit_json(result, defined)
+    payload = refit_json(result, defined) | {"poses": sphere_json(outcome, result)}
     certificate = compare_with_certificate(outcome.config, result)
     calibration = result.calibration
     axes = axis_charts(result, defined)
@@ -156,6 +160,7 @@ def _triad_view(
         "gravity": result.gravity,
         "payload": payload,
         "effects": payload["effects"],
+        "cards": effect_cards(result, payload, defined, drawings),
         "residual": residual_figure(result),
         "legend": run_legend(result),
         "axes": axes,
@@ -163,6 +168,8 @@ def _triad_view(
         "lead_effect": axes[0].effect if lead else "",
         "covariates": tuple(covariate_figures(result)),
         "coverage": coverage_figure(result),
+        "pose_rows": pose_rows(result),
+        "exclude": how_to_exclude(outcome, result),
         "added": added_variable_figure(result, payload),
         "staircase": staircase(result.triad, history),
         "candidates": candidate_rows(result),

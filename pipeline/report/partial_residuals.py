@@ -25,8 +25,8 @@ from scipy.special import fdtrc
 from calib.effects.effect import Effect
 from calib.errors import Undetermined
 from calib.fit.identifiability import VISIBLE_SHARE
-from calib.fit.model import ALIGNED
 from calib.fit.result import MISFIT_P_VALUE, Fit
+from calib.fit.sensitive_axes import ALIGNED
 from calib.poses.conditions import FIELDS, Conditions
 from calib.poses.imu_log import AXES, FloatArray, IntArray
 from pipeline.formatting import DISPLAY

@@ -10,7 +10,7 @@ from calib.certificate import CertificateComparison
 from calib.fit.calibration import NOISE, uncertainty_budget
 from calib.poses.imu_log import AXES, SI_UNIT
 from pipeline.formatting import DISPLAY, relative, with_sd
-from pipeline.report.human_units import human
+from pipeline.report.display_units import display_unit
 from pipeline.stages.triads import TriadResult
 
 #: What each group of parameters means, for the table.
@@ -105,7 +105,7 @@ def _effect_groups(result: TriadResult) -> Iterator[Group]:
         labels = [*effect.parameters]
         if effect.shape is not None:
             labels.append(f"{effect.shape.name} [{effect.shape.unit}]")
-        factor, said = human(unit)
+        said, factor = display_unit(unit, np.array(values[: len(effect.parameters)]))
         linear = len(effect.parameters)
         yield Group(name, unit, effect.physics, tuple(
             Row(label, with_sd(value, sd), *(("0", f"{value * factor:+.3g} {said}") if j < linear

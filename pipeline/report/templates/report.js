@@ -19,6 +19,8 @@ const {
 
 {% include "script/numbers.js" %}
 
+{% include "script/leave_out.js" %}
+
 {% include "script/tiles.js" %}
 
 {% include "script/judgement.js" %}
@@ -31,10 +33,15 @@ const {
 
 {% include "script/rate_section.js" %}
 
+{% include "script/sphere.js" %}
+
+{% include "script/poses.js" %}
+
 {% include "script/glossary.js" %}
 
 const sections = data.triads.map((triad) => new Section(triad, data.config));
 const rateSections = data.rates.map((rate) => new RateSection(rate, data.config));
+sections.forEach((section) => new Poses(section));
 
 // report.html#tick=gyroscope.g_sensitivity,rate.17rpm.once_per_rev opens with these boxes ticked.
 const ticks = /^#tick=(.*)$/.exec(decodeURIComponent(location.hash));

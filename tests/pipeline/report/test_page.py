@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from calib.diagnosis.explain import SIGNS
+from calib.diagnosis.verdict.explain import SIGNS
 from pipeline.console.answers import Answer, headline, rates_answer
 from pipeline.console.rate_text import RateVerdict
 from pipeline.formatting import DISPLAY, with_sd

@@ -1,8 +1,8 @@
 // Whether an effect is there, by what leaving it out does to the fit that contains it.
-function judge(triad, order, effect) {
+function judge(triad, order, effect, out) {
   const added = order.includes(effect);
-  const withIt = refit(triad, added ? order : [...order, effect]);
-  const without = refit(triad, order.filter((other) => other !== effect));
+  const withIt = refitWithout(triad, added ? order : [...order, effect], out);
+  const without = refitWithout(triad, order.filter((other) => other !== effect), out);
   const count = without.dof - withIt.dof, drop = Math.max(without.chi2 - withIt.chi2, 0);
   if (count < 1) return null;
   // Where noise does not explain what remains, that scatter is the measure, as for the sds.

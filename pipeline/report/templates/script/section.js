@@ -12,6 +12,8 @@ class Section {
     this.before = shownResiduals(triad, this.asFitted.residual);
     this.limit = residualLimit(this.before.value, this.before.sd);
     this.charts = [...this.root.querySelectorAll("svg.residuals")].map((svg) => new ResidualChart(svg, triad));
+    this.out = new Set();    // poses that are left out
+    this.listeners = [];     // called after every refit
     for (const effect of this.effects) {
       this.boxes.get(effect.name).addEventListener("change", () => this.toggle(effect));
     }
@@ -38,30 +40,33 @@ class Section {
     this.update();
   }
 
-  out(name) { return this.root.querySelector(`[data-out="${name}"]`); }
+  output(name) { return this.root.querySelector(`[data-out="${name}"]`); }
 
   update() {
-    const refitted = refit(this.triad, this.order), was = this.asFitted;
+    const refitted = refitWithout(this.triad, this.order, this.out), was = this.asFitted;
+    this.refitted = refitted;
     const exact = this.triad.loo / was.loo;  // refits without each pose, over one step's estimate
     const changed = this.effects.filter(
       (effect) => effect.in_model !== this.boxes.get(effect.name).checked);
-    showTile(this.root, "rms", refitted.rms, was.rms, changed.length);
-    showTile(this.root, "loo", refitted.loo * exact, this.triad.loo, changed.length);
-    showTile(this.root, "chi2", refitted.chi2 / refitted.dof, was.chi2 / was.dof, changed.length);
-    this.root.classList.toggle("ticked", changed.length > 0);
+    const other = changed.length > 0 || this.out.size > 0;
+    showTile(this.root, "rms", refitted.rms, was.rms, other);
+    showTile(this.root, "loo", refitted.loo * exact, this.triad.loo, other);
+    showTile(this.root, "chi2", refitted.chi2 / refitted.dof, was.chi2 / was.dof, other);
+    this.root.classList.toggle("ticked", other);
     this.root.querySelector("[data-result]").hidden = changed.length === 0;
     this.judge(changed);
     this.say(refitted);
     this.tie(refitted);
     this.draw(refitted);
-    drawFall(this.out("fall"), this.triad, this.order);
+    drawFall(this.output("fall"), this.triad, this.order, this.out);
+    this.listeners.forEach((listener) => listener());
   }
 
   // What each change is worth, and the commands of those that are worth it. Taking an effect out
   // again is always possible.
   judge(changed) {
-    const judged = changed.map((effect) => [effect, judge(this.triad, this.order, effect)]);
-    this.out("judgement").replaceChildren(...judged.filter(([, result]) => result).map(([effect, result]) => {
+    const judged = changed.map((effect) => [effect, judge(this.triad, this.order, effect, this.out)]);
+    this.output("judgement").replaceChildren(...judged.filter(([, result]) => result).map(([effect, result]) => {
       const line = document.createElement("p");
       line.textContent = judgementText(result);
       line.className = effect.in_model !== (result.isThere && result.change < 0) ? "helps" : "harms";
@@ -73,19 +78,19 @@ class Section {
       if (!result || !result.helps) return "";
       return `pipeline add ${target}${effect.aliases.length ? " --although-aliased" : ""}`;
     }).filter(Boolean);
-    this.out("commands").textContent = commands.join("\n");
-    this.out("commanded").hidden = commands.length === 0;
+    this.output("commands").textContent = commands.join("\n");
+    this.output("commanded").hidden = commands.length === 0;
   }
 
   say(refitted) {
-    this.out("words").textContent = refitted.dof < FEWEST_DOF
+    this.output("words").textContent = refitted.dof < FEWEST_DOF
       ? `Only ${Math.max(refitted.dof, 0)} degrees of freedom remain: a model with so many `
         + "parameters fits any data. Record more poses before you add it."
       : refitted.p < MISFIT_P_VALUE
         ? "The noise of the poses does not explain the residuals yet."
         : "The noise of the poses explains the residuals.";
-    this.out("words").dataset.p = String(refitted.p);
-    this.out("sizes").replaceChildren(...refitted.sizes.map((size) => {
+    this.output("words").dataset.p = String(refitted.p);
+    this.output("sizes").replaceChildren(...refitted.sizes.map((size) => {
       const row = document.createElement("tr");
       [`${size.effect} ${size.name}`, withSd(size.value * size.factor, size.sd * size.factor), size.unit].forEach((text) => {
         const cell = document.createElement("td");
@@ -123,7 +128,7 @@ class Section {
     const inSd = value.map((v, k) => Math.abs(v) / sd[k]);
     const within = inSd.filter((times) => times <= 1).length;
     const largest = inSd.indexOf(Math.max(...inSd));
-    this.out("says").textContent = `With the ticked effects ${within} of ${labels.length} residuals `
+    this.output("says").textContent = `With the ticked effects ${within} of ${labels.length} residuals `
       + `are smaller than one sd. The largest is ${inSd[largest].toFixed(1)} sds (pose ${labels[largest]}).`;
     const limit = Math.max(this.limit, residualLimit(value, sd));
     this.charts.forEach((chart) => chart.draw(limit, value, sd, this.before.value));
