@@ -52,11 +52,11 @@ FLOORS = {
     ],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
-        ("diagnose",),
+        ("diagnose",), ("untested",),
     ],
-    "calib.diagnosis.hypotheses": [("signature",), ("listed",), ("unlisted",)],
+    "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
     "calib.diagnosis.search": [
-        ("evidence",), ("table", "refit"), ("sets",), ("expansion", "odds"),
+        ("evidence",), ("table", "refit"), ("sizes", "sets"), ("expansion", "odds"),
     ],
     "calib.diagnosis.verdict": [("decision", "ranking", "wording"), ("explain",)],
     "vision": [

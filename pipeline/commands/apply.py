@@ -51,6 +51,7 @@ def command(
     """
     from pipeline.export.apply import applied_csv, apply_results
     from pipeline.export.limits import require_counts, require_gravity, warnings_of
+    from pipeline.logs.clock import StatedClock
     from pipeline.logs.read import read_log
     from pipeline.results.fitness import require_fit
     from pipeline.results.read import load_results
@@ -59,7 +60,7 @@ def command(
     stored = load_results(results, allow_python)
     names = None if columns is None else [name.strip() for name in columns.split(",")]
     notes = [*require_fit(stored, although_unfit)]
-    readings = read_log(log, names, rate_hz)
+    readings = read_log(log, names, StatedClock(rate_hz))
     if not although_unlike:
         require_counts(stored, readings)
     applied = apply_results(stored, readings, session_clock)

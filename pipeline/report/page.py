@@ -21,6 +21,7 @@ from pipeline.report.pose_charts import (
     residual_figure,
     run_legend,
 )
+from pipeline.report.pose_sphere import how_to_exclude, pose_rows, sphere_json
 from pipeline.report.rate_charts import rate_view
 from pipeline.report.refit_data import constants_json, refit_json
 from pipeline.report.summary import Answer, answer_for, overall_verdict
@@ -89,7 +90,7 @@ def _triad_view(
     """What the page shows of one triad."""
     # Python code among them has run before in this run, or there would be no outcome.
     defined = user_effects(outcome.config, result.triad, allow_python=True)
-    payload = refit_json(result, defined)
+    payload = refit_json(result, defined) | {"poses": sphere_json(outcome, result)}
     certificate = compare_with_certificate(outcome.config, result)
     calibration = result.calibration
     return {
@@ -111,6 +112,8 @@ def _triad_view(
         "axes": axis_charts(result),
         "covariates": tuple(covariate_figures(result)),
         "coverage": coverage_figure(result),
+        "pose_rows": pose_rows(result),
+        "exclude": how_to_exclude(outcome, result),
         "added": added_variable_figure(result, payload),
         "staircase": staircase(result.triad, history),
     }

@@ -1,10 +1,11 @@
 """The two calibration stages: averaged poses to a calibrated, compared and diagnosed triad."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from calib.consistency import direction_against_clip, gain_off_the_sheet, turning_while_still
 from calib.diagnosis.diagnose import Diagnosis, diagnose
+from calib.diagnosis.untested import untested
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
 from calib.effects.user_defined import fault_of_user_effect
@@ -16,6 +17,7 @@ from calib.fit.leave_one_out import Comparison, compare
 from calib.fit.model import Model
 from calib.fit.prediction import Prediction, predict
 from calib.fit.solver import fit
+from calib.fit.unknown_sd import has_sds, tests_the_model, with_estimated_sds
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import Triad
 from calib.poses.pose_set import PoseRun, PoseSet, pose_set
@@ -26,6 +28,7 @@ from pipeline.config.sensor import triad_spec
 from pipeline.config.types import STOPPED
 from pipeline.errors import ConfigError
 from pipeline.stages.context import RunContext
+from pipeline.stages.logged_columns import check_covariates
 from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.site import Gravity, gravity_of, latitude_of
@@ -93,6 +96,7 @@ def require_fittable(config: Config) -> None:
     if problems:
         raise ConfigError(*problems)
     check_user_effects(config)
+    check_covariates(config)
 
 
 def calibrate_accelerometer(
@@ -121,7 +125,7 @@ def calibrate_accelerometer(
     poses = pose_set("accelerometer", [run], recordings.origin_s)
     spec = triad_spec(config.sensor.accelerometer)
     defined = user_effects(config, "accelerometer", context.allow_python)
-    return _calibrated(poses, config.accelerometer, spec, defined, gravity)
+    return _calibrated(poses, config.accelerometer, spec, defined, gravity, config.covariates)
 
 
 def calibrate_gyroscope(
@@ -169,7 +173,7 @@ def calibrate_gyroscope(
     poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
     defined = user_effects(config, "gyroscope", context.allow_python)
     spec = triad_spec(config.sensor.gyroscope)
-    result = _calibrated(poses, config.gyroscope, spec, defined, None)
+    result = _calibrated(poses, config.gyroscope, spec, defined, None, config.covariates)
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
     return replace(
@@ -185,23 +189,28 @@ def _calibrated(
     spec: TriadSpec,
     defined: Mapping[str, Effect],
     gravity: Gravity | None,
+    covariates: Sequence[str] | None,
 ) -> TriadResult:
     for name, effect in defined.items():
         fault = fault_of_user_effect(effect, poses.conditions(poses.reading))
         if fault is not None:
             raise Undetermined(f"effects.{name}: the effect {fault}.")
     model = Model.of(section.model, defined)
+    if not has_sds(poses):
+        poses = with_estimated_sds(poses, model)
     fitted = (
         fit_paper(poses, model, spec)
         if section.solver == "paper"
         else fit(poses, model, robust=section.loss == "huber")
     )
     calibration = calibrate_triad(fitted, spec)
+    prediction = predict(calibration)
+    diagnosis = diagnose(fitted, tuple(defined.values()), spec.full_scale, covariates, prediction)
     return TriadResult(
         calibration,
         compare(fitted),
-        diagnose(fitted, tuple(defined.values()), spec.full_scale),
-        predict(calibration),
+        diagnosis if tests_the_model(poses) else untested(diagnosis),
+        prediction,
         gravity,
         warnings=(
             *poses.notes,

@@ -19,11 +19,18 @@ const {
 
 {% include "script/numbers.js" %}
 
+{% include "script/leave_out.js" %}
+
 {% include "script/section.js" %}
+
+{% include "script/sphere.js" %}
+
+{% include "script/poses.js" %}
 
 {% include "script/glossary.js" %}
 
 const sections = data.triads.map((triad) => new Section(triad, data.config));
+sections.forEach((section) => new Poses(section));
 
 // report.html#tick=gyroscope.g_sensitivity,gyroscope.bias_drift opens with these boxes ticked.
 const ticks = /^#tick=(.*)$/.exec(decodeURIComponent(location.hash));

@@ -113,8 +113,8 @@ class UserEffect(Part):
     python: Text | None = means("FILE.py:FUNCTION", default=None)
     per: Literal["axis", "common", "matrix", "reference"] = means("one parameter per what")
     unit: Text = means("unit of the parameters")
-    shapes: dict[str, tuple[str, float, float]] | None = means(
-        "unit and bounds of its shape parameter", default=None, strict=False)
+    shapes: dict[str, Annotated[tuple[str, float, float], Field(strict=False)]] | None = means(
+        "unit and bounds of its shape parameter", default=None)
     python_sha256: Text | None = means("hash of the Python file", default=None)
 
 

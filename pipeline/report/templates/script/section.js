@@ -9,6 +9,8 @@ class Section {
       effect.name, this.root.querySelector(`input[data-effect="${CSS.escape(effect.name)}"]`)]));
     this.order = this.effects.filter((effect) => effect.in_model);
     this.asFitted = refit(triad, this.order);
+    this.out = new Set();    // poses that are left out
+    this.listeners = [];     // called after every refit
     for (const effect of this.effects) {
       this.boxes.get(effect.name).addEventListener("change", () => this.toggle(effect));
     }
@@ -35,17 +37,18 @@ class Section {
     this.update();
   }
 
-  out(name) { return this.root.querySelector(`[data-out="${name}"]`); }
+  output(name) { return this.root.querySelector(`[data-out="${name}"]`); }
 
   update() {
-    const refitted = refit(this.triad, this.order), was = this.asFitted;
+    const refitted = refitWithout(this.triad, this.order, this.out), was = this.asFitted;
+    this.refitted = refitted;
     const exact = this.triad.loo / was.loo;  // refits without each pose, over one step's estimate
     const numbers = { rms: refitted.rms, loo: refitted.loo * exact, chi2: refitted.chi2 / refitted.dof };
     const before = { rms: was.rms, loo: this.triad.loo, chi2: was.chi2 / was.dof };
     const changed = this.effects.filter(
       (effect) => effect.in_model !== this.boxes.get(effect.name).checked);
     for (const [name, value] of Object.entries(numbers)) {
-      const output = this.out(name);
+      const output = this.output(name);
       output.textContent = short(value);
       output.dataset.value = String(value);
       this.root.querySelector(`[data-was="${name}"]`).textContent =
@@ -58,17 +61,18 @@ class Section {
     this.say(refitted, changed);
     this.tie(refitted);
     this.draw(refitted);
+    this.listeners.forEach((listener) => listener());
   }
 
   say(refitted, changed) {
-    this.out("words").textContent = refitted.dof < FEWEST_DOF
+    this.output("words").textContent = refitted.dof < FEWEST_DOF
       ? `Only ${Math.max(refitted.dof, 0)} degrees of freedom remain: a model with so many `
         + "parameters fits any data. Record more poses before you add it."
       : refitted.p < MISFIT_P_VALUE
         ? "The noise of the poses does not explain the residuals yet."
         : "The noise of the poses explains the residuals.";
-    this.out("words").dataset.p = String(refitted.p);
-    const body = this.out("sizes");
+    this.output("words").dataset.p = String(refitted.p);
+    const body = this.output("sizes");
     body.replaceChildren(...refitted.sizes.map((size) => {
       const row = document.createElement("tr");
       [`${size.effect} ${size.name}`, withSd(size.value, size.sd), size.unit].forEach((text) => {
@@ -79,7 +83,7 @@ class Section {
       row.dataset.size = `${size.effect} ${size.name} ${size.value} ${size.sd}`;
       return row;
     }));
-    this.out("commands").textContent = changed.map((effect) => {
+    this.output("commands").textContent = changed.map((effect) => {
       const target = `${this.config} ${this.triad.triad}.${effect.name}`;
       if (effect.in_model) return `pipeline remove ${target}`;
       return `pipeline add ${target}${effect.aliases.length ? " --although-aliased" : ""}`;
@@ -125,7 +129,7 @@ class Section {
     const inSd = value.map((v, k) => Math.abs(v) / sd[k]);
     const within = inSd.filter((times) => times <= 1).length;
     const largest = inSd.indexOf(Math.max(...inSd));
-    this.out("says").textContent = `With the ticked effects ${within} of ${labels.length} residuals `
+    this.output("says").textContent = `With the ticked effects ${within} of ${labels.length} residuals `
       + `are smaller than one sd. The largest is ${inSd[largest].toFixed(1)} sds (pose ${labels[largest]}).`;
     for (const chart of this.root.querySelectorAll("svg.residuals")) {
       const top = Number(chart.dataset.top), bottom = Number(chart.dataset.bottom);
