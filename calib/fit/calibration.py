@@ -18,7 +18,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.effects.catalogue import BASE
-from calib.fit.model import Correction, Model
+from calib.fit.correction import Correction
+from calib.fit.model import Model
 from calib.fit.result import MISFIT_P_VALUE, Fit
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec

@@ -16,6 +16,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from calib.errors import Remedy, Undetermined, UnusableLog
+from calib.poses.batches import BATCHES, COARSE_BATCHES, batch_means, batch_variance
+from calib.poses.creep import creep_rate
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import (
     AXES,
@@ -25,10 +27,6 @@ from calib.poses.imu_log import (
     ImuLog,
     Triad,
 )
-
-BATCHES = 6
-COARSE_BATCHES = BATCHES // 2
-"""Long enough stretches to hold most of the correlation, enough of them to show a scatter."""
 
 SHORT_BATCHES = 2 * BATCHES
 MEDIAN_OF_NORMAL = 0.6745
@@ -67,7 +65,10 @@ class TriadMean:
 
 @dataclass(frozen=True, eq=False)
 class PoseMean:
-    """One averaged pose: both triads, the time it was taken and every logged column."""
+    """One averaged pose: both triads, the time it was taken and every logged column.
+
+    ``creep_rad_s`` is how fast it turned although at rest, as far as gravity shows that.
+    """
 
     label: str
     accelerometer: TriadMean
@@ -75,20 +76,10 @@ class PoseMean:
     time_s: float
     duration_s: float
     columns: dict[str, float]
+    creep_rad_s: float = 0.0
 
 
 _NOT_LOGGED = TriadMean(*(np.full(3, np.nan) for _ in range(4)))
-
-
-def batch_means(values: FloatArray, count: int) -> FloatArray:
-    """Means of ``count`` equal stretches of ``values`` (t, k), shape (count, k)."""
-    length = len(values) // count
-    return np.asarray(values[: count * length].reshape(count, length, -1).mean(axis=1))
-
-
-def batch_variance(values: FloatArray, count: int) -> FloatArray:
-    """Variance of the mean of each column of ``values`` (t, k) from ``count`` batches, (k,)."""
-    return np.asarray(batch_means(values, count).var(axis=0, ddof=1) / count)
 
 
 def value_steps(values: FloatArray) -> FloatArray:
@@ -137,7 +128,7 @@ def _check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -
     low, high = spec.count_range
     if counts.min() < low or counts.max() > high:
         span = f"{counts.min():g} to {counts.max():g}"
-        other = "offset-binary" if spec.encoding == "twos-complement" else "twos-complement"
+        other = "twos-complement" if counts.min() < 0 else "unsigned-twos-complement, offset-binary"
         raise UnusableLog(
             f"{label}: {triad} counts run from {span}, but {spec.bits} bit {spec.encoding} spans "
             f"{low:g} to {high:g}. Is the encoding {other}, or the number of bits another? "
@@ -245,17 +236,20 @@ def average_pose(
             f"{log.label}: {n} samples, at least {SHORTEST_SAMPLES} expected in a pose. Log each "
             f"pose for some seconds."
         )
-    means = []
+    means, creep_rad_s = [], 0.0
+    duration_s = float(log.time_s[n - 1] - log.time_s[0])
     for triad, spec in zip(TRIADS, (accelerometer, gyroscope), strict=True):
         if spec is None or not log.has(triad):
             means.append(_NOT_LOGGED)
             continue
-        counts = getattr(log, triad)[:n]
+        counts = spec.signed(getattr(log, triad)[:n])
         _check_counts(log.label, triad, counts, spec)
         values = spec.nominal(counts)
         if rate_rad_s == 0:
             _check_still(log.label, triad, values, largest_shift[triad])
             rest = values
+            if triad == "accelerometer":
+                creep_rad_s = creep_rate(batch_means(values, BATCHES), duration_s)
         else:
             rest = _without_harmonics(values, log.time_s[:n], abs(rate_rad_s))
             if triad == "gyroscope":
@@ -275,8 +269,9 @@ def average_pose(
         accelerometer=means[0],
         gyroscope=means[1],
         time_s=float(log.time_s[:n].mean()),
-        duration_s=float(log.time_s[n - 1] - log.time_s[0]),
+        duration_s=duration_s,
         columns={name: float(values[:n].mean()) for name, values in log.columns.items()},
+        creep_rad_s=creep_rad_s,
     )
 
 

@@ -1,7 +1,4 @@
-"""The poses of one triad, ready to be fitted: readings, their sds, references and covariates.
-
-A reference is the magnitude that each pose should show, and how well it is known.
-"""
+"""The poses of one triad, ready to be fitted: readings, their sds, references and covariates."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -11,92 +8,12 @@ import numpy as np
 
 from calib.poses.averaging import PoseMean, check_alive
 from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
-from calib.poses.imu_log import BoolArray, FloatArray, IntArray, Triad
+from calib.poses.imu_log import FloatArray, IntArray, Triad
 from calib.poses.mean_noise import NOISE_DOF_PER_POSE, pose_mean_sd, too_short
+from calib.poses.reference import Reference, RowIndex, join_references
 
-RowIndex = IntArray | BoolArray | slice | Sequence[int]
 PER_POSE = ("reading", "sd", "force", "vibration", "spin_rad_s", "time_s", "expected")
 """Arrays of a :class:`PoseSet` with one row per pose."""
-
-
-@dataclass(frozen=True)
-class CommonError:
-    """One error shared by all poses that name it; ``sd`` is in the unit of the magnitude."""
-
-    name: str
-    sd: float
-
-
-@dataclass(frozen=True, eq=False)
-class Reference:
-    """Reference magnitudes of n poses.
-
-    Parameters
-    ----------
-    magnitude : array, shape (n,)
-        Gravity in m/s² or plate rate in rad/s; 0 for a null pose (plate stopped).
-    sd : array, shape (n,)
-        The part of its sd that each pose has for itself.
-    common : array, shape (n, q)
-        Sd of the parts that several poses share: column j is how far one sd of the common error j
-        moves each magnitude. It does not average down; it goes straight into the scale.
-    common_names : tuple of str
-        What the q common errors are, for the uncertainty budget.
-    of_setting : frozenset of str
-        Those among them that belong to one setting of the plate: another one brings its own.
-    """
-
-    magnitude: FloatArray
-    sd: FloatArray
-    common: FloatArray
-    common_names: tuple[str, ...]
-    of_setting: frozenset[str] = frozenset()
-
-    def __post_init__(self) -> None:
-        n = len(self.magnitude)
-        assert self.sd.shape == (n,)
-        assert self.common.shape == (n, len(self.common_names))
-
-    @property
-    def is_null(self) -> BoolArray:
-        """Which poses were taken with nothing to measure, shape (n,)."""
-        return np.asarray(self.magnitude == 0.0)
-
-    def take(self, rows: RowIndex) -> "Reference":
-        """The references of these poses alone."""
-        return replace(
-            self, magnitude=self.magnitude[rows], sd=self.sd[rows], common=self.common[rows]
-        )
-
-
-def constant_reference(
-    n: int, magnitude: float, common: Sequence[CommonError], sd: float = 0.0
-) -> Reference:
-    """The same magnitude for ``n`` poses, its errors all in common."""
-    return Reference(
-        np.full(n, magnitude),
-        np.full(n, sd),
-        np.tile([c.sd for c in common], (n, 1)).reshape(n, len(common)),
-        tuple(c.name for c in common),
-    )
-
-
-def join_references(parts: Sequence[Reference]) -> Reference:
-    """The poses of ``parts`` one after another; common errors of the same name are the same."""
-    names = tuple(dict.fromkeys(name for part in parts for name in part.common_names))
-    blocks = []
-    for part in parts:
-        block = np.zeros((len(part.magnitude), len(names)))
-        for j, name in enumerate(part.common_names):
-            block[:, names.index(name)] = part.common[:, j]
-        blocks.append(block)
-    return Reference(
-        np.concatenate([part.magnitude for part in parts]),
-        np.concatenate([part.sd for part in parts]),
-        np.concatenate(blocks),
-        names,
-        frozenset().union(*(part.of_setting for part in parts)),
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,7 +159,17 @@ class PoseSet:
 class PoseRun:
     """Poses recorded under one reference.
 
-    ``spin_rad_s`` (n,) signed plate rate, 0 if stopped; ``expected`` (n, 3) null poses' readings.
+    Parameters
+    ----------
+    name : str
+        What messages call the run.
+    means : sequence of PoseMean, length n
+    reference : Reference
+        Magnitudes of the n poses.
+    spin_rad_s : array, shape (n,)
+        Plate rate, positive counter-clockwise seen from above; 0 when stopped.
+    expected : array, shape (n, 3)
+        What a null pose should read, SI.
     """
 
     name: str
@@ -258,15 +185,31 @@ def pose_set(
     origin_s: float,
     correct_force: Callable[[Conditions], FloatArray] | None = None,
 ) -> PoseSet:
-    """All runs of one triad as one set, to be fitted jointly; its times count from ``origin_s``.
+    """All runs of one triad as one set, to be fitted jointly.
 
-    ``correct_force`` is the calibration of the accelerometer, by which its nominal readings become
-    the specific force that effects on the gyro depend on; without it they stand as they are.
+    Parameters
+    ----------
+    triad : str
+        ``accelerometer`` or ``gyroscope``.
+    runs : sequence of PoseRun
+    origin_s : float
+        When the session began, on the clock of the logs; the poses' times count from there.
+    correct_force : callable, optional
+        The calibration of the accelerometer, from conditions with its nominal readings (n, 3) to
+        the specific force (n, 3) in m/s², on which effects on the gyroscope depend. Without it
+        the nominal readings stand.
+
+    Returns
+    -------
+    PoseSet
+        The n poses of all runs, in their order, with the logged columns that all of them have.
 
     Raises
     ------
     Undetermined
         An axis gives the very same value in all poses of a run.
+    FitFailed
+        By ``correct_force``: its effects are larger than the readings.
     """
     for run in runs:
         check_alive(run.means, triad, run.name)

@@ -16,8 +16,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from calib.effects.effect import Effect, Need
+from calib.effects.needs import lacking
 from calib.errors import Undetermined, UnusableLog
-from calib.fit.model import Correction, Model, lacking, pick
+from calib.fit.correction import Correction
+from calib.fit.model import Model
 from calib.poses.conditions import OTHER_TRIAD, Conditions
 from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.logs.write import LARGEST, csv_rows
@@ -148,7 +150,7 @@ def _of_the_sensor(stored: StoredTriad) -> Correction:
         for effect in correction.model.effects
         if effect.belongs_to != "bench"
     )
-    theta = correction.theta[pick(correction.model, effects)]
+    theta = correction.theta[correction.model.positions(effects)]
     return replace(correction, model=Model(effects), theta=theta)
 
 

@@ -12,10 +12,11 @@ from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 from calib.poses.static_intervals import find_still
-from pipeline.config.load import Config, sensor_specs
+from pipeline.config.load import Config
 from pipeline.config.schema import KnownRateSection, PosesSection, VideoRateSection
+from pipeline.config.sensor import sensor_specs
 from pipeline.formatting import RPM
-from pipeline.logs.read import join_logs
+from pipeline.logs.join import join_logs
 from pipeline.stages.poses import still_search
 from pipeline.stages.session_logs import read_logs
 
@@ -59,7 +60,7 @@ def _read_setting(config: Config, poses: PosesSection, name: str) -> PlannedSett
     rate, stated = 0.0, config.rate.get(name)
     relative, sd = 0.0, 0.0
     if isinstance(stated, KnownRateSection):
-        rate, sd = stated.rate_rad_s, stated.sd_rad_s
+        rate, sd = abs(stated.rate_rad_s), stated.sd_rad_s
     elif isinstance(stated, VideoRateSection):
         rate = (stated.nominal_rpm or math.nan) * RPM
         relative = stated.timebase.relative_sd

@@ -12,6 +12,7 @@ from pipeline.console.mounting_text import mounting_text
 from pipeline.console.run_text import triad_figures
 from pipeline.report.added_variable import added_variable_figure
 from pipeline.report.axis_charts import axis_charts
+from pipeline.report.effect_cards import effect_cards
 from pipeline.report.glossary import TERMS, with_terms
 from pipeline.report.history_chart import staircase
 from pipeline.report.pose_charts import (
@@ -54,12 +55,13 @@ def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None =
         lstrip_blocks=True,
     )
     environment.filters["terms"] = with_terms
+    drawings = tuple(environment.get_template("drawings.html").module.__dict__)
     where = str(folder or outcome.config.output_folder)
     config = shlex.quote(str(outcome.config.source.path))
     rates = [rate_view(rate, config) for rate in outcome.rates.values()]
     answers = [answer_for(result, outcome, where) for result in outcome.triads]
     views = [
-        _triad_view(outcome, result, answer, history)
+        _triad_view(outcome, result, answer, history, drawings)
         for result, answer in zip(outcome.triads, answers, strict=True)
     ]
     return environment.get_template(TEMPLATE_NAME).render(
@@ -81,7 +83,8 @@ def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None =
 
 
 def _triad_view(
-    outcome: Outcome, result: TriadResult, answer: Answer, history: Sequence[Step]
+    outcome: Outcome, result: TriadResult, answer: Answer, history: Sequence[Step],
+    drawings: Sequence[str],
 ) -> dict[str, Any]:
     """What the page shows of one triad."""
     # Python code among them has run before in this run, or there would be no outcome.
@@ -102,6 +105,7 @@ def _triad_view(
         "gravity": result.gravity,
         "payload": payload,
         "effects": payload["effects"],
+        "cards": effect_cards(result, payload, defined, drawings),
         "residual": residual_figure(result),
         "legend": run_legend(result),
         "axes": axis_charts(result),

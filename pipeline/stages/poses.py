@@ -12,10 +12,11 @@ from calib.poses.imu_log import ImuLog
 from calib.poses.rest_candidates import WANDER_M_S2, StillSearch
 from calib.poses.runs import TURNING_RAD_S
 from calib.poses.static_intervals import StaticIntervals, find_still, list_stops
-from pipeline.config.load import Config, Specs, sensor_specs
+from pipeline.config.load import Config
 from pipeline.config.schema import PosesSection, StillSection
+from pipeline.config.sensor import Specs, sensor_specs
 from pipeline.config.types import STOPPED
-from pipeline.logs.read import join_logs
+from pipeline.logs.join import join_logs
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.session_logs import read_logs
 

@@ -1,6 +1,6 @@
 """The two calibration stages: averaged poses to a calibrated, compared and diagnosed triad."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from calib.consistency import direction_against_clip, gain_off_the_sheet, turning_while_still
@@ -20,11 +20,13 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import Triad
 from calib.poses.pose_set import PoseRun, PoseSet, pose_set
 from calib.poses.runs import gravity_run, stopped_run, turning_run
-from pipeline.config.load import Config, triad_spec
+from pipeline.config.load import Config
 from pipeline.config.schema import AccelerometerSection, GyroscopeSection
+from pipeline.config.sensor import triad_spec
 from pipeline.config.types import STOPPED
 from pipeline.errors import ConfigError
 from pipeline.stages.context import RunContext
+from pipeline.stages.logged_columns import check_covariates
 from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.site import Gravity, gravity_of, latitude_of
@@ -92,6 +94,7 @@ def require_fittable(config: Config) -> None:
     if problems:
         raise ConfigError(*problems)
     check_user_effects(config)
+    check_covariates(config)
 
 
 def calibrate_accelerometer(
@@ -120,7 +123,7 @@ def calibrate_accelerometer(
     poses = pose_set("accelerometer", [run], recordings.origin_s)
     spec = triad_spec(config.sensor.accelerometer)
     defined = user_effects(config, "accelerometer", context.allow_python)
-    return _calibrated(poses, config.accelerometer, spec, defined, gravity)
+    return _calibrated(poses, config.accelerometer, spec, defined, gravity, config.covariates)
 
 
 def calibrate_gyroscope(
@@ -168,7 +171,7 @@ def calibrate_gyroscope(
     poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
     defined = user_effects(config, "gyroscope", context.allow_python)
     spec = triad_spec(config.sensor.gyroscope)
-    result = _calibrated(poses, config.gyroscope, spec, defined, None)
+    result = _calibrated(poses, config.gyroscope, spec, defined, None, config.covariates)
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
     return replace(
@@ -184,6 +187,7 @@ def _calibrated(
     spec: TriadSpec,
     defined: Mapping[str, Effect],
     gravity: Gravity | None,
+    covariates: Sequence[str] | None,
 ) -> TriadResult:
     for name, effect in defined.items():
         fault = fault_of_user_effect(effect, poses.conditions(poses.reading))
@@ -196,11 +200,12 @@ def _calibrated(
         else fit(poses, model, robust=section.loss == "huber")
     )
     calibration = calibrate_triad(fitted, spec)
+    prediction = predict(calibration)
     return TriadResult(
         calibration,
         compare(fitted),
-        diagnose(fitted, tuple(defined.values()), spec.full_scale),
-        predict(calibration),
+        diagnose(fitted, tuple(defined.values()), spec.full_scale, covariates, prediction),
+        prediction,
         gravity,
         warnings=(
             *poses.notes,
