@@ -62,6 +62,12 @@ class UnreadableInput(PipelineError):
     exit_code = UNREADABLE
 
 
+class UnfitCalibration(PipelineError):
+    """The stored results do not determine what they are to be used for."""
+
+    exit_code = UNDETERMINED
+
+
 class DeviceError(PipelineError):
     """A sensor or a camera does not answer, or answers nonsense."""
 
