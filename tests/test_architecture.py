@@ -61,7 +61,7 @@ FLOORS = {
     "calib.diagnosis.verdict": [("decision", "ranking", "wording"), ("explain",)],
     "vision": [
         ("geometry", "orientation"), ("phase_track",), ("errors",), ("video", "camera"),
-        ("plate", "rate"), ("tracking",),
+        ("plate", "rate"), ("tracking", "overlay"),
     ],
     "pipeline": [
         ("errors", "names", "formatting"), ("files",), ("logs",), ("devices",),
