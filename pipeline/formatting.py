@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from calib.effects.catalogue import BASE
-from calib.rounding import with_sd as with_sd
+from calib.fit.rounding import with_sd as with_sd
 
 #: Unit in which a triad's errors are shown, and how many of it one SI unit is.
 DISPLAY: Mapping[str, tuple[str, float]] = {

@@ -150,6 +150,6 @@ def _poses(
 
 
 def _calibrated(poses: PoseSet, effects: tuple[str | Effect, ...]) -> Calibration:
-    own = {each.name: each for each in effects if isinstance(each, Effect)}
-    model = Model.of([display.name_of(each) for each in effects], own)
-    return Calibration(poses, effects, assess(poses, model, SI, candidates=tuple(own.values())))
+    defined = {each.name: each for each in effects if isinstance(each, Effect)}
+    model = Model.of([display.name_of(each) for each in effects], defined)
+    return Calibration(poses, effects, assess(poses, model, SI, candidates=tuple(defined.values())))
