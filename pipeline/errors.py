@@ -62,6 +62,12 @@ class UnreadableInput(PipelineError):
     exit_code = UNREADABLE
 
 
+class UnfinishedGuess(PipelineError):
+    """What `pipeline import` has written does not run yet."""
+
+    exit_code = UNDETERMINED
+
+
 class DeviceError(PipelineError):
     """A sensor or a camera does not answer, or answers nonsense."""
 

@@ -65,7 +65,7 @@ FLOORS = {
     ],
     "pipeline": [
         ("errors", "names", "formatting"), ("files",), ("logs",), ("devices",),
-        ("config",), ("stages",), ("results", "record", "plan", "model_change", "playback"),
+        ("config",), ("stages",), ("results", "record", "plan", "model_change", "playback", "guess"),
         ("console", "export"), ("report",), ("session_folder",), ("commands",), ("cli",),
         ("__main__",),
     ],
