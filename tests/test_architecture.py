@@ -25,7 +25,7 @@ HOME = {
     "scipy": ("pipeline", "vision", "calib"),
     "cv2": ("vision",),
     "serial": ("pipeline.record",),
-    "yaml": ("pipeline.config",),
+    "yaml": ("pipeline.config", "pipeline.export"),
     "pydantic": ("pipeline.config", "pipeline.results.schema"),
     "pydantic_core": ("pipeline.config",),
     "jinja2": ("pipeline.report",),
@@ -54,9 +54,9 @@ FLOORS = {
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
         ("diagnose",), ("untested",),
     ],
-    "calib.diagnosis.hypotheses": [("signature",), ("listed",), ("unlisted",)],
+    "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
     "calib.diagnosis.search": [
-        ("evidence",), ("table", "refit"), ("sets",), ("expansion", "odds"),
+        ("evidence",), ("table", "refit"), ("sizes", "sets"), ("expansion", "odds"),
     ],
     "calib.diagnosis.verdict": [("decision", "ranking", "wording"), ("explain",)],
     "vision": [
@@ -64,8 +64,9 @@ FLOORS = {
         ("plate", "rate"), ("tracking",),
     ],
     "pipeline": [
-        ("errors", "names", "formatting"), ("files",), ("logs",), ("devices",),
-        ("config",), ("stages",), ("results", "record", "plan", "model_change", "playback", "guess"),
+        ("errors", "names", "formatting", "plain_text"), ("files",), ("logs",), ("devices",),
+        ("config",), ("stages",),
+        ("results", "record", "plan", "model_change", "playback", "guess"),
         ("console", "export"), ("report",), ("session_folder",), ("commands",), ("cli",),
         ("__main__",),
     ],

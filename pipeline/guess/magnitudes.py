@@ -39,6 +39,7 @@ in use lie a factor of 57 apart."""
 LEAST_TURN = 0.02
 """Change of the direction of gravity from block to block, rad, that is no noise."""
 
+MEDIAN_OF_NORMAL = 0.6745
 BLOCK_S = 0.1
 FEWEST_TURNS = 8
 
@@ -61,6 +62,12 @@ def decoded(values: FloatArray) -> tuple[FloatArray, str]:
 def typical_length(values: FloatArray) -> float:
     """Median length of readings (t, 3)."""
     return float(np.median(np.linalg.norm(values, axis=1)))
+
+
+def noise_sd(values: FloatArray) -> float:
+    """Sd of one sample of readings (t, 3), from what neighbours differ by."""
+    steps = np.diff(values, axis=0)
+    return float(np.median(np.abs(steps))) / MEDIAN_OF_NORMAL / math.sqrt(2) if len(steps) else 0.0
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from pipeline.guess.magnitudes import (
     decoded,
     gravity_unit,
     nearest_rate_unit,
+    noise_sd,
     rate_scale,
     record_rpm,
     typical_length,
@@ -30,6 +31,9 @@ LEAST_SCATTER = 0.03
 
 FASTEST_HAND_RAD_S = 25.0
 """Gyroscopes of phones and hobby boards end at 2000 °/s, and no hand turns as fast as 1400 °/s."""
+
+NOISIEST_RAD_S = 0.03
+"""Noise of one sample of a gyroscope, at most: 2 °/s, ten times that of an MPU-6050."""
 
 LARGEST_BIAS_RAD_S = 0.35
 """Of a gyroscope that rests in most of its log: 20 °/s, the most that data sheets allow."""
@@ -239,10 +243,10 @@ def turns_beside(
 
 def _by_size(triple: Triple, signed: FloatArray, encoding: str, because: str) -> TriadGuess:
     """The unit by how fast things turn."""
-    length = typical_length(signed)
+    length, noise = typical_length(signed), noise_sd(signed)
     for unit, size in RATE_UNITS.items():
         rpm = record_rpm(length * size) if not encoding else None
-        if rpm is not None:
+        if rpm is not None and noise * size < NOISIEST_RAD_S:
             return _gyroscope(triple, unit, None, "", (
                 f"{because}; {length:.4g} is {rpm:.3g} rpm, a speed of record players"), "")
     if encoding:
@@ -250,7 +254,8 @@ def _by_size(triple: Triple, signed: FloatArray, encoding: str, because: str) ->
             "nothing in the log shows the sensitivity of the gyroscope; 131 counts per °/s is that "
             "of ±250 °/s at 16 bits"))
     fastest = float(np.quantile(np.abs(signed - np.median(signed, axis=0)), 0.999))
-    slow = fastest < FASTEST_HAND_RAD_S and length < LARGEST_BIAS_RAD_S
+    slow = (fastest < FASTEST_HAND_RAD_S and length < LARGEST_BIAS_RAD_S
+            and noise < NOISIEST_RAD_S)
     unit = "rad_s" if slow else "deg_s"
     return _gyroscope(triple, unit, None, "", because, (
         f"nothing in the log shows the unit of the gyroscope; its readings reach {fastest:.3g}, "

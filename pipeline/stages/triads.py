@@ -1,6 +1,6 @@
 """The two calibration stages: averaged poses to a calibrated, compared and diagnosed triad."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from calib.consistency import direction_against_clip, gain_off_the_sheet, turning_while_still
@@ -28,6 +28,7 @@ from pipeline.config.sensor import triad_spec
 from pipeline.config.types import STOPPED
 from pipeline.errors import ConfigError
 from pipeline.stages.context import RunContext
+from pipeline.stages.logged_columns import check_covariates
 from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.site import Gravity, gravity_of, latitude_of
@@ -95,6 +96,7 @@ def require_fittable(config: Config) -> None:
     if problems:
         raise ConfigError(*problems)
     check_user_effects(config)
+    check_covariates(config)
 
 
 def calibrate_accelerometer(
@@ -123,7 +125,7 @@ def calibrate_accelerometer(
     poses = pose_set("accelerometer", [run], recordings.origin_s)
     spec = triad_spec(config.sensor.accelerometer)
     defined = user_effects(config, "accelerometer", context.allow_python)
-    return _calibrated(poses, config.accelerometer, spec, defined, gravity)
+    return _calibrated(poses, config.accelerometer, spec, defined, gravity, config.covariates)
 
 
 def calibrate_gyroscope(
@@ -171,7 +173,7 @@ def calibrate_gyroscope(
     poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
     defined = user_effects(config, "gyroscope", context.allow_python)
     spec = triad_spec(config.sensor.gyroscope)
-    result = _calibrated(poses, config.gyroscope, spec, defined, None)
+    result = _calibrated(poses, config.gyroscope, spec, defined, None, config.covariates)
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
     return replace(
@@ -187,6 +189,7 @@ def _calibrated(
     spec: TriadSpec,
     defined: Mapping[str, Effect],
     gravity: Gravity | None,
+    covariates: Sequence[str] | None,
 ) -> TriadResult:
     for name, effect in defined.items():
         fault = fault_of_user_effect(effect, poses.conditions(poses.reading))
@@ -201,12 +204,13 @@ def _calibrated(
         else fit(poses, model, robust=section.loss == "huber")
     )
     calibration = calibrate_triad(fitted, spec)
-    diagnosis = diagnose(fitted, tuple(defined.values()), spec.full_scale)
+    prediction = predict(calibration)
+    diagnosis = diagnose(fitted, tuple(defined.values()), spec.full_scale, covariates, prediction)
     return TriadResult(
         calibration,
         compare(fitted),
         diagnosis if tests_the_model(poses) else untested(diagnosis),
-        predict(calibration),
+        prediction,
         gravity,
         warnings=(
             *poses.notes,

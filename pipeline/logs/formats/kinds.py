@@ -10,6 +10,8 @@ from pathlib import Path
 
 from pipeline.errors import UnreadableInput
 from pipeline.logs.formats.file_table import FileTable
+from pipeline.logs.memory import largest_text, too_large
+from pipeline.logs.source import require_file
 
 DISTRIBUTION = "turntable-imu-calibration"
 BAG_FOLDER_MARK = "metadata.yaml"  #: makes a folder a ROS 2 bag
@@ -73,6 +75,7 @@ def kind_of(path: Path) -> Kind | None:
     if path.is_dir():
         return ROS
     try:
+        require_file(path)
         with path.open("rb") as file:
             head = file.read(HEAD_BYTES)
     except OSError as error:
@@ -94,6 +97,9 @@ def tables_of(path: Path, kind: Kind) -> list[FileTable]:
     UnreadableInput
         The library of the format is not installed, or the file is damaged or holds no numbers.
     """
+    limit = largest_text()
+    if path.is_file() and path.stat().st_size > limit:
+        raise too_large(path, limit)
     try:
         module = import_module(f"pipeline.logs.formats.{kind.module}")
     except ImportError as error:

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from calib.diagnosis.verdict.explain import SIGNS
+from pipeline.console.answers import Answer, headline, rates_answer
+from pipeline.console.rate_text import RateVerdict
 from pipeline.formatting import DISPLAY, with_sd
 from pipeline.report.glossary import TERMS, Term, with_terms
 from pipeline.report.history_chart import staircase
-from pipeline.report.rate_charts import RateView
 from pipeline.report.refit_data import constants_json
-from pipeline.report.summary import Answer, overall_verdict
 from pipeline.report.svg import nice_limit, tick_text, upward
 from pipeline.results.history import Step, TriadStep
 from tests.pipeline.conftest import RunSession
@@ -92,7 +92,7 @@ def test_the_tables_hold_what_the_results_hold(page: Page, finished: RunSession)
 
 def test_the_page_is_the_same_for_light_dark_print_and_phone(source: str) -> None:
     for asked in ("prefers-color-scheme: dark", "@media print", "prefers-reduced-motion",
-                  'name="viewport"', "max-width: 30rem"):
+                  'name="viewport"', "max-width: 34rem"):
         assert asked in source
 
 
@@ -164,39 +164,40 @@ def test_ticks_are_few_round_and_inside(low: float, high: float, logarithmic: bo
 
 
 def test_a_session_without_a_triad_is_said_to_be_unfinished() -> None:
-    assert "no triad" in overall_verdict([]).text
+    assert "no triad" in headline([]).text
 
 
 # --- the headline ------------------------------------------------------------------------------
 
 
-def rate_view_with(name: str, verdict: str, lacks: str = "") -> RateView:
-    return RateView(name, "16.7 rpm", (), "", verdict=verdict, lacks=lacks)
+def verdict_on(name: str, complete: bool, lacks: str = "") -> RateVerdict:
+    return RateVerdict(name, complete, "", lacks)
 
 
-GOOD = Answer("gyroscope", "good", "✓", "nothing is missing", "", "", "", ())
+GOOD = Answer("gyroscope", "good", "nothing is missing", "", "", "", ())
 
 
 def test_the_headline_names_every_rate_model_that_its_section_calls_incomplete() -> None:
-    rates = [rate_view_with("slow", "effect", "once_per_rev"), rate_view_with("fast", "ambiguous"),
-             rate_view_with("back", "effect", "once_per_rev"),
-             rate_view_with("stated", "nothing_missing")]
-    headline = overall_verdict([GOOD], rates)
-    assert headline.standing == "open"
-    assert "noise explains the residuals of the gyroscope" in headline.text
-    assert "rate models of slow and back lack once_per_rev" in headline.text
-    assert "rate model of fast lacks a term" in headline.text
-    assert "stated" not in headline.text
+    rates = rates_answer([
+        verdict_on("slow", False, "once_per_rev"), verdict_on("fast", False),
+        verdict_on("back", False, "once_per_rev"), verdict_on("stated", True)])
+    assert rates is not None
+    top = headline([GOOD, rates])
+    assert top.standing == "open"
+    assert "noise explains the residuals of the gyroscope" in top.text
+    assert "rate models of slow and back lack once_per_rev" in top.text
+    assert "rate model of fast lacks a term" in top.text
+    assert "stated" not in top.text
 
 
 def test_the_headline_is_good_only_if_everything_is() -> None:
-    rates = [rate_view_with("slow", "nothing_missing")]
-    assert overall_verdict([GOOD], rates).standing == "good"
-    act = replace(GOOD, triad="accelerometer", standing="act", short="its model lacks cubic")
-    headline = overall_verdict([GOOD, act], rates)
-    assert headline.standing == "act"
-    assert "The calibration of the gyroscope is good." in headline.text
-    assert "accelerometer is not complete: its model lacks cubic" in headline.text
+    assert rates_answer([verdict_on("slow", True)]) is None
+    assert headline([GOOD]).standing == "good"
+    act = replace(GOOD, subject="accelerometer", standing="act", short="its model lacks cubic")
+    top = headline([GOOD, act])
+    assert top.standing == "act"
+    assert "The calibration of the gyroscope is good." in top.text
+    assert "accelerometer is not complete: its model lacks cubic" in top.text
 
 
 # --- terms -------------------------------------------------------------------------------------
