@@ -69,7 +69,8 @@ FLOORS = {
     ],
     "pipeline": [
         ("errors", "names", "formatting", "plain_text"), ("files",), ("logs",), ("devices",),
-        ("config",), ("stages",), ("results", "record", "plan", "model_change", "playback"),
+        ("config",), ("stages",),
+        ("results", "record", "plan", "model_change", "playback", "guess"),
         ("console", "export"), ("report",), ("session_folder",), ("commands",), ("cli",),
         ("__main__",),
     ],
