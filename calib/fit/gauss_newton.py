@@ -11,8 +11,8 @@ matrix is not positive, that of Gauss and Newton, without the sums (Kaufman's fo
 projection of Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973). A step is halved while the cost
 rises. The robust loss (Huber) reweights the rows until the weights are steady.
 
-``scipy.optimize.least_squares`` with the same rows, Jacobian, starts and tolerances ends at the same
-minima and takes 1.2 to 2.5 times as long for those of a diagnosis, 4 times where a shape is free
+``scipy.optimize.least_squares`` with the same rows, Jacobian, starts and tolerances ends at the
+same minima and takes 1.2 to 2.5 times as long for those of a diagnosis, 4 times where a shape is free
 (``python -m tests.bench.bench_diagnose``). It knows no robust weights that are held, no step of
 Newton's for what bends, and no batches, which many sensors at once will want.
 """
