@@ -37,10 +37,12 @@ HOME = {
     "pymavlink": ("pipeline.logs.formats.ardupilot",),
     "pyarrow": ("pipeline.logs.formats.parquet",),
     "h5py": ("pipeline.logs.formats.hdf5",),
+    "pandas": ("calib.notebook.display",),
+    "matplotlib": ("calib.notebook.display",),
 }
 #: Installed by an extra: what reads them says which where they are missing.
 EXTRAS = {"rosbags": "ros", "pyulog": "px4", "pymavlink": "ardupilot", "pyarrow": "parquet",
-          "h5py": "hdf5"}
+          "h5py": "hdf5", "pandas": "notebook", "matplotlib": "notebook"}
 #: Which of our packages each may import besides itself.
 MAY_IMPORT = {"pipeline": {"vision", "calib"}, "vision": set(), "calib": set()}
 #: The way of the data inside a folder: a room imports from itself and from the floors before it,
@@ -48,8 +50,10 @@ MAY_IMPORT = {"pipeline": {"vision", "calib"}, "vision": set(), "calib": set()}
 FLOORS = {
     "calib": [
         ("errors", "earth"), ("poses",), ("effects",), ("fit",),
-        ("diagnosis", "mounting", "consistency", "certificate"), ("planning",),
+        ("diagnosis", "mounting", "consistency", "certificate", "rounding"),
+        ("planning", "assess"), ("notebook",),
     ],
+    "calib.notebook": [("tables", "display"), ("calibration",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
         ("diagnose",), ("untested",),
