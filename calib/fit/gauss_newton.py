@@ -12,9 +12,9 @@ projection of Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973). A step is halved 
 rises. The robust loss (Huber) reweights the rows until the weights are steady.
 
 ``scipy.optimize.least_squares`` with the same rows, Jacobian, starts and tolerances ends at the
-same minima and takes 1.2 to 2.5 times as long for those of a diagnosis, 4 times where a shape is free
-(``python -m tests.bench.bench_diagnose``). It knows no robust weights that are held, no step of
-Newton's for what bends, and no batches, which many sensors at once will want.
+same minima. For those of a diagnosis it takes 1.1 to 4 times as long, the most where a shape is
+free (``python -m tests.bench.bench_diagnose``); and it has no batches, which many sensors at once
+will want.
 """
 
 from collections.abc import Iterator, Mapping
