@@ -26,6 +26,7 @@ The way of the data
 ``tracking``      the plate's angle in every frame (``track_phase``: clip to ``PhaseTrack``)
 ``phase_track``   what the tracking hands on: arrays only
 ``rate``          the rate and its standard deviation (``measure_rate``), with NumPy alone
+``overlay``       the clip with the measurement drawn on it
 ``camera``        films a clip with a live camera
 ``errors``        what can go wrong, by what the user can do about it
 """

@@ -8,7 +8,7 @@ uneven frame rate. There is no seeking: a clip is read once, from its first fram
 import queue
 import threading
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -26,6 +26,7 @@ LARGEST_SIDE = 1000  # pixels; a larger frame is reduced by a whole factor
 BATCH = 16  # frames handed over at once
 LUMA_FIRST = (b"I420", b"NV12", b"Y800")  # 8 bits of luma per pixel, before anything else
 SMALL = 500_000  # pixels of a frame that one thread decodes
+AS_FILMED = np.eye(3)
 NO_CHROMA = np.zeros((0, 0, 2), np.uint8)
 QUEUE_BYTES = 160_000_000  # of frames decoded ahead while the plate is being learned
 
@@ -43,12 +44,16 @@ class Frame:
         Cr and Cb; ``NO_CHROMA`` where they are not read.
     coding : int
         ASCII code of I, P or B; any other where the decoder does not state it.
+    motion : array, shape (3, 3)
+        Pixels of these images to those of the frame as filmed; not the identity where the motion of
+        the camera was taken out.
     """
 
     time_s: float
     luma: Luma
     chroma: NDArray[np.uint8]
     coding: int = 0
+    motion: NDArray[np.float64] = field(default_factory=lambda: AS_FILMED)
 
     @property
     def nbytes(self) -> int:

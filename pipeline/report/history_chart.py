@@ -67,7 +67,7 @@ def step_names(kept: Sequence[TriadStep]) -> list[str]:
     for before, after in pairwise(kept):
         words = [f"+ {name}" for name in after.model if name not in before.model]
         words += [f"− {name}" for name in before.model if name not in after.model]
-        names.append(", ".join(words) or "other data")
+        names.append(", ".join(words) or "run again")
     return names
 
 
