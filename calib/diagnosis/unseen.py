@@ -16,7 +16,7 @@ import numpy as np
 from calib.diagnosis.hypotheses.signature import effect_columns
 from calib.effects.effect import EFFECTS, Effect
 from calib.fit.calibration import TriadCalibration, parameter_sds
-from calib.fit.result import with_common
+from calib.fit.problem import with_common
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.runs import TIME_BASE
 
