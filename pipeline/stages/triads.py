@@ -1,19 +1,23 @@
 """The two calibration stages: averaged poses to a calibrated, compared and diagnosed triad."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from calib.consistency import direction_against_clip, gain_off_the_sheet, turning_while_still
+from calib.consistency.data_sheet import (
+    direction_against_clip,
+    gain_off_the_sheet,
+    turning_while_still,
+)
 from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
 from calib.effects.user_defined import fault_of_user_effect
-from calib.errors import Undetermined
+from calib.errors import Remedy, Undetermined
 from calib.fit.angrisano import fit_paper
 from calib.fit.calibration import TriadCalibration, calibrate_triad
 from calib.fit.frame_alignment import FrameRotation, frame_rotation
 from calib.fit.leave_one_out import Comparison, compare
-from calib.fit.model import Model
+from calib.fit.model import Model, unavailable
 from calib.fit.prediction import Prediction, predict
 from calib.fit.solver import fit
 from calib.poses.data_sheet import TriadSpec
@@ -185,11 +189,9 @@ def _calibrated(
     defined: Mapping[str, Effect],
     gravity: Gravity | None,
 ) -> TriadResult:
-    for name, effect in defined.items():
-        fault = fault_of_user_effect(effect, poses.conditions(poses.reading))
-        if fault is not None:
-            raise Undetermined(f"effects.{name}: the effect {fault}.")
-    model = Model.of(section.model, defined)
+    usable, notes = _usable_effects(defined, poses, section.model)
+    model = Model.of(section.model, usable)
+    _require_evaluable(model, poses)
     fitted = (
         fit_paper(poses, model, spec)
         if section.solver == "paper"
@@ -199,12 +201,51 @@ def _calibrated(
     return TriadResult(
         calibration,
         compare(fitted),
-        diagnose(fitted, tuple(defined.values()), spec.full_scale),
+        diagnose(fitted, tuple(usable.values()), spec.full_scale),
         predict(calibration),
         gravity,
         warnings=(
+            *notes,
             *poses.notes,
             *turning_while_still(poses),
             *gain_off_the_sheet(calibration.parameters, spec, poses.triad),
         ),
     )
+
+
+def _usable_effects(
+    defined: Mapping[str, Effect], poses: PoseSet, model: Sequence[str]
+) -> tuple[dict[str, Effect], list[str]]:
+    """The user's effects that these poses can evaluate, and notes on those that stay out.
+
+    Raises
+    ------
+    Undetermined
+        An effect of the model cannot be evaluated.
+    """
+    usable: dict[str, Effect] = {}
+    notes = []
+    for name, effect in defined.items():
+        try:
+            fault = fault_of_user_effect(effect, poses.conditions(poses.reading))
+            problem = None if fault is None else f"effects.{name}: the effect {fault}."
+        except Undetermined as error:  # its Python function raised
+            problem = str(error)
+        if problem is None:
+            usable[name] = effect
+        elif name in model:
+            raise Undetermined(problem)
+        else:
+            notes.append(f"{problem} No model has it; the diagnosis of the {poses.triad} leaves "
+                         f"it out.")
+    return usable, notes
+
+
+def _require_evaluable(model: Model, poses: PoseSet) -> None:
+    for effect in model.effects:
+        reason = unavailable(effect, poses)
+        if reason is not None:
+            raise Undetermined(
+                f"{poses.triad}: '{effect.name}' cannot be evaluated in these poses: {reason}.",
+                Remedy("remove_effect", poses.triad),
+            )
