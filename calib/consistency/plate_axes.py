@@ -60,17 +60,21 @@ def require_common_axes(poses: PoseSet, vector: FloatArray, sense: Mapping[str, 
     if relation is None:
         return
     rotation, signs = relation
+    if len(names) > 1:
+        _compare_runs(products, runs, used, names, known)
     sigma = np.array([signs.get(name, 0.0) for name in runs])
     angle = _angles(products, rotation, sigma)
     if np.median(angle[used]) > LARGEST_SCATTER:
-        _blame_run(products, runs, used, names, known)
-        return
+        raise Contradiction(
+            "gyroscope: on the turning plate both triads point along its axis, but no rotation "
+            "joins their directions in these poses. Are the columns of both triads of the same "
+            "sensor and of the same poses, and in the right order in every file?"
+        )
     order = nearest_signed(rotation)
     if not np.array_equal(order, np.eye(3)):
         raise Contradiction(
             f"gyroscope: on the turning plate both triads point along its axis, but here only if "
-            f"in the gyroscope's axes, or in the accelerometer's, {permutation_words(order)}. "
-            f"{REPAIR}"
+            f"in the gyroscope's axes, or in the accelerometer's, {_in_words(order)}. {REPAIR}"
         )
     odd = np.flatnonzero(used & (angle > OTHER_POSE))
     if odd.size:
@@ -86,6 +90,14 @@ REPAIR = (
     "Name the columns in the right order (`columns`), or multiply the mirrored ones by -1. The "
     "lengths alone do not show it, and everything that joins both triads would be wrong."
 )
+
+
+def _in_words(order: FloatArray) -> str:
+    """What is exchanged; and what it is if mirrored axes also mirrored the plate's direction."""
+    words = permutation_words(order)
+    if np.trace(order) < 0 and not np.array_equal(order, -np.eye(3)):
+        words += f" (or {permutation_words(-order)}, and the plate turned the other way)"
+    return words
 
 
 def _products(poses: PoseSet, vector: FloatArray, used: BoolArray) -> FloatArray:
@@ -128,27 +140,25 @@ def _angles(products: FloatArray, rotation: FloatArray, sigma: FloatArray) -> Fl
     return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
-def _blame_run(
+def _compare_runs(
     products: FloatArray, runs: np.ndarray, used: BoolArray, names: list[str],
     known: Mapping[str, float],
 ) -> None:
-    """No one rotation joins the triads: is there one for every run?"""
+    """Refuse a run whose axes are exchanged where those of other runs are not."""
+    orders: dict[str, FloatArray] = {}
     for name in names:
         member = used & (runs == name)
-        relation = _relation({name: products[member]}, known)
+        relation = _relation({name: products[member]}, known) if member.sum() > 2 else None
         if relation is None:
             continue
         rotation, signs = relation
         fits = np.median(_angles(products[member], rotation, np.full(member.sum(), signs[name])))
-        order = nearest_signed(rotation)
-        if fits < LARGEST_SCATTER and not np.array_equal(order, np.eye(3)):
-            raise Contradiction(
-                f"{name}: in the poses of this run the gyroscope and the accelerometer point along "
-                f"the plate's axis only if in the axes of one of them {permutation_words(order)}, "
-                f"unlike in the other runs. {REPAIR}"
-            )
-    raise Contradiction(
-        "gyroscope: on the turning plate both triads point along its axis, but no rotation joins "
-        "their directions in these poses. Are the columns of both triads of the same sensor and of "
-        "the same poses, and in the right order in every file?"
-    )
+        if fits < LARGEST_SCATTER:
+            orders[name] = nearest_signed(rotation)
+    odd = [name for name, order in orders.items() if not np.array_equal(order, np.eye(3))]
+    if odd and len(odd) < len(orders):
+        raise Contradiction(
+            f"{odd[0]}: in the poses of this run the gyroscope and the accelerometer point along "
+            f"the plate's axis only if in the axes of one of them {_in_words(orders[odd[0]])}, "
+            f"unlike in the other runs. {REPAIR}"
+        )

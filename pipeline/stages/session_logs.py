@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from calib.consistency.clipping import require_unclipped
 from calib.consistency.repeats import require_no_copies, require_running
 from calib.effects.catalogue import find_effect
 from calib.effects.effect import Effect
@@ -101,6 +102,7 @@ def read_session(config: Config) -> SessionLogs:
                          if not setting.poses.log])  # of long logs the poses are looked at
     for triad in TRIADS:
         require_no_copies(logs.of_triad(config, triad), triad)
+        require_unclipped(logs.of_triad(config, triad), triad)
     return logs
 
 

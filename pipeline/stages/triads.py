@@ -8,17 +8,21 @@ from calib.consistency.data_sheet import (
     gain_off_the_sheet,
     turning_while_still,
 )
+from calib.consistency.force import require_gravity
+from calib.consistency.mistakes import require_no_mistake, require_one_sensor
+from calib.consistency.plate_axes import require_common_axes
 from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
 from calib.effects.user_defined import fault_of_user_effect
-from calib.errors import Remedy, Undetermined
+from calib.errors import CalibrationError, Remedy, Undetermined
 from calib.fit.angrisano import fit_paper
 from calib.fit.calibration import TriadCalibration, calibrate_triad
 from calib.fit.frame_alignment import FrameRotation, frame_rotation
 from calib.fit.leave_one_out import Comparison, compare
 from calib.fit.model import Model, unavailable
 from calib.fit.prediction import Prediction, predict
+from calib.fit.result import Fit
 from calib.fit.solver import fit
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import Triad
@@ -170,9 +174,15 @@ def calibrate_gyroscope(
         )
     correct = accelerometer.calibration.correct if accelerometer else None
     poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
+    if accelerometer is not None and accelerometer.gravity is not None:
+        nominal = poses.other_reading
+        assert nominal is not None  # only ideal poses have none
+        require_gravity(poses, nominal, accelerometer.calibration.correct,
+                        accelerometer.gravity.value_m_s2)
     defined = user_effects(config, "gyroscope", context.allow_python)
     spec = triad_spec(config.sensor.gyroscope)
-    result = _calibrated(poses, config.gyroscope, spec, defined, None)
+    result = _calibrated(poses, config.gyroscope, spec, defined,
+                         senses=_senses(config, recordings))
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
     return replace(
@@ -182,21 +192,26 @@ def calibrate_gyroscope(
     )
 
 
+def _senses(config: Config, recordings: Recordings) -> dict[str, float]:
+    """How the plate turns in each run by the accelerometer, see :class:`Recording`."""
+    sections = config.gyroscope.runs if config.gyroscope else ()
+    return {run.rate: recordings.of(run.poses, run.rate).sense for run in sections}
+
+
 def _calibrated(
     poses: PoseSet,
     section: AccelerometerSection | GyroscopeSection,
     spec: TriadSpec,
     defined: Mapping[str, Effect],
-    gravity: Gravity | None,
+    gravity: Gravity | None = None,
+    senses: Mapping[str, float] | None = None,
 ) -> TriadResult:
     usable, notes = _usable_effects(defined, poses, section.model)
     model = Model.of(section.model, usable)
     _require_evaluable(model, poses)
-    fitted = (
-        fit_paper(poses, model, spec)
-        if section.solver == "paper"
-        else fit(poses, model, robust=section.loss == "huber")
-    )
+    fitted = _fitted(poses, model, section, spec)
+    if senses is not None:
+        require_common_axes(poses, fitted.rows.vector, senses)
     calibration = calibrate_triad(fitted, spec)
     return TriadResult(
         calibration,
@@ -211,6 +226,24 @@ def _calibrated(
             *gain_off_the_sheet(calibration.parameters, spec, poses.triad),
         ),
     )
+
+
+def _fitted(
+    poses: PoseSet, model: Model, section: AccelerometerSection | GyroscopeSection, spec: TriadSpec
+) -> Fit:
+    """The fit; a mistake in the files that explains its misfit, or its refusal, is named first."""
+    try:
+        fitted = (
+            fit_paper(poses, model, spec)
+            if section.solver == "paper"
+            else fit(poses, model, robust=section.loss == "huber")
+        )
+    except CalibrationError:
+        require_no_mistake(poses, model, None)
+        raise
+    require_no_mistake(poses, model, fitted)
+    require_one_sensor(poses, model, fitted)
+    return fitted
 
 
 def _usable_effects(

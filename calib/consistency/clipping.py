@@ -1,0 +1,48 @@
+"""Readings cut off below the converter's range: by a filter, an amplifier, or another full scale.
+
+Noise is densest in its middle. Where a log stands at its own largest (or smallest) value in a
+quarter of its samples and more, and the logs of the same sensor usually do so in next to none, that
+value is a limit.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from calib.errors import Undetermined
+from calib.poses.imu_log import AXES, ImuLog, Triad
+
+CLIPPED_SHARE = 0.25
+"""Of a log's samples at its extreme. Normal noise of a step's size has 7 % there, of half a step's
+31 %: what steps so coarsely does it in most logs."""
+
+USUAL_SHARE = 0.05
+
+
+def require_unclipped(logs: Sequence[ImuLog], triad: Triad) -> None:
+    """Refuse logs of ``triad`` in which an axis is cut off at some value.
+
+    Raises
+    ------
+    Undetermined
+        Naming log, axis and value.
+    """
+    used = [log for log in logs if log.has(triad)]
+    if len(used) < 2:
+        return
+    values = [getattr(log, triad) for log in used]
+    for pick in (np.max, np.min):
+        extreme = np.array([pick(each, axis=0) for each in values])
+        share = np.array([(each == at).mean(axis=0)
+                          for each, at in zip(values, extreme, strict=True)])
+        usual = np.median(share, axis=0)
+        at = pick(extreme, axis=0)
+        clipped = (share > CLIPPED_SHARE) & (extreme == at) & (usual < USUAL_SHARE)
+        if clipped.any():
+            i, k = map(int, np.argwhere(clipped)[0])
+            raise Undetermined(
+                f"{used[i].label}: {triad} {AXES[k]} stands at {extreme[i, k]:g} in "
+                f"{100 * share[i, k]:.0f} % of its samples, and in no log goes beyond: the axis is "
+                f"clipped there, or stuck. The true value is unknown; choose a larger full scale "
+                f"or a slower plate, and record the pose again."
+            )
