@@ -31,18 +31,19 @@ def require_unclipped(logs: Sequence[ImuLog], triad: Triad) -> None:
     if len(used) < 2:
         return
     values = [getattr(log, triad) for log in used]
-    for pick in (np.max, np.min):
-        extreme = np.array([pick(each, axis=0) for each in values])
+    high, low = (np.array([pick(each, axis=0) for each in values]) for pick in (np.max, np.min))
+    at_limit = (high == high.max(axis=0)) | (low == low.min(axis=0))
+    for extreme, limit in ((high, high.max(axis=0)), (low, low.min(axis=0))):
         share = np.array([(each == at).mean(axis=0)
                           for each, at in zip(values, extreme, strict=True)])
-        usual = np.median(share, axis=0)
-        at = pick(extreme, axis=0)
-        clipped = (share > CLIPPED_SHARE) & (extreme == at) & (usual < USUAL_SHARE)
+        inside = np.ma.array(share, mask=at_limit)
+        usual = np.ma.median(inside, axis=0).filled(1.0)
+        clipped = (share > CLIPPED_SHARE) & (extreme == limit) & (usual < USUAL_SHARE)
         if clipped.any():
             i, k = map(int, np.argwhere(clipped)[0])
             raise Undetermined(
                 f"{used[i].label}: {triad} {AXES[k]} stands at {extreme[i, k]:g} in "
-                f"{100 * share[i, k]:.0f} % of its samples, and in no log goes beyond: the axis is "
-                f"clipped there, or stuck. The true value is unknown; choose a larger full scale "
-                f"or a slower plate, and record the pose again."
+                f"{100 * share[i, k]:.0f} % of its samples, and in no log of this run goes beyond: "
+                f"the axis is clipped there, or stuck. The true value is unknown; choose a larger "
+                f"full scale or a slower plate, and record the pose again."
             )

@@ -35,6 +35,9 @@ SAME_RATE = 0.02
 OTHER_GAIN = 0.01
 """Of a low-cost gyro's gain by 30 °C, from data sheets' 300 ppm/°C: between runs it changes less."""
 
+CERTAIN_SD = 5.0
+"""Of a difference of gains; five times 3 axes of some runs leave a chance below 1e-5."""
+
 FEWEST_OF_BLOCK = 3
 WORST_POSES = 2
 
@@ -116,7 +119,9 @@ def require_one_sensor(poses: PoseSet, model: Model, fitted: Fit) -> None:
             continue
         scale = alone.model.slices()["scale"]
         apart = np.abs((1 - alone.theta[scale]) / (1 - others.theta[scale]) - 1)
-        if min(alone.p_value, others.p_value) > MISFIT_P_VALUE and apart.max() > OTHER_GAIN:
+        sd = np.sqrt(np.diag(alone.cov)[scale] + np.diag(others.cov)[scale])
+        agree = min(alone.p_value, others.p_value) > MISFIT_P_VALUE
+        if agree and (apart > OTHER_GAIN + CERTAIN_SD * sd).any():
             raise Contradiction(
                 f"{poses.triad}: the poses of {name} agree with each other, and so do all others, "
                 f"but their gains differ by {100 * apart.max():.2g} % ({AXES[int(apart.argmax())]} "

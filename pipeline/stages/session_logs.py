@@ -102,7 +102,8 @@ def read_session(config: Config) -> SessionLogs:
                          if not setting.poses.log])  # of long logs the poses are looked at
     for triad in TRIADS:
         require_no_copies(logs.of_triad(config, triad), triad)
-        require_unclipped(logs.of_triad(config, triad), triad)
+        for setting in settings_of(config, triad):
+            require_unclipped(logs.by_setting[setting], triad)
     return logs
 
 
