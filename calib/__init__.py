@@ -1,14 +1,38 @@
-"""Readings and poses in, a calibration with honest uncertainties out.
+"""Readings and poses in, a calibration with honest uncertainties out, and what it misses.
 
-Conventions, relied on by every module here:
+Conventions, everywhere in this package
+---------------------------------------
+Axes
+    x, y, z in this order; arrays of n vectors have shape (n, 3).
+Units
+    SI inside: m/s², rad/s, s, °C. Counts exist only in :mod:`calib.poses.data_sheet` and in the
+    log itself.
+Model of both triads
+    Angrisano et al. eq. (1): ``s = T K (s_out - b)``, T unit upper triangular with (alpha_z,
+    alpha_y; alpha_x) as in eq. (2), K diagonal. Misalignments are listed (x, y, z).
+Uncertainty
+    ``sd`` is one standard deviation, ``cov`` a covariance matrix.
+Absent telemetry
+    NaN, never None.
 
-- Axes x, y, z in this order; arrays of vectors have shape (n, 3).
-- SI inside: m/s², rad/s, s, °C. Counts exist only in :mod:`calib.poses.data_sheet` and in the log
-  itself.
-- Model of both triads, Angrisano et al. eq. (1): ``s = T K (s_out - b)``, T unit upper triangular
-  with (alpha_z, alpha_y; alpha_x) as in eq. (2), K diagonal. Misalignments are listed (x, y, z).
-- ``sd`` is one standard deviation, ``cov`` a covariance matrix.
-- Absent telemetry is NaN, never None.
+The way of the data
+-------------------
+::
+
+    ImuLog ─ poses ─ PoseSet ─┬─ fit ─ Fit ─┬─ diagnosis ─ Diagnosis
+                     effects ─┘             ├─ mounting, consistency, certificate
+                                            └─ planning
+
+``poses``        a log's readings as pose means with their references (``pose_set``)
+``effects``      what a reading may err by: every effect is a set of columns; a model is their sum
+``fit``          poses and a model to parameters with their uncertainty (``fit``)
+``diagnosis``    a fit and its residuals to a verdict: what does the model miss? (``diagnose``)
+``mounting``     how the sensor is mounted in a vehicle (``mounting_from_logs``)
+``consistency``  whether parts of a session contradict each other
+``certificate``  a calibration beside the maker's certificate
+``planning``     what poses determine before they are recorded (``prospect_of``)
+``earth``        gravity and the Earth's rate at a latitude
+``errors``       what can go wrong, by what the user can do about it
 
 This package knows nothing of video, YAML, file names or the screen.
 """

@@ -1,3 +1,17 @@
-"""Composes vision and calib: files, YAML, screen."""
+"""The program: a configuration in; a calibration, a diagnosis and a report out.
+
+The way of the data
+-------------------
+::
+
+    config.yaml ─ config ─┐           ┌─ results, session_folder ─ results.json, history
+    clips, logs ─ logs ───┴─ stages ──┼─ console, report ─ what a person reads
+    sensor ─ devices ─ record ─ logs  └─ export ─ calibrated logs, other programs' files
+    plan: what poses would determine;  model_change: add and remove;  playback: rehearsal
+    commands, cli: the command line
+
+``stages`` holds the five steps of a run (:mod:`pipeline.stages.run`); each calls :mod:`vision` or
+:mod:`calib` and hands on its result. Files, YAML, units of people and the screen exist only here.
+"""
 
 __version__ = "0.1.0"

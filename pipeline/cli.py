@@ -25,7 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     typed = list(sys.argv[1:] if arguments is None else arguments)
     if typed in ([], ["-h"], ["--help"]) and COMPLETION not in os.environ:
         return _print_front_page()
-    from pipeline.terminal import shown_streams, terminated_as_interrupted
+    from pipeline.console.terminal import shown_streams, terminated_as_interrupted
 
     with shown_streams() as output, terminated_as_interrupted():
         code = _run(typed)
@@ -70,6 +70,7 @@ def _run_command(typed: list[str]) -> int:
         PipelineError,
         exit_code_of,
         message_of,
+        of_the_system,
         report_bug,
     )
     from vision.errors import VisionError
@@ -82,6 +83,10 @@ def _run_command(typed: list[str]) -> int:
     except (PipelineError, CalibrationError, VisionError) as error:
         print(message_of(error), file=sys.stderr)
         return exit_code_of(error)
+    except (OSError, MemoryError) as error:
+        expected = of_the_system(error)
+        print(message_of(expected), file=sys.stderr)
+        return exit_code_of(expected)
     except click.ClickException as error:
         error.show()
         return error.exit_code

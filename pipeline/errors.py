@@ -16,6 +16,7 @@ code  meaning
 Every message is one paragraph: where, what was found, what was expected, what to do next.
 """
 
+import errno
 import os
 import platform
 import shlex
@@ -27,6 +28,7 @@ from typing import ClassVar
 
 DONE, BUG, USAGE, UNREADABLE, UNDETERMINED, FIT_FAILED, DEVICE = range(7)
 INTERRUPTED = 130
+SHOWN_PATH = 200  #: characters of a path that a message repeats
 INTERRUPTED_SAYS = "Interrupted. Every file is either complete or unchanged."
 
 
@@ -105,6 +107,43 @@ def exit_code_of(error: BaseException) -> int:
     return next((code for family, code in codes if isinstance(error, family)), BUG)
 
 
+#: What the system says when it is full or read-only, and when it is at an end with its means.
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
+EXHAUSTED = (errno.EIO, errno.EMFILE, errno.ENFILE, errno.ENOMEM)
+
+
+def of_the_system(error: OSError | MemoryError) -> PipelineError:
+    """What the system refused, as an expected failure.
+
+    Raises
+    ------
+    OSError
+        It names no file and is no want of space, of memory or of the working folder: a bug.
+    """
+    if isinstance(error, MemoryError):
+        return UnreadableInput(
+            "The input needs more memory than this computer has free. Close other programs, or "
+            "split the input into smaller files."
+        )
+    where = "" if error.filename is None else f"{os.fsdecode(error.filename)[:SHOWN_PATH]}: "
+    if error.errno in FULL:
+        return UnwritableOutput(
+            f"{where}cannot be written ({error.strerror}). Free the space, or choose another "
+            f"folder with --output."
+        )
+    if not where and error.errno == errno.ENOENT:
+        return UnreadableInput(
+            "The working folder, or every folder for temporary files, does not exist any more. "
+            "Change to another folder, and type the command again."
+        )
+    if not where and error.errno not in EXHAUSTED:
+        raise error
+    return UnreadableInput(
+        f"{where}the system refuses it ({error.strerror}). Check the name, and that you may read "
+        f"and write there."
+    )
+
+
 def report_bug(
     kind: type[BaseException], error: BaseException, trace: TracebackType | None
 ) -> None:
@@ -115,11 +154,15 @@ def report_bug(
     if issubclass(kind, KeyboardInterrupt):
         print(INTERRUPTED_SAYS, file=sys.stderr)
         return
-    handle, path = tempfile.mkstemp(prefix="pipeline-bug-", suffix=".log", text=True)
-    with os.fdopen(handle, "w", encoding="utf-8") as log:
-        log.write(f"command: {shlex.join(sys.argv)}\n")
-        log.write(f"python: {sys.version}\nplatform: {platform.platform()}\n\n")
-        log.writelines(traceback.format_exception(kind, error, trace))
+    try:
+        handle, path = tempfile.mkstemp(prefix="pipeline-bug-", suffix=".log", text=True)
+        with os.fdopen(handle, "w", encoding="utf-8", errors="backslashreplace") as log:
+            log.write(f"command: {shlex.join(sys.argv)}\n")
+            log.write(f"python: {sys.version}\nplatform: {platform.platform()}\n\n")
+            log.writelines(traceback.format_exception(kind, error, trace))
+    except OSError:  # a full disk: the screen is all that is left
+        traceback.print_exception(kind, error, trace)
+        path = "what was printed above"
     print(
         f"This is our bug, not a fault in your data: {kind.__name__}: {error}. The command stopped "
         f"and results of earlier runs were left as they were. The details are in {path}; please "

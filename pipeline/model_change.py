@@ -8,7 +8,7 @@ measurement that would allow it, and the file is not changed.
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
-from calib.diagnosis.next_measurement import Rival, best_block
+from calib.diagnosis.next_measurement.advice import Rival, best_block
 from calib.effects.catalogue import BASE, find_effect
 from calib.errors import CalibrationError, Undetermined
 from calib.poses.imu_log import TRIADS

@@ -5,3 +5,4 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 DATA = ROOT / "data"
 SHARED = ROOT.parent / "shared"  #: measured sessions, beside the project; absent on most machines
+REAL = SHARED / "real"

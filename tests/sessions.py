@@ -4,6 +4,8 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pipeline import cli
 from tests.world.designs import paper_design
 from tests.world.session import Session, simulate
@@ -21,7 +23,26 @@ def pipeline(*arguments: str | Path) -> int:
     return cli.main([str(argument) for argument in arguments])
 
 
+def configured(folder: Path, text: str) -> Path:
+    """The folder's ``config.yaml``, with this text."""
+    (folder / "config.yaml").write_text(text, encoding="utf-8")
+    return folder / "config.yaml"
+
+
 def results_in(folder: Path) -> dict[str, Any]:
     """results.json of a folder."""
     found: dict[str, Any] = json.loads((folder / "results.json").read_text(encoding="utf-8"))
     return found
+
+
+def edit(config: Path, old: str, new: str) -> None:
+    """Replace a text that the configuration must hold."""
+    text = config.read_text(encoding="utf-8")
+    assert old in text
+    config.write_text(text.replace(old, new), encoding="utf-8")
+
+
+def rewrite_rows(path: Path, table: np.ndarray) -> None:
+    """Other rows under the header of a log."""
+    header = path.read_text(encoding="utf-8").splitlines()[0]
+    np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.4f")

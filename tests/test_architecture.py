@@ -25,29 +25,46 @@ HOME = {
     "scipy": ("pipeline", "vision", "calib"),
     "cv2": ("vision",),
     "serial": ("pipeline.record",),
-    "yaml": ("pipeline.config",),
-    "pydantic": ("pipeline.config",),
+    "yaml": ("pipeline.config", "pipeline.export"),
+    "pydantic": ("pipeline.config", "pipeline.results.schema"),
     "pydantic_core": ("pipeline.config",),
     "jinja2": ("pipeline.report",),
     "rich": ("pipeline.cli", "pipeline.commands"),
     "filelock": ("pipeline.session_folder",),
     "click": ("pipeline.cli", "pipeline.commands"),
+    "rosbags": ("pipeline.logs.formats.ros",),
+    "pyulog": ("pipeline.logs.formats.px4",),
+    "pymavlink": ("pipeline.logs.formats.ardupilot",),
+    "pyarrow": ("pipeline.logs.formats.parquet",),
+    "h5py": ("pipeline.logs.formats.hdf5",),
 }
+#: Installed by an extra: what reads them says which where they are missing.
+EXTRAS = {"rosbags": "ros", "pyulog": "px4", "pymavlink": "ardupilot", "pyarrow": "parquet",
+          "h5py": "hdf5"}
 #: Which of our packages each may import besides itself.
 MAY_IMPORT = {"pipeline": {"vision", "calib"}, "vision": set(), "calib": set()}
-#: The way of the data inside each package: a room imports from its own floor's room and from the
-#: floors before it, never from one after it. Rooms in one tuple do not import each other.
+#: The way of the data inside a folder: a room imports from itself and from the floors before it,
+#: never from one after it. Rooms in one tuple do not import each other.
 FLOORS = {
     "calib": [
         ("errors", "earth"), ("poses",), ("effects",), ("fit",),
         ("diagnosis", "mounting", "consistency", "certificate"), ("planning",),
     ],
+    "calib.diagnosis": [
+        ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
+        ("diagnose",), ("untested",),
+    ],
+    "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
+    "calib.diagnosis.search": [
+        ("evidence",), ("table", "refit"), ("sizes", "sets"), ("expansion", "odds"),
+    ],
+    "calib.diagnosis.verdict": [("decision", "ranking", "wording"), ("explain",)],
     "vision": [
         ("geometry", "orientation"), ("phase_track",), ("errors",), ("video", "camera"),
         ("plate", "rate"), ("tracking",),
     ],
     "pipeline": [
-        ("errors", "names", "formatting", "terminal"), ("files",), ("logs",), ("devices",),
+        ("errors", "names", "formatting", "plain_text"), ("files",), ("logs",), ("devices",),
         ("config",), ("stages",), ("results", "record", "plan", "model_change", "playback"),
         ("console", "export"), ("report",), ("session_folder",), ("commands",), ("cli",),
         ("__main__",),
@@ -63,8 +80,9 @@ def module_name(path: Path) -> str:
 FILES = {module_name(path): path for package in PACKAGES
          for path in sorted((ROOT / package).rglob("*.py"))}
 TREES = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in FILES.items()}
-TEST_TREES = {module_name(path): ast.parse(path.read_text(encoding="utf-8"))
-              for path in sorted((ROOT / "tests").rglob("*.py"))}
+TEST_FILES = {module_name(path): path for path in sorted((ROOT / "tests").rglob("*.py"))}
+TEST_TREES = {name: ast.parse(path.read_text(encoding="utf-8"))
+              for name, path in TEST_FILES.items()}
 
 
 def imports(tree: ast.AST) -> Iterator[tuple[str, str | None]]:
@@ -89,15 +107,21 @@ def test_packages_import_only_what_they_may(module: str) -> None:
     assert ours <= {package} | MAY_IMPORT[package]
 
 
-@pytest.mark.parametrize("module", [name for name in FILES if "." in name])
-def test_inside_a_package_imports_follow_the_way_of_the_data(module: str) -> None:
-    package, room = module.split(".")[:2]
-    floor = {name: i for i, rooms in enumerate(FLOORS[package]) for name in rooms}
-    for target, name in imports(TREES[module]):
-        if target.split(".")[0] != package:
+@pytest.mark.parametrize("folder", FLOORS)
+def test_inside_a_folder_imports_follow_the_way_of_the_data(folder: str) -> None:
+    floor = {name: i for i, rooms in enumerate(FLOORS[folder]) for name in rooms}
+    depth = folder.count(".") + 1
+    inside = {name.split(".")[depth] for name in FILES if name.startswith(f"{folder}.")}
+    assert inside == set(floor)
+    for module in FILES:
+        if not module.startswith(f"{folder}."):
             continue
-        other = target.split(".")[1] if "." in target else str(name)
-        assert other == room or floor[other] < floor[room], f"{module} imports {target}"
+        room = module.split(".")[depth]
+        for target, name in imports(TREES[module]):
+            if not begins(target, folder):
+                continue
+            other = str(name) if target == folder else target.split(".")[depth]
+            assert other == room or floor[other] < floor[room], f"{module} imports {target}"
 
 
 @pytest.mark.parametrize("module", FILES)
@@ -129,8 +153,12 @@ def test_what_tests_share_stands_in_modules_that_are_no_tests_and_no_benches(mod
 def test_the_declared_dependencies_are_those_with_a_home() -> None:
     distribution = {"cv2": "opencv-python-headless", "serial": "pyserial", "yaml": "pyyaml"}
     declared = {each.split(">")[0] for each in PROJECT["project"]["dependencies"]}
-    known = {distribution.get(name, name) for name in HOME} - {"pydantic_core"}
+    known = {distribution.get(name, name) for name in HOME} - {"pydantic_core", *EXTRAS}
     assert declared == known
+    optional = PROJECT["project"]["optional-dependencies"]
+    assert {name: [extra for extra, each in optional.items() if extra not in ("test", "logs")
+                   and each[0].split(">")[0] == name] for name in EXTRAS} == {
+        name: [extra] for name, extra in EXTRAS.items()}
 
 
 def test_modules_import_each_other_without_circles() -> None:
@@ -163,9 +191,10 @@ def test_the_top_level_holds_what_it_should_and_no_more() -> None:
     assert {name for name in top if not name.startswith(".")} <= allowed
 
 
-@pytest.mark.parametrize("module", FILES)
-def test_files_are_short(module: str) -> None:
-    assert len(FILES[module].read_text(encoding="utf-8").splitlines()) <= LONGEST_FILE
+@pytest.mark.parametrize("path", [*FILES.values(), *TEST_FILES.values()],
+                         ids=[*FILES, *TEST_FILES])
+def test_files_are_short(path: Path) -> None:
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= LONGEST_FILE
 
 
 @pytest.mark.parametrize("module", FILES)

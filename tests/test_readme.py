@@ -19,26 +19,23 @@ from calib.poses.conditions import Conditions
 from pipeline.commands import COMMANDS
 from pipeline.config.load import Config, load_config
 from pipeline.config.schema import (
-    PRESETS,
     AccelerometerSection,
-    AccelerometerSheet,
     CertificateSection,
     EffectSection,
     GyroscopeSection,
-    GyroscopeSheet,
     InstallationSection,
     KnownRateSection,
     PlateSection,
     PosesSection,
     RecordSection,
     RunSection,
-    SensorSection,
     SiteSection,
     StillSection,
     TimebaseSection,
     TriadCertificateSection,
     VideoRateSection,
 )
+from pipeline.config.sensor import PRESETS, AccelerometerSheet, GyroscopeSheet, SensorSection
 from pipeline.export.formats import FORMATS
 from tests.paths import ROOT
 from tests.sessions import pipeline

@@ -10,16 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.optimize import least_squares
 
-from calib.errors import Undetermined
-from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import FloatArray, ImuLog
-from calib.poses.static_intervals import find_still
-from tests.paths import SHARED
-from tests.sessions import pipeline, results_in
+from tests.paths import REAL
+from tests.sessions import configured, pipeline, results_in
 
-REAL = SHARED / "real"
 pytestmark = pytest.mark.skipif(not REAL.is_dir(), reason=f"no measured logs in {REAL}")
 
 XSENS = f"""
@@ -29,19 +23,11 @@ XSENS = f"""
 """
 
 
-def write(folder: Path, text: str) -> Path:
-    (folder / "config.yaml").write_text(text, encoding="utf-8")
-    return folder / "config.yaml"
-
-
-# --- Xsens MTi: 38 still poses in 512 s ---------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def xsens(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Results of the real MTi log; the gyro's scale is that of its certificate (±394 °/s)."""
     folder = tmp_path_factory.mktemp("xsens")
-    config = write(folder, f"""
+    config = configured(folder, f"""
 sensor:
   accelerometer: {{full_scale_m_s2: 50, bits: 16, encoding: offset-binary}}
   gyroscope: {{full_scale_deg_s: 394, bits: 16, encoding: offset-binary}}
@@ -90,7 +76,7 @@ def test_the_mti_s_accelerometer_steps_and_neither_drifts_nor_warms_up(xsens: Pa
 
 
 def test_the_same_preset_runs_without_the_gyroscope_s_columns(tmp_path: Path) -> None:
-    config = write(tmp_path, f"""
+    config = configured(tmp_path, f"""
 sensor: xsens-mti
 site: {{gravity_m_s2: 9.81744}}
 accelerometer:
@@ -116,8 +102,6 @@ def test_the_mti_s_gyroscope_hides_a_g_sensitivity_as_its_peers_found_it(xsens: 
     assert np.degrees(own["rms_after"]) == pytest.approx(0.015, abs=0.003)
 
 
-# --- MPU-9150: five logs, headerless, without time ----------------------------------------------
-
 MIKOFF = {
     "imu0": [0.1023, 0.0970, 0.3445],
     "imu1": [0.0895, 0.0702, 0.3389],
@@ -129,7 +113,7 @@ MIKOFF = {
 
 @pytest.mark.parametrize("name", MIKOFF)
 def test_five_mpu_9150_agree_in_bias_and_hide_nothing(tmp_path: Path, name: str) -> None:
-    config = write(tmp_path, f"""
+    config = configured(tmp_path, f"""
 sensor: {{accelerometer: {{unit: m_s2}}, gyroscope: {{unit: rad_s}}}}
 site: {{gravity_m_s2: 9.81}}
 accelerometer:
@@ -144,110 +128,6 @@ accelerometer:
     assert found["parameters"]["bias_counts"] == pytest.approx(MIKOFF[name], abs=0.002)
     assert found["n_poses"] >= 18
     assert found["diagnosis"]["verdict"] != "effect"
-
-
-# --- logs with stops that other people made ---------------------------------------------------
-
-
-def found_in(log: ImuLog, *specs: TriadSpec | None, rate_rad_s: float = 0.0) -> FloatArray:
-    """Mean nominal readings (n, 3) of the static intervals, and nothing else of the program."""
-    intervals = find_still(log, *specs, rate_rad_s=rate_rad_s)
-    spec = specs[intervals.triad == "gyroscope"]
-    assert spec is not None
-    return np.array([spec.nominal(getattr(rest, intervals.triad)).mean(axis=0)
-                     for rest in intervals.logs])
-
-
-def fitted_by_scipy(vectors: FloatArray, magnitude: float) -> FloatArray:
-    """M (its six elements) and b of ``|M (v - b)| = magnitude`` by an independent fit, (9,)."""
-    return np.asarray(least_squares(
-        lambda x: magnitudes(x, vectors) - magnitude, [1, 0, 0, 1, 0, 1, 0, 0, 0]).x)
-
-
-def magnitudes(x: FloatArray, vectors: FloatArray) -> FloatArray:
-    matrix = np.zeros((3, 3))
-    matrix[np.triu_indices(3)] = x[:6]
-    return np.asarray(np.linalg.norm((vectors - x[6:]) @ matrix.T, axis=1))
-
-
-def rows_of(path: Path, columns: int, delimiter: str | None = None) -> FloatArray:
-    """The first ``columns`` numbers of every whole row, in the order of time."""
-    lines = gzip.decompress(path.read_bytes()).decode().splitlines()
-    rows = [line.split(delimiter)[:columns] for line in lines if not line.startswith("#")]
-    table = np.array([row for row in rows if len(row) == columns], dtype=float)
-    later = np.append(True, table[1:, 0] > np.maximum.accumulate(table[:-1, 0]))
-    return np.asarray(table[later])
-
-
-def timed(table: FloatArray) -> ImuLog:
-    """Time and the accelerometer in SI units."""
-    return ImuLog("log", table[:, 0] - table[0, 0], table[:, 1:4], np.full((len(table), 3), np.nan))
-
-
-SI = TriadSpec(np.inf, 0, "si")
-
-
-@pytest.mark.parametrize(("one", "other", "poses", "rms"), [
-    (("sundevil/IMU_Rev2_Data_Long.txt.gz", "\t", 9.7949),
-     "sundevil/IMU_Rev2_Data_Short.txt.gz", (27, 33), 5e-3),
-    (("snu/imu_good3.txt.gz", None, 9.79871), "snu/imu_good2.txt.gz", (15, 15), 1.1e-3),
-    (("snu/imu_good3.txt.gz", None, 9.79871), "snu/imu_good1.txt.gz", (15, 15), 1.9e-3),
-])
-def test_the_stops_of_one_log_predict_those_of_the_sensor_s_next(
-    one: tuple[str, str | None, float], other: str, poses: tuple[int, int], rms: float
-) -> None:
-    """Stops of a second in a hand, and in a gimbal; an independent fit in between."""
-    name, delimiter, gravity = one
-    first = found_in(timed(rows_of(REAL / name, 4, delimiter)), SI, None)
-    assert poses[0] <= len(first) <= poses[1]
-    x = fitted_by_scipy(first, gravity)
-    second = found_in(timed(rows_of(REAL / other, 4, delimiter)), SI, None)
-    assert np.sqrt(np.mean((magnitudes(x, second) - gravity) ** 2)) < rms
-
-
-def untimed(name: str, rate_hz: float) -> ImuLog:
-    """Three columns without time: an accelerometer, or a gyroscope where the name says so."""
-    values = np.loadtxt(REAL / name)
-    blank, gyroscope = np.full_like(values, np.nan), "gyr" in name
-    return ImuLog("log", np.arange(len(values)) / rate_hz, blank if gyroscope else values,
-                  values if gyroscope else blank)
-
-
-def test_stops_in_a_hand_are_poses_and_a_log_in_a_hand_that_never_stops_has_none() -> None:
-    """At 4 times the quietest variance 24 of 70 stops were left, whose scale y was 1.5 % off."""
-    stops = found_in(untimed("freeimucal/Officeacc.txt.gz", 69.0), SI, None)
-    assert 60 <= len(stops) <= 80
-    scale = 1 / fitted_by_scipy(stops, 9.80665)[[0, 3, 5]]
-    assert scale == pytest.approx([1.0066, 1.0100, 0.9990], abs=0.004)
-    with pytest.raises(Undetermined, match="the sensor never rests"):
-        found_in(untimed("freeimucal/acc_data.txt.gz", 69.0), SI, None)
-
-
-@pytest.mark.parametrize(("name", "rpm", "least"), [
-    ("33RPMgyr", 100 / 3, 20), ("45RPMgyr", 45.0, 36),
-])  # fmt: skip
-def test_stops_between_the_poses_on_somebody_s_record_player_are_left_out(
-    tmp_path: Path, name: str, rpm: float, least: int, capsys: pytest.CaptureFixture[str]
-) -> None:
-    rate = rpm * np.pi / 30
-    config = write(tmp_path, f"""
-sensor: {{gyroscope: {{unit: rad_s}}}}
-rate: {{player: {{rate_rad_s: {rate:.6f}, sd_rad_s: 0.001}}}}
-gyroscope:
-  runs:
-  - rate: player
-    poses:
-      log: {REAL}/freeimucal/{name}.txt.gz
-      columns: [gyr_x, gyr_y, gyr_z]
-      sample_rate_hz: 69
-      find: still
-""")
-    assert pipeline("run", config) == 0
-    found = results_in(tmp_path / "config.run")["gyroscope"]
-    assert found["n_poses"] >= least
-    scale = found["parameters"]["scale_counts_per_unit"]
-    assert scale == pytest.approx([0.987, 1.012, 1.002], abs=0.004)
-    assert "the plate stood still" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("board", "bias_deg_s"), [("Boost1", [-1.27, 0.37, -1.15])])
@@ -268,7 +148,7 @@ def test_a_rate_table_that_turns_between_its_rests_leaves_the_bias(
     time_s = np.arange(len(table)) / LEG_HZ
     np.savetxt(tmp_path / "log.csv", np.column_stack([time_s, table]), delimiter=",", fmt="%.6f",
                header="time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z", comments="")
-    config = write(tmp_path, """
+    config = configured(tmp_path, """
 sensor: {accelerometer: {unit: g}, gyroscope: {unit: deg_s}}
 gyroscope:
   model: [bias]
@@ -280,8 +160,6 @@ gyroscope:
     bias = results_in(tmp_path / "config.run")["gyroscope"]["parameters"]["bias_counts"]
     assert bias == pytest.approx(bias_deg_s, abs=0.05)
 
-
-# --- sets that determine nothing ----------------------------------------------------------------
 
 GEOMETRY = {
     "mpu6050_tomisuarez": ("""
@@ -329,7 +207,7 @@ def test_poses_that_determine_nothing_are_refused_with_what_is_missing(
     tmp_path: Path, name: str, solver: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text, missing = GEOMETRY[name]
-    config = write(tmp_path, text.format(real=REAL) + f"  solver: {solver}\n")
+    config = configured(tmp_path, text.format(real=REAL) + f"  solver: {solver}\n")
     assert pipeline("run", config) == 4
     paragraphs = [line for line in capsys.readouterr().err.splitlines()
                   if not line.startswith("warning: ")]
@@ -347,7 +225,7 @@ def test_six_legs_on_a_rate_table_do_not_determine_nine_parameters(
         time_s = np.arange(len(leg)) / LEG_HZ
         np.savetxt(tmp_path / f"leg_{i}.csv", np.column_stack([time_s, leg]), delimiter=",",
                    header="time_s,gyr_x,gyr_y,gyr_z", comments="", fmt="%.6f")
-    config = write(tmp_path, """
+    config = configured(tmp_path, """
 sensor: {gyroscope: {unit: deg_s}}
 rate:
   table: {rate_rad_s: 0.436332, sd_rad_s: 0.0005}   # 25 °/s, as set

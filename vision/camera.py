@@ -68,7 +68,7 @@ class Camera:
         self._source, self._clock = source, clock
         self._name = f"camera {source}" if isinstance(source, int) else str(source)
         if not hasattr(cv2, "VIDEOWRITER_PROP_PTS"):
-            raise CameraFailed("this version of OpenCV writes no time stamps; filming needs 4.11 "
+            raise CameraFailed("this version of OpenCV writes no time stamps; filming needs 4.13 "
                                "or newer (pip install --upgrade opencv-python-headless).")
         cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
         self._capture = self._open()

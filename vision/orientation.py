@@ -23,6 +23,8 @@ from numpy.typing import NDArray
 TRACK_MATRIX = {0: 40, 1: 52}
 MOVIE_MATRIX = {0: 36, 1: 48}
 HANDLER = slice(8, 12)
+#: Bytes; a day at 1000 frames per second has an index of half of it.
+LONGEST_MOVIE = 1 << 30
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ class Orientation:
 def stated_orientation(path: Path) -> Orientation | None:
     """What an MP4 or MOV file states about its first video track; None for any other file."""
     with path.open("rb") as file:
-        movie = _movie(file)
+        movie = _movie(file, path.stat().st_size)
     turn = np.eye(2)
     for kind, content in _boxes(movie):
         if kind == b"mvhd":
@@ -69,18 +71,23 @@ def stated_orientation(path: Path) -> Orientation | None:
     return None
 
 
-def _movie(file: BinaryIO) -> bytes:
-    """Content of the box 'moov', empty where there is none."""
+def _movie(file: BinaryIO, length: int) -> bytes:
+    """Content of the box 'moov' of a file of ``length`` bytes, empty where there is none.
+
+    A stream without boxes, as a Raspberry Pi writes it, may state any size: a box that does not
+    end in the file is none.
+    """
     while len(head := file.read(8)) == 8:
         size, kind = struct.unpack(">I4s", head)
         header = 8
         if size == 1 and len(long := file.read(8)) == 8:
             size, header = int.from_bytes(long), 16
+        content = size - header
+        if content < 0 or content > length - file.tell():
+            break  # a size of 0 is up to the end of the file; others are no box
         if kind == b"moov":
-            return file.read(max(size - header, 0))
-        if size < header:  # up to the end of the file, or no such file at all
-            break
-        file.seek(size - header, 1)
+            return file.read(content) if content <= LONGEST_MOVIE else b""
+        file.seek(content, 1)
     return b""
 
 

@@ -36,8 +36,8 @@ def require_unclipped(logs: Sequence[ImuLog], triad: Triad) -> None:
     for extreme, limit in ((high, high.max(axis=0)), (low, low.min(axis=0))):
         share = np.array([(each == at).mean(axis=0)
                           for each, at in zip(values, extreme, strict=True)])
-        inside = np.ma.array(share, mask=at_limit)
-        usual = np.ma.median(inside, axis=0).filled(1.0)
+        usual = np.array([np.median(each[~held]) if not held.all() else 1.0
+                          for each, held in zip(share.T, at_limit.T, strict=True)])
         clipped = (share > CLIPPED_SHARE) & (extreme == limit) & (usual < USUAL_SHARE)
         if clipped.any():
             i, k = map(int, np.argwhere(clipped)[0])

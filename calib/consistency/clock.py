@@ -1,7 +1,7 @@
 """The plate's rate in the log's own clock, by the accelerometer alone.
 
-No plate is level. What gravity has across the axis of a plate that leans by a degree goes round once
-per turn in the axes of a sensor on it, in a circle and against the plate:
+No plate is level. What gravity has across the axis of a plate that leans by a degree goes round
+once per turn in the axes of a sensor on it, in a circle and against the plate:
 
     z(t) = f·e1 + i f·e2 = g sin(lean) exp(-i Ω (t - t0)),   e1, e2, up right-handed
 

@@ -1,7 +1,7 @@
 """The specific force on the turning plate against gravity.
 
-The accelerometer is calibrated on poses at rest. On the plate it feels gravity g and, across it, the
-centripetal ``Ω² r`` at r metres from the spindle, so that ``|f|`` lies between g and
+The accelerometer is calibrated on poses at rest. On the plate it feels gravity g and, across it,
+the centripetal ``Ω² r`` at r metres from the spindle, so that ``|f|`` lies between g and
 ``hypot(g, Ω² r)`` whatever the attitude. Where it does not, one of the two sets of logs is not what
 it seems. Each common mistake (axes exchanged or mirrored, counts halved, another unit) is undone in
 turn; with n poses it explains the contradiction the better by the log likelihood ratio

@@ -33,7 +33,7 @@ SAME_RATE = 0.02
 """Two plate rates closer than this are no mistake of one for the other."""
 
 OTHER_GAIN = 0.01
-"""Of a low-cost gyro's gain by 30 °C, from data sheets' 300 ppm/°C: between runs it changes less."""
+"""Of a low-cost gyro's gain by 30 °C at the data sheets' 300 ppm/°C: runs differ by less."""
 
 CERTAIN_SD = 5.0
 """Of a difference of gains; five times 3 axes of some runs leave a chance below 1e-5."""
@@ -76,17 +76,16 @@ def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None
             return
         mistakes += _of_worst_poses(poses, fitted)
     before = _chi2(poses, base)
-    found = [(chi2, mistake) for mistake in mistakes
-             if (chi2 := _chi2(mistake.undone, base)) is not None]
-    if not found:
-        return
-    after, mistake = min(found, key=lambda each: each[0][0])
-    chi2, dof = after
     whole = np.inf if before is None else before[0]
+    tried = [(*outcome, mistake) for mistake in mistakes
+             if (outcome := _chi2(mistake.undone, base)) is not None]
+    if not tried:
+        return
+    chi2, dof, mistake = min(tried, key=lambda each: each[0])
     gained = dof / 2 * np.log(max(whole, dof) / max(chi2, dof))
     if gained < np.log(len(mistakes) / FALSE_ALARM) or chi2 - dof > LEFT_OVER * (whole - dof):
         return
-    if np.isinf(whole) and chi2 > dof / LEFT_OVER:
+    if np.isinf(whole) and chi2 * LEFT_OVER > dof:
         return
     fell = f" instead of {whole / dof:.3g}" if np.isfinite(whole) else ""
     raise Contradiction(

@@ -2,9 +2,9 @@
 
 On a turning plate both triads point along its axis, ``f/|f| = σ R n`` with n the direction of the
 gyro's rate, σ = ±1 the direction in which the run turns and R the rotation between the frames. R is
-the orthogonal matrix nearest to ``Σ σ f nᵀ`` (Kabsch 1976), here with reflections, and σ is free for
-each run: it is known from neither triad while their axes are in question. Within a case R is near
-the identity. Near another of the 48 signed permutations, columns are exchanged or mirrored.
+the orthogonal matrix nearest to ``Σ σ f nᵀ`` (Kabsch 1976), here with reflections, and σ is free
+for each run: it is known from neither triad while their axes are in question. Within a case R is
+near the identity. Near another of the 48 signed permutations, columns are exchanged or mirrored.
 """
 
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ from calib.poses.pose_set import PoseSet
 
 FEWEST_POSES = 6
 LEAST_SPREAD = 0.05
-"""Smallest singular value per pose, of 1/3 for directions all round: below it one axis is not seen."""
+"""Smallest singular value per pose, of 1/3 all round: below it one axis is not seen."""
 
 MOST_RUNS = 8
 LARGEST_SCATTER = 0.2
@@ -124,14 +124,14 @@ def _relation(
     for signs in product(*choices):
         total = np.tensordot(np.array(signs), sums, 1)
         best = max(best, (float(np.linalg.svd(total, compute_uv=False).sum()), signs))
-    signs = np.array(best[1])
-    u, singular, vt = np.linalg.svd(np.tensordot(signs, sums, 1))
+    sign = np.array(best[1])
+    u, singular, vt = np.linalg.svd(np.tensordot(sign, sums, 1))
     if singular[-1] < LEAST_SPREAD * count:
         return None
     rotation = u @ vt
-    if not any(known.values()) and np.trace(rotation) < 0:
-        rotation, signs = -rotation, -signs
-    return rotation, dict(zip(products, map(float, signs), strict=True))
+    if not any(known[name] for name in products) and np.trace(rotation) < 0:
+        rotation, sign = -rotation, -sign
+    return rotation, dict(zip(products, map(float, sign), strict=True))
 
 
 def _angles(products: FloatArray, rotation: FloatArray, sigma: FloatArray) -> FloatArray:

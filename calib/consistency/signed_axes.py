@@ -3,6 +3,7 @@
 ``P[k, j] = ±1`` where axis k of what should have been logged stands in column j of the log.
 """
 
+from collections.abc import Mapping
 from itertools import permutations, product
 
 import numpy as np
@@ -17,8 +18,10 @@ SIGNED_PERMUTATIONS: FloatArray = np.array([
 """All of them, (48, 3, 3), the identity first."""
 
 IDENTITY = 0
-CYCLES = {(1, 2, 0): "x is logged as y, y as z and z as x", (2, 0, 1):
-          "x is logged as z, y as x and z as y"}
+CYCLES: Mapping[tuple[int, ...], str] = {
+    (1, 2, 0): "x is logged as y, y as z and z as x",
+    (2, 0, 1): "x is logged as z, y as x and z as y",
+}
 
 
 def nearest_signed(matrix: FloatArray) -> FloatArray:

@@ -1,9 +1,12 @@
 """A fit and its residuals to a verdict: what does the model miss?
 
-    signature ─┬─ hypotheses ─ unlisted ─┐
-    evidence ──┴──────────────── table ──┼─ sets ─ search ─ odds ─┬─ verdict ─ explain ─ diagnose
-                                 refit ──┘                        └─ ranking  (wording)   │
-                                                    pose_blocks ─ next_measurement ───────┘
+    fit ─ hypotheses ─ search ─ next_measurement ─ verdict ─ diagnose ─ Diagnosis
 
-``constants`` holds every number that is decided by.
+``hypotheses``        everything that could be missing, and what it would leave in the residual
+``search``            which sets of hypotheses explain the rows, with what odds
+``next_measurement``  the poses that would settle what these leave open
+``verdict``           what is named, how it ranks, and how it is said
+``diagnose``          the way through these rooms
+``untested``          the verdict where the noise of the poses is not known
+``constants``         every number that is decided by, with its origin
 """

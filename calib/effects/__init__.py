@@ -2,5 +2,6 @@
 
     effect ── base, nonlinear, environment, motion, reference ──┐
        │        (one function with a page for each effect)      ├─ catalogue: every effect by name
+       ├─ needs: what of it some poses lack
        └─ expression ─ user_defined (or a Python function) ─────┘
 """

@@ -24,6 +24,7 @@ from calib.poses.imu_log import FloatArray
 
 LONGEST_EXPRESSION = 500
 LARGEST_POWER = 8
+LARGEST_NUMBER = 1e30  #: its eighth power is still a number
 
 FUNCTIONS: dict[str, Callable[..., FloatArray]] = {
     "abs": np.abs,
@@ -133,8 +134,9 @@ def read_expression(text: str, shapes: Sequence[str] = ()) -> Expression:
 
 def _check(node: ast.expr, names: dict[str, None], runs: dict[str, None]) -> None:
     match node:
-        case ast.Constant(value=int() | float()) if not isinstance(node.value, bool):
-            return
+        case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
+            if abs(number) > LARGEST_NUMBER:
+                raise BadExpression(f"a number in the expression is larger than {LARGEST_NUMBER:g}")
         case ast.Name(id=name):
             names[name] = None
         case ast.UnaryOp(op=ast.USub() | ast.UAdd(), operand=operand):

@@ -44,6 +44,14 @@ PARAMETERS: Mapping[Per, tuple[str, ...]] = {
     "reference": ("common",),
 }
 
+FORMULAS: Mapping[Per, str] = {
+    "axis": "e_k = c_k · ({})",
+    "common": "e = c · ({})",
+    "matrix": "e_k = Σ_j c_kj · ({})_j",
+    "reference": "m → m + c · ({})",
+}
+"""The error as a formula, to be completed with the expression or the name of the function."""
+
 
 def shape_between(name: str, unit: str, low: float, high: float) -> Shape:
     """A shape parameter with positive bounds.
@@ -135,7 +143,7 @@ def user_effect(
         physics="Your own effect.",
         shape=shape,
         page=Page(
-            formula=name,
+            formula=FORMULAS[per].format(value.text if isinstance(value, Expression) else name),
             typical={},
             source="your configuration",
             confounded="see the aliases that the diagnosis lists",

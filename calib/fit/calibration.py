@@ -19,8 +19,9 @@ import numpy as np
 
 from calib.effects.catalogue import BASE
 from calib.errors import Undetermined
+from calib.fit.correction import Correction
 from calib.fit.determined import LARGEST_SHARE, BaseParameters, undetermined
-from calib.fit.model import Correction, Model
+from calib.fit.model import Model
 from calib.fit.result import MISFIT_P_VALUE, Fit
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec

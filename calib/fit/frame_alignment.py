@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from calib.fit.column_scaling import pseudo_inverse
-from calib.fit.model import pick, stack_columns
+from calib.fit.model import stack_columns
 from calib.fit.result import Fit
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import BoolArray, FloatArray
@@ -163,7 +163,7 @@ def _carried(
     """Covariance (6, 6) that a triad's parameters carry into the solution."""
     rows = np.einsum("mij,mjp->mip", across, moved) / row_sd[:, :, None]
     gain = inverse @ rows.reshape(-1, moved.shape[2])
-    index = pick(fit.model, fit.model.acting_on("reading"))
+    index = fit.model.positions(fit.model.acting_on("reading"))
     return np.asarray(gain @ fit.cov[np.ix_(index, index)] @ gain.T)
 
 

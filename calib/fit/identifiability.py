@@ -13,7 +13,8 @@ import numpy as np
 from calib.effects.effect import Effect
 from calib.errors import Remedy, Undetermined
 from calib.fit.column_scaling import RANK_TOLERANCE, orthonormal_columns, unit_columns
-from calib.fit.model import sensor_columns, stack_columns
+from calib.fit.model import stack_columns
+from calib.fit.sensitive_axes import sensor_columns
 from calib.poses.attitudes import list_directions, uncovered
 from calib.poses.imu_log import BoolArray, FloatArray
 

@@ -10,9 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.fit.model import (
-    Model,
-)
+from calib.fit.model import Model
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 

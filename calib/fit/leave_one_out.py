@@ -81,6 +81,18 @@ def left_out_residual(residual: FloatArray, jacobian: FloatArray, pose: IntArray
     return out
 
 
+def redundancy(jacobian: FloatArray, pose: IntArray) -> FloatArray:
+    """Share of an error of each pose that its residual shows, in the worst direction, (n,).
+
+    The least eigenvalue of the pose's block of ``I - H``; the arguments are those of
+    :func:`left_out_residual`.
+    """
+    share = np.ones(len(np.unique(pose)))
+    for rows, block in pose_blocks(orthonormal_columns(jacobian), pose):
+        share[pose[rows[:, 0]]] = np.linalg.eigvalsh(block)[:, 0]
+    return share
+
+
 def compare(fit: Fit) -> Comparison:
     """Lay the fitted model beside every pose.
 

@@ -20,17 +20,15 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.fit.initial_estimate import start_of
-from calib.fit.model import (
+from calib.fit.model import Model, stack_columns
+from calib.fit.sensitive_axes import (
     ALIGNED,
     Axes,
-    Model,
     axes_of,
     follows_vector,
-    pick,
     sensor_columns,
     sensor_slope,
     solve_sensor,
-    stack_columns,
 )
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, IntArray
@@ -81,9 +79,9 @@ class Equations:
         self.on_reading = model.acting_on("reading")
         self.on_sensor = model.acting_on("sensor")
         self.on_reference = model.acting_on("reference")
-        self.reading_index = pick(model, self.on_reading)
-        self.sensor_index = pick(model, self.on_sensor)
-        self.reference_index = pick(model, self.on_reference)
+        self.reading_index = model.positions(self.on_reading)
+        self.sensor_index = model.positions(self.on_sensor)
+        self.reference_index = model.positions(self.on_reference)
         self.is_null = reference.is_null
         self.at_reading = poses.conditions(y)
         self.reading_columns = (
@@ -114,7 +112,7 @@ class Equations:
         self.varying_on_axes = tuple(e for e in self.varying if not e.orthogonal)
         self.varying_orthogonal = tuple(e for e in self.varying if e.orthogonal)
         on_axes = tuple(e for e in self.on_sensor if not e.orthogonal)
-        self.on_axes_index = pick(model, on_axes)
+        self.on_axes_index = model.positions(on_axes)
         self.on_axes_columns = [self.sensor_index.index(i) for i in self.on_axes_index]
 
     @cached_property
@@ -222,7 +220,7 @@ class Equations:
     ) -> FloatArray:
         if not effects:
             return np.zeros((1, 3, 3))
-        return sensor_slope(effects, theta[pick(self.model, effects)], shapes, at, axes)
+        return sensor_slope(effects, theta[self.model.positions(effects)], shapes, at, axes)
 
     def slope(
         self, theta: FloatArray, shapes: Mapping[str, float], at: Conditions, axes: Axes

@@ -10,8 +10,9 @@ from calib.effects.effect import Effect
 from calib.errors import FitFailed, Remedy
 from calib.fit.column_scaling import inverse_square, pseudo_inverse, unit_columns
 from calib.fit.identifiability import require_determined, require_enough
-from calib.fit.model import Model, sensor_columns
+from calib.fit.model import Model
 from calib.fit.residuals import Equations, WhitenedRows
+from calib.fit.sensitive_axes import sensor_columns
 from calib.poses.imu_log import BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
 

@@ -26,12 +26,10 @@ from calib.errors import CalibrationError, FitFailed, Undetermined
 from calib.fit.column_scaling import RANK_TOLERANCE, orthonormal_columns, unit_columns
 from calib.fit.gauss_newton import minimise
 from calib.fit.identifiability import require_enough, visible_basis
-from calib.fit.model import (
-    Model,
-    sensor_columns,
-)
+from calib.fit.model import Model
 from calib.fit.residuals import Equations, WhitenedRows
 from calib.fit.result import Fit, Solution, finish, with_common, with_shape_sd
+from calib.fit.sensitive_axes import sensor_columns
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet

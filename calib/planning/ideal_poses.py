@@ -9,7 +9,8 @@ from calib.fit.initial_estimate import Start
 from calib.poses.averaging import PoseMean
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.mean_noise import NOISE_DOF_PER_POSE, noise_sd
-from calib.poses.pose_set import CommonError, PoseSet, Reference, join_references
+from calib.poses.pose_set import PoseSet
+from calib.poses.reference import CommonError, Reference, join_references
 
 
 @dataclass(frozen=True, eq=False)

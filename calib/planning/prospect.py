@@ -13,12 +13,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.diagnosis.hypotheses import candidate_effects
-from calib.diagnosis.signature import Projector, Signature, are_aliases, effect_columns
+from calib.diagnosis.hypotheses.listed import candidate_effects
+from calib.diagnosis.hypotheses.signature import Projector, Signature, are_aliases, effect_columns
 from calib.effects.effect import Effect
+from calib.effects.needs import unavailable
 from calib.fit.calibration import triad_parameters
 from calib.fit.identifiability import scaled_condition
-from calib.fit.model import Model, stack_columns, unavailable
+from calib.fit.model import Model, stack_columns
 from calib.fit.residuals import Equations
 from calib.fit.result import Fit
 from calib.fit.solver import fit
@@ -26,7 +27,8 @@ from calib.planning.ideal_poses import PlannedRun, ideal_poses
 from calib.poses.attitudes import natural_directions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.pose_set import PoseSet, Reference
+from calib.poses.pose_set import PoseSet
+from calib.poses.reference import Reference
 
 WEDGE = natural_directions(corners=False)
 

@@ -16,10 +16,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from calib.errors import Contradiction, Undetermined
+from calib.poses.batches import BATCHES, COARSE_BATCHES, batch_means, batch_variance
+from calib.poses.creep import creep_rate
 from calib.poses.data_sheet import TriadSpec
+from calib.poses.envelope import envelope
 from calib.poses.imu_log import (
     AXES,
-    SI_UNIT,
     TRIADS,
     FloatArray,
     ImuLog,
@@ -27,16 +29,11 @@ from calib.poses.imu_log import (
 )
 from calib.poses.pose_checks import (
     LARGEST_STILL_SHIFT,
-    batch_means,
     check_attitude,
     check_counts,
     check_steady,
     check_still,
 )
-
-BATCHES = 6
-COARSE_BATCHES = BATCHES // 2
-"""Long enough stretches to hold most of the correlation, enough of them to show a scatter."""
 
 HARMONICS = (1, 2)
 LEAST_PER_TURN = 5
@@ -59,6 +56,7 @@ class TriadMean:
     COARSE_BATCHES batches, ``scatter`` (3,) variance of the samples about it, ``step`` (3,) between
     neighbouring values of the log (infinite where there was one value only), ``unit`` (3,) the
     least step that its converter or its decimals can have; all NaN where the triad was not logged.
+    ``envelope`` (e, 2, 3) lowest and highest sample of equal stretches.
     """
 
     mean: FloatArray
@@ -67,11 +65,16 @@ class TriadMean:
     scatter: FloatArray
     step: FloatArray = field(default_factory=lambda: np.full(3, np.inf))
     unit: FloatArray = field(default_factory=lambda: np.zeros(3))
+    envelope: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 3)))
 
 
 @dataclass(frozen=True, eq=False)
 class PoseMean:
-    """One averaged pose: both triads, the time it was taken and every logged column."""
+    """One averaged pose: both triads, the time it was taken and every logged column.
+
+    ``creep_rad_s`` is how fast it turned although at rest, as far as gravity shows that.
+    ``stated``: the mean and its sd come from a table; an sd that was not stated there is NaN.
+    """
 
     label: str
     accelerometer: TriadMean
@@ -79,14 +82,11 @@ class PoseMean:
     time_s: float
     duration_s: float
     columns: dict[str, float]
+    creep_rad_s: float = 0.0
+    stated: bool = False
 
 
 _NOT_LOGGED = TriadMean(*(np.full(3, np.nan) for _ in range(4)))
-
-
-def batch_variance(values: FloatArray, count: int) -> FloatArray:
-    """Variance of the mean of each column of ``values`` (t, k) from ``count`` batches, (k,)."""
-    return np.asarray(batch_means(values, count).var(axis=0, ddof=1) / count)
 
 
 def value_steps(values: FloatArray) -> FloatArray:
@@ -192,17 +192,20 @@ def average_pose(
             f"{log.label}: {n} samples, at least {SHORTEST_SAMPLES} expected in a pose. Log each "
             f"pose for some seconds."
         )
-    means = []
+    means, creep_rad_s = [], 0.0
+    duration_s = float(log.time_s[n - 1] - log.time_s[0])
     for triad, spec in zip(TRIADS, (accelerometer, gyroscope), strict=True):
         if spec is None or not log.has(triad):
             means.append(_NOT_LOGGED)
             continue
-        counts = getattr(log, triad)[:n]
+        counts = spec.signed(getattr(log, triad)[:n])
         check_counts(log.label, triad, counts, spec)
         values = spec.nominal(counts)
         if rate_rad_s == 0:
             check_still(log.label, triad, values, largest_shift[triad])
             rest = values
+            if triad == "accelerometer":
+                creep_rad_s = creep_rate(batch_means(values, BATCHES), duration_s)
         else:
             rest = _without_harmonics(values, log.time_s[:n], abs(rate_rad_s))
             if triad == "gyroscope":
@@ -216,6 +219,7 @@ def average_pose(
                 scatter=rest.var(axis=0, ddof=1),
                 step=value_steps(counts) * spec.nominal_scale,
                 unit=least_steps(counts, spec) * spec.nominal_scale,
+                envelope=envelope(values),
             )
         )
     return PoseMean(
@@ -223,8 +227,9 @@ def average_pose(
         accelerometer=means[0],
         gyroscope=means[1],
         time_s=float(log.time_s[:n].mean()),
-        duration_s=float(log.time_s[n - 1] - log.time_s[0]),
+        duration_s=duration_s,
         columns={name: float(values[:n].mean()) for name, values in log.columns.items()},
+        creep_rad_s=creep_rad_s,
     )
 
 

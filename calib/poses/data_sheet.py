@@ -11,7 +11,7 @@ import numpy as np
 
 from calib.poses.imu_log import FloatArray
 
-Encoding = Literal["offset-binary", "twos-complement", "si"]
+Encoding = Literal["offset-binary", "twos-complement", "unsigned-twos-complement", "si"]
 
 
 @dataclass(frozen=True)
@@ -25,8 +25,10 @@ class TriadSpec:
     bits : int
         Converter width; 0 for logs already in physical units.
     encoding : str
-        ``offset-binary`` (0 ... 2^n - 1), ``twos-complement`` (-2^(n-1) ... 2^(n-1) - 1), or
-        ``si`` for logs in physical units, where "counts" are multiples of ``si_per_unit``.
+        ``offset-binary`` (0 ... 2^n - 1), ``twos-complement`` (-2^(n-1) ... 2^(n-1) - 1),
+        ``unsigned-twos-complement`` (the same bits logged as 0 ... 2^n - 1, so that -1 stands as
+        2^n - 1; biases are signed counts), or ``si`` for logs in physical units, where "counts" are
+        multiples of ``si_per_unit``.
     si_per_unit : float
         Only for ``si``: SI units per logged unit (1 for m/s² and rad/s).
     """
@@ -41,7 +43,7 @@ class TriadSpec:
         """k of eq. (12), SI units per count."""
         if self.encoding == "si":
             return self.si_per_unit
-        if self.encoding == "twos-complement":
+        if self.encoding.endswith("twos-complement"):
             # Data sheets of this family state counts per unit as 2^(n-1) / full scale.
             return self.full_scale / float(2 ** (self.bits - 1))
         return 2.0 * self.full_scale / float(2**self.bits - 1)
@@ -51,17 +53,29 @@ class TriadSpec:
         """b of eq. (12), the "false origin" of the converter, in counts."""
         return (2**self.bits - 1) / 2.0 if self.encoding == "offset-binary" else 0.0
 
+    def signed(self, logged: FloatArray) -> FloatArray:
+        """Counts of the converter from the numbers in a log, same shape.
+
+        Numbers that no such converter gives stay as they are, outside :attr:`count_range`.
+        """
+        if self.encoding != "unsigned-twos-complement":
+            return logged
+        codes = 2.0**self.bits
+        stands_for_negative = (logged >= codes / 2) & (logged < codes)
+        return np.asarray(np.where(stands_for_negative, logged - codes, logged))
+
     @property
     def count_range(self) -> tuple[float, float]:
         """Lowest and highest value the converter can give, in counts."""
         if self.encoding == "si":
             limit = self.full_scale / self.si_per_unit
             return -limit, limit
-        if self.encoding == "twos-complement":
+        if self.encoding.endswith("twos-complement"):
             half = 2 ** (self.bits - 1)
             return float(-half), float(half - 1)
         return 0.0, float(2**self.bits - 1)
 
     def nominal(self, counts: FloatArray) -> FloatArray:
         """Readings in SI units by the data sheet alone, same shape as ``counts``."""
+        counts = self.signed(counts)
         return np.asarray((counts - self.nominal_bias_counts) * self.nominal_scale)

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from calib.errors import Remedy, Undetermined, UnusableLog
+from calib.poses.batches import batch_means
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
 
@@ -26,12 +27,6 @@ LARGEST_STILL_SHIFT = {"accelerometer": 0.02, "gyroscope": 0.02}
 LARGEST_RATE_CHANGE = 0.005
 LARGEST_TURN = 0.005
 """Of the mean, 0.3°: what is laid on a plate by hand and loosened would turn by more."""
-
-
-def batch_means(values: FloatArray, count: int) -> FloatArray:
-    """Means of ``count`` equal stretches of ``values`` (t, k), shape (count, k)."""
-    length = len(values) // count
-    return np.asarray(values[: count * length].reshape(count, length, -1).mean(axis=1))
 
 
 def _stray(values: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -53,7 +48,7 @@ def check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) ->
     low, high = spec.count_range
     if counts.min() < low or counts.max() > high:
         span = f"{counts.min():g} to {counts.max():g}"
-        other = "offset-binary" if spec.encoding == "twos-complement" else "twos-complement"
+        other = "twos-complement" if counts.min() < 0 else "unsigned-twos-complement, offset-binary"
         raise UnusableLog(
             f"{label}: {triad} counts run from {span}, but {spec.bits} bit {spec.encoding} spans "
             f"{low:g} to {high:g}. Is the encoding {other}, or the number of bits another? "

@@ -1,7 +1,4 @@
-"""The poses of one triad, ready to be fitted: readings, their sds, references and covariates.
-
-A reference is the magnitude that each pose should show, and how well it is known.
-"""
+"""The poses of one triad, ready to be fitted: readings, their sds, references and covariates."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -11,92 +8,12 @@ import numpy as np
 
 from calib.poses.averaging import PoseMean, check_alive
 from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
-from calib.poses.imu_log import BoolArray, FloatArray, IntArray, Triad
+from calib.poses.imu_log import FloatArray, IntArray, Triad
 from calib.poses.mean_noise import NOISE_DOF_PER_POSE, pose_mean_sd, too_short
+from calib.poses.reference import Reference, RowIndex, join_references
 
-RowIndex = IntArray | BoolArray | slice | Sequence[int]
 PER_POSE = ("reading", "sd", "force", "vibration", "spin_rad_s", "time_s", "expected")
 """Arrays of a :class:`PoseSet` with one row per pose."""
-
-
-@dataclass(frozen=True)
-class CommonError:
-    """One error shared by all poses that name it; ``sd`` is in the unit of the magnitude."""
-
-    name: str
-    sd: float
-
-
-@dataclass(frozen=True, eq=False)
-class Reference:
-    """Reference magnitudes of n poses.
-
-    Parameters
-    ----------
-    magnitude : array, shape (n,)
-        Gravity in m/s² or plate rate in rad/s; 0 for a null pose (plate stopped).
-    sd : array, shape (n,)
-        The part of its sd that each pose has for itself.
-    common : array, shape (n, q)
-        Sd of the parts that several poses share: column j is how far one sd of the common error j
-        moves each magnitude. It does not average down; it goes straight into the scale.
-    common_names : tuple of str
-        What the q common errors are, for the uncertainty budget.
-    of_setting : frozenset of str
-        Those among them that belong to one setting of the plate: another one brings its own.
-    """
-
-    magnitude: FloatArray
-    sd: FloatArray
-    common: FloatArray
-    common_names: tuple[str, ...]
-    of_setting: frozenset[str] = frozenset()
-
-    def __post_init__(self) -> None:
-        n = len(self.magnitude)
-        assert self.sd.shape == (n,)
-        assert self.common.shape == (n, len(self.common_names))
-
-    @property
-    def is_null(self) -> BoolArray:
-        """Which poses were taken with nothing to measure, shape (n,)."""
-        return np.asarray(self.magnitude == 0.0)
-
-    def take(self, rows: RowIndex) -> "Reference":
-        """The references of these poses alone."""
-        return replace(
-            self, magnitude=self.magnitude[rows], sd=self.sd[rows], common=self.common[rows]
-        )
-
-
-def constant_reference(
-    n: int, magnitude: float, common: Sequence[CommonError], sd: float = 0.0
-) -> Reference:
-    """The same magnitude for ``n`` poses, its errors all in common."""
-    return Reference(
-        np.full(n, magnitude),
-        np.full(n, sd),
-        np.tile([c.sd for c in common], (n, 1)).reshape(n, len(common)),
-        tuple(c.name for c in common),
-    )
-
-
-def join_references(parts: Sequence[Reference]) -> Reference:
-    """The poses of ``parts`` one after another; common errors of the same name are the same."""
-    names = tuple(dict.fromkeys(name for part in parts for name in part.common_names))
-    blocks = []
-    for part in parts:
-        block = np.zeros((len(part.magnitude), len(names)))
-        for j, name in enumerate(part.common_names):
-            block[:, names.index(name)] = part.common[:, j]
-        blocks.append(block)
-    return Reference(
-        np.concatenate([part.magnitude for part in parts]),
-        np.concatenate([part.sd for part in parts]),
-        np.concatenate(blocks),
-        names,
-        frozenset().union(*(part.of_setting for part in parts)),
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,6 +47,8 @@ class PoseSet:
     other_reading : array, shape (n, 3), or None
         Mean nominal reading of the other triad, NaN where not logged. Ideal poses have None: what
         the other triad reads follows from the plate and from gravity.
+    sd_dof : float or None
+        Degrees of freedom behind ``sd`` where it does not come from the poses' own samples.
     """
 
     triad: Triad
@@ -146,6 +65,7 @@ class PoseSet:
     columns: Mapping[str, FloatArray] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     other_reading: FloatArray | None = None
+    sd_dof: float | None = None
 
     def __len__(self) -> int:
         return len(self.label)
@@ -160,6 +80,7 @@ class PoseSet:
             reference=self.reference.take(index),
             columns={name: values[index] for name, values in self.columns.items()},
             notes=self.notes,
+            sd_dof=self.sd_dof,
             other_reading=None if self.other_reading is None else self.other_reading[index],
             **{name: getattr(self, name)[index] for name in PER_POSE},
         )
@@ -183,6 +104,7 @@ class PoseSet:
             if self.other_reading is None or other.other_reading is None
             else np.concatenate([self.other_reading, other.other_reading]),
             notes=tuple(dict.fromkeys((*self.notes, *other.notes))),
+            sd_dof=self.sd_dof,
             **{
                 name: np.concatenate([getattr(self, name), getattr(other, name)])
                 for name in PER_POSE
@@ -192,6 +114,8 @@ class PoseSet:
     @property
     def noise_dof(self) -> float:
         """Degrees of freedom behind ``sd``: how well the noise itself is known."""
+        if self.sd_dof is not None:
+            return self.sd_dof
         return NOISE_DOF_PER_POSE * len(self)
 
     @property
@@ -242,7 +166,17 @@ class PoseSet:
 class PoseRun:
     """Poses recorded under one reference.
 
-    ``spin_rad_s`` (n,) signed plate rate, 0 if stopped; ``expected`` (n, 3) null poses' readings.
+    Parameters
+    ----------
+    name : str
+        What messages call the run.
+    means : sequence of PoseMean, length n
+    reference : Reference
+        Magnitudes of the n poses.
+    spin_rad_s : array, shape (n,)
+        Plate rate, positive counter-clockwise seen from above; 0 when stopped.
+    expected : array, shape (n, 3)
+        What a null pose should read, SI.
     """
 
     name: str
@@ -251,6 +185,11 @@ class PoseRun:
     spin_rad_s: FloatArray
     expected: FloatArray
 
+    @property
+    def is_stated(self) -> bool:
+        """Whether its means and their sds come from a table."""
+        return any(mean.stated for mean in self.means)
+
 
 def pose_set(
     triad: Triad,
@@ -258,15 +197,31 @@ def pose_set(
     origin_s: float,
     correct_force: Callable[[Conditions], FloatArray] | None = None,
 ) -> PoseSet:
-    """All runs of one triad as one set, to be fitted jointly; its times count from ``origin_s``.
+    """All runs of one triad as one set, to be fitted jointly.
 
-    ``correct_force`` is the calibration of the accelerometer, by which its nominal readings become
-    the specific force that effects on the gyro depend on; without it they stand as they are.
+    Parameters
+    ----------
+    triad : str
+        ``accelerometer`` or ``gyroscope``.
+    runs : sequence of PoseRun
+    origin_s : float
+        When the session began, on the clock of the logs; the poses' times count from there.
+    correct_force : callable, optional
+        The calibration of the accelerometer, from conditions with its nominal readings (n, 3) to
+        the specific force (n, 3) in m/s², on which effects on the gyroscope depend. Without it
+        the nominal readings stand.
+
+    Returns
+    -------
+    PoseSet
+        The n poses of all runs, in their order, with the logged columns that all of them have.
 
     Raises
     ------
     Undetermined
         An axis gives the very same value in all poses of a run.
+    FitFailed
+        By ``correct_force``: its effects are larger than the readings.
     """
     for run in runs:
         check_alive(run.means, triad, run.name)
@@ -284,7 +239,7 @@ def pose_set(
         label=tuple(mean.label for mean in means),
         run=tuple(run.name for run in runs for _ in run.means),
         reading=np.array([getattr(mean, triad).mean for mean in means]),
-        sd=pose_mean_sd([run.means for run in runs], triad),
+        sd=_mean_sd(runs, triad),
         force=np.array([mean.accelerometer.mean for mean in means]),
         vibration=np.array([mean.accelerometer.scatter for mean in means]),
         spin_rad_s=np.concatenate([run.spin_rad_s for run in runs]),
@@ -292,9 +247,20 @@ def pose_set(
         expected=np.concatenate([run.expected for run in runs]),
         reference=join_references([run.reference for run in runs]),
         columns={name: np.array([mean.columns[name] for mean in means]) for name in names},
-        notes=tuple(filter(None, (too_short(run.means, triad, run.name) for run in runs))),
+        notes=tuple(filter(None, (too_short(run.means, triad, run.name) for run in runs
+                                  if not run.is_stated))),
         other_reading=np.array([getattr(mean, other).mean for mean in means]),
     )
     if correct_force is None or not np.isfinite(poses.force).all():
         return poses
     return replace(poses, force=correct_force(poses.conditions(poses.force)))
+
+
+def _mean_sd(runs: Sequence[PoseRun], triad: Triad) -> FloatArray:
+    """Sds (n, 3) of the means of all runs: from their samples, or as a table states them."""
+    logged = [run.means for run in runs if not run.is_stated]
+    of_logged = iter(pose_mean_sd(logged, triad) if logged else ())
+    stated = {id(mean): np.sqrt(getattr(mean, triad).variance)
+              for run in runs if run.is_stated for mean in run.means}
+    return np.array([stated[id(mean)] if id(mean) in stated else next(of_logged)
+                     for run in runs for mean in run.means])

@@ -9,7 +9,8 @@ from calib.earth import EARTH_RATE_RAD_S, earth_rate_horizontal, earth_rate_vert
 from calib.errors import Remedy, Undetermined
 from calib.poses.averaging import PoseMean
 from calib.poses.imu_log import FloatArray
-from calib.poses.pose_set import CommonError, PoseRun, Reference, constant_reference
+from calib.poses.pose_set import PoseRun
+from calib.poses.reference import CommonError, Reference, constant_reference
 
 TURNING_RAD_S = 0.09
 """5 °/s: above any zero-rate offset of a working MEMS gyro, below the rate of any plate."""

@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
+from pipeline.commands.arguments import PathArgument
 
 
 @click.command(epilog=examples(
@@ -12,7 +13,7 @@ from pipeline.commands import examples
     "pipeline add config.yaml rate.slow.once_per_rev",
     "pipeline add config.yaml --auto",
 ))
-@click.argument("config", type=click.Path(path_type=Path))
+@click.argument("config", type=PathArgument())
 @click.argument("target", required=False)
 @click.option("--auto", is_flag=True,
               help="Add effects until the diagnosis names none.")

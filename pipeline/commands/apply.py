@@ -5,20 +5,23 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
+from pipeline.commands.arguments import Finite, PathArgument
+
+SLOWEST_HZ, FASTEST_HZ = 1e-3, 1e6  #: sample rates of inertial sensors
 
 
 @click.command(epilog=examples(
     "pipeline apply config.run drive.csv --output drive.calibrated.csv",
     "pipeline apply config.run raw.txt --columns acc_x,acc_y,acc_z --rate-hz 100",
 ))
-@click.argument("results", type=click.Path(path_type=Path))
-@click.argument("log", type=click.Path(path_type=Path))
-@click.option("--output", type=click.Path(path_type=Path, dir_okay=False),
+@click.argument("results", type=PathArgument())
+@click.argument("log", type=PathArgument())
+@click.option("--output", type=PathArgument(dir_okay=False),
               help="File for the corrected log; default: standard output.")
 @click.option("--force", is_flag=True, help="Replace a file that this program did not write.")
 @click.option("--columns",
               help="Names of the columns of a log without a header, separated by commas.")
-@click.option("--rate-hz", type=click.FloatRange(min=0, min_open=True),
+@click.option("--rate-hz", type=Finite(min=SLOWEST_HZ, max=FASTEST_HZ),
               help="Sample rate of a log without a time column.")
 @click.option("--session-clock", is_flag=True,
               help="The time of the log is that of the calibration session: correct drifts.")
@@ -39,13 +42,14 @@ def command(
     If RESULTS contains a mounting, both triads are rotated into the axes of the vehicle.
     """
     from pipeline.export.apply import applied_csv, apply_results
+    from pipeline.logs.clock import StatedClock
     from pipeline.logs.read import read_log
     from pipeline.results.read import load_results
     from pipeline.results.written import write_output
 
     stored = load_results(results, allow_python)
     names = None if columns is None else [name.strip() for name in columns.split(",")]
-    applied = apply_results(stored, read_log(log, names, rate_hz), session_clock)
+    applied = apply_results(stored, read_log(log, names, StatedClock(rate_hz)), session_clock)
     for note in applied.left_out:
         click.secho(f"warning: {note}", fg="yellow", err=True)
     click.echo(f"columns are in {applied.axes}", err=True)

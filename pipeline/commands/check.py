@@ -5,10 +5,11 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
+from pipeline.commands.arguments import PathArgument
 
 
 @click.command(epilog=examples("pipeline check config.yaml"))
-@click.argument("config", type=click.Path(path_type=Path))
+@click.argument("config", type=PathArgument())
 def command(config: Path) -> None:
     """Validate CONFIG, read its logs, and list every error with its line.
 

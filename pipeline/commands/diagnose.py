@@ -5,10 +5,11 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples, paragraph
+from pipeline.commands.arguments import PathArgument
 
 
 @click.command(epilog=examples("pipeline diagnose config.yaml"))
-@click.argument("config", type=click.Path(path_type=Path))
+@click.argument("config", type=PathArgument())
 @click.option("--allow-python", is_flag=True,
               help="Run the Python files that CONFIG names for user-defined effects.")
 def command(config: Path, allow_python: bool) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
+from pipeline.commands.arguments import PathArgument
 from pipeline.export.formats import FORMATS
 
 #: The list under the command's help; \b keeps its lines.
@@ -16,10 +17,10 @@ EXAMPLES = (
 
 
 @click.command(epilog=f"{LISTED}\n\n{examples(*EXAMPLES)}")
-@click.argument("results", type=click.Path(path_type=Path))
+@click.argument("results", type=PathArgument())
 @click.option("--to", "form", required=True, metavar="FORMAT",
               help="One of the formats below.")
-@click.option("--output", type=click.Path(path_type=Path, file_okay=False),
+@click.option("--output", type=PathArgument(file_okay=False),
               help="Folder for the files; default: that of RESULTS.")
 @click.option("--force", is_flag=True, help="Replace files that this program did not write.")
 @click.option("--allow-python", is_flag=True,

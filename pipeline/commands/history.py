@@ -5,11 +5,12 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
+from pipeline.commands.arguments import PathArgument
 
 
 @click.command(epilog=examples("pipeline history config.yaml"))
-@click.argument("config", type=click.Path(path_type=Path))
-@click.option("--output", type=click.Path(path_type=Path, file_okay=False),
+@click.argument("config", type=PathArgument())
+@click.option("--output", type=PathArgument(file_okay=False),
               help="Folder of the results, if `pipeline run` had this option.")
 def command(config: Path, output: Path | None) -> None:
     """List all runs of CONFIG with model, errors and verdict. Equal runs are listed once."""

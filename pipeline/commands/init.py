@@ -5,10 +5,11 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
+from pipeline.commands.arguments import PathArgument
 
 
 @click.command(epilog=examples("pipeline init my-session"))
-@click.argument("folder", metavar="[DIR]", default=".", type=click.Path(path_type=Path))
+@click.argument("folder", metavar="[DIR]", default=".", type=PathArgument())
 def command(folder: Path) -> None:
     """Write a commented config.yaml into DIR (default: the current folder).
 

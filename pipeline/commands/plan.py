@@ -5,13 +5,14 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
+from pipeline.commands.arguments import PathArgument
 
 
 @click.command(epilog=examples(
     "pipeline plan config.yaml",
     "pipeline plan config.yaml --effect g_sensitivity",
 ))
-@click.argument("config", type=click.Path(path_type=Path))
+@click.argument("config", type=PathArgument())
 @click.option("--effect", "effects", multiple=True, metavar="NAME",
               help="Print what to record to determine this effect; may be repeated.")
 @click.option("--allow-python", is_flag=True,
@@ -23,7 +24,8 @@ def command(config: Path, effects: tuple[str, ...], allow_python: bool) -> None:
     the recorded poses and those that are still missing.
     """
     from calib.effects.catalogue import find_effect
-    from pipeline.config.load import load_config, triad_spec
+    from pipeline.config.load import load_config
+    from pipeline.config.sensor import triad_spec
     from pipeline.console.plan_text import plan_lines
     from pipeline.errors import ConfigError
     from pipeline.plan.outlook import plan_of

@@ -5,27 +5,32 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
+from pipeline.commands.arguments import Finite, PathArgument
 from pipeline.playback import PROTOCOLS, Protocol
+
+LONGEST_S = 86_400.0  #: a day
+SHARE = Finite(min=0, max=1)
 
 
 @click.command(epilog=examples(
     "pipeline playback data/example/config.yaml --protocol xsens-mti",
     "pipeline playback config.yaml --lost 0.01 --link /tmp/sensor",
 ))
-@click.argument("config", type=click.Path(path_type=Path))
+@click.argument("config", type=PathArgument())
 @click.option("--protocol", type=click.Choice(PROTOCOLS), default="sketch",
               show_default=True, help="Protocol of the simulated device.")
-@click.option("--hold", default=15.0, show_default=True,
+@click.option("--hold", type=Finite(min=0.1, max=LONGEST_S), default=15.0, show_default=True,
               help="Duration of each pose in seconds.")
-@click.option("--speed", default=1.0, show_default=True,
+@click.option("--speed", type=Finite(min=0.01, max=1000), default=1.0, show_default=True,
               help="Speed relative to the recording.")
-@click.option("--lost", default=0.0, help="Share of samples that are lost on the line.")
-@click.option("--flipped", default=0.0, help="Share of samples with one inverted bit.")
-@click.option("--garbage", default=0.0, help="Share of samples with random bytes before them.")
-@click.option("--unplug-every", type=float,
+@click.option("--lost", type=SHARE, default=0.0, help="Share of samples that are lost on the line.")
+@click.option("--flipped", type=SHARE, default=0.0, help="Share of samples with one inverted bit.")
+@click.option("--garbage", type=SHARE, default=0.0,
+              help="Share of samples with random bytes before them.")
+@click.option("--unplug-every", type=Finite(min=0.1, max=LONGEST_S),
               help="Disconnect the device after this number of seconds, repeatedly.")
-@click.option("--link", type=click.Path(path_type=Path), help="Symbolic link to the port.")
-@click.option("--seed", default=0,
+@click.option("--link", type=PathArgument(), help="Symbolic link to the port.")
+@click.option("--seed", type=click.IntRange(min=0, max=2**63 - 1), default=0,
               help="Random seed of the motion between poses and of the faults.")
 def command(
     config: Path, protocol: Protocol, hold: float, speed: float, lost: float, flipped: float,

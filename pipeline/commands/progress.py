@@ -5,7 +5,7 @@ import threading
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-from pipeline.terminal import shown
+from pipeline.console.terminal import shown
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID

@@ -9,8 +9,12 @@ from typing import Literal
 import click
 
 from pipeline.commands import examples
+from pipeline.commands.arguments import Finite, PathArgument
 
 FILMED_S = 60.0
+LONGEST_S = 86_400.0  #: a day
+SLOWEST_FPS, FASTEST_FPS = 0.01, 1e5  #: from time lapse to high speed
+FASTEST_RPM = 1e5
 
 
 @click.command(epilog=examples(
@@ -18,16 +22,16 @@ FILMED_S = 60.0
     "pipeline rate --camera 0 --seconds 30",
     "pipeline rate clips/*.mp4 --json",
 ))
-@click.argument("videos", metavar="[VIDEO...]", nargs=-1, type=click.Path(path_type=Path))
+@click.argument("videos", metavar="[VIDEO...]", nargs=-1, type=PathArgument())
 @click.option("--camera", type=click.IntRange(min=0), metavar="N",
               help="Film the plate with this camera (0 is the first) and measure the clip.")
-@click.option("--seconds", type=click.FloatRange(min=1), default=FILMED_S, show_default=True,
+@click.option("--seconds", type=Finite(min=1, max=LONGEST_S), default=FILMED_S, show_default=True,
               help="Duration of the clip that --camera films.")
-@click.option("--keep", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE.mkv",
+@click.option("--keep", type=PathArgument(dir_okay=False), metavar="FILE.mkv",
               help="Keep the clip that --camera films; default: delete it.")
-@click.option("--fps", type=click.FloatRange(min=0, min_open=True),
+@click.option("--fps", type=Finite(min=SLOWEST_FPS, max=FASTEST_FPS),
               help="True frame rate, if the time stamps of the file are wrong.")
-@click.option("--nominal-rpm", type=click.FloatRange(min=0, min_open=True),
+@click.option("--nominal-rpm", type=Finite(min=0, min_open=True, max=FASTEST_RPM),
               help="Expected rate: a check, and the selection if several rates fit.")
 @click.option("--json", "as_json", is_flag=True,
               help="Print the section rate.NAME of results.json; NAME is the clip without suffix.")

@@ -5,13 +5,14 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
+from pipeline.commands.arguments import PathArgument
 
 
 @click.command(epilog=examples(
     "pipeline record config.yaml",
     "pipeline record config.yaml --port /dev/ttyUSB0 --camera 0",
 ))
-@click.argument("config", type=click.Path(path_type=Path))
+@click.argument("config", type=PathArgument())
 @click.option("--port", help="Serial port; default: record.port of CONFIG.")
 @click.option("--baud", type=int, help="Baud rate; default: record.baud of CONFIG.")
 @click.option("--camera", type=int,

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pipeline.terminal import shown
+from pipeline.console.terminal import shown
 
 if TYPE_CHECKING:
     from rich.live import Live

@@ -5,14 +5,15 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples, paragraph
+from pipeline.commands.arguments import PathArgument
 
 
 @click.command(epilog=examples(
     "pipeline run config.yaml",
     "pipeline run config.yaml --output results",
 ))
-@click.argument("config", type=click.Path(path_type=Path))
-@click.option("--output", type=click.Path(path_type=Path, file_okay=False),
+@click.argument("config", type=PathArgument())
+@click.option("--output", type=PathArgument(file_okay=False),
               help="Folder for the results; default: that of CONFIG.")
 @click.option("--force", is_flag=True,
               help="Replace a results.json or report.html that `pipeline run` did not write.")

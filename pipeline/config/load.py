@@ -1,37 +1,29 @@
 """The configuration of a session: one YAML file, checked as a whole before anything slow runs."""
 
-import math
 from collections.abc import Iterator
 from pathlib import Path
 
 from pydantic import Field, PrivateAttr, ValidationError
 
-from calib.poses.data_sheet import TriadSpec
+from pipeline.config.contradictions import contradictions
 from pipeline.config.messages import problems_of
 from pipeline.config.schema import (
     AccelerometerSection,
-    AccelerometerSheet,
     CertificateSection,
     EffectSection,
     GyroscopeSection,
-    GyroscopeSheet,
     InstallationSection,
     LogsSection,
     Rate,
     RecordSection,
-    SensorOrPreset,
-    SensorSection,
     SiteSection,
     VideoRateSection,
 )
+from pipeline.config.sensor import SensorOrPreset, SensorSection
 from pipeline.config.types import MISSING_FILE, Section, UserEffectName, ValidationContext
-from pipeline.config.units import UNITS
 from pipeline.config.yaml_text import PathTo, YamlSource, parse_source, read_source
 from pipeline.errors import ConfigError, MissingFiles
 from pipeline.formatting import count
-
-#: The data sheets of accelerometer and gyroscope.
-Specs = tuple[TriadSpec | None, TriadSpec | None]
 
 
 class Config(Section):
@@ -50,6 +42,7 @@ class Config(Section):
     installation: InstallationSection | None = None
     certificate: CertificateSection | None = None
     effects: dict[UserEffectName, EffectSection] = Field(default_factory=dict)
+    covariates: tuple[str, ...] | None = None
     record: RecordSection | None = None
     _source: YamlSource = PrivateAttr()
 
@@ -105,6 +98,7 @@ def _checked(source: YamlSource, files_may_be_missing: bool) -> Config:
         problems += tuple(source.problem(path, problem) for path, problem in _clip_counts(config))
     if config is not None and not files_may_be_missing:
         problems += tuple(source.problem(path, text) for path, text in _column_counts(config))
+        problems += tuple(source.problem(path, text) for path, text in contradictions(config))
     if problems or config is None:
         raise (MissingFiles if _missing_files(error) == len(problems) else ConfigError)(*problems)
     config._source = source
@@ -151,27 +145,3 @@ def _column_counts(config: Config) -> Iterator[tuple[PathTo, str]]:
                     f"{lists} lists of names for the {count(len(paths), 'file')} of `{key}`. Give "
                     f"one list for all files, or one per file in the same order."
                 )
-
-
-def sensor_specs(sensor: SensorSection) -> Specs:
-    """The data sheets of accelerometer and gyroscope in SI units; None where one is not stated."""
-    return (
-        triad_spec(sensor.accelerometer) if sensor.accelerometer else None,
-        triad_spec(sensor.gyroscope) if sensor.gyroscope else None,
-    )
-
-
-def triad_spec(sheet: AccelerometerSheet | GyroscopeSheet) -> TriadSpec:
-    """The data sheet in SI units, for the start values of Angrisano et al. eq. (12)."""
-    if sheet.unit is not None:
-        si_per_unit = UNITS[sheet.unit][1]
-        return TriadSpec(math.inf, 0, "si", si_per_unit)
-    (full_scale,) = (
-        getattr(sheet, key) * UNITS[key.removeprefix("full_scale_")][1]
-        for key in type(sheet).model_fields
-        if key.startswith("full_scale") and getattr(sheet, key) is not None
-    )
-    # Both are there: pipeline.config.rules.triad_sheet refuses a file without them.
-    assert sheet.bits is not None
-    assert sheet.encoding is not None
-    return TriadSpec(full_scale, sheet.bits, sheet.encoding)

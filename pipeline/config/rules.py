@@ -9,7 +9,13 @@ from typing import Any
 
 from pipeline.config.types import STOPPED
 from pipeline.config.yaml_text import PathTo, path_text
-from pipeline.logs.columns import TIME, missing_columns
+from pipeline.logs.columns import (
+    ACCELEROMETER,
+    GYROSCOPE,
+    TIME,
+    missing_columns,
+    our_name,
+)
 
 Values = Mapping[str, Any]
 Problems = Iterator[tuple[str, str]]
@@ -47,19 +53,21 @@ def whole_file(section: Values) -> Problems:
 
 def triad_sheet(section: Values) -> Problems:
     """A data sheet in counts, or the unit of logs in physical units."""
-    sheet = [key for key in section if key in ("bits", "encoding") or key.startswith("full_scale")]
+    scales = [key for key in section if key.startswith(("full_scale", "counts_per"))]
+    converter = [key for key in section if key in ("bits", "encoding")]
     if "unit" in section:
-        for key in sheet:
+        for key in scales + converter:
             yield key, ("only for logs in counts; `unit` says that these logs are in physical "
                         "units. Delete one of the two")
         return
-    if not any(key.startswith("full_scale") for key in section):
+    if not scales:
         yield "full_scale", ("is missing; add full_scale_g or full_scale_m_s2 of an accelerometer, "
-                             "full_scale_deg_s of a gyroscope, or `unit` for logs in physical "
-                             "units")
-    scales = [key for key in section if key.startswith("full_scale")]
+                             "full_scale_deg_s of a gyroscope, or counts_per_g and "
+                             "counts_per_deg_s, or `unit` for logs in physical units")
     if len(scales) > 1:
         yield scales[1], f"'{scales[0]}' is given as well; give one of the two"
+    if scales and scales[0].startswith("counts_per") and not converter:
+        return
     for key in ("bits", "encoding"):
         if key not in section:
             yield key, "is missing; the sensor's data sheet states it"
@@ -97,12 +105,14 @@ def timebase(section: Values) -> Problems:
 
 
 def poses(section: Values) -> Problems:
-    """Files or one long log, and columns that fit them."""
-    yield from _one_of(section, "log", "files")
+    """Files, long logs or a table of means, and columns that fit them."""
+    yield from _one_of(section, "log", "files", "means")
     if "log" in section and "find" not in section:
         yield "find", "is missing: say `find: still` to find the still parts of the log"
     if "files" in section and "find" in section:
         yield "find", "only for `log`; each of `files` is one pose"
+    if "means" in section and "find" in section:
+        yield "find", "only for `log`; each row of `means` is one pose"
     yield from still(section)
     yield from columns(section)
 
@@ -114,20 +124,34 @@ def still(section: Values) -> Problems:
 
 
 def columns(section: Values) -> Problems:
-    """Lists of names, each of which makes a log."""
+    """Lists of names, each of which makes a log, or mappings from our names to the file's."""
     rows = section.get("columns")
-    if not isinstance(rows, list) or not rows:
+    if "time_unit" in section and "sample_rate_hz" in section:
+        yield "time_unit", "only for logs with a column of times; delete time_unit or " \
+                           "sample_rate_hz"
+    if not rows or not isinstance(rows, list | dict):
         return
-    rows = rows if isinstance(rows[0], list) else [rows]
+    rows = rows if isinstance(rows, list) and not isinstance(rows[0], str) else [rows]
     for names in rows:
+        if isinstance(names, dict):
+            yield from _picked_columns(names)
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-            continue  # the type itself is wrong and reported as such
-        if lacks := missing_columns(names):
+            continue  # a mapping, or the type itself is wrong and reported as such
+        ours = [our_name(name)[0] for name in names]
+        if lacks := missing_columns(ours):
             yield "columns", lacks
-        if TIME not in names and "sample_rate_hz" not in section:
+        if TIME not in ours and "sample_rate_hz" not in section and "log" in section:
             yield "columns", f"{TIME} is missing; name it, or give sample_rate_hz beside columns"
-        if TIME in names and "sample_rate_hz" in section:
+        if TIME in ours and "sample_rate_hz" in section:
             yield "sample_rate_hz", f"the columns have {TIME}; delete one of the two"
+
+
+def _picked_columns(names: Values) -> Problems:
+    """Parts of a triad; columns that are not picked may still be there under our names."""
+    for triad in (ACCELEROMETER, GYROSCOPE):
+        lacking = [name for name in triad if name not in names]
+        if 0 < len(lacking) < len(triad):
+            yield "columns", f"{' and '.join(lacking)} missing beside the rest of the triad"
 
 
 def model(section: Values) -> Problems:

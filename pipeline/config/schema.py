@@ -7,9 +7,9 @@ exclude or need each other is in :mod:`pipeline.config.rules`. Paths are relativ
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from calib.effects.catalogue import BASE
 from pipeline.config.types import (
@@ -28,63 +28,10 @@ from pipeline.config.types import (
 )
 from pipeline.devices.line_pattern import LinePattern
 from pipeline.devices.table import DEVICES
+from pipeline.logs.columns import Renamed, TimeUnit
 from vision.rate.timebase import CLOCK_PPM
 
-#: name -> what the user would otherwise write under ``sensor:``.
-PRESETS: Mapping[str, Mapping[str, Any]] = {
-    # MTi data sheet as used by Angrisano et al.: 16 bit, ±5 g class (50 m/s²), ±150 °/s.
-    "xsens-mti": {
-        "name": "Xsens MTi",
-        "accelerometer": {"full_scale_m_s2": 50.0, "bits": 16, "encoding": "offset-binary"},
-        "gyroscope": {"full_scale_deg_s": 150.0, "bits": 16, "encoding": "offset-binary"},
-    },
-    # MPU-6000/6050 product specification after reset and after i2cdevlib's initialize():
-    # AFS_SEL = 0 (±2 g, 16384 LSB/g) and FS_SEL = 0 (±250 °/s, 131 LSB/(°/s)).
-    "mpu-6050": {
-        "name": "InvenSense MPU-6050",
-        "accelerometer": {"full_scale_g": 2.0, "bits": 16, "encoding": "twos-complement"},
-        "gyroscope": {"full_scale_deg_s": 250.0, "bits": 16, "encoding": "twos-complement"},
-    },
-}
-
-# --- sensor and site ---------------------------------------------------------------------------
-
-
-class _TriadSheet(Section):
-    bits: Annotated[int, Field(strict=True, ge=8, le=32)] | None = None
-    encoding: Literal["offset-binary", "twos-complement"] | None = None
-
-
-class AccelerometerSheet(_TriadSheet):
-    """Data sheet of an accelerometer, or the unit of logs that are in physical units already."""
-
-    full_scale_m_s2: Positive | None = None
-    full_scale_g: Positive | None = None
-    unit: Literal["m_s2", "g"] | None = None
-
-
-class GyroscopeSheet(_TriadSheet):
-    """Data sheet of a gyroscope, or the unit of logs that are in physical units already."""
-
-    full_scale_deg_s: Positive | None = None
-    full_scale_rad_s: Positive | None = None
-    unit: Literal["rad_s", "deg_s"] | None = None
-
-
-class SensorSection(Section):
-    """A sensor; in YAML a preset's name, or its data sheet."""
-
-    name: str = "IMU"
-    accelerometer: AccelerometerSheet | None = None
-    gyroscope: GyroscopeSheet | None = None
-
-
-def _preset(sensor: object) -> object:
-    if not isinstance(sensor, str):
-        return sensor
-    if sensor not in PRESETS:
-        raise no_such("sensor preset", sensor, tuple(PRESETS))
-    return dict(PRESETS[sensor])
+# --- site ---------------------------------------------------------------------------------------
 
 
 class SiteSection(Section):
@@ -130,10 +77,16 @@ class VideoRateSection(Section):
     plate: PlateSection | None = None
 
 
-class KnownRateSection(Section):
-    """A plate setting measured elsewhere."""
+def _turning(rate_rad_s: float) -> float:
+    if rate_rad_s == 0:
+        raise refusal("a plate that does not turn has no entry; write `rate: stopped` in the run")
+    return rate_rad_s
 
-    rate_rad_s: Positive
+
+class KnownRateSection(Section):
+    """A plate setting measured elsewhere; a negative rate turns the other way."""
+
+    rate_rad_s: Annotated[Number, AfterValidator(_turning)]
     sd_rad_s: Positive
 
 
@@ -169,6 +122,7 @@ class LogsSection(Section):
 
     columns: Columns | None = None
     sample_rate_hz: Positive | None = None
+    time_unit: TimeUnit | None = None  #: of the column of times; by default its name states it
     find: Literal["still"] | None = None
     still: StillSection = StillSection()
 
@@ -176,7 +130,7 @@ class LogsSection(Section):
         """The files that each key of the section names."""
         return {key: getattr(self, key) for key in self.FILE_KEYS}
 
-    def columns_of(self, i: int) -> tuple[str, ...] | None:
+    def columns_of(self, i: int) -> tuple[str, ...] | Renamed | None:
         """The names for the i-th file of a key: the i-th list, or the one list for all files."""
         if self.columns is None:
             return None
@@ -184,12 +138,13 @@ class LogsSection(Section):
 
 
 class PosesSection(LogsSection):
-    """One file per pose (a pattern or a list), or one long log with static intervals."""
+    """One file per pose (a pattern or a list), long logs with static intervals, or pose means."""
 
-    FILE_KEYS = ("files", "log")
+    FILE_KEYS = ("files", "log", "means")
 
     files: Files = ()
     log: Files = ()
+    means: Files = ()
 
     @model_validator(mode="before")
     @classmethod
@@ -293,8 +248,3 @@ class RecordSection(Section):
     order: Literal["natural", "random"] = "natural"  #: random separates time from attitude
     pattern: Annotated[str, AfterValidator(_pattern)] | None = None  #: of ``device: lines``
     camera: Annotated[int, Field(strict=True, ge=0)] | None = None  #: films turning poses
-
-
-SensorOrPreset = Annotated[SensorSection, BeforeValidator(_preset)]
-
-

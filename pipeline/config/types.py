@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import (
     AfterValidator,
@@ -11,6 +11,7 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    InstanceOf,
     ValidationError,
     ValidationInfo,
     model_validator,
@@ -19,6 +20,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from calib.effects.catalogue import EFFECTS, UnknownEffect, find_effect
 from pipeline.config.file_patterns import NoSuchFile, find_files
+from pipeline.logs.columns import Renamed
 from pipeline.names import nearest_name
 from vision.rate.terms import CONSTANT_RATE, TERMS
 
@@ -74,8 +76,24 @@ def no_such(kind: str, name: str, right: tuple[str, ...]) -> PydanticCustomError
 
 # --- kinds of values ---------------------------------------------------------------------------
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
+
+#: No length, rate, count or share of a session is larger, and none that is not 0 is smaller than
+#: its inverse: what is squared later neither overflows nor vanishes.
+LARGEST = 1e12
+
+
+def _not_vanishing(value: float) -> float:
+    if value < 1 / LARGEST:
+        raise refusal(f"found {value:g}, expected a number of at least {1 / LARGEST:g}")
+    return value
+
+
+Number = Annotated[
+    float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST, le=LARGEST)
+]
+Positive = Annotated[
+    float, Field(strict=True, allow_inf_nan=False, gt=0, le=LARGEST), AfterValidator(_not_vanishing)
+]
 Count = Annotated[int, Field(strict=True, ge=1)]
 Three = tuple[Number, Number, Number]
 
@@ -133,16 +151,30 @@ def _files(names: object, info: ValidationInfo) -> tuple[Path, ...]:
             faults.append(InitErrorDetails(type=error, loc=at, input=name))
     if faults:
         raise ValidationError.from_exception_data("files", faults)
-    if repeated := next((path for i, path in enumerate(paths) if path in paths[:i]), None):
+    if not paths and not faults and not _context(info).files_may_be_missing:
+        raise refusal("the list is empty; name a file or a pattern")
+    places = [path.resolve() for path in paths]  # one file has many paths
+    if repeated := next((path for i, path in enumerate(paths) if places[i] in places[:i]), None):
         raise refusal(f"{repeated} is named twice. Name each file once")
     return tuple(paths)
 
 
 def _rows(columns: object) -> object:
-    """One list of names stands for a list of one such list."""
-    if isinstance(columns, list) and columns and all(isinstance(name, str) for name in columns):
-        return [columns]
-    return columns
+    """One list of names, or one mapping, stands for a list of one."""
+    names = isinstance(columns, list) and columns and all(isinstance(n, str) for n in columns)
+    rows = [columns] if names or isinstance(columns, dict) else columns
+    if not isinstance(rows, list):
+        return rows
+    return [_picked(row) if isinstance(row, dict) else row for row in rows]
+
+
+def _picked(row: dict[Any, Any]) -> Renamed:
+    """``{acc_x: Accel X}`` picks columns by the names in the file."""
+    wrong = next((value for value in row.values() if not isinstance(value, str)), None)
+    if wrong is not None:
+        raise refusal(f"found {wrong!r}, the name of a column in the file is expected, in "
+                      "quotation marks where it is a number")
+    return Renamed(tuple((str(ours), theirs) for ours, theirs in row.items()))
 
 
 RateName = Annotated[str, BeforeValidator(_rate_name)]
@@ -153,7 +185,8 @@ Effects = Annotated[tuple[Annotated[str, AfterValidator(_effect)], ...],
 VisionTerms = Annotated[tuple[Annotated[str, AfterValidator(_vision_term)], ...],
                         Field(min_length=1)]
 Columns = Annotated[
-    tuple[Annotated[tuple[str, ...], Field(min_length=1)], ...], BeforeValidator(_rows)
+    tuple[InstanceOf[Renamed] | Annotated[tuple[str, ...], Field(min_length=1)], ...],
+    BeforeValidator(_rows),
 ]
 
 

@@ -17,6 +17,8 @@ UNITS: Mapping[str, tuple[str, float]] = {
     "deg_s": ("angular rate", math.pi / 180),
     "dps": ("angular rate", math.pi / 180),
     "deg_per_s": ("angular rate", math.pi / 180),
+    "mrad_s": ("angular rate", 1e-3),
+    "mdeg_s": ("angular rate", math.pi / 180e3),
     "rpm": ("angular rate", RPM),
     "rad": ("angle", 1.0),
     "deg": ("angle", math.pi / 180),

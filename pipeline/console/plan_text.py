@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 
-from calib.diagnosis.next_measurement import Rival, best_block
+from calib.diagnosis.next_measurement.advice import Rival, best_block
 from calib.effects.effect import Effect
 from calib.planning.prospect import Prospect
 from calib.poses.attitudes import direction_name

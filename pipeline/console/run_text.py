@@ -1,7 +1,7 @@
 """A run as text: one line for each stage, the parameters, the verdict, the next step."""
 
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import isnan
 from pathlib import Path
 
@@ -190,4 +190,15 @@ def ranking_lines(result: TriadResult) -> list[str]:
         lines.append(f"  at 95 % no larger than: {limit.name} {limit.value:.2g} {limit.unit}")
     if diagnosis.blind:
         lines.append(f"  these data cannot determine: {', '.join(diagnosis.blind)}")
+    if diagnosis.aside:
+        lines.append(f"  {aside_text(diagnosis.aside)}")
     return lines
+
+
+def aside_text(columns: Sequence[str]) -> str:
+    """Which logged columns were not taken for causes, and how to make them one."""
+    return (
+        f"logged columns not taken for causes, since they follow the attitude, the journey or the "
+        f"clock: {', '.join(columns)}; `covariates: [{columns[0]}]` in the configuration makes "
+        f"the columns that it lists the possible causes"
+    )

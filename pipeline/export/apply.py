@@ -9,6 +9,8 @@ If the results contain a mounting R (vehicle to sensor, Promrit et al.), both tr
 into that frame if the calibration session determined the angles between the two frames.
 """
 
+import csv
+import io
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -16,11 +18,14 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from calib.effects.effect import Effect, Need
+from calib.effects.needs import lacking
 from calib.errors import Undetermined, UnusableLog
-from calib.fit.model import Correction, Model, lacking, pick
+from calib.fit.correction import Correction
+from calib.fit.model import Model
 from calib.poses.conditions import OTHER_TRIAD, Conditions
 from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.logs.write import LARGEST, csv_rows
+from pipeline.plain_text import cell
 from pipeline.results.read import Stored, StoredTriad
 
 BLOCK = 20_000  #: rows corrected at a time
@@ -148,7 +153,7 @@ def _of_the_sensor(stored: StoredTriad) -> Correction:
         for effect in correction.model.effects
         if effect.belongs_to != "bench"
     )
-    theta = correction.theta[pick(correction.model, effects)]
+    theta = correction.theta[correction.model.positions(effects)]
     return replace(correction, model=Model(effects), theta=theta)
 
 
@@ -210,7 +215,9 @@ def applied_csv(applied: Applied) -> bytes:
     names += list(applied.columns)
     columns += list(applied.columns.values())
     decimals += [_fewest_decimals(values) for values in applied.columns.values()]
-    return b"".join([",".join(names).encode() + b"\n", *csv_rows(columns, decimals)])
+    header = io.StringIO()
+    csv.writer(header, lineterminator="\n").writerow([cell(name) for name in names])
+    return b"".join([header.getvalue().encode(), *csv_rows(columns, decimals)])
 
 
 def _fewest_decimals(values: FloatArray) -> int:

@@ -1,6 +1,8 @@
 """Names of log columns: ours, and those of well-known programs that mean the same."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
 
 ACCELEROMETER = ("acc_x", "acc_y", "acc_z")
 GYROSCOPE = ("gyr_x", "gyr_y", "gyr_z")
@@ -9,9 +11,14 @@ COUNTER = "counter"  #: sample counter; with a sample rate it gives the time, ga
 KNOWN_NAMES = (TIME, COUNTER, *ACCELEROMETER, *GYROSCOPE)
 SKIP = "skip"  #: a column that is not read
 
+TimeUnit = Literal["s", "ms", "us", "ns", "min"]
+SECONDS_PER: Mapping[TimeUnit, float] = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
+
 #: Per program: its header's names (in lower case) -> our name and the factor to our unit.
 DIALECTS: Mapping[str, Mapping[str, tuple[str, float]]] = {
     "ours": {name: (name, 1.0) for name in KNOWN_NAMES},
+    "other units of time": {f"time_{unit}": (TIME, SECONDS_PER[unit])
+                            for unit in SECONDS_PER if unit != "s"},
     # MT Manager's ASCII export. SampleTimeFine ticks at 10 kHz.
     "MT Manager": {
         "packetcounter": (COUNTER, 1.0),
@@ -37,19 +44,50 @@ USUAL: Mapping[int, tuple[str, ...]] = {
 }
 
 
+@dataclass(frozen=True)
+class Renamed:
+    """Columns that a configuration picks by the names in the file: pairs of ours and theirs."""
+
+    pairs: tuple[tuple[str, str], ...]
+
+    @property
+    def ours(self) -> tuple[str, ...]:
+        """Our names, in the order of the configuration."""
+        return tuple(ours for ours, _ in self.pairs)
+
+    def apply(self, names: Sequence[str]) -> list[str] | None:
+        """``names`` of a file with ours in the place of theirs; None where one is not among them.
+
+        A column that is not picked but has one of our names keeps out of the way.
+        """
+        by_theirs = {bare(theirs): ours for ours, theirs in self.pairs}
+        if not by_theirs.keys() <= {bare(name) for name in names}:
+            return None
+        return [by_theirs.get(bare(name), SKIP if bare(name) in self.ours else bare(name))
+                for name in names]
+
+
+#: What a configuration may state of the columns of a file.
+ColumnNames = Sequence[str] | Renamed
+
+
+def bare(name: str) -> str:
+    """A header's name without blanks and quotation marks around it."""
+    return name.strip().strip('"').strip()
+
+
 def our_name(theirs: str) -> tuple[str, float]:
     """Our name of a header's column, and the factor that brings it to our unit.
 
     A column that no dialect knows keeps its name and its unit.
     """
-    bare = theirs.strip().strip('"').strip()
-    return _OURS.get(bare.lower(), (bare, 1.0))
+    return _OURS.get(bare(theirs).lower(), (bare(theirs), 1.0))
 
 
 def missing_columns(names: Sequence[str]) -> str | None:
     """What a log with columns of these names lacks to be one, in words; None if nothing.
 
-    A log needs at least one whole triad, and no name twice.
+    A log needs at least one whole triad, and no name of a reading or of the time twice.
     """
     repeated = [name for i, name in enumerate(names) if name != SKIP and name in names[:i]]
     if repeated:

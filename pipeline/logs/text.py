@@ -1,27 +1,32 @@
-"""A log file's text and its head: where the rows begin, and what their columns are."""
+"""A log as lines of text: its columns, and the rows of numbers in them."""
 
-import gzip
-import re
-import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
+from calib.poses.imu_log import FloatArray
 from pipeline.errors import UnreadableInput
-from pipeline.logs.columns import KNOWN_NAMES, SKIP, USUAL, missing_columns, our_name
-from pipeline.names import nearest_names
+from pipeline.logs.columns import (
+    KNOWN_NAMES,
+    SKIP,
+    TIME,
+    ColumnNames,
+    bare,
+    missing_columns,
+)
+from pipeline.logs.dialect import (
+    Dialect,
+    dialect_of_rows,
+    is_number,
+    local_date_seconds,
+    may_be_thousands,
+    seconds_of,
+)
+from pipeline.logs.head import MISSING_TRIAD, find_head, is_time, names_of, no_rows
 
-GZIP_MAGIC = b"\x1f\x8b"
-COMMENT_SIGNS = ("#", "//", "%")
-#: Written by MT Manager among its comments; missing in some exports, so never assumed.
-UPDATE_RATE = re.compile(r"Update Rate:\s*([0-9.]+)\s*Hz", re.IGNORECASE)
-#: Settings that loggers write above the header ("Fs,100") take a few lines, not more.
-LONGEST_HEAD = 200
-
-LONGEST_SHOWN, CELLS_SHOWN = 30, 12  #: of a wrong header, in a message
-
-MISSING_TRIAD = ("The header needs time_s and acc_x, acc_y, acc_z or gyr_x, gyr_y, gyr_z or both; "
-                 "rename the columns, or give their names by `columns` in the configuration")
+DIALECT_ROWS = 1000  #: in which a decimal comma shows
 
 
 @dataclass(frozen=True)
@@ -40,10 +45,12 @@ class LogText:
         Our name of every column, ``skip`` for those not to be read.
     factors : tuple of float
         What brings each column to our unit.
-    delimiter : str or None
-        Between the columns; None stands for any blanks.
+    dialect : Dialect
+        Between the columns and inside the numbers.
     rate_hz : float or None
         The sample rate, where the head states one.
+    dated : int or None
+        The column that holds dates or times of the day, which are read as seconds.
     """
 
     path: Path
@@ -51,171 +58,164 @@ class LogText:
     first: int
     names: tuple[str, ...]
     factors: tuple[float, ...]
-    delimiter: str | None
+    dialect: Dialect
     rate_hz: float | None
+    dated: int | None = None
 
     def rows(self) -> Iterator[tuple[int, list[str]]]:
         """Line in the file, from 1, and cells of every row; the slow way, for messages."""
         for number, line in enumerate(self.lines[self.first :], self.first + 1):
-            if cells := split_cells(line, self.delimiter):
+            if cells := self.dialect.cells(line):
                 yield number, cells
 
-
-def is_number(cell: str) -> bool:
-    """Whether a cell holds a number as C reads it (Python would take ``1_000`` too)."""
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return "_" not in cell
+    def place(self, row: int) -> str:
+        """File and line, from 1, of a row of the table."""
+        return f"{self.path}:{next(line for i, (line, _) in enumerate(self.rows()) if i == row)}"
 
 
-def split_cells(line: str, delimiter: str | None) -> list[str]:
-    """The line's cells without blanks around them and without what follows a ``#``."""
-    line = line.split("#", 1)[0]
-    return [cell.strip() for cell in line.split(delimiter)] if line.strip() else []
-
-
-def read_text(path: Path) -> list[str]:
-    """The lines of a text file, compressed or not.
-
-    Raises
-    ------
-    UnreadableInput
-        The file is missing or empty, the compression is damaged, or it is not text.
-    """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise UnreadableInput(f"{path}: cannot be read ({error.strerror}). Check the name, and "
-                              "that you may read the file.") from error
-    if data.startswith(GZIP_MAGIC):
-        try:
-            data = gzip.decompress(data)
-        except (EOFError, OSError, zlib.error) as error:
-            raise UnreadableInput(
-                f"{path}: the compressed file is damaged or cut off ({error}). Copy it again from "
-                "where it was made, or pack it again with gzip."
-            ) from error
-    if not data.strip():
-        raise UnreadableInput(f"{path}: the file is empty; a header and rows of readings are "
-                              "expected. Record the pose again.")
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise UnreadableInput(f"{path}: the text is UTF-16, as PowerShell's '>' writes it; UTF-8 "
-                              "is expected. Save it as UTF-8.")
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise _not_text(path, data, error.start) from error
-    if "\0" in text:
-        raise _not_text(path, data, data.index(0))
-    return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-
-
-def _not_text(path: Path, data: bytes, start: int) -> UnreadableInput:
-    line = data.count(b"\n", 0, start) + 1
-    return UnreadableInput(
-        f"{path}:{line}: byte 0x{data[start]:02x} is not text (UTF-8 is expected). If this is a "
-        "log, delete the damaged line or save the file as UTF-8; video and binary logs cannot be "
-        "read here."
-    )
-
-
-def read_head(path: Path, lines: list[str], columns: Sequence[str] | None) -> LogText:
-    """Find the columns' names and the first row.
-
-    Parameters
-    ----------
-    path : Path
-        What messages call the file.
-    lines : list of str
-        The file.
-    columns : sequence of str, optional
-        Names that replace the header's, for files without one.
+def log_text(path: Path, lines: list[str], columns: ColumnNames | None) -> LogText:
+    """The log in ``lines``; columns that hold text in its first row are skipped.
 
     Raises
     ------
     UnreadableInput
         No header names a triad, or rows have no header and no ``columns``.
     """
-    rate_hz: float | None = None
-    header: list[str] | None = None
-    strange: tuple[int, list[str]] | None = None  # the first line that is neither
-    for i, line in enumerate(lines[:LONGEST_HEAD]):
-        bare = line.strip()
-        if bare.startswith(COMMENT_SIGNS):
-            stated = UPDATE_RATE.search(bare)
-            rate_hz = float(stated.group(1)) if stated else rate_hz
-            cells = split_cells(bare.lstrip("#/% "), _delimiter(bare))
-            header = cells if columns is None and _names_a_log(cells) else header
-            continue
-        cells = split_cells(line, _delimiter(line))
-        if not cells:
-            continue
-        if columns is None and _names_a_log(cells):
-            header = cells
-        elif header or (columns and any(map(is_number, cells))):
-            return _log_text(path, lines, i, columns or header or (), rate_hz)
-        elif columns is None and all(map(is_number, cells)):
-            raise _wrong_header(path, *strange) if strange else _headerless(path, i, len(cells))
-        else:
-            strange = strange or (i, cells)
-    if strange and not columns and not header:
-        raise _wrong_header(path, *strange)
-    raise UnreadableInput(f"{path}: there is no row of numbers below the header. Record the pose "
-                          "again, or name the right file.")
-
-
-def _delimiter(line: str) -> str | None:
-    """Semicolons before commas: these may be decimal commas, which a message then explains."""
-    return next((sign for sign in ("\t", ";", ",") if sign in line), None)
-
-
-def _names_a_log(cells: Sequence[str]) -> bool:
-    return missing_columns([our_name(cell)[0] for cell in cells]) is None
-
-
-def _headerless(path: Path, i: int, n: int) -> UnreadableInput:
-    """The error for rows without a header: what they mean is asked, not guessed."""
-    usual = ", ".join(USUAL.get(n, USUAL[7]))
-    return UnreadableInput(
-        f"{path}:{i + 1}: {n} column{'' if n == 1 else 's'} of numbers without a header. Name them "
-        f"beside the file in the configuration, for example `columns: [{usual}]`; '{SKIP}' names "
-        f"a column not to be read."
-    )
-
-
-def _wrong_header(path: Path, i: int, cells: list[str]) -> UnreadableInput:
-    """The error for a header that names no triad, with the nearest right names."""
-    names = [our_name(cell)[0] for cell in cells]
-    near = [f"'{name}' for '{cell}'" for cell in cells if our_name(cell)[0] not in KNOWN_NAMES
-            for name in nearest_names(cell, KNOWN_NAMES)]
-    meant = f" (did you mean {', '.join(near)}?)" if near else ""
-    shown = ", ".join(cell[:LONGEST_SHOWN] for cell in cells[:CELLS_SHOWN])
-    return UnreadableInput(
-        f"{path}:{i + 1}: found {shown}{', ...' if len(cells) > CELLS_SHOWN else ''}: "
-        f"{missing_columns(names)}{meant}. {MISSING_TRIAD}."
-    )
-
-
-def _log_text(
-    path: Path, lines: list[str], first: int, header: Sequence[str], rate_hz: float | None
-) -> LogText:
-    """The log whose first row is line ``first``; columns that hold text there are skipped."""
-    delimiter = _delimiter(lines[first])
-    cells = split_cells(lines[first], delimiter)
-    names = [our_name(name) for name in header]
+    head = find_head(lines, columns)
+    if head.first is None:
+        raise no_rows(path, head)
+    dialect = dialect_of_rows(lines[head.first : head.first + DIALECT_ROWS])
+    cells = dialect.cells(lines[head.first])
+    names = names_of(path, head, len(cells), columns)
     if cells[-1] == "" and len(cells) == len(names) + 1:  # every row ends in a delimiter
         names.append((SKIP, 1.0))
     if len(cells) != len(names):
         raise UnreadableInput(
-            f"{path}:{first + 1}: {len(cells)} values found, {len(names)} expected "
-            f"({', '.join(header)}). Name every column of the file, '{SKIP}' for those not to be "
-            f"read, or delete the damaged line."
+            f"{path}:{head.first + 1}: {len(cells)} values found, {len(names)} expected "
+            f"({', '.join(name for name, _ in names)}). Name every column of the file, '{SKIP}' "
+            f"for those not to be read, or delete the damaged line."
         )
     if lacks := missing_columns([name for name, _ in names]):
         raise UnreadableInput(f"{path}: {lacks}. {MISSING_TRIAD}.")
-    read = [(name, factor) if name in KNOWN_NAMES or is_number(cell) else (SKIP, 1.0)
+    read = [(name, factor) if name in KNOWN_NAMES or dialect.holds_number(cell) else (SKIP, 1.0)
             for (name, factor), cell in zip(names, cells, strict=True)]
-    return LogText(path, lines, first, tuple(name for name, _ in read),
-                   tuple(factor for _, factor in read), delimiter, rate_hz)
+    dated = next((i for i, ((name, _), cell) in enumerate(zip(read, cells, strict=True))
+                  if name == TIME and not dialect.holds_number(cell) and is_time(cell)), None)
+    return LogText(path, lines, head.first, tuple(name for name, _ in read),
+                   tuple(factor for _, factor in read), dialect, head.rate_hz, dated)
+
+
+def raw_text(path: Path, lines: list[str]) -> LogText | None:
+    """The table in ``lines`` under the names of the file, or ``1``, ``2``, ... without a header.
+
+    None where no line is a row. Columns of text are skipped, but for one of dates.
+    """
+    head = find_head(lines)
+    if head.first is None:
+        return None
+    dialect = dialect_of_rows(lines[head.first : head.first + DIALECT_ROWS])
+    cells = dialect.cells(lines[head.first])
+    names = [bare(name) for name in head.names or map(str, range(1, len(cells) + 1))]
+    names += [""] * (len(cells) - len(names))
+    dated = next((i for i, cell in enumerate(cells)
+                  if not dialect.holds_number(cell) and is_time(cell)), None)
+    read = [name if name not in ("", *names[:i]) and (i == dated or dialect.holds_number(cell))
+            else SKIP for i, (name, cell) in enumerate(zip(names, cells, strict=False))]
+    return LogText(path, lines, head.first, tuple(read), (1.0,) * len(read), dialect,
+                   head.rate_hz, dated)
+
+
+def table_of(text: LogText) -> dict[str, FloatArray]:
+    """The columns of a text that are read, as they stand in the file."""
+    return {name: column for name, column in zip(text.names, numbers_of(text).T, strict=True)
+            if name != SKIP}
+
+
+def numbers_of(text: LogText) -> FloatArray:
+    """The rows as an array (t, columns); skipped columns are NaN.
+
+    Raises
+    ------
+    UnreadableInput
+        A row has another number of cells, or a cell that is no number; with its line.
+    """
+    wanted = [i for i, name in enumerate(text.names) if name != SKIP]
+    all_wanted = len(wanted) == len(text.names)
+    rows = _plain_rows(text)
+    delimiter = "\t" if text.dated is not None else text.dialect.delimiter
+    try:
+        # With usecols NumPy no longer minds ragged rows: these are counted here.
+        if not all_wanted and any(len(cells) != len(text.names) for _, cells in text.rows()):
+            raise ValueError("ragged rows")
+        table = np.loadtxt(rows, delimiter=delimiter, ndmin=2,
+                           usecols=None if all_wanted else wanted,
+                           quotechar='"' if '"' in text.lines[text.first] else None)
+        if table.shape[1] != len(wanted):
+            raise ValueError("ragged rows")
+    except ValueError as error:
+        raise UnreadableInput(_first_fault(text) or f"{text.path}: {error}") from error
+    if all_wanted:
+        return table
+    full = np.full((len(table), len(text.names)), np.nan)
+    full[:, wanted] = table
+    return full
+
+
+def _plain_rows(text: LogText) -> list[str]:
+    """The rows with decimal points, and seconds in the place of dates."""
+    rows = text.lines[text.first :]
+    if text.dated is not None:
+        return _dated_rows(text, text.dated)
+    if not text.dialect.decimal_comma:
+        return rows
+    shown = [cell for _, cells in text.rows() for cell in cells]
+    if may_be_thousands(shown):
+        raise UnreadableInput(
+            f"{text.path}: every comma in its numbers stands before three digits, as in "
+            f"'{next(cell for cell in shown if ',' in cell)}': it may be a decimal comma or "
+            "separate thousands. Write the file with decimal points."
+        )
+    return [text.dialect.as_point(row) for row in rows]
+
+
+def _dated_rows(text: LogText, at: int) -> list[str]:
+    """Rows whose time is in seconds, from dates; after midnight a time of the day goes on."""
+    first_date: str | None = None
+    rows = []
+    for line, cells in text.rows():
+        if len(cells) != len(text.names):
+            return text.lines[text.first :]  # a fault, which is named elsewhere
+        seconds = seconds_of(cells[at])
+        if seconds is None and (local := local_date_seconds(cells[at])) is not None:
+            date, seconds = local
+            first_date = first_date or date
+            if date != first_date:
+                raise UnreadableInput(
+                    f"{text.path}:{line}: the date changes from {first_date} to {date}, and which "
+                    "number is the day differs from country to country. Write the times as "
+                    "2024-12-31 23:59:59.999."
+                )
+        cells[at] = cells[at] if seconds is None else repr(seconds)
+        rows.append("\t".join(map(text.dialect.as_point, cells)))
+    return rows
+
+
+def _first_fault(text: LogText) -> str | None:
+    """The first row that is too short, too long, or holds what is no number; in words."""
+    numbered = list(text.rows())
+    for line, cells in numbered:
+        if len(cells) != len(text.names):
+            cut = (" The file seems cut off in its last line; delete that line."
+                   if line == numbered[-1][0] and len(cells) < len(text.names)
+                   else " Delete the damaged line, or record the log again.")
+            return (f"{text.path}:{line}: {len(cells)} values found, {len(text.names)} expected "
+                    f"({', '.join(text.names)}).{cut}")
+        for i, (name, cell) in enumerate(zip(text.names, cells, strict=True)):
+            if name == SKIP or is_number(text.dialect.as_point(cell)):
+                continue
+            if i == text.dated and is_time(cell):
+                continue
+            shown = f"'{cell}'" if cell else "nothing"
+            return (f"{text.path}:{line}: column {name}: found {shown}, a number is expected. "
+                    "Delete the damaged line, or record the log again.")
+    return None

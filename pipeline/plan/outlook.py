@@ -21,7 +21,8 @@ from calib.poses.averaging import PoseMean
 from calib.poses.conditions import OTHER_TRIAD
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.pose_set import CommonError, PoseRun, PoseSet, pose_set
+from calib.poses.pose_set import PoseRun, PoseSet, pose_set
+from calib.poses.reference import CommonError
 from calib.poses.runs import (
     GRAVITY,
     TIME_BASE,
@@ -30,8 +31,9 @@ from calib.poses.runs import (
     stopped_run,
     turning_run,
 )
-from pipeline.config.load import Config, sensor_specs
+from pipeline.config.load import Config
 from pipeline.config.schema import PosesSection
+from pipeline.config.sensor import sensor_specs
 from pipeline.config.types import STOPPED
 from pipeline.plan.settings import PAUSE_S, PlannedSetting, planned_setting
 from pipeline.stages.site import gravity_of, latitude_of

@@ -12,12 +12,13 @@ from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 from calib.poses.static_intervals import find_still
-from pipeline.config.load import Config, sensor_specs
+from pipeline.config.load import Config
 from pipeline.config.schema import KnownRateSection, PosesSection, VideoRateSection
+from pipeline.config.sensor import sensor_specs
 from pipeline.formatting import RPM
-from pipeline.logs.read import join_logs
+from pipeline.stages.pose_means import read_pose_means
 from pipeline.stages.poses import still_search
-from pipeline.stages.session_logs import read_logs
+from pipeline.stages.session_logs import long_logs, read_logs
 
 USUAL_RATE_RAD_S = 100 / 3 * RPM  #: the speed that every record player has
 PAUSE_S = 20.0  #: between two planned poses
@@ -59,12 +60,13 @@ def _read_setting(config: Config, poses: PosesSection, name: str) -> PlannedSett
     rate, stated = 0.0, config.rate.get(name)
     relative, sd = 0.0, 0.0
     if isinstance(stated, KnownRateSection):
-        rate, sd = stated.rate_rad_s, stated.sd_rad_s
+        rate, sd = abs(stated.rate_rad_s), stated.sd_rad_s
     elif isinstance(stated, VideoRateSection):
         rate = (stated.nominal_rpm or math.nan) * RPM
         relative = stated.timebase.relative_sd
     specs = sensor_specs(config.sensor)
-    means, unusable = [], []
+    means = read_pose_means(poses, config.source.path.parent, specs) if poses.means else []
+    unusable = []
     usual = USUAL_RATE_RAD_S if math.isnan(rate) else rate
     for log in _logs(config, poses, usual):
         if math.isnan(rate):
@@ -85,10 +87,10 @@ def _read_setting(config: Config, poses: PosesSection, name: str) -> PlannedSett
 
 def _logs(config: Config, poses: PosesSection, rate_rad_s: float) -> Iterator[ImuLog]:
     folder = config.source.path.parent
-    if poses.log:
-        log, specs = join_logs(read_logs(poses, poses.log, folder)), sensor_specs(config.sensor)
+    specs = sensor_specs(config.sensor)
+    for log in long_logs(poses, folder):
         yield from find_still(log, *specs, rate_rad_s, still_search(poses.still)).logs
-    yield from read_logs(poses, poses.files, folder)
+    yield from read_logs(poses, poses.files, folder, clock_needed=rate_rad_s != 0)
 
 
 def _felt_rate(log: ImuLog, spec: TriadSpec | None) -> float:

@@ -4,8 +4,9 @@ import numpy as np
 
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
-from pipeline.config.load import Config, sensor_specs
+from pipeline.config.load import Config
 from pipeline.config.schema import PosesSection
+from pipeline.config.sensor import sensor_specs
 from pipeline.errors import ConfigError
 from pipeline.playback.device import Pose
 from pipeline.stages.session_logs import read_logs

@@ -6,7 +6,8 @@ from contextlib import ExitStack
 from typing import Protocol
 
 from pipeline.config.load import Config
-from pipeline.config.schema import AccelerometerSheet, GyroscopeSheet, RecordSection
+from pipeline.config.schema import RecordSection
+from pipeline.config.sensor import AccelerometerSheet, GyroscopeSheet
 from pipeline.devices.mpu6050_text import Mpu6050TextParser
 from pipeline.devices.sample import AS_LABELLED, COUNTS, Parser
 from pipeline.devices.table import DEVICES, StreamSettings

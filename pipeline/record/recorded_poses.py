@@ -10,7 +10,7 @@ from calib.poses.attitudes import NEAR_COSINE
 from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
-from pipeline.config.load import Specs
+from pipeline.config.sensor import Specs
 from pipeline.errors import PipelineError
 from pipeline.logs.read import read_log
 from pipeline.record.block_files import RecordingBlock

@@ -13,7 +13,8 @@ from calib.errors import CalibrationError
 from calib.poses.attitudes import direction_name, natural_directions
 from calib.poses.averaging import average_pose
 from calib.poses.imu_log import FloatArray, ImuLog
-from pipeline.config.load import Config, sensor_specs
+from pipeline.config.load import Config
+from pipeline.config.sensor import sensor_specs
 from pipeline.errors import DeviceError
 from pipeline.record.block_files import (
     NumberedFiles,

@@ -12,6 +12,7 @@ from pipeline.console.mounting_text import mounting_text
 from pipeline.console.run_text import triad_figures
 from pipeline.report.added_variable import added_variable_figure
 from pipeline.report.axis_charts import axis_charts
+from pipeline.report.effect_cards import effect_cards
 from pipeline.report.glossary import TERMS, with_terms
 from pipeline.report.history_chart import staircase
 from pipeline.report.pose_charts import (
@@ -20,6 +21,7 @@ from pipeline.report.pose_charts import (
     residual_figure,
     run_legend,
 )
+from pipeline.report.pose_sphere import how_to_exclude, pose_rows, sphere_json
 from pipeline.report.rate_charts import rate_view
 from pipeline.report.refit_data import constants_json, refit_json
 from pipeline.report.summary import Answer, answer_for, overall_verdict
@@ -54,12 +56,13 @@ def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None =
         lstrip_blocks=True,
     )
     environment.filters["terms"] = with_terms
+    drawings = tuple(environment.get_template("drawings.html").module.__dict__)
     where = str(folder or outcome.config.output_folder)
     config = shlex.quote(str(outcome.config.source.path))
     rates = [rate_view(rate, config) for rate in outcome.rates.values()]
     answers = [answer_for(result, outcome, where) for result in outcome.triads]
     views = [
-        _triad_view(outcome, result, answer, history)
+        _triad_view(outcome, result, answer, history, drawings)
         for result, answer in zip(outcome.triads, answers, strict=True)
     ]
     return environment.get_template(TEMPLATE_NAME).render(
@@ -81,12 +84,13 @@ def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None =
 
 
 def _triad_view(
-    outcome: Outcome, result: TriadResult, answer: Answer, history: Sequence[Step]
+    outcome: Outcome, result: TriadResult, answer: Answer, history: Sequence[Step],
+    drawings: Sequence[str],
 ) -> dict[str, Any]:
     """What the page shows of one triad."""
     # Python code among them has run before in this run, or there would be no outcome.
     defined = user_effects(outcome.config, result.triad, allow_python=True)
-    payload = refit_json(result, defined)
+    payload = refit_json(result, defined) | {"poses": sphere_json(outcome, result)}
     certificate = compare_with_certificate(outcome.config, result)
     calibration = result.calibration
     return {
@@ -102,11 +106,14 @@ def _triad_view(
         "gravity": result.gravity,
         "payload": payload,
         "effects": payload["effects"],
+        "cards": effect_cards(result, payload, defined, drawings),
         "residual": residual_figure(result),
         "legend": run_legend(result),
         "axes": axis_charts(result),
         "covariates": tuple(covariate_figures(result)),
         "coverage": coverage_figure(result),
+        "pose_rows": pose_rows(result),
+        "exclude": how_to_exclude(outcome, result),
         "added": added_variable_figure(result, payload),
         "staircase": staircase(result.triad, history),
     }

@@ -24,8 +24,8 @@ from scipy.special import fdtrc
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.effects.effect import Effect
 from calib.fit.identifiability import VISIBLE_SHARE
-from calib.fit.model import ALIGNED
 from calib.fit.result import MISFIT_P_VALUE, Fit
+from calib.fit.sensitive_axes import ALIGNED
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, FloatArray, IntArray
 from pipeline.formatting import DISPLAY, RPM

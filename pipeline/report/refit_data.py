@@ -22,7 +22,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses import candidate_effects
+from calib.diagnosis.hypotheses.listed import candidate_effects
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import unit_columns
@@ -127,7 +127,8 @@ def _boxes(result: TriadResult, defined: Mapping[str, Effect]) -> Iterator[Box]:
         theta = fit.theta[slices[effect.name]]
         yield _with_derivative(fit, fit.model, effect, shape, theta, in_model=True)
     rank = {c.name: i for i, c in enumerate(result.diagnosis.ranking) if c.kind == "listed"}
-    listed = [e for e in candidate_effects(fit, tuple(defined.values())) if e.name in rank]
+    every = candidate_effects(fit, tuple(defined.values()), tuple(fit.poses.columns))
+    listed = [e for e in every if e.name in rank]
     for effect in sorted(listed, key=lambda e: rank[e.name]):
         model = fit.model + effect
         shape = best_shape(fit, model, effect)

@@ -7,9 +7,9 @@ from math import sqrt
 
 import numpy as np
 
-from calib.diagnosis.explain import SIGNS
+from calib.diagnosis.verdict.explain import SIGNS
 from calib.poses.attitudes import direction_name
-from pipeline.console.run_text import prediction_text
+from pipeline.console.run_text import aside_text, prediction_text
 from pipeline.formatting import DISPLAY, count
 from pipeline.report.rate_charts import COMPLETE, RateView
 from pipeline.stages.run import Outcome
@@ -91,7 +91,7 @@ def answer_for(result: TriadResult, outcome: Outcome, folder: str) -> Answer:
         standing, sign = "open", SIGNS["open"]
         short = "directions are missing among its poses"
     return Answer(
-        result.triad, standing, sign, short, _is_it_good(result), wrong,
+        result.triad, standing, sign, short, _is_it_good(result), f"{wrong}{_aside(result)}",
         f"{words.following}{'' if words.step in ('apply', 'add') else ', then'}:",
         _commands(result, config, shlex.quote(folder)),
     )
@@ -150,6 +150,15 @@ def _nothing_wrong(result: TriadResult) -> str:
     if blind:
         text += f" They cannot determine {', '.join(blind)}; the boxes below state the reasons."
     return text
+
+
+def _aside(result: TriadResult) -> str:
+    """The logged columns that were not taken for causes, as a sentence; empty without any."""
+    columns = result.diagnosis.aside
+    if not columns:
+        return ""
+    text = aside_text(columns)
+    return f" {text[0].upper()}{text[1:]}."
 
 
 def _commands(result: TriadResult, config: str, folder: str) -> tuple[str, ...]:

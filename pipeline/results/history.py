@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,8 @@ from typing import Any
 from calib.poses.imu_log import TRIADS
 from pipeline.errors import UnreadableInput
 from pipeline.formatting import DISPLAY, aligned, short_model
+from pipeline.results.schema.history import HistoryLine
+from pipeline.results.schema.types import problems_of
 
 HISTORY_NAME = "history.jsonl"
 
@@ -58,17 +60,22 @@ def read_history(folder: Path) -> tuple[Step, ...]:
 def _step(path: Path, number: int, line: str) -> Step:
     try:
         entry = json.loads(line)
-        triads: dict[str, TriadStep] = {
-            triad: TriadStep(**{**entry[triad], "model": tuple(entry[triad]["model"])})
-            for triad in TRIADS
-            if entry[triad] is not None
-        }
-        return Step(entry["when"], entry["config_sha256"], triads)
-    except (ValueError, KeyError, TypeError) as error:
+        problems = problems_of(HistoryLine, entry)
+    except (ValueError, RecursionError) as error:
+        problems = str(error)
+    if problems:
         raise UnreadableInput(
-            f"{path}:{number}: is not a line that `pipeline run` writes ({error}). Delete the "
+            f"{path}:{number}: is not a line that `pipeline run` writes ({problems}). Delete the "
             f"line, or the file to begin a new history."
-        ) from error
+        )
+    kept = [field.name for field in fields(TriadStep)]
+    triads: dict[str, TriadStep] = {
+        triad: TriadStep(**{name: entry[triad][name] for name in kept}
+                         | {"model": tuple(entry[triad]["model"])})
+        for triad in TRIADS
+        if entry[triad] is not None
+    }
+    return Step(entry["when"], entry["config_sha256"], triads)
 
 
 def with_step(

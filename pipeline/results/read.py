@@ -11,13 +11,17 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.errors import CalibrationError
-from calib.fit.calibration import alignment
-from calib.fit.model import Correction, Model
+from calib.fit.calibration import alignment, triad_parameters
+from calib.fit.correction import Correction
+from calib.fit.model import Model
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from pipeline.errors import UnreadableInput
+from pipeline.results.schema.file import FORMAT, ResultsFile
+from pipeline.results.schema.types import problems_of
 
-FORMAT = 1
+LARGEST_BYTES = 100_000_000  #: a session of a thousand poses has 2 MB
+ROUNDING = 1e-6  #: relative; of what is stored twice
 RESULTS_NAME = "results.json"
 REPORT_NAME = "report.html"
 REPORT_MARK = '<meta name="generator" content="pipeline run">'
@@ -90,37 +94,57 @@ def load_results(path: Path, allow_python: bool = False) -> Stored:
         It is missing, damaged, or was written by a program of another format.
     """
     path = path / RESULTS_NAME if path.is_dir() else path
-    try:
-        contents = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UnreadableInput(
-            f"{path}: cannot be read ({error.strerror}). Name the {RESULTS_NAME} that `pipeline "
-            f"run` has written, or its folder."
-        ) from error
-    except ValueError as error:  # not UTF-8, or not JSON
-        raise UnreadableInput(
-            f"{path}: is not JSON ({error}). Name the {RESULTS_NAME} that `pipeline run` has "
-            f"written, or write it anew with `pipeline run`."
-        ) from error
+    contents = _json(path)
     if not isinstance(contents, dict) or contents.get("format") != FORMAT:
         kind = contents.get("format") if isinstance(contents, dict) else None
         raise UnreadableInput(
             f"{path}: format {kind!r} found, {FORMAT} is expected. Write it anew with this "
             f"version's `pipeline run`."
         )
+    if problems := problems_of(ResultsFile, contents):
+        raise _not_ours(path, problems)
     try:
-        sections = {name: contents[name] for name in TRIADS}
         triads = tuple(
-            _triad(name, section, path.parent, allow_python)
-            for name, section in sections.items()
-            if section is not None
+            _triad(name, contents[name], path.parent, allow_python)
+            for name in TRIADS
+            if contents[name] is not None
         )
-    except (KeyError, TypeError, ValueError, CalibrationError) as error:
-        raise UnreadableInput(
-            f"{path}: a part is missing or is not what `pipeline run` writes ({error}). Write it "
-            f"anew with `pipeline run`."
-        ) from error
+    except (ValueError, CalibrationError) as error:
+        raise _not_ours(path, str(error)) from error
     return Stored(path, contents, triads)
+
+
+def _json(path: Path) -> Any:
+    try:
+        size = path.stat().st_size
+        text = path.read_text(encoding="utf-8") if size <= LARGEST_BYTES else None
+    except OSError as error:
+        raise UnreadableInput(
+            f"{path}: cannot be read ({error.strerror}). Name the {RESULTS_NAME} that `pipeline "
+            f"run` has written, or its folder."
+        ) from error
+    except ValueError as error:  # not UTF-8
+        raise _not_json(path, str(error)) from error
+    if text is None:
+        raise _not_json(path, f"{size} bytes, at most {LARGEST_BYTES} are expected")
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise _not_json(path, str(error)) from error
+
+
+def _not_json(path: Path, problem: str) -> UnreadableInput:
+    return UnreadableInput(
+        f"{path}: is not JSON ({problem}). Name the {RESULTS_NAME} that `pipeline run` has "
+        f"written, or write it anew with `pipeline run`."
+    )
+
+
+def _not_ours(path: Path, problem: str) -> UnreadableInput:
+    return UnreadableInput(
+        f"{path}: a part is missing or is not what `pipeline run` writes ({problem}). Write it "
+        f"anew with `pipeline run`."
+    )
 
 
 def _triad(
@@ -135,7 +159,10 @@ def _triad(
     theta = _array(stored["theta"])
     if len(theta) != model.size:
         raise ValueError(f"{name}: {len(theta)} parameters for a model of {model.size}")
-    return StoredTriad(
+    if missing := [each.name for each in model.effects
+                   if each.shape is not None and each.name not in stored["shapes"]]:
+        raise ValueError(f"{name}.correction.shapes.{missing[0]} is missing")
+    triad = StoredTriad(
         triad=name,
         correction=Correction(spec, model, theta, stored["shapes"]),
         misalignment_rad=_array(value["misalignment_rad"]),
@@ -146,6 +173,30 @@ def _triad(
         scale_sd=_array(sd["scale_counts_per_unit"]),
         effects=section["effects"],
     )
+    _require_agreement(triad)
+    return triad
+
+
+def _require_agreement(triad: StoredTriad) -> None:
+    """Refuse parameters that are not those of the correction: one of the two was edited.
+
+    Raises
+    ------
+    ValueError
+        Naming the group of parameters, or the effect.
+    """
+    correction = triad.correction
+    model, theta = correction.model, correction.theta
+    no_cov = np.zeros((len(theta), len(theta)))
+    expected = triad_parameters(model, theta, no_cov, correction.spec)
+    for key in PARAMETERS:
+        if not np.allclose(getattr(triad, key), getattr(expected, key), rtol=ROUNDING, atol=1e-12):
+            raise ValueError(f"{triad.triad}.parameters.{key} is not that of correction.theta")
+    for name, entry in triad.effects.items():
+        of_effect = theta[model.positions([each for each in model.effects if each.name == name])]
+        values = _array(entry["values"])[: len(of_effect)]
+        if not np.allclose(values, of_effect, rtol=ROUNDING, atol=0, equal_nan=True):
+            raise ValueError(f"{triad.triad}.effects.{name} is not that of correction.theta")
 
 
 def _user_effects(

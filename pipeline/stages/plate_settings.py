@@ -48,7 +48,9 @@ def measure_rates(config: Config, context: RunContext) -> Mapping[str, SettingRa
 
 
 def _stated(name: str, rate: KnownRateSection) -> SettingRate:
-    plate = PlateRate(name, np.array([rate.rate_rad_s]), np.array([rate.sd_rad_s]))
+    way = "cw" if rate.rate_rad_s < 0 else None
+    plate = PlateRate(name, np.array([abs(rate.rate_rad_s)]), np.array([rate.sd_rad_s]),
+                      direction=way)
     return SettingRate(name, plate, (), ())
 
 

@@ -1,22 +1,26 @@
 """Logs in, pose means out: every set of poses that the configuration names."""
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
 from calib.consistency.clock import require_whole_turns
-from calib.consistency.repeats import find_frozen
 from calib.errors import Undetermined
 from calib.poses.averaging import PoseMean, average_pose
+from calib.poses.frozen import without_frozen
 from calib.poses.imu_log import ImuLog
 from calib.poses.pose_checks import LARGEST_STILL_SHIFT
-from calib.poses.rest_candidates import WANDER_M_S2, StillSearch
+from calib.poses.rest_candidates import PLATE_STOOD, WANDER_M_S2, StillSearch
 from calib.poses.runs import TURNING_RAD_S
 from calib.poses.static_intervals import StaticIntervals, find_still, list_stops
-from pipeline.config.load import Config, Specs, sensor_specs
+from pipeline.config.load import Config
 from pipeline.config.schema import PosesSection, StillSection
+from pipeline.config.sensor import Specs, sensor_specs
 from pipeline.config.types import STOPPED
+from pipeline.stages.pose_means import read_pose_means
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.session_logs import SessionLogs, Setting
 
@@ -55,8 +59,9 @@ class Recordings:
 
     @property
     def origin_s(self) -> float:
-        """When the session began: the earliest sample of all logs."""
-        return min(recording.start_s for recording in self.by_setting.values())
+        """When the session began: the earliest sample of all logs; 0 where no time is known."""
+        start_s = min(recording.start_s for recording in self.by_setting.values())
+        return start_s if math.isfinite(start_s) else 0.0
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -79,12 +84,22 @@ def average_recordings(
         The plate turns at another rate in the logs than in its clip.
     """
     specs = sensor_specs(config.sensor)
-    return Recordings(
-        {
-            setting: _record(setting, specs, rates, each)
-            for setting, each in logs.by_setting.items()
-        }
-    )
+    folder = config.source.path.parent
+    recordings = {}
+    for setting, each in logs.by_setting.items():
+        recording = (
+            _tabled(setting.poses, folder, specs)
+            if setting.poses.means
+            else _record(setting, specs, rates, each)
+        )
+        notes = (*logs.notes[setting], *recording.warnings)
+        recordings[setting] = replace(recording, warnings=notes)
+    return Recordings(recordings)
+
+
+def _tabled(poses: PosesSection, folder: Path, specs: Specs) -> Recording:
+    means = read_pose_means(poses, folder, specs)
+    return Recording(tuple(means), min(_known(mean.time_s) for mean in means))
 
 
 def _record(
@@ -96,7 +111,8 @@ def _record(
     rate = rates.get(setting.rate)
     plate = np.zeros(1) if rate is None else rate.plate.rate_rad_s
     if setting.poses.log:
-        return _found(logs[0], specs, float(plate.mean()), setting.poses.still)
+        return _pooled([_searched(log, specs, float(plate.mean()), setting.poses.still)
+                        for log in logs])
     turning = np.broadcast_to(plate, len(logs))
     means = [average_pose(log, *specs, float(w)) for log, w in zip(logs, turning, strict=True)]
     wave = None
@@ -107,42 +123,61 @@ def _record(
     return Recording(tuple(means), start_s, sense=0.0 if wave is None else wave.sense)
 
 
+def _known(time_s: float) -> float:
+    """A time that a recording can begin at; the end of all times where it is not known."""
+    return time_s if math.isfinite(time_s) else math.inf
+
+
+def _pooled(found: Sequence[Recording]) -> Recording:
+    """The poses of several recordings of one sensor; each has a clock of its own."""
+    if len(found) == 1:
+        return found[0]
+    counts = " + ".join(str(len(each.means)) for each in found)
+    means = tuple(mean for each in found for mean in each.means)
+    notes = tuple(note for each in found for note in each.warnings)
+    return Recording(means, min(each.start_s for each in found), (
+        f"{len(found)} logs hold the same triads: their poses are pooled ({counts}), and nothing "
+        f"is joined in time.", *notes))
+
+
 def still_search(section: StillSection) -> StillSearch:
     """What the user overrules of the search for static intervals."""
     return StillSearch(section.seconds, section.threshold)
 
 
-def _found(
+def _searched(
     log: ImuLog, specs: Specs, rate_rad_s: float, still: StillSection
 ) -> Recording:
     """The poses of a long log; stops that turn out to be none are left out, with the reason."""
+    log, frozen = without_frozen(log, turning=False)
     intervals = find_still(log, *specs, rate_rad_s, still_search(still))
     means: list[PoseMean] = []
     refused: list[Undetermined] = []
     largest_shift = _largest_shift(intervals)
-    skipped = list(intervals.skipped)
-    frozen = {each.index for each in find_frozen(intervals.logs)}
-    for i, pose in enumerate(intervals.logs):
-        if i in frozen:
-            skipped.append((pose.label.removeprefix(f"{log.label} "), "the sensor froze"))
-            continue
+    for pose in intervals.logs:
         try:
             means.append(average_pose(pose, *specs, rate_rad_s, largest_shift))
         except Undetermined as error:
             refused.append(error)
     if not means:
-        raise refused[0] if refused else Undetermined(f"{log.label}: the sensor froze.")
+        raise refused[0]
+    skipped = list(intervals.skipped)
     if rate_rad_s == 0:
         means, turning = _parted_by_rate(means)
         skipped += [(mean.label.removeprefix(f"{log.label} "), "the plate or the hand turned it")
                     for mean in turning]
-    warnings = [f"Left out: {error}" for error in refused]
+    warnings = [*filter(None, [frozen]), *(f"Left out: {error}" for error in refused)]
     if skipped:
         warnings.append(
             f"{log.label}: {len(means)} stops are poses; left out: {list_stops(skipped)}. Stops "
             f"are found up to {intervals.threshold:.2g} times the noise of the quietest rest; "
             f"`still: {{threshold: ...}}` beside `find: still` overrules that."
         )
+        if rate_rad_s and any(reason == PLATE_STOOD for _, reason in skipped):
+            warnings.append(
+                f"{log.label}: to use the stops of the plate as poses at rest, add the run "
+                f"`{{poses: {{log: {log.label}, find: still}}, rate: stopped}}`."
+            )
     return Recording(tuple(means), float(log.time_s[0]), tuple(warnings))
 
 

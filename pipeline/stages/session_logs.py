@@ -15,17 +15,19 @@ from calib.consistency.repeats import require_no_copies, require_running
 from calib.effects.catalogue import find_effect
 from calib.effects.effect import Effect
 from calib.errors import Contradiction, Undetermined
+from calib.poses.frozen import without_frozen
 from calib.poses.imu_log import TRIADS, ImuLog, Triad
 from pipeline.config.load import Config
 from pipeline.config.schema import LogsSection, PosesSection
 from pipeline.config.types import STOPPED
 from pipeline.errors import ConfigError
-from pipeline.logs.read import join_logs, read_log
+from pipeline.logs.clock import StatedClock
+from pipeline.logs.join import group_logs, join_logs
+from pipeline.logs.read import read_log
 from pipeline.names import nearest_name
 
 OTHER_UNIT = 100.0
-"""Nobody logs one sensor at rates that differ so much: the next unit of time is 1000 away, a counter
-of samples 100 at the usual 100 Hz."""
+"""Nobody logs one sensor at rates that differ so much: the next unit of time is 1000 away."""
 
 
 @dataclass(frozen=True)
@@ -38,9 +40,14 @@ class Setting:
 
 @dataclass(frozen=True, eq=False)
 class SessionLogs:
-    """The logs of all settings: one for each pose, or the one long log of all its poses."""
+    """The logs of all settings, one for each pose or the long ones that hold all of them.
+
+    Of files of one pose the frozen blocks are taken out; ``notes`` say where. A table of means has
+    no logs.
+    """
 
     by_setting: Mapping[Setting, tuple[ImuLog, ...]]
+    notes: Mapping[Setting, tuple[str, ...]]
 
     def of_triad(self, config: Config, triad: Triad) -> list[ImuLog]:
         """The logs that ``triad`` is calibrated by, run after run."""
@@ -55,17 +62,21 @@ def settings_of(config: Config, triad: Triad) -> list[Setting]:
                                                      else ())]
 
 
-def read_logs(section: LogsSection, paths: Sequence[Path], folder: Path) -> list[ImuLog]:
-    """Read files of a section with its columns and sample rate.
+def read_logs(
+    section: LogsSection, paths: Sequence[Path], folder: Path, *, clock_needed: bool = True
+) -> list[ImuLog]:
+    """Read files of a section with its columns and clock.
 
     Parameters
     ----------
     section : LogsSection
-        States ``columns`` and ``sample_rate_hz``.
+        States ``columns``, ``sample_rate_hz`` and ``time_unit``.
     paths : sequence of Path
         One of the section's lists of files, whole and in its order.
     folder : Path
         The configuration's; logs are labelled by their path from it.
+    clock_needed : bool
+        False for poses at rest, one file each: their means need no times.
 
     Raises
     ------
@@ -74,11 +85,17 @@ def read_logs(section: LogsSection, paths: Sequence[Path], folder: Path) -> list
     """
     return [
         replace(
-            read_log(path, section.columns_of(i), section.sample_rate_hz),
+            read_log(path, section.columns_of(i),
+                     StatedClock(section.sample_rate_hz, section.time_unit, clock_needed)),
             label=Path(os.path.relpath(path, folder)).as_posix(),
         )
         for i, path in enumerate(paths)
     ]
+
+
+def long_logs(poses: PosesSection, folder: Path) -> list[ImuLog]:
+    """The recordings of a section: the triads of each are joined in time."""
+    return [join_logs(group) for group in group_logs(read_logs(poses, poses.log, folder))]
 
 
 def read_session(config: Config) -> SessionLogs:
@@ -94,7 +111,11 @@ def read_session(config: Config) -> SessionLogs:
     folder = config.source.path.parent
     settings = dict.fromkeys(
         (*settings_of(config, "accelerometer"), *settings_of(config, "gyroscope")))
-    logs = SessionLogs({setting: _read(setting.poses, folder) for setting in settings})
+    read = {setting: _read(setting, folder) for setting in settings}
+    logs = SessionLogs(
+        {setting: tuple(log for log, _ in each) for setting, each in read.items()},
+        {setting: tuple(note for _, note in each if note) for setting, each in read.items()},
+    )
     every = [log for each in logs.by_setting.values() for log in each]
     if every:
         _require_one_unit_of_time(every)
@@ -107,10 +128,14 @@ def read_session(config: Config) -> SessionLogs:
     return logs
 
 
-def _read(poses: PosesSection, folder: Path) -> tuple[ImuLog, ...]:
+def _read(setting: Setting, folder: Path) -> list[tuple[ImuLog, str | None]]:
+    poses, turning = setting.poses, setting.rate != STOPPED
+    if poses.means:
+        return []
     if poses.log:
-        return (join_logs(read_logs(poses, poses.log, folder)),)
-    return tuple(read_logs(poses, poses.files, folder))
+        return [(log, None) for log in long_logs(poses, folder)]
+    logs = read_logs(poses, poses.files, folder, clock_needed=turning)
+    return [without_frozen(log, turning) for log in logs]
 
 
 def _require_one_unit_of_time(logs: Sequence[ImuLog]) -> None:

@@ -1,7 +1,8 @@
 """The cache of phase tracks: tracking a clip is the slow part of a run, and clips do not change.
 
 A track's key is the SHA-256 of the clip's bytes, of the settings it was tracked with and of
-``TRACK_FORMAT``. A damaged or foreign file in the cache is never used; the clip is tracked anew.
+``TRACK_FORMAT``. A file that is damaged, foreign or was edited is never used, which a digest at its
+beginning shows; the clip is tracked anew.
 """
 
 import hashlib
@@ -23,6 +24,8 @@ from vision.phase_track import PhaseTrack, PlateLayout
 
 #: Raise it whenever :func:`vision.tracking.track.track_phase` gives other numbers than before.
 TRACK_FORMAT = 10
+
+DIGEST_BYTES = hashlib.sha256().digest_size  #: before the arrays: what was edited is damaged
 
 Follow = Callable[[], PhaseTrack]
 
@@ -63,7 +66,8 @@ def kept_track(cache: Path, key: str, follow: Follow) -> PhaseTrack:
 def _packed(track: PhaseTrack) -> bytes:
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **plain_arrays(track))  # type: ignore[arg-type]
-    return buffer.getvalue()
+    data = buffer.getvalue()
+    return hashlib.sha256(data).digest() + data
 
 
 def plain_arrays(track: PhaseTrack) -> dict[str, NDArray[Any]]:
@@ -80,13 +84,20 @@ def plain_arrays(track: PhaseTrack) -> dict[str, NDArray[Any]]:
 def _load(path: Path) -> PhaseTrack | None:
     """The track in ``path``; None where it is missing or is not a whole track."""
     try:
-        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
+        content = path.read_bytes()
+    except OSError:
+        return None
+    digest, data = content[:DIGEST_BYTES], content[DIGEST_BYTES:]
+    if hashlib.sha256(data).digest() != digest:
+        return None
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as stored:
             plate = {field.name: stored[f"plate.{field.name}"] for field in fields(PlateLayout)}
             values = {
                 field.name: stored[field.name]
                 for field in fields(PhaseTrack) if field.name != "plate"
             }
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+    except (ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None
     size_px = tuple(int(size) for size in plate["size_px"])
     layout = PlateLayout(**{**plate, **_scalars(plate), "size_px": size_px})

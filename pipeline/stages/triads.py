@@ -12,27 +12,32 @@ from calib.consistency.force import require_gravity
 from calib.consistency.mistakes import require_no_mistake, require_one_sensor
 from calib.consistency.plate_axes import require_common_axes
 from calib.diagnosis.diagnose import Diagnosis, diagnose
+from calib.diagnosis.untested import untested
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
+from calib.effects.needs import unavailable
 from calib.effects.user_defined import fault_of_user_effect
 from calib.errors import CalibrationError, Remedy, Undetermined
 from calib.fit.angrisano import fit_paper
 from calib.fit.calibration import TriadCalibration, calibrate_triad
 from calib.fit.frame_alignment import FrameRotation, frame_rotation
 from calib.fit.leave_one_out import Comparison, compare
-from calib.fit.model import Model, unavailable
+from calib.fit.model import Model
 from calib.fit.prediction import Prediction, predict
 from calib.fit.result import Fit
 from calib.fit.solver import fit
+from calib.fit.unknown_sd import has_sds, tests_the_model, with_estimated_sds
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import Triad
 from calib.poses.pose_set import PoseRun, PoseSet, pose_set
 from calib.poses.runs import gravity_run, stopped_run, turning_run
-from pipeline.config.load import Config, triad_spec
+from pipeline.config.load import Config
 from pipeline.config.schema import AccelerometerSection, GyroscopeSection
+from pipeline.config.sensor import triad_spec
 from pipeline.config.types import STOPPED
 from pipeline.errors import ConfigError
 from pipeline.stages.context import RunContext
+from pipeline.stages.logged_columns import check_covariates
 from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.site import Gravity, gravity_of, latitude_of
@@ -100,6 +105,7 @@ def require_fittable(config: Config) -> None:
     if problems:
         raise ConfigError(*problems)
     check_user_effects(config)
+    check_covariates(config)
 
 
 def calibrate_accelerometer(
@@ -128,7 +134,7 @@ def calibrate_accelerometer(
     poses = pose_set("accelerometer", [run], recordings.origin_s)
     spec = triad_spec(config.sensor.accelerometer)
     defined = user_effects(config, "accelerometer", context.allow_python)
-    return _calibrated(poses, config.accelerometer, spec, defined, gravity)
+    return _calibrated(poses, config.accelerometer, spec, defined, config.covariates, gravity)
 
 
 def calibrate_gyroscope(
@@ -181,7 +187,7 @@ def calibrate_gyroscope(
                         accelerometer.gravity.value_m_s2)
     defined = user_effects(config, "gyroscope", context.allow_python)
     spec = triad_spec(config.sensor.gyroscope)
-    result = _calibrated(poses, config.gyroscope, spec, defined,
+    result = _calibrated(poses, config.gyroscope, spec, defined, config.covariates,
                          senses=_senses(config, recordings))
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
@@ -203,21 +209,26 @@ def _calibrated(
     section: AccelerometerSection | GyroscopeSection,
     spec: TriadSpec,
     defined: Mapping[str, Effect],
+    covariates: Sequence[str] | None,
     gravity: Gravity | None = None,
     senses: Mapping[str, float] | None = None,
 ) -> TriadResult:
     usable, notes = _usable_effects(defined, poses, section.model)
     model = Model.of(section.model, usable)
     _require_evaluable(model, poses)
+    if not has_sds(poses):
+        poses = with_estimated_sds(poses, model)
     fitted = _fitted(poses, model, section, spec)
     if senses is not None:
         require_common_axes(poses, fitted.rows.vector, senses)
     calibration = calibrate_triad(fitted, spec)
+    prediction = predict(calibration)
+    diagnosis = diagnose(fitted, tuple(usable.values()), spec.full_scale, covariates, prediction)
     return TriadResult(
         calibration,
         compare(fitted),
-        diagnose(fitted, tuple(usable.values()), spec.full_scale),
-        predict(calibration),
+        diagnosis if tests_the_model(poses) else untested(diagnosis),
+        prediction,
         gravity,
         warnings=(
             *notes,

@@ -28,6 +28,7 @@ from itertools import combinations
 import numpy as np
 
 from calib.errors import CalibrationError
+from tests.bench.study_tables import HEAD, settled_row, share, table_row, verdict_counts
 from tests.recorded_blocks import Settled, settle
 from tests.set_trials import (
     DISTURBANCES,
@@ -67,35 +68,6 @@ ACCEPTED = {
     "bad_pose": {"bad_pose"},
 }
 """What counts as finding an effect that no catalogue has; a column's square is its column."""
-
-
-def share(values: Sequence[bool]) -> float:
-    return float(np.mean(values))
-
-
-def verdict_counts(found: Sequence[Outcome]) -> str:
-    return ", ".join(f"{k} {v}" for k, v in Counter(o.verdict for o in found).most_common())
-
-
-HEAD = (
-    f"{'hidden':26s} size trials visible first named wrong   rms -> after (90 %)   loo (90 %)  "
-    f"2-sigma  verdicts"
-)
-
-
-def table_row(name: str, size: float, found: Sequence[Outcome]) -> str:
-    named = [o for o in found if o.named] or found
-    held, stated = sum(o.held for o in found), sum(o.stated for o in found)
-    after, loo = [o.rms_after for o in named], [o.loo_after for o in named]
-    interval = f"{held / stated:6.3f}" if stated else "     -"
-    return (
-        f"{name:26s} {size:4g} {len(found):6d} {share([o.visible for o in found]):7.3f} "
-        f"{share([o.first for o in found]):5.3f} {share([o.named for o in found]):5.3f} "
-        f"{share([o.named_wrong for o in found]):5.3f} "
-        f"{np.mean([o.rms_before for o in found]):6.2f} -> {np.mean(after):5.2f} "
-        f"({np.quantile(after, 0.9):5.2f})  {np.mean(loo):5.2f} ({np.quantile(loo, 0.9):5.2f}) "
-        f"{interval}   {verdict_counts(found)}"
-    )
 
 
 def went_wrong(o: Outcome) -> bool:
@@ -241,14 +213,6 @@ def settle_open(asked: argparse.Namespace) -> None:
             total += found
     if total:
         print(settled_row("all that stayed open", 0, total))
-
-
-def settled_row(name: str, size: float, found: Sequence[Settled]) -> str:
-    advised = [s for s in found if s.block is not None]
-    right = share([s.right for s in advised]) if advised else float("nan")
-    blocks = ", ".join(f"{k} {v}" for k, v in Counter(s.block for s in found).most_common())
-    return (f"{name:26s} {size:4g}: {len(found)} open, {len(advised)} with a block to record, "
-            f"settled {right:.3f}; {blocks}")
 
 
 def sets(asked: argparse.Namespace) -> None:

@@ -14,15 +14,12 @@ another function for :func:`sensitivity`.
 
 import argparse
 import dataclasses
-import importlib
 import inspect
-import pkgutil
 import re
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -32,6 +29,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.bench.threshold_records import FACTORS, records_of, replaced
 from tests.bench.vision_films import Shot
 from tests.vision.edited_clips import again
 from tests.world.film import Recorder, Scene, film
@@ -44,7 +42,6 @@ from vision.rate.timebase import Timebase
 from vision.tracking.track import track_phase
 
 RPM = 2 * np.pi / 60
-FACTORS = (0.5, 2.0)
 MEAN_OVER_S = 3000.0
 SAME_PPM, SAME_SD = 1e-6, 1e-6  # smaller changes are rounding
 STRONG = Recorder(crf=30)
@@ -116,20 +113,6 @@ def summary(outcomes: Sequence[Outcome]) -> str:
             f"worst {error.max():.1f} ppm, {in_sd.max():.2f} sd")
 
 
-def records_of(package: str) -> list[Any]:
-    """The records of thresholds in the modules of a package, in the order of the modules."""
-    folder = importlib.import_module(package)
-    records: list[Any] = []
-    for info in pkgutil.iter_modules(folder.__path__, f"{package}."):
-        for value in vars(importlib.import_module(info.name)).values():
-            if (dataclasses.is_dataclass(value) and not isinstance(value, type)
-                    and type(value).__name__.endswith("Thresholds")
-                    and type(value).__module__.startswith(package)
-                    and not any(value is each for each in records)):
-                records.append(value)
-    return records
-
-
 def described(record: Any) -> dict[str, str]:
     """What the docstring of a record says of each field."""
     text = inspect.getdoc(type(record)) or ""
@@ -146,23 +129,6 @@ def table(record: Any, effects: Sequence[Effect]) -> str:
         value = getattr(record, field)
         lines.append(f"| {field} | {value:g} | {text} | {' | '.join(by_factor)} |")
     return "\n".join(lines)
-
-
-@contextmanager
-def replaced(record: Any, new: Any) -> Iterator[None]:
-    """Every module of ``vision`` that holds the record holds the new one meanwhile."""
-    holders = [
-        (module, name)
-        for path, module in list(sys.modules.items()) if path.startswith("vision.")
-        for name, value in vars(module).items() if value is record
-    ]
-    for module, name in holders:
-        setattr(module, name, new)
-    try:
-        yield
-    finally:
-        for module, name in holders:
-            setattr(module, name, record)
 
 
 def sensitivity(records: Sequence[Any], measure: Measure, only: str = "") -> Iterator[Effect]:

@@ -12,19 +12,14 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from calib.effects.catalogue import BASE
-from calib.fit.model import Model, pick
+from calib.fit.model import Model
 from calib.fit.residuals import Equations
 from calib.poses.attitudes import natural_directions
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.pose_set import (
-    CommonError,
-    PoseSet,
-    Reference,
-    constant_reference,
-    join_references,
-)
+from calib.poses.pose_set import PoseSet
+from calib.poses.reference import CommonError, Reference, constant_reference, join_references
 
 MODEL = Model.of(BASE)
 SPECS = {
@@ -122,7 +117,7 @@ def read_through(
     reference = model.acting_on("reference")
     if reference:
         columns = np.concatenate([e.evaluate(at) for e in reference], axis=1)
-        size = poses.reference.magnitude + columns @ theta[pick(model, reference)]
+        size = poses.reference.magnitude + columns @ theta[model.positions(reference)]
         gain = size / np.where(turning, poses.reference.magnitude, 1)
         true = np.where(turning[:, None], true * gain[:, None], poses.expected)
     matrix, offset = linear_form(model, theta)

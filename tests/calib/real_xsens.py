@@ -16,9 +16,9 @@ from calib.poses.imu_log import ImuLog
 from calib.poses.pose_set import pose_set
 from calib.poses.runs import gravity_run
 from calib.poses.static_intervals import find_still
-from tests.paths import SHARED
+from tests.paths import REAL
 
-REAL = SHARED / "real" / "imu_tk_xsens"
+XSENS = REAL / "imu_tk_xsens"
 SPEC = TriadSpec(50.0, 16, "offset-binary")
 GRAVITY_M_S2 = 9.81744  # of imu_tk's own test program
 
@@ -26,9 +26,9 @@ GRAVITY_M_S2 = 9.81744  # of imu_tk's own test program
 @cache
 def real_accelerometer() -> TriadCalibration:
     """The real Xsens log of imu_tk, whole still windows, gravity as its publishers took it."""
-    if not REAL.is_dir():
+    if not XSENS.is_dir():
         pytest.skip("the real Xsens log is not there (../shared/real/imu_tk_xsens)")
-    with gzip.open(REAL / "xsens_acc.mat.gz", "rt") as text:
+    with gzip.open(XSENS / "xsens_acc.mat.gz", "rt") as text:
         rows = np.loadtxt(text)
     blank = np.full((len(rows), 3), np.nan)
     stills = find_still(ImuLog("xsens_acc", rows[:, 0], rows[:, 1:], blank), SPEC).logs

@@ -15,7 +15,7 @@ from calib.planning.ideal_poses import PlannedRun, expected_widening, ideal_pose
 from calib.planning.prospect import WEDGE, best_pose, prospect_of
 from calib.poses.attitudes import natural_directions
 from calib.poses.imu_log import Triad
-from calib.poses.pose_set import CommonError
+from calib.poses.reference import CommonError
 from tests.fitting import averaged, calibrated, spec_of
 from tests.paths import ROOT
 from tests.world.designs import SLOW, paper_design

@@ -7,11 +7,14 @@ from numpy.typing import NDArray
 
 from vision.geometry import view_of_ellipse
 from vision.phase_track import LUMA, PhaseTrack, PlateLayout
+from vision.rate.timebase import Timebase
 from vision.tracking.frame_measurement import png
 
 FloatArray = NDArray[np.float64]
 
 RPM = 2 * np.pi / 60
+CLOCK = Timebase(ppm=0.0)
+NOISE = 4e-4  #: rad, of one frame
 LAYOUT: dict[str, Any] = {
     "view": view_of_ellipse((240.0, 180.0), (140.0, 140.0), 0.0).matrix,
     "reduction": 1,

@@ -5,11 +5,11 @@ import pytest
 
 from vision.errors import RateRefused
 from vision.rate.measure import RateMeasurement, measure_rate
-from vision.rate.timebase import Timebase
 from vision.tracking.track import track_phase
 
 pytest.importorskip("av", reason="rendering clips needs PyAV")
 
+from tests.vision.phase_tracks import CLOCK
 from tests.vision.rendered_clips import Render
 from tests.world.film import Recorder, Scene
 from tests.world.plate import PlateMotion
@@ -17,7 +17,6 @@ from tests.world.scene import Mark, homography
 from vision.geometry import PlateView, view_of_ellipse
 
 RPM = 2 * np.pi / 60
-CLOCK = Timebase(ppm=0.0)
 STRONG = Recorder(crf=30)
 
 

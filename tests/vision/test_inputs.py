@@ -13,20 +13,19 @@ import pytest
 from vision.errors import RateRefused, UnreadableVideo
 from vision.geometry import PlateOverride
 from vision.rate.measure import RateMeasurement, measure_rate
-from vision.rate.timebase import Timebase
 from vision.tracking.frame_measurement import png
 from vision.tracking.track import track_phase
 
 av = pytest.importorskip("av", reason="rendering clips needs PyAV")
 
 from tests.vision.edited_clips import Image, again  # noqa: E402
+from tests.vision.phase_tracks import CLOCK  # noqa: E402
 from tests.vision.rendered_clips import Render  # noqa: E402
 from tests.world.film import Recorder, Scene  # noqa: E402
 from tests.world.plate import PlateMotion  # noqa: E402
 
 RPM = 2 * np.pi / 60
 MOTION = PlateMotion(33.3 * RPM)
-CLOCK = Timebase(ppm=0.0)
 
 
 @pytest.fixture(scope="module")

@@ -7,66 +7,16 @@ while the session goes on stating the undisturbed value.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
-from tests.world.bench import TEMPERATURE, Course, Design, Run
-from tests.world.imu import FloatArray, Triad
+from tests.world.bench import TEMPERATURE
+from tests.world.imu import FloatArray
+from tests.world.moments import Moments
 
 TriadName = Literal["accelerometer", "gyroscope"]
-
-
-@dataclass(frozen=True, eq=False)
-class Moments:
-    """What surrounds the sensor during one run of p poses of n samples.
-
-    Attributes
-    ----------
-    time_s : array, shape (p, n)
-        Since the sensor was switched on.
-    columns : mapping of name to array, shape (p, n)
-        True courses of temperature and of every other logged quantity.
-    courses : mapping of name to Course
-        Where each of them is at its reference value.
-    rate, force : array, shape (p, n, 3)
-        True angular rate (rad/s) and specific force (m/s²) in the case frame, at the point of the
-        case that was put over the spindle.
-    spin, spin_up : array, shape (p, n, 3)
-        The plate's part of the rate, and its time derivative, in the case frame.
-    vibration_m_s2 : array, shape (p, 1, 1)
-        Root mean square of the vibration in each pose.
-    triad : Triad
-        The triad that the effect acts on.
-    before : array, shape (p, 1, 3)
-        Mean along each sensitive axis during the pose before, zero for the first of the evening.
-    number : array of int, shape (p, 1, 1)
-        Running number of the pose through the evening, from 0.
-    warmth : callable
-        True temperature at any time of the evening, °C.
-    """
-
-    time_s: FloatArray
-    columns: Mapping[str, FloatArray]
-    courses: Mapping[str, Course]
-    rate: FloatArray
-    force: FloatArray
-    spin: FloatArray
-    spin_up: FloatArray
-    vibration_m_s2: FloatArray
-    triad: Triad
-    before: FloatArray
-    number: FloatArray
-    warmth: Callable[[FloatArray], FloatArray]
-
-    def since_on(self) -> FloatArray:
-        """Time since power-on, shape (p, n, 1), in seconds."""
-        return self.time_s[..., None]
-
-    def above_reference(self, column: str) -> FloatArray:
-        """How far a logged quantity is above its reference, shape (p, n, 1)."""
-        return (self.columns[column] - self.courses[column].reference)[..., None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -304,56 +254,3 @@ GYROSCOPE_ONLY = frozenset(
         "plate_wander",
     }
 )
-
-
-def disturbed_run(run: Run, begin_s: float, hidden: tuple[Hidden, ...]) -> Run:
-    """The run as the plate really turns; its clip was taken at power-on, undisturbed."""
-    motion = run.motion
-    for effect in hidden:
-        if motion is None or effect.triad != "gyroscope":
-            continue
-        rate, size = motion.rate_rad_s, effect.size
-        if effect.name == "reference_offset":
-            motion = replace(motion, rate_rad_s=rate + np.sign(rate) * float(size))
-        elif effect.name == "reference_scale":
-            motion = replace(motion, rate_rad_s=rate * (1 + float(size)))
-        elif effect.name == "reference_drift":
-            motion = replace(
-                motion,
-                rate_rad_s=rate * (1 + float(size) * begin_s),
-                drift_rad_s2=motion.drift_rad_s2 + rate * float(size),
-            )
-        elif effect.name == "direction_dependent_rate":
-            motion = replace(motion, rate_rad_s=rate * (1 + np.sign(rate) * float(size)))
-        elif effect.name == "plate_wander":
-            motion = replace(motion, wow=(*motion.wow, *_slow_wow(effect, rate, begin_s)))
-    return replace(run, motion=motion)
-
-
-def _slow_wow(
-    effect: Hidden, rate_rad_s: float, begin_s: float
-) -> tuple[tuple[float, float, float], ...]:
-    """Waves of the plate's rate that last minutes, as waves per revolution."""
-    rng = np.random.default_rng(int(effect.detail["draw"]))
-    waves = []
-    for period_s in rng.uniform(60.0, 600.0, 4):
-        phase = rng.uniform(0, 2 * np.pi) + 2 * np.pi * begin_s / period_s
-        order = 2 * np.pi / (period_s * abs(rate_rad_s))
-        waves.append((order, float(effect.size) / 2, phase))
-    return tuple(waves)
-
-
-def true_gravity(design: Design, hidden: tuple[Hidden, ...]) -> float:
-    """Gravity as it is; the session states ``design.site.gravity_m_s2``."""
-    gravity = design.site.gravity_m_s2
-    for effect in hidden:
-        if effect.triad == "accelerometer" and effect.name == "reference_scale":
-            gravity *= 1 + float(effect.size)
-        elif effect.triad == "accelerometer" and effect.name == "reference_offset":
-            gravity += float(effect.size)
-    return gravity
-
-
-def floor_rate(hidden: tuple[Hidden, ...]) -> float:
-    """Unstated rotation of the whole bench about the vertical, in rad/s."""
-    return float(sum(effect.size for effect in hidden if effect.name == "earth_rate"))

@@ -19,8 +19,10 @@ from tests.world.bench import (
     attitudes,
     pose_order,
 )
-from tests.world.hidden import Hidden, Moments, disturbed_run, floor_rate, true_gravity
+from tests.world.disturbed_bench import disturbed_run, floor_rate, true_gravity
+from tests.world.hidden import Hidden
 from tests.world.imu import FloatArray, Triad
+from tests.world.moments import Moments
 from tests.world.plate import PlateMotion
 
 TRIADS = ("accelerometer", "gyroscope")

@@ -7,9 +7,11 @@ import pytest
 
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import EFFECTS, REFERENCE_TEMPERATURE_C, Effect
+from calib.effects.needs import unavailable
 from calib.errors import Undetermined
-from calib.fit.model import ALIGNED, Model, pick, solve_sensor, stack_columns, unavailable
+from calib.fit.model import Model, stack_columns
 from calib.fit.residuals import Equations
+from calib.fit.sensitive_axes import ALIGNED, solve_sensor
 from calib.fit.solver import fit
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import TRIADS, FloatArray, Triad
@@ -193,7 +195,7 @@ def test_the_jacobian_holds_with_every_effect_at_once(triad: Triad) -> None:
     poses = read_through(rich_poses(triad, shared_sd=1e-4), model, base_theta(model, triad))
     equations = Equations(poses, model)
     theta = strong_theta(equations, np.random.default_rng(6))
-    theta[pick(model, model.acting_on("sensor"))] *= 0.3  # all at once still have a true vector
+    theta[model.positions(model.acting_on("sensor"))] *= 0.3  # all at once still have a true vector
     shapes = shapes_of(model)
     exact = equations.rows(theta, np.zeros(equations.common.shape[1]), shapes).jacobian
     scale = np.maximum(np.sqrt((exact**2).mean(axis=0)), 1e-3)

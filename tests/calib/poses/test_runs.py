@@ -9,7 +9,8 @@ from calib.earth import EARTH_RATE_RAD_S
 from calib.errors import Undetermined
 from calib.poses.averaging import PoseMean, TriadMean
 from calib.poses.imu_log import FloatArray
-from calib.poses.pose_set import CommonError, constant_reference, join_references, pose_set
+from calib.poses.pose_set import pose_set
+from calib.poses.reference import CommonError, constant_reference, join_references
 from calib.poses.runs import GRAVITY, TIME_BASE, PlateRate, gravity_run, stopped_run, turning_run
 
 LATITUDE = np.radians(40.0)

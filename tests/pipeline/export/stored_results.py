@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from calib.effects.effect import EFFECTS
 from calib.poses.imu_log import ImuLog
 from pipeline.results.read import Stored, load_results
 from tests.pipeline.conftest import RunSession
@@ -28,6 +29,9 @@ def with_effects(
     stored = found[triad]["correction"]
     for name, values in effects.items():
         stored["model"].append(name)
+        found[triad]["model"].append(name)
+        if name in EFFECTS and (shape := EFFECTS[name].shape) is not None:
+            stored["shapes"][name] = shape.starts[0]
         stored["theta"] += values
         found[triad]["effects"][name] = {"values": values, "sd": [0.1] * len(values), "unit": "?"}
     stored["own_effects"] = own or {}

@@ -9,14 +9,15 @@ import pytest
 from calib.errors import UnusableLog
 from calib.poses.imu_log import ImuLog
 from pipeline.errors import UnreadableInput
-from pipeline.logs.read import join_logs, read_log
-from tests.paths import SHARED
+from pipeline.logs.clock import StatedClock
+from pipeline.logs.join import join_logs
+from pipeline.logs.read import read_log
+from tests.paths import REAL
 
 TABLE = np.array([[0.00, 33108, 33329, 36429, 32786, 32429, 32499],
                   [0.01, 33109, 33330, 36430, 32787, 32430, 32500],
                   [0.02, 33110, 33331, 36431, 32788, 32431, 32501]])
 NAMES = ["time_s", "acc_x", "acc_y", "acc_z", "gyr_x", "gyr_y", "gyr_z"]
-REAL = SHARED / "real"
 HEAD = "time_s,acc_x,acc_y,acc_z\n"
 
 
@@ -75,7 +76,7 @@ def test_every_further_numeric_column_is_kept_and_text_is_not(tmp_path: Path) ->
 
 def test_a_sample_rate_stands_for_the_time(tmp_path: Path) -> None:
     path = write(tmp_path, "ax,ay,az\n1,2,3\n1,2,3\n1,2,3\n")
-    np.testing.assert_allclose(read_log(path, sample_rate_hz=50).time_s, [0, 0.02, 0.04])
+    np.testing.assert_allclose(read_log(path, clock=StatedClock(50)).time_s, [0, 0.02, 0.04])
 
 
 def test_mt_manager_time_counts_lost_packets_over_the_counter_s_wrap(tmp_path: Path) -> None:
@@ -104,7 +105,6 @@ FAULTS = [
     (HEAD + "0,1,2,3\n1,1,2,inf\n", "pose.csv:3: column acc_z: found inf"),
     (HEAD + "0,1,2,3\n\n2,1,2,3\n1,1,2,3\n", "pose.csv:5: time does not increase: 1 s after 2 s"),
     (HEAD + "0,1,2,3\n0,1,2,3\n", "pose.csv:3: time does not increase: 0 s after 0 s"),
-    ("time_s;acc_x;acc_y;acc_z\n0,5;1;2;3\n", "pose.csv:2: .*'0,5'.*decimal points"),
     ("time_s,accx,acc_y,acc_z\n0,1,2,3\n", "pose.csv:1: .*acc_x missing.*mean 'acc_x' for 'accx'"),
     ("a,b,c\n0,1,2\n", "pose.csv:1: found a, b, c: neither acc_x"),
     ("time,acc_x,acc_y,acc_z\n0,1,2,3\n", "no column time_s .columns: time, acc_x"),
@@ -112,7 +112,6 @@ FAULTS = [
     ("0,1,2,3\n1,1,2,3\n", "pose.csv:1: 4 columns of numbers without a header.*columns: .time_s"),
     (HEAD.encode() + b"0,1,2,3\n1,1,\xff,3\n", "pose.csv:3: byte 0xff is not text"),
     (b"\x00\x01\x02" * 50, "pose.csv:1: byte 0x00 is not text"),
-    (HEAD.encode("utf-16"), "UTF-16"),
     (gzip.compress(as_text(",").encode() * 9, mtime=0)[:-12],
      "compressed file is damaged or cut off"),
     (gzip.compress(as_text(",").encode(), mtime=0)[:20] + b"xxxxxxxxxxxxxxxxx",
@@ -149,7 +148,7 @@ def test_columns_that_do_not_fit_the_file_are_refused(tmp_path: Path) -> None:
 
 def test_two_clocks_are_refused(tmp_path: Path) -> None:
     with pytest.raises(UnreadableInput, match="has time_s, and sample_rate_hz"):
-        read_log(write(tmp_path, as_text(",")), sample_rate_hz=100)
+        read_log(write(tmp_path, as_text(",")), clock=StatedClock(100))
 
 
 def test_one_sample_is_no_log(tmp_path: Path) -> None:

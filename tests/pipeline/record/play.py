@@ -20,7 +20,8 @@ from calib.fit.solver import fit
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.pose_set import pose_set
 from calib.poses.runs import gravity_run
-from pipeline.config.load import load_config, triad_spec
+from pipeline.config.load import load_config
+from pipeline.config.sensor import triad_spec
 from pipeline.playback import Protocol
 from pipeline.playback.device import Faults, PlaybackDevice, Pose
 from pipeline.playback.pseudo_port import PseudoPort

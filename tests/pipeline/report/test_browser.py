@@ -1,10 +1,6 @@
 """The report in a real browser: what a box does is what `pipeline add` does."""
 
-import html
-import json
-import re
 import shutil
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,20 +17,15 @@ from pipeline.config.load import load_config
 from pipeline.report.page import report_html
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
+from tests.pipeline.report.browser import ask, needs_browser
 from tests.sessions import pipeline, quick_session, results_in
 from tests.world.designs import rich_design
 from tests.world.session import simulate
 from tests.world.sizes import draw_effect
 from tests.world.write import write_session
 
-CHROMIUM = next((p for p in map(shutil.which, ("chromium", "chromium-browser")) if p), None)
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium here to open the report in")
+pytestmark = needs_browser
 
-QUIET = (
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync",
-    "--hide-scrollbars", "--virtual-time-budget=5000",
-)  # fmt: skip
 TICKED_WITHIN = 0.01  #: of the exact refit: what the page promises
 SHOWN = {"accelerometer": 1000.0, "gyroscope": np.degrees(1.0)}  #: of one SI unit, as shown
 
@@ -69,29 +60,6 @@ return found;
 """
 WIDTH = "return [document.documentElement.scrollWidth, window.innerWidth];"
 READ = TICK_EACH.replace("box.click();", "")
-
-
-def ask(page: str, folder: Path, script: str, fragment: str = "", *options: str) -> Any:
-    """What ``script`` returns in the opened page."""
-    assert CHROMIUM is not None
-    asking = (
-        "<script>window.addEventListener('load', () => { const answer = (() => {"
-        + script
-        + "})(); const pre = document.createElement('pre'); pre.id = 'answer';"
-        "pre.textContent = JSON.stringify(answer); document.body.append(pre); });</script></body>"
-    )
-    path = folder / "asked.html"
-    path.write_text(page.replace("</body>", asking), encoding="utf-8")
-    profile = folder / "profile"
-    said = subprocess.run(
-        [CHROMIUM, *QUIET, *options, f"--user-data-dir={profile}", "--dump-dom",
-         f"{path.as_uri()}{fragment}"],
-        capture_output=True, text=True, timeout=120, check=True,
-    ).stdout  # fmt: skip
-    shutil.rmtree(profile, ignore_errors=True)
-    answer = re.search(r'<pre id="answer">(.*?)</pre>', said, re.DOTALL)
-    assert answer, "the page's own script failed"
-    return json.loads(html.unescape(answer[1]))
 
 
 @dataclass(frozen=True, eq=False)

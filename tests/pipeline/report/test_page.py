@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from calib.diagnosis.explain import SIGNS
+from calib.diagnosis.verdict.explain import SIGNS
 from pipeline.formatting import DISPLAY, with_sd
 from pipeline.report.glossary import TERMS, Term, with_terms
 from pipeline.report.history_chart import staircase

@@ -18,6 +18,7 @@ from tests.studies.angrisano.table2 import StartStudy, start_study
 INSIDE_RAD = math.radians(15.0)
 OUTSIDE_RAD = math.radians(25.0)
 
+
 @dataclass(frozen=True, eq=False)
 class IterationFigure:
     """One figure: its file's stem, its title, the iteration and how it ended."""

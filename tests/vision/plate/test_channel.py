@@ -12,14 +12,13 @@ from vision.geometry import PlateOverride, PlateView
 from vision.phase_track import PhaseTrack
 from vision.plate.channel import Brightness, ChromaAxis, channels
 from vision.rate.measure import RateMeasurement, measure_rate
-from vision.rate.timebase import Timebase
 from vision.tracking.track import track_phase
 from vision.video import NO_CHROMA, ClipReader, Frame
 
 pytest.importorskip("av", reason="rendering clips needs PyAV")
 
 from tests.vision.edited_clips import Image, again
-from tests.vision.phase_tracks import phase_track
+from tests.vision.phase_tracks import CLOCK, phase_track
 from tests.vision.rendered_clips import Render
 from tests.world.film import Recorder, Scene
 from tests.world.plate import PlateMotion
@@ -27,7 +26,6 @@ from tests.world.scene import Mark, homography
 
 RPM = 2 * np.pi / 60
 MOTION = PlateMotion(-33.3 * RPM)
-CLOCK = Timebase(ppm=0.0)
 RED = Mark(luma=Scene().plate_luma, blue=-10.0, red=50.0)
 SCENE = Scene(marks=(RED,), label=False, sensor_box=False, chroma_noise=1.0)
 

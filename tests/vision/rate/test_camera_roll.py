@@ -10,18 +10,16 @@ from numpy.typing import NDArray
 
 from vision.rate.measure import measure_rate
 from vision.rate.stability import camera_roll
-from vision.rate.timebase import Timebase
 from vision.tracking.track import track_phase
 
 pytest.importorskip("av", reason="rendering clips needs PyAV")
 
 from tests.vision.edited_clips import again
+from tests.vision.phase_tracks import CLOCK
 from tests.world.film import FilmTruth, Scene
 from tests.world.plate import PlateMotion
 
 Render = Callable[..., tuple[Path, FilmTruth]]
-
-CLOCK = Timebase(ppm=0.0)
 
 
 @pytest.mark.parametrize("degrees_per_s", [0.1, -0.05])

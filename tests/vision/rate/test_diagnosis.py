@@ -5,16 +5,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 
-from tests.vision.phase_tracks import RPM, phase_track, steady
+from tests.vision.phase_tracks import CLOCK, NOISE, RPM, phase_track, steady
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.rate.measure import RateMeasurement, measure_rate
-from vision.rate.timebase import Timebase
 
 Wave = Callable[[FloatArray, FloatArray], FloatArray]
 
-CLOCK = Timebase(ppm=0.0)
-NOISE = 4e-4
 ROWS_PX = 0.9 * 140  # the mark's radius in the made track
 
 

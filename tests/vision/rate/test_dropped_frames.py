@@ -7,18 +7,15 @@ import numpy as np
 import pytest
 
 from tests.vision.cut_label import cut_label
-from tests.vision.phase_tracks import RPM, phase_track, steady
+from tests.vision.phase_tracks import CLOCK, NOISE, RPM, phase_track, steady
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.phase_track import BoolArray
 from vision.rate.dropped_frames import DroppedFrames, confirmed_share, dropped_frames
 from vision.rate.jumps import frame_jumps
 from vision.rate.measure import RateMeasurement, measure_rate
-from vision.rate.timebase import Timebase
 from vision.rate.unwrap import continuous_angle, rate_history
 
-CLOCK = Timebase(ppm=0.0)
-NOISE = 4e-4
 RATE = 33.3 * RPM
 STEP = RATE / 15  #: from frame to frame
 

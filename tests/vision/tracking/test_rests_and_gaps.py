@@ -4,14 +4,11 @@ import numpy as np
 import pytest
 
 from tests.chance import spread_bounds
-from tests.vision.phase_tracks import RPM, FloatArray, phase_track, steady
+from tests.vision.phase_tracks import CLOCK, NOISE, RPM, FloatArray, phase_track, steady
 from vision.errors import RateRefused
 from vision.phase_track import PhaseTrack
 from vision.rate.measure import measure_rate
-from vision.rate.timebase import Timebase
 
-CLOCK = Timebase(ppm=0.0)
-NOISE = 4e-4
 FAST = 33.3 * RPM
 
 

@@ -1,0 +1,148 @@
+"""What could be missing, part one: everything that can be added to the model by its name.
+
+Listed effects, biases that follow a logged column, the user's own effects, and what belongs to the
+base but is not in the model. A hypothesis stands for one of them at one value of its shape
+parameter; :mod:`calib.diagnosis.hypotheses.unlisted` has those that no model can hold.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.columns import causes
+from calib.diagnosis.hypotheses.signature import effect_vectors, square_vectors
+from calib.effects.catalogue import BASE
+from calib.effects.effect import EFFECTS, Effect, column_effect
+from calib.effects.needs import unavailable
+from calib.fit.result import Fit
+from calib.poses.imu_log import FloatArray
+
+Kind = Literal["listed", "unknown", "jump", "bad_pose", "wander", "plate_rate"]
+
+EFFECT_OF_COLUMN = {"temperature_c": "temperature_bias"}
+"""Logged columns whose linear effect on the bias has a name in the catalogue."""
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """One thing that could be missing.
+
+    Parameters
+    ----------
+    name : str
+        The effect; ``~NAME`` an unknown function of NAME; else the kind, with the pose or time.
+    kind : str
+    log_prior : float
+        Log odds of being in the model against not, before the data.
+    effect : Effect or None
+        What a joint refit adds; None where only the rows at hand can hold it.
+    shape : float or None
+        Value of its shape parameter.
+    vectors : array or None, shape (n, 3, k)
+        Errors of the vectors where there is no effect.
+    detail : str
+        The pose, the time or the form, in words.
+    """
+
+    name: str
+    kind: Kind
+    log_prior: float
+    effect: Effect | None = None
+    shape: float | None = None
+    vectors: FloatArray | None = None
+    detail: str = ""
+
+    def errors(self, fit: Fit) -> FloatArray:
+        """Errors (n, 3, k) of the vectors; a shape parameter that ``fit`` fitted is as fitted."""
+        if self.vectors is not None:
+            return self.vectors
+        assert self.effect is not None
+        if self.effect.in_square and self.name not in fit.model.names:
+            return square_vectors(fit, self.effect)
+        shape = fit.shapes.get(self.name, self.shape) if self.shape is not None else None
+        return effect_vectors(fit, self.effect, shape)
+
+    @property
+    def on_reference(self) -> bool:
+        """Whether it is an error of the reference, not of the vectors."""
+        return self.effect is not None and self.effect.acts_on == "reference"
+
+    @property
+    def subject(self) -> str:
+        """``name`` without the mark of an unknown function."""
+        return self.name.removeprefix("~")
+
+    @property
+    def can_be_added(self) -> bool:
+        """Whether a model can hold it by its name."""
+        return self.kind == "listed"
+
+
+def candidate_effects(
+    fit: Fit, own: Sequence[Effect] = (), covariates: Sequence[str] | None = None
+) -> Iterator[Effect]:
+    """Effects that could be added to the model of ``fit``: listed, logged columns, the user's.
+
+    Of bias, scale and misalignment those are among them that the model lacks.
+
+    Parameters
+    ----------
+    fit : Fit
+    own : sequence of Effect
+        User-defined effects.
+    covariates : sequence of str or None
+        Logged columns that may cause an error; None leaves the choice to
+        :func:`calib.diagnosis.hypotheses.columns.is_cause`.
+
+    Yields
+    ------
+    Effect
+        It acts on the triad of ``fit``; whether the poses can evaluate it is not checked.
+    """
+    in_model = set(fit.model.names)
+    # Without a true vector, a gain would be fitted to what the readings themselves have wrong.
+    base = BASE if len(fit.equations.magnitude) else BASE[:1]
+    listed = [e for e in EFFECTS.values() if e.acts_on != "reading" or e.name in base]
+    columns = [
+        column_effect(name)
+        for name in causes(fit.poses, covariates)
+        if name not in EFFECT_OF_COLUMN
+    ]
+    for effect in (*listed, *columns, *own):
+        excluded = covariates is not None and set(effect.logged) - {*covariates}
+        if excluded and effect not in own:
+            continue
+        if effect.name not in in_model and fit.poses.triad in effect.triads:
+            yield effect
+
+
+def listed_hypotheses(
+    fit: Fit, own: Sequence[Effect] = (), covariates: Sequence[str] | None = None
+) -> tuple[list[Hypothesis], dict[str, str]]:
+    """Every effect that could be added, at each start of its shape, and why others cannot be."""
+    absent: dict[str, str] = {}
+    effects: list[Effect] = []
+    for effect in candidate_effects(fit, own, covariates):
+        reason = unavailable(effect, fit.poses)
+        if reason is None:
+            effects.append(effect)
+        else:
+            absent[effect.name] = reason
+    each = float(np.log(CONSTANTS.odds_listed / max(len(effects), 1)))
+    hypotheses = []
+    for effect in effects:
+        shapes: tuple[float | None, ...] = effect.shape.starts if effect.shape else (None,)
+        prior = each - float(np.log(len(shapes)))
+        hypotheses += [Hypothesis(effect.name, "listed", prior, effect, s) for s in shapes]
+    return hypotheses, absent
+
+
+def held(hypothesis: Hypothesis, number: int) -> Effect:
+    """The effect as a refit adds it, under a name that occurs once in a model."""
+    assert hypothesis.effect is not None
+    if hypothesis.kind == "listed":
+        return hypothesis.effect
+    return replace(hypothesis.effect, name=f"{hypothesis.name} {number}")

@@ -1,0 +1,177 @@
+"""What an effect would leave in the residual of a fit, and what of it these poses can see.
+
+The columns of a candidate, whitened like the rows and with everything the fitted model can absorb
+projected out, are its signature. What has less than ``VISIBLE_SHARE`` of its size left is blind:
+the model would swallow it. Two effects whose signatures span the same space are aliases.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.diagnosis.constants import CONSTANTS
+from calib.effects.effect import Effect
+from calib.fit.column_scaling import orthonormal_columns
+from calib.fit.identifiability import ROUNDING, VISIBLE_SHARE
+from calib.fit.result import Fit
+from calib.fit.sensitive_axes import sensor_columns
+from calib.fit.solver import square_columns
+from calib.poses.imu_log import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Signature:
+    """The visible part of a set of columns after the fitted model is projected out.
+
+    Parameters
+    ----------
+    name : str
+    columns : array, shape (r, k)
+        Change of the whitened residual per unit of minus each parameter, nothing projected out.
+    basis : array, shape (r, v)
+        Orthonormal directions that are visible.
+    strength : array, shape (v,)
+        Root mean square signal over the rows along each, for columns of unit size.
+    """
+
+    name: str
+    columns: FloatArray
+    basis: FloatArray
+    strength: FloatArray
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether the fitted model swallows all of it."""
+        return len(self.strength) == 0
+
+    @property
+    def seen(self) -> int:
+        """Number of parameter combinations that these poses can see."""
+        return len(self.strength)
+
+
+class Projector:
+    """Projects the fitted model out of whitened rows.
+
+    ``tested`` names the effects of the model that are on trial: their columns are kept out of what
+    is projected, and what they explained is put back into the residual.
+    """
+
+    def __init__(self, fit: Fit, tested: Sequence[str] = ()) -> None:
+        root = np.sqrt(fit.weight)
+        residual, jacobian, dof = fit.rows.residual, fit.rows.jacobian, fit.dof
+        if tested:
+            slices = fit.model.slices()
+            where = [i for name in tested for i in range(slices[name].start, slices[name].stop)]
+            residual = residual - jacobian[:, where] @ fit.theta[where]
+            jacobian = np.delete(jacobian, where, axis=1)
+            dof += int(np.linalg.matrix_rank(fit.basis[where]))
+            dof += sum(name in fit.shapes for name in tested)
+        self.root = root
+        self.model = orthonormal_columns(jacobian * root[:, None])
+        self.residual = self(residual * root)
+        self.chi2 = float(self.residual @ self.residual)
+        self.data_count = fit.equations.data_count
+        self.dof = dof
+
+    def __call__(self, rows: FloatArray) -> FloatArray:
+        return np.asarray(rows - self.model @ (self.model.T @ rows))
+
+    def signature(self, name: str, columns: FloatArray) -> Signature:
+        """The visible part of ``columns`` (d, k) over the data rows."""
+        full = np.zeros((len(self.residual), columns.shape[1]))
+        full[: len(columns)] = columns
+        full *= self.root[:, None]
+        norm = np.sqrt((full**2).sum(axis=0))
+        used = norm > 1e-9 * max(float(norm.max(initial=0.0)), 1e-300)
+        nothing = Signature(name, columns, np.zeros((len(full), 0)), np.zeros(0))
+        if not used.any():
+            return nothing
+        unit = full[:, used] / norm[used]
+        remainder = self(unit) * np.sqrt(self.data_count / used.sum())
+        # What is below VISIBLE_SHARE is dropped, so that squaring in leftᵀ left loses nothing.
+        squared, directions = np.linalg.eigh(remainder.T @ remainder)
+        visible = squared > VISIBLE_SHARE**2 * self.data_count / used.sum()  # as the fit judges
+        strength = np.sqrt(squared[visible])
+        return Signature(name, columns, remainder @ (directions[:, visible] / strength), strength)
+
+
+def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:
+    """Columns (d, k) of ``effect`` over the data rows of ``fit``, whitened.
+
+    Their sign is that of the effect: a residual of ``columns @ theta`` is what theta would leave.
+    """
+    if effect.acts_on == "reference":
+        return reference_columns(fit, effect)
+    return vector_columns(fit, effect_vectors(fit, effect, shape))
+
+
+def effect_vectors(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:
+    """Errors (n, 3, k) of an effect on the reading or the sensor, per unit of its parameters."""
+    equations = fit.equations
+    at = equations.conditions(fit.rows.vector)
+    if effect.follows is not None and "bias" in fit.model.names:
+        # From its mean on: the rest is a bias, and would make what varies look small.
+        logged = at.column(effect.follows)
+        at = replace(at, columns={**at.columns, effect.follows: logged - logged.mean()})
+    if effect.acts_on == "reading":
+        return effect.evaluate(equations.at_reading, shape)
+    shapes = {} if shape is None else {effect.name: shape}
+    return sensor_columns((effect,), at, shapes, fit.rows.axes)
+
+
+def square_vectors(fit: Fit, effect: Effect) -> FloatArray:
+    """Errors (n, 3, k) by the products of parameters that the length shows squared only."""
+    equations = fit.equations
+    n, s = equations.magnitude, fit.rows.vector
+    columns = square_columns(equations, effect, equations.conditions(s))
+    vectors = np.zeros((*s.shape, columns.shape[1]))
+    direction = s[n] / np.linalg.norm(s[n], axis=1, keepdims=True)
+    vectors[n] = direction[:, :, None] * columns[:, None, :]
+    return vectors
+
+
+def reference_columns(fit: Fit, effect: Effect) -> FloatArray:
+    """Whitened columns (d, k) of an effect on the reference."""
+    equations = fit.equations
+    columns = effect.evaluate(equations.conditions(fit.rows.vector))
+    at_rest = np.zeros((3 * len(equations.null), columns.shape[1]))
+    turning = columns[equations.magnitude] / equations.magnitude_sd[:, None]
+    return np.concatenate([turning, at_rest])
+
+
+def vector_columns(fit: Fit, vectors: FloatArray) -> FloatArray:
+    """Whitened columns (d, k) of errors (n, 3, k) ahead of the effects that follow the vector."""
+    equations = fit.equations
+    if equations.varying:
+        at = equations.conditions(fit.rows.vector)
+        slope = equations.slope(fit.theta, fit.shapes, at, fit.rows.axes)
+        vectors = np.asarray(np.linalg.inv(slope) @ vectors, dtype=float)
+    return project_on_rows(fit, vectors)
+
+
+def project_on_rows(fit: Fit, vectors: FloatArray) -> FloatArray:
+    """Whitened rows (d, k) of errors (n, 3, k) of the corrected vectors."""
+    equations, s = fit.equations, fit.rows.vector
+    rows = equations.whitened(vectors, s)
+    # A rotation is perpendicular to every reading: what is left of it is rounding, not a signal.
+    whole = np.sqrt((vectors**2).sum(axis=(0, 1))) / equations.typical_sd
+    rows[:, np.sqrt((rows**2).sum(axis=0)) < ROUNDING * whole] = 0.0
+    return rows
+
+
+def contains(larger: Signature, smaller: Signature) -> bool:
+    """Whether all of ``smaller`` lies in the space that ``larger`` spans."""
+    if smaller.is_blind or larger.seen < smaller.seen:
+        return False
+    overlap = smaller.basis.T @ larger.basis
+    if (overlap**2).sum() < smaller.seen * CONSTANTS.alias_correlation**2:
+        return False
+    correlation = np.linalg.svd(overlap, compute_uv=False)
+    return bool(correlation[: smaller.seen].min() > CONSTANTS.alias_correlation)
+
+
+def are_aliases(a: Signature, b: Signature) -> bool:
+    """Whether two signatures span the same space: smallest canonical correlation over 0.99."""
+    return a.seen == b.seen and contains(a, b)

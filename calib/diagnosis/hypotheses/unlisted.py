@@ -1,0 +1,213 @@
+"""What could be missing, part two: what no model can hold by a name.
+
+Unknown functions of a logged column, time, the plate's rate, the attitude or the pose before; a
+curve in a column and a bias that lags the temperature; a bias that steps or wanders; bad poses;
+a plate whose rate scatters from pose to pose.
+"""
+
+from collections.abc import Iterator
+from itertools import combinations_with_replacement
+
+import numpy as np
+
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.listed import Hypothesis
+from calib.effects.effect import Effect, Page, per_axis
+from calib.fit.result import Fit
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import AXES, TRIADS, BoolArray, FloatArray
+
+TIME_WAVES, COLUMN_WAVES = 8, 5
+STEPS_TRIED = 32
+STEP_MARGIN = 2
+"""Poses that a step leaves on either side at least; fewer are bad poses."""
+
+TEMPERATURE = "temperature_c"
+LAGS_S = (100.0, 300.0, 1000.0, 3000.0)
+WANDER_MODES = 10
+WANDER_SPANS = (0.05, 0.2, 0.8)
+"""Correlation times of a wandering bias over the length of the session."""
+
+NO_PAGE = Page(formula="", typical={}, source="", confounded="", separates="")
+MEMORY = 0.3
+"""Share of the magnitude by which the pose before saturates what an axis remembers."""
+
+
+def waves(covariate: FloatArray, count: int) -> FloatArray:
+    """Smooth unknown functions of a covariate, (n, count): cosines of its rank, damped."""
+    rank = np.argsort(np.argsort(covariate, kind="stable"), kind="stable") / len(covariate)
+    k = np.arange(1, count + 1)
+    return np.asarray(np.cos(np.pi * rank[:, None] * k) * np.exp(-k / (0.8 * count)))
+
+
+def _on_bias(shapes: FloatArray) -> FloatArray:
+    """Errors (n, 3, 3 k) of a bias with the courses ``shapes`` (n, k), each axis by itself."""
+    n = len(shapes)
+    return np.asarray(np.einsum("ij,nk->nijk", np.eye(3), shapes).reshape(n, 3, -1))
+
+
+def _on_size(fit: Fit, shapes: FloatArray) -> FloatArray:
+    """Errors (n, 3, k) of the length of the vector with the courses ``shapes`` (n, k)."""
+    s = fit.rows.vector
+    size = s[:, :, None] / np.linalg.norm(s, axis=1)[:, None, None] * shapes[:, None, :]
+    size[fit.equations.null] = 0.0
+    return np.asarray(size)
+
+
+def lagging(time_s: FloatArray, values: FloatArray, lag_s: float) -> FloatArray:
+    """What follows ``values`` (n,) with a first-order lag, settled at the first pose, (n,)."""
+    order = np.argsort(time_s, kind="stable")
+    t, v = time_s[order], values[order]
+    out = np.empty_like(v)
+    out[0] = v[0]
+    for i in range(1, len(v)):
+        step = max(float(t[i] - t[i - 1]), 1e-9)
+        slope, keep = (v[i] - v[i - 1]) / step, float(np.exp(-step / lag_s))
+        out[i] = v[i] - slope * lag_s + keep * (out[i - 1] - v[i - 1] + slope * lag_s)
+    back = np.empty_like(out)
+    back[order] = out
+    return back
+
+
+def unknown_hypotheses(fit: Fit, columns: tuple[str, ...]) -> list[Hypothesis]:
+    """Unknown functions: of ``columns``, time, the plate's rate, the attitude, the pose before."""
+    forms = list(_forms(fit, columns))
+    names = {name for name, _, _ in forms}
+    count = {name: sum(each[0] == name for each in forms) for name in names}
+    each = np.log(CONSTANTS.odds_unknown / max(len(names), 1))
+    return [
+        Hypothesis(f"~{name}", "unknown", float(each - np.log(count[name])), vectors=vectors,
+                   detail=detail)
+        for name, detail, vectors in forms
+    ]
+
+
+def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, str, FloatArray]]:
+    """Name, form in words and errors (n, 3, k) of every unknown function."""
+    poses = fit.poses
+    covariates = {"time_s": poses.time_s, "spin_rad_s": poses.spin_rad_s}
+    covariates |= {name: poses.columns[name] for name in columns}
+    for name, values in covariates.items():
+        if not np.isfinite(values).all() or np.ptp(values) == 0:
+            continue
+        shapes = waves(values, TIME_WAVES if name == "time_s" else COLUMN_WAVES)
+        yield name, "", _on_size(fit, shapes)
+        yield name, "", _on_bias(shapes)
+        if name in columns:
+            curve = ((values - values.mean()) / np.ptp(values)) ** 2
+            yield name, "in a curve", _on_bias(curve[:, None])
+    yield "attitude", "", _attitude(fit)
+    if np.isfinite(poses.time_s).all():
+        if TEMPERATURE in columns and np.ptp(poses.columns[TEMPERATURE]) > 0:
+            values = poses.columns[TEMPERATURE]
+            for lag_s in LAGS_S:
+                late = lagging(poses.time_s, values, lag_s)
+                if np.ptp(late) > 0:
+                    detail = f"with a lag of about {lag_s:.0f} s"
+                    yield TEMPERATURE, detail, _on_bias((late - late.mean())[:, None])
+        previous = _previous(fit)
+        if previous.any():
+            yield "previous", "", previous
+
+
+def _attitude(fit: Fit) -> FloatArray:
+    """Cubic and quartic functions of the direction: the first that the nine parameters lack."""
+    s = fit.rows.vector
+    n = s / np.linalg.norm(s, axis=1, keepdims=True)
+    products = [n[:, list(c)].prod(axis=1) for c in combinations_with_replacement(range(3), 3)]
+    products += [(n[:, i] * n[:, j]) ** 2 for i, j in combinations_with_replacement(range(3), 2)]
+    return _on_size(fit, np.stack(products, axis=1))
+
+
+def _previous(fit: Fit) -> FloatArray:
+    """What an axis may remember of the pose before: its value, saturated or squared, (n, 3, 9)."""
+    previous = fit.equations.at_start.previous
+    largest = float(np.abs(previous).max()) if np.isfinite(previous).all() else 0.0
+    if largest == 0.0:
+        return np.zeros((len(previous), 3, 0))
+    share = previous / largest
+    forms = (share, np.tanh(share / MEMORY), share**2)
+    return np.concatenate([per_axis(form) for form in forms], axis=2)
+
+
+def _internal(name: str, marks: FloatArray) -> Effect:
+    """A bias of its own where ``marks`` (n,) is one; it lives no longer than the diagnosis."""
+
+    def columns(at: Conditions) -> FloatArray:
+        return per_axis(np.tile(marks[:, None], 3))
+
+    return Effect(name, "sensor", TRIADS, AXES, "{u}", columns, "", NO_PAGE, orthogonal=True)
+
+
+def step_hypotheses(fit: Fit) -> list[Hypothesis]:
+    """A bias that steps once, for every time between two poses, or ``STEPS_TRIED`` of them."""
+    poses = fit.poses
+    last = len(poses) - STEP_MARGIN
+    if not np.isfinite(poses.time_s).all() or last <= STEP_MARGIN:
+        return []
+    order = np.argsort(poses.time_s, kind="stable")
+    tried = np.unique(np.linspace(STEP_MARGIN, last, STEPS_TRIED).astype(int))
+    prior = float(np.log(CONSTANTS.odds_rare / len(tried)))
+    hypotheses = []
+    for k in tried:
+        after = np.zeros(len(poses))
+        after[order[k:]] = 1.0
+        time_s = 0.5 * float(poses.time_s[order[k - 1]] + poses.time_s[order[k]])
+        hypotheses.append(
+            Hypothesis("jump", "jump", prior, _internal("jump", after),
+                       vectors=_on_bias(after[:, None]),
+                       detail=f"{time_s:.1f} s")
+        )
+    return hypotheses
+
+
+def bad_pose_hypotheses(fit: Fit) -> list[Hypothesis]:
+    """Every pose as one that has nothing to do with the others."""
+    poses = fit.poses
+    prior = float(np.log(CONSTANTS.odds_rare / len(poses)))
+    return [
+        Hypothesis("bad_pose", "bad_pose", prior, _internal("bad_pose", mark),
+                   vectors=_on_bias(mark[:, None]), detail=label)
+        for label, mark in zip(poses.label, np.eye(len(poses)), strict=True)
+    ]
+
+
+def wander_hypotheses(fit: Fit) -> list[Hypothesis]:
+    """A bias that wanders: an Ornstein-Uhlenbeck process, by its strongest modes."""
+    t = fit.poses.time_s
+    if not np.isfinite(t).all() or np.ptp(t) == 0:
+        return []
+    prior = float(np.log(CONSTANTS.odds_wander / len(WANDER_SPANS)))
+    hypotheses = []
+    for span in WANDER_SPANS:
+        tau_s = span * float(np.ptp(t))
+        values, modes = np.linalg.eigh(np.exp(-np.abs(t[:, None] - t) / tau_s))
+        strong = modes[:, -WANDER_MODES:] * np.sqrt(np.maximum(values[-WANDER_MODES:], 0.0))
+        hypotheses.append(
+            Hypothesis("wander", "wander", prior, vectors=_on_bias(strong),
+                       detail=f"correlated over about {tau_s:.0f} s")
+        )
+    return hypotheses
+
+
+def plate_hypotheses(fit: Fit) -> list[Hypothesis]:
+    """A plate whose rate scatters: from run to run, and from pose to pose beside poses at rest."""
+    poses, turning = fit.poses, ~fit.poses.reference.is_null
+    if poses.triad != "gyroscope" or not turning.any():
+        return []
+    size = np.where(turning, 1.0, 0.0)
+    marks = [("from run to run", _by_run(poses.run, turning))]
+    if fit.poses.reference.is_null.any():
+        marks.append(("from pose to pose", np.diag(size)[:, turning]))
+    prior = float(np.log(CONSTANTS.odds_rare / len(marks)))
+    return [
+        Hypothesis("plate_rate", "plate_rate", prior, vectors=_on_size(fit, shapes), detail=detail)
+        for detail, shapes in marks
+        if shapes.shape[1] > 0
+    ]
+
+
+def _by_run(runs: tuple[str, ...], turning: BoolArray) -> FloatArray:
+    """One column for each run on the turning plate, (n, runs)."""
+    names = dict.fromkeys(run for run, is_turning in zip(runs, turning, strict=True) if is_turning)
+    return np.array([[float(run == name) for name in names] for run in runs])

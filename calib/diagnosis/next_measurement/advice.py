@@ -1,0 +1,127 @@
+"""What to record next: the block that separates the rivals best for the time it takes.
+
+The separating power of a block is the non-centrality ``lambda``: by how much chi-square would
+rise if the rival were fitted where the candidate is true, everything else free (T-optimality). 12
+gives about 90 % power. Nothing is looked up; every block is computed at the fitted model.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.diagnosis.hypotheses.signature import effect_columns
+from calib.diagnosis.next_measurement.pose_blocks import hypothetical
+from calib.effects.effect import Effect
+from calib.fit.column_scaling import orthonormal_columns
+from calib.fit.prediction import Prediction
+from calib.fit.result import Fit
+from calib.poses.attitudes import list_directions
+from calib.poses.imu_log import FloatArray
+
+ENOUGH_LAMBDA = 12.0
+LABELS_LISTED = 3
+BLIND_SIGNAL_SD = 5.0
+"""Strength at which an effect that left no trace yet is judged, noise units over the rows."""
+
+
+@dataclass(frozen=True)
+class Advice:
+    """What to record: ``block`` for programs, ``instruction`` for people, ``power`` the lambda."""
+
+    block: str
+    instruction: str
+    power: float
+
+
+@dataclass(frozen=True, eq=False)
+class Rival:
+    """An effect with the size it is believed to have; None where these poses are blind to it."""
+
+    effect: Effect
+    size: FloatArray | None
+    shape: float | None = None
+
+
+def _signal(fit: Fit, rival: Rival, others: Sequence[Rival]) -> float:
+    """lambda of ``rival`` when ``others`` and the model are fitted in its place."""
+    d = fit.equations.data_count
+    columns = effect_columns(fit, rival.effect, rival.shape)
+    fitted = [fit.rows.jacobian[:, : fit.model.size], fit.rows.jacobian[:, fit.model.size :]]
+    for other in others:
+        more = np.zeros((len(fit.rows.residual), len(other.effect.parameters)))
+        more[:d] = effect_columns(fit, other.effect, other.shape)
+        fitted.append(more)
+    basis = orthonormal_columns(np.hstack(fitted))
+    full = np.zeros((len(fit.rows.residual), columns.shape[1]))
+    full[:d] = columns
+    if rival.size is not None:
+        signal = full @ rival.size
+        remainder = signal - basis @ (basis.T @ signal)
+        return float(remainder @ remainder)
+    # No size to go by: the mean over random directions of BLIND_SIGNAL_SD root mean square.
+    norm = np.maximum(np.sqrt((full**2).sum(axis=0)), 1e-300)
+    unit = full / norm * np.sqrt(d) * BLIND_SIGNAL_SD
+    left_unit = unit - basis @ (basis.T @ unit)
+    return float((left_unit**2).sum() / full.shape[1])
+
+
+def _in_all_shapes(rival: Rival) -> list[Rival]:
+    """``rival`` with every shape it could take in another's place: a slow warm-up is a drift."""
+    shape = rival.effect.shape
+    if shape is None:
+        return [rival]
+    return [replace(rival, shape=value) for value in (*shape.starts, shape.bounds[1])]
+
+
+def best_block(fit: Fit, rivals: Sequence[Rival], full_scale: float = np.inf) -> Advice | None:
+    """The block that tells ``rivals`` apart (or makes a single one visible), per minute of work.
+
+    The criterion is the T-optimality of Atkinson and Fedorov (Biometrika 62, 1975).
+
+    Parameters
+    ----------
+    fit : Fit
+        The fit of the poses recorded so far.
+    rivals : sequence of Rival
+        At least one.
+    full_scale : float
+        Of the triad, SI; it keeps the block to what the sensor can measure.
+
+    Returns
+    -------
+    Advice or None
+        None where no block of the menu reaches ``ENOUGH_LAMBDA``.
+    """
+    options: list[tuple[float, Advice]] = []
+    for block, then in hypothetical(fit, full_scale):
+        powers = []
+        for i, rival in enumerate(rivals):
+            others = [
+                [each] for j, other in enumerate(rivals) if j != i for each in _in_all_shapes(other)
+            ] or [[]]
+            powers += [_signal(then, rival, other) for other in others]
+        power = min(powers)
+        if np.isfinite(power) and power >= ENOUGH_LAMBDA:
+            # More power than enough buys nothing: the cheaper block wins among the sufficient.
+            worth = min(power, 10 * ENOUGH_LAMBDA) / block.minutes
+            options.append((worth, Advice(block.code, block.instruction, power)))
+    return max(options, key=lambda item: item[0])[1] if options else None
+
+
+def lay_missing(prediction: Prediction | None) -> Advice | None:
+    """The poses that a calibration lacks to hold in every direction; None where it does."""
+    if prediction is None or (prediction.holds_everywhere and not prediction.unchecked):
+        return None
+    if prediction.wanted:
+        words = f"poses with {list_directions(prediction.wanted, len(prediction.wanted))}"
+    else:
+        words = f"poses near those of {list_labels(prediction.unchecked)}"
+    return Advice("directions", words, prediction.times_a_pose**2)
+
+
+def list_labels(labels: Sequence[str]) -> str:
+    """The first ``LABELS_LISTED`` of ``labels`` as one phrase, and how many more there are."""
+    text = ", ".join(labels[:LABELS_LISTED])
+    rest = len(labels) - LABELS_LISTED
+    return f"{text} and {rest} more" if rest > 0 else text

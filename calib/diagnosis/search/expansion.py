@@ -1,0 +1,194 @@
+"""The search over sets of hypotheses: which sets explain the residual, and with what odds.
+
+At the base every single hypothesis and every pair of effects is screened in closed form; the best
+are refitted jointly. From the best solutions the search goes on to the sets beside them: one
+hypothesis more, one less, or one exchanged, weighed at the solution itself, where the linearisation
+is right, and the best of these refitted in turn, until no set beside the best one is better.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.listed import Hypothesis
+from calib.diagnosis.search.evidence import nothing_log_density
+from calib.diagnosis.search.refit import Refit
+from calib.diagnosis.search.sets import OFTEN, Entry, Key, Search, is_nothing
+from calib.diagnosis.search.sizes import within_nature
+from calib.diagnosis.search.table import Beside, Table, pair_scores
+from calib.fit.result import Fit
+
+SCREENED = 4
+"""Steps and bad poses that take part in the screen of pairs: the best of each."""
+
+WEIGHED = 10
+"""Sets beside a solution whose evidence is computed with every size averaged."""
+
+
+def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Search:
+    """Search the sets of ``hypotheses`` for what the model of ``base`` lacks."""
+    table = Table(base, hypotheses)
+    hypotheses = within_nature(table, hypotheses)
+    alone = table.beside(())
+    nothing = nothing_log_density(table.chi2, table.dof)
+    state = Search(base, hypotheses, table, alone, nothing, base.bounded_p_value)
+    empty = float(np.logaddexp(*nothing))
+    state.note(Entry((), empty, whole=True))
+    _note_by_name(state, (), empty, alone, None)
+    if is_nothing(state):
+        return state
+    _refit_singles(state)
+    if not any(e.refit is not None and e.refit.explains for e in state.entries.values()):
+        _refit_pairs(state)
+    for _ in range(CONSTANTS.expansions):
+        following = _next_to_expand(state)
+        if following is None:
+            break
+        _expand(state, following)
+    return state
+
+
+def _next_to_expand(state: Search) -> Entry | None:
+    """The best set; while no refit explains the rows, also the best of those that were refitted.
+
+    What is weighed far from its own solution may lead for long, and leads nowhere.
+    """
+    best = state.best()
+    if state.key(best.members) not in state.expanded:
+        return best
+    if state.is_explained:
+        return None
+    whole = [
+        e for key, e in state.entries.items()
+        if e.refit is not None and e.whole and key not in state.expanded
+    ]
+    return state.best(whole) if whole else None
+
+
+def _note_by_name(
+    state: Search, beside: Sequence[int], density: float, more: Beside, joint: Refit | None
+) -> list[tuple[float, tuple[int, ...]]]:
+    """Keep the sets of ``beside`` and one more, shapes of one effect summed; return them."""
+    prior = state.log_prior(beside)
+    far = CONSTANTS.far_signal**2 * len(state.table.residual)
+    value = density + prior + more.log_factor + state.table.log_prior
+    floor = state.standard - CONSTANTS.negligible
+    by_key: dict[Key, list[tuple[float, tuple[int, ...]]]] = {}
+    for j in map(int, np.flatnonzero(value > floor)):
+        members = (*beside, j)
+        if not state.allowed(members):
+            continue
+        by_key.setdefault(state.key(members), []).append((float(value[j]), tuple(sorted(members))))
+    noted = []
+    for each in by_key.values():
+        total = float(np.logaddexp.reduce([value for value, _ in each]))
+        members = max(each)[1]
+        last = next(j for j in members if j not in beside)
+        state.note(Entry(members, total, joint, is_far=bool(more.drop[last] > far)))
+        noted.append((total, members))
+    return sorted(noted, reverse=True)
+
+
+def _refit_singles(state: Search) -> None:
+    """The best effects by themselves, at their refits."""
+    singles = [e for key, e in state.entries.items() if key and state.can_refit(e.members)]
+    singles.sort(key=lambda e: -e.log_posterior)
+    count, first = 0, None
+    for entry in singles[: 3 * CONSTANTS.singles_refitted]:
+        if first is not None:
+            gain = first - state.nothing[0]
+            if entry.log_posterior < first - max(CONSTANTS.behind, 0.1 * gain):
+                break
+        again = state.refitted(entry.members)
+        if again is None:
+            continue
+        state.note(again)
+        first = entry.log_posterior if first is None else first
+        count += 1
+        if count == CONSTANTS.singles_refitted:
+            break
+
+
+def _refit_pairs(state: Search) -> None:
+    """The best of all pairs, at their refits."""
+    candidates = [
+        j for j, h in enumerate(state.hypotheses)
+        if h.kind == "listed" and not state.is_refused((j,))
+    ]
+    for kind in OFTEN:
+        several = [j for j, h in enumerate(state.hypotheses) if h.kind == kind]
+        several.sort(key=lambda j: -state.alone.log_factor[j])
+        candidates += several[:SCREENED]
+    pairs, scores = pair_scores(state.table, candidates)
+    tried: set[Key] = set()
+    count = 0
+    for (i, j), score in zip(pairs, scores, strict=True):
+        members = (int(i), int(j))
+        key = state.key(members)
+        if key in tried or not state.allowed(members):
+            continue
+        if count == CONSTANTS.pairs_refitted or not np.isfinite(score):
+            break
+        if len(tried) == 2 * CONSTANTS.pairs_refitted:
+            break
+        tried.add(key)
+        entry = state.refitted(members)
+        if entry is not None:
+            state.note(entry)
+            count += 1
+
+
+def _expand(state: Search, entry: Entry) -> None:
+    """The sets beside one solution: one more, one exchanged, one less; the best are refitted."""
+    state.expanded.add(state.key(entry.members))
+    inside = [j for j in entry.members if state.can_refit([j])]
+    joint = entry.refit if inside else None
+    fit = state.base if joint is None else joint.fit
+    table = state.table if joint is None else Table(fit, state.hypotheses, joint.names)
+    members = entry.members
+    ahead: list[tuple[float, tuple[int, ...]]] = []
+    smaller = [tuple(m for m in members if m != k) for k in members]
+    for beside in (members, *smaller):
+        density = table.log_density(beside)
+        if not np.isfinite(density):
+            continue
+        if beside and beside != members:
+            state.note(Entry(tuple(sorted(beside)), density + state.log_prior(beside)))
+        ahead += _note_by_name(
+            state, beside, density, table.beside(beside), joint
+        )
+    ahead.sort(reverse=True)
+    weighed = []
+    for rough, chosen in ahead[:WEIGHED]:
+        if rough < state.standard - CONSTANTS.behind:
+            break
+        value = table.log_density(chosen) + state.log_prior(chosen)
+        state.note(Entry(chosen, value, joint))
+        weighed.append((value, chosen))
+    _refit_best(state, weighed, joint, set(members))
+
+
+def _refit_best(
+    state: Search,
+    weighed: list[tuple[float, tuple[int, ...]]],
+    joint: Refit | None,
+    inside: set[int],
+) -> None:
+    """Refit the sets that could be the best."""
+    count = 0
+    for value, members in sorted(weighed, reverse=True):
+        if count == CONSTANTS.neighbours_refitted:
+            break
+        if value < state.standard - CONSTANTS.behind:
+            break
+        is_near = inside <= set(members)  # one more, small: linear as it is
+        if is_near and value < state.standard - CONSTANTS.near:
+            continue
+        known = state.entries.get(state.key(members))
+        if not state.can_refit(members) or (known is not None and known.whole):
+            continue
+        count += 1
+        again = state.refitted(members, joint)
+        if again is not None:
+            state.note(again)

@@ -1,0 +1,181 @@
+"""The sets of hypotheses that a search has weighed, and their joint refits."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.listed import Hypothesis, held
+from calib.diagnosis.search.refit import Refit, refit
+from calib.diagnosis.search.table import Beside, Table
+from calib.effects.effect import Effect
+from calib.fit.result import Fit
+from calib.poses.imu_log import FloatArray
+
+Key = tuple[str, ...]
+OFTEN = ("jump", "bad_pose")
+"""Kinds of which a set may hold several."""
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """One set of hypotheses: its members' indices and its log posterior, not normalised.
+
+    ``refit`` is the joint refit of its effects; ``whole`` whether that holds all its members.
+    ``is_far`` says that it was weighed so far from its own solution that the linearisation only
+    screens.
+    """
+
+    members: tuple[int, ...]
+    log_posterior: float
+    refit: Refit | None = None
+    whole: bool = False
+    is_far: bool = False
+
+    @property
+    def explains(self) -> bool:
+        """Whether the joint refit of all its members explains the rows."""
+        return self.whole and self.refit is not None and self.refit.explains
+
+
+@dataclass(eq=False)
+class Search:
+    """The state of one search over ``hypotheses`` about ``base``.
+
+    ``table`` and ``alone`` are those at the base; ``entries`` the sets by the names of their
+    members, ``refused`` those without a joint solution; ``nothing`` the log densities of the empty
+    set with the stated and with larger noise; ``is_explained`` whether a refit explains the rows.
+    """
+
+    base: Fit
+    hypotheses: Sequence[Hypothesis]
+    table: Table
+    alone: Beside
+    nothing: tuple[float, float]
+    p_value: float
+    entries: dict[Key, Entry] = field(default_factory=dict)
+    refused: set[Key] = field(default_factory=set)
+    expanded: set[Key] = field(default_factory=set)
+    is_explained: bool = False
+
+    @cached_property
+    def leverage(self) -> FloatArray:
+        """What each row keeps of itself in the base, (r,)."""
+        return np.asarray((self.table.projector.model**2).sum(axis=1))
+
+    def key(self, members: Iterable[int]) -> Key:
+        """Names of the members; steps and bad poses by their place."""
+        return tuple(sorted(self.label(j) for j in members))
+
+    def label(self, j: int) -> str:
+        """Name of one hypothesis among all: of steps and bad poses with their place."""
+        h = self.hypotheses[j]
+        return f"{h.name} {h.detail}" if h.kind in OFTEN else h.name
+
+    def log_prior(self, members: Iterable[int]) -> float:
+        """Log odds of the members before the data."""
+        return float(sum(self.hypotheses[j].log_prior for j in members))
+
+    def note(self, entry: Entry) -> None:
+        """Keep ``entry``, unless the same set is known from a refit of all its members."""
+        key = self.key(entry.members)
+        if self.is_refused(entry.members) or (entry.is_far and self.is_explained):
+            return
+        if entry.explains and not self.is_explained:
+            self.is_explained = True
+            near = {k: e for k, e in self.entries.items() if not e.is_far}
+            self.entries = near
+        known = self.entries.get(key)
+        if known is None or not known.whole or entry.whole:
+            self.entries[key] = entry
+
+    def is_refused(self, members: Sequence[int]) -> bool:
+        """Whether the rows have no solution with these members, or with one of them alone."""
+        key = self.key(members)
+        return key in self.refused or any((label,) in self.refused for label in key)
+
+    @property
+    def standard(self) -> float:
+        """Log posterior of the best set at its own solution: what others are measured against."""
+        return max(e.log_posterior for e in self.entries.values() if e.whole)
+
+    def best(self, entries: Iterable[Entry] | None = None) -> Entry:
+        """The most probable set."""
+        return max(entries or self.entries.values(), key=lambda entry: entry.log_posterior)
+
+    def allowed(self, members: Sequence[int]) -> bool:
+        """Whether the members can stand in one set: no effect twice, not too many."""
+        names = [self.label(j) for j in members]
+        if self.is_refused(members):
+            return False
+        return len(set(names)) == len(names) <= CONSTANTS.largest_set
+
+    def refitted(self, members: Sequence[int], start: Refit | None = None) -> Entry | None:
+        """The set of ``members`` at its joint refit.
+
+        None where it would leave too few degrees of freedom to check it with, or where the rows
+        have no such solution; then the set is out of the search.
+        """
+        effects = [self._effect(j, start) for j in members]
+        if self.base.dof - sum(int(self.table.seen[j]) for j in members) < CONSTANTS.fewest_dof:
+            return None
+        joint = refit(self.base, effects)
+        if joint is None:
+            self.refused.add(self.key(members))
+            self.entries.pop(self.key(members), None)
+            return None
+        chosen = [self.hypotheses[j] for j in members]
+        table = Table(joint.fit, chosen, joint.names)
+        density = table.log_density(range(len(members)))
+        prior = self.log_prior(members) + joint.log_shape_width
+        prior += sum(
+            float(np.log(len(h.effect.shape.starts)))
+            for h in chosen
+            if h.effect is not None and h.effect.shape is not None
+        )
+        return Entry(tuple(sorted(members)), density + prior, joint, whole=True)
+
+    def _effect(self, j: int, start: Refit | None) -> Effect:
+        h = self.hypotheses[j]
+        effect = held(h, j)
+        if h.shape is None:
+            return effect
+        known = None if start is None else start.fit.shapes.get(h.name)
+        first = h.shape if known is None else known
+        assert effect.shape is not None
+        return replace(effect, shape=replace(effect.shape, starts=(first, *effect.shape.starts)))
+
+    def can_refit(self, members: Iterable[int]) -> bool:
+        """Whether a model can hold all members for the length of a refit."""
+        return all(self.hypotheses[j].effect is not None for j in members)
+
+
+def is_nothing(state: Search) -> bool:
+    """Whether the poses' own noise is the best explanation of the residual."""
+    total = float(np.logaddexp.reduce([e.log_posterior for e in state.entries.values()]))
+    stated = state.nothing[0] - total
+    likely = stated >= np.log(CONSTANTS.prior_nothing) and (
+        state.p_value > CONSTANTS.misfit_p_value
+    )
+    other = max(
+        (e.log_posterior for key, e in state.entries.items() if key), default=-np.inf
+    )
+    leading = state.nothing[0] >= max(other, state.nothing[1])
+    return bool(likely or (leading and stated > np.log(1 - CONSTANTS.credible)))
+
+
+def with_refit(state: Search, entry: Entry) -> Entry:
+    """``entry`` with the joint refit of those of its members that a model can hold."""
+    if entry.whole:
+        return entry
+    inside = tuple(j for j in entry.members if state.can_refit([j]))
+    if not inside:
+        return replace(entry, refit=None)
+    known = state.entries.get(state.key(inside))
+    again = known if known is not None and known.whole else state.refitted(inside, entry.refit)
+    if again is None:
+        return replace(entry, refit=None)
+    state.note(again)
+    return again if len(inside) == len(entry.members) else replace(entry, refit=again.refit)

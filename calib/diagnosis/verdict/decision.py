@@ -1,0 +1,250 @@
+"""The verdict on a search: is anything missing, what, and do these data determine it.
+
+Nothing is asked first. An effect is named when its class is in the model with the probability
+``sure`` and the set it stands in explains: the rows, or most of the misfit while the leave-one-out
+error falls. What has no name follows: bad poses, a course that no effect has, and noise after all
+of these; where several remain, all that are credible, with their odds.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.search.odds import IN_TIME, Inclusion, Odds
+from calib.diagnosis.search.sets import Search, is_nothing
+from calib.fit.leave_one_out import compare
+from calib.fit.result import Fit
+
+NOISES = ("wander", "plate_rate")
+"""Kinds that no calibration takes away: they widen the sds."""
+
+
+class Code(StrEnum):
+    """What a verdict says, for programs."""
+
+    NOTHING_MISSING = "nothing_missing"
+    EFFECT = "effect"
+    AMBIGUOUS = "ambiguous"
+    UNKNOWN = "unknown"
+    BAD_POSE = "bad_pose"
+    NOISE = "noise"
+    REFUSED = "refused"
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """What is missing.
+
+    Parameters
+    ----------
+    code : Code
+    name : str or None
+        The effect, column, pose or kind of noise it speaks of.
+    names : tuple of str
+        All effects that are named, the largest first.
+    group : tuple of str
+        All that these poses cannot separate from ``name``, itself first; or all that an ambiguous
+        verdict leaves open, unknown functions of NAME as ``~NAME``.
+    details : tuple of str
+        Poses, times or forms of what is not an effect.
+    beside : tuple of Inclusion
+        What may be missing beside what is named.
+    share : float
+        Part of the misfit that the leading set takes.
+    explains : bool
+        Whether the poses' own noise explains what is left.
+    """
+
+    code: Code
+    name: str | None = None
+    names: tuple[str, ...] = ()
+    group: tuple[str, ...] = ()
+    details: tuple[str, ...] = ()
+    beside: tuple[Inclusion, ...] = ()
+    share: float = 0.0
+    explains: bool = False
+
+
+def reach_verdict(state: Search, odds: Odds) -> Verdict:
+    """The verdict, by the first of the module's questions that has an answer."""
+    if is_nothing(state):
+        return Verdict(Code.NOTHING_MISSING, explains=True)
+    share, explains = _explanation(state, odds)
+    named = _named(state, odds)
+    if named and (explains or (share > CONSTANTS.most_of_the_misfit and _predicts(state, odds))):
+        first = named[0]
+        return Verdict(
+            Code.EFFECT, first.name, tuple(each.name for each in named), first.members,
+            beside=_beside(state, odds, named), share=share, explains=explains,
+        )
+    unlisted = _unlisted(state, odds, share, explains)
+    if unlisted is not None:
+        return unlisted
+    likely = tuple(each.name for each in _open(odds))
+    return Verdict(
+        Code.AMBIGUOUS, group=tuple(dict.fromkeys((*likely, *_explaining(state, odds)))),
+        beside=_open(odds), share=share, explains=explains,
+    )
+
+
+def _named(state: Search, odds: Odds) -> list[Inclusion]:
+    """The classes of the leading set that are sure and no imperfection of a larger one."""
+    signal = {state.hypotheses[j].name: _signal(state, odds, j) for j in odds.lead.members}
+    least = CONSTANTS.tolerance * max(signal.values(), default=0.0)
+    kinds = {state.hypotheses[j].name: state.hypotheses[j].kind for j in odds.lead.members}
+    named = [
+        each for each in odds.classes
+        if kinds[each.name] == "listed"
+        and each.probability >= CONSTANTS.sure
+        and signal[each.name] >= least
+    ]
+    if _is_crowded(state, odds):
+        named = [each for each in named if _without_unknown(state, each) >= CONSTANTS.sure]
+    named.sort(key=lambda each: -signal[each.name])
+    return [
+        each for i, each in enumerate(named)
+        if i == 0 or each.probability >= CONSTANTS.sure_beside
+    ]
+
+
+def _is_crowded(state: Search, odds: Odds) -> bool:
+    """Whether an unknown function takes up the rows that would speak for what stands beside it."""
+    members = odds.lead.members
+    unknown = any(state.hypotheses[j].kind == "unknown" for j in members)
+    rest = state.table.dof - sum(int(state.table.seen[j]) for j in members)
+    return unknown and rest < CONSTANTS.fewest_dof
+
+
+def _without_unknown(state: Search, inclusion: Inclusion) -> float:
+    """Probability of a class among the sets that hold no unknown function."""
+    total, inside = -np.inf, -np.inf
+    for entry in state.entries.values():
+        members = [state.hypotheses[j] for j in entry.members]
+        if any(h.kind == "unknown" for h in members):
+            continue
+        total = np.logaddexp(total, entry.log_posterior)
+        if any(h.name in inclusion.members for h in members):
+            inside = np.logaddexp(inside, entry.log_posterior)
+    return float(np.exp(inside - total))
+
+
+def _signal(state: Search, odds: Odds, j: int) -> float:
+    """Root mean square of what a member of the leading set explains, noise units."""
+    h, joint = state.hypotheses[j], odds.lead.refit
+    if joint is None or not state.can_refit([j]):
+        return 0.0
+    name = next(n for n in joint.names if n in (h.name, f"{h.name} {j}"))
+    where = joint.fit.model.slices()[name]
+    rows = joint.fit.rows.jacobian[:, where] @ joint.fit.theta[where]
+    rest = rows - state.table.projector.model @ (state.table.projector.model.T @ rows)
+    return float(np.sqrt(np.mean(rest**2)))
+
+
+def _explanation(state: Search, odds: Odds) -> tuple[float, bool]:
+    """Part of the misfit that the leading set takes, and whether noise explains the rest."""
+    whole = _misfit(state.base)
+    joint = odds.lead.refit
+    if joint is None or whole <= 0:
+        return 0.0, False
+    share = 1 - max(_misfit(joint.fit), 0.0) / whole
+    return max(share, 0.0), bool(joint.explains and odds.lead.whole)
+
+
+def _misfit(fit: Fit) -> float:
+    """Chi-square above its degrees of freedom."""
+    return float(fit.weight @ fit.rows.residual**2) - fit.dof
+
+
+def _predicts(state: Search, odds: Odds) -> bool:
+    """Whether the leading set's effects lower the leave-one-out error."""
+    assert odds.lead.refit is not None
+    return compare(odds.lead.refit.fit).loo_rms < compare(state.base).loo_rms
+
+
+def _beside(state: Search, odds: Odds, named: Sequence[Inclusion]) -> tuple[Inclusion, ...]:
+    """What else may be missing, its probability not small."""
+    known = {each.name for each in named}
+    more = [each for each in (*odds.classes, *odds.others) if each.name not in known]
+    return tuple(each for each in more if each.probability >= 1 - CONSTANTS.sure)
+
+
+def _open(odds: Odds) -> tuple[Inclusion, ...]:
+    """What may be missing, the most probable first; noise among it by its own probability."""
+    noise = Inclusion("noise", ("noise",), odds.noise)
+    every = sorted((*odds.classes, *odds.others, noise), key=lambda each: -each.probability)
+    least = CONSTANTS.least_offered * (1 - odds.nothing)
+    likely = [each for each in every if each.probability >= least]
+    return tuple(likely or every[:1])
+
+
+def _explaining(state: Search, odds: Odds) -> tuple[str, ...]:
+    """The effects of the best set of effects alone that explains the rows, if it is not far off."""
+    least = odds.lead.log_posterior - CONSTANTS.behind
+    sets = [
+        e for e in state.entries.values()
+        if e.explains and e.log_posterior > least
+        and all(state.hypotheses[j].kind == "listed" for j in e.members)
+    ]
+    if not sets:
+        return ()
+    return tuple(state.hypotheses[j].name for j in state.best(sets).members)
+
+
+def _unlisted(state: Search, odds: Odds, share: float, explains: bool) -> Verdict | None:
+    """The verdict on what has no name in the leading set; None where it is open."""
+    members = [state.hypotheses[j] for j in odds.lead.members]
+    members = [h for h in members if h.kind != "listed"]
+    if not odds.lead.members:
+        sure = odds.noise >= CONSTANTS.sure * (1 - odds.nothing)
+        return Verdict(Code.NOISE) if sure else None
+    if not members:
+        return None
+    probability = {each.name: each.probability for each in (*odds.classes, *odds.others)}
+    first = max(members, key=lambda h: (h.kind != "bad_pose", probability.get(h.name, 0.0)))
+    alike = IN_TIME if first.name in IN_TIME else (first.name,)
+    mass = min(1.0, sum(probability.get(name, 0.0) for name in alike))
+    if mass < CONSTANTS.sure * (1 - odds.nothing):
+        return None
+    alone = probability.get(first.name, 0.0) >= CONSTANTS.sure * (1 - odds.nothing)
+    if first.name in IN_TIME and not alone:
+        return Verdict(
+            Code.UNKNOWN, "time_s", details=_best_step(state),
+            beside=tuple(each for each in _open(odds) if each.name in IN_TIME),
+            share=share, explains=explains,
+        )
+    same = [h for h in members if h.name == first.name]
+    details = tuple(h.detail for h in same if h.detail)
+    if first.kind == "bad_pose":
+        return Verdict(
+            Code.BAD_POSE, details[0], group=details, details=details, share=share,
+            explains=explains,
+        )
+    if first.kind in NOISES:
+        return Verdict(Code.NOISE, first.name, details=details, beside=_open(odds))
+    if first.kind == "unknown" and _explaining(state, odds):
+        return None  # effects that have names would do as well
+    if first.kind == "unknown" and not _smoother_predicts(state, odds):
+        return Verdict(Code.NOISE)
+    return Verdict(
+        Code.UNKNOWN, first.subject, details=details, beside=_beside(state, odds, odds.classes),
+        share=share, explains=explains,
+    )
+
+
+def _best_step(state: Search) -> tuple[str, ...]:
+    """When the bias steps, if it steps once; empty where no time is known."""
+    steps = [j for j, h in enumerate(state.hypotheses) if h.kind == "jump"]
+    if not steps:
+        return ()
+    return (state.hypotheses[max(steps, key=lambda j: state.alone.log_factor[j])].detail,)
+
+
+def _smoother_predicts(state: Search, odds: Odds) -> bool:
+    """Whether the leave-one-out error falls with the leading set, each size held to its best."""
+    pose = state.base.equations.row_pose
+    before = state.table.left_out((), pose)
+    after = state.table.left_out(odds.lead.members, pose)
+    return float(after @ after) < float(before @ before)

@@ -1,0 +1,294 @@
+"""The diagnosis as a person would say it: every verdict with its text, standing and next step."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from calib.diagnosis.next_measurement.advice import Advice, list_labels
+from calib.diagnosis.search.refit import linear_loo_rms
+from calib.diagnosis.verdict.decision import Code, Verdict
+from calib.diagnosis.verdict.ranking import Candidate
+from calib.diagnosis.verdict.wording import covariate, joined, odds_in_words, physics, readable
+from calib.effects.catalogue import find_effect
+from calib.errors import CalibrationError
+from calib.fit.prediction import Prediction
+from calib.fit.result import Fit
+from calib.poses.attitudes import direction_name
+
+Standing = Literal["good", "act", "open"]
+Step = Literal["apply", "add", "record", "repeat", "define"]
+
+SIGNS: Mapping[Standing, str] = {"good": "✓", "act": "!", "open": "?"}
+"""A sign beside the word, since colour alone says nothing."""
+
+LEAST_FALL_PERCENT = 5.0
+"""Fall of the leave-one-out error from which the nearest listed effect is worth trying: it
+chooses words only, and no bench tunes it."""
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """A verdict for people.
+
+    ``standing`` and ``sign`` say how it stands, ``short`` in a few words what is wrong, ``text``
+    in two or three sentences. ``step`` is what to do next, for programs, and ``following`` in
+    words.
+    """
+
+    standing: Standing
+    short: str
+    text: str
+    step: Step
+    following: str
+
+    @property
+    def sign(self) -> str:
+        """The sign of the standing."""
+        return SIGNS[self.standing]
+
+
+@dataclass(frozen=True, eq=False)
+class _Case:
+    fit: Fit
+    verdict: Verdict
+    ranking: Sequence[Candidate]
+    p_value: float
+    advice: Advice | None
+    prediction: Prediction | None
+
+    @property
+    def misfit(self) -> str:
+        """Chi-square over its degrees of freedom, and how probable it is."""
+        chance = f"p = {self.p_value:.2g}" if self.p_value > 1e-300 else "p below 1e-300"
+        chi2 = float(self.fit.weight @ self.fit.rows.residual**2)
+        dof = self.fit.dof
+        return f"chi²/dof {chi2 / max(dof, 1):.3g} with {dof} degrees of freedom, {chance}"
+
+
+def explain(
+    fit: Fit,
+    verdict: Verdict,
+    ranking: Sequence[Candidate],
+    p_value: float,
+    advice: Advice | None,
+    prediction: Prediction | None = None,
+) -> Explanation:
+    """The verdict in words."""
+    return SPOKEN[verdict.code](_Case(fit, verdict, ranking, p_value, advice, prediction))
+
+
+def _nothing(case: _Case) -> Explanation:
+    text = f"Nothing is missing: the poses' own noise explains the residual ({case.misfit})."
+    if case.advice is not None and case.prediction is not None:
+        return Explanation(
+            "open", "directions are missing among its poses",
+            f"{text} {_unsupported(case.prediction)}{_record(case).lstrip()}", *_settle(case),
+        )
+    return Explanation(
+        "good", "nothing is missing", text, "apply",
+        "Correct a log, or hand the calibration to another program",
+    )
+
+
+def _unsupported(prediction: Prediction) -> str:
+    """Where a calibration with nothing missing does not hold, or no pose checks it."""
+    text = ""
+    if not prediction.holds_everywhere:
+        text = (
+            f"But these poses do not support it in every direction: with "
+            f"{direction_name(prediction.worst_direction)} a magnitude is known "
+            f"{prediction.times_a_pose:.2g} times worse than one pose there would show. "
+        )
+    if prediction.unchecked:
+        text += (
+            f"No other pose checks {list_labels(prediction.unchecked)}: an error there enters the "
+            f"parameters unseen. "
+        )
+    return text
+
+
+def _effect(case: _Case) -> Explanation:
+    verdict = case.verdict
+    assert verdict.name is not None
+    best = next(c for c in case.ranking if c.name == verdict.name and c.kind == "listed")
+    more = verdict.names[1:]
+    text = f"'{verdict.name}' is missing: {physics(verdict.name)} "
+    for name in more:
+        text += f"'{name}' is missing beside it: {physics(name)} "
+    it = "together they explain" if more else "it explains"
+    text += f"The misfit is {case.misfit}; {it} {100 * verdict.share:.0f} % of it. "
+    if best.size.size:
+        largest = int(np.argmax(np.abs(best.size)))
+        which = f"The largest part of '{verdict.name}'" if more else "Its largest part"
+        text += f"{which} is about {best.size[largest]:.3g} ± {best.sd[largest]:.2g} {best.unit}. "
+    others = joined([f"'{name}'" for name in verdict.group[1:]], "or")
+    short = f"its model lacks {joined(verdict.names, 'and')}"
+    if others:
+        text += f"In these poses it looks the same as {others}: they cannot determine which it is. "
+        short += f" or {others}, which look the same here"
+    text += _beside(verdict)
+    if len(verdict.group) == 1:
+        return Explanation(
+            "act", short, text.rstrip(), "add",
+            "Add it; everything is refitted together and the error shown before and after",
+        )
+    return Explanation("act", short, text.rstrip() + _record(case), *_settle(case))
+
+
+def _beside(verdict: Verdict) -> str:
+    """What may be missing beside what is named, or that something is."""
+    if verdict.beside:
+        words = [f"{readable(i.name)} ({odds_in_words(i.probability)})" for i in verdict.beside]
+        return f"Beside it may be missing: {joined(words, 'or')}. "
+    if not verdict.explains:
+        rest = 100 * (1 - verdict.share)
+        return f"{rest:.0f} % of the misfit remain: something else is missing too. "
+    return ""
+
+
+def _ambiguous(case: _Case) -> Explanation:
+    named = {each.name: each for each in case.verdict.beside}
+    words = []
+    for key in case.verdict.group:
+        odds = f" ({odds_in_words(named[key].probability)})" if key in named else ""
+        words.append(f"{readable(key)}{odds}")
+    text = (
+        f"Something may be missing ({case.misfit}), and these data cannot determine what: "
+        f"{joined(words, 'or')}."
+    )
+    short = "something may be missing, and these data cannot determine what"
+    return Explanation("open", short, text + _record(case), *_settle(case))
+
+
+def _unknown(case: _Case) -> Explanation:
+    verdict = case.verdict
+    assert verdict.name is not None
+    if verdict.name == "jump":
+        what = f"the bias steps {joined([f'at {time}' for time in verdict.details], 'and')}"
+    elif verdict.name == "time_s":
+        what = "the bias has a course in time, along no straight line and no settling"
+        at = f"; if it is a step, at {verdict.details[0]}" if verdict.details else ""
+        return _course(case, what, f"{_which(verdict)}{at}")
+    elif verdict.details:
+        what = f"the bias follows {covariate(verdict.name)} {verdict.details[0]}"
+    else:
+        what = f"the residual follows {covariate(verdict.name)}"
+    return _course(case, what, "")
+
+
+def _which(verdict: Verdict) -> str:
+    words = [f"{readable(i.name)} ({odds_in_words(i.probability)})" for i in verdict.beside]
+    return f": {joined(words, 'or')}" if words else ""
+
+
+def _course(case: _Case, what: str, which: str) -> Explanation:
+    """An error of unlisted shape; ``which`` says what it may be, with odds."""
+    beside = "" if which else _beside(case.verdict)
+    text = (
+        f"Something is missing that no listed effect explains: {what}{which} ({case.misfit}). "
+        f"{_nearest(case)}{beside}"
+        f"If you know its physics, write it as your own effect (`effects:` in the configuration)."
+    )
+    short = f"{what}, as no listed effect does"
+    return Explanation(
+        "act", short, text, "define",
+        "If you know its physics, write it as your own effect under `effects:` in the "
+        "configuration; the charts below show its shape",
+    )
+
+
+def _nearest(case: _Case) -> str:
+    """What the nearest listed effect would do for an error of unlisted shape."""
+    listed = [c for c in case.ranking if c.kind == "listed" and np.isfinite(c.loo_after)]
+    nearest = min(listed, key=lambda c: c.loo_after, default=None)
+    if nearest is None:
+        return ""
+    share = 100 * (1 - nearest.loo_after / linear_loo_rms(case.fit))
+    if not share >= LEAST_FALL_PERCENT:
+        return ""
+    return (
+        f"The nearest listed one, '{nearest.name}', would take {share:.0f} % off the "
+        f"leave-one-out error. "
+    )
+
+
+def _bad_pose(case: _Case) -> Explanation:
+    poses = case.verdict.details
+    names = joined(poses, "and")
+    if len(poses) == 1:
+        what, verb = f"One pose does not agree with the others: {names}", "it"
+    else:
+        what, verb = f"{len(poses)} poses do not agree with the others: {names}", "them"
+    again = f"Record {verb} again, or take {verb} out of the list of poses"
+    short = f"the {'pose' if len(poses) == 1 else 'poses'} {names} contradict the others"
+    if len(poses) == 1:
+        short = f"the pose {names} contradicts the others"
+    text = f"{what} ({case.misfit}). {_beside(case.verdict)}{again}."
+    return Explanation("act", short, text, "repeat", again)
+
+
+def _noise(case: _Case) -> Explanation:
+    chi2 = float(case.fit.weight @ case.fit.rows.residual**2)
+    factor = np.sqrt(chi2 / max(case.fit.dof, 1))
+    widened = "The sds of the parameters are widened by that factor."
+    if case.verdict.name == "wander":
+        how = case.verdict.details[0] if case.verdict.details else ""
+        text = (
+            f"The bias wanders during the session, {how} ({case.misfit}): standard in low-cost "
+            f"sensors, and no calibration takes it away. The residual is {factor:.2g} times the "
+            f"poses' own noise. {widened} A faster session, or poses repeated throughout it, "
+            f"leaves less of it."
+        )
+        return Explanation("open", "its bias wanders during the session", text, "repeat",
+                           "Record the poses faster, or repeat some throughout the session")
+    if case.verdict.name == "plate_rate":
+        text = (
+            f"The rate of the plate scatters {case.verdict.details[0]} ({case.misfit}). {widened} "
+            f"Film the plate with each pose, so that each has a rate of its own."
+        )
+        return Explanation("open", "the rate of the plate scatters", text, "repeat",
+                           "Film the plate with each pose")
+    text = (
+        f"The residual is {factor:.2g} times what the poses' own noise explains, without a shape "
+        f"that any effect has ({case.misfit}). {widened} Longer poses and a firmer base usually "
+        f"help."
+    )
+    return Explanation("open", "the residual is larger than the noise, without any shape", text,
+                       "repeat", "Record the same poses once more, for longer and in random order")
+
+
+def _settle(case: _Case) -> tuple[Step, str]:
+    """The next step where something is open, for programs and in words."""
+    if case.advice is not None:
+        return "record", f"Record {case.advice.instruction}; name the new logs in the configuration"
+    if case.verdict.code == Code.EFFECT:
+        return "record", f"What separates them: {_separates(case.verdict.group[0])}"
+    return "repeat", "Record the same poses once more, for longer and in random order"
+
+
+def _separates(name: str) -> str:
+    try:
+        return find_effect(name).page.separates
+    except CalibrationError:
+        return "poses in which its columns change while everything else stays"
+
+
+def _record(case: _Case) -> str:
+    """The end of a verdict that leaves something open: what to record next."""
+    if case.advice is not None:
+        return f" Record next: {case.advice.instruction}."
+    if case.verdict.code == Code.EFFECT:
+        return f" What separates them: {_separates(case.verdict.group[0])}."
+    return " Record next: the same poses once more, in random order and for longer."
+
+
+SPOKEN: Mapping[Code, Callable[[_Case], Explanation]] = {
+    Code.NOTHING_MISSING: _nothing,
+    Code.EFFECT: _effect,
+    Code.AMBIGUOUS: _ambiguous,
+    Code.UNKNOWN: _unknown,
+    Code.BAD_POSE: _bad_pose,
+    Code.NOISE: _noise,
+}

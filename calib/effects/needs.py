@@ -1,0 +1,76 @@
+"""What an effect needs of the poses, and why some poses cannot evaluate it."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from calib.effects.effect import Effect, Need
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import FloatArray
+from calib.poses.pose_set import PoseSet
+
+
+def unavailable(effect: Effect, poses: PoseSet) -> str | None:
+    """Why ``effect`` cannot be evaluated on these poses, or None when it can.
+
+    Parameters
+    ----------
+    effect : Effect
+    poses : PoseSet
+
+    Returns
+    -------
+    str or None
+        In words that end a sentence which names the effect.
+    """
+    at = poses.conditions(poses.reading)
+    if np.isfinite(effect.evaluate(at)).all():
+        return None
+    return why_lacking(effect, at) or "its columns are not numbers in these poses"
+
+
+LACKING: Mapping[Need, str] = {
+    "force": "the accelerometer was not logged in every pose",
+    "time": "the logs' clocks overlap or are missing, so the order in time is not known",
+    "previous": "the logs' clocks overlap or are missing, so the order in time is not known",
+    "vibration": "the accelerometer was not logged in every pose",
+    "plate": "the plate's rate is not known",
+}
+
+
+def lacking(effect: Effect, at: Conditions) -> tuple[list[Need], list[str]]:
+    """Which needs of ``effect``, and which logged columns, are not complete in ``at``.
+
+    Parameters
+    ----------
+    effect : Effect
+    at : Conditions
+        Of the n poses, or of the n samples of a log, that it is to be evaluated on.
+
+    Returns
+    -------
+    needs : list of str
+        Of :data:`calib.effects.effect.Need`, those that are NaN or infinite in a row; none where
+        the effect can be evaluated.
+    columns : list of str
+        Logged columns that it reads and that have no number in a row.
+    """
+    fields: Mapping[Need, FloatArray] = {
+        "force": at.force,
+        "time": at.time_s,
+        "previous": at.previous,
+        "vibration": at.vibration,
+        "plate": at.spin_rad_s,
+    }
+    return (
+        [need for need in effect.needs if not np.isfinite(fields[need]).all()],
+        [name for name in effect.logged if not np.isfinite(at.column(name)).all()],
+    )
+
+
+def why_lacking(effect: Effect, at: Conditions) -> str | None:
+    """The first thing that ``effect`` needs and poses at ``at`` do not have, in words."""
+    needs, columns = lacking(effect, at)
+    if needs:
+        return LACKING[needs[0]]
+    return f"the logs have no complete column {columns[0]}" if columns else None

@@ -1,0 +1,156 @@
+"""Effects of the sensor act on what its sensitive axes feel.
+
+An effect F acts on ``u = T⁻¹ s``, s the corrected vector and T of Angrisano et al. eq. (2), the
+columns of M over its diagonal: ``C(s) = T F(T⁻¹ s)``. The corrected vector solves
+
+    s + C(s) theta_sensor = M y + c
+
+by fixed point.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.effects.effect import Effect
+from calib.errors import FitFailed, Remedy
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import FloatArray
+
+FIXED_POINT_STEPS = 50
+FIXED_POINT_TOLERANCE = 1e-14
+NO_GAIN = 1e-9
+SLOPE_STEP = 1e-4
+"""Relative step of the central difference dC/ds; exact for effects of second order in s."""
+
+
+@dataclass(frozen=True, eq=False)
+class Axes:
+    """T of eq. (2): ``to_orthogonal`` (3, 3) from the sensitive axes, ``to_sensed`` its inverse."""
+
+    to_orthogonal: FloatArray
+    to_sensed: FloatArray
+
+    def sensed(self, vector: FloatArray) -> FloatArray:
+        """What the sensitive axes feel, ``T⁻¹ s``, of vectors (n, 3) in orthogonal axes."""
+        return np.asarray(vector @ self.to_sensed.T)
+
+
+ALIGNED = Axes(np.eye(3), np.eye(3))
+
+
+def axes_of(matrix: FloatArray) -> Axes:
+    """The axes of a linear form with M = T K (3, 3): its columns over its diagonal."""
+    gain = np.diag(matrix)
+    # A gain of nothing has no axis; what a fit makes of it is refused at its end.
+    if (np.abs(gain) < NO_GAIN).any():
+        return ALIGNED
+    aligned = np.asarray(matrix / gain)
+    return Axes(aligned, np.asarray(np.linalg.inv(aligned), dtype=float))
+
+
+def sensor_columns(
+    effects: Sequence[Effect], at: Conditions, shapes: Mapping[str, float], axes: Axes
+) -> FloatArray:
+    """Columns of sensor-side effects side by side in orthogonal axes, C of this module.
+
+    Parameters
+    ----------
+    effects : sequence of Effect
+    at : Conditions
+        Of n rows, with the vectors in orthogonal axes.
+    shapes : mapping of effect name to shape parameter
+    axes : Axes
+        Those of the linear form.
+
+    Returns
+    -------
+    array, shape (n, 3, k)
+    """
+    sensed = replace(at, vector=axes.sensed(at.vector))
+    columns = [
+        effect.evaluate(at, shapes.get(effect.name))
+        if effect.orthogonal
+        else axes.to_orthogonal @ effect.evaluate(sensed, shapes.get(effect.name))
+        for effect in effects
+    ]
+    return columns[0] if len(columns) == 1 else np.concatenate(columns, axis=2)
+
+
+def solve_sensor(
+    effects: Sequence[Effect],
+    theta: FloatArray,
+    shapes: Mapping[str, float],
+    conditions: Callable[[FloatArray], Conditions],
+    linear: FloatArray,
+    axes: Axes,
+) -> FloatArray:
+    """The corrected vector s of ``s + C(s) theta = linear`` by fixed point, shape (n, 3).
+
+    ``conditions`` gives what the effects are evaluated on when the vectors are s (n, 3).
+
+    Raises
+    ------
+    FitFailed
+        The effects are so large that the fixed point does not exist.
+    """
+    s = linear
+    largest = float(np.abs(linear).max()) + 1e-300
+    for _ in range(FIXED_POINT_STEPS):
+        columns = sensor_columns(effects, conditions(s), shapes, axes)
+        following = linear - columns @ theta
+        change = float(np.abs(following - s).max())
+        s = following
+        if not change < 1e3 * largest:
+            break
+        if change <= FIXED_POINT_TOLERANCE * largest:
+            return s
+    if change <= 1e-9 * largest:
+        return s
+    raise FitFailed(
+        "the effects in the model are larger than the readings themselves, so that no true vector "
+        "fits them. Remove the last effect added.",
+        Remedy("remove_effect"),
+    )
+
+
+def follows_vector(effect: Effect, at: Conditions) -> bool:
+    """Whether the columns of ``effect`` change with the vector, not only with the conditions."""
+    elsewhere = replace(at, vector=1.1 * at.vector + 0.1)
+    return not np.array_equal(effect.evaluate(at), effect.evaluate(elsewhere))
+
+
+def sensor_slope(
+    effects: Sequence[Effect],
+    theta: FloatArray,
+    shapes: Mapping[str, float],
+    at: Conditions,
+    axes: Axes,
+) -> FloatArray:
+    """``d(C theta)/ds`` at ``at``, shape (n, 3, 3), by central differences."""
+    total = np.zeros((len(at.vector), 3, 3))
+    start = 0
+    sensed = replace(at, vector=axes.sensed(at.vector))
+    for effect in effects:
+        size = theta[start : start + len(effect.parameters)]
+        start += len(effect.parameters)
+        if effect.orthogonal:
+            total += _slope(effect, size, shapes.get(effect.name), at)
+        else:
+            slope = _slope(effect, size, shapes.get(effect.name), sensed)
+            total += axes.to_orthogonal @ slope @ axes.to_sensed
+    return total
+
+
+def _slope(effect: Effect, size: FloatArray, shape: float | None, at: Conditions) -> FloatArray:
+    """Derivative of an effect's error by the vector that it is evaluated on, (n, 3, 3)."""
+    step = SLOPE_STEP * (float(np.abs(at.vector).max()) or 1.0)
+    slope = np.empty((len(at.vector), 3, 3))
+    for j in range(3):
+        move = np.zeros(3)
+        move[j] = step
+        up = effect.evaluate(replace(at, vector=at.vector + move), shape) @ size
+        down = effect.evaluate(replace(at, vector=at.vector - move), shape) @ size
+        slope[:, :, j] = (up - down) / (2 * step)
+    return slope

@@ -1,0 +1,114 @@
+"""References: the magnitude that each pose should show, and how well it is known."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.poses.imu_log import BoolArray, FloatArray, IntArray
+
+RowIndex = IntArray | BoolArray | slice | Sequence[int]
+"""Which poses: their indices, a mask (n,), or a slice."""
+
+
+@dataclass(frozen=True)
+class CommonError:
+    """One error shared by all poses that name it.
+
+    Parameters
+    ----------
+    name : str
+        Errors of the same name are the same error, also in other runs.
+    sd : float
+        In the unit of the magnitude, m/s² or rad/s.
+    """
+
+    name: str
+    sd: float
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """Reference magnitudes of n poses.
+
+    Parameters
+    ----------
+    magnitude : array, shape (n,)
+        Gravity in m/s² or plate rate in rad/s; 0 for a null pose (plate stopped).
+    sd : array, shape (n,)
+        The part of its sd that each pose has for itself.
+    common : array, shape (n, q)
+        Sd of the parts that several poses share: column j is how far one sd of the common error j
+        moves each magnitude. It does not average down; it goes straight into the scale.
+    common_names : tuple of str
+        What the q common errors are, for the uncertainty budget.
+    of_setting : frozenset of str
+        Those among them that belong to one setting of the plate: another one brings its own.
+    """
+
+    magnitude: FloatArray
+    sd: FloatArray
+    common: FloatArray
+    common_names: tuple[str, ...]
+    of_setting: frozenset[str] = frozenset()
+
+    def __post_init__(self) -> None:
+        n = len(self.magnitude)
+        assert self.sd.shape == (n,)
+        assert self.common.shape == (n, len(self.common_names))
+
+    @property
+    def is_null(self) -> BoolArray:
+        """Which poses were taken with nothing to measure, shape (n,)."""
+        return np.asarray(self.magnitude == 0.0)
+
+    def take(self, rows: RowIndex) -> "Reference":
+        """The references of these poses alone."""
+        return replace(
+            self, magnitude=self.magnitude[rows], sd=self.sd[rows], common=self.common[rows]
+        )
+
+
+def constant_reference(
+    n: int, magnitude: float, common: Sequence[CommonError], sd: float = 0.0
+) -> Reference:
+    """The same magnitude for ``n`` poses.
+
+    Parameters
+    ----------
+    n : int
+    magnitude : float
+        m/s² or rad/s.
+    common : sequence of CommonError
+        The errors that all n share.
+    sd : float
+        The part of its sd that each pose has for itself, in the unit of the magnitude.
+
+    Returns
+    -------
+    Reference
+    """
+    return Reference(
+        np.full(n, magnitude),
+        np.full(n, sd),
+        np.tile([c.sd for c in common], (n, 1)).reshape(n, len(common)),
+        tuple(c.name for c in common),
+    )
+
+
+def join_references(parts: Sequence[Reference]) -> Reference:
+    """The poses of ``parts`` one after another; common errors of the same name are the same."""
+    names = tuple(dict.fromkeys(name for part in parts for name in part.common_names))
+    blocks = []
+    for part in parts:
+        block = np.zeros((len(part.magnitude), len(names)))
+        for j, name in enumerate(part.common_names):
+            block[:, names.index(name)] = part.common[:, j]
+        blocks.append(block)
+    return Reference(
+        np.concatenate([part.magnitude for part in parts]),
+        np.concatenate([part.sd for part in parts]),
+        np.concatenate(blocks),
+        names,
+        frozenset().union(*(part.of_setting for part in parts)),
+    )

@@ -1,0 +1,40 @@
+"""What may be typed: paths that a system can have, and numbers that are finite."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import click
+
+LONGEST_NAME = 255  #: bytes of a file's name, in every file system in common use
+SHOWN = 60  #: characters of a wrong argument that a message repeats
+
+
+class PathArgument(click.Path):
+    """A path whose names a file system can hold."""
+
+    def __init__(self, **kinds: bool) -> None:
+        super().__init__(path_type=Path, **kinds)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path; a name with a zero byte or of more than 255 bytes is refused."""
+        text = str(value)
+        if "\0" in text:
+            self.fail("the name of a file cannot contain a zero byte.", param, ctx)
+        for name in Path(text).parts:
+            size = len(name.encode(errors="surrogateescape"))
+            if size > LONGEST_NAME:
+                self.fail(f"the name {name[:SHOWN]}... has {size} bytes; a file system holds names "
+                          f"of at most {LONGEST_NAME}.", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+class Finite(click.FloatRange):
+    """A finite number within limits."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The number; ``nan``, ``inf`` and what lies outside the limits are refused."""
+        number = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{value} is no finite number.", param, ctx)
+        return number

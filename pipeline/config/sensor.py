@@ -1,0 +1,114 @@
+"""The section ``sensor``: presets, data sheets, and what these are in SI units."""
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field
+
+from calib.poses.data_sheet import TriadSpec
+from pipeline.config.types import Positive, Section, no_such
+from pipeline.config.units import UNITS
+
+Encoding = Literal["offset-binary", "twos-complement", "unsigned-twos-complement"]
+
+#: name -> what the user would otherwise write under ``sensor:``.
+PRESETS: Mapping[str, Mapping[str, Any]] = {
+    # MTi data sheet as used by Angrisano et al.: 16 bit, ±5 g class (50 m/s²), ±150 °/s.
+    "xsens-mti": {
+        "name": "Xsens MTi",
+        "accelerometer": {"full_scale_m_s2": 50.0, "bits": 16, "encoding": "offset-binary"},
+        "gyroscope": {"full_scale_deg_s": 150.0, "bits": 16, "encoding": "offset-binary"},
+    },
+    # MPU-6000/6050 product specification after reset and after i2cdevlib's initialize():
+    # AFS_SEL = 0 (±2 g, 16384 LSB/g) and FS_SEL = 0 (±250 °/s, 131 LSB/(°/s)).
+    "mpu-6050": {
+        "name": "InvenSense MPU-6050",
+        "accelerometer": {"full_scale_g": 2.0, "bits": 16, "encoding": "twos-complement"},
+        "gyroscope": {"full_scale_deg_s": 250.0, "bits": 16, "encoding": "twos-complement"},
+    },
+}
+
+
+
+class _TriadSheet(Section):
+    bits: Annotated[int, Field(strict=True, ge=8, le=32)] | None = None
+    encoding: Encoding | None = None
+
+
+class AccelerometerSheet(_TriadSheet):
+    """Data sheet of an accelerometer, or the unit of logs that are in physical units already."""
+
+    full_scale_m_s2: Positive | None = None
+    full_scale_g: Positive | None = None
+    counts_per_m_s2: Positive | None = None
+    counts_per_g: Positive | None = None
+    unit: Literal["m_s2", "g", "mg"] | None = None
+
+
+class GyroscopeSheet(_TriadSheet):
+    """Data sheet of a gyroscope, or the unit of logs that are in physical units already."""
+
+    full_scale_deg_s: Positive | None = None
+    full_scale_rad_s: Positive | None = None
+    counts_per_deg_s: Positive | None = None
+    counts_per_rad_s: Positive | None = None
+    unit: Literal["rad_s", "deg_s", "mrad_s", "mdeg_s"] | None = None
+
+
+class SensorSection(Section):
+    """A sensor; in YAML a preset's name, or its data sheet."""
+
+    name: str = "IMU"
+    accelerometer: AccelerometerSheet | None = None
+    gyroscope: GyroscopeSheet | None = None
+
+
+def _preset(sensor: object) -> object:
+    if not isinstance(sensor, str):
+        return sensor
+    if sensor not in PRESETS:
+        raise no_such("sensor preset", sensor, tuple(PRESETS))
+    return dict(PRESETS[sensor])
+
+
+SensorOrPreset = Annotated[SensorSection, BeforeValidator(_preset)]
+
+#: The data sheets of accelerometer and gyroscope.
+Specs = tuple[TriadSpec | None, TriadSpec | None]
+
+
+def sensor_specs(sensor: SensorSection) -> Specs:
+    """The data sheets of accelerometer and gyroscope in SI units; None where one is not stated."""
+    return (
+        triad_spec(sensor.accelerometer) if sensor.accelerometer else None,
+        triad_spec(sensor.gyroscope) if sensor.gyroscope else None,
+    )
+
+
+def triad_spec(sheet: AccelerometerSheet | GyroscopeSheet) -> TriadSpec:
+    """The data sheet in SI units, for the start values of Angrisano et al. eq. (12)."""
+    if sheet.unit is not None:
+        return TriadSpec(math.inf, 0, "si", UNITS[sheet.unit][1])
+    # One of the two is there: pipeline.config.rules.triad_sheet refuses a file without.
+    if (per_unit := _stated(sheet, "counts_per_")) is not None:
+        si_per_count = 1 / per_unit
+        if sheet.bits is None or sheet.encoding is None:
+            return TriadSpec(math.inf, 0, "si", si_per_count)
+        codes = 2**sheet.bits - 1 if sheet.encoding == "offset-binary" else 2**sheet.bits
+        return TriadSpec(si_per_count * codes / 2, sheet.bits, sheet.encoding)
+    full_scale = _stated(sheet, "full_scale_")
+    assert full_scale is not None
+    assert sheet.bits is not None
+    assert sheet.encoding is not None
+    return TriadSpec(full_scale, sheet.bits, sheet.encoding)
+
+
+def _stated(sheet: AccelerometerSheet | GyroscopeSheet, stem: str) -> float | None:
+    """The value of the key that begins so: in SI units, counts in counts per SI unit."""
+    for key in type(sheet).model_fields:
+        value: float | None = getattr(sheet, key) if key.startswith(stem) else None
+        if value is not None:
+            factor = UNITS[key.removeprefix(stem)][1]
+            return value / factor if stem == "counts_per_" else value * factor
+    return None

@@ -1,0 +1,169 @@
+"""Standard output and error as the commands see them.
+
+Names, headers and units come out of files, so that what is printed may hold anything: control
+characters are shown, never sent, but for the colours that the commands use themselves. A reader
+that goes away (``| head``) never stops a command, and a character that the terminal's encoding
+lacks is replaced.
+"""
+
+import io
+import os
+import re
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import TextIO
+
+from pipeline.plain_text import HIDDEN, escape
+
+#: The commands' own colours and faces; those that would hide text are not among them.
+FACE = r"\x1b\[(?:0|1|2|32|33|31|36)m"
+#: What is hidden or acts, but new line and tab and the faces.
+ACTING = re.compile(rf"{FACE}|[\n\t]|({HIDDEN.pattern})")
+
+
+def shown(text: str) -> str:
+    r"""``text`` with its control characters written out.
+
+    >>> shown("a\x1b[2Jb")
+    'a\\x1b[2Jb'
+    """
+    return ACTING.sub(lambda match: escape(match[1]) if match[1] else match[0], text)
+
+
+class ShownStream(io.TextIOBase):
+    """A text stream whose control characters are shown and whose reader may go away.
+
+    ``raw`` is the stream behind it, for programs that draw; ``fault`` is the error that ended
+    writing, where it was not the reader who left.
+    """
+
+    def __init__(self, raw: TextIO) -> None:
+        self.raw = raw
+        self.fault: OSError | None = None
+        self._gone = False
+        if isinstance(raw, io.TextIOWrapper):
+            raw.reconfigure(errors="replace")
+
+    @property
+    def encoding(self) -> str:  # type: ignore[override]
+        """That of the stream behind it."""
+        return self.raw.encoding
+
+    @property
+    def errors(self) -> str | None:  # type: ignore[override]
+        """How that stream treats what its encoding lacks."""
+        return self.raw.errors
+
+    def write(self, text: str) -> int:
+        """Write ``text``; nothing happens once the reader has gone."""
+        clean = shown(text)
+        if not self._gone:
+            try:
+                self.raw.write(clean)
+            except OSError as error:
+                self._give_up(error)
+        return len(text)
+
+    def write_bytes(self, data: bytes) -> None:
+        """Write UTF-8 text as bytes; shown as text where somebody watches."""
+        raw = getattr(self.raw, "buffer", None)
+        if raw is None or self.isatty():
+            self.write(data.decode(errors="replace"))
+            return
+        self.flush()
+        if not self._gone:
+            try:
+                raw.write(data)
+            except OSError as error:
+                self._give_up(error)
+
+    @property
+    def buffer(self) -> "ByteStream":
+        """For tables of numbers, which are written as bytes."""
+        return ByteStream(self)
+
+    def flush(self) -> None:
+        """Send what is waiting."""
+        if not self._gone:
+            try:
+                self.raw.flush()
+            except OSError as error:
+                self._give_up(error)
+
+    def isatty(self) -> bool:
+        """Whether somebody watches."""
+        return self.raw.isatty()
+
+    def fileno(self) -> int:
+        """The descriptor behind it."""
+        return self.raw.fileno()
+
+    def writable(self) -> bool:
+        """Yes."""
+        return True
+
+    def _give_up(self, error: OSError) -> None:
+        self._gone = True
+        if not isinstance(error, BrokenPipeError):
+            self.fault = error
+        try:  # what is left in the buffer goes nowhere, also at the interpreter's end
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, self.raw.fileno())
+            os.close(nowhere)
+        except (OSError, io.UnsupportedOperation):
+            pass
+
+
+class ByteStream(io.RawIOBase):
+    """The bytes side of a :class:`ShownStream`: UTF-8 text for a terminal, as it is elsewhere."""
+
+    def __init__(self, stream: ShownStream) -> None:
+        self._stream = stream
+
+    def writable(self) -> bool:
+        """Yes."""
+        return True
+
+    def write(self, data: bytes) -> int:  # type: ignore[override]
+        """Write ``data``."""
+        self._stream.write_bytes(data)
+        return len(data)
+
+    def flush(self) -> None:
+        """Send what is waiting."""
+        self._stream.flush()
+
+
+@contextmanager
+def shown_streams() -> Iterator[ShownStream]:
+    """Standard output and error through :class:`ShownStream`; gives that of the output."""
+    out, err = sys.stdout, sys.stderr
+    stream = ShownStream(out)
+    sys.stdout, sys.stderr = stream, ShownStream(err)
+    try:
+        yield stream
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        sys.stdout, sys.stderr = out, err
+
+
+def _interrupt(_signal: int, _frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
+
+@contextmanager
+def terminated_as_interrupted() -> Iterator[None]:
+    """SIGTERM ends a command as Ctrl-C does: files are finished, the cursor comes back."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)

@@ -1,0 +1,158 @@
+"""Sample times from what a log states: a column in some unit, a counter, or a rate.
+
+A clock that makes no sense is refused with the unit that would: a column of milliseconds read as
+seconds makes a log of 100 Hz one of 0.1 Hz whose poses last an hour.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.poses.imu_log import FloatArray
+from pipeline.errors import UnreadableInput
+from pipeline.logs.columns import COUNTER, SECONDS_PER, TIME, TimeUnit
+
+COUNTER_PERIOD = 65536  #: the Xsens packet counter has 16 bits; others never jump that far
+#: Where counters of 8 to 32 bits begin again, and the clock at midnight.
+PERIODS = (2.0**32, 2.0**24, 2.0**16, 2.0**8, 86_400.0, 86_400_000.0)
+USUAL_STEPS = 20.0  #: a wrapped step is this many usual steps at most
+
+SLOWEST_HZ, FASTEST_HZ = 0.4, 40_000.0
+"""The slowest sketch prints twice a second; no MEMS sensor gives more than 32 kHz."""
+SLOW_HZ, LONGEST_SLOW_S = 5.0, 1800.0
+"""Slow logs exist, and long ones; one that is both is a faster one in milliseconds. At 1 kHz that
+already shows in a log of two seconds, at 250 Hz the rate itself does."""
+ASSUMED_HZ = 100.0
+"""Of poses without a clock: the usual rate of a logger. It decides only whether poses count as too
+short for their sds."""
+USUAL_HZ = (5.0, 20_000.0)
+"""What the likely unit would make of a clock that is out of these bounds."""
+
+
+@dataclass(frozen=True)
+class StatedClock:
+    """What the configuration or the caller says of a log's time.
+
+    ``rate_hz`` where there is no column of times; ``unit`` of that column, which settles it.
+    Where the clock is not ``needed`` and there is none, samples count as :data:`ASSUMED_HZ`.
+    """
+
+    rate_hz: float | None = None
+    unit: TimeUnit | None = None
+    needed: bool = True
+
+
+def sample_times(
+    label: str,
+    values: Mapping[str, FloatArray],
+    factor: float,
+    stated: StatedClock,
+    head_rate_hz: float | None,
+    place: Callable[[int], str],
+) -> FloatArray:
+    """Sample times in seconds, shape (t,).
+
+    Parameters
+    ----------
+    label : str
+        What messages call the log.
+    values : mapping of str to array, shape (t,)
+        The log's columns as they stand in the file, by our names.
+    factor : float
+        Seconds per unit of the column of times by its name.
+    stated : StatedClock
+    head_rate_hz : float or None
+        The sample rate that the file's head states.
+    place : callable
+        File and line of a row, for messages.
+
+    Raises
+    ------
+    UnreadableInput
+        No clock, two clocks, one that goes backwards, or one that makes no sense.
+    """
+    if TIME in values and stated.rate_hz is not None:
+        raise UnreadableInput(f"{label}: the log has {TIME}, and sample_rate_hz is given as "
+                              "well. Delete sample_rate_hz from the configuration.")
+    if TIME in values:
+        seconds = SECONDS_PER[stated.unit] if stated.unit else factor
+        time_s = without_wraps(values[TIME]) * seconds
+        _require_increasing(time_s, place)
+        if stated.unit is None:
+            _require_sense(label, time_s, seconds)
+        return time_s
+    rate_hz = stated.rate_hz or head_rate_hz or (None if stated.needed else ASSUMED_HZ)
+    if rate_hz is None:
+        raise UnreadableInput(
+            f"{label}: there is no column {TIME} (columns: {', '.join(values)}), and no sample "
+            "rate is known. Add or rename the column (`columns: {time_s: its name}`, with "
+            "`time_unit: ms` where it is not in seconds), or give sample_rate_hz beside the file "
+            "in the configuration."
+        )
+    if COUNTER in values:
+        lost_or_next = np.diff(values[COUNTER]) % COUNTER_PERIOD
+        time_s = np.concatenate([[0.0], np.cumsum(lost_or_next)]) / rate_hz
+    else:
+        time_s = np.arange(len(next(iter(values.values())))) / rate_hz
+    _require_increasing(time_s, place)
+    return time_s
+
+
+def without_wraps(ticks: FloatArray) -> FloatArray:
+    """A counter's values (t,) as if it never began again.
+
+    A step back is a wrap where it is one whole period of a counter (or a day) short of a usual
+    step; any other step back is left for the caller to refuse.
+    """
+    step = np.diff(ticks)
+    back = np.flatnonzero(step < 0)
+    if back.size == 0 or back.size == len(step):
+        return ticks
+    usual = float(np.median(step[step > 0])) if (step > 0).any() else 0.0
+    turned = np.zeros(len(ticks))
+    for i in back:
+        period = next((p for p in PERIODS if 0 < step[i] + p <= USUAL_STEPS * usual), None)
+        if period is None:
+            return ticks
+        turned[i + 1] = period
+    return np.asarray(ticks + np.cumsum(turned))
+
+
+def likely_units(ticks: FloatArray) -> list[TimeUnit]:
+    """The units in which a column of times (t,) makes a usual sample rate."""
+    usual = float(np.median(np.diff(ticks)))
+    return [unit for unit, seconds in SECONDS_PER.items()
+            if usual > 0 and USUAL_HZ[0] <= 1 / (usual * seconds) <= USUAL_HZ[1]
+            and unit != "min"]
+
+
+def _require_increasing(time_s: FloatArray, place: Callable[[int], str]) -> None:
+    backwards = np.flatnonzero(np.diff(time_s) <= 0)
+    if backwards.size:
+        row = int(backwards[0]) + 1
+        raise UnreadableInput(
+            f"{place(row)}: time does not increase: {time_s[row]:.9g} s after "
+            f"{time_s[row - 1]:.9g} s. Delete repeated or misplaced lines, or record the log again."
+        )
+
+
+def _require_sense(label: str, time_s: FloatArray, factor: float) -> None:
+    """Refuse a clock that no logger has, and name the unit that the column is likely in."""
+    if len(time_s) < 3:
+        return
+    length = float(time_s[-1] - time_s[0])
+    rate_hz = 1 / float(np.median(np.diff(time_s)))
+    slow_and_long = rate_hz < SLOW_HZ and length > LONGEST_SLOW_S
+    if SLOWEST_HZ < rate_hz < FASTEST_HZ and not slow_and_long:
+        return
+    units = likely_units(time_s / factor)
+    likely = (f"The column is likely in {' or '.join(units)}: write `time_unit: {units[0]}` beside "
+              f"the file" if units else "Write `time_unit: ms` (or us, ns) beside the file where "
+              "the column is in another unit")
+    raise UnreadableInput(
+        f"{label}: its clock makes no sense: {len(time_s)} samples in {length:.4g} s are "
+        f"{rate_hz:.3g} samples per second; sensors are logged at {USUAL_HZ[0]:g} to "
+        f"{USUAL_HZ[1]:g}. "
+        f"{likely}, or `time_unit: s` if the seconds are right."
+    )

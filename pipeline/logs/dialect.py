@@ -1,0 +1,122 @@
+"""How one line of a text table is cut into cells, and which numbers and times cells hold."""
+
+import csv
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+DELIMITERS = ("\t", ";", "|", ",")
+DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+#: "16,384" is sixteen or sixteen thousand; a log in which every comma stands so is refused.
+MAYBE_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
+CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,:](\d+))?\s*([AaPp][Mm])?")
+DAY_S = 86_400.0
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """What separates the columns of a line (None: any blanks), and the decimal sign."""
+
+    delimiter: str | None
+    decimal_comma: bool = False
+
+    def cells(self, line: str) -> list[str]:
+        """The line's cells without blanks around them and without what follows a ``#``."""
+        return split_cells(line, self.delimiter)
+
+    def holds_number(self, cell: str) -> bool:
+        """Whether a cell is a number in this dialect."""
+        return is_number(self.as_point(cell))
+
+    def as_point(self, text: str) -> str:
+        """``text`` with decimal points."""
+        return text.replace(",", ".") if self.decimal_comma else text
+
+
+def is_number(cell: str) -> bool:
+    """Whether a cell holds a number as C reads it (Python would take ``1_000`` too)."""
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return "_" not in cell
+
+
+def split_cells(line: str, delimiter: str | None) -> list[str]:
+    """The line's cells without blanks around them and without what follows a ``#``."""
+    line = line.split("#", 1)[0]
+    if '"' in line and delimiter is not None:
+        return [cell.strip() for cell in next(csv.reader([line.strip()], delimiter=delimiter))]
+    return [cell.strip() for cell in line.split(delimiter)] if line.strip() else []
+
+
+def delimiter_of(line: str) -> str | None:
+    """The sign between the cells of a line of names, None for blanks."""
+    return next((sign for sign in DELIMITERS if sign in line), None)
+
+
+def dialect_of(line: str) -> Dialect:
+    """The dialect of a row: that in which most of its cells are numbers."""
+    delimiter = delimiter_of(line)
+    if delimiter != ",":
+        commas = any(DECIMAL_COMMA.fullmatch(cell) for cell in split_cells(line, delimiter))
+        return Dialect(delimiter, commas)
+    blanks = line.split()
+    if len(blanks) > 1 and all(is_number(cell) or DECIMAL_COMMA.fullmatch(cell)
+                               for cell in blanks):
+        return Dialect(None, True)  # "0,01 9,81 0,02": commas inside the numbers only
+    if '"' in line and (quoted := split_cells(line, ",")):
+        return Dialect(",", any(DECIMAL_COMMA.fullmatch(cell) for cell in quoted))
+    return Dialect(",")
+
+
+def dialect_of_rows(lines: Sequence[str]) -> Dialect:
+    """The dialect of many rows; the first may hold no decimal comma while later ones do."""
+    first = dialect_of(lines[0])
+    if first.decimal_comma or first.delimiter == ",":
+        return first
+    commas = any("," in line and dialect_of(line).decimal_comma for line in lines)
+    return Dialect(first.delimiter, commas)
+
+
+def may_be_thousands(cells: Iterable[str]) -> bool:
+    """Whether every comma among the cells of a table may separate thousands."""
+    with_comma = [cell for cell in cells if "," in cell]
+    return bool(with_comma) and all(MAYBE_THOUSANDS.fullmatch(cell) for cell in with_comma)
+
+
+def seconds_of(cell: str) -> float | None:
+    """A date and a time, or a time of the day, as seconds; None where it is neither.
+
+    >>> seconds_of("00:01:00.25"), seconds_of("1970-01-02 00:00:01")
+    (60.25, 86401.0)
+    """
+    text = cell.strip().strip('"')
+    if match := CLOCK.fullmatch(text):
+        return _of_day(match)
+    try:
+        when = datetime.fromisoformat(text)
+    except ValueError:
+        return None
+    if not any(sign in text for sign in ":T"):
+        return None  # a date alone, or a number that reads as one
+    return when.replace(tzinfo=when.tzinfo or UTC).timestamp()
+
+
+def local_date_seconds(cell: str) -> tuple[str, float] | None:
+    """The date as written and the time of the day, of ``3.4.2024 12:00:00``; None if neither.
+
+    Which number is the day differs from country to country, so the date is only compared.
+    """
+    date, _, clock = cell.strip().strip('"').partition(" ")
+    match = CLOCK.fullmatch(clock.strip())
+    if match is None or not re.fullmatch(r"\d{1,4}[./-]\d{1,2}[./-]\d{1,4}", date):
+        return None
+    return date, _of_day(match)
+
+
+def _of_day(match: re.Match[str]) -> float:
+    hours, minutes, seconds, fraction, half = match.groups()
+    hour = int(hours) % 12 + (12 if half.lower() == "pm" else 0) if half else int(hours)
+    return hour * 3600.0 + int(minutes) * 60.0 + int(seconds) + float(f"0.{fraction or 0}")

@@ -1,0 +1,69 @@
+"""Archives (zip): what phone apps export, one table of text per sensor; and NumPy's .npz."""
+
+import io
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.errors import UnreadableInput
+from pipeline.logs.formats.file_table import FileTable, columns_of_array, tables_by_length
+from pipeline.logs.memory import largest_text, too_large
+from pipeline.logs.source import text_lines
+from pipeline.logs.text import raw_text, table_of
+
+TEXT = (".csv", ".txt", ".tsv", ".log")
+
+
+def tables(path: Path) -> list[FileTable]:
+    """The tables of text in an archive, by the names of their files; those of .npz by length."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return _tables(path, archive)
+    except zipfile.BadZipFile as error:
+        raise _damaged(path, error) from error
+
+
+def member_lines(path: Path, name: str) -> list[str] | None:
+    """The lines of a table of text in an archive; None where it has no text of that name."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            members = {each.filename: each for each in _wanted(path, archive)}
+            if name not in members or not name.lower().endswith(TEXT):
+                return None
+            return text_lines(path / name, archive.read(members[name]))
+    except zipfile.BadZipFile as error:
+        raise _damaged(path, error) from error
+
+
+def _wanted(path: Path, archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
+    members = [each for each in archive.infolist() if not each.is_dir()]
+    if any(each.filename.startswith("xl/") for each in members):
+        raise UnreadableInput(f"{path}: is a spreadsheet. Save the sheet as CSV.")
+    wanted = [each for each in members
+              if each.filename.lower().endswith((*TEXT, ".npy"))
+              and not Path(each.filename).name.startswith(".")]
+    limit = largest_text()
+    if sum(each.file_size for each in wanted) > limit:
+        raise too_large(path, limit)
+    return wanted
+
+
+def _tables(path: Path, archive: zipfile.ZipFile) -> list[FileTable]:
+    arrays: dict[str, np.ndarray] = {}
+    tables = []
+    for member in _wanted(path, archive):
+        data = archive.read(member)
+        name = Path(member.filename)
+        if name.suffix == ".npy":
+            array = np.load(io.BytesIO(data), allow_pickle=False)
+            arrays |= columns_of_array(name.stem, array)
+            continue
+        text = raw_text(path / name, text_lines(path / name, data))
+        if text is not None:
+            tables.append(FileTable(name.as_posix(), table_of(text)))
+    return [*tables, *tables_by_length(arrays)]
+
+
+def _damaged(path: Path, error: Exception) -> UnreadableInput:
+    return UnreadableInput(f"{path}: the archive is damaged or cut off ({error}). Export it again.")

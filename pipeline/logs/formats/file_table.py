@@ -1,0 +1,58 @@
+"""What a reader makes of a file: tables of numbers under names."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.poses.imu_log import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class FileTable:
+    """One table of a file: a topic, a message type, a member of an archive, an array.
+
+    Parameters
+    ----------
+    name : str
+        By which a configuration picks it, as in ``flight.ulg/sensor_accel_0``.
+    columns : mapping of str to array, shape (t,)
+        In the order of the file, under its names, or under ours where the format states its units.
+    """
+
+    name: str
+    columns: Mapping[str, FloatArray]
+
+
+def columns_of_array(name: str, array: np.ndarray) -> dict[str, FloatArray]:
+    """The columns of an array (t,) or (t, k); (k, t) is turned, since a log is longer than wide.
+
+    A structured array has names of its own; others are called ``name[0]``, ``name[1]``, ...
+    """
+    if array.dtype.names:
+        return {field: np.asarray(array[field], float).ravel() for field in array.dtype.names
+                if np.issubdtype(array[field].dtype, np.number)}
+    if array.ndim > 2 or not np.issubdtype(array.dtype, np.number) or array.size < 2:
+        return {}
+    table = np.atleast_2d(np.asarray(array, float))
+    if table.shape[0] < table.shape[1]:
+        table = table.T
+    if table.shape[1] == 1:
+        return {name: table[:, 0]}
+    return {f"{name}[{i}]": column for i, column in enumerate(table.T)}
+
+
+def tables_by_length(columns: Mapping[str, FloatArray]) -> list[FileTable]:
+    """Columns of one file as tables: those of one length stand beside each other.
+
+    A table is called by what the names of its columns share, or by its first column.
+    """
+    lengths = dict.fromkeys(len(values) for values in columns.values())
+    tables = []
+    for length in lengths:
+        names = [name for name, values in columns.items() if len(values) == length]
+        first = names[0].partition("[")[0]
+        alone = first if all(name.partition("[")[0] == first for name in names) else ""
+        tables.append(FileTable(alone or f"{length}_rows", {name: columns[name]
+                                                            for name in names}))
+    return tables

@@ -1,0 +1,133 @@
+"""What a file is, by its first bytes, and which module reads it."""
+
+import re
+import struct
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+
+from pipeline.errors import UnreadableInput
+from pipeline.logs.formats.file_table import FileTable
+from pipeline.logs.memory import largest_text, too_large
+from pipeline.logs.source import require_file
+
+DISTRIBUTION = "turntable-imu-calibration"
+BAG_FOLDER_MARK = "metadata.yaml"  #: makes a folder a ROS 2 bag
+HEAD_BYTES = 16
+JSON_BEGINS = re.compile(rb"\s*(\[\s*)?\{")
+
+#: What libraries raise when a file is cut off or damaged.
+DAMAGED = (ValueError, TypeError, KeyError, IndexError, AttributeError, EOFError, OSError,
+           ArithmeticError, NotImplementedError, RuntimeError, struct.error, zlib.error)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A format: its name, the module that reads it, and the extra that installs its library.
+
+    ``si``: the format states its units, and its tables are in m/s², rad/s and seconds.
+    """
+
+    name: str
+    module: str
+    extra: str | None = None
+    si: bool = False
+
+
+MATLAB = Kind("MATLAB file", "matlab")
+HDF5 = Kind("HDF5 file", "hdf5", "hdf5")
+ROS = Kind("ROS bag", "ros", "ros", si=True)
+ARCHIVE = Kind("archive", "archive")
+JSON = Kind("JSON file", "json_lines")
+KINDS: Mapping[bytes, Kind] = {
+    b"PAR1": Kind("Parquet file", "parquet", "parquet"),
+    b"\x89HDF\r\n\x1a\n": HDF5,
+    b"MATLAB 5.0": MATLAB,
+    b"\x93NUMPY": Kind("NumPy file", "numpy_files"),
+    b"#ROSBAG": ROS,
+    b"SQLite format 3": ROS,
+    b"\x89MCAP": ROS,
+    b"ULog\x01\x12\x35": Kind("PX4 log", "px4", "px4", si=True),
+    b"\xa3\x95": Kind("ArduPilot log", "ardupilot", "ardupilot", si=True),
+    b"PK\x03\x04": ARCHIVE,
+}
+#: Not read here, with what to do instead.
+OTHERS: Mapping[bytes, str] = {
+    b"\xd0\xcf\x11\xe0": "a spreadsheet of Excel 97. Save the sheet as CSV",
+    b"H Product:": "a Betaflight or INAV log as the flash memory holds it. Decode it with "
+                   "`blackbox_decode`, and import the CSV",
+    b"\xfa\xff": "the bytes of an Xsens. `pipeline record` reads them; export a text with MT "
+                 "Manager",
+    b"%PDF": "a PDF",
+}
+
+
+def kind_of(path: Path) -> Kind | None:
+    """The kind of a file, None for text.
+
+    Raises
+    ------
+    UnreadableInput
+        It cannot be read, or is of a kind that is known and not read here.
+    """
+    if path.is_dir():
+        return ROS
+    try:
+        require_file(path)
+        with path.open("rb") as file:
+            head = file.read(HEAD_BYTES)
+    except OSError as error:
+        raise UnreadableInput(f"{path}: cannot be read ({error.strerror}). Check the name, and "
+                              "that you may read the file.") from error
+    for mark, instead in OTHERS.items():
+        if head.startswith(mark):
+            raise UnreadableInput(f"{path}: is {instead}.")
+    if JSON_BEGINS.match(head):
+        return JSON
+    return next((kind for mark, kind in KINDS.items() if head.startswith(mark)), None)
+
+
+def tables_of(path: Path, kind: Kind) -> list[FileTable]:
+    """Read all tables of a file.
+
+    Raises
+    ------
+    UnreadableInput
+        The library of the format is not installed, or the file is damaged or holds no numbers.
+    """
+    limit = largest_text()
+    if path.is_file() and path.stat().st_size > limit:
+        raise too_large(path, limit)
+    try:
+        module = import_module(f"pipeline.logs.formats.{kind.module}")
+    except ImportError as error:
+        raise UnreadableInput(
+            f"{path}: is a {kind.name}; reading it needs {error.name}, which is not installed. "
+            f"Type: pip install '{DISTRIBUTION}[{kind.extra}]'"
+        ) from error
+    try:
+        tables: list[FileTable] = module.tables(path)
+    except UnreadableInput:
+        raise
+    except DAMAGED as error:
+        raise UnreadableInput(
+            f"{path}: looks like a {kind.name} but cannot be read ({type(error).__name__}: "
+            f"{error}). It may be cut off; copy it again from where it was made."
+        ) from error
+    if not tables:
+        raise UnreadableInput(f"{path}: this {kind.name} holds no readings of an accelerometer or "
+                              "a gyroscope.")
+    return tables
+
+
+def split_member(path: Path) -> tuple[Path, str]:
+    """A file and the name of one of its tables, of ``phone.zip/Accelerometer.csv``.
+
+    The name is empty where the path is that of the file.
+    """
+    for file in (path, *path.parents):
+        if file.is_file() or (file / BAG_FOLDER_MARK).is_file():
+            return file, path.relative_to(file).as_posix() if file != path else ""
+    return path, ""

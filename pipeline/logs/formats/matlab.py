@@ -1,0 +1,33 @@
+"""MATLAB files up to version 7.2; 7.3 is HDF5 and is read as such."""
+
+from pathlib import Path
+
+import numpy as np
+from scipy.io import loadmat
+
+from pipeline.logs.formats.file_table import FileTable, columns_of_array, tables_by_length
+
+
+def tables(path: Path) -> list[FileTable]:
+    """The numeric arrays of a file; those of one length stand beside each other."""
+    if path.read_bytes()[:20].startswith(b"MATLAB 7.3"):
+        from pipeline.logs.formats.hdf5 import tables as of_hdf5
+
+        return of_hdf5(path)
+    columns: dict[str, np.ndarray] = {}
+    for name, value in loadmat(path, squeeze_me=False, struct_as_record=False).items():
+        if not name.startswith("__"):
+            columns |= _columns(name, value)
+    return tables_by_length(columns)
+
+
+def _columns(name: str, value: object) -> dict[str, np.ndarray]:
+    """Of an array, or of the arrays in a struct."""
+    if isinstance(value, np.ndarray) and value.dtype == object and value.size == 1:
+        value = value.item()
+    if isinstance(value, np.ndarray):
+        return columns_of_array(name, value)
+    arrays: dict[str, np.ndarray] = {}
+    for field in getattr(value, "_fieldnames", ()):
+        arrays |= _columns(f"{name}.{field}", getattr(value, field))
+    return arrays

@@ -1,0 +1,219 @@
+"""The head of a text log: where the rows begin, and the names above them."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipeline.errors import UnreadableInput
+from pipeline.logs.columns import (
+    KNOWN_NAMES,
+    SKIP,
+    USUAL,
+    ColumnNames,
+    Renamed,
+    bare,
+    missing_columns,
+    our_name,
+)
+from pipeline.logs.dialect import (
+    delimiter_of,
+    dialect_of,
+    is_number,
+    local_date_seconds,
+    seconds_of,
+    split_cells,
+)
+from pipeline.names import nearest_names
+
+COMMENT_SIGNS = ("#", "//", "%")
+#: Written by MT Manager among its comments; missing in some exports, so never assumed.
+UPDATE_RATE = re.compile(r"Update Rate:\s*([0-9.]+)\s*Hz", re.IGNORECASE)
+#: Settings that loggers write above the header ("Fs,100") take a few lines, not more.
+LONGEST_HEAD = 200
+FEWEST_NUMBERS = 3  #: of a row: a triad
+
+LONGEST_SHOWN, CELLS_SHOWN = 30, 12  #: of a wrong header, in a message
+
+MISSING_TRIAD = ("The header needs time_s and acc_x, acc_y, acc_z or gyr_x, gyr_y, gyr_z or both; "
+                 "rename the columns, give their names by `columns` in the configuration, or let "
+                 "`pipeline import` guess them")
+
+
+@dataclass(frozen=True)
+class Head:
+    """What stands above the rows of a text table.
+
+    Parameters
+    ----------
+    first : int or None
+        Index of the first row; None where no line is one.
+    names : list of str or None
+        The cells of the header, None where there is none.
+    names_line : int
+        Index of the header's line, or of the first row.
+    rate_hz : float or None
+        The sample rate, where the head states one.
+    """
+
+    first: int | None
+    names: list[str] | None
+    names_line: int
+    rate_hz: float | None
+
+
+def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
+    """Find the first row of numbers and the header above it.
+
+    A line that names a log in our words is the header wherever it stands; without such a line it
+    is the last line above the rows that has as many cells as they have. A line of units between
+    the two is passed over.
+    """
+    rate_hz: float | None = None
+    header: tuple[int, list[str]] | None = None
+    above: list[tuple[int, list[str]]] = []  # lines of words, the last one last
+    for i, line in enumerate(lines[:LONGEST_HEAD]):
+        text = line.strip()
+        comment = text.startswith(COMMENT_SIGNS)
+        if comment:
+            stated = UPDATE_RATE.search(text)
+            rate_hz = float(stated.group(1)) if stated else rate_hz
+            text = text.lstrip("#/% ")
+        cells = split_cells(text, delimiter_of(text))
+        if not cells:
+            continue
+        if _is_header(cells, columns):
+            header = (i, cells)
+        elif not comment and (header or _is_row(text, columns)):
+            width = len(dialect_of(text).cells(text))
+            if header and width_of_numbers(text) == 0 and len(cells) == len(header[1]):
+                continue  # a line of units
+            return _head(i, header, above, width, rate_hz)
+        else:
+            above.append((i, cells))
+    at, names = header or (above[-1] if above else (0, None))
+    return Head(None, names, at, rate_hz)
+
+
+def _head(
+    first: int,
+    header: tuple[int, list[str]] | None,
+    above: list[tuple[int, list[str]]],
+    width: int,
+    rate_hz: float | None,
+) -> Head:
+    fitting = [line for line in above if len(line[1]) in (width, width - 1)]
+    if header is None and fitting:
+        header = fitting[-1]
+        units = all(unit_like(cell) for cell in header[1])
+        if units and len(fitting) > 1:
+            at, names = fitting[-2]
+            header = (at, [f"{name} ({unit.strip('()[] ')})" for name, unit in
+                           zip(names, header[1], strict=False)])
+    if header is None:
+        return Head(first, None, first, rate_hz)
+    return Head(first, header[1], header[0], rate_hz)
+
+
+UNIT = re.compile(r"[(\[]?(s|ms|us|µs|ns|m/s\^?2|m/s²|g|mg|deg/s|°/s|dps|rad/s|deg|°|c|°c|degc|"
+                  r"counts|lsb|ut|µt|gauss|hz|-|v|hpa|pa|)[)\]]?", re.IGNORECASE)
+
+
+def unit_like(cell: str) -> bool:
+    """Whether a cell of a header is nothing but a unit."""
+    return UNIT.fullmatch(cell.strip()) is not None
+
+
+def width_of_numbers(line: str) -> int:
+    """How many cells of a line are numbers."""
+    dialect = dialect_of(line)
+    return sum(map(dialect.holds_number, dialect.cells(line)))
+
+
+def _is_header(cells: list[str], columns: ColumnNames | None) -> bool:
+    if isinstance(columns, Renamed):
+        return columns.apply(cells) is not None
+    return columns is None and missing_columns([our_name(cell)[0] for cell in cells]) is None
+
+
+def _is_row(line: str, columns: ColumnNames | None) -> bool:
+    numbers = width_of_numbers(line)
+    if isinstance(columns, Sequence):
+        return numbers > 0 and len(dialect_of(line).cells(line)) > 2
+    return numbers >= FEWEST_NUMBERS
+
+
+def names_of(
+    path: Path, head: Head, width: int, columns: ColumnNames | None
+) -> list[tuple[str, float]]:
+    """Our name and the factor of every column of a log.
+
+    Raises
+    ------
+    UnreadableInput
+        No header names a triad, or rows have no header and no ``columns``.
+    """
+    if isinstance(columns, Renamed):
+        renamed = columns.apply(head.names or ())
+        if renamed is None:
+            raise _not_among(path, head, columns)
+        return [our_name(name) if name in columns.ours else (name, 1.0) for name in renamed]
+    if columns is not None:
+        return [our_name(name) for name in columns]
+    if head.names is None:
+        raise _headerless(path, head.names_line, width)
+    names = [our_name(name) for name in head.names]
+    if missing_columns([name for name, _ in names]) is not None:
+        raise _wrong_header(path, head.names_line, head.names)
+    return names
+
+
+def is_time(cell: str) -> bool:
+    """Whether a cell is a number, a date with a time, or a time of the day."""
+    return is_number(cell) or seconds_of(cell) is not None or local_date_seconds(cell) is not None
+
+
+def no_rows(path: Path, head: Head) -> UnreadableInput:
+    """The error for a file without rows."""
+    if head.names and missing_columns([our_name(name)[0] for name in head.names]) is None:
+        return UnreadableInput(f"{path}: no row of numbers below the header. Record the pose "
+                               "again.")
+    if head.names is None:
+        return UnreadableInput(f"{path}: no row of numbers. {MISSING_TRIAD}.")
+    return _wrong_header(path, head.names_line, head.names)
+
+
+def _headerless(path: Path, i: int, n: int) -> UnreadableInput:
+    """The error for rows without a header: what they mean is asked, not guessed."""
+    usual = ", ".join(USUAL.get(n, USUAL[7]))
+    return UnreadableInput(
+        f"{path}:{i + 1}: {n} column{'' if n == 1 else 's'} of numbers without a header. Name them "
+        f"beside the file in the configuration, for example `columns: [{usual}]`; '{SKIP}' names "
+        f"a column not to be read. `pipeline import` guesses the names from the numbers."
+    )
+
+
+def _wrong_header(path: Path, i: int, cells: list[str]) -> UnreadableInput:
+    """The error for a header that names no triad, with the nearest right names."""
+    names = [our_name(cell)[0] for cell in cells]
+    near = [f"'{name}' for '{cell}'" for cell in cells if our_name(cell)[0] not in KNOWN_NAMES
+            for name in nearest_names(cell, KNOWN_NAMES)]
+    meant = f" (did you mean {', '.join(near)}?)" if near else ""
+    return UnreadableInput(
+        f"{path}:{i + 1}: found {_shown(cells)}: {missing_columns(names)}{meant}. {MISSING_TRIAD}."
+    )
+
+
+def _not_among(path: Path, head: Head, columns: Renamed) -> UnreadableInput:
+    """The error for a configuration that picks a column that the file does not have."""
+    names = [bare(name) for name in head.names or ()]
+    absent = [theirs for _, theirs in columns.pairs if bare(theirs) not in names]
+    return UnreadableInput(
+        f"{path}:{head.names_line + 1}: `columns` picks '{absent[0] if absent else ''}', but the "
+        f"columns are {_shown(names) or 'not named'}. Write the name as it stands in the file."
+    )
+
+
+def _shown(cells: Sequence[str]) -> str:
+    shown = ", ".join(cell[:LONGEST_SHOWN] for cell in cells[:CELLS_SHOWN])
+    return f"{shown}{', ...' if len(cells) > CELLS_SHOWN else ''}"

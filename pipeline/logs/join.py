@@ -1,0 +1,86 @@
+"""Logs of one sensor put together: one triad beside the other, or poses beside poses."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from calib.poses.imu_log import FloatArray, ImuLog
+from pipeline.errors import UnreadableInput
+
+#: A pause of the second log longer than this many of its usual steps is not interpolated over.
+LONGEST_GAP_STEPS = 10
+
+
+def group_logs(logs: Sequence[ImuLog]) -> list[list[ImuLog]]:
+    """Logs in groups to be joined in time; a triad that comes again begins the next group.
+
+    ``[a, g]`` are the two triads of one recording, ``[a1, g1, a2, g2]`` those of two, and
+    ``[one, two]`` that hold the same triads are two recordings, each with poses of its own.
+    """
+    groups: list[list[ImuLog]] = []
+    for log in logs:
+        held = [triad for triad in ("accelerometer", "gyroscope") if log.has(triad)]
+        if groups and not any(other.has(triad) for other in groups[-1] for triad in held):
+            groups[-1].append(log)
+        else:
+            groups.append([log])
+    return groups
+
+
+def join_logs(logs: Sequence[ImuLog]) -> ImuLog:
+    """One log from separate accelerometer and gyroscope logs of the same stretch of time.
+
+    Where the time stamps agree the readings are put side by side. Otherwise those of the later
+    logs are interpolated linearly at the first one's times; samples of the first log that lie
+    outside the other, or in a pause of it, are left out.
+
+    Raises
+    ------
+    UnreadableInput
+        Two logs hold the same triad, or they share less than two samples of time.
+    """
+    joined = logs[0]
+    for other in logs[1:]:
+        joined = _joined(joined, other)
+    return joined
+
+
+def _joined(one: ImuLog, other: ImuLog) -> ImuLog:
+    """``other``'s triad and columns at the times of ``one``."""
+    label = f"{one.label} + {other.label}"
+    for triad in ("accelerometer", "gyroscope"):
+        if one.has(triad) and other.has(triad):
+            raise UnreadableInput(
+                f"{label}: both hold the {triad}. Name one file with each triad, or give each "
+                "pose its own file."
+            )
+    kept = _covered(one.time_s, other.time_s)
+    if kept.sum() < 2:
+        raise UnreadableInput(
+            f"{label}: the first runs from {one.time_s[0]:g} to {one.time_s[-1]:g} s and the "
+            f"second from {other.time_s[0]:g} to {other.time_s[-1]:g} s; common time is expected. "
+            "Check that both belong to the same recording and count from the same start."
+        )
+    time_s = one.time_s[kept]
+    same = np.array_equal(time_s, other.time_s)
+
+    def moved(values: FloatArray) -> FloatArray:
+        return values if same else np.asarray(np.interp(time_s, other.time_s, values))
+
+    def side_by_side(triad: str) -> FloatArray:
+        if not other.has(triad):
+            return np.asarray(getattr(one, triad)[kept])
+        return np.column_stack([moved(axis) for axis in getattr(other, triad).T])
+
+    columns = {name: moved(values) for name, values in other.columns.items()}
+    columns |= {name: values[kept] for name, values in one.columns.items()}
+    return ImuLog(label, time_s, side_by_side("accelerometer"), side_by_side("gyroscope"), columns)
+
+
+def _covered(time_s: FloatArray, other_s: FloatArray) -> np.ndarray:
+    """Which of ``time_s`` (t,) lie within ``other_s`` and not in a pause of it."""
+    step = np.diff(other_s)
+    after = np.clip(np.searchsorted(other_s, time_s, side="left"), 1, len(step))
+    in_pause = (step > LONGEST_GAP_STEPS * np.median(step))[after - 1]
+    touching = np.isin(time_s, other_s)
+    return np.asarray((time_s >= other_s[0]) & (time_s <= other_s[-1]) & (touching | ~in_pause))

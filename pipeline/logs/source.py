@@ -1,0 +1,106 @@
+"""The bytes of a log file and the lines of its text, before anything is known of its columns."""
+
+import gzip
+import stat
+import zlib
+from pathlib import Path
+from typing import BinaryIO
+
+from pipeline.errors import UnreadableInput
+from pipeline.logs.head import FEWEST_NUMBERS, width_of_numbers
+from pipeline.logs.memory import largest_text, too_large
+
+GZIP_MAGIC = b"\x1f\x8b"
+
+
+def read_bytes(path: Path) -> bytes:
+    """The content of a file, unpacked where it is compressed with gzip.
+
+    Raises
+    ------
+    UnreadableInput
+        The file is missing or empty, is no file, is larger than the memory allows, or the
+        compression is damaged.
+    """
+    limit = largest_text()
+    try:
+        require_file(path)
+        with path.open("rb") as file:
+            packed = file.read(len(GZIP_MAGIC)) == GZIP_MAGIC
+            file.seek(0)
+            data = _unpacked(path, file, limit) if packed else file.read(limit + 1)
+    except OSError as error:
+        raise UnreadableInput(f"{path}: cannot be read ({error.strerror}). Check the name, and "
+                              "that you may read the file.") from error
+    if len(data) > limit:
+        raise too_large(path, limit)
+    if not data.strip():
+        raise UnreadableInput(f"{path}: the file is empty; a header and rows of readings are "
+                              "expected. Record the pose again.")
+    return data
+
+
+def require_file(path: Path) -> None:
+    """Refuse pipes, sockets and devices, which may wait for ever or never end.
+
+    Raises
+    ------
+    UnreadableInput
+        ``path`` is neither a file nor a folder.
+    OSError
+        It is missing, or cannot be looked at.
+    """
+    mode = path.stat().st_mode
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        raise UnreadableInput(f"{path}: is a pipe or a device; a file is expected. Save the log to "
+                              "a file first.")
+
+
+def _unpacked(path: Path, file: BinaryIO, limit: int) -> bytes:
+    """At most one byte more than ``limit``, however much was packed into the file."""
+    try:
+        with gzip.GzipFile(fileobj=file) as unpacked:
+            return unpacked.read(limit + 1)
+    except (EOFError, OSError, zlib.error) as error:
+        raise UnreadableInput(
+            f"{path}: the compressed file is damaged or cut off ({error}). Copy it again from "
+            "where it was made, or pack it again with gzip."
+        ) from error
+
+
+def text_lines(path: Path, data: bytes) -> list[str]:
+    """The lines of a text, in UTF-8 or in UTF-16 with its mark.
+
+    Signs such as ² and ° in a header may be those of Windows (cp1252).
+
+    Raises
+    ------
+    UnreadableInput
+        It is not text; with file and line.
+    """
+    utf_16 = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    try:
+        text = data.decode("utf-16" if utf_16 else "utf-8-sig")
+    except UnicodeDecodeError as error:
+        text = data.decode("latin-1")
+        damaged = utf_16 or any(width_of_numbers(line) >= FEWEST_NUMBERS
+                                for line in text.split("\n") if not line.isascii())
+        if damaged:
+            raise _not_text(path, data, error.start) from error
+    if "\0" in text:
+        raise _not_text(path, data, data.index(0))
+    return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+
+def read_lines(path: Path) -> list[str]:
+    """The lines of a text file, compressed or not; errors as of the two steps."""
+    return text_lines(path, read_bytes(path))
+
+
+def _not_text(path: Path, data: bytes, start: int) -> UnreadableInput:
+    line = data.count(b"\n", 0, start) + 1
+    return UnreadableInput(
+        f"{path}:{line}: byte 0x{data[start]:02x} is not text (UTF-8 is expected). If this is a "
+        "log, delete the damaged line or save the file as UTF-8; video and binary logs cannot be "
+        "read here."
+    )

@@ -1,0 +1,256 @@
+"""A card for every effect: the physics as a drawing, its formula, its fingerprint, its size.
+
+The drawings are macros of ``templates/drawings.html`` by the name of the effect; an effect without
+one has the drawing of a user-defined effect.
+"""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import Literal
+
+import numpy as np
+
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.verdict.ranking import Candidate
+from calib.diagnosis.verdict.wording import joined
+from calib.effects.catalogue import EFFECTS, UnknownEffect, find_effect
+from calib.effects.effect import Effect
+from calib.poses.imu_log import AXES, FloatArray
+from pipeline.formatting import with_sd
+from pipeline.report.display_units import display_unit
+from pipeline.report.fingerprint import Fingerprint, fingerprint, fingerprint_svg
+from pipeline.results.json_values import Json
+from pipeline.stages.triads import TriadResult
+
+Standing = Literal["missing", "model", "offered", "idle", "unseen", "unavailable"]
+
+STANDINGS: Mapping[Standing, str] = {
+    "missing": "missing",
+    "model": "in the model",
+    "offered": "may be missing",
+    "idle": "not named",
+    "unseen": "cannot be determined here",
+    "unavailable": "not in these logs",
+}
+EXPANDED: tuple[Standing, ...] = ("missing", "offered", "model")
+"""Cards that are open from the start: those of the verdict and of the model."""
+
+CLEAR_SD = 3.0  #: a size beyond this many sds is set in bold
+_INDEX = re.compile(r"(?<!\w)([^\W_]\d?)_([A-Za-z]{1,3})(?![A-Za-z0-9_])")
+
+
+@dataclass(frozen=True)
+class SizeCell:
+    """One parameter: value, sd, whether it is clearly not zero, and its share of the largest."""
+
+    value: str
+    sd: str
+    is_clear: bool
+    share: float
+
+
+@dataclass(frozen=True)
+class SizeTable:
+    """The parameters of an effect as a table: a row for all, or one for each axis of a matrix.
+
+    ``shape`` is the shape parameter with its sd and unit.
+    """
+
+    unit: str
+    columns: tuple[str, ...]
+    rows: tuple[str, ...]
+    cells: tuple[tuple[SizeCell, ...], ...]
+    shape: str
+
+
+@dataclass(frozen=True)
+class EffectCard:
+    """What the page shows of one effect."""
+
+    name: str
+    drawing: str
+    physics: str
+    formula: str
+    standing: Standing
+    status: str
+    typical: tuple[tuple[str, str], ...]
+    source: str
+    size: SizeTable | None
+    fingerprint: str
+    caption: str
+    confused: str
+    confused_here: str
+    separates: str
+    expanded: bool
+
+
+def effect_cards(
+    result: TriadResult, payload: Json, defined: Mapping[str, Effect], drawings: Sequence[str]
+) -> tuple[EffectCard, ...]:
+    """A card for every effect of the triad, the expanded ones first.
+
+    Parameters
+    ----------
+    result : TriadResult
+    payload : dict
+        :func:`pipeline.report.refit_data.refit_json` of the same triad.
+    defined : mapping of name to Effect
+        The user's effects.
+    drawings : sequence of str
+        Names of the macros that draw.
+    """
+    entries = {each["name"]: each for each in payload["effects"]}
+    cards = [_card(result, payload, effect, entries.get(effect.name), drawings)
+             for effect in _effects(result, entries, defined)]
+    return tuple(sorted(cards, key=lambda card: not card.expanded))
+
+
+def _effects(
+    result: TriadResult, entries: Mapping[str, Json], defined: Mapping[str, Effect]
+) -> Iterator[Effect]:
+    """The effects of the page's boxes in their order, then the rest of the catalogue."""
+    catalogue = {name: each for name, each in EFFECTS.items() if result.triad in each.triads}
+    in_model = {each.name: each for each in result.calibration.fit.model.effects}
+    for name in dict.fromkeys([*entries, *defined, *catalogue]):
+        try:
+            yield in_model.get(name) or defined.get(name) or find_effect(name)
+        except UnknownEffect:  # a logged column that is no effect
+            continue
+
+
+def _card(
+    result: TriadResult, payload: Json, effect: Effect, entry: Json | None,
+    drawings: Sequence[str],
+) -> EffectCard:
+    candidate = next((c for c in result.diagnosis.ranking
+                      if c.kind == "listed" and c.name == effect.name), None)
+    standing = _standing(result, effect)
+    seen = entry is not None and entry["reason"] is None
+    shape = fingerprint(payload, entry) if entry is not None and seen else None
+    named = effect.name if effect.name in drawings else None
+    listed = effect.name in EFFECTS
+    return EffectCard(
+        name=effect.name,
+        drawing=named or ("column" if effect.follows else "user_defined"),
+        physics=effect.physics,
+        formula=formula_html(effect.page.formula) if listed else escape(effect.page.formula),
+        standing=standing,
+        status=_status(result, effect, standing),
+        typical=tuple(effect.page.typical.items()),
+        source=effect.page.source,
+        size=_size_table(result, effect, candidate),
+        fingerprint="" if shape is None else fingerprint_svg(
+            shape, effect.name, payload, result.calibration.fit.poses.run),
+        caption="" if shape is None else _caption(effect, shape),
+        confused=effect.page.confounded,
+        confused_here=_confused_here(effect, entry, shape),
+        separates=effect.page.separates,
+        expanded=standing in EXPANDED and effect.acts_on != "reading",
+    )
+
+
+def formula_html(formula: str) -> str:
+    """A formula of the catalogue as HTML: a letter after ``_`` is an index.
+
+    >>> formula_html("e_k = K2_k · s_k²")
+    'e<sub>k</sub> = K2<sub>k</sub> · s<sub>k</sub>²'
+    """
+    return _INDEX.sub(r"\1<sub>\2</sub>", escape(formula))
+
+
+def _standing(result: TriadResult, effect: Effect) -> Standing:
+    diagnosis = result.diagnosis
+    if effect.name in result.calibration.fit.model.names:
+        return "model"
+    if effect.name in diagnosis.names:
+        return "missing"
+    likely = {member for each in diagnosis.inclusion for member in each.members
+              if each.probability >= 1 - CONSTANTS.sure}
+    if diagnosis.verdict != "nothing_missing" and effect.name in {*likely, *diagnosis.group}:
+        return "offered"
+    if effect.name in diagnosis.unavailable:
+        return "unavailable"
+    known = {c.name for c in diagnosis.ranking}
+    return "idle" if effect.name in known else "unseen"
+
+
+def _status(result: TriadResult, effect: Effect, standing: Standing) -> str:
+    words = STANDINGS[standing]
+    inclusion = next((each for each in result.diagnosis.inclusion
+                      if effect.name in each.members), None)
+    if standing == "offered" and inclusion is not None:
+        return f"{words}, probability {inclusion.probability:.2g}"
+    return words
+
+
+def _caption(effect: Effect, shape: Fingerprint) -> str:
+    return (
+        f"Bars are rows of the fit, in sds; the band is the noise of ± 1 sd. At its best size "
+        f"{effect.name} explains {_per_cent(shape.explained)} of the residual's chi². The other "
+        f"parameters leave {_per_cent(shape.visible)} of its signature visible in these poses."
+    )
+
+
+def _per_cent(share: float) -> str:
+    return f"{100 * share:.{0 if share >= 0.1 else 1}f} %"
+
+
+def _confused_here(effect: Effect, entry: Json | None, shape: Fingerprint | None) -> str:
+    if entry is None:
+        return ""
+    if entry["reason"] is not None:
+        return f"{entry['reason'][0].upper()}{entry['reason'][1:]}."
+    if entry["aliases"]:
+        return f"These poses cannot separate it from {joined(entry['aliases'], 'or')}."
+    return "These poses separate it from every other listed effect."
+
+
+# --- sizes -------------------------------------------------------------------------------------
+
+
+def _size_table(
+    result: TriadResult, effect: Effect, candidate: Candidate | None
+) -> SizeTable | None:
+    """The fitted parameters, or those that the diagnosis has for a candidate; None without any."""
+    values, sds = _sizes(result, effect, candidate)
+    k = len(effect.parameters)
+    if len(values) < k:
+        return None
+    unit, factor = display_unit(effect.unit_for(result.triad), values[:k])
+    largest = float(np.abs(values[:k]).max()) * factor
+    cells = tuple(_cell(value * factor, sd * factor, largest)
+                  for value, sd in zip(values[:k], sds[:k], strict=True))
+    shape = ""
+    if effect.shape is not None and len(values) > k:
+        shape = f"{effect.shape.name} = {with_sd(values[k], sds[k])} {effect.shape.unit}"
+    if k == len(AXES) ** 2:
+        columns = tuple(name[1:] for name in effect.parameters[:3])
+        rows = tuple(name[0] for name in effect.parameters[::3])
+        return SizeTable(unit, columns, rows, (cells[:3], cells[3:6], cells[6:]), shape)
+    return SizeTable(unit, effect.parameters, ("",), (cells,), shape)
+
+
+def _sizes(
+    result: TriadResult, effect: Effect, candidate: Candidate | None
+) -> tuple[FloatArray, FloatArray]:
+    """Parameters and sds, SI; the shape parameter last where it was fitted."""
+    calibration = result.calibration
+    if effect.acts_on == "reading" and effect.name in calibration.fit.model.names:
+        where = calibration.fit.model.slices()[effect.name]
+        return calibration.fit.theta[where], np.sqrt(np.diag(calibration.fit.cov)[where])
+    fitted = calibration.effect_values().get(effect.name)
+    if fitted is not None:
+        return fitted
+    if candidate is None:
+        return np.zeros(0), np.zeros(0)
+    return candidate.size, candidate.sd
+
+
+def _cell(value: float, sd: float, largest: float) -> SizeCell:
+    share = value / largest if largest > 0 else 0.0
+    if not np.isfinite(sd):
+        return SizeCell(f"{value:.3g}", "not determined alone", False, share)
+    text, _, spread = with_sd(value, sd).replace("-", "−").partition(" ± ")
+    return SizeCell(text, f"± {spread}" if spread else "", abs(value) > CLEAR_SD * sd, share)

@@ -1,0 +1,139 @@
+"""The fingerprint of an effect in the poses of a session, under the residual that was measured.
+
+Both are whitened and have everything else that the model holds projected out: the fingerprint is
+what the effect leaves in these rows, at the size that fits best. An effect that is there has the
+pattern of the residual; of one that is not there no more than the noise is fitted.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+
+import numpy as np
+
+from calib.poses.imu_log import FloatArray
+from pipeline.report.svg import WIDTH, drawing, pixel, tick_text
+from pipeline.results.json_values import Json
+
+LEFT, RIGHT = 44.0, 4.0
+STRIP, GAP, TOP, FOOT = 52.0, 20.0, 16.0, 16.0  #: height of a strip, and the room about it
+NOISE = 1.0  #: sd of a whitened row
+REACH = 4.0  #: sds that a strip shows at least
+LETTER = 9.5  #: width of a letter of a run's name on a phone
+RANK = 1e-2  #: combinations of parameters that the rows show less than this are not fitted
+
+
+@dataclass(frozen=True, eq=False)
+class Fingerprint:
+    """One effect in the rows of a fit.
+
+    Parameters
+    ----------
+    measured : array, shape (d,)
+        Residual without the effect, in sds.
+    pattern : array, shape (d,)
+        What the effect explains of it.
+    visible : float
+        RMS share of the effect's signature that the rest of the model leaves.
+    explained : float
+        Share of the measured sum of squares.
+    """
+
+    measured: FloatArray
+    pattern: FloatArray
+    visible: float
+    explained: float
+
+
+def fingerprint(payload: Json, entry: Json) -> Fingerprint:
+    """The fingerprint of one of the effects in :func:`pipeline.report.refit_data.refit_json`.
+
+    Parameters
+    ----------
+    payload : dict
+        Rows and columns of one triad.
+    entry : dict
+        An effect among them that can be ticked.
+    """
+    y, d = np.array(payload["y"]), len(payload["row_pose"])
+    others = [column for each in payload["effects"]
+              if each["in_model"] and each["name"] != entry["name"] for column in each["columns"]]
+    rest = np.column_stack([*payload["base"], *(_full(column, len(y)) for column in others)])
+    q, _ = np.linalg.qr(rest)
+    columns = np.column_stack([_full(column, len(y)) for column in entry["columns"]])
+    visible = columns - q @ (q.T @ columns)
+    measured = y - q @ (q.T @ y)
+    pattern = visible @ np.linalg.lstsq(visible, measured, rcond=RANK)[0]
+    whole = float(measured @ measured)
+    return Fingerprint(
+        measured[:d], pattern[:d],
+        float(np.sqrt((visible**2).sum() / max((columns**2).sum(), 1e-300))),
+        float(pattern @ pattern) / whole if whole > 0 else 0.0,
+    )
+
+
+def _full(column: Sequence[float], rows: int) -> FloatArray:
+    """A column over all rows: effects leave the rows of the common errors alone."""
+    return np.concatenate([column, np.zeros(rows - len(column))])
+
+
+def fingerprint_svg(shape: Fingerprint, name: str, payload: Json, runs: Sequence[str]) -> str:
+    """Two strips, a bar for every row: measured above, the fingerprint below, on one scale.
+
+    ``runs`` names the run of every pose.
+    """
+    poses = np.array(payload["row_pose"])
+    order = np.argsort(poses, kind="stable")
+    reach = max(REACH, float(np.abs([shape.measured, shape.pattern]).max()))
+    step = (WIDTH - LEFT - RIGHT) / len(order)
+    parts: list[str] = []
+    strips = (("measured residual [sd]", shape.measured, "measured"),
+              (f"fingerprint of {name} [sd]", shape.pattern, "pattern"))
+    for number, (title, values, kind) in enumerate(strips):
+        middle = TOP + STRIP / 2 + number * (STRIP + GAP)
+        parts += _strip(title, middle, reach)
+        bars = "".join(
+            f"M{pixel(LEFT + (i + 0.5) * step)} {pixel(middle)}v{pixel(-v / reach * STRIP / 2)}"
+            for i, v in enumerate(values[order]) if abs(v) > reach / STRIP / 5
+        )
+        width = f"{max(0.7 * min(step, 6.0), 0.8):.1f}"
+        parts.append(f'<path class="{kind}" stroke-width="{width}" d="{bars}"/>')
+    bottom = TOP + 2 * STRIP + GAP
+    names, lines = _runs([runs[k] for k in poses[order]], step, bottom)
+    words = f"Measured residual and fingerprint of {name}, in sds, pose by pose."
+    return drawing([*parts, *names], words, bottom + lines * FOOT, ' class="fingerprint"')
+
+
+def _strip(title: str, middle: float, reach: float) -> list[str]:
+    """Title, noise band, zero line and numbers of one strip."""
+    half, noise = STRIP / 2, NOISE / reach * STRIP / 2
+    right = WIDTH - RIGHT
+    return [
+        f'<text class="title" x="{LEFT:g}" y="{pixel(middle - half - 5)}">{escape(title)}</text>',
+        f'<rect class="stripe" x="{LEFT:g}" y="{pixel(middle - noise)}" '
+        f'width="{right - LEFT:g}" height="{pixel(2 * noise)}"/>',
+        f'<path class="zero" d="M{LEFT:g} {pixel(middle)}H{right:g}"/>',
+        *(f'<text class="tick" x="{LEFT - 5:g}" y="{pixel(middle - sign * half)}" dy="4" '
+          f'text-anchor="end">{text}</text>'
+          for sign in (1, -1) for text in [tick_text(sign * float(f"{reach:.2g}"))]),
+    ]
+
+
+def _runs(run_of_row: Sequence[str], step: float, bottom: float) -> tuple[list[str], int]:
+    """The names of the runs under their rows, in one line or two, and the number of lines."""
+    starts = [i for i, run in enumerate(run_of_row) if i == 0 or run_of_row[i - 1] != run]
+    ends = [*starts[1:], len(run_of_row)]
+    texts = [run_of_row[start] for start in starts] if len(starts) > 1 else ["poses in their order"]
+    lines = 1 if all(len(text) * LETTER < (end - start) * step
+                     for text, start, end in zip(texts, starts, ends, strict=True)) else 2
+    parts = []
+    for i, (text, start, end) in enumerate(zip(texts, starts, ends, strict=True)):
+        begin, finish = LEFT + start * step, LEFT + end * step
+        if start:
+            parts.append(f'<path class="grid" d="M{pixel(begin)} {TOP:g}V{bottom:g}"/>')
+        most = max(int(lines * (finish - begin) / LETTER), 3)
+        short = text if len(text) <= most else f"{text[:most - 1]}…"
+        parts.append(f'<text class="tick" x="{pixel((begin + finish) / 2)}" '
+                     f'y="{bottom + 13 + i % lines * FOOT:g}" '
+                     f'text-anchor="middle">{escape(short)}</text>')
+    return parts, lines

@@ -1,0 +1,63 @@
+"""results.json as a whole."""
+
+from typing import Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from pipeline.results.schema.rate import RateResult
+from pipeline.results.schema.triad import AccelerometerResult, GyroscopeResult
+from pipeline.results.schema.types import (
+    Count,
+    Matrix,
+    MaybeSd,
+    Number,
+    Part,
+    Text,
+    Three,
+    means,
+)
+
+FORMAT = 1
+ROUNDING = 1e-6
+
+
+class InstallationResult(Part):
+    """The mounting of the sensor (Promrit et al.)."""
+
+    order: Text = means("order of the rotations")
+    roll_deg: Number = means("roll")
+    pitch_deg: Number = means("pitch")
+    sd_deg: list[MaybeSd] = means("sds of roll and pitch", min_length=2, max_length=2)
+    yaw_deg: Number | None = means("yaw; null where no drive was logged")
+    yaw_sd_deg: MaybeSd = means("its sd")
+    floor_rise_deg: list[Number] | None = means("rise of the floor; null without a reversed log")
+    floor_rise_sd_deg: list[MaybeSd] | None = means("its sds")
+    rotation: Matrix = means("R, from the axes of the vehicle to those of the sensor")
+    before: Three = means("mean specific force before the rotation, m/s²")
+    after: Three = means("after it")
+    magnitude_error_m_s2: Number = means("magnitude less gravity")
+    readings: Count = means("samples")
+    notes: list[Text] = means("warnings in words")
+
+    @model_validator(mode="after")
+    def _is_a_rotation(self) -> "InstallationResult":
+        r = np.array(self.rotation)
+        if not np.allclose(r @ r.T, np.eye(3), atol=ROUNDING) or np.linalg.det(r) < 0:
+            raise ValueError("rotation is no rotation")
+        return self
+
+
+class ResultsFile(Part):
+    """results.json."""
+
+    format: Literal[1] = means("version of the format")
+    title: Text = means("title of the session")
+    sensor: Text = means("name of the sensor")
+    config_sha256: Text = means("SHA-256 of the configuration")
+    session_start_s: Number | None = means("earliest sample of all logs")
+    rate: dict[str, RateResult] = means("plate settings by name")
+    accelerometer: AccelerometerResult | None = means("null where it was not calibrated")
+    gyroscope: GyroscopeResult | None = means("null where it was not calibrated")
+    installation: InstallationResult | None = means("null without the section")
+    warnings: list[Text] = Field(default_factory=list, description="warnings of the run in words")

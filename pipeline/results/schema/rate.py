@@ -1,0 +1,100 @@
+"""The section ``rate`` of results.json."""
+
+from typing import Literal
+
+from pipeline.results.schema.types import (
+    Count,
+    Direction,
+    MaybeNumber,
+    MaybeSd,
+    NotNegative,
+    Part,
+    Text,
+    means,
+)
+
+
+class PhaseCandidate(Part):
+    """A term that the phase track may lack."""
+
+    name: Text = means("term")
+    log_evidence: MaybeNumber = means("log of its evidence against the present model")
+    chi2_drop: MaybeNumber = means("by how much chi² falls with it")
+    size: list[MaybeNumber] = means("its parameters")
+    sd: list[MaybeSd] = means("their sds")
+    rms_after: MaybeSd = means("residual with it, rad; of a triad in SI units")
+    loo_after: MaybeSd = means("leave-one-out error with it, in the same unit; null where none is")
+    blind: bool = means("these data cannot see it")
+    aliases: list[Text] = means("what looks the same in these data")
+
+
+class PhaseVerdict(Part):
+    """What the model of a phase track misses."""
+
+    verdict: Text = means("code")
+    name: Text | None = means("the term that is missing")
+    group: list[Text] = means("the term and what looks the same")
+    in_words: Text = means("the verdict in words", alias="says")
+    record_next: Text | None = means("what to record to know more")
+    ranking: list[PhaseCandidate] = means("every term, the likeliest first")
+
+
+class CountedRate(Part):
+    """A rate by counting frames per turn (Angrisano et al.)."""
+
+    rate_rad_s: NotNegative = means("rate")
+    sd_rad_s: NotNegative = means("its sd")
+
+
+class RateSds(Part):
+    """What the sd of a rate is made of."""
+
+    image_rad_s: MaybeSd = means("noise of the images")
+    timebase_rad_s: MaybeSd = means("clock of the camera")
+
+
+class FittedTerm(Part):
+    """A fitted term of a phase track."""
+
+    values: list[MaybeNumber] = means("parameters")
+    sd: list[MaybeSd] = means("sds")
+    unit: Text = means("unit")
+
+
+class ClipRate(Part):
+    """One clip of a plate setting."""
+
+    clip: Text = means("the file")
+    rate_rad_s: NotNegative = means("rate")
+    sd_rad_s: NotNegative = means("its sd")
+    direction: Direction = means("sense of rotation as filmed")
+    channel: Text = means("luma, or the colour that was tracked")
+    revolutions: NotNegative = means("turns in the clip")
+    frames: Count = means("frames used")
+    phase_rms_rad: NotNegative = means("residual of the phase")
+    frame_count: CountedRate | None = means("the same by counting frames")
+    sd_parts: RateSds = means("what the sd is made of")
+    model: list[Text] = means("terms of the model")
+    terms: dict[str, FittedTerm] = means("fitted terms besides the rate")
+    aliases_rad_s: list[MaybeNumber] = means(
+        "rates that give the same frames; negative is clockwise")
+    lost_frames: Count = means("dropped frames")
+    duplicate_frames: Count = means("repeated frames")
+    diagnosis: PhaseVerdict = means("what the model misses")
+    warnings: list[Text] = means("warnings in words")
+
+
+class RateResult(Part):
+    """One plate setting."""
+
+    rate_rad_s: NotNegative = means("rate of the plate")
+    sd_rad_s: NotNegative = means("its sd, all parts together")
+    direction: Direction | None = means("sense of rotation as filmed; null for a stated rate")
+    revolutions: MaybeSd = means("turns in all clips")
+    frames: Count | None = means("frames used")
+    phase_rms_rad: MaybeSd = means("residual of the phase")
+    frame_count: CountedRate | None = means("the same by counting frames")
+    sd_parts: RateSds = means("what the sd is made of")
+    source: Literal["video", "stated"] = means("where the rate comes from")
+    diagnosis: PhaseVerdict | None = means("of the clip that the model fits worst")
+    clips: list[ClipRate] = means("every clip")

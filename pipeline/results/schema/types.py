@@ -1,0 +1,47 @@
+"""The kinds of values in results.json."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+LARGEST = 1e100  #: far beyond every result, and its cube is still a number
+LONGEST_TEXT = 10_000  #: characters
+PROBLEMS_SHOWN = 3
+BEFORE_OURS = "Value error, "  #: pydantic's words before those of a rule of ours
+
+Number = Annotated[float, Field(allow_inf_nan=False, ge=-LARGEST, le=LARGEST)]
+NotNegative = Annotated[float, Field(allow_inf_nan=False, ge=0, le=LARGEST)]
+MaybeNumber = Number | None
+MaybeSd = NotNegative | None
+Probability = Annotated[float, Field(allow_inf_nan=False, ge=0, le=1 + 1e-9)]  # sums of roundings
+Count = Annotated[int, Field(ge=0, le=10**12)]
+Text = Annotated[str, Field(max_length=LONGEST_TEXT)]
+Three = Annotated[list[Number], Field(min_length=3, max_length=3)]
+ThreeSds = Annotated[list[MaybeSd], Field(min_length=3, max_length=3)]
+ThreeOrNull = Annotated[list[MaybeNumber], Field(min_length=3, max_length=3)]
+Matrix = Annotated[list[Three], Field(min_length=3, max_length=3)]
+Direction = Literal["ccw", "cw"]
+
+
+class Part(BaseModel):
+    """A mapping of results.json. Keys of later versions are passed over."""
+
+    model_config = ConfigDict(frozen=True, strict=True, extra="ignore")
+
+
+def means(meaning: str, **limits: Any) -> Any:
+    """A key with its meaning."""
+    return Field(description=meaning, **limits)
+
+
+def problems_of(part: type[Part], contents: Any) -> str:
+    """What is wrong with ``contents`` as a ``part``, the first few places; empty if nothing is."""
+    try:
+        part.model_validate(contents)
+    except ValidationError as error:
+        details = error.errors(include_url=False, include_input=False)
+        shown = [f"{'.'.join(map(str, each['loc']))}: {each['msg'].removeprefix(BEFORE_OURS)}"
+                 for each in details[:PROBLEMS_SHOWN]]
+        more = len(details) - len(shown)
+        return "; ".join(shown) + (f"; and {more} more" if more > 0 else "")
+    return ""

@@ -1,0 +1,217 @@
+"""A shot as frames in a file."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.bench.hard_clips.art import MARGIN, disc, streak, table
+from tests.bench.hard_clips.stage import Camera, disc_to_frame, table_to_frame
+
+Light = NDArray[np.float32]
+
+TICKS = 90_000
+TABLE_PIXELS = 1400
+SMEAR_PX = 2.0  #: of motion between two moments of an exposure
+MOST_MOMENTS = 9
+MAINS_HZ = 100.0
+
+
+def _even(rate: float) -> Callable[[float], float]:
+    return lambda time_s: rate * time_s
+
+
+@dataclass(frozen=True)
+class Shot:
+    """What is filmed, how, and what is true of it.
+
+    Parameters
+    ----------
+    rate_rad_s : float or None
+        None where no rate can be measured.
+    angle : callable
+        Plate angle in rad against time in s.
+    exposure : callable
+        Seconds against time; the stamp of a frame is the start of its exposure.
+    light : callable
+        Of the lamp and the camera's gain together, against time; 1 is ordinary.
+    """
+
+    category: str
+    seed: int
+    rate_rad_s: float | None
+    angle: Callable[[float], float]
+    seconds: float = 10.0
+    fps: float = 25.0
+    disc: str = "mark"
+    camera: Camera = field(default_factory=Camera)
+    exposure: Callable[[float], float] = lambda time_s: 1 / 100
+    light: Callable[[float], float] = lambda time_s: 1.0
+    noise: float = 0.004
+    off_centre: float = 0.0
+    wobble_rad: float = 0.0
+    streak: float = 0.0
+    flicker: float = 0.0
+    line_s: float = 0.0
+    distortion: float = 0.0
+    defocus_px: float = 0.0
+    bare: bool = False
+    hidden: float = 0.0
+    interlaced: bool = False
+    inset: float = 0.0
+    jitter_s: float = 0.0
+    dropped: float = 0.0
+    lost: float = 0.0
+    repeated: float = 0.0
+    codec: str = "libx264"
+    suffix: str = ".mp4"
+    crf: int = 24
+    bit_rate: int = 0
+    nominal_rpm: float | None = None
+
+
+class _Film:
+    """Renders moments of a shot."""
+
+    def __init__(self, shot: Shot) -> None:
+        rng = np.random.default_rng([shot.seed, 3])
+        self._shot = shot
+        self._side = int(2.4 * MARGIN * shot.camera.radius_px)
+        self._disc = disc(shot.disc, self._side, rng, shot.off_centre)
+        self._streak = streak(self._side, rng.uniform(0, 3), 0.12, shot.streak)
+        self._table = table(TABLE_PIXELS, rng, bare=shot.bare)
+        self._rng = rng
+        self._still: tuple[Light, Light] | None = None
+        w, h = shot.camera.size_px
+        y, x = np.mgrid[:h, :w].astype(np.float32)
+        x0, y0, size = w / 2, h / 2, w / 2
+        bend = 1 + shot.distortion * (((x - x0) ** 2 + (y - y0) ** 2) / size**2)
+        self._lens = (x0 + (x - x0) * bend, y0 + (y - y0) * bend)
+        self._noise = rng.standard_normal((h + 64, w + 64)).astype(np.float32)
+
+    def frame(self, time_s: float) -> NDArray[np.uint8]:
+        """Luma (h, w) of the frame whose exposure begins at a time."""
+        shot = self._shot
+        exposure = shot.exposure(time_s)
+        swept = abs(shot.angle(time_s + exposure) - shot.angle(time_s)) * shot.camera.radius_px
+        moments = int(np.clip(np.ceil(swept / SMEAR_PX), 1, MOST_MOMENTS))
+        at = time_s + exposure * (np.arange(moments) + 0.5) / moments
+        light = sum(self._moment(t) for t in at) / moments
+        light = light * shot.light(time_s)
+        h, w = light.shape
+        if shot.flicker:
+            row_s = time_s + exposure / 2 + np.arange(h) * shot.line_s
+            depth = shot.flicker * np.sinc(MAINS_HZ * exposure)
+            light = light * (1 + depth * np.sin(2 * np.pi * MAINS_HZ * row_s))[:, None]
+        if shot.distortion:
+            light = cv2.remap(light, *self._lens, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        if shot.defocus_px:
+            light = cv2.GaussianBlur(light, (0, 0), shot.defocus_px)
+        if shot.hidden:
+            wide = int(w / 2 + shot.camera.aim_px[0] + shot.camera.radius_px * (1 - shot.hidden))
+            light = np.array(light)
+            light[:, wide:] = 0.2
+        i, j = self._rng.integers(0, 64, 2)
+        grain = self._noise[i : i + h, j : j + w] * self._rng.choice([-1, 1])
+        # Read noise, and that of the light's own grains.
+        light = light + grain * np.sqrt(shot.noise**2 + 0.02 * shot.noise * np.maximum(light, 0))
+        luma = 16 + 219 * np.clip(light, 0, 1) ** (1 / 2.2)
+        return np.rint(luma).astype(np.uint8)
+
+    def _moment(self, time_s: float) -> Light:
+        shot, size = self._shot, self._shot.camera.size_px
+        view = shot.camera.view(time_s)
+        if self._still is None or shot.camera.moves:
+            on_table = table_to_frame(view, TABLE_PIXELS)
+            table_light = cv2.warpPerspective(
+                self._table, on_table, size, borderMode=cv2.BORDER_REPLICATE)
+            at_rest = disc_to_frame(view, self._side, MARGIN, 0.0, 0.0)
+            self._still = table_light, cv2.warpPerspective(self._streak, at_rest, size)
+        turned = disc_to_frame(view, self._side, MARGIN, shot.angle(time_s), shot.wobble_rad)
+        drawn = cv2.warpPerspective(self._disc, turned, size)
+        below, mirrored = self._still
+        light = drawn[..., 0] + (1 - drawn[..., 1]) * below
+        if shot.streak:
+            light = light + mirrored * drawn[..., 2]
+        return np.asarray(light, np.float32)
+
+
+def write(shot: Shot, path: Path) -> None:
+    """Render a shot into a file."""
+    film = _Film(shot)
+    rng = np.random.default_rng([shot.seed, 4])
+    count = round(shot.seconds * shot.fps)
+    time_s = np.arange(count) / shot.fps
+    if shot.jitter_s:
+        time_s = time_s + np.clip(rng.normal(0, shot.jitter_s, count), -0.4 / shot.fps,
+                                  0.4 / shot.fps) + 0.4 / shot.fps
+    kept = rng.random(count) >= shot.dropped + shot.lost
+    again = rng.random(count) < shot.repeated
+    stamps = time_s[kept] if not shot.lost else np.arange(kept.sum()) / shot.fps
+    _encode(shot, path, _frames(shot, film, time_s[kept], again[kept]), stamps)
+
+
+def _frames(
+    shot: Shot, film: _Film, time_s: NDArray[np.float64], again: NDArray[np.bool_]
+) -> Iterator[NDArray[np.uint8]]:
+    luma = film.frame(float(time_s[0]))
+    for time, repeat in zip(time_s, again, strict=True):
+        if not repeat:
+            luma = film.frame(float(time))
+            if shot.interlaced:
+                later = film.frame(float(time) + 0.5 / shot.fps)
+                luma[1::2] = later[1::2]
+        yield _inset(luma, shot.inset) if shot.inset else luma
+
+
+def _inset(luma: NDArray[np.uint8], share: float) -> NDArray[np.uint8]:
+    """The frame small in the corner of another one."""
+    h, w = luma.shape
+    y, x = np.mgrid[:h, :w]
+    outer = (90 + 40 * np.sin(x / 37.0) * np.cos(y / 23.0)).astype(np.uint8)
+    small = cv2.resize(luma, (int(w * share), int(h * share)), interpolation=cv2.INTER_AREA)
+    outer[20 : 20 + small.shape[0], w - 24 - small.shape[1] : w - 24] = small
+    return outer
+
+
+def _encode(
+    shot: Shot, path: Path, frames: Iterator[NDArray[np.uint8]], stamps: NDArray[np.float64]
+) -> None:
+    w, h = shot.camera.size_px
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream(shot.codec, rate=Fraction(shot.fps).limit_denominator(1001))
+        assert isinstance(stream, av.VideoStream)
+        stream.width, stream.height = w, h
+        stream.pix_fmt = "yuvj420p" if shot.codec == "mjpeg" else "yuv420p"
+        stream.codec_context.thread_count = 1
+        if shot.codec == "libx264":
+            stream.options = {"preset": "veryfast", "x264-params": "asm=SSE4.2"}
+            if shot.bit_rate:
+                stream.bit_rate = shot.bit_rate
+            else:
+                stream.options = {**stream.options, "crf": str(shot.crf)}
+            if shot.interlaced:
+                parameters = "asm=SSE4.2:tff=1"
+                stream.options = {**stream.options, "x264-params": parameters}
+        ticks = TICKS if shot.codec == "libx264" else round(shot.fps * 1000)
+        stream.time_base = stream.codec_context.time_base = Fraction(1, ticks)
+        if shot.codec == "mjpeg" and shot.suffix == ".avi":
+            ticks = round(shot.fps)
+            stream.time_base = stream.codec_context.time_base = Fraction(1, ticks)
+        for luma, stamp in zip(frames, stamps, strict=True):
+            frame = av.VideoFrame(w, h, "yuv420p")
+            grey = np.full((h // 2, w // 2), 128, np.uint8)
+            for plane, values in zip(frame.planes, (luma, grey, grey), strict=True):
+                padded = np.zeros((plane.height, plane.line_size), np.uint8)
+                padded[:, : plane.width] = values
+                plane.update(padded)
+            if shot.codec == "mjpeg":
+                frame = frame.reformat(format="yuvj420p")
+            frame.pts, frame.time_base = round(stamp * ticks), Fraction(1, ticks)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())

@@ -1,0 +1,177 @@
+"""The card of an effect: its drawing, its size in data-sheet units, its fingerprint."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from jinja2 import Environment, PackageLoader
+
+from calib.effects.catalogue import EFFECTS, find_effect
+from calib.effects.effect import Effect
+from calib.poses.imu_log import FloatArray, Triad
+from pipeline.report.display_units import display_unit
+from pipeline.report.effect_cards import EffectCard, effect_cards, formula_html
+from pipeline.report.fingerprint import fingerprint
+from pipeline.report.refit_data import refit_json
+from tests.pipeline.report.browser import needs_browser
+from tests.pipeline.report.conftest import HiddenSession
+from tests.pipeline.report.html_page import Page
+from tests.pipeline.report.tab import PHONE, browser_tab
+
+G = 9.80665
+
+
+@pytest.fixture(scope="module")
+def drawings() -> dict[str, object]:
+    loader = PackageLoader("pipeline.report", "templates")
+    return vars(Environment(loader=loader, autoescape=True).get_template("drawings.html").module)
+
+
+@pytest.fixture(scope="module")
+def cards(hidden_session: HiddenSession, drawings: dict[str, object]) -> dict[str, EffectCard]:
+    result = hidden_session.outcome.gyroscope
+    assert result is not None
+    every = effect_cards(result, refit_json(result, {}), {}, tuple(drawings))
+    return {card.name: card for card in every}
+
+
+@pytest.mark.parametrize("name", [*EFFECTS, "column", "user_defined"])
+def test_every_effect_has_a_drawing_that_says_in_words_what_it_shows(
+    name: str, drawings: dict[str, object]
+) -> None:
+    draw = drawings[name]
+    assert callable(draw)
+    page = Page(str(draw()))
+    assert page.open == []
+    (svg,) = page.all("svg")
+    assert svg["role"] == "img"
+    assert len(svg["aria-label"] or "") > 40
+    assert {"title", "desc"} <= {tag for tag, _ in page.elements}
+
+
+def test_no_two_drawings_are_the_same(drawings: dict[str, object]) -> None:
+    drawn = [str(drawings[name]()) for name in EFFECTS]  # type: ignore[operator]
+    without_words = {text.split("</desc>")[1] for text in drawn}
+    assert len(without_words) == len(EFFECTS)
+
+
+def test_every_effect_of_the_triad_has_a_card(cards: dict[str, EffectCard]) -> None:
+    assert {name for name, each in EFFECTS.items() if "gyroscope" in each.triads} <= set(cards)
+    assert "lever_arm" not in cards
+
+
+def test_only_the_cards_of_the_verdict_and_the_model_are_open(
+    cards: dict[str, EffectCard], hidden_session: HiddenSession
+) -> None:
+    assert [name for name, card in cards.items() if card.expanded] == ["g_sensitivity"]
+    assert cards["g_sensitivity"].standing == "missing"
+    assert cards["bias"].standing == "model"
+    page = Page(hidden_session.html)
+    is_open = {each["id"] for each in page.all("details") if "open" in each and each.get("id")}
+    assert {each for each in is_open if each and each.startswith("card-gyroscope")} == {
+        "card-gyroscope-g_sensitivity"}
+
+
+def test_the_matrix_of_the_card_is_the_hidden_one_in_degrees_per_second_per_g(
+    cards: dict[str, EffectCard], hidden_session: HiddenSession
+) -> None:
+    size = cards["g_sensitivity"].size
+    assert size is not None
+    assert size.unit == "°/s per g"
+    assert (size.rows, size.columns) == (("x", "y", "z"), ("x", "y", "z"))
+    true = np.degrees(hidden_session.size) * G
+    for row, wanted in zip(size.cells, true, strict=True):
+        for cell, value in zip(row, wanted, strict=True):
+            sd = float(cell.sd.removeprefix("± "))
+            assert float(cell.value.replace("−", "-")) == pytest.approx(value, abs=5 * sd)
+            assert 0 < sd < 0.1 * np.abs(true).max()
+
+
+def test_the_fingerprint_of_what_is_there_is_the_residual_and_no_other_is(
+    hidden_session: HiddenSession
+) -> None:
+    result = hidden_session.outcome.gyroscope
+    assert result is not None
+    payload = refit_json(result, {})
+    shapes = {entry["name"]: fingerprint(payload, entry)
+              for entry in payload["effects"] if entry["reason"] is None}
+    there = shapes.pop("g_sensitivity")
+    assert there.explained > 0.95
+    assert np.corrcoef(there.measured, there.pattern)[0, 1] > 0.97
+    assert all(other.explained < 0.6 for other in shapes.values())
+    fit = result.calibration.fit
+    # Nothing else is in the model: what is measured is the residual of the fit itself.
+    assert there.measured == pytest.approx(fit.rows.residual[: len(there.measured)], abs=1e-4)
+
+
+def test_a_blind_effect_has_no_fingerprint_and_says_why(cards: dict[str, EffectCard]) -> None:
+    card = cards["reference_scale"]
+    assert (card.standing, card.fingerprint) == ("unseen", "")
+    assert "cannot determine it" in card.confused_here
+
+
+def test_an_effect_without_a_drawing_has_that_of_a_user_s_effect(
+    hidden_session: HiddenSession, drawings: dict[str, object]
+) -> None:
+    result = hidden_session.outcome.gyroscope
+    assert result is not None
+    mine = replace(find_effect("bias_drift"), name="fan <b>heat</b>")
+    defined: dict[str, Effect] = {mine.name: mine}
+    cards = effect_cards(result, refit_json(result, {}), defined, tuple(drawings))
+    (card,) = (each for each in cards if each.name == mine.name)
+    assert card.drawing == "user_defined"
+    assert "<b>" not in card.fingerprint
+
+
+@pytest.mark.parametrize(("name", "triad", "size", "unit", "shown"), [
+    ("g_sensitivity", "gyroscope", 2e-4, "°/s per g", math.degrees(2e-4) * G),
+    ("temperature_bias", "accelerometer", 5e-3, "mg per K", 5e-3 / G * 1e3),
+    ("scale", "gyroscope", 3e-2, "%", 3.0),
+    ("temperature_scale", "gyroscope", 2e-5, "ppm per K", 20.0),
+    ("earth_rate", "gyroscope", 5e-5, "°/h", math.degrees(5e-5) * 3600),
+    ("lever_arm", "accelerometer", 0.013, "mm", 13.0),
+    ("quadratic", "gyroscope", 1e-4, "ppm per °/s", 1e-4 * math.radians(1) * 1e6),
+])
+def test_sizes_are_in_the_units_of_data_sheets(
+    name: str, triad: Triad, size: float, unit: str, shown: float
+) -> None:
+    sizes: FloatArray = np.array([size])
+    assert display_unit(find_effect(name).unit_for(triad), sizes) == (
+        unit, pytest.approx(shown / size))
+
+
+def test_a_unit_that_is_not_known_stays_as_it_is() -> None:
+    assert display_unit("furlong/W²", np.array([1.0])) == ("furlong/W²", 1.0)
+    assert display_unit("(rad/s)/W²", np.array([1.0])) == (
+        "°/s per W²", pytest.approx(math.degrees(1)))
+
+
+def test_indices_of_a_formula_are_set_low_and_names_stay() -> None:
+    assert formula_html("e_k = K3_k · s_k³") == (
+        "e<sub>k</sub> = K3<sub>k</sub> · s<sub>k</sub>³")
+    assert formula_html("c_k · fan_rpm < 3") == "c<sub>k</sub> · fan_rpm &lt; 3"
+
+
+@needs_browser
+def test_cards_open_and_close_by_keyboard_and_by_touch(
+    hidden_session: HiddenSession, tmp_path: Path
+) -> None:
+    summary = "#card-gyroscope-cubic > summary"
+    is_open = "document.getElementById('card-gyroscope-cubic').open"
+    with browser_tab(tmp_path) as tab:
+        tab.open(hidden_session.path)
+        assert tab.evaluate(is_open) is False
+        tab.evaluate(f"document.querySelector('{summary}').focus()")
+        tab.key("Enter")
+        assert tab.evaluate(is_open) is True
+        tab.key(" ")
+        assert tab.evaluate(is_open) is False
+        tab.open(hidden_session.path, PHONE)
+        tab.tap(summary)
+        assert tab.evaluate(is_open) is True
+        wide = tab.evaluate("return [document.documentElement.scrollWidth, window.innerWidth];")
+        assert wide[0] <= wide[1]
+        assert tab.requests == [hidden_session.path.as_uri()] * 2
+        assert tab.errors == []

@@ -1,0 +1,59 @@
+"""Rates that the frames cannot tell apart are listed, and what chooses among them is named."""
+
+import numpy as np
+import pytest
+
+from tests.vision.phase_tracks import CLOCK, NOISE, RPM, phase_track, steady
+from vision.rate.measure import measure_rate
+
+
+def test_the_alias_set_is_listed_and_the_nominal_rate_chooses() -> None:
+    time, angle = steady(600.0)
+    track = phase_track(time, angle, noise_rad=NOISE)
+    blind = measure_rate(track, timebase=CLOCK)
+    assert blind.direction == "cw"
+    assert blind.rate_rad_s == pytest.approx(300 * RPM, rel=1e-5)
+    assert 600 * RPM in [pytest.approx(alias, rel=1e-5) for alias in blind.aliases.rates_rad_s]
+    told = measure_rate(track, timebase=CLOCK, nominal_rpm=600)
+    assert told.direction == "ccw"
+    assert told.rate_rad_s == pytest.approx(600 * RPM, rel=1e-5)
+    assert "nominal" in told.aliases.reason
+
+
+def test_uneven_stamps_exclude_the_aliases() -> None:
+    time, _ = steady(600.0)
+    time = time + np.random.default_rng(0).uniform(-0.01, 0.01, len(time))
+    track = phase_track(time - time[0], 600 * RPM * time, noise_rad=NOISE)
+    # The smallest alias does not fit these stamps, so it is not offered.
+    rate = measure_rate(track, timebase=CLOCK)
+    assert rate.rate_rad_s == pytest.approx(600 * RPM, rel=1e-4)
+
+
+def test_stamps_in_bursts_exclude_no_rate() -> None:
+    """Two frames at once: an alias fitted such stamps better, and the plate was at 2778 rpm."""
+    rpm = -78.26
+    time, angle = steady(rpm, fps=15, seconds=20.0)
+    burst = time.copy()
+    burst[1::2] = time[::2] + 2e-3
+    rate = measure_rate(phase_track(burst, angle, noise_rad=NOISE), timebase=CLOCK)
+    assert abs(rate.rate_rad_s - abs(rpm) * RPM) < 3 * rate.sd_rad_s
+    assert len(rate.aliases.rates_rad_s) > 1
+
+
+def test_a_plate_with_two_equal_marks_is_followed_over_whole_turns() -> None:
+    time, angle = steady(33.3)
+    ambiguous = np.mod(angle, np.pi)  # what a two-fold symmetric image determines
+    track = phase_track(time, ambiguous, symmetry=2, mark_azimuth_rad=np.nan)
+    rate = measure_rate(track, timebase=CLOCK)
+    assert rate.rate_rad_s == pytest.approx(33.3 * RPM, rel=1e-6)
+
+
+def test_locked_frame_counts_keep_their_frame_of_uncertainty() -> None:
+    time, angle = steady(33.333 * 1.0005)  # 27 frames per turn, all counts equal
+    rate = measure_rate(phase_track(time, angle, noise_rad=NOISE), timebase=CLOCK)
+    count = rate.cross_checks.frame_count
+    assert count is not None
+    assert len(np.unique(np.diff(count.alignments)[:12])) == 1
+    frames = count.alignments[-1] - count.alignments[0]
+    assert count.sd_rad_s == pytest.approx(count.rate_rad_s / np.sqrt(6) / frames, rel=1e-6)
+    assert abs(count.rate_rad_s - rate.rate_rad_s) < 2.5 * count.sd_rad_s
