@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from calib.mounting.mounting import Mounting
 from pipeline.config.load import Config
 from pipeline.stages.context import RunContext
-from pipeline.stages.mounting import measure_mounting
+from pipeline.stages.mounting import measure_mounting, reading_at_rest
 from pipeline.stages.plate_settings import measure_rates
 from pipeline.stages.poses import Recordings, average_recordings
 from pipeline.stages.rate import SettingRate
@@ -130,7 +130,7 @@ def run_stages(
     if gyroscope is not None:
         observer.on_triad(gyroscope)
 
-    installation = measure_mounting(config, accelerometer)
+    installation = measure_mounting(config, accelerometer, reading_at_rest(config, recordings))
     if installation is not None:
         observer.on_installation(installation)
 
