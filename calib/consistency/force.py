@@ -41,7 +41,6 @@ the logarithm of the number of looks over it."""
 
 def require_gravity(
     poses: PoseSet,
-    nominal: FloatArray,
     correct: Callable[[Conditions], FloatArray],
     gravity_m_s2: float,
 ) -> None:
@@ -51,8 +50,6 @@ def require_gravity(
     ----------
     poses : PoseSet
         Of the gyro, with the calibrated specific force.
-    nominal : array, shape (n, 3)
-        The accelerometer's nominal readings in them, m/s².
     correct : callable
         The accelerometer's calibration.
     gravity_m_s2 : float
@@ -62,6 +59,8 @@ def require_gravity(
     Contradiction
         Naming the run, what it reads, and the mistake that explains it if one does.
     """
+    nominal = poses.other_reading
+    assert nominal is not None  # only ideal poses have none
     runs = np.array(poses.run)
     sound = np.isfinite(poses.force).all(axis=1)
     for name in dict.fromkeys(runs[sound]):
@@ -80,7 +79,7 @@ def _check_run(
     largest = np.hypot(gravity, poses.spin_rad_s**2 * PLATE_RADIUS_M)
 
     def misfit(readings: FloatArray) -> FloatArray:
-        size = np.linalg.norm(correct(poses.conditions(readings)), axis=1)
+        size = np.linalg.norm(correct(poses.accelerometer_conditions(readings)), axis=1)
         return np.asarray(np.maximum(size - largest, 0.0) + np.minimum(size - gravity, 0.0))
 
     as_logged = misfit(nominal)
@@ -88,7 +87,7 @@ def _check_run(
     likely = _likely_mistake(misfit, nominal, as_logged, gravity, only_axes=not impossible)
     if likely is None and not impossible:
         return
-    size = np.median(np.linalg.norm(correct(poses.conditions(nominal)), axis=1))
+    size = np.median(np.linalg.norm(correct(poses.accelerometer_conditions(nominal)), axis=1))
     kind = "on the turning plate" if poses.spin_rad_s.any() else "with the plate stopped"
     raise Contradiction(
         f"{run}: in its poses {kind} the calibrated accelerometer reads {size:.4g} m/s² (median) "

@@ -19,6 +19,7 @@ SHORT_BATCHES = 12
 MEDIAN_OF_NORMAL = 0.6745
 """Median of the absolute value of a standard normal variable."""
 
+FINER = 4
 RAIL_SHARE = 1e-3
 LARGEST_SHIFT_SD = 10.0
 LARGEST_STILL_SHIFT = {"accelerometer": 0.02, "gyroscope": 0.02}
@@ -29,17 +30,20 @@ LARGEST_TURN = 0.005
 """Of the mean, 0.3°: what is laid on a plate by hand and loosened would turn by more."""
 
 
-def _stray(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _stray(values: FloatArray, finer: int = 1) -> tuple[FloatArray, FloatArray]:
     """How far batch means stray from their median, as the module says, and by noise alone, (k,).
 
     The noise is the sd that the difference of both halves has. It comes from the median second
     difference of the batch means, which neither a few jumps nor a steady creep enter: measured by
     the motion itself, no motion would be large. The axes share it, since a median of so few would
-    often come out far too small.
+    often come out far too small. ``finer`` times as many batches, each of so much less, show it
+    where what is left of waves bends the batch means.
     """
     means = batch_means(values, SHORT_BATCHES)
-    of_batch = np.median(np.abs(np.diff(means, n=2, axis=0)), axis=0) / MEDIAN_OF_NORMAL
-    noise = math.sqrt(np.mean(of_batch**2) / 6 * 4 / SHORT_BATCHES)
+    count = finer * SHORT_BATCHES
+    bends = np.diff(batch_means(values, count), n=2, axis=0)
+    of_batch = np.median(np.abs(bends), axis=0) / MEDIAN_OF_NORMAL
+    noise = math.sqrt(np.mean(of_batch**2) / 6 * 4 / count)
     return 2 * np.abs(means - np.median(means, axis=0)).mean(axis=0), np.full(means.shape[1], noise)
 
 
@@ -86,7 +90,8 @@ def check_attitude(label: str, triad: str, values: FloatArray) -> None:
 
     What comes back with every turn must be off them.
     """
-    stray, noise = _stray(values)
+    finer = FINER if len(values) >= 2 * FINER * SHORT_BATCHES else 1
+    stray, noise = _stray(values, finer)
     size = float(np.linalg.norm(values.mean(axis=0)))
     limit = np.maximum(LARGEST_TURN * size, LARGEST_SHIFT_SD * noise)
     axis = int(np.argmax(stray / limit))

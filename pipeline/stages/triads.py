@@ -3,30 +3,24 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from calib.assess import assess
 from calib.consistency.data_sheet import (
     direction_against_clip,
     gain_off_the_sheet,
     turning_while_still,
 )
 from calib.consistency.force import require_gravity
-from calib.consistency.mistakes import require_no_mistake, require_one_sensor
-from calib.consistency.plate_axes import require_common_axes
-from calib.diagnosis.diagnose import Diagnosis, diagnose
-from calib.diagnosis.untested import untested
+from calib.diagnosis.diagnose import Diagnosis
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
 from calib.effects.needs import unavailable
 from calib.effects.user_defined import fault_of_user_effect
-from calib.errors import CalibrationError, Remedy, Undetermined
-from calib.fit.angrisano import fit_paper
-from calib.fit.calibration import TriadCalibration, calibrate_triad
+from calib.errors import Remedy, Undetermined
+from calib.fit.calibration import TriadCalibration
 from calib.fit.frame_alignment import FrameRotation, frame_rotation
-from calib.fit.leave_one_out import Comparison, compare
+from calib.fit.leave_one_out import Comparison
 from calib.fit.model import Model
-from calib.fit.prediction import Prediction, predict
-from calib.fit.result import Fit
-from calib.fit.solver import fit
-from calib.fit.unknown_sd import has_sds, tests_the_model, with_estimated_sds
+from calib.fit.prediction import Prediction
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import Triad
 from calib.poses.pose_set import PoseRun, PoseSet, pose_set
@@ -181,14 +175,11 @@ def calibrate_gyroscope(
     correct = accelerometer.calibration.correct if accelerometer else None
     poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
     if accelerometer is not None and accelerometer.gravity is not None:
-        nominal = poses.other_reading
-        assert nominal is not None  # only ideal poses have none
-        require_gravity(poses, nominal, accelerometer.calibration.correct,
-                        accelerometer.gravity.value_m_s2)
+        require_gravity(poses, accelerometer.calibration.correct, accelerometer.gravity.value_m_s2)
     defined = user_effects(config, "gyroscope", context.allow_python)
     spec = triad_spec(config.sensor.gyroscope)
     result = _calibrated(poses, config.gyroscope, spec, defined, config.covariates,
-                         senses=_senses(config, recordings))
+                         senses=_senses(config, recordings) if accelerometer else None)
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
     return replace(
@@ -216,45 +207,21 @@ def _calibrated(
     usable, notes = _usable_effects(defined, poses, section.model)
     model = Model.of(section.model, usable)
     _require_evaluable(model, poses)
-    if not has_sds(poses):
-        poses = with_estimated_sds(poses, model)
-    fitted = _fitted(poses, model, section, spec)
-    if senses is not None:
-        require_common_axes(poses, fitted.rows.vector, senses)
-    calibration = calibrate_triad(fitted, spec)
-    prediction = predict(calibration)
-    diagnosis = diagnose(fitted, tuple(usable.values()), spec.full_scale, covariates, prediction)
+    assessed = assess(poses, model, spec, solver=section.solver, loss=section.loss,
+                      candidates=tuple(usable.values()), covariates=covariates, senses=senses)
     return TriadResult(
-        calibration,
-        compare(fitted),
-        diagnosis if tests_the_model(poses) else untested(diagnosis),
-        prediction,
+        assessed.calibration,
+        assessed.comparison,
+        assessed.diagnosis,
+        assessed.prediction,
         gravity,
         warnings=(
             *notes,
-            *poses.notes,
+            *assessed.calibration.fit.poses.notes,
             *turning_while_still(poses),
-            *gain_off_the_sheet(calibration.parameters, spec, poses.triad),
+            *gain_off_the_sheet(assessed.calibration.parameters, spec, poses.triad),
         ),
     )
-
-
-def _fitted(
-    poses: PoseSet, model: Model, section: AccelerometerSection | GyroscopeSection, spec: TriadSpec
-) -> Fit:
-    """The fit; a mistake in the files that explains its misfit, or its refusal, is named first."""
-    try:
-        fitted = (
-            fit_paper(poses, model, spec)
-            if section.solver == "paper"
-            else fit(poses, model, robust=section.loss == "huber")
-        )
-    except CalibrationError:
-        require_no_mistake(poses, model, None)
-        raise
-    require_no_mistake(poses, model, fitted)
-    require_one_sensor(poses, model, fitted)
-    return fitted
 
 
 def _usable_effects(

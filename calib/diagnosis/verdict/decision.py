@@ -166,10 +166,10 @@ def _one_pose(state: Search, odds: Odds, named: Inclusion) -> str | None:
         return None
     known, pose = state.table.projector.model, state.base.equations.row_pose
     for k in np.unique(pose):
-        own = np.zeros((len(signal), int((pose == k).sum())))
-        own[np.flatnonzero(pose == k), range(own.shape[1])] = 1.0
-        own = orthonormal_columns(own - known @ (known.T @ own))
-        if np.linalg.norm(own.T @ signal) > CONSTANTS.alias_correlation * np.linalg.norm(signal):
+        error = np.zeros((len(signal), int((pose == k).sum())))
+        error[np.flatnonzero(pose == k), range(error.shape[1])] = 1.0
+        error = orthonormal_columns(error - knerror @ (knerror.T @ error))
+        if np.linalg.norm(error.T @ signal) > CONSTANTS.alias_correlation * np.linalg.norm(signal):
             return str(state.base.poses.label[k])
     return None
 
