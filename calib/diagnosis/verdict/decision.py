@@ -168,7 +168,7 @@ def _one_pose(state: Search, odds: Odds, named: Inclusion) -> str | None:
     for k in np.unique(pose):
         error = np.zeros((len(signal), int((pose == k).sum())))
         error[np.flatnonzero(pose == k), range(error.shape[1])] = 1.0
-        error = orthonormal_columns(error - knerror @ (knerror.T @ error))
+        error = orthonormal_columns(error - known @ (known.T @ error))
         if np.linalg.norm(error.T @ signal) > CONSTANTS.alias_correlation * np.linalg.norm(signal):
             return str(state.base.poses.label[k])
     return None
