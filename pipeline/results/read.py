@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from calib.effects.effect import Effect
-from calib.errors import CalibrationError, Undetermined
+from calib.errors import CalibrationError
 from calib.fit.calibration import alignment, triad_parameters
 from calib.fit.correction import Correction
-from calib.fit.determined import BaseParameters, undetermined
 from calib.fit.model import Model
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray, Triad
@@ -93,8 +92,6 @@ def load_results(path: Path, allow_python: bool = False) -> Stored:
     ------
     UnreadableInput
         It is missing, damaged, or was written by a program of another format.
-    Undetermined
-        The poses did not determine a parameter in it.
     """
     path = path / RESULTS_NAME if path.is_dir() else path
     contents = _json(path)
@@ -114,24 +111,7 @@ def load_results(path: Path, allow_python: bool = False) -> Stored:
         )
     except (ValueError, CalibrationError) as error:
         raise _not_ours(path, str(error)) from error
-    for each in triads:
-        _require_determined(path, each, contents[each.triad])
     return Stored(path, contents, triads)
-
-
-def _require_determined(path: Path, triad: StoredTriad, section: Mapping[str, Any]) -> None:
-    """Refuse what a run refuses, see :mod:`calib.fit.determined`, before any widening."""
-    widened = section["sd_widened_by"]
-    lost = undetermined(BaseParameters(
-        triad.misalignment_rad, triad.bias_counts, triad.scale_counts_per_unit,
-        triad.misalignment_sd / widened, triad.bias_sd / widened, triad.scale_sd / widened,
-        max((pose["reference"] for pose in section["poses"]), default=0.0) or math.nan,
-    ))
-    if lost:
-        raise Undetermined(
-            f"{path}: the {triad.triad}'s {', '.join(lost)} were not determined by the poses of "
-            f"that session. Add poses and run it again."
-        )
 
 
 def _json(path: Path) -> Any:
