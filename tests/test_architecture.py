@@ -57,7 +57,7 @@ FLOORS = {
     "calib.notebook": [("tables", "display"), ("calibration",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
-        ("diagnose",), ("untested",),
+        ("diagnose", "unseen"), ("untested",),
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
     "calib.diagnosis.search": [

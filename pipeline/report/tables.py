@@ -54,8 +54,9 @@ def parameter_groups(
 def budget_rows(result: TriadResult) -> tuple[tuple[str, str, str, str], ...]:
     """Cause, and the sds it gives to misalignment, bias and scale: means over the axes."""
     scale = result.calibration.parameters.scale_counts_per_unit
+    unseen = {f"{name}, if your sensor is typical": sds for name, sds in result.unseen.items()}
     rows = []
-    for cause, sds in uncertainty_budget(result.calibration).items():
+    for cause, sds in {**uncertainty_budget(result.calibration), **unseen}.items():
         misalignment, bias, gain = np.sqrt(np.mean([sds[0] ** 2, sds[1] ** 2,
                                                     (sds[2] / scale) ** 2], axis=1))
         label = "noise and misfit" if cause == NOISE and result.calibration.widening > 1 else cause
