@@ -48,10 +48,9 @@ def split_cells(line: str, delimiter: str | None) -> list[str]:
     line = line.split("#", 1)[0]
     if '"' in line and delimiter is not None:
         try:
-            cells = next(csv.reader([line.strip()], delimiter=delimiter))
-        except csv.Error:  # bytes that are no text, or a quote that swallows the file
-            cells = line.strip().split(delimiter)
-        return [cell.strip() for cell in cells]
+            return [cell.strip() for cell in next(csv.reader([line.strip()], delimiter=delimiter))]
+        except csv.Error:  # a control character: no table, as its cells will show
+            return line.split(delimiter)
     return [cell.strip() for cell in line.split(delimiter)] if line.strip() else []
 
 

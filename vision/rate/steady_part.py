@@ -165,6 +165,6 @@ def _without_tails(rate: FloatArray, first: int, last: int) -> tuple[int, int]:
 def _has_trend(rate: FloatArray) -> bool:
     x = np.linspace(-0.5, 0.5, len(rate))
     slope = float(x @ rate / (x @ x))
-    left = rate - rate.mean() - slope * x
-    sd = float(np.sqrt(2 * (left @ left) / max(len(rate) - 2, 1) / (x @ x)))  # turns overlap
+    rest = rate - rate.mean() - slope * x
+    sd = float(np.sqrt(2 * (rest @ rest) / max(len(rate) - 2, 1) / (x @ x)))  # turns overlap
     return abs(slope) > max(THRESHOLDS.trend * abs(float(rate.mean())), 4 * sd)

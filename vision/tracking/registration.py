@@ -105,7 +105,7 @@ class Registration:
         roll = float(np.arctan2(motion[1, 0] - motion[0, 1], motion[0, 0] + motion[1, 1]))
         self.largest_roll_rad = max(self.largest_roll_rad, abs(roll))
         chroma = _back(frame.chroma, motion) if frame.chroma.size else frame.chroma
-        return replace(frame, luma=_back(frame.luma, motion), chroma=chroma)
+        return replace(frame, luma=_back(frame.luma, motion), chroma=chroma, motion=motion)
 
 
 def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
@@ -124,10 +124,10 @@ def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
         Root mean square of the motion of the surroundings, NaN where it cannot be seen.
     """
     reference = frames[len(frames) // 2].luma
-    found = cv2.goodFeaturesToTrack(reference, CORNERS, QUALITY, APART_PX)
-    if found is None or len(found) < FEWEST:
+    strong = cv2.goodFeaturesToTrack(reference, CORNERS, QUALITY, APART_PX)
+    if strong is None or len(strong) < FEWEST:
         return None, np.nan
-    corners = np.asarray(found, np.float32).reshape(-1, 2)
+    corners = np.asarray(strong, np.float32).reshape(-1, 2)
     looked_at = [frames[i].luma for i in spread_choice(len(frames), LOOKED_AT)]
     followed = [_followed(reference, luma, corners, np.eye(3)) for luma in looked_at]
     agreements = np.zeros(len(corners))

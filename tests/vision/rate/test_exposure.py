@@ -4,15 +4,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.vision.phase_tracks import phase_track, steady
+from tests.vision.phase_tracks import CLOCK, phase_track, steady
 from vision.geometry import view_of_ellipse
 from vision.plate.polar import polar_grid
 from vision.plate.template import Template
 from vision.rate.measure import measure_rate
-from vision.rate.timebase import Timebase
 from vision.tracking.tracker import PlateTracker
 
-CLOCK = Timebase(ppm=0.0)
 RPM = 2 * np.pi / 60
 SECONDS = 25.0
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tests.vision.phase_tracks import CLOCK
 from vision.rate.measure import measure_rate
-from vision.rate.timebase import Timebase
 from vision.tracking.registration import registration
 from vision.tracking.track import track_phase
 from vision.video import NO_CHROMA, Frame
@@ -21,7 +21,6 @@ from tests.vision.rendered_clips import Render
 from tests.world.film import Scene
 from tests.world.plate import PlateMotion
 
-CLOCK = Timebase(ppm=0.0)
 MOTION = PlateMotion(33.3 * 2 * np.pi / 60)
 SCENE = Scene(tilt_rad=0.3, radius_px=105.0, exposure_s=1 / 200)
 
