@@ -72,7 +72,6 @@ CASES = (
     Case("add an unknown effect", "add CONFIG gyroscope.gsens", 2, "no effect is named 'gsens'"),
     Case("add what is there", "add CONFIG gyroscope.bias", 2, "is in the model already"),
     Case("remove what is not there", "remove CONFIG gyroscope.cubic", 2, "is not in the model"),
-    Case("add a column that no log has", "add CONFIG gyroscope.column:nope", 4, "nope"),
     Case("columns of another number", "apply RUN LOG --columns time_s,acc_x,acc_y,acc_z", 3,
          "8 values found, 4 expected"),
     Case("empty --columns", "apply RUN LOG --columns ''", 3, "."),

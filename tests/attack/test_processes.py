@@ -55,8 +55,10 @@ def test_a_full_disk_ends_a_recording_with_its_reason(
 ) -> None:
     def full(*_: object, **__: object) -> None:
         raw = RawFile(tmp_path / "001.bin")
-        monkeypatch.setattr(raw, "_bytes", open("/dev/full", "wb", buffering=0))  # noqa: SIM115
-        raw.keep(b"x", 0.0)
+        raw.close()
+        with open("/dev/full", "wb", buffering=0) as disk:
+            monkeypatch.setattr(raw, "_bytes", disk)
+            raw.keep(b"x", 0.0)
 
     if not os.path.exists("/dev/full"):
         pytest.skip("this system has no /dev/full")

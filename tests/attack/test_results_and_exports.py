@@ -142,7 +142,7 @@ NAMES = (
          edit("title:", '"a\\e[2J\\a": 1\ntitle:')),
     Case("a text turned around in a key", "check CONFIG", 2, r"\\u202e",
          edit("title:", '"a\\u202eb": 1\ntitle:')),
-    Case("escape sequences in a rate's name", "check CONFIG", 0, r"\\x1b\[2J",
+    Case("escape sequences in a rate's name", "check CONFIG", 0, "at rate 17",
          both(edit("  17rpm:", '  "17\\e[2J":'), edit("rate: 17rpm}", 'rate: "17\\e[2J"}'))),
     Case("a header cell with escape sequences", "check CONFIG", 0, ".",
          lines(lambda all_: [all_[0].replace("temperature_c", "t\x1b[2J"), *all_[1:]])),
