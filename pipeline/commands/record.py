@@ -7,6 +7,8 @@ import click
 from pipeline.commands import examples
 from pipeline.commands.arguments import PathArgument
 
+FASTEST_BAUD = 100_000_000  #: bits per second, of a serial line over USB
+
 
 @click.command(epilog=examples(
     "pipeline record config.yaml",
@@ -14,8 +16,9 @@ from pipeline.commands.arguments import PathArgument
 ))
 @click.argument("config", type=PathArgument())
 @click.option("--port", help="Serial port; default: record.port of CONFIG.")
-@click.option("--baud", type=int, help="Baud rate; default: record.baud of CONFIG.")
-@click.option("--camera", type=int,
+@click.option("--baud", type=click.IntRange(min=1, max=FASTEST_BAUD),
+              help="Baud rate; default: record.baud of CONFIG.")
+@click.option("--camera", type=click.IntRange(min=0),
               help="Film the poses on the turning plate with this camera (0 is the first).")
 def command(config: Path, port: str | None, baud: int | None, camera: int | None) -> None:
     """Record the poses of CONFIG from a sensor, with instructions for each pose.
