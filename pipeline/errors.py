@@ -62,6 +62,12 @@ class UnreadableInput(PipelineError):
     exit_code = UNREADABLE
 
 
+class UnfinishedGuess(PipelineError):
+    """What `pipeline import` has written does not run yet."""
+
+    exit_code = UNDETERMINED
+
+
 class UnfitCalibration(PipelineError):
     """The stored results do not determine what they are to be used for."""
 

@@ -99,6 +99,9 @@ class PhaseTrack:
     roll_rad : array, shape (f,)
         Roll of the camera as what lies around the plate shows it, counter-clockwise as filmed; NaN
         in the frames, most of them, in which it is not measured.
+    motion : array, shape (f, 3, 3)
+        Pixels of the plate's view to those of each frame, homogeneous; the identity where the
+        camera stood still.
     annotated : array of uint8, shape (b,)
         A PNG of one frame with plate, centre, marks and radii drawn in.
     notes : tuple of str
@@ -117,6 +120,7 @@ class PhaseTrack:
     smear_rad2: FloatArray
     brightness: FloatArray
     roll_rad: FloatArray
+    motion: FloatArray
     annotated: NDArray[np.uint8]
     notes: tuple[str, ...]
 

@@ -38,17 +38,48 @@ START_SD = 1e-3
 
 
 def has_sds(poses: PoseSet) -> bool:
-    """Whether the sd of every pose mean is known."""
+    """Whether the sd of every pose mean is known.
+
+    Parameters
+    ----------
+    poses : PoseSet
+
+    Returns
+    -------
+    bool
+    """
     return bool(np.isfinite(poses.sd).all())
 
 
 def tests_the_model(poses: PoseSet) -> bool:
-    """Whether the sds come from something else than the residuals of the model."""
+    """Whether the sds come from something else than the residuals of the model.
+
+    Parameters
+    ----------
+    poses : PoseSet
+
+    Returns
+    -------
+    bool
+        Also True for sds that were stated or measured.
+    """
     return poses.sd_dof is None or poses.sd_dof >= LEAST_REPEATS
 
 
 def with_estimated_sds(poses: PoseSet, model: Model) -> PoseSet:
     """``poses`` (n) with one sd for all means, by repeated attitudes or by the residuals.
+
+    Parameters
+    ----------
+    poses : PoseSet
+        Whose sds are not known.
+    model : Model
+        By whose residuals they are estimated.
+
+    Returns
+    -------
+    PoseSet
+        With ``sd`` (n, 3), SI, its degrees of freedom ``sd_dof`` and a note of where they are from.
 
     Raises
     ------

@@ -31,8 +31,7 @@ from calib.fit.identifiability import VISIBLE_SHARE
 from calib.fit.leave_one_out import LARGEST_LEVERAGE
 from calib.fit.model import Model
 from calib.fit.residuals import Equations
-from calib.fit.result import MISFIT_P_VALUE, Fit
-from calib.fit.solver import AT_BOUND
+from calib.fit.result import AT_BOUND, MISFIT_P_VALUE, Fit
 from calib.poses.imu_log import FloatArray
 from pipeline.formatting import DISPLAY
 from pipeline.report.display_units import display_unit

@@ -50,6 +50,7 @@ class FrameMeasurements:
         self._time_s: list[float] = []
         self._roll_rad: list[float] = []
         self._brightness: list[float] = []
+        self._motion: list[FloatArray] = []
         self._angles: list[MeasuredAngles] = []
 
     def __len__(self) -> int:
@@ -77,6 +78,7 @@ class FrameMeasurements:
         self._time_s += time_s.tolist()
         self._roll_rad += roll.tolist()
         self._coding += [frame.coding for frame in frames]
+        self._motion += [frame.motion for frame in frames]
         part = self._rows, self._columns
         self._brightness += [float(frame.luma[part].mean()) for frame in frames]
 
@@ -107,6 +109,7 @@ class FrameMeasurements:
             smear_rad2=angles.smear_rad2,
             brightness=np.array(self._brightness),
             roll_rad=np.array(self._roll_rad),
+            motion=np.stack(self._motion),
             annotated=self._annotated(layout, angles.angle_rad[self._shown_index]),
             notes=(*self._plate.notes, *notes),
         )

@@ -105,7 +105,7 @@ class Registration:
         roll = float(np.arctan2(motion[1, 0] - motion[0, 1], motion[0, 0] + motion[1, 1]))
         self.largest_roll_rad = max(self.largest_roll_rad, abs(roll))
         chroma = _back(frame.chroma, motion) if frame.chroma.size else frame.chroma
-        return replace(frame, luma=_back(frame.luma, motion), chroma=chroma)
+        return replace(frame, luma=_back(frame.luma, motion), chroma=chroma, motion=motion)
 
 
 def registration(frames: list[Frame]) -> tuple[Registration | None, float]:

@@ -36,7 +36,6 @@ class Kind:
     si: bool = False
 
 
-MATLAB = Kind("MATLAB file", "matlab")
 HDF5 = Kind("HDF5 file", "hdf5", "hdf5")
 ROS = Kind("ROS bag", "ros", "ros", si=True)
 ARCHIVE = Kind("archive", "archive")
@@ -44,7 +43,8 @@ JSON = Kind("JSON file", "json_lines")
 KINDS: Mapping[bytes, Kind] = {
     b"PAR1": Kind("Parquet file", "parquet", "parquet"),
     b"\x89HDF\r\n\x1a\n": HDF5,
-    b"MATLAB 5.0": MATLAB,
+    b"MATLAB 5.0": Kind("MATLAB file", "matlab"),
+    b"MATLAB 7.3": Kind("MATLAB file", "hdf5", "hdf5"),
     b"\x93NUMPY": Kind("NumPy file", "numpy_files"),
     b"#ROSBAG": ROS,
     b"SQLite format 3": ROS,
