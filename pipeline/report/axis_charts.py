@@ -173,12 +173,11 @@ def panel_figure(name: str, panel: Panel, limit: float, canvas: Canvas = SMALL) 
     noise = float(np.median(panel.sd))
     chart.stripe(-noise, noise)
     chart.level(0.0)
-    for x, y, sd in zip(panel.x, panel.before, panel.sd, strict=True):
-        chart.bar(x, max(y - sd, -limit), min(y + sd, limit), "error-bar")
+    low, high = (np.clip(panel.before + sign * panel.sd, -limit, limit) for sign in (-1, 1))
+    chart.bars(panel.x, low, high, "error-bar")
     chart.line(panel.curve[0], np.clip(panel.curve[1], -limit, limit), "effect")
-    for x, y, other in zip(panel.x, panel.before, panel.after, strict=True):
-        chart.mark(x, y, 0, "mark before")
-        chart.mark(x, other, 1, "mark after")
+    chart.poses(panel.x, panel.before, panel.pose, "before-dots")
+    chart.squares(panel.x, panel.after, "after-squares")
     title = _title(panel)
     alternative = f"{what.capitalize()} against {panel.against}: {title}."
     return Figure(title, chart.svg(f"{name}. {alternative}"), "", "")
