@@ -31,6 +31,7 @@ HOME = {
     "jinja2": ("pipeline.report",),
     "rich": ("pipeline.cli", "pipeline.commands"),
     "filelock": ("pipeline.session_folder",),
+    "matplotlib": ("pipeline.export.sheet",),
     "click": ("pipeline.cli", "pipeline.commands"),
     "rosbags": ("pipeline.logs.formats.ros",),
     "pyulog": ("pipeline.logs.formats.px4",),
