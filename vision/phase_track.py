@@ -4,7 +4,8 @@
 continuous angle that ``vision.rate`` makes of it; ``RateHistory`` the rate from turn to turn.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,9 +91,17 @@ class PhaseTrack:
         sides; any other where that is not known.
     thumbnail : array of uint8, shape (f, m)
         The luma of a few hundred pixels on and around the plate, for the rate by autocorrelation.
+    smear_rad2 : array, shape (f,)
+        Variance of the smear along the turn beyond that of the template, rad²: with the time that
+        the shutter is open the smear grows. NaN where the plate was not seen.
+    brightness : array, shape (f,)
+        Mean luma of those pixels.
     roll_rad : array, shape (f,)
         Roll of the camera as what lies around the plate shows it, counter-clockwise as filmed; NaN
         in the frames, most of them, in which it is not measured.
+    motion : array, shape (f, 3, 3)
+        Pixels of the plate's view to those of each frame, homogeneous; the identity where the
+        camera stood still.
     annotated : array of uint8, shape (b,)
         A PNG of one frame with plate, centre, marks and radii drawn in.
     notes : tuple of str
@@ -108,7 +117,10 @@ class PhaseTrack:
     duplicate: BoolArray
     coding: NDArray[np.uint8]
     thumbnail: NDArray[np.uint8]
+    smear_rad2: FloatArray
+    brightness: FloatArray
     roll_rad: FloatArray
+    motion: FloatArray
     annotated: NDArray[np.uint8]
     notes: tuple[str, ...]
 
@@ -117,6 +129,15 @@ class PhaseTrack:
         """Turns from the first frame to the last, the shortest way from each to the next."""
         phase = np.unwrap(self.phase_rad[np.isfinite(self.phase_rad)])
         return float(abs(phase[-1] - phase[0]) / (2 * np.pi)) if phase.size else 0.0
+
+    def frames(self, chosen: BoolArray) -> "PhaseTrack":
+        """Some of the frames, shape (f,); their times stay those of the clip."""
+        arrays = {each.name: getattr(self, each.name) for each in fields(self)}
+        del arrays["annotated"]
+        of_frames: dict[str, Any] = {
+            name: array[chosen] for name, array in arrays.items() if isinstance(array, np.ndarray)
+        }
+        return replace(self, **of_frames)
 
     @property
     def forward(self) -> BoolArray:

@@ -25,6 +25,9 @@ class Constants:
     odds_unknown: float = _constant(0.18, "tuned: shared by all unknown functions")
     odds_rare: float = _constant(0.04, "tuned: a step of the bias, a bad pose, noise, plate")
     odds_wander: float = _constant(0.1, "fact: bias instability is on every MEMS data sheet")
+    odds_unnatural: float = _constant(
+        0.01, "derived: a size that nature does not have is a mistake in 99 of 100 sessions"
+    )
 
     # Sizes that an effect may have, root mean square over the rows in noise units.
     octaves_of_size: int = _constant(15, "derived: 1 to 16384 sd, so that no signal is too strong")

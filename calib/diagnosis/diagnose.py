@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses.listed import Hypothesis, causes, listed_hypotheses
+from calib.diagnosis.hypotheses.columns import causes, set_aside
+from calib.diagnosis.hypotheses.listed import Hypothesis, listed_hypotheses
 from calib.diagnosis.hypotheses.unlisted import (
     bad_pose_hypotheses,
     plate_hypotheses,
@@ -20,7 +21,7 @@ from calib.diagnosis.hypotheses.unlisted import (
     unknown_hypotheses,
     wander_hypotheses,
 )
-from calib.diagnosis.next_measurement.advice import Advice, Rival, best_block
+from calib.diagnosis.next_measurement.advice import Advice, Rival, best_block, lay_missing
 from calib.diagnosis.search.expansion import search
 from calib.diagnosis.search.odds import Inclusion, Odds, odds_of
 from calib.diagnosis.search.sets import Search
@@ -28,6 +29,7 @@ from calib.diagnosis.verdict.decision import Code, Verdict, reach_verdict
 from calib.diagnosis.verdict.explain import Explanation, explain
 from calib.diagnosis.verdict.ranking import Candidate, rank
 from calib.effects.effect import Effect
+from calib.fit.prediction import Prediction
 from calib.fit.result import Fit
 
 RIVALS_COMPARED = 4
@@ -72,6 +74,8 @@ class Diagnosis:
         Listed effects that these poses cannot see.
     unavailable : dict
         Listed effects that could not be evaluated, and why.
+    aside : tuple of str
+        Logged columns that were not taken for causes: they follow the attitude or the clock.
     p_value : float
         Whether the poses' own noise explains the residual.
     """
@@ -87,6 +91,7 @@ class Diagnosis:
     ranking: tuple[Candidate, ...]
     blind: tuple[str, ...]
     unavailable: dict[str, str]
+    aside: tuple[str, ...]
     p_value: float
 
     @property
@@ -134,6 +139,7 @@ def diagnose(
     own: Sequence[Effect] = (),
     full_scale: float = np.inf,
     covariates: Sequence[str] | None = None,
+    prediction: Prediction | None = None,
 ) -> Diagnosis:
     """Diagnose ``fit``.
 
@@ -148,6 +154,9 @@ def diagnose(
     covariates : sequence of str, optional
         Logged columns that may cause an error; without it all but those that follow the attitude
         or the clock by themselves (magnetometer, orientation, status).
+    prediction : Prediction, optional
+        What the calibration will err by; where it does not hold in every direction, the verdict
+        says so and asks for poses there.
     """
     listed, unavailable = listed_hypotheses(fit, own, covariates)
     hypotheses = [*listed, *unlisted_hypotheses(fit, covariates)]
@@ -163,6 +172,8 @@ def diagnose(
     )
     blind = tuple(name for name in blind if name not in {c.name for c in ranking})
     advice = _advise(state, odds, verdict, ranking, full_scale)
+    if verdict.code in (Code.NOTHING_MISSING, Code.AMBIGUOUS, Code.NOISE):
+        advice = lay_missing(prediction) or advice
     return Diagnosis(
         verdict=verdict.code,
         name=verdict.name,
@@ -170,11 +181,12 @@ def diagnose(
         group=verdict.group,
         inclusion=_reported(odds),
         sets=tuple(each for each in odds.sets if each[1] >= CONSTANTS.least_listed),
-        explanation=explain(fit, verdict, ranking, state.p_value, advice),
+        explanation=explain(fit, verdict, ranking, state.p_value, advice, prediction),
         advice=advice,
         ranking=ranking,
         blind=blind,
         unavailable=unavailable,
+        aside=set_aside(fit.poses, covariates),
         p_value=state.p_value,
     )
 

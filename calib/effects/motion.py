@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from calib.earth import EARTH_RATE_RAD_S
 from calib.effects.effect import Page, effect, per_axis
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, FloatArray
@@ -82,6 +83,7 @@ def lever_arm(at: Conditions) -> FloatArray:
     belongs_to="bench",
     orthogonal=True,
     triads=("gyroscope",),
+    largest=EARTH_RATE_RAD_S,
     page=Page(
         formula="e = w · u,  u = f/|f|",
         typical={"everywhere": "15.04 °/h × sin(latitude): 2.9e-5 … 7.3e-5 rad/s"},

@@ -11,7 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.fit.calibration import TriadCalibration
+from calib.fit.leave_one_out import redundancy
 from calib.fit.residuals import Equations
+from calib.fit.result import Fit
 from calib.fit.sensitive_axes import axes_of, sensor_columns
 from calib.poses.attitudes import natural_directions
 from calib.poses.imu_log import FloatArray
@@ -27,6 +29,14 @@ LARGEST_TO_POSE = 1.5
 that pose would nearly halve its error there. 18 wedge poses stay at 0.8; without those of one face
 and the edges beside it 2."""
 
+MOST_WANTED = 8
+"""Directions that an advice lists; where more are missing, as many again come with the next run."""
+
+LEAST_REDUNDANCY = 0.01
+"""Share of a pose's own error that its residual shows. Derived: an error is noticed (in 8 of 10
+cases at 1 in 1000) from 4.1/√share of the pose's sds on (Baarda, *A Testing Procedure for Use in
+Geodetic Networks*, 1968): at 0.01 from 41, while the rest of it stands in the parameters."""
+
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
@@ -35,6 +45,8 @@ class Prediction:
     ``sd_median`` and ``sd_worst`` over all directions and magnitudes, ``worst_direction`` (3,) the
     unit vector of the latter, ``noise_worst`` the largest sd without the errors that the
     references have in common, ``pose_sd`` the typical sd of the magnitude of one pose.
+    ``wanted`` are the natural directions in which poses would mend that, the best first, and
+    ``unchecked`` the poses that no other pose checks (:data:`LEAST_REDUNDANCY`).
     """
 
     sd_median: float
@@ -42,11 +54,18 @@ class Prediction:
     worst_direction: FloatArray
     noise_worst: float
     pose_sd: float
+    wanted: tuple[FloatArray, ...] = ()
+    unchecked: tuple[str, ...] = ()
 
     @property
     def holds_everywhere(self) -> bool:
         """Whether no direction is known much worse than one pose there would show."""
-        return self.noise_worst <= LARGEST_TO_POSE * self.pose_sd
+        return self.times_a_pose <= LARGEST_TO_POSE
+
+    @property
+    def times_a_pose(self) -> float:
+        """How many times worse than one pose there would show the worst direction is known."""
+        return self.noise_worst / self.pose_sd
 
 
 def spread_directions(count: int) -> FloatArray:
@@ -77,20 +96,55 @@ def predict(calibration: TriadCalibration) -> Prediction | None:
     if turning.size == 0:
         return None
     directions = np.vstack([natural_directions(), spread_directions(SPREAD_DIRECTIONS)])
-    variances, by_noise = [], []
+    gradients, variances, by_noise = [], [], []
     common = fit.common_shift @ fit.common_shift.T
     for magnitude in _distinct(turning):
         gradient = _gradient(calibration, float(magnitude) * directions)
+        gradients.append(gradient)
         variances.append(np.einsum("np,pq,nq->n", gradient, fit.cov, gradient))
         by_noise.append(np.einsum("np,pq,nq->n", gradient, fit.cov - common, gradient))
     sd = np.sqrt(np.maximum(np.array(variances), 0.0))  # (magnitudes, directions)
     worst = int(np.argmax(sd.max(axis=0)))
+    pose_sd = float(np.median(fit.equations.magnitude_sd)) * calibration.widening
     return Prediction(
         sd_median=float(np.median(sd)),
         sd_worst=float(sd.max()),
         worst_direction=directions[worst],
         noise_worst=float(np.sqrt(max(np.max(by_noise), 0.0))),
-        pose_sd=float(np.median(fit.equations.magnitude_sd)) * calibration.widening,
+        pose_sd=pose_sd,
+        wanted=_wanted(np.array(gradients), fit.cov - common, pose_sd, directions),
+        unchecked=_unchecked(fit),
+    )
+
+
+def _wanted(
+    gradients: FloatArray, cov: FloatArray, pose_sd: float, directions: FloatArray
+) -> tuple[FloatArray, ...]:
+    """Natural directions to lay poses in until none is known worse than one pose would show.
+
+    Each is the natural direction known worst beside those before it, and enters as one more pose:
+    ``cov - cov g (σ² + gᵀ cov g)⁻¹ gᵀ cov``. ``gradients`` (k, n, p) at every magnitude.
+    """
+    natural = len(natural_directions())
+    wanted: list[FloatArray] = []
+    for _ in range(MOST_WANTED):
+        variance = np.einsum("knp,pq,knq->kn", gradients, cov, gradients)
+        if variance.max() <= (LARGEST_TO_POSE * pose_sd) ** 2:
+            break
+        at, worst = np.unravel_index(np.argmax(variance[:, :natural]), (len(gradients), natural))
+        pull = cov @ gradients[at, worst]
+        cov = cov - np.outer(pull, pull) / (pose_sd**2 + gradients[at, worst] @ pull)
+        wanted.append(directions[worst])
+    return tuple(wanted)
+
+
+def _unchecked(fit: Fit) -> tuple[str, ...]:
+    """The poses whose error would pass into the parameters unseen."""
+    root = np.sqrt(fit.weight)[:, None]
+    shares = redundancy(fit.rows.jacobian @ fit.directions * root, fit.equations.row_pose)
+    return tuple(
+        label for label, share in zip(fit.poses.label, shares, strict=True)
+        if share < LEAST_REDUNDANCY
     )
 
 

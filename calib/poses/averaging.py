@@ -16,6 +16,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from calib.errors import Remedy, Undetermined, UnusableLog
+from calib.poses.batches import BATCHES, COARSE_BATCHES, batch_means, batch_variance
+from calib.poses.creep import creep_rate
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.envelope import envelope
 from calib.poses.imu_log import (
@@ -26,10 +28,6 @@ from calib.poses.imu_log import (
     ImuLog,
     Triad,
 )
-
-BATCHES = 6
-COARSE_BATCHES = BATCHES // 2
-"""Long enough stretches to hold most of the correlation, enough of them to show a scatter."""
 
 SHORT_BATCHES = 2 * BATCHES
 MEDIAN_OF_NORMAL = 0.6745
@@ -70,7 +68,11 @@ class TriadMean:
 
 @dataclass(frozen=True, eq=False)
 class PoseMean:
-    """One averaged pose: both triads, the time it was taken and every logged column."""
+    """One averaged pose: both triads, the time it was taken and every logged column.
+
+    ``creep_rad_s`` is how fast it turned although at rest, as far as gravity shows that.
+    ``stated``: the mean and its sd come from a table; an sd that was not stated there is NaN.
+    """
 
     label: str
     accelerometer: TriadMean
@@ -78,20 +80,11 @@ class PoseMean:
     time_s: float
     duration_s: float
     columns: dict[str, float]
+    creep_rad_s: float = 0.0
+    stated: bool = False
 
 
 _NOT_LOGGED = TriadMean(*(np.full(3, np.nan) for _ in range(4)))
-
-
-def batch_means(values: FloatArray, count: int) -> FloatArray:
-    """Means of ``count`` equal stretches of ``values`` (t, k), shape (count, k)."""
-    length = len(values) // count
-    return np.asarray(values[: count * length].reshape(count, length, -1).mean(axis=1))
-
-
-def batch_variance(values: FloatArray, count: int) -> FloatArray:
-    """Variance of the mean of each column of ``values`` (t, k) from ``count`` batches, (k,)."""
-    return np.asarray(batch_means(values, count).var(axis=0, ddof=1) / count)
 
 
 def value_steps(values: FloatArray) -> FloatArray:
@@ -248,7 +241,8 @@ def average_pose(
             f"{log.label}: {n} samples, at least {SHORTEST_SAMPLES} expected in a pose. Log each "
             f"pose for some seconds."
         )
-    means = []
+    means, creep_rad_s = [], 0.0
+    duration_s = float(log.time_s[n - 1] - log.time_s[0])
     for triad, spec in zip(TRIADS, (accelerometer, gyroscope), strict=True):
         if spec is None or not log.has(triad):
             means.append(_NOT_LOGGED)
@@ -259,6 +253,8 @@ def average_pose(
         if rate_rad_s == 0:
             _check_still(log.label, triad, values, largest_shift[triad])
             rest = values
+            if triad == "accelerometer":
+                creep_rad_s = creep_rate(batch_means(values, BATCHES), duration_s)
         else:
             rest = _without_harmonics(values, log.time_s[:n], abs(rate_rad_s))
             if triad == "gyroscope":
@@ -279,8 +275,9 @@ def average_pose(
         accelerometer=means[0],
         gyroscope=means[1],
         time_s=float(log.time_s[:n].mean()),
-        duration_s=float(log.time_s[n - 1] - log.time_s[0]),
+        duration_s=duration_s,
         columns={name: float(values[:n].mean()) for name, values in log.columns.items()},
+        creep_rad_s=creep_rad_s,
     )
 
 

@@ -13,12 +13,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from calib.poses.averaging import BATCHES, COARSE_BATCHES, PoseMean, TriadMean
+from calib.poses.averaging import PoseMean, TriadMean
+from calib.poses.batches import BATCHES, COARSE_BATCHES
 from calib.poses.imu_log import FloatArray, Triad
 
 OWN_DOF = BATCHES - 1
-POOLED_DOF = 2 * OWN_DOF
-"""How many degrees of freedom the other poses' scatter counts for in the sd of one pose."""
+LEAST_BY_CHANCE = 0.042
+"""0.1 % quantile of chi-square with OWN_DOF over OWN_DOF: a pose calmer than that in its batches
+shows a converter's step or a frozen block, not how alike the poses are."""
+NEWTON_STEPS = 20
+"""Of the inverse of the trigamma function; it converges quadratically and from one side."""
 LARGEST_TYPICAL = 10.0
 """Poses noisier than this many times the typical variance were disturbed; they say nothing of the
 sensor's correlation."""
@@ -80,14 +84,55 @@ def pooled_sd(means: Sequence[PoseMean], triad: Triad) -> FloatArray:
     """Sd of each pose mean by its batches, (n, 3), steadied by those of the run's other poses.
 
     A pose's own estimate has 5 degrees of freedom, too few to weight by. The typical variance of
-    the run, scaled to the length of the pose, is mixed in with twice that weight; being a median,
-    it does not follow the few poses that were disturbed.
+    the run, scaled to the length of the pose, counts for as many more as the poses are alike
+    (:func:`shared_dof`): on a bench it decides, among poses held in a hand hardly. Being a median,
+    it does not follow the few poses that were disturbed. Student's factor allows for what is known
+    by few degrees of freedom. A pose calmer than the typical one counts as typical: its batches
+    show the fast noise only, and what is slower is in all poses alike.
     """
     variance = np.array([getattr(mean, triad).variance for mean in means])
     duration = np.array([mean.duration_s for mean in means])[:, None]
     typical = np.median(variance * duration, axis=0) * OWN_DOF / MEDIAN_OF_CHI2_5 / duration
-    mixed = (OWN_DOF * variance + POOLED_DOF * typical) / (OWN_DOF + POOLED_DOF)
-    return np.asarray(np.sqrt(mixed))
+    shared = shared_dof(variance / np.maximum(typical, np.finfo(float).tiny))
+    weight = OWN_DOF / (OWN_DOF + shared)
+    student = 1 / (1 - 2 / (OWN_DOF + shared))
+    disturbed = student * (weight * variance + (1 - weight) * typical)
+    return np.asarray(np.sqrt(np.maximum(disturbed, typical)))
+
+
+def shared_dof(ratio: FloatArray) -> float:
+    """Degrees of freedom that the typical variance of a run counts for in that of one pose.
+
+    The poses' true variances are taken as scattered about a typical one like its inverse by
+    chi-square. The logarithms of their estimates then scatter by trigamma(d/2) for the OWN_DOF of
+    an estimate and trigamma(d0/2) for the d0 sought.
+
+    Parameters
+    ----------
+    ratio : array, shape (n, 3)
+        Estimated over typical variance of every pose.
+
+    Returns
+    -------
+    float
+        Infinite where the poses scatter no more than their estimates do by chance, 0 for one pose.
+
+    Source: Smyth, *Linear models and empirical Bayes methods*, Stat. Appl. Genet. Mol. Biol. 3
+    (2004), section 6.2.
+    """
+    from scipy.special import polygamma  # measuring a clip loads this module and needs no SciPy
+
+    if len(ratio) < 2:
+        return 0.0
+    logs = np.log(np.maximum(ratio, LEAST_BY_CHANCE))
+    excess = float(logs.var(axis=0, ddof=1).mean() - polygamma(1, OWN_DOF / 2))
+    if excess <= 0:
+        return np.inf
+    half = 0.5 + 1 / excess
+    for _ in range(NEWTON_STEPS):
+        at = float(polygamma(1, half))
+        half += at * (1 - at / excess) / float(polygamma(2, half))
+    return 2 * half
 
 
 def _mean_variance(x: FloatArray) -> FloatArray:
@@ -177,7 +222,9 @@ def noise_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
 
 
 def pose_mean_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
-    """Sd (n, 3) of every pose mean of all runs, one after another: noise and converter steps.
+    """Sd (n, 3) of every pose mean of all runs, one after another.
+
+    Noise, converter steps, and of a gyroscope the rate at which a pose at rest gave way.
 
     Parameters
     ----------
@@ -186,12 +233,13 @@ def pose_mean_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray
     triad : str
         ``accelerometer`` or ``gyroscope``.
     """
-    by_steps = []
+    other = []
     for means in runs:
+        creep = [mean.creep_rad_s * (triad == "gyroscope") for mean in means]
         step = known_step([getattr(mean, triad) for mean in means])
         scatter = np.median([getattr(mean, triad).scatter for mean in means], axis=0)
-        by_steps.append(np.tile(step_variance(step, scatter), (len(means), 1)))
-    return np.asarray(np.sqrt(noise_sd(runs, triad) ** 2 + np.concatenate(by_steps)))
+        other.append(step_variance(step, scatter) + np.square(creep)[:, None])
+    return np.asarray(np.sqrt(noise_sd(runs, triad) ** 2 + np.concatenate(other)))
 
 
 def known_step(means: Sequence[TriadMean]) -> FloatArray:

@@ -17,10 +17,12 @@ def command(config: Path) -> None:
     """
     from pipeline.config.load import load_config
     from pipeline.console.triad_text import summary_lines
+    from pipeline.stages.logged_columns import check_covariates
     from pipeline.stages.user_effects import check_user_effects
 
     loaded = load_config(config)
     if loaded.effects:
         check_user_effects(loaded)
+    check_covariates(loaded)
     for line in summary_lines(loaded):
         click.echo(line)

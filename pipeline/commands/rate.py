@@ -3,6 +3,7 @@
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -21,6 +22,7 @@ FASTEST_RPM = 1e5
     "pipeline rate video/17rpm.mp4 --nominal-rpm 16.667",
     "pipeline rate --camera 0 --seconds 30",
     "pipeline rate clips/*.mp4 --json",
+    "pipeline rate video/17rpm.mp4 --from 4 --to 52 --overlay seen.mp4",
 ))
 @click.argument("videos", metavar="[VIDEO...]", nargs=-1, type=PathArgument())
 @click.option("--camera", type=click.IntRange(min=0), metavar="N",
@@ -33,6 +35,15 @@ FASTEST_RPM = 1e5
               help="True frame rate, if the time stamps of the file are wrong.")
 @click.option("--nominal-rpm", type=Finite(min=0, min_open=True, max=FASTEST_RPM),
               help="Expected rate: a check, and the selection if several rates fit.")
+@click.option("--from", "from_s", type=Finite(min=0, max=LONGEST_S), metavar="SECONDS",
+              help="Measure the clip from this time on; default: the part that turns steadily.")
+@click.option("--to", "to_s", type=Finite(min=0, max=LONGEST_S), metavar="SECONDS",
+              help="Measure the clip up to this time.")
+@click.option("--rim", type=(Finite(), Finite(), Finite(min=1)), metavar="X Y RADIUS",
+              help="Centre and radius of the plate's rim in pixels, if it is not detected.")
+@click.option("--overlay", type=PathArgument(dir_okay=False), metavar="OUT.mp4",
+              help="Write the clip with rim, mark, angle and rate drawn on it.")
+@click.option("--force", is_flag=True, help="Replace the file of --overlay.")
 @click.option("--json", "as_json", is_flag=True,
               help="Print the section rate.NAME of results.json; NAME is the clip without suffix.")
 def command(
@@ -42,19 +53,51 @@ def command(
     keep: Path | None,
     fps: float | None,
     nominal_rpm: float | None,
+    from_s: float | None,
+    to_s: float | None,
+    rim: tuple[float, float, float] | None,
+    overlay: Path | None,
+    force: bool,
     as_json: bool,
 ) -> None:
     """Measure the rate of the plate in each VIDEO, or in a clip that a camera films now.
 
-    The command writes no file except the clip of --keep. If the rate of the plate is not constant,
-    it prints the rate against time instead of one value.
+    The command writes no file except the clips of --keep and --overlay. If the rate of the plate is
+    not constant, it prints the rate against time instead of one value.
     """
     if (camera is None) == (not videos):
         raise click.UsageError("type one or more clips, or a camera (--camera 0), but not both.")
     if keep is not None and (camera is None or keep.suffix != ".mkv"):
         raise click.UsageError("--keep FILE.mkv needs --camera: it keeps the clip of the camera.")
+    if from_s is not None and to_s is not None and to_s <= from_s:
+        raise click.UsageError(f"--to {to_s:g} is not after --from {from_s:g}.")
+    if overlay is not None:
+        _require_free(overlay, videos, force)
     with _filmed(camera, seconds, keep) as clip:
-        _measure(videos if clip is None else (clip,), fps, nominal_rpm, as_json)
+        chosen = _Chosen(videos if clip is None else (clip,), fps, nominal_rpm, from_s, to_s, rim)
+        _measure(chosen, overlay, as_json)
+
+
+@dataclass(frozen=True)
+class _Chosen:
+    """What to measure, and how."""
+
+    videos: tuple[Path, ...]
+    fps: float | None
+    nominal_rpm: float | None
+    from_s: float | None
+    to_s: float | None
+    rim: tuple[float, float, float] | None
+
+
+def _require_free(overlay: Path, videos: tuple[Path, ...], force: bool) -> None:
+    """Refuse before the work what --overlay could not write after it."""
+    if overlay.suffix != ".mp4" or len(videos) > 1:
+        raise click.UsageError("--overlay OUT.mp4 needs one clip, and writes an .mp4.")
+    if any(overlay.exists() and video.exists() and overlay.samefile(video) for video in videos):
+        raise click.UsageError(f"--overlay {overlay} is the clip itself; choose another name.")
+    if overlay.exists() and not force:
+        raise click.UsageError(f"{overlay} exists; choose another name, or replace it (--force).")
 
 
 @contextmanager
@@ -73,34 +116,38 @@ def _filmed(camera: int | None, seconds: float, keep: Path | None) -> Iterator[P
         yield clip
 
 
-def _measure(
-    videos: tuple[Path, ...], fps: float | None, nominal_rpm: float | None, as_json: bool
-) -> None:
+def _measure(chosen: _Chosen, overlay: Path | None, as_json: bool) -> None:
     import json
 
     from pipeline.commands.progress import ClipProgress
     from pipeline.console.rate_text import clip_lines, history_lines, rate_line
     from pipeline.results.rate import history_json, rate_json
     from pipeline.stages.context import RunContext
-    from pipeline.stages.rate import follow_clips, measure_setting
+    from pipeline.stages.rate import draw_overlay, follow_clips, measure_setting
     from vision.errors import RateRefused
+    from vision.geometry import PlateOverride
+    from vision.rate.steady_part import ClipPart
     from vision.rate.timebase import CLOCK_PPM, Timebase
 
-    stems = [video.stem for video in videos]
+    stems = [video.stem for video in chosen.videos]
     if len(set(stems)) < len(stems):
         twice = next(stem for i, stem in enumerate(stems) if stem in stems[:i])
         raise click.UsageError(
             f"two clips have the name '{twice}', which is the key of the results. Rename one, or "
             f"measure them in two commands."
         )
-    source: Literal["container", "constant"] = "container" if fps is None else "constant"
-    clock = Timebase(source=source, fps=fps, ppm=CLOCK_PPM[source])
+    source: Literal["container", "constant"] = "container" if chosen.fps is None else "constant"
+    clock = Timebase(source=source, fps=chosen.fps, ppm=CLOCK_PPM[source])
+    part = ClipPart(chosen.from_s, chosen.to_s)
+    rim = None if chosen.rim is None else PlateOverride(chosen.rim[:2], chosen.rim[2])
     with ClipProgress() as progress:
-        tracks = follow_clips([(video, None) for video in videos], RunContext(None, progress))
+        clips = [(video, rim) for video in chosen.videos]
+        tracks = follow_clips(clips, RunContext(None, progress))
     rates = []
     for stem, track in zip(stems, tracks, strict=True):
         try:
-            rates.append(measure_setting(stem, [track], clock, nominal_rpm))
+            rates.append(measure_setting(
+                stem, [track], clock, chosen.nominal_rpm, part=part))
         except RateRefused as refused:
             if refused.history is not None and as_json:
                 by_stem = {stem: history_json(refused.history, str(refused))}
@@ -109,6 +156,9 @@ def _measure(
                 for line in history_lines(stem, refused.history):
                     click.echo(line)
             raise
+    if overlay is not None:
+        with ClipProgress() as progress:
+            draw_overlay(chosen.videos[0], tracks[0], rates[0], overlay, progress)
     for rate in rates:
         for warning in rate.warnings:
             click.secho(f"warning: {warning}", fg="yellow", err=True)
@@ -120,3 +170,5 @@ def _measure(
         click.echo(rate_line(rate))
         for line in clip_lines(rate):
             click.echo(line)
+    if overlay is not None:
+        click.echo(overlay)

@@ -41,6 +41,7 @@ class Config(Section):
     installation: InstallationSection | None = None
     certificate: CertificateSection | None = None
     effects: dict[UserEffectName, EffectSection] = Field(default_factory=dict)
+    covariates: tuple[str, ...] | None = None
     record: RecordSection | None = None
     _source: YamlSource = PrivateAttr()
 

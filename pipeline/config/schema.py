@@ -75,6 +75,14 @@ class VideoRateSection(Section):
     timebase: TimebaseSection = TimebaseSection()
     model: VisionTerms = ("constant_rate",)
     plate: PlateSection | None = None
+    from_s: Positive | None = None
+    to_s: Positive | None = None
+
+    @model_validator(mode="after")
+    def _forwards(self) -> "VideoRateSection":
+        if self.to_s is not None and self.to_s <= (self.from_s or 0.0):
+            raise refusal(f"to_s is {self.to_s:g}, which is not after from_s")
+        return self
 
 
 def _turning(rate_rad_s: float) -> float:
@@ -138,12 +146,13 @@ class LogsSection(Section):
 
 
 class PosesSection(LogsSection):
-    """One file per pose (a pattern or a list), or one long log with static intervals."""
+    """One file per pose (a pattern or a list), long logs with static intervals, or pose means."""
 
-    FILE_KEYS = ("files", "log")
+    FILE_KEYS = ("files", "log", "means")
 
     files: Files = ()
     log: Files = ()
+    means: Files = ()
 
     @model_validator(mode="before")
     @classmethod

@@ -10,6 +10,7 @@ from pipeline.config.schema import KnownRateSection, PlateSection, TimebaseSecti
 from pipeline.stages.context import RunContext
 from pipeline.stages.rate import SettingRate, follow_clips, measure_setting
 from vision.geometry import PlateOverride
+from vision.rate.steady_part import ClipPart
 from vision.rate.timebase import Timebase
 
 
@@ -42,6 +43,7 @@ def measure_rates(config: Config, context: RunContext) -> Mapping[str, SettingRa
             clock(rate.timebase),
             rate.nominal_rpm,
             rate.model,
+            ClipPart(rate.from_s, rate.to_s),
         )
         for name, rate in config.rate.items()
     }

@@ -5,10 +5,12 @@ should be that of decoding, not of imports.
 """
 
 import os
+import tempfile
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,12 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.poses.runs import PlateRate
+from pipeline.files import write_whole
 from pipeline.stages.context import RunContext
 
 if TYPE_CHECKING:
     from vision.geometry import PlateOverride
     from vision.phase_track import PhaseTrack
     from vision.rate.measure import RateMeasurement
+    from vision.rate.steady_part import ClipPart
     from vision.rate.timebase import Timebase
 
 #: Clips tracked at the same time. The decoder uses threads itself; more clips gain nothing.
@@ -141,6 +145,7 @@ def measure_setting(
     timebase: "Timebase",
     nominal_rpm: float | None = None,
     model: Sequence[str] = ("constant_rate",),
+    part: "ClipPart | None" = None,
 ) -> SettingRate:
     """Measure the rate of a plate setting from the phase tracks of its clips.
 
@@ -156,6 +161,8 @@ def measure_setting(
         Chooses among rates that look the same in the clip.
     model : sequence of str
         Terms of the phase track.
+    part : ClipPart, optional
+        What of each clip is measured; by default what turns steadily.
 
     Raises
     ------
@@ -164,9 +171,11 @@ def measure_setting(
     """
     from vision.errors import RateRefused
     from vision.rate.measure import measure_rate
+    from vision.rate.steady_part import WHOLE
 
     clips = tuple(
-        measure_rate(track, timebase=timebase, nominal_rpm=nominal_rpm, model=model)
+        measure_rate(track, timebase=timebase, nominal_rpm=nominal_rpm, model=model,
+                     part=part or WHOLE)
         for track in tracks
     )
     ways = {clip.direction for clip in clips}
@@ -191,3 +200,36 @@ def measure_setting(
         clips=clips,
         annotated=tuple(track.annotated for track in tracks),
     )
+
+
+def draw_overlay(
+    clip: Path,
+    track: "PhaseTrack",
+    rate: SettingRate,
+    target: Path,
+    on_progress: Callable[[str, int, int | None], None],
+) -> None:
+    """Write the clip with its measurement drawn on it, whole or not at all.
+
+    Parameters
+    ----------
+    clip : Path
+    track : PhaseTrack
+        Of this clip.
+    rate : SettingRate
+        Measured from this clip alone.
+    target : Path
+        An .mp4.
+    on_progress : callable (name, frames done, frames in all)
+
+    Raises
+    ------
+    UnwritableOverlay, UnwritableOutput
+        The clip cannot be encoded or written.
+    """
+    from vision.overlay import write_overlay
+
+    with tempfile.TemporaryDirectory(prefix="pipeline-") as folder:
+        drawn = Path(folder) / target.name
+        write_overlay(clip, track, rate.clips[0], drawn, partial(on_progress, target.name))
+        write_whole(target, drawn.read_bytes())

@@ -1,21 +1,20 @@
 """The two calibration stages: averaged poses to a calibrated, compared and diagnosed triad."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from calib.assess import assess
 from calib.consistency import direction_against_clip, gain_off_the_sheet, turning_while_still
-from calib.diagnosis.diagnose import Diagnosis, diagnose
+from calib.diagnosis.diagnose import Diagnosis
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
 from calib.effects.user_defined import fault_of_user_effect
 from calib.errors import Undetermined
-from calib.fit.angrisano import fit_paper
-from calib.fit.calibration import TriadCalibration, calibrate_triad
+from calib.fit.calibration import TriadCalibration
 from calib.fit.frame_alignment import FrameRotation, frame_rotation
-from calib.fit.leave_one_out import Comparison, compare
+from calib.fit.leave_one_out import Comparison
 from calib.fit.model import Model
-from calib.fit.prediction import Prediction, predict
-from calib.fit.solver import fit
+from calib.fit.prediction import Prediction
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import Triad
 from calib.poses.pose_set import PoseRun, PoseSet, pose_set
@@ -26,6 +25,7 @@ from pipeline.config.sensor import triad_spec
 from pipeline.config.types import STOPPED
 from pipeline.errors import ConfigError
 from pipeline.stages.context import RunContext
+from pipeline.stages.logged_columns import check_covariates
 from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.site import Gravity, gravity_of, latitude_of
@@ -93,6 +93,7 @@ def require_fittable(config: Config) -> None:
     if problems:
         raise ConfigError(*problems)
     check_user_effects(config)
+    check_covariates(config)
 
 
 def calibrate_accelerometer(
@@ -121,7 +122,7 @@ def calibrate_accelerometer(
     poses = pose_set("accelerometer", [run], recordings.origin_s)
     spec = triad_spec(config.sensor.accelerometer)
     defined = user_effects(config, "accelerometer", context.allow_python)
-    return _calibrated(poses, config.accelerometer, spec, defined, gravity)
+    return _calibrated(poses, config.accelerometer, spec, defined, gravity, config.covariates)
 
 
 def calibrate_gyroscope(
@@ -169,7 +170,7 @@ def calibrate_gyroscope(
     poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
     defined = user_effects(config, "gyroscope", context.allow_python)
     spec = triad_spec(config.sensor.gyroscope)
-    result = _calibrated(poses, config.gyroscope, spec, defined, None)
+    result = _calibrated(poses, config.gyroscope, spec, defined, None, config.covariates)
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
     return replace(
@@ -185,27 +186,24 @@ def _calibrated(
     spec: TriadSpec,
     defined: Mapping[str, Effect],
     gravity: Gravity | None,
+    covariates: Sequence[str] | None,
 ) -> TriadResult:
     for name, effect in defined.items():
         fault = fault_of_user_effect(effect, poses.conditions(poses.reading))
         if fault is not None:
             raise Undetermined(f"effects.{name}: the effect {fault}.")
     model = Model.of(section.model, defined)
-    fitted = (
-        fit_paper(poses, model, spec)
-        if section.solver == "paper"
-        else fit(poses, model, robust=section.loss == "huber")
-    )
-    calibration = calibrate_triad(fitted, spec)
+    assessed = assess(poses, model, spec, solver=section.solver, loss=section.loss,
+                      candidates=tuple(defined.values()), covariates=covariates)
     return TriadResult(
-        calibration,
-        compare(fitted),
-        diagnose(fitted, tuple(defined.values()), spec.full_scale),
-        predict(calibration),
+        assessed.calibration,
+        assessed.comparison,
+        assessed.diagnosis,
+        assessed.prediction,
         gravity,
         warnings=(
-            *poses.notes,
+            *assessed.calibration.fit.poses.notes,
             *turning_while_still(poses),
-            *gain_off_the_sheet(calibration.parameters, spec, poses.triad),
+            *gain_off_the_sheet(assessed.calibration.parameters, spec, poses.triad),
         ),
     )

@@ -31,11 +31,11 @@ from calib.errors import CalibrationError, Undetermined
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, Triad
 from pipeline.config.load import Config
-from pipeline.config.schema import EffectSection, LogsSection, PosesSection
+from pipeline.config.schema import EffectSection
 from pipeline.config.types import STOPPED
 from pipeline.errors import ConfigError, UnreadableInput
-from pipeline.logs.read import READINGS, column_names
 from pipeline.names import nearest_name
+from pipeline.stages.logged_columns import logged_columns
 
 
 def user_effects(config: Config, triad: Triad, allow_python: bool) -> dict[str, Effect]:
@@ -110,7 +110,7 @@ def check_user_effects(config: Config) -> None:
 def _unknown_names(
     config: Config, section: EffectSection, expression: Expression
 ) -> Iterator[str]:
-    columns = _logged(config, section.triad)
+    columns = logged_columns(config, section.triad)
     if columns is not None:
         right = (*columns, *KNOWN_NAMES, *section.shapes, *FUNCTIONS)
         for name in expression.columns:
@@ -132,35 +132,6 @@ def _runs(config: Config, triad: Triad | None) -> tuple[str, ...]:
     if triad != "gyroscope" and config.accelerometer:
         names = [STOPPED] if triad else [*names, STOPPED]
     return tuple(dict.fromkeys(names))
-
-
-def _logged(config: Config, triad: Triad | None) -> list[str] | None:
-    """Columns that every log of the triad has beside time and readings; None before recording."""
-    poses: list[PosesSection] = []
-    if config.accelerometer and triad != "gyroscope":
-        poses.append(config.accelerometer.poses)
-    if config.gyroscope and triad != "accelerometer":
-        poses += [run.poses for run in config.gyroscope.runs]
-    heads = [names for each in poses if (names := _columns_of(each)) is not None]
-    if not heads:
-        return None
-    return [name for name in heads[0] if all(name in names for names in heads)]
-
-
-def _columns_of(poses: PosesSection) -> list[str] | None:
-    """Further columns of a set of poses, by its first file or by all files of its long log."""
-    names: list[str] = []
-    for i, path in enumerate(poses.log or poses.files[:1]):
-        names += _header(poses, i, path)
-    return names or None
-
-
-def _header(section: LogsSection, i: int, path: Path) -> list[str]:
-    try:
-        names = column_names(path, section.columns_of(i))
-    except UnreadableInput:  # said where the log itself is read
-        return []
-    return [name for name in names if name not in READINGS] or [""]
 
 
 # --- Python --------------------------------------------------------------------------------------

@@ -60,7 +60,10 @@ def phase_track(
         "duplicate": np.zeros(n, bool),
         "coding": np.full(n, ord("B"), np.uint8),
         "thumbnail": np.rint(pattern).astype(np.uint8),
+        "smear_rad2": np.zeros(n),
+        "brightness": np.full(n, 128.0),
         "roll_rad": np.full(n, np.nan),
+        "motion": np.tile(np.eye(3), (n, 1, 1)),
         "annotated": png(np.zeros((4, 4, 3), np.uint8)),
         "notes": (),
     }

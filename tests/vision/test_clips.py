@@ -109,8 +109,9 @@ def test_a_recorder_that_stalls_does_not_lay_two_plates_over_each_other(render: 
     track = track_phase(path)
     away = np.angle(np.exp(1j * (track.phase_rad - truth.angle_rad)))
     assert np.ptp(away) < 0.01
-    with pytest.raises(RateRefused, match="It is steady from"):
-        measure_rate(track, timebase=CLOCK)
+    rate = measure_rate(track, timebase=CLOCK)
+    assert "turns steadily from 8" in rate.warnings[0]
+    assert abs(error_ppm(rate, motion)) < 30
 
 
 def test_a_clip_of_uneven_frame_rate_is_not_taken_for_a_damaged_one(render: Render) -> None:

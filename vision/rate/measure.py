@@ -10,7 +10,7 @@ added; it does not change the mean rate and takes the drift out of the uncertain
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,13 +24,16 @@ from vision.rate.dropped_frames import (
     dropped_frames,
     refuse_undecided,
 )
+from vision.rate.exposure import exposure_drift, exposure_warnings
 from vision.rate.stability import (
     camera_roll,
+    noise_of_turns,
     refuse_unsteady,
     refuse_wandering,
     roll_warnings,
     stability_warnings,
 )
+from vision.rate.steady_part import WHOLE, ClipPart, the_steady_part
 from vision.rate.terms import (
     CONSTANT_RATE,
     TERMS,
@@ -54,7 +57,8 @@ class RateUncertainty:
     Attributes
     ----------
     image_rad_s : float
-        From the frames: angles, dropped frames that may be none, roll of the camera.
+        From the frames: angles, dropped frames that may be none, roll of the camera, a shutter that
+        changed.
     timebase_rad_s : float
         From the clock that stamps the frames.
     """
@@ -77,7 +81,7 @@ class FrameTally:
     repeated: int
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RateMeasurement:
     """The rate of the plate and everything that goes with it.
 
@@ -119,6 +123,11 @@ class RateMeasurement:
     channel: str
     warnings: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        rpm = 60 / (2 * np.pi)
+        return (f"{self.rate_rad_s:.7g} rad/s ± {self.sd_rad_s:.2g} ({self.rate_rad_s * rpm:.6g} "
+                f"rpm, {self.direction}, {self.revolutions:.1f} revolutions)")
+
     @property
     def sd_rad_s(self) -> float:
         """Standard deviation of the rate, all parts together."""
@@ -136,8 +145,9 @@ def measure_rate(
     timebase: Timebase,
     nominal_rpm: float | None = None,
     model: Sequence[str] = (CONSTANT_RATE,),
+    part: ClipPart = WHOLE,
 ) -> RateMeasurement:
-    """Measure the rate.
+    """Measure the rate; of a clip with the motor's start or stop, that of the steady part.
 
     Parameters
     ----------
@@ -147,6 +157,8 @@ def measure_rate(
         What the plate should do; chooses among the aliases and is compared with the result.
     model : sequence of str
         ``constant_rate`` and any of ``vision.rate.terms.TERMS``.
+    part : ClipPart
+        What of the clip is measured; with it no other part is looked for.
 
     Raises
     ------
@@ -157,6 +169,27 @@ def measure_rate(
         A term that does not exist.
     """
     stated = _stated_terms(model)
+    time_s = timebase.times(track)
+    chosen = part.of(track, time_s)
+    try:
+        return _measured(chosen, timebase, nominal_rpm, stated)
+    except RateRefused as refusal:
+        if refusal.history is None or part != WHOLE:
+            raise
+        steady = the_steady_part(refusal.history, noise_of_turns(refusal.history))
+        if steady is None:
+            raise
+        chosen = ClipPart(steady.start_s, steady.stop_s).of(track, time_s)
+        try:
+            rate = _measured(chosen, timebase, nominal_rpm, stated)
+        except RateRefused:
+            raise refusal from None
+    return replace(rate, warnings=(steady.warning(track.source, float(time_s[-1])), *rate.warnings))
+
+
+def _measured(
+    track: PhaseTrack, timebase: Timebase, nominal_rpm: float | None, stated: tuple[str, ...]
+) -> RateMeasurement:
     stamps = timebase.times(track)
     _require_usable(track)
     aliases = list_aliases(track, stamps, rough_rate(track, stamps), nominal_rpm)
@@ -173,14 +206,16 @@ def measure_rate(
     angle = without_lag(angle, fit, base, always)
     rate = float(fit.beta[1])
     roll = camera_roll(track, stamps)
+    exposure = exposure_drift(track, angle, rate)
     # How much of a roll the angle of the plate contains is not known; the sd holds all of it.
+    parts = (
+        fit.sd[1],
+        roll.rate_rad_s if roll else 0.0,
+        dropped.sd_of_rate * rate,
+        exposure.relative_sd * rate if exposure else 0.0,
+    )
     uncertainty = RateUncertainty(
-        image_rad_s=float(
-            np.hypot(
-                np.hypot(fit.sd[1], roll.rate_rad_s if roll else 0.0),
-                dropped.sd_of_rate * abs(rate),
-            )
-        ),
+        image_rad_s=float(np.linalg.norm(parts)),
         timebase_rad_s=abs(rate) * timebase.ppm * 1e-6,
     )
     checks = cross_check(track, stamps, angle, rate, uncertainty.image_rad_s)
@@ -204,6 +239,7 @@ def measure_rate(
             *dropped_frame_warnings(track.source, dropped),
             *stability_warnings(track.source, history, fit.noise, dropped.count),
             *roll_warnings(track.source, roll, rate),
+            *exposure_warnings(track.source, exposure),
             *checks.warnings,
         ),
     )

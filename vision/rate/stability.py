@@ -8,8 +8,8 @@ from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.phase_track import PhaseTrack, RateHistory
 from vision.rate.aliases import RPM
+from vision.rate.steady_part import steady_parts
 
-STEADY_TURNS = 3  # that a stretch must last to be recommended
 FEWEST_STRETCHES = 3  # that a clip is averaged in
 FEWEST_ROLLS = 6  # frames in which the surroundings were looked at
 SMOOTHED_ROLLS = 5  # of them
@@ -29,8 +29,6 @@ class StabilityThresholds:
     stopped : float
         Of the fastest rate: a clip that ends slower shows a stop, one that begins slower a run-up.
         It chooses the words, not the refusal.
-    steady_within : float
-        Relative change within a stretch that is recommended.
     peak_to_peak : float
         Sds between the extremes of a hundred overlapping turns of white noise. Derived: 5 for
         independent values (Tippett), and a margin for the heavy tails of late stamps.
@@ -50,7 +48,6 @@ class StabilityThresholds:
     unsteady: float = 0.01
     uneven: float = 0.001
     stopped: float = 0.5
-    steady_within: float = 0.002
     peak_to_peak: float = 8.0
     hidden_drop: float = 0.5
     wandering: float = 5.0
@@ -93,7 +90,7 @@ def refuse_unsteady(source: str, history: RateHistory) -> None:
         f"{source}: the plate {kind}: {span} it goes from {first:.2f} to {last:.2f} rpm "
         f"(slowest {rate.min() / RPM:.2f}, fastest {fastest:.2f}) in {history.revolutions:.2f} "
         f"turns. A constant rate may change by at most {THRESHOLDS.unsteady:.0%}. "
-        f"{_advice(history, rate)}",
+        f"{_advice(history)}",
         history,
     )
 
@@ -190,7 +187,7 @@ def _forward(history: RateHistory) -> tuple[FloatArray, float]:
     rate = _without_strays(history.rate_rad_s)
     # The mean over n windows of a turn, half a turn apart, keeps the noise of two frames at either
     # end, over n half turns.
-    spread = THRESHOLDS.peak_to_peak * 2 * history.phase_noise_rad / (2 * np.pi)
+    spread = noise_of_turns(history)
     wanted = int(np.ceil(spread / THRESHOLDS.unsteady))
     span = min(wanted, len(rate) // FEWEST_STRETCHES) or 1
     rate = np.lib.stride_tricks.sliding_window_view(rate, span).mean(axis=1)
@@ -203,22 +200,21 @@ def _without_strays(rate: FloatArray) -> FloatArray:
     return np.median(np.lib.stride_tricks.sliding_window_view(rate, 3), axis=1)
 
 
-def _advice(history: RateHistory, rate: FloatArray) -> str:
-    """The longest stretch that could be used, if there is one."""
-    lead = (len(history.time_s) - len(rate)) // 2
-    time_s = history.time_s[lead : lead + len(rate)]
-    best = (0, 0)
-    start = 0
-    for stop in range(1, len(rate) + 1):
-        while np.ptp(rate[start:stop]) > THRESHOLDS.steady_within * abs(rate[start]):
-            start += 1
-        if stop - start > best[1] - best[0]:
-            best = (start, stop)
-    # The turn by turn values are half a turn apart.
-    if best[1] - best[0] < 2 * STEADY_TURNS:
+def _advice(history: RateHistory) -> str:
+    """What to do, with the parts that could be used, if there are some."""
+    parts = steady_parts(history, noise_of_turns(history))
+    if not parts:
         return "Let the plate settle and film again."
-    low, high = time_s[best[0]], time_s[best[1] - 1]
-    return f"It is steady from {low:.1f} s to {high:.1f} s: cut the clip to that part."
+    named = " and ".join(
+        f"from {part.start_s:.1f} s to {part.stop_s:.1f} s ({part.rate_rad_s / RPM:+.2f} rpm)"
+        for part in sorted(parts, key=lambda part: part.start_s)
+    )
+    return f"It is steady {named}: measure one such part alone (from_s, to_s)."
+
+
+def noise_of_turns(history: RateHistory) -> float:
+    """Relative range of the rate from turn to turn by the noise of the angles alone."""
+    return float(THRESHOLDS.peak_to_peak * 2 * history.phase_noise_rad / (2 * np.pi))
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
 """Frames and a learned plate to the plate's angle in every frame.
 
-    frames ─ tracker ───────┬─ frame_measurement ─ track ─ PhaseTrack
-             camera_motion ─┘
+    frames ─ registration ─ tracker ───────┬─ frame_measurement ─ track ─ PhaseTrack
+                            camera_motion ─┘
 
-``tracker``: plate angle against the template. ``camera_motion``: roll of the camera.
-``frame_measurement``: what is measured in a frame, and the annotated frame. ``track``: the clip in
-one pass.
+``registration``: frames of a camera that moves, brought back. ``tracker``: plate angle against the
+template. ``camera_motion``: roll of the camera. ``frame_measurement``: what is measured in a frame,
+and the annotated frame. ``track``: the clip in one pass.
 """

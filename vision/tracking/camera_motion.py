@@ -28,6 +28,7 @@ ITERATIONS = 2
 BACK = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
 RIDGE = 1e-12  # of the mean diagonal: above rounding, below all that is measured
 SECTORS = 8  # of the surroundings, about the spindle
+LASTING = 3  # frames that are looked at: a hand or a flash is gone by then
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,9 @@ class CameraMotionThresholds:
     stray : float
         Steps of luma; more pulls no harder: it is something in the way. Derived: six times the
         noise of a frame.
+    moved_px : float
+        Shift of the surroundings, pixels of the analysed frame, that is a camera's. Tuned on
+        tests.bench.clip_study bump.
     seen_rad : float
         Sd of the roll in rad, above which the surroundings show too little. Derived: a third of the
         range that is worth a warning.
@@ -48,6 +52,7 @@ class CameraMotionThresholds:
 
     around: float = 1.06
     stray: float = 12.0
+    moved_px: float = 1.0
     seen_rad: float = math.radians(0.1)
 
 
@@ -90,6 +95,7 @@ class CameraMotion:
         without = self._normal.sum(axis=0) - self._normal
         self._determined = bool((np.linalg.matrix_rank(without) == len(parts)).all())
         self._moved = np.zeros(3)  # α, u, v of the latest frame
+        self._shifts_px: list[float] = []
 
     def roll(self, image: Luma) -> float:
         """Angle by which the surroundings seem to turn since the background.
@@ -121,7 +127,18 @@ class CameraMotion:
             self._moved = self._moved + change[:3]
         without = _solved(normal.sum(axis=0) - normal, by_sector.sum(axis=0) - by_sector)
         sd = float(np.sqrt(SECTORS - 1) * np.std(without[:, 0]))  # of the jackknife
-        return -float(self._moved[0]) if sd < THRESHOLDS.seen_rad else float("nan")
+        if sd >= THRESHOLDS.seen_rad:
+            return float("nan")
+        self._shifts_px.append(self._factor * float(np.hypot(*self._moved[1:])))
+        return -float(self._moved[0])
+
+    @property
+    def moved(self) -> bool:
+        """The surroundings went elsewhere, and not only in a frame or two."""
+        if len(self._shifts_px) < LASTING:
+            return False
+        lasting = np.lib.stride_tricks.sliding_window_view(self._shifts_px, LASTING).min(axis=1)
+        return bool(lasting.max() > THRESHOLDS.moved_px)
 
     def _reduced(self, image: Luma) -> NDArray[np.float32]:
         h, w = (n // self._factor for n in image.shape)

@@ -49,6 +49,8 @@ class FrameMeasurements:
         self._coding: list[int] = []
         self._time_s: list[float] = []
         self._roll_rad: list[float] = []
+        self._brightness: list[float] = []
+        self._motion: list[FloatArray] = []
         self._angles: list[MeasuredAngles] = []
 
     def __len__(self) -> int:
@@ -58,6 +60,11 @@ class FrameMeasurements:
     def last_s(self) -> float:
         """Stamp of the latest frame."""
         return self._time_s[-1]
+
+    @property
+    def camera_moved(self) -> bool:
+        """What lies around the plate did not stay where it was while the plate was learned."""
+        return self._camera.moved
 
     def add(self, frames: list[Frame]) -> None:
         """Measure the next frames."""
@@ -71,6 +78,9 @@ class FrameMeasurements:
         self._time_s += time_s.tolist()
         self._roll_rad += roll.tolist()
         self._coding += [frame.coding for frame in frames]
+        self._motion += [frame.motion for frame in frames]
+        part = self._rows, self._columns
+        self._brightness += [float(frame.luma[part].mean()) for frame in frames]
 
     def _strip(self, image: Luma) -> Luma:
         # Copied into the processor's cache as a whole: the rings jump about in a frame, which
@@ -96,7 +106,10 @@ class FrameMeasurements:
             duplicate=repeated(angles.change),
             coding=np.array(self._coding).astype(np.uint8),
             thumbnail=np.stack(self._thumbnails),
+            smear_rad2=angles.smear_rad2,
+            brightness=np.array(self._brightness),
             roll_rad=np.array(self._roll_rad),
+            motion=np.stack(self._motion),
             annotated=self._annotated(layout, angles.angle_rad[self._shown_index]),
             notes=(*self._plate.notes, *notes),
         )

@@ -3,11 +3,12 @@
 The first frames are kept until the plate has been found and learned from them; they and all that
 follow are then measured as they come, so that memory does not grow with the clip. Where a camera is
 so fast that the frames of a turn are too many to keep, some of them are learned from and the clip
-is read again.
+is read again; and where the camera is seen to move after that, it is read again with its motion
+taken out.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeGuard
@@ -20,8 +21,10 @@ from vision.video import BATCH, ClipReader, Frame
 
 if TYPE_CHECKING:
     from vision.phase_track import PhaseTrack
+    from vision.plate.fields import Interlacing
     from vision.plate.learn import PlateModel
     from vision.tracking.frame_measurement import FrameMeasurements
+    from vision.tracking.registration import Registration
 
 FEWEST = 12  # frames from which anything can be said
 LEARN_FROM = (150, 300)  # frames, at least and at most
@@ -117,7 +120,7 @@ def _track_or_refusal(task: _Task, *, colours: bool) -> "PhaseTrack | RateRefuse
         return refusal
 
 
-def _tracked(task: _Task, *, colours: bool) -> "PhaseTrack":
+def _tracked(task: _Task, *, colours: bool, camera_moves: bool = False) -> "PhaseTrack":
     with ClipReader(task.path, colours=colours) as clip:
 
         def on_frames(count: int) -> None:
@@ -127,26 +130,32 @@ def _tracked(task: _Task, *, colours: bool) -> "PhaseTrack":
         from vision.tracking.frame_measurement import FrameMeasurements  # while frames are decoded
 
         batches = iter(clip)
-        plate, stretch = _learn_plate(task, clip, batches, on_frames)
+        plate, stretch = _learn_plate(task, clip, batches, on_frames, camera_moves)
         shown = len(stretch.frames) // 2
         measurements = FrameMeasurements(plate, stretch.frames[shown], shown * stretch.stride)
         if stretch.stride == 1:
-            rest = _chain(stretch.frames, batches)
-            return _measured(measurements, clip, rest, stretch.skipped, on_frames)
-        stretch.frames.clear()
-    with ClipReader(task.path, colours=colours) as clip:
-        rest = _after(stretch.skipped, clip)
-        return _measured(measurements, clip, rest, stretch.skipped, on_frames)
+            rest = _chain(stretch.frames, stretch.prepared(batches))
+            track = _measured(measurements, clip, rest, stretch, on_frames)
+        else:
+            stretch.frames.clear()
+    if stretch.stride > 1:
+        with ClipReader(task.path, colours=colours) as clip:
+            rest = stretch.prepared(_after(stretch.skipped, clip))
+            track = _measured(measurements, clip, rest, stretch, on_frames)
+    if stretch.camera is None and not camera_moves and measurements.camera_moved:
+        return _tracked(task, colours=colours, camera_moves=True)
+    return track
 
 
 def _measured(
     measurements: "FrameMeasurements",
     clip: ClipReader,
     batches: Iterator[list[Frame]],
-    skipped: int,
+    stretch: "_Stretch",
     on_frames: Callable[[int], None],
 ) -> "PhaseTrack":
-    """The track of all frames in the batches, the first ``skipped`` of the clip left out."""
+    """The track of all frames in the batches; those before the stretch are left out."""
+    skipped = stretch.skipped
     for batch in batches:
         measurements.add(batch)
         on_frames(skipped + len(measurements))
@@ -161,6 +170,7 @@ def _measured(
             f"The sense of rotation is that of the displayed frame; if writing in it reads "
             f"backwards, the plate itself turns the other way."
         )
+    notes += [part.note(clip.path.name) for part in (stretch.interlacing, stretch.camera) if part]
     # By the time, not the count: containers without one state duration times frame rate.
     if clip.seconds_stated and measurements.last_s < THRESHOLDS.whole * clip.seconds_stated:
         notes.append(
@@ -174,13 +184,40 @@ def _measured(
 class _Stretch:
     """Frames to learn from.
 
-    Every ``stride``-th of the ``read`` frames that follow the first ``skipped`` of the clip.
+    Every ``stride``-th of the ``read`` frames that follow the first ``skipped`` of the clip; their
+    fields where they are interlaced, brought back onto one of them where a camera moves.
     """
 
     frames: list[Frame]
     stride: int
     read: int
     skipped: int
+    interlacing: "Interlacing | None" = None
+    camera: "Registration | None" = None
+
+    def with_fields(self) -> "_Stretch":
+        """Interlaced frames split into their fields."""
+        from vision.plate.fields import interlacing
+
+        fields = interlacing(self.frames)
+        return self if fields is None else replace(
+            self, frames=fields.split(self.frames), interlacing=fields)
+
+    def steadied(self, *, camera_moves: bool) -> "_Stretch":
+        """Without the motion of the camera, where it moves or is known to move."""
+        from vision.tracking.registration import THRESHOLDS as REGISTRATION
+        from vision.tracking.registration import registration
+
+        camera, moved_px = registration(self.frames)
+        if camera is None or not (camera_moves or moved_px > REGISTRATION.moved_px):
+            return self
+        return replace(self, frames=[camera.back(frame) for frame in self.frames], camera=camera)
+
+    def prepared(self, batches: Iterator[list[Frame]]) -> Iterator[list[Frame]]:
+        """Further frames of the clip, treated as these."""
+        if self.interlacing is not None:
+            batches = self.interlacing.fields(batches)
+        return batches if self.camera is None else self.camera.steadied(batches)
 
 
 def _learn_plate(
@@ -188,6 +225,7 @@ def _learn_plate(
     clip: ClipReader,
     batches: Iterator[list[Frame]],
     on_frames: Callable[[int], None],
+    camera_moves: bool,
 ) -> "tuple[PlateModel, _Stretch]":
     """The plate, and the frames it was learned from."""
     from vision.plate.learn import learn
@@ -205,6 +243,7 @@ def _learn_plate(
                 f"{task.path}: {len(stretch.frames)} frame(s) found, at least {FEWEST} expected; a "
                 f"rate needs a clip of the turning plate, at best a minute long."
             )
+        stretch = stretch.with_fields().steadied(camera_moves=camera_moves)
         try:
             return learn(task.path.name, stretch.frames, rim, on_step), stretch
         except RateRefused as error:

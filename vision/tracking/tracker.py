@@ -8,6 +8,9 @@ the matched filter, which for white frame noise of standard deviation σ reaches
 σ²/Σ w (∂T/∂φ)². The template is held at an eighth of a sample, so that the last step, taken
 linearly, is below 0.03° and does not lock to the samples. Where the expected angle does not lead to
 a good match, the whole turn is searched by correlation.
+
+An exposure that is longer smears the plate along the rings. A smear whose variance is larger by s
+turns T into T + s/2 ∂²T/∂φ², and s is fitted together with the contrast at that angle.
 """
 
 import math
@@ -27,6 +30,7 @@ from vision.video import Luma
 SUBSTEPS = 8  # of a sample of azimuth
 LINEAR = 0.75 / SUBSTEPS  # of a sample: steps below this are taken without looking again
 STEPS = 4  # of Newton's method
+SOFT_PX = 3.0  # at the rim: the smear is read from waves longer than that
 
 
 @dataclass(frozen=True)
@@ -71,12 +75,16 @@ class MeasuredAngles:
         Angle by the centroid of the mark alone; NaN where no spot stands out.
     change : array
         Mean change of luma since the frame before; infinite for the very first.
+    smear_rad2 : array
+        Variance of the smear along the rings beyond that of the template, rad²; NaN where the
+        frame does not show the plate.
     """
 
     angle_rad: FloatArray
     match: FloatArray
     mark_angle_rad: FloatArray
     change: FloatArray
+    smear_rad2: FloatArray
 
     @classmethod
     def joined(cls, parts: Sequence["MeasuredAngles"]) -> "MeasuredAngles":
@@ -122,6 +130,15 @@ class PlateTracker:
         self._information = _by_angle(weight * slope**2, self._seen)
         self._offset = _by_angle(weight * slope * image, self._seen)
         self._energy = _by_angle(weight * image**2, self._seen)
+        # The smear is fitted at whole samples, parts of one hardly change it; and on waves that
+        # stand out from the noise of the template, or ∂²T/∂φ² would be that noise.
+        soft = np.exp(-((k * SOFT_PX / grid.view.radius_px) ** 2) / 2)
+        even, bend = np.fft.irfft(np.stack([soft, -soft * k**2])[:, None] * spectrum, self._n)
+        self._smear_filter = np.stack([np.concatenate([weight * part] * 2, axis=-1)
+                                       for part in (even, bend)]).astype(np.float32)
+        pairs = np.stack([weight * one * other for one in (even, bend)
+                          for other in (image[0], np.fft.irfft(-(k**2) * spectrum, self._n))])
+        self._smear_normal = _by_angle(pairs, self._seen).reshape(2, 2, self._n)
         self._time: float | None = None
         self._angle = 0.0
         self._usual = 0.0
@@ -137,13 +154,14 @@ class PlateTracker:
             The frames along the template's rings.
         """
         f = len(time_s)
-        angle, match, change = np.empty(f), np.empty(f), np.empty(f)
+        angle, match, change, smear = np.empty((4, f))
         along_mark = np.empty((f, self._n), np.float32)
         for i, strip in enumerate(strips):
             before, self._before = self._before, strip
             change[i] = np.inf if before is None else cv2.norm(strip, before, cv2.NORM_L1)
             difference = self._less_background(strip)
             angle[i], match[i] = self._angle_of(difference, float(time_s[i]))
+            smear[i] = self._smear(difference, angle[i])
             if self._mark is not None:
                 rings = difference[self._mark.first_ring : self._mark.last_ring]
                 np.sum(rings, axis=0, out=along_mark[i])
@@ -151,7 +169,7 @@ class PlateTracker:
         if self._mark is not None:
             at = self._mark.azimuth_rad
             mark_angle = centroid(along_mark, self._mark, at + angle) - at
-        return MeasuredAngles(angle, match, mark_angle, change / self._seen.size)
+        return MeasuredAngles(angle, match, mark_angle, change / self._seen.size, smear)
 
     def _less_background(self, strip: Luma) -> NDArray[np.float32]:
         cv2.subtract(strip, self._background, dst=self._difference, dtype=cv2.CV_32F)
@@ -217,6 +235,15 @@ class PlateTracker:
         like = np.vecdot(self._image[part][:, column], difference) @ self._weight
         match = float(like) / max(size * float(np.sqrt(self._energy[part, turn])), 1e-9)
         return angle, match, settled
+
+    def _smear(self, difference: NDArray[np.float32], angle_rad: float) -> float:
+        """s of D ≈ c (T + s/2 ∂²T/∂φ²) at an angle, contrast c and s by least squares."""
+        turn = round(angle_rad * self._n / (2 * np.pi)) % self._n
+        column = slice(self._n - turn, 2 * self._n - turn)
+        shown = np.vecdot(self._smear_filter[:, :, column], difference).sum(axis=1)
+        (a, b), (c, d) = self._smear_normal[:, :, turn]
+        contrast = shown[0] * d - shown[1] * b
+        return float(2 * (shown[1] * a - shown[0] * c) / contrast) if contrast > 0 else np.nan
 
     def _whole_turn(self, difference: NDArray[np.float32], expected_rad: float) -> float:
         """The best angle of the whole turn, next to the expected one."""

@@ -12,23 +12,18 @@ from typing import Literal
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.columns import causes
 from calib.diagnosis.hypotheses.signature import effect_vectors, square_vectors
 from calib.effects.catalogue import BASE
 from calib.effects.effect import EFFECTS, Effect, column_effect
 from calib.effects.needs import unavailable
 from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray
-from calib.poses.pose_set import PoseSet
 
 Kind = Literal["listed", "unknown", "jump", "bad_pose", "wander", "plate_rate"]
 
 EFFECT_OF_COLUMN = {"temperature_c": "temperature_bias"}
 """Logged columns whose linear effect on the bias has a name in the catalogue."""
-
-NO_CAUSE = ("mag", "quat", "q0", "q1", "q2", "q3", "roll", "pitch", "yaw", "heading", "euler",
-            "ori", "mat[", "status", "counter", "packet", "sampletime", "utc", "flag", "gps",
-            "lat", "lon", "alt", "vel")
-"""How columns begin that follow the attitude or the clock by themselves and cause no error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,22 +81,6 @@ class Hypothesis:
         return self.kind == "listed"
 
 
-def is_cause(column: str, named: Sequence[str] | None) -> bool:
-    """Whether a logged column may cause an error; all that ``named`` lists do, where it is given.
-
-    A magnetometer and an orientation follow the attitude, a counter follows the clock: that an
-    error goes with them says nothing of where it comes from.
-    """
-    if named is not None:
-        return column in named
-    return not column.lower().startswith(NO_CAUSE)
-
-
-def causes(poses: PoseSet, named: Sequence[str] | None = None) -> tuple[str, ...]:
-    """The logged columns of ``poses`` that may cause an error."""
-    return tuple(name for name in poses.columns if is_cause(name, named))
-
-
 def candidate_effects(
     fit: Fit, own: Sequence[Effect] = (), covariates: Sequence[str] | None = None
 ) -> Iterator[Effect]:
@@ -115,7 +94,8 @@ def candidate_effects(
     own : sequence of Effect
         User-defined effects.
     covariates : sequence of str or None
-        Logged columns that may cause an error; None leaves the choice to :func:`is_cause`.
+        Logged columns that may cause an error; None leaves the choice to
+        :func:`calib.diagnosis.hypotheses.columns.is_cause`.
 
     Yields
     ------
@@ -132,6 +112,9 @@ def candidate_effects(
         if name not in EFFECT_OF_COLUMN
     ]
     for effect in (*listed, *columns, *own):
+        excluded = covariates is not None and set(effect.logged) - {*covariates}
+        if excluded and effect not in own:
+            continue
         if effect.name not in in_model and fit.poses.triad in effect.triads:
             yield effect
 

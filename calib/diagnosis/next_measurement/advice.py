@@ -14,10 +14,13 @@ from calib.diagnosis.hypotheses.signature import effect_columns
 from calib.diagnosis.next_measurement.pose_blocks import hypothetical
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import orthonormal_columns
+from calib.fit.prediction import Prediction
 from calib.fit.result import Fit
+from calib.poses.attitudes import list_directions
 from calib.poses.imu_log import FloatArray
 
 ENOUGH_LAMBDA = 12.0
+LABELS_LISTED = 3
 BLIND_SIGNAL_SD = 5.0
 """Strength at which an effect that left no trace yet is judged, noise units over the rows."""
 
@@ -104,3 +107,21 @@ def best_block(fit: Fit, rivals: Sequence[Rival], full_scale: float = np.inf) ->
             worth = min(power, 10 * ENOUGH_LAMBDA) / block.minutes
             options.append((worth, Advice(block.code, block.instruction, power)))
     return max(options, key=lambda item: item[0])[1] if options else None
+
+
+def lay_missing(prediction: Prediction | None) -> Advice | None:
+    """The poses that a calibration lacks to hold in every direction; None where it does."""
+    if prediction is None or (prediction.holds_everywhere and not prediction.unchecked):
+        return None
+    if prediction.wanted:
+        words = f"poses with {list_directions(prediction.wanted, len(prediction.wanted))}"
+    else:
+        words = f"poses near those of {list_labels(prediction.unchecked)}"
+    return Advice("directions", words, prediction.times_a_pose**2)
+
+
+def list_labels(labels: Sequence[str]) -> str:
+    """The first ``LABELS_LISTED`` of ``labels`` as one phrase, and how many more there are."""
+    text = ", ".join(labels[:LABELS_LISTED])
+    rest = len(labels) - LABELS_LISTED
+    return f"{text} and {rest} more" if rest > 0 else text

@@ -15,6 +15,7 @@ from calib.diagnosis.hypotheses.listed import Hypothesis
 from calib.diagnosis.search.evidence import nothing_log_density
 from calib.diagnosis.search.refit import Refit
 from calib.diagnosis.search.sets import OFTEN, Entry, Key, Search, is_nothing
+from calib.diagnosis.search.sizes import within_nature
 from calib.diagnosis.search.table import Beside, Table, pair_scores
 from calib.fit.result import Fit
 
@@ -28,6 +29,7 @@ WEIGHED = 10
 def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Search:
     """Search the sets of ``hypotheses`` for what the model of ``base`` lacks."""
     table = Table(base, hypotheses)
+    hypotheses = within_nature(table, hypotheses)
     alone = table.beside(())
     nothing = nothing_log_density(table.chi2, table.dof)
     state = Search(base, hypotheses, table, alone, nothing, base.bounded_p_value)

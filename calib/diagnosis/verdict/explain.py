@@ -6,14 +6,16 @@ from typing import Literal
 
 import numpy as np
 
-from calib.diagnosis.next_measurement.advice import Advice
+from calib.diagnosis.next_measurement.advice import Advice, list_labels
 from calib.diagnosis.search.refit import linear_loo_rms
 from calib.diagnosis.verdict.decision import Code, Verdict
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import covariate, joined, odds_in_words, physics, readable
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
+from calib.fit.prediction import Prediction
 from calib.fit.result import Fit
+from calib.poses.attitudes import direction_name
 
 Standing = Literal["good", "act", "open"]
 Step = Literal["apply", "add", "record", "repeat", "define"]
@@ -54,6 +56,7 @@ class _Case:
     ranking: Sequence[Candidate]
     p_value: float
     advice: Advice | None
+    prediction: Prediction | None
 
     @property
     def misfit(self) -> str:
@@ -70,19 +73,40 @@ def explain(
     ranking: Sequence[Candidate],
     p_value: float,
     advice: Advice | None,
+    prediction: Prediction | None = None,
 ) -> Explanation:
     """The verdict in words."""
-    return SPOKEN[verdict.code](_Case(fit, verdict, ranking, p_value, advice))
+    return SPOKEN[verdict.code](_Case(fit, verdict, ranking, p_value, advice, prediction))
 
 
 def _nothing(case: _Case) -> Explanation:
+    text = f"Nothing is missing: the poses' own noise explains the residual ({case.misfit})."
+    if case.advice is not None and case.prediction is not None:
+        return Explanation(
+            "open", "directions are missing among its poses",
+            f"{text} {_unsupported(case.prediction)}{_record(case).lstrip()}", *_settle(case),
+        )
     return Explanation(
-        "good",
-        "nothing is missing",
-        f"Nothing is missing: the poses' own noise explains the residual ({case.misfit}).",
-        "apply",
+        "good", "nothing is missing", text, "apply",
         "Correct a log, or hand the calibration to another program",
     )
+
+
+def _unsupported(prediction: Prediction) -> str:
+    """Where a calibration with nothing missing does not hold, or no pose checks it."""
+    text = ""
+    if not prediction.holds_everywhere:
+        text = (
+            f"But these poses do not support it in every direction: with "
+            f"{direction_name(prediction.worst_direction)} a magnitude is known "
+            f"{prediction.times_a_pose:.2g} times worse than one pose there would show. "
+        )
+    if prediction.unchecked:
+        text += (
+            f"No other pose checks {list_labels(prediction.unchecked)}: an error there enters the "
+            f"parameters unseen. "
+        )
+    return text
 
 
 def _effect(case: _Case) -> Explanation:
@@ -201,7 +225,8 @@ def _bad_pose(case: _Case) -> Explanation:
     short = f"the {'pose' if len(poses) == 1 else 'poses'} {names} contradict the others"
     if len(poses) == 1:
         short = f"the pose {names} contradicts the others"
-    return Explanation("act", short, f"{what} ({case.misfit}). {again}.", "repeat", again)
+    text = f"{what} ({case.misfit}). {_beside(case.verdict)}{again}."
+    return Explanation("act", short, text, "repeat", again)
 
 
 def _noise(case: _Case) -> Explanation:

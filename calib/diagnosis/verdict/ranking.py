@@ -9,10 +9,8 @@ from scipy.special import chdtrc
 from calib.diagnosis.search.odds import Odds, aliases
 from calib.diagnosis.search.refit import Refit, linear_loo_rms
 from calib.diagnosis.search.sets import Search
+from calib.diagnosis.search.sizes import predicted_size
 from calib.poses.imu_log import FloatArray
-
-SEEN_SHARE = 1e-3
-"""Of the best seen combination of parameters; those seen less have no size of their own."""
 
 LEAST_LEFT = 1e-3
 """Floor of what a row keeps for itself after the fit."""
@@ -78,7 +76,7 @@ def _candidate(state: Search, odds: Odds, j: int, probability: float) -> Candida
     if h.kind == "listed":
         assert h.effect is not None
         if not h.effect.in_square:
-            size, sd = _predicted(state, j)
+            size, sd = predicted_size(state.table, j)
         unit = h.effect.unit_for(state.base.poses.triad)
     drop, rms, loo = _after(state, j)
     p_value = float(chdtrc(int(state.table.seen[j]), drop))
@@ -133,16 +131,6 @@ def _drop(state: Search, refit: Refit) -> float:
 def _fitted(refit: Refit, name: str) -> tuple[FloatArray, FloatArray]:
     where = refit.fit.model.slices()[name]
     return refit.fit.theta[where], np.sqrt(np.diag(refit.fit.cov)[where])
-
-
-def _predicted(state: Search, j: int) -> tuple[FloatArray, FloatArray]:
-    """Size and sd of the parameters that the residual asks for, each (k,)."""
-    raw = state.table.raw_block(j)
-    norm = np.maximum(np.sqrt((raw**2).sum(axis=0)), 1e-300)
-    rest = state.table.projector(raw / norm)
-    covariance = np.linalg.pinv(rest.T @ rest, rcond=SEEN_SHARE**2, hermitian=True)
-    size = covariance @ (rest.T @ state.table.residual)
-    return size / norm, np.sqrt(np.diag(covariance)) / norm
 
 
 def _after(state: Search, j: int) -> tuple[float, float, float]:

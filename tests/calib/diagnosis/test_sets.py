@@ -10,7 +10,7 @@ import pytest
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.diagnose import Diagnosis, diagnose
-from calib.diagnosis.hypotheses.listed import causes, is_cause
+from calib.diagnosis.hypotheses.columns import causes, is_cause
 from calib.diagnosis.verdict.wording import odds_in_words
 from calib.effects.catalogue import BASE
 from calib.fit.model import Model
@@ -141,6 +141,19 @@ def test_columns_that_follow_the_attitude_cause_nothing_unless_they_are_named() 
     assert not {c.name for c in found.ranking} & {"column:mag_x", "mag_x", "column:Roll", "Roll"}
     found = diagnose(fit(poses, Model.of(BASE)), covariates=("mag_x",))
     assert "column:mag_x" in {c.name for c in found.ranking} | set(found.blind)
+    assert "temperature_bias" not in {c.name for c in found.ranking} | set(found.blind)
+    assert set(found.aside) == set(poses.columns) - {"mag_x"}
+
+
+@pytest.mark.parametrize(("column", "cause"), [
+    ("alternator_a", True), ("laterite_dust", True), ("velour_k", True), ("mag_temp_c", True),
+    ("alt_v", True), ("statusled_w", True), ("magX", False), ("OriInc_q0", False),
+    ("Mat[1][1]", False), ("q_w", False), ("GPSAlt", False), ("gps_alt_m", False),
+    ("SampleTimeFine", False), ("status", False), ("Roll", False),
+])
+def test_a_column_is_judged_by_the_whole_words_of_its_name(column: str, cause: bool) -> None:
+    assert is_cause(column, None) is cause
+    assert is_cause(column, (column,))
 
 
 # --- what is reported -----------------------------------------------------------------------------

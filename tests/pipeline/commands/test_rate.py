@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from pipeline.errors import DeviceError
 from pipeline.stages.live_clip import film_clip
@@ -47,6 +48,59 @@ def test_its_angles_are_in_the_json(slowing: Path, capsys: pytest.CaptureFixture
     expected = RATE * time_s + SLOWING * time_s**2 / 2
     assert np.abs(angle - angle[0]) == pytest.approx(expected - expected[0], abs=0.003)
     assert found["revolutions"] == pytest.approx(np.ptp(expected) / (2 * np.pi), abs=0.02)
+
+
+@pytest.fixture(scope="module")
+def steady(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("steady") / "steady.mp4"
+    film(path, PlateMotion(RATE), fps=15.0, seconds=9.0)
+    return path
+
+
+def test_the_overlay_shows_rim_and_mark_in_every_frame_and_replaces_nothing(
+    steady: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    overlay = tmp_path / "seen.mp4"
+    assert pipeline("rate", steady, "--overlay", overlay) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == str(overlay)
+    drawn, plain = shown_frames(overlay), shown_frames(steady)
+    assert len(drawn) == len(plain) == 135
+    green = [(image[..., 1].astype(int) - image[..., 2] > 60).sum() for image in drawn]
+    assert min(green) > 500  # the rim; the clip has nothing green
+    blue = [np.argwhere((image[..., 0].astype(int) - image[..., 2] > 120)[60:]).mean(axis=0)
+            for image in drawn]
+    assert np.ptp(blue, axis=0).min() > 80  # the hand goes round
+    before = overlay.read_bytes()
+    assert pipeline("rate", steady, "--overlay", overlay) == 2
+    assert pipeline("rate", steady, "--overlay", steady, "--force") == 2
+    assert pipeline("rate", steady, "--overlay", tmp_path / "seen.avi") == 2
+    assert overlay.read_bytes() == before
+    overlay.write_bytes(b"mine")
+    assert pipeline("rate", steady, "--overlay", overlay, "--force") == 0
+    assert overlay.read_bytes() == before
+
+
+def shown_frames(path: Path) -> list[NDArray[np.uint8]]:
+    cv2 = pytest.importorskip("cv2")
+    capture, images = cv2.VideoCapture(str(path)), []
+    while True:
+        ok, image = capture.read()
+        if not ok:
+            return images
+        images.append(image)
+
+
+def test_a_part_and_a_rim_can_be_stated(
+    steady: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert pipeline("rate", steady, "--from", "2", "--to", "8", "--json",
+                    "--rim", "231", "183", "143") == 0
+    part = json.loads(capsys.readouterr().out)["steady"]
+    assert part["revolutions"] == pytest.approx(RATE * 6 / (2 * np.pi), abs=0.1)
+    assert part["rate_rad_s"] == pytest.approx(RATE, rel=2e-4)
+    assert pipeline("rate", steady, "--from", "8", "--to", "2") == 2
+    assert pipeline("rate", steady, "--from", "20") == 4
+    assert "a part within the clip" in capsys.readouterr().err
 
 
 def test_a_camera_s_clip_is_measured_by_the_same_code(

@@ -41,6 +41,7 @@ effects:
   mine: {expression: temperature_c ** 2, per: axis, unit: m/s² per °C²}
 installation: {log: gyr/a.csv}
 record: {device: xsens-mti, port: COM3, poses: 18}
+covariates: [temperature_c, supply_v]
 """
 
 

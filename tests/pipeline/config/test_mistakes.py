@@ -113,7 +113,7 @@ def test_what_a_task_needs_is_asked_for(session: Path, removed: str, says: str) 
 
 def test_a_duplicate_key_is_named_with_both_lines(session: Path) -> None:
     (found,) = problems(session, GOOD + "title: other\n")
-    assert found.startswith("config.yaml:34: title: the key 'title' is given twice, first in "
+    assert found.startswith("config.yaml:35: title: the key 'title' is given twice, first in "
                             "line 1.")
 
 

@@ -1,5 +1,6 @@
 """From phase tracks to rates: known answers, honest uncertainty, refusals. No frames."""
 
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -14,6 +15,7 @@ from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.rate.least_squares import correlation_time, least_squares
 from vision.rate.measure import measure_rate
+from vision.rate.steady_part import ClipPart
 from vision.rate.timebase import Timebase
 
 
@@ -158,10 +160,33 @@ def test_a_rate_that_is_not_constant_is_refused_with_its_history(
     assert history.revolutions == pytest.approx(np.ptp(how(time)) / (2 * np.pi), abs=0.01)
 
 
-def test_a_run_up_names_the_stretch_that_can_be_used() -> None:
+def test_of_a_clip_with_a_run_up_the_steady_part_is_measured_and_named() -> None:
     time, _ = steady(seconds=60)
-    angle = 3.49 * (time + 1.5 * (np.exp(-time / 1.5) - 1))
-    with pytest.raises(RateRefused, match=r"steady from \d+\.\d s to 5\d\.\d s: cut"):
+    track = phase_track(time, 3.49 * (time + 1.5 * (np.exp(-time / 1.5) - 1)), noise_rad=NOISE)
+    rate = measure_rate(track, timebase=CLOCK)
+    assert re.search(r"steadily from \d+\.\d s to 5\d\.\d s of 59\.9 s", rate.warnings[0])
+    assert abs(rate.rate_rad_s / 3.49 - 1) < 10e-6
+    with pytest.raises(RateRefused, match=r"steady from \d+\.\d s to 5\d\.\d s \(\+33"):
+        measure_rate(track, timebase=CLOCK, part=ClipPart(0.0))
+    chosen = measure_rate(track, timebase=CLOCK, part=ClipPart(20.0, 50.0))
+    assert chosen.warnings == ()
+    assert chosen.history.angle.time_s[[0, -1]] == pytest.approx([20.0, 50.0])
+    with pytest.raises(RateRefused, match="a part within the clip"):
+        measure_rate(track, timebase=CLOCK, part=ClipPart(70.0))
+
+
+def test_two_steady_parts_of_different_rates_are_both_named_and_none_is_chosen() -> None:
+    time, _ = steady(seconds=40)
+    angle = 3.49 * time + 1.22 * np.maximum(time - 20, 0)
+    with pytest.raises(RateRefused, match=r"\+33\.33 rpm\) and from .*\+44\.98 rpm"):
+        measure_rate(phase_track(time, angle, noise_rad=NOISE), timebase=CLOCK)
+
+
+def test_a_plate_that_coasts_has_no_steady_part() -> None:
+    """Over some turns its rate changes by less than a belt's."""
+    time, _ = steady(seconds=40)
+    angle = 3.49 * 100 * (1 - np.exp(-time / 100))
+    with pytest.raises(RateRefused, match="Let the plate settle"):
         measure_rate(phase_track(time, angle, noise_rad=NOISE), timebase=CLOCK)
 
 

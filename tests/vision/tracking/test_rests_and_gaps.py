@@ -8,6 +8,7 @@ from tests.vision.phase_tracks import CLOCK, NOISE, RPM, FloatArray, phase_track
 from vision.errors import RateRefused
 from vision.phase_track import PhaseTrack
 from vision.rate.measure import measure_rate
+from vision.rate.steady_part import ClipPart
 
 FAST = 33.3 * RPM
 
@@ -43,8 +44,8 @@ def test_a_plate_that_rests_or_turns_back_is_refused_with_its_true_history(
 ) -> None:
     """At rest the frames repeat; left out, turns were made up for the time between."""
     track, angle = driven(**how)
-    with pytest.raises(RateRefused, match=rf"{verdict}.*cut the clip") as refused:
-        measure_rate(track, timebase=CLOCK)
+    with pytest.raises(RateRefused, match=rf"{verdict}.*measure one such part") as refused:
+        measure_rate(track, timebase=CLOCK, part=ClipPart(0.0))
     history = refused.value.history
     assert history is not None
     assert history.revolutions == pytest.approx(abs(angle[-1] - angle[0]) / (2 * np.pi), abs=0.02)
@@ -54,6 +55,14 @@ def test_a_plate_that_rests_or_turns_back_is_refused_with_its_true_history(
     assert np.quantile(off[settled], 0.8) < 2e-3 * FAST
     if "then" not in how:
         assert np.abs(history.rate_rad_s).min() < 0.01 * FAST
+
+
+@pytest.mark.parametrize("how", [{"start_s": 4.0}, {"stop_s": 16.0}])
+def test_between_its_start_and_its_stop_a_plate_is_measured(how: dict[str, float]) -> None:
+    track, _ = driven(**how)
+    rate = measure_rate(track, timebase=CLOCK)
+    assert "turns steadily from" in rate.warnings[0]
+    assert abs(rate.rate_rad_s - FAST) < 3 * rate.sd_rad_s < 1e-4 * FAST
 
 
 def test_frames_delivered_again_are_still_left_out() -> None:

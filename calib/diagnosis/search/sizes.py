@@ -1,0 +1,41 @@
+"""Sizes that the residual asks for, before any refit, held against what nature allows."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.listed import Hypothesis
+from calib.diagnosis.search.table import Table
+from calib.poses.imu_log import FloatArray
+
+SEEN_SHARE = 1e-3
+"""Of the best seen combination of parameters; those seen less have no size of their own."""
+
+
+def predicted_size(table: Table, j: int) -> tuple[FloatArray, FloatArray]:
+    """Size and sd of the parameters that the residual asks of hypothesis ``j`` alone, each (k,)."""
+    raw = table.raw_block(j)
+    norm = np.maximum(np.sqrt((raw**2).sum(axis=0)), 1e-300)
+    rest = table.projector(raw / norm)
+    covariance = np.linalg.pinv(rest.T @ rest, rcond=SEEN_SHARE**2, hermitian=True)
+    size = covariance @ (rest.T @ table.residual)
+    return size / norm, np.sqrt(np.diag(covariance)) / norm
+
+
+def within_nature(table: Table, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """``hypotheses``, less probable where the rows ask for more of them than nature has.
+
+    The Earth turns by 15°/h: a gyroscope that reads five times that about the vertical is read
+    wrong, or stands on something else that turns.
+    """
+    judged = list(hypotheses)
+    for j, h in enumerate(hypotheses):
+        if h.effect is None or np.isinf(h.effect.largest) or table.is_blind(j):
+            continue
+        size, sd = predicted_size(table, j)
+        if (np.abs(size) - CONSTANTS.limit_sd * sd > h.effect.largest).any():
+            judged[j] = replace(h, log_prior=h.log_prior + float(np.log(CONSTANTS.odds_unnatural)))
+            table.log_prior[j] = judged[j].log_prior
+    return judged

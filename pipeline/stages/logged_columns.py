@@ -1,0 +1,63 @@
+"""Which further columns the logs of a session have, by their first lines, before they are read."""
+
+from pathlib import Path
+
+from calib.poses.imu_log import TRIADS, Triad
+from pipeline.config.load import Config
+from pipeline.config.schema import LogsSection, PosesSection
+from pipeline.errors import ConfigError, UnreadableInput
+from pipeline.logs.read import READINGS, column_names
+from pipeline.names import nearest_name
+
+
+def check_covariates(config: Config) -> None:
+    """Refuse ``covariates`` that no log has.
+
+    Raises
+    ------
+    ConfigError
+        With the line of each, and the nearest column that the logs have.
+    """
+    if config.covariates is None:
+        return
+    known = [columns for triad in TRIADS if (columns := logged_columns(config, triad)) is not None]
+    if not known:
+        return
+    logged = tuple(dict.fromkeys(name for columns in known for name in columns))
+    problems = [
+        config.source.problem(("covariates", i), (
+            f"'{name}' is no logged column{nearest_name(name, logged)}. The logs have: "
+            f"{', '.join(logged) or 'no further column'}. Name one of these, or log it."))
+        for i, name in enumerate(config.covariates) if name not in logged
+    ]
+    if problems:
+        raise ConfigError(*problems)
+
+
+def logged_columns(config: Config, triad: Triad | None) -> list[str] | None:
+    """Columns that every log of the triad has beside time and readings; None before recording."""
+    poses: list[PosesSection] = []
+    if config.accelerometer and triad != "gyroscope":
+        poses.append(config.accelerometer.poses)
+    if config.gyroscope and triad != "accelerometer":
+        poses += [run.poses for run in config.gyroscope.runs]
+    heads = [names for each in poses if (names := _columns_of(each)) is not None]
+    if not heads:
+        return None
+    return [name for name in heads[0] if all(name in names for names in heads)]
+
+
+def _columns_of(poses: PosesSection) -> list[str] | None:
+    """Further columns of a set of poses, by its first file or by all files of its long log."""
+    names: list[str] = []
+    for i, path in enumerate(poses.log or poses.files[:1]):
+        names += _header(poses, i, path)
+    return names or None
+
+
+def _header(section: LogsSection, i: int, path: Path) -> list[str]:
+    try:
+        names = column_names(path, section.columns_of(i))
+    except UnreadableInput:  # said where the log itself is read
+        return []
+    return [name for name in names if name not in READINGS] or [""]

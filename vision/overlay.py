@@ -1,0 +1,129 @@
+"""The clip with what was measured drawn on it: a user believes a rate that is seen to go along.
+
+In every frame stand the rim, the spindle, a hand at the measured angle (through the mark where
+there is one), and the rate. The hand is grey in frames that the rate does not use.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.errors import VisionError
+from vision.geometry import FloatArray, PlateView
+from vision.phase_track import LUMA, USUAL_MARK_RADIUS, PhaseTrack
+from vision.rate.measure import RateMeasurement
+from vision.rate.unwrap import frame_time
+from vision.video import ClipReader, Frame
+
+Image = NDArray[np.uint8]
+
+RIM, CENTRE, HAND, UNUSED, TEXT = (  # BGR
+    (80, 220, 80), (60, 60, 255), (255, 200, 0), (150, 150, 150), (255, 255, 255))
+RPM = 2 * np.pi / 60
+LINE_PX = 22  #: of text
+SAME_S = 1e-4  #: stamps of one frame
+EVEN = 2  # pixels: encoders of 4:2:0 take even sizes only
+
+
+class UnwritableOverlay(VisionError):
+    """The clip cannot be encoded."""
+
+
+def write_overlay(
+    clip: Path,
+    track: PhaseTrack,
+    rate: RateMeasurement,
+    target: Path,
+    on_frame: Callable[[int, int | None], None],
+) -> None:
+    """Write the clip with the measurement drawn on it, as MPEG-4 at its stated frame rate.
+
+    Parameters
+    ----------
+    clip : Path
+    track : PhaseTrack
+        Of this clip, whole.
+    rate : RateMeasurement
+        From this track.
+    target : Path
+        An .mp4; what is there is overwritten.
+    on_frame : callable (frames done, frames in all)
+
+    Raises
+    ------
+    UnwritableOverlay
+        No encoder, no space, or no such folder.
+    """
+    count = len(track.time_s)
+    drawing = _Drawing(track, rate)
+    writer = cv2.VideoWriter()
+    try:
+        with ClipReader(clip, colours=track.plate.channel != LUMA) as reader:
+            fps = reader.fps_stated or 1 / frame_time(track.time_s)
+            for frame in (frame for batch in reader for frame in batch):
+                i = int(np.searchsorted(track.time_s, frame.time_s - SAME_S))
+                if i >= count or abs(track.time_s[i] - frame.time_s) > SAME_S:
+                    continue  # before the plate turned
+                image = drawing.on(frame, i)
+                h, w = image.shape[:2]
+                if not writer.isOpened() and not writer.open(
+                        str(target), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*"mp4v"), fps, (w, h)):
+                    raise UnwritableOverlay(
+                        f"{target}: the clip cannot be written. Check the folder, and that the "
+                        f"disk is not full.")
+                writer.write(image)
+                on_frame(i + 1, count)
+    finally:
+        writer.release()
+
+
+class _Drawing:
+    """Draws on the frames of a track."""
+
+    def __init__(self, track: PhaseTrack, rate: RateMeasurement) -> None:
+        self._track = track
+        plate = track.plate
+        self._view = PlateView(plate.view)
+        self._rim = np.stack(self._view.pixels(np.ones(181), np.linspace(0, 2 * np.pi, 181)), 1)
+        marked = not np.isnan(plate.mark_radius)
+        self._reach = plate.mark_radius if marked else USUAL_MARK_RADIUS
+        self._azimuth = plate.mark_azimuth_rad if marked else 0.0
+        used = rate.history.angle.time_s[rate.fit.used]
+        self._used = np.isin(track.time_s, used)
+        ppm = 1e6 * rate.sd_rad_s / rate.rate_rad_s
+        self._rate = f"{rate.rate_rad_s / RPM:.4f} rpm +- {ppm:.0f} ppm, {rate.direction}"
+
+    def on(self, frame: Frame, i: int) -> Image:
+        """The i-th frame of the track with everything drawn, shape (h, w, 3), sides even."""
+        image = frame.bgr
+        h, w = (side // EVEN * EVEN for side in image.shape[:2])
+        canvas = np.ascontiguousarray(image[:h, :w])
+        track, angle = self._track, float(self._track.phase_rad[i])
+        rim = self._seen(self._rim, i)
+        cv2.polylines(canvas, [np.round(rim).astype(np.int32)], True, RIM, 2, cv2.LINE_AA)
+        if np.isfinite(angle):
+            self._hand(canvas, i, angle)
+        place = f"{track.time_s[i]:7.2f} s   {np.degrees(angle) % 360:5.1f} deg"
+        cv2.rectangle(canvas, (0, 0), (w, 2 * LINE_PX + 4), (0, 0, 0), -1)
+        for line, text in enumerate((self._rate, place), start=1):
+            at = (8, LINE_PX * line - 4)
+            cv2.putText(canvas, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.55, TEXT, 1, cv2.LINE_AA)
+        return canvas
+
+    def _hand(self, canvas: Image, i: int, angle_rad: float) -> None:
+        x, y = self._view.pixels(
+            np.array([0.0, self._reach]), np.full(2, self._azimuth + angle_rad))
+        centre, tip = (tuple(map(int, each)) for each in
+                       np.round(self._seen(np.stack([x, y], axis=1), i)))
+        colour = HAND if self._used[i] else UNUSED
+        cv2.line(canvas, centre, tip, colour, 1, cv2.LINE_AA)
+        cv2.circle(canvas, tip, 9, colour, 2, cv2.LINE_AA)
+        cv2.drawMarker(canvas, centre, CENTRE, cv2.MARKER_CROSS, 15, 2, cv2.LINE_AA)
+
+    def _seen(self, points: FloatArray, i: int) -> FloatArray:
+        """Where points of the view appear in the frame as filmed, shape (n, 2)."""
+        x, y, n = self._track.motion[i] @ np.column_stack([points, np.ones(len(points))]).T
+        return np.stack([x / n, y / n], axis=1)

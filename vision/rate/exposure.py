@@ -1,0 +1,141 @@
+"""Whether the shutter changed while filming, and what that does to the rate.
+
+Cameras stamp a frame where its exposure begins, in its middle or where it ends, and do not say
+which; what a frame shows is the middle. With an exposure e(t) the angle is therefore that of
+
+    t + δ e(t),   δ between -1/2 and 1/2,
+
+and a shutter that drifts adds up to slope(e)/2 to the relative rate. The smear along the turn has
+the variance (Ω e)²/12, so its change shows that of e²; of e itself the largest change that goes
+with it is the one from a closed shutter, e = √(e² - min e²). Where only the brightness changed, by
+a factor r, it is √((r - 1)/(r + 1)) of that. No exposure lasts longer than a frame.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vision.geometry import FloatArray
+from vision.phase_track import PhaseTrack, PlateAngle
+from vision.rate.least_squares import least_squares
+
+BLACK = 16.0  # luma
+GAMMA = 2.2  # of the luma's own scale against light
+STRETCHES = 8  # of a clip, in which the exposure is taken as one
+FEWEST = 40  # frames in which the smear was seen
+
+
+@dataclass(frozen=True)
+class ExposureThresholds:
+    """When the exposure counts as changed.
+
+    Attributes
+    ----------
+    clear : float
+        Sds of the change of the smear from beginning to end. Derived: one Gaussian clip in 10⁴.
+    brighter : float
+        Relative change of the light in the frames. Fact: an auto-exposure corrects in steps of a
+        third or a sixth of a stop, 12 to 26 %.
+    least_s : float
+        A change of the exposure, s, that is worth a word. Fact: over 10 s it changes the rate by a
+        tenth of a poor clock.
+    """
+
+    clear: float = 4.0
+    brighter: float = 0.1
+    least_s: float = 2e-4
+
+
+THRESHOLDS = ExposureThresholds()
+
+
+@dataclass(frozen=True)
+class ExposureDrift:
+    """An exposure that changed.
+
+    Attributes
+    ----------
+    change_s : float
+        At most, from the first stretch of the clip to the last.
+    relative_sd : float
+        Of the rate: half the slope of the exposure against time.
+    evidence : str
+        What shows it.
+    """
+
+    change_s: float
+    relative_sd: float
+    evidence: str
+
+
+def exposure_drift(
+    track: PhaseTrack, angle: PlateAngle, rate_rad_s: float
+) -> ExposureDrift | None:
+    """How far the exposure may have changed; None where neither smear nor brightness did.
+
+    Parameters
+    ----------
+    track : PhaseTrack
+    angle : PlateAngle
+        Frames that are used, and their times.
+    rate_rad_s : float
+    """
+    square = 12 * track.smear_rad2[angle.index] / rate_rad_s**2  # e² beyond that of the template
+    seen = np.isfinite(square)
+    if seen.sum() < FEWEST:
+        return None
+    time, square = angle.repaired_time_s[seen], square[seen]
+    span = float(time[-1] - time[0])
+    smear, smear_sd = _slope(time, square, angle.angle_rad[seen])
+    light = np.log(np.maximum(track.brightness[angle.index][seen] - BLACK, 1.0)) * GAMMA
+    brighter, _ = _slope(time, light, angle.angle_rad[seen])
+    ratio = float(np.exp(abs(brighter) * span))
+    smeared = abs(smear) > THRESHOLDS.clear * smear_sd
+    shine = ratio > 1 + THRESHOLDS.brighter
+    if not smeared and not shine:
+        return None
+    if smeared:
+        level = _by_stretch(time, square)
+        beyond = np.sqrt(np.maximum(level - level.min(), 0.0))
+    else:
+        most = (abs(smear) + 2 * smear_sd) * span
+        beyond = np.sqrt(most * (ratio - 1) / (ratio + 1)) * np.linspace(0, 1, STRETCHES)
+    beyond = np.minimum(beyond, angle.frame_s)
+    middle = _by_stretch(time, time)
+    away = middle - middle.mean()
+    relative = 0.5 * abs(float(away @ beyond / (away @ away)))
+    change = float(np.ptp(beyond))
+    if change < THRESHOLDS.least_s and not shine:
+        return None
+    evidence = " and ".join(text for text, shown in (
+        ("the smear of the plate", smeared), (f"the brightness ({ratio - 1:.0%})", shine)) if shown)
+    return ExposureDrift(change, relative, evidence)
+
+
+def exposure_warnings(source: str, drift: ExposureDrift | None) -> tuple[str, ...]:
+    """Warn of a shutter that changed."""
+    if drift is None:
+        return ()
+    return (
+        f"{source}: lock the exposure and film again: {drift.evidence} changes from the beginning "
+        f"of the clip to its end, so the exposure may have changed by up to "
+        f"{1e3 * drift.change_s:.1f} ms, and the middle of the exposure moved against the time "
+        f"stamps. The sd includes {1e6 * drift.relative_sd:.0f} ppm for it.",
+    )
+
+
+def _slope(time_s: FloatArray, values: FloatArray, angle_rad: FloatArray) -> tuple[float, float]:
+    """Slope against time and its sd, beside what repeats with every turn."""
+    if not np.ptp(values):
+        return 0.0, 0.0
+    waves = [f(k * angle_rad) for k in (1, 2) for f in (np.cos, np.sin)]
+    x = np.stack([np.ones_like(time_s), time_s - time_s.mean(), *waves], axis=1)
+    fit = least_squares(x, values, turn_rad=angle_rad)
+    return float(fit.beta[1]), float(fit.sd[1])
+
+
+def _by_stretch(time_s: FloatArray, values: FloatArray) -> FloatArray:
+    """Median in each of some stretches of equal length."""
+    edges = np.linspace(time_s[0], time_s[-1], STRETCHES + 1)[1:-1]
+    parts = np.split(values, np.searchsorted(time_s, edges))
+    return np.array([np.median(part) for part in parts if len(part)])

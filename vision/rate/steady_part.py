@@ -1,0 +1,170 @@
+"""The part of a clip in which the plate turns steadily: between the motor's start and its stop.
+
+The rate from turn to turn stays within a small range there, has no trend, and no other part of the
+clip is steady at another rate.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.errors import RateRefused
+from vision.geometry import FloatArray
+from vision.phase_track import PhaseTrack, RateHistory
+
+FEWEST_FRAMES = 12
+
+
+@dataclass(frozen=True)
+class SteadyPartThresholds:
+    """What counts as a steady part.
+
+    Attributes
+    ----------
+    within : float
+        Relative range of the rate from turn to turn. Fact: belt drives wow by up to 0.2 %.
+    turns : float
+        That it lasts at least. Derived: what repeats with every turn is separated from a trend over
+        three.
+    trend : float
+        Relative change of the rate from its beginning to its end, at most, beyond four sds of it.
+        Fact: ten times a poor clock (100 ppm).
+    tail : float
+        Times the median distance from the median rate; farther rates at the ends are left out.
+        Derived: four sds of Gaussian rates.
+    other : float
+        Relative difference from which another steady part is one at another speed. Fact: the
+        change that is no constant rate.
+    """
+
+    within: float = 0.002
+    turns: float = 3.0
+    trend: float = 0.001
+    tail: float = 6.0
+    other: float = 0.01
+
+
+THRESHOLDS = SteadyPartThresholds()
+
+
+@dataclass(frozen=True)
+class ClipPart:
+    """The seconds of a clip that are measured; None is its beginning or its end."""
+
+    start_s: float | None = None
+    stop_s: float | None = None
+
+    def of(self, track: PhaseTrack, time_s: FloatArray) -> PhaseTrack:
+        """The part of a track whose frames have these times, shape (f,).
+
+        Raises
+        ------
+        RateRefused
+            The clip has too few frames there.
+        """
+        if self == WHOLE:
+            return track
+        stop_s = np.inf if self.stop_s is None else self.stop_s
+        chosen = (time_s >= (self.start_s or 0.0)) & (time_s <= stop_s)
+        if chosen.sum() < FEWEST_FRAMES:
+            raise RateRefused(
+                f"{track.source}: choose a part within the clip, which lasts from {time_s[0]:.1f} "
+                f"s to {time_s[-1]:.1f} s: {chosen.sum()} of its frames are in the stated part."
+            )
+        return track.frames(chosen)
+
+
+WHOLE = ClipPart()
+
+
+@dataclass(frozen=True)
+class SteadyPart:
+    """Seconds of the clip, and the mean rate between them, signed."""
+
+    start_s: float
+    stop_s: float
+    rate_rad_s: float
+
+    def warning(self, source: str, clip_s: float) -> str:
+        """That only this part of a clip is measured."""
+        return (
+            f"{source}: the plate turns steadily from {self.start_s:.1f} s to {self.stop_s:.1f} s "
+            f"of {clip_s:.1f} s, and the rate is that of this part. To measure another part, state "
+            f"it (from_s, to_s)."
+        )
+
+
+def steady_parts(history: RateHistory, noise: float) -> list[SteadyPart]:
+    """Parts that are steady for some turns, the longest first; they do not overlap.
+
+    Parameters
+    ----------
+    history : RateHistory
+    noise : float
+        Relative range of the rate from turn to turn by the noise of the angles alone.
+    """
+    within = max(THRESHOLDS.within, noise)
+    # The rates are means over a turn, half a turn apart.
+    fewest = round(2 * THRESHOLDS.turns) - 1
+    free = np.ones(len(history.rate_rad_s), bool)
+    parts = []
+    while (run := _longest(history.rate_rad_s, within, free)) is not None:
+        first, last = run
+        free[max(first - 1, 0) : last + 2] = False
+        if last - first + 1 < fewest:
+            break
+        first, last = _without_tails(history.rate_rad_s, first, last)
+        rate = float(history.rate_rad_s[first : last + 1].mean())
+        half_s = np.pi / abs(rate)
+        start = max(float(history.time_s[first]) - half_s, float(history.angle.time_s[0]))
+        stop = min(float(history.time_s[last]) + half_s, float(history.angle.time_s[-1]))
+        if not _has_trend(history.rate_rad_s[first : last + 1]):
+            parts.append(SteadyPart(start, stop, rate))
+    return parts
+
+
+def the_steady_part(history: RateHistory, noise: float) -> SteadyPart | None:
+    """The steady part, None without one, with two of different rates, or if it is the clip."""
+    parts = steady_parts(history, noise)
+    if not parts:
+        return None
+    best = parts[0]
+    if any(abs(part.rate_rad_s / best.rate_rad_s - 1) > THRESHOLDS.other for part in parts):
+        return None
+    whole = history.angle.time_s
+    beyond = max(best.start_s - whole[0], whole[-1] - best.stop_s)
+    return best if beyond > np.pi / abs(best.rate_rad_s) else None
+
+
+def _longest(
+    rate: FloatArray, within: float, free: NDArray[np.bool_]
+) -> tuple[int, int] | None:
+    """First and last of the longest run of free rates whose range is small, None without one."""
+    best: tuple[int, int] | None = None
+    start = 0
+    for stop in range(len(rate)):
+        if not free[stop]:
+            start = stop + 1
+            continue
+        while np.ptp(rate[start : stop + 1]) > within * abs(rate[stop]):
+            start += 1
+        if best is None or stop - start > best[1] - best[0]:
+            best = (start, stop)
+    return best
+
+
+def _without_tails(rate: FloatArray, first: int, last: int) -> tuple[int, int]:
+    """The run without what is left of the start and the stop at its ends."""
+    away = np.abs(rate[first : last + 1] - np.median(rate[first : last + 1]))
+    usual = THRESHOLDS.tail * float(np.median(away))
+    kept = np.flatnonzero(away <= usual)
+    return (first + int(kept[0]), first + int(kept[-1])) if usual else (first, last)
+
+
+def _has_trend(rate: FloatArray) -> bool:
+    x = np.linspace(-0.5, 0.5, len(rate))
+    slope = float(x @ rate / (x @ x))
+    rest = rate - rate.mean() - slope * x
+    sd = float(np.sqrt(2 * (rest @ rest) / max(len(rate) - 2, 1) / (x @ x)))  # turns overlap
+    return abs(slope) > max(THRESHOLDS.trend * abs(float(rate.mean())), 4 * sd)

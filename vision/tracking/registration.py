@@ -1,0 +1,192 @@
+"""Frames of a camera that moves, brought back onto one of them by what lies around the plate.
+
+Corners of a reference frame are looked for again in every frame (Lucas and Kanade's optical flow,
+always from the reference, so that no error adds up). What stands still moves by the homography of
+the camera's motion; what turns with the plate does not, and corners that rarely agree with the
+others are left out. Corners on one side only may be those of a tonearm that rides on a warped
+record, and are no surroundings. The homography of the table's plane serves for the plate too, which
+lies near it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.geometry import FloatArray
+from vision.plate.background import spread_choice
+from vision.video import Frame, Luma
+
+CORNERS = 160
+APART_PX = 9
+QUALITY = 0.01  # of the strongest corner
+WINDOW = (21, 21)
+LEVELS = 3
+LOOKED_AT = 14  # frames, for whether the camera moves and which corners stand still
+FEWEST = 8  # corners, twice what determines a homography
+ENOUGH = 24  # for a homography; fewer give shift, roll and scale
+ENDS = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 12, 0.01)
+TRIALS = 300  # of a common motion
+FEWEST_QUARTERS, PER_QUARTER = 3, 3  # of the frame, in which so many corners must stand
+
+
+@dataclass(frozen=True)
+class RegistrationThresholds:
+    """What stands still, and when the camera does.
+
+    Attributes
+    ----------
+    agree_px : float
+        Distance from the common motion within which a corner goes with it.
+    stands : float
+        Share of the frames in which a corner must do so. Derived: half, and a margin for frames in
+        which the mark of the plate comes by.
+    moved_px : float
+        Root mean square motion of the surroundings, pixels of the analysed frame, from which the
+        frames are brought back. Tuned on tests.bench.clip_study hand_held.
+    """
+
+    agree_px: float = 1.5
+    stands: float = 0.6
+    moved_px: float = 0.6
+
+
+THRESHOLDS = RegistrationThresholds()
+
+
+class Registration:
+    """Brings frames back onto a reference.
+
+    Parameters
+    ----------
+    reference : array of uint8, shape (h, w)
+    corners : array of float32, shape (n, 2)
+        Pixels of the reference that stand still.
+    """
+
+    def __init__(self, reference: Luma, corners: NDArray[np.float32]) -> None:
+        self._reference, self.corners = reference, corners
+        self._motion = np.eye(3)
+        self.largest_px = self.largest_roll_rad = 0.0
+
+    def motion(self, luma: Luma) -> FloatArray | None:
+        """Homography from the reference to a frame, shape (3, 3); None where it is not seen."""
+        onto, seen = _followed(self._reference, luma, self.corners, self._motion)
+        if seen.sum() < FEWEST:
+            return None
+        motion, agree = _common_motion(self.corners[seen], onto[seen])
+        if motion is None or agree.sum() < FEWEST:
+            return None
+        self._motion = motion
+        return motion
+
+    def note(self, source: str) -> str:
+        """What was taken out, for the user."""
+        return (
+            f"{source}: the camera moved by up to {self.largest_px:.0f} px and rolled by up to "
+            f"{np.degrees(self.largest_roll_rad):.1f}° while it filmed. Both were taken out by "
+            f"what stands around the plate, and the sd includes what is left of them; a camera on "
+            f"a stand gives a smaller sd."
+        )
+
+    def steadied(self, batches: Iterator[list[Frame]]) -> Iterator[list[Frame]]:
+        """The frames of the batches as the reference's camera would have taken them."""
+        for batch in batches:
+            yield [self.back(frame) for frame in batch]
+
+    def back(self, frame: Frame) -> Frame:
+        """A frame as the reference's camera would have taken it; where not seen, as the last."""
+        self.motion(frame.luma)
+        motion = self._motion
+        shift = _moved(self.corners, motion) - self.corners
+        self.largest_px = max(self.largest_px, float(np.hypot(*np.median(shift, axis=0))))
+        roll = float(np.arctan2(motion[1, 0] - motion[0, 1], motion[0, 0] + motion[1, 1]))
+        self.largest_roll_rad = max(self.largest_roll_rad, abs(roll))
+        chroma = _back(frame.chroma, motion) if frame.chroma.size else frame.chroma
+        return replace(frame, luma=_back(frame.luma, motion), chroma=chroma, motion=motion)
+
+
+def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
+    """What brings the frames back, None where too little stands still; how far the camera moves.
+
+    Parameters
+    ----------
+    frames : list of Frame
+        Some seconds of the clip.
+
+    Returns
+    -------
+    Registration or None
+        On the frame in the middle.
+    moved_px : float
+        Root mean square of the motion of the surroundings, NaN where it cannot be seen.
+    """
+    reference = frames[len(frames) // 2].luma
+    strong = cv2.goodFeaturesToTrack(reference, CORNERS, QUALITY, APART_PX)
+    if strong is None or len(strong) < FEWEST:
+        return None, np.nan
+    corners = np.asarray(strong, np.float32).reshape(-1, 2)
+    looked_at = [frames[i].luma for i in spread_choice(len(frames), LOOKED_AT)]
+    followed = [_followed(reference, luma, corners, np.eye(3)) for luma in looked_at]
+    agreements = np.zeros(len(corners))
+    for onto, seen in followed:
+        if seen.sum() >= FEWEST:
+            agreements[np.flatnonzero(seen)] += _common_motion(corners[seen], onto[seen])[1]
+    stands = agreements >= THRESHOLDS.stands * len(looked_at)
+    if stands.sum() < FEWEST or not _all_around(corners[stands], reference.shape):
+        return None, np.nan
+    shifts = [np.median((onto - corners)[seen & stands], axis=0)
+              for onto, seen in followed if (seen & stands).sum() >= FEWEST]
+    away = np.array(shifts) - np.median(shifts, axis=0)
+    moved_px = float(np.sqrt((away**2).sum(axis=1).mean()))
+    return Registration(reference, corners[stands]), moved_px
+
+
+def _all_around(corners: NDArray[np.float32], shape: tuple[int, ...]) -> bool:
+    right, below = (corners > np.array(shape[::-1]) / 2).T
+    quarters = np.bincount(right + 2 * below, minlength=4)
+    return int((quarters >= PER_QUARTER).sum()) >= FEWEST_QUARTERS
+
+
+def _followed(
+    reference: Luma, luma: Luma, corners: NDArray[np.float32], motion: FloatArray
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Where the corners are in a frame, and which were seen again."""
+    start = np.asarray(_moved(corners, motion), np.float32)[:, None]
+    onto, status, _ = cv2.calcOpticalFlowPyrLK(
+        reference, luma, corners[:, None], start.copy(), winSize=WINDOW, maxLevel=LEVELS,
+        criteria=ENDS, flags=cv2.OPTFLOW_USE_INITIAL_FLOW)
+    return np.asarray(onto, np.float32)[:, 0], np.asarray(status).ravel() > 0
+
+
+def _common_motion(
+    corners: NDArray[np.float32], onto: NDArray[np.float32]
+) -> tuple[FloatArray | None, NDArray[np.bool_]]:
+    """The motion that most corners share, shape (3, 3), and which they are."""
+    limit = THRESHOLDS.agree_px
+    nobody = np.zeros(len(corners), bool)
+    if len(corners) >= ENOUGH:
+        whole, agree = cv2.findHomography(corners, onto, cv2.RANSAC, limit, maxIters=TRIALS)
+        if whole is None or agree is None:
+            return None, nobody
+        used = np.asarray(agree).ravel() > 0
+        return np.asarray(whole, float), used
+    part, agree = cv2.estimateAffinePartial2D(corners, onto, ransacReprojThreshold=limit)
+    if part is None or agree is None:
+        return None, nobody
+    return np.vstack([part, [0, 0, 1.0]]), np.asarray(agree).ravel() > 0
+
+
+def _moved(corners: NDArray[np.float32], motion: FloatArray) -> FloatArray:
+    x, y, n = motion @ np.column_stack([corners, np.ones(len(corners))]).T
+    return np.asarray(np.stack([x / n, y / n], axis=1))
+
+
+def _back(image: Luma, motion: FloatArray) -> Luma:
+    h, w = image.shape[:2]
+    how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    return np.asarray(
+        cv2.warpPerspective(image, motion, (w, h), flags=how, borderMode=cv2.BORDER_REPLICATE),
+        np.uint8)
