@@ -1,7 +1,7 @@
 """Numbers, units and tables as people read them; everything else is in SI units."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.effects.catalogue import BASE
@@ -71,7 +71,7 @@ DENOMINATORS: Mapping[str, tuple[str, float]] = {
 FINER_BELOW = 0.01  #: of the coarser unit: then the finer one is used
 
 
-def display_unit(unit: str, sizes: Sequence[float]) -> tuple[str, float]:
+def display_unit(unit: str, sizes: Iterable[float]) -> tuple[str, float]:
     """The unit in which ``sizes``, in ``unit``, are best read, and its number per ``unit``.
 
     Examples

@@ -5,17 +5,18 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
 
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
-from pipeline import __version__
 from pipeline.formatting import DISPLAY, RPM, count, display_unit, relative, short_model, with_sd
 from pipeline.results.history import read_history
 from pipeline.results.read import Stored, StoredTriad
 
+DISTRIBUTION = "turntable-imu-calibration"
 HASH_DIGITS = 16
 _MINUS = re.compile(r"(?<![\w.])-(?=\d)|(?<=\de)-(?=\d)")
 NOT_RECORDED = "not recorded"
@@ -123,12 +124,19 @@ def _facts(stored: Stored) -> Iterator[tuple[str, str]]:
     yield "Configuration", f"SHA-256 {sha[:HASH_DIGITS]}"
     results = hashlib.sha256(stored.path.read_bytes()).hexdigest()
     yield "Results", f"SHA-256 {results[:HASH_DIGITS]}"
-    yield "Program", f"turntable-imu-calibration {__version__}"
+    yield "Program", _program()
     warmth = [pose["columns"]["temperature_c"] for each in stored.triads
               for pose in stored.contents[each.triad]["poses"]
               if pose["columns"].get("temperature_c") is not None]
     if warmth:
         yield "Temperature", f"{min(warmth):.1f} to {max(warmth):.1f} °C"
+
+
+def _program() -> str:
+    try:
+        return f"{DISTRIBUTION} {version(DISTRIBUTION)}"
+    except PackageNotFoundError:  # run from its sources
+        return f"{DISTRIBUTION}, not installed"
 
 
 def _part(each: StoredTriad, section: Mapping[str, Any]) -> TriadPart:

@@ -16,7 +16,7 @@ from pipeline.export.certificate_content import (
     certificate_content,
 )
 from pipeline.export.parts import Export
-from pipeline.export.sheet import ACCENT, HEIGHT, INK, LINE, QUIET, WIDTH, Sheet, own_settings
+from pipeline.export.sheet import ACCENT, HEIGHT, INK, LINE, QUIET, WIDTH, A4Sheet, own_settings
 from pipeline.formatting import count
 from pipeline.results.read import Stored
 
@@ -35,7 +35,7 @@ def to_certificate(stored: Stored) -> Export:
     """``certificate.pdf``, one page of A4; equal results and history give equal bytes."""
     content = certificate_content(stored)
     with own_settings():
-        sheet = Sheet()
+        sheet = A4Sheet()
         lost = draw_certificate(sheet, content)
         data = sheet.pdf({"Title": f"Calibration certificate: {content.sensor}",
                           "Subject": content.title, "Creator": dict(content.facts)["Program"]})
@@ -45,7 +45,7 @@ def to_certificate(stored: Stored) -> Export:
     return Export({FILE_NAME: data}, tuple(lost))
 
 
-def draw_certificate(sheet: Sheet, content: CertificateContent) -> list[str]:
+def draw_certificate(sheet: A4Sheet, content: CertificateContent) -> list[str]:
     """Put everything on the sheet; the sentences returned name what it has no room for."""
     top = _head(sheet, content)
     lost: list[str] = []
@@ -75,7 +75,7 @@ def draw_certificate(sheet: Sheet, content: CertificateContent) -> list[str]:
     return lost
 
 
-def _head(sheet: Sheet, content: CertificateContent) -> float:
+def _head(sheet: A4Sheet, content: CertificateContent) -> float:
     sheet.rule(MARGIN, 10, WIDTH - 2 * MARGIN, ACCENT, 1.6)
     sheet.text(MARGIN, TOP, "C A L I B R A T I O N   C E R T I F I C A T E", 6.6, colour=ACCENT,
                bold=True)
@@ -93,12 +93,12 @@ def _head(sheet: Sheet, content: CertificateContent) -> float:
 # --- a triad -----------------------------------------------------------------------------------
 
 
-def _verdict_lines(sheet: Sheet, part: TriadPart, width: float) -> int:
+def _verdict_lines(sheet: A4Sheet, part: TriadPart, width: float) -> int:
     return min(len(sheet.wrapped(part.explanation, width - 13, SIZE)), VERDICT_LINES)
 
 
 def _triad(
-    sheet: Sheet, part: TriadPart, x: float, y: float, width: float, end: float, lines: int
+    sheet: A4Sheet, part: TriadPart, x: float, y: float, width: float, end: float, lines: int
 ) -> tuple[float, list[str]]:
     """One triad from ``y`` to at most ``end``, its verdict ``lines`` long, but for its chart.
 
@@ -130,11 +130,13 @@ def _blind_text(part: TriadPart) -> str:
     return f"Not determined by these data: {part.not_determined}."
 
 
-def _height_of_blind(sheet: Sheet, part: TriadPart, width: float) -> float:
+def _height_of_blind(sheet: A4Sheet, part: TriadPart, width: float) -> float:
     return 3.5 * min(len(sheet.wrapped(_blind_text(part), width, SIZE)), 3)
 
 
-def _verdict(sheet: Sheet, part: TriadPart, x: float, y: float, width: float, lines: int) -> float:
+def _verdict(
+    sheet: A4Sheet, part: TriadPart, x: float, y: float, width: float, lines: int
+) -> float:
     sign, colour, soft = SIGNS[part.standing]
     height = 7.6 + 3.42 * lines
     sheet.box(x, y, width, height, soft)
@@ -146,7 +148,7 @@ def _verdict(sheet: Sheet, part: TriadPart, x: float, y: float, width: float, li
 
 
 def _parameters(
-    sheet: Sheet, rows: Sequence[CertifiedRow], x: float, y: float, width: float
+    sheet: A4Sheet, rows: Sequence[CertifiedRow], x: float, y: float, width: float
 ) -> float:
     third = width / 3
     for k, axis in enumerate("xyz"):
@@ -165,7 +167,7 @@ def _parameters(
     return y + 3
 
 
-def _figures(sheet: Sheet, part: TriadPart, x: float, y: float, width: float) -> float:
+def _figures(sheet: A4Sheet, part: TriadPart, x: float, y: float, width: float) -> float:
     """The figures side by side, each as wide as it needs to be."""
     needs = [max(sheet.width(name, 5.8), sheet.width(value, 7.2, bold=True)) + 1.0
              for name, value in part.figures]
@@ -179,7 +181,7 @@ def _figures(sheet: Sheet, part: TriadPart, x: float, y: float, width: float) ->
 
 
 def _plot(
-    sheet: Sheet, residuals: Residuals, x: float, y: float, width: float, height: float
+    sheet: A4Sheet, residuals: Residuals, x: float, y: float, width: float, height: float
 ) -> None:
     """Residuals in the order of the poses over their noise, the runs side by side."""
     sheet.text(x, y + 1.4, f"Residuals [{residuals.unit}] over ± 1 sd of the noise of each pose",
@@ -213,7 +215,7 @@ def _plot(
 # --- the foot ----------------------------------------------------------------------------------
 
 
-def _references(sheet: Sheet, content: CertificateContent, y: float) -> list[str]:
+def _references(sheet: A4Sheet, content: CertificateContent, y: float) -> list[str]:
     sheet.text(MARGIN, y, "Reference and traceability", 8, bold=True)
     shown = content.references
     if len(shown) > MOST_REFERENCES + 1:
@@ -230,7 +232,7 @@ def _references(sheet: Sheet, content: CertificateContent, y: float) -> list[str
     return [f"The page has no room for {more} of the references: results.json holds them."]
 
 
-def _notes(sheet: Sheet, content: CertificateContent, y: float | None) -> float:
+def _notes(sheet: A4Sheet, content: CertificateContent, y: float | None) -> float:
     """The notes from ``y`` on, if any; the height that they take."""
     width, size = WIDTH - 2 * MARGIN, 6.0
     height = 0.0

@@ -48,7 +48,7 @@ def _font(bold: bool) -> FT2Font:
     return font
 
 
-class Sheet:
+class A4Sheet:
     """The sheet; :meth:`pdf` gives the file."""
 
     def __init__(self) -> None:

@@ -14,7 +14,7 @@ from matplotlib.text import Text
 
 from pipeline.export.certificate_content import certificate_content
 from pipeline.export.certificate_page import draw_certificate, to_certificate
-from pipeline.export.sheet import ABSENT, Sheet, own_settings
+from pipeline.export.sheet import ABSENT, A4Sheet, own_settings
 from pipeline.formatting import with_sd
 from pipeline.results.read import Stored, load_results
 from tests.pipeline.conftest import RunSession
@@ -33,20 +33,20 @@ def with_contents(stored: Stored, **changes: object) -> Stored:
     return replace(stored, contents={**stored.contents, **changes})
 
 
-def sheet_of(stored: Stored) -> tuple[Sheet, list[str]]:
+def sheet_of(stored: Stored) -> tuple[A4Sheet, list[str]]:
     with own_settings():
-        sheet = Sheet()
+        sheet = A4Sheet()
         lost = draw_certificate(sheet, certificate_content(stored))
         sheet.figure.canvas.draw()
     return sheet, lost
 
 
-def texts_of(sheet: Sheet) -> list[Text]:
+def texts_of(sheet: A4Sheet) -> list[Text]:
     """All but the numbers beside the charts."""
     return [text for text in sheet.figure.texts if text.get_text().strip()]
 
 
-def fits(sheet: Sheet) -> None:
+def fits(sheet: A4Sheet) -> None:
     """Every text is on the page, and none lies on another."""
     width, height = sheet.figure.bbox.width, sheet.figure.bbox.height
     boxes = [(text.get_text(), text.get_window_extent()) for text in texts_of(sheet)]
