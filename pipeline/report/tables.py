@@ -9,8 +9,7 @@ import numpy as np
 from calib.certificate import CertificateComparison
 from calib.fit.calibration import NOISE, uncertainty_budget
 from calib.poses.imu_log import AXES, SI_UNIT
-from pipeline.formatting import DISPLAY, relative, with_sd
-from pipeline.report.display_units import display_unit
+from pipeline.formatting import DISPLAY, display_unit, relative, with_sd
 from pipeline.stages.triads import TriadResult
 
 NEGLIGIBLE = 1e-3  #: share of the total sd: less of it is written as 0
