@@ -9,6 +9,8 @@ from calib.errors import CalibrationError, Undetermined
 from pipeline.config.load import Config, load_config
 from pipeline.errors import ConfigError
 from pipeline.model_change import (
+    NOTHING_ALLOWED,
+    Allowed,
     ModelChange,
     change_model,
     edited_config,
@@ -177,7 +179,7 @@ def test_a_blind_effect_is_refused_with_its_reason(drift_found: Outcome, driftin
     config = load_config(drifting)
     target = read_target(config, "gyroscope.frame_rotation")
     with pytest.raises(Undetermined, match=r"these data cannot see it.*What would allow it"):
-        require_addable(drift_found.gyroscope, target, although_aliased=True)
+        require_addable(drift_found.gyroscope, target, Allowed(aliased=True))
 
 
 def test_aliases_are_refused_unless_the_user_insists(tmp_path: Path) -> None:
@@ -186,8 +188,8 @@ def test_aliases_are_refused_unless_the_user_insists(tmp_path: Path) -> None:
     assert found is not None
     target = read_target(config, "gyroscope.asymmetry")
     with pytest.raises(Undetermined, match=r"looks the same as .*--although-aliased"):
-        require_addable(found, target, although_aliased=False)
-    require_addable(found, target, although_aliased=True)
+        require_addable(found, target, NOTHING_ALLOWED)
+    require_addable(found, target, Allowed(aliased=True))
 
 
 def test_an_effect_that_nothing_calls_for_may_still_be_tried(
