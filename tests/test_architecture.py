@@ -39,10 +39,11 @@ HOME = {
     "h5py": ("pipeline.logs.formats.hdf5",),
     "pandas": ("calib.notebook",),
     "matplotlib": ("calib.notebook",),
+    "av": ("vision.av_decoder",),
 }
 #: Installed by an extra: what reads them says which where they are missing.
 EXTRAS = {"rosbags": "ros", "pyulog": "px4", "pymavlink": "ardupilot", "pyarrow": "parquet",
-          "h5py": "hdf5", "pandas": "notebook", "matplotlib": "notebook"}
+          "h5py": "hdf5", "av": "fields", "pandas": "notebook", "matplotlib": "notebook"}
 #: Which of our packages each may import besides itself.
 MAY_IMPORT = {"pipeline": {"vision", "calib"}, "vision": set(), "calib": set()}
 #: The way of the data inside a folder: a room imports from itself and from the floors before it,
@@ -64,7 +65,8 @@ FLOORS = {
     ],
     "calib.diagnosis.verdict": [("decision", "ranking", "wording"), ("explain",)],
     "vision": [
-        ("geometry", "orientation"), ("phase_track",), ("errors",), ("video", "camera"),
+        ("geometry", "orientation", "av_decoder"), ("phase_track",), ("errors",),
+        ("video", "camera"),
         ("plate", "rate"), ("tracking", "overlay"),
     ],
     "pipeline": [

@@ -20,8 +20,8 @@ from pipeline.stages.rate import SettingRate
 from vision.rate.diagnosis import THRESHOLDS
 from vision.rate.terms import CONSTANT_RATE, MEANING, StatedFit
 
-DIGITS, DIGITS_SHOWN = 8, 4
-MOST_DOTS = 500  #: of a chart of the phase; a clip of a minute has two to four times as many
+DIGITS, DIGITS_SHOWN = 8, 3
+MOST_DOTS = 400  #: of a chart of the phase; a clip of a minute has two to four times as many
 SHOWN_SHARE = 99.5  #: per cent of the residuals that a chart of the phase shows
 ANGLE_BINS = 36
 LEAST_LIMIT_DEG = 1e-6  #: of a chart, where the residual vanishes

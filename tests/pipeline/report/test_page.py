@@ -3,19 +3,25 @@
 import json
 import re
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 
 from calib.diagnosis.verdict.explain import SIGNS
+from pipeline.config.load import load_config
 from pipeline.console.answers import Answer, headline, rates_answer
 from pipeline.console.rate_text import RateVerdict
 from pipeline.formatting import DISPLAY, with_sd
 from pipeline.report.glossary import TERMS, Term, with_terms
 from pipeline.report.history_chart import staircase
+from pipeline.report.page import css_text, report_html
 from pipeline.report.refit_data import constants_json
 from pipeline.report.svg import nice_limit, tick_text, upward
 from pipeline.results.history import Step, TriadStep
+from pipeline.stages.context import RunContext
+from pipeline.stages.run import run_stages
+from tests.paths import ROOT
 from tests.pipeline.conftest import RunSession
 from tests.pipeline.report.html_page import Page
 from tests.sessions import pipeline, results_in
@@ -36,6 +42,34 @@ def page(source: str) -> Page:
 def test_the_page_is_whole_and_small(page: Page, source: str) -> None:
     assert page.open == []
     assert len(source.encode()) < LARGEST_BYTES
+
+
+def test_templates_and_scripts_are_short() -> None:
+    templates = ROOT / "pipeline" / "report" / "templates"
+    long = {path.name: lines for path in templates.rglob("*.*")
+            if (lines := len(path.read_text(encoding="utf-8").splitlines())) > 300}
+    assert long == {}
+
+
+def test_the_head_says_what_when_and_with_what(page: Page, finished: RunSession) -> None:
+    text = page.text
+    found = results_in(finished.folder)
+    for words in (found["sensor"], found["config_sha256"][:12], str(finished.config), "pipeline "):
+        assert words in text
+    step = json.loads((finished.folder / "history.jsonl").read_text("utf-8").splitlines()[-1])
+    assert step["when"][:16].replace("T", " ") in text
+
+
+def test_pages_of_one_result_differ_in_the_date_alone(finished: RunSession) -> None:
+    outcome = run_stages(load_config(finished.config), RunContext())
+    days = [datetime(2026, 11, day, 9, 30, tzinfo=UTC) for day in (21, 22)]
+    first, second = (report_html(outcome, (), when=day) for day in days)
+    assert first != second
+    assert first.replace("2026-11-21 09:30", "2026-11-22 09:30") == second
+
+
+def test_a_title_in_the_page_s_footer_cannot_end_its_string() -> None:
+    assert css_text('a"; } b') == "a\\22 \\3b \\20 \\7d \\20 b"
 
 
 def test_the_page_needs_no_network_and_no_other_file(page: Page, source: str) -> None:

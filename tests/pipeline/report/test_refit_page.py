@@ -91,7 +91,7 @@ def test_the_waterfall_adds_up(tab: Tab) -> None:
         tab.click(BOX.format(name))
     fall = tab.evaluate(STATE)["fall"]
     assert [name for name, _ in fall] == [
-        "bias, scale, misalignment", "g_sensitivity", "bias_drift", "remains"]
+        "base model", "g_sensitivity", "bias_drift", "remains"]
     whole, first, second, rest = (number for _, number in fall)
     assert whole + first + second == pytest.approx(rest, abs=0.006 * whole)
     assert first < -0.9 * whole

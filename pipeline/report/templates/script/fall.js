@@ -4,7 +4,7 @@ function drawFall(body, triad, order, out) {
   order.forEach((_, i) => steps.push(refitWithout(triad, order.slice(0, i + 1), out)));
   const whole = Math.max(...steps.map((step) => step.chi2)), last = steps[steps.length - 1];
   const share = (chi2) => `${(100 * chi2 / whole).toFixed(2)}%`;
-  const rows = [["bias, scale, misalignment", 0, steps[0].chi2, order.length ? "" : "rest", short(steps[0].chi2)]];
+  const rows = [["base model", 0, steps[0].chi2, order.length ? "" : "rest", short(steps[0].chi2)]];
   order.forEach((effect, i) => {
     const from = steps[i].chi2, to = Math.min(steps[i + 1].chi2, from);
     rows.push([effect.name, to, from, "drop", `−${short(from - to)}`]);
