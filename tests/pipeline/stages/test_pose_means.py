@@ -96,8 +96,6 @@ def test_the_results_of_means_are_written_and_shown(
     run(tmp_path, HEAD, means(1))
     assert main(["run", str(tmp_path / "config.yaml")]) == 0
     assert "Whether something is missing cannot be determined" in capsys.readouterr().out
-    assert main(["apply", str(tmp_path / "config.run"), str(tmp_path / "means.csv"),
-                 "--rate-hz", "1"]) == 0
 
 
 def test_two_logs_of_one_sensor_are_pooled_and_not_joined(tmp_path: Path) -> None:
