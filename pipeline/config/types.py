@@ -151,7 +151,10 @@ def _files(names: object, info: ValidationInfo) -> tuple[Path, ...]:
             faults.append(InitErrorDetails(type=error, loc=at, input=name))
     if faults:
         raise ValidationError.from_exception_data("files", faults)
-    if repeated := next((path for i, path in enumerate(paths) if path in paths[:i]), None):
+    if not paths and not faults and not _context(info).files_may_be_missing:
+        raise refusal("the list is empty; name a file or a pattern")
+    places = [path.resolve() for path in paths]  # one file has many paths
+    if repeated := next((path for i, path in enumerate(paths) if places[i] in places[:i]), None):
         raise refusal(f"{repeated} is named twice. Name each file once")
     return tuple(paths)
 
