@@ -72,7 +72,7 @@ FLOORS = {
     "pipeline": [
         ("errors", "names", "formatting", "plain_text"), ("files",), ("logs",), ("devices",),
         ("config",), ("stages",),
-        ("results", "record", "plan", "model_change", "playback", "guess"),
+        ("results", "record", "plan", "model_change", "playback", "guess", "demo"),
         ("console", "export"), ("report",), ("session_folder",), ("commands",), ("cli",),
         ("__main__",),
     ],
