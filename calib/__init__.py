@@ -27,6 +27,8 @@ The way of the data
 ``effects``      what a reading may err by: every effect is a set of columns; a model is their sum
 ``fit``          poses and a model to parameters with their uncertainty (``fit``)
 ``diagnosis``    a fit and its residuals to a verdict: what does the model miss? (``diagnose``)
+``assess``       all of these for one triad: fit, comparison, verdict, prediction
+``notebook``     the same in five lines of Python (``calib.calibrate``)
 ``mounting``     how the sensor is mounted in a vehicle (``mounting_from_logs``)
 ``consistency``  whether parts of a session contradict each other
 ``certificate``  a calibration beside the maker's certificate
@@ -36,3 +38,19 @@ The way of the data
 
 This package knows nothing of video, YAML, file names or the screen.
 """
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from calib.notebook.calibration import Calibration, calibrate
+
+__all__ = ["Calibration", "calibrate"]
+
+
+def __getattr__(name: str) -> Any:
+    """Load what a notebook asks for when it asks: the command line imports this package too."""
+    if name not in __all__:
+        raise AttributeError(f"module 'calib' has no attribute {name!r}")
+    from calib.notebook import calibration
+
+    return getattr(calibration, name)

@@ -62,6 +62,18 @@ class UnreadableInput(PipelineError):
     exit_code = UNREADABLE
 
 
+class UnfinishedGuess(PipelineError):
+    """What `pipeline import` has written does not run yet."""
+
+    exit_code = UNDETERMINED
+
+
+class UnfitCalibration(PipelineError):
+    """The stored results do not determine what they are to be used for."""
+
+    exit_code = UNDETERMINED
+
+
 class DeviceError(PipelineError):
     """A sensor or a camera does not answer, or answers nonsense."""
 

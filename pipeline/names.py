@@ -1,7 +1,9 @@
-"""The nearest right name, for messages about wrong ones."""
+"""The name of the program, and the nearest right name, for messages about wrong ones."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+
+DISTRIBUTION = "turntable-imu-calibration"  #: the name in pyproject.toml
 
 #: Similarity (difflib's ratio) under which a suggestion would puzzle more than help.
 SIMILAR = 0.6

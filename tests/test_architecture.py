@@ -25,7 +25,7 @@ HOME = {
     "scipy": ("pipeline", "vision", "calib"),
     "cv2": ("vision",),
     "serial": ("pipeline.record",),
-    "yaml": ("pipeline.config",),
+    "yaml": ("pipeline.config", "pipeline.export"),
     "pydantic": ("pipeline.config", "pipeline.results.schema"),
     "pydantic_core": ("pipeline.config",),
     "jinja2": ("pipeline.report",),
@@ -37,11 +37,13 @@ HOME = {
     "pymavlink": ("pipeline.logs.formats.ardupilot",),
     "pyarrow": ("pipeline.logs.formats.parquet",),
     "h5py": ("pipeline.logs.formats.hdf5",),
+    "pandas": ("calib.notebook",),
+    "matplotlib": ("calib.notebook",),
     "av": ("vision.av_decoder",),
 }
 #: Installed by an extra: what reads them says which where they are missing.
 EXTRAS = {"rosbags": "ros", "pyulog": "px4", "pymavlink": "ardupilot", "pyarrow": "parquet",
-          "h5py": "hdf5", "av": "fields"}
+          "h5py": "hdf5", "av": "fields", "pandas": "notebook", "matplotlib": "notebook"}
 #: Which of our packages each may import besides itself.
 MAY_IMPORT = {"pipeline": {"vision", "calib"}, "vision": set(), "calib": set()}
 #: The way of the data inside a folder: a room imports from itself and from the floors before it,
@@ -49,11 +51,13 @@ MAY_IMPORT = {"pipeline": {"vision", "calib"}, "vision": set(), "calib": set()}
 FLOORS = {
     "calib": [
         ("errors", "earth"), ("poses",), ("effects",), ("fit",),
-        ("diagnosis", "mounting", "consistency", "certificate"), ("planning",),
+        ("diagnosis", "mounting", "consistency", "certificate"),
+        ("planning", "assess"), ("notebook",),
     ],
+    "calib.notebook": [("tables", "display"), ("calibration",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
-        ("diagnose",),
+        ("diagnose",), ("untested",),
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
     "calib.diagnosis.search": [
@@ -66,8 +70,9 @@ FLOORS = {
         ("plate", "rate"), ("tracking", "overlay"),
     ],
     "pipeline": [
-        ("errors", "names", "formatting"), ("files",), ("logs",), ("devices",),
-        ("config",), ("stages",), ("results", "record", "plan", "model_change", "playback"),
+        ("errors", "names", "formatting", "plain_text"), ("files",), ("logs",), ("devices",),
+        ("config",), ("stages",),
+        ("results", "record", "plan", "model_change", "playback", "guess"),
         ("console", "export"), ("report",), ("session_folder",), ("commands",), ("cli",),
         ("__main__",),
     ],
@@ -159,7 +164,7 @@ def test_the_declared_dependencies_are_those_with_a_home() -> None:
     assert declared == known
     optional = PROJECT["project"]["optional-dependencies"]
     assert {name: [extra for extra, each in optional.items() if extra not in ("test", "logs")
-                   and each[0].split(">")[0] == name] for name in EXTRAS} == {
+                   and name in {one.split(">")[0] for one in each}] for name in EXTRAS} == {
         name: [extra] for name, extra in EXTRAS.items()}
 
 

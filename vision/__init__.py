@@ -29,4 +29,21 @@ The way of the data
 ``overlay``       the clip with the measurement drawn on it
 ``camera``        films a clip with a live camera
 ``errors``        what can go wrong, by what the user can do about it
+``clip_rate``     all of this in one call, for a notebook (``vision.measure_rate``)
 """
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from vision.clip_rate import measure_rate
+
+__all__ = ["measure_rate"]
+
+
+def __getattr__(name: str) -> Any:
+    """Load what a notebook asks for when it asks: the command line imports this package too."""
+    if name != "measure_rate":
+        raise AttributeError(f"module 'vision' has no attribute {name!r}")
+    from vision.clip_rate import measure_rate
+
+    return measure_rate

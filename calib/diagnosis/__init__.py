@@ -7,5 +7,6 @@
 ``next_measurement``  the poses that would settle what these leave open
 ``verdict``           what is named, how it ranks, and how it is said
 ``diagnose``          the way through these rooms
+``untested``          the verdict where the noise of the poses is not known
 ``constants``         every number that is decided by, with its origin
 """

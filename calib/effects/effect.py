@@ -105,6 +105,9 @@ class Effect:
         derivative vanishes where they are zero.
     names_column : str or None
         Logged column whose linear effect on the bias this is: ``column:NAME`` would say the same.
+    follows_words : str
+        What its columns follow where no single condition drives them, for the axis of a picture;
+        ``{axis}`` and ``{parameter}`` stand for theirs. By default the formula.
     largest : float
         No parameter of it exceeds this in nature, SI; infinite where nothing bounds it.
     """
@@ -125,6 +128,7 @@ class Effect:
     in_square: bool = False
     follows: str | None = None
     names_column: str | None = None
+    follows_words: str = ""
     largest: float = math.inf
 
     def unit_for(self, triad: str) -> str:
@@ -164,6 +168,7 @@ def effect(
     orthogonal: bool = False,
     in_square: bool = False,
     names_column: str | None = None,
+    follows_words: str = "",
     largest: float = math.inf,
 ) -> Callable[[Columns], Columns]:
     """Register the decorated column function under its own name; its docstring is the physics.
@@ -191,6 +196,7 @@ def effect(
             orthogonal=orthogonal,
             in_square=in_square,
             names_column=names_column,
+            follows_words=follows_words,
             largest=largest,
         )
         return function

@@ -121,6 +121,7 @@ def warm_up(at: Conditions, tau_s: float) -> FloatArray:
         separates="random pose order; each pose approached from both sides",
     ),
     shape=Shape("width", "1", (0.3, 0.03, 1.0, 2e-4), (1e-4, 3.0)),
+    follows_words="memory of the pose before along {axis}",
 )
 def hysteresis(at: Conditions, width: float) -> FloatArray:
     """Memory of the last pose: stress that has not relaxed when the next one is taken.

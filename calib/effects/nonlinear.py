@@ -66,6 +66,7 @@ def asymmetry(at: Conditions) -> FloatArray:
         confounded="quadratic; x·y·z is zero on every wedge pose",
         separates="corner poses; gyro: a second speed",
     ),
+    follows_words="product of two readings, {parameter}",
 )
 def cross_quadratic(at: Conditions) -> FloatArray:
     """Cross-coupling: an axis answers to the product of two axes."""

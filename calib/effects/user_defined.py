@@ -142,6 +142,7 @@ def user_effect(
         belongs_to="bench" if bench else "session" if "time_s" in names else "sensor",
         physics="Your own effect.",
         shape=shape,
+        follows_words=value.text if isinstance(value, Expression) else "",
         page=Page(
             formula=FORMULAS[per].format(value.text if isinstance(value, Expression) else name),
             typical={},

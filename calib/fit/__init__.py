@@ -1,8 +1,13 @@
 """Poses and a model to a calibration with its uncertainty.
 
-    model ─ residuals (the rows) ─┬─ gauss_newton ─ solver (default) ─┬─ result (theta, cov)
-    initial_estimate ─────────────┘  angrisano (as published) ────────┘    │
-    column_scaling, identifiability: what the poses determine              │
-                     leave_one_out, frame_alignment ───────────────────────┤
-                     calibration (alpha, b, k; budget) ─ prediction ───────┘
+    model ─ sensitive_axes ─ whitening ─ residuals (the rows) ─ shape_derivatives ─ problem
+                                                                                       │
+    initial_estimate, square_start (where to begin) ─ gauss_newton (the one minimiser) ┤
+                                                                                       │
+    solver: fit, from the ellipsoid; extend, from a fit at hand ───────────────────────┼─ result
+    angrisano: as published ───────────────────────────────────────────────────────────┘ (theta,
+    column_scaling, identifiability: what the poses determine                             cov)
+                                                                                           │
+    leave_one_out, frame_alignment, calibration (alpha, b, k; budget) ─ prediction ────────┘
+    correction: a model applied to readings
 """

@@ -22,8 +22,9 @@ from calib.fit.calibration import TriadParameters, theta_of
 from calib.fit.column_scaling import unit_columns
 from calib.fit.identifiability import require_determined, require_enough
 from calib.fit.model import Model
+from calib.fit.problem import Estimate, Problem, Solution
 from calib.fit.residuals import Equations
-from calib.fit.result import Fit, Solution, finish
+from calib.fit.result import Fit, finish
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
@@ -242,6 +243,6 @@ def fit_paper(poses: PoseSet, model: Model, spec: TriadSpec) -> Fit:
     theta = np.empty(model.size)
     for i, name in enumerate(BASE):
         theta[model.slices()[name]] = linear[3 * i : 3 * i + 3]
-    rows = equations.rows(theta, eta, {})
-    solution = Solution(theta, eta, rows, np.ones(len(rows.residual)), len(steps))
-    return finish(equations, solution, np.eye(model.size))
+    problem = Problem.of(equations, np.eye(model.size))
+    at = Estimate.of(equations, theta, eta, {})
+    return finish(problem, Solution(at, problem.weight, len(steps), last_step_sd=0.0))

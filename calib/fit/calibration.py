@@ -105,7 +105,23 @@ def base_theta(model: Model, theta: FloatArray, cov: FloatArray) -> tuple[FloatA
 def triad_parameters(
     model: Model, theta: FloatArray, cov: FloatArray, spec: TriadSpec
 ) -> TriadParameters:
-    """The paper's parameters of a fit, with their covariance by exact differentiation."""
+    """The paper's parameters of a fit, with their covariance by exact differentiation.
+
+    Parameters
+    ----------
+    model : Model
+        Of p parameters.
+    theta, cov : array, shapes (p,) and (p, p)
+        Those of the fit, SI.
+    spec : TriadSpec
+        The data sheet that made the readings nominal.
+
+    Returns
+    -------
+    TriadParameters
+        Misalignment in rad, bias in counts, scale in counts per unit; NaN covariance for what the
+        model does not hold.
+    """
     full, full_cov = base_theta(model, theta, cov)
     k0, b0 = spec.nominal_scale, spec.nominal_bias_counts
     value = _paper_vector(full, k0, b0)

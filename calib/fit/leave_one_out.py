@@ -1,14 +1,15 @@
 """The model beside the measurements: residual of every pose, and its leave-one-out error."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.errors import CalibrationError
+from calib.errors import CalibrationError, FitFailed
 from calib.fit.column_scaling import inverse_square, orthonormal_columns
-from calib.fit.gauss_newton import iterate, minimise, step_of
-from calib.fit.result import Fit, with_common
+from calib.fit.gauss_newton import minimise, step_from
+from calib.fit.problem import Estimate, Problem
+from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray, IntArray
 
 LINEAR_SD = 0.01
@@ -137,8 +138,9 @@ def refitted_residual(fit: Fit) -> FloatArray:
     model and plain squares; where the step is too small for lengths to bend, that is the refit. A
     pose without which the model is not determined keeps the closed form, too.
     """
-    equations, basis = fit.equations, with_common(fit.basis, len(fit.eta))
-    root = np.sqrt(fit.weight)
+    equations = fit.equations
+    problem = Problem.of(equations, fit.basis, fit.is_robust).with_shapes_held()
+    basis, root = problem.directions, np.sqrt(fit.weight)
     jacobian = fit.rows.jacobian @ basis * root[:, None]
     inverse = inverse_square(jacobian)
     whitened = fit.rows.residual * root
@@ -157,24 +159,24 @@ def refitted_residual(fit: Fit) -> FloatArray:
             continue
         move = basis @ step
         try:
-            out[rows] = _refit_without(fit, rows, move)
+            out[rows] = _refit_without(fit, problem, rows, move)
         except CalibrationError:
             out[rows] = closed[rows] / np.maximum(root[rows], 1e-300)
     return out
 
 
-def _refit_without(fit: Fit, rows: IntArray, move: FloatArray) -> FloatArray:
+def _refit_without(fit: Fit, problem: Problem, rows: IntArray, move: FloatArray) -> FloatArray:
     """Residuals of ``rows`` after a refit without them, begun ``move`` (p + q,) from the fit."""
-    equations, p = fit.equations, fit.model.size
-    used = np.ones(len(fit.weight))
-    used[rows] = 0.0
+    weight = problem.weight.copy()
+    weight[rows] = 0.0
+    p = fit.model.size
     theta, eta = fit.theta + move[:p], fit.eta + move[p:]
-    if fit.is_robust:
-        solution = minimise(equations, theta, fit.shapes, fit.basis, True, used)
-        return np.asarray(solution.rows.residual[rows])
-    at = equations.rows(theta, eta, fit.shapes)
-    step = step_of(at, used, with_common(fit.basis, len(eta)))
-    if float(np.abs(at.jacobian @ step).max()) < LINEAR_SD**0.5:
-        return np.asarray(at.residual[rows] + at.jacobian[rows] @ step)
-    solution = iterate(equations, theta, eta, fit.shapes, used, fit.basis)
-    return np.asarray(solution.rows.residual[rows])
+    start = Estimate.of(fit.equations, theta, eta, fit.shapes)
+    if not fit.is_robust:
+        _, row_step = step_from(problem, start, weight)
+        if float(np.abs(row_step).max()) < LINEAR_SD**0.5:
+            return np.asarray((start.rows.residual + row_step)[rows])
+    solution = minimise(replace(problem, weight=weight), start)
+    if not solution.is_converged:
+        raise FitFailed("the refit without the pose did not converge")
+    return np.asarray(solution.at.rows.residual[rows])

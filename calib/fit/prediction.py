@@ -13,7 +13,7 @@ import numpy as np
 from calib.fit.calibration import TriadCalibration
 from calib.fit.leave_one_out import redundancy
 from calib.fit.residuals import Equations
-from calib.fit.result import Fit, with_common
+from calib.fit.result import Fit
 from calib.fit.sensitive_axes import axes_of, sensor_columns
 from calib.poses.attitudes import natural_directions
 from calib.poses.imu_log import FloatArray
@@ -141,8 +141,7 @@ def _wanted(
 def _unchecked(fit: Fit) -> tuple[str, ...]:
     """The poses whose error would pass into the parameters unseen."""
     root = np.sqrt(fit.weight)[:, None]
-    basis = with_common(fit.basis, len(fit.eta))
-    shares = redundancy(fit.rows.jacobian @ basis * root, fit.equations.row_pose)
+    shares = redundancy(fit.rows.jacobian @ fit.directions * root, fit.equations.row_pose)
     return tuple(
         label for label, share in zip(fit.poses.label, shares, strict=True)
         if share < LEAST_REDUNDANCY

@@ -19,7 +19,6 @@ from functools import cached_property, partial
 import numpy as np
 
 from calib.effects.effect import Effect
-from calib.fit.initial_estimate import start_of
 from calib.fit.model import Model, stack_columns
 from calib.fit.sensitive_axes import (
     ALIGNED,
@@ -30,12 +29,10 @@ from calib.fit.sensitive_axes import (
     sensor_slope,
     solve_sensor,
 )
+from calib.fit.whitening import NO_LENGTH, Whitening
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
-
-NO_LENGTH = 1e-300
-"""A vector of no length has no direction; what a fit makes of it is refused at its end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,48 +63,48 @@ class WhitenedRows:
 class Equations:
     """The rows of one pose set under one model; holds what does not change between iterations.
 
-    ``sensed`` (n, 3) is what each sensitive axis felt in its pose, for the memory of the pose
-    before; by the start where it is not given.
+    Parameters
+    ----------
+    poses : PoseSet
+        n poses.
+    model : Model
+    sensed : array, shape (n, 3), optional
+        What each sensitive axis felt in its pose, SI, for the memory of the pose before; by the
+        start where it is not given.
+    whitening : Whitening, optional
+        That of ``poses``, where it is known already.
     """
 
-    def __init__(self, poses: PoseSet, model: Model, sensed: FloatArray | None = None) -> None:
+    def __init__(
+        self,
+        poses: PoseSet,
+        model: Model,
+        sensed: FloatArray | None = None,
+        whitening: Whitening | None = None,
+    ) -> None:
         self.poses, self.model = poses, model
-        y = poses.reading
-        reference = poses.reference
-        self.magnitude = np.flatnonzero(~reference.is_null)
-        self.null = np.flatnonzero(reference.is_null)
+        self.whitening = whitening or Whitening.of(poses)
+        self.start = self.whitening.start
+        self.magnitude, self.null = self.whitening.magnitude, self.whitening.null
+        self.magnitude_sd, self.null_sd = self.whitening.magnitude_sd, self.whitening.null_sd
+        self.common_relative = self.whitening.common_relative
+        self.common = poses.reference.common[self.magnitude]
+        self.is_null = poses.reference.is_null
         self.on_reading = model.acting_on("reading")
         self.on_sensor = model.acting_on("sensor")
         self.on_reference = model.acting_on("reference")
         self.reading_index = model.positions(self.on_reading)
         self.sensor_index = model.positions(self.on_sensor)
         self.reference_index = model.positions(self.on_reference)
-        self.is_null = reference.is_null
-        self.at_reading = poses.conditions(y)
+        self.at_reading = poses.conditions(poses.reading)
         self.reading_columns = (
             stack_columns(self.on_reading, self.at_reading, {})
             if self.on_reading
-            else np.zeros((*y.shape, 0))
+            else np.zeros((*poses.reading.shape, 0))
         )
-        self.reference_columns = (
-            np.concatenate([e.evaluate(self.at_reading) for e in self.on_reference], axis=1)
-            if self.on_reference
-            else np.zeros((len(y), 0))
-        )
-        # Sds are known in nominal units, and a data sheet can be a third off: the start's matrix
-        # takes them to true units. |s| has the sd of s along its own direction.
-        self.start = start_of(poses)
-        s = y @ self.start.matrix.T + self.start.offset
         if sensed is None:
-            sensed = axes_of(self.start.matrix).sensed(s)
-        self.at_start = poses.conditions(s, sensed)
-        direction = s / np.maximum(np.linalg.norm(s, axis=1, keepdims=True), 1e-300)
-        along = (((direction @ self.start.matrix) * poses.sd) ** 2).sum(axis=1)
-        across = poses.sd**2 @ (self.start.matrix**2).T
-        self.magnitude_sd = np.sqrt(along + reference.sd**2)[self.magnitude]
-        self.null_sd = np.sqrt(across + reference.sd[:, None] ** 2)[self.null]
-        self.common = reference.common[self.magnitude]
-        self.common_relative = self.common / reference.magnitude[self.magnitude, None]
+            sensed = axes_of(self.start.matrix).sensed(self.whitening.vector)
+        self.at_start = poses.conditions(self.whitening.vector, sensed)
         self.varying = tuple(e for e in self.on_sensor if follows_vector(e, self.at_start))
         self.varying_on_axes = tuple(e for e in self.varying if not e.orthogonal)
         self.varying_orthogonal = tuple(e for e in self.varying if e.orthogonal)
@@ -231,6 +228,11 @@ class Equations:
         slope[self.null] = np.eye(3)
         return np.asarray(slope)
 
+    def reference_columns(self, shapes: Mapping[str, float]) -> FloatArray:
+        """Errors (k, p'') of the magnitude rows' references, SI, per unit of their parameters."""
+        each = [e.evaluate(self.at_reading, shapes.get(e.name)) for e in self.on_reference]
+        return np.concatenate(each, axis=1)[self.magnitude]
+
     def rows(self, theta: FloatArray, eta: FloatArray, shapes: Mapping[str, float]) -> WhitenedRows:
         """Whitened residual and exact Jacobian at ``theta`` (p,), ``eta`` (q,)."""
         axes = self.axes(theta) if self.on_sensor else ALIGNED  # which nothing else depends on
@@ -248,7 +250,7 @@ class Equations:
         residual[:k] = (size * true_share - stated) / self.magnitude_sd
         jacobian[:k, :p] = np.einsum("ni,nip->np", n * true_share[:, None], ds[self.magnitude])
         if self.on_reference:
-            columns = self.reference_columns[self.magnitude]
+            columns = self.reference_columns(shapes)
             residual[:k] -= columns @ theta[self.reference_index] / self.magnitude_sd
             jacobian[:k, self.reference_index] -= columns
         jacobian[:k, p:] = -self.common_relative * size[:, None]

@@ -1,7 +1,7 @@
 """A fitted model, with everything that comparison and diagnosis need."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import fdtrc
@@ -11,14 +11,11 @@ from calib.errors import FitFailed, Remedy
 from calib.fit.column_scaling import inverse_square, pseudo_inverse, unit_columns
 from calib.fit.identifiability import require_determined, require_enough
 from calib.fit.model import Model
+from calib.fit.problem import Estimate, Problem, Solution, with_common
 from calib.fit.residuals import Equations, WhitenedRows
 from calib.fit.sensitive_axes import sensor_columns
 from calib.poses.imu_log import BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
-
-HUBER_SD = 1.5
-"""Rows count in full up to here; beyond, their pull stays what it is here. At 1.5 the estimate is
-3.6 % less efficient than least squares on pure noise."""
 
 HUBER_VARIANCE = 0.7785
 """Mean of ψ² for standard normal noise, ``Φ(c) - Φ(-c) - 2cφ(c) + 2c²(1 - Φ(c))`` at 1.5."""
@@ -34,28 +31,11 @@ MISFIT_P_VALUE = 0.005
 """The one level at which "the stated noise explains the rows" is given up: both triads of a session
 together raise a false alarm in one session of a hundred."""
 
+AT_BOUND = 1e-3
+"""Relative distance within which a shape parameter is at its bound."""
+
 UNDETERMINED_SHARE = 0.02
 """A parameter is seen by itself when no more of it than this lies outside what was fitted."""
-
-
-@dataclass(frozen=True, eq=False)
-class Solution:
-    """Where a solver ended.
-
-    ``theta`` (p,), ``eta`` (q,), the rows there, ``weight`` (r,) of every row and the number of
-    iterations.
-    """
-
-    theta: FloatArray
-    eta: FloatArray
-    rows: WhitenedRows
-    weight: FloatArray
-    iterations: int
-
-    @property
-    def cost(self) -> float:
-        """Weighted sum of squares."""
-        return float(self.weight @ self.rows.residual**2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,9 +44,10 @@ class Fit:
 
     ``theta`` (p,), ``cov`` (p, p) from the stated sds, ``common_shift`` (p, q) how far one sd of
     each common error of the references moves theta, ``eta`` (q,) those errors in their sds,
-    ``shapes`` fitted shape parameters with their sd, ``rows`` at the solution,
-    ``weight`` (r,) what the robust loss left of each row (1 without it), ``basis`` (p, v) the
-    combinations of parameters that these poses see and that were fitted.
+    ``shapes`` fitted shape parameters, ``log_shape_sd`` the sds of their logarithms if they were
+    free of bounds, ``rows`` at the solution, ``weight`` (r,) what the robust loss left of each row
+    (1 without it), ``basis`` (p, v) the combinations of parameters that these poses see and that
+    were fitted.
     """
 
     poses: PoseSet
@@ -76,7 +57,7 @@ class Fit:
     common_shift: FloatArray
     eta: FloatArray
     shapes: Mapping[str, float]
-    shape_sd: Mapping[str, float]
+    log_shape_sd: Mapping[str, float]
     equations: Equations
     rows: WhitenedRows
     weight: FloatArray
@@ -161,6 +142,20 @@ class Fit:
         return np.asarray((q**2).sum(axis=1) > 1 - UNDETERMINED_SHARE)
 
     @property
+    def directions(self) -> FloatArray:
+        """What theta and eta were fitted along, (p + q, v + q)."""
+        return with_common(self.basis, len(self.eta))
+
+    @property
+    def shape_sd(self) -> Mapping[str, float]:
+        """Sds of the shape parameters; NaN of one that is held, at a bound, or felt by no row."""
+        at_bound = shapes_at_bound(self.model, self.shapes)
+        return {
+            name: np.nan if name in at_bound else sd * self.shapes[name]
+            for name, sd in self.log_shape_sd.items()
+        }
+
+    @property
     def is_robust(self) -> bool:
         """Whether the robust loss took weight off a row."""
         return bool((self.weight < 1).any())
@@ -171,41 +166,92 @@ class Fit:
         return float(np.sqrt(np.mean(self.residual_si**2)))
 
 
-def finish(
-    equations: Equations,
-    solution: Solution,
-    basis: FloatArray,
-    shapes: Mapping[str, float] | None = None,
-) -> Fit:
-    """Check that the solution is determined and finite, and give it its covariance."""
-    require_enough(equations, basis.shape[1] + len(shapes or {}))
-    rows, weight = solution.rows, solution.weight
-    require_determined(equations, rows, basis)
+def finish(problem: Problem, solution: Solution) -> Fit:
+    """Check that a solution is determined and finite, and give it its covariance.
+
+    Parameters
+    ----------
+    problem : Problem
+    solution : Solution
+        Of the problem; shape parameters that are not free in it are known, not unknown.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    Undetermined
+        The poses do not determine the model.
+    FitFailed
+        No finite parameters are left, or the gains went to nothing.
+    """
+    equations, at, weight = problem.equations, solution.at, solution.weight
+    require_enough(equations, problem.basis.shape[1] + len(problem.free))
+    require_determined(equations, at.rows, problem.basis)
     p = equations.model.size
-    full = with_common(basis, len(solution.eta))
-    inverse = inverse_square(rows.jacobian @ full * np.sqrt(weight)[:, None])
-    cov = full @ inverse @ full.T
-    if not (np.isfinite(solution.theta).all() and np.isfinite(cov).all()):
+    cov, log_shape_sd = _covariance(problem, at, weight)
+    if not (np.isfinite(at.theta).all() and np.isfinite(cov).all()):
         raise FitFailed(
             f"the fit of the {equations.poses.triad} ended without finite parameters. Check the "
             f"log for poses that are not what they should be."
         )
-    require_size(equations, rows)
+    require_size(equations, at.rows)
     return Fit(
         poses=equations.poses,
         model=equations.model,
-        theta=solution.theta,
-        cov=cov[:p, :p] + _pull_of_outliers(rows, weight, cov)[:p, :p],
+        theta=at.theta,
+        cov=cov[:p, :p] + _pull_of_outliers(at.rows, weight, cov)[:p, :p],
         common_shift=cov[:p, p:],
-        eta=solution.eta,
-        shapes=dict(shapes or {}),
-        shape_sd={},
+        eta=at.eta,
+        shapes=at.shapes,
+        log_shape_sd=log_shape_sd,
         equations=equations,
-        rows=rows,
+        rows=at.rows,
         weight=weight,
-        basis=basis,
+        basis=problem.basis,
         iterations=solution.iterations,
     )
+
+
+def _covariance(
+    problem: Problem, at: Estimate, weight: FloatArray
+) -> tuple[FloatArray, dict[str, float]]:
+    """Covariance (p + q, p + q) of theta and eta, and the sds of the shapes' logarithms.
+
+    Free shape parameters are further unknowns. At a bound the value is the bound's, and nothing
+    else depends on it; NaN is the sd of one that no row feels.
+    """
+    root, directions = np.sqrt(weight)[:, None], problem.directions
+    linear = at.rows.jacobian @ directions
+    if not problem.free:
+        return directions @ inverse_square(linear * root) @ directions.T, {}
+    slope, v = at.shape_derivatives(problem).slope, directions.shape[1]
+    unknowns = _square_of_inverse(np.hstack([linear, slope]) * root)
+    sd = np.where(slope.any(axis=0), np.sqrt(np.diag(unknowns)[v:]), np.nan)
+    at_bound = [name in shapes_at_bound(problem.equations.model, at.shapes)
+                for name in problem.free]
+    if any(at_bound):
+        slope[:, at_bound] = 0.0
+        unknowns = _square_of_inverse(np.hstack([linear, slope]) * root)
+    cov = directions @ unknowns[:v, :v] @ directions.T
+    return cov, dict(zip(problem.free, map(float, sd), strict=True))
+
+
+def _square_of_inverse(matrix: FloatArray) -> FloatArray:
+    inverse = pseudo_inverse(matrix)
+    return np.asarray(inverse @ inverse.T)
+
+
+def shapes_at_bound(model: Model, shapes: Mapping[str, float]) -> set[str]:
+    """Effects of ``model`` whose shape parameter stands at the end of its range."""
+    at_bound = set()
+    for effect in model.effects:
+        if effect.shape is not None and effect.name in shapes:
+            low, high = effect.shape.bounds
+            if not low * (1 + AT_BOUND) < shapes[effect.name] < high * (1 - AT_BOUND):
+                at_bound.add(effect.name)
+    return at_bound
 
 
 def _pull_of_outliers(rows: WhitenedRows, weight: FloatArray, cov: FloatArray) -> FloatArray:
@@ -234,33 +280,3 @@ def require_size(equations: Equations, rows: WhitenedRows) -> None:
             f"these poses cannot separate it from the scale.",
             Remedy("remove_effect", equations.poses.triad),
         )
-
-
-def with_shape_sd(fit: Fit, columns: FloatArray) -> Fit:
-    """``fit`` with its shape parameters as further unknowns.
-
-    ``columns`` (r, k) are the derivatives of the residual by them, zero for one that is held.
-    """
-    full = with_common(fit.basis, len(fit.eta))
-    root = np.sqrt(fit.weight)[:, None]
-    inverse = pseudo_inverse(np.column_stack([fit.rows.jacobian @ full, columns]) * root)
-    cov = inverse @ inverse.T
-    p, fitted = fit.model.size, full.shape[1]
-    sd = np.where(columns.any(axis=0), np.sqrt(np.diag(cov)[fitted:]), np.nan)
-    linear = full @ cov[:fitted, :fitted] @ full.T
-    pull = _pull_of_outliers(fit.rows, fit.weight, linear)
-    return replace(
-        fit,
-        cov=(linear + pull)[:p, :p],
-        common_shift=linear[:p, p:],
-        shape_sd=dict(zip(fit.shapes, map(float, sd), strict=True)),
-    )
-
-
-def with_common(basis: FloatArray, common: int) -> FloatArray:
-    """``basis`` (p, v) extended by the ``common`` errors, which are always fitted."""
-    p, v = basis.shape
-    full = np.zeros((p + common, v + common))
-    full[:p, :v] = basis
-    full[p:, v:] = np.eye(common)
-    return full

@@ -19,6 +19,7 @@ from calib.errors import Remedy, Undetermined, UnusableLog
 from calib.poses.batches import BATCHES, COARSE_BATCHES, batch_means, batch_variance
 from calib.poses.creep import creep_rate
 from calib.poses.data_sheet import TriadSpec
+from calib.poses.envelope import envelope
 from calib.poses.imu_log import (
     AXES,
     SI_UNIT,
@@ -53,6 +54,7 @@ class TriadMean:
     COARSE_BATCHES batches, ``scatter`` (3,) variance of the samples about it, ``step`` (3,) between
     neighbouring values of the log (infinite where there was one value only), ``unit`` (3,) the
     least step that its converter or its decimals can have; all NaN where the triad was not logged.
+    ``envelope`` (e, 2, 3) lowest and highest sample of equal stretches.
     """
 
     mean: FloatArray
@@ -61,6 +63,7 @@ class TriadMean:
     scatter: FloatArray
     step: FloatArray = field(default_factory=lambda: np.full(3, np.inf))
     unit: FloatArray = field(default_factory=lambda: np.zeros(3))
+    envelope: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 3)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +71,7 @@ class PoseMean:
     """One averaged pose: both triads, the time it was taken and every logged column.
 
     ``creep_rad_s`` is how fast it turned although at rest, as far as gravity shows that.
+    ``stated``: the mean and its sd come from a table; an sd that was not stated there is NaN.
     """
 
     label: str
@@ -77,6 +81,7 @@ class PoseMean:
     duration_s: float
     columns: dict[str, float]
     creep_rad_s: float = 0.0
+    stated: bool = False
 
 
 _NOT_LOGGED = TriadMean(*(np.full(3, np.nan) for _ in range(4)))
@@ -262,6 +267,7 @@ def average_pose(
                 scatter=rest.var(axis=0, ddof=1),
                 step=value_steps(counts) * spec.nominal_scale,
                 unit=least_steps(counts, spec) * spec.nominal_scale,
+                envelope=envelope(values),
             )
         )
     return PoseMean(

@@ -89,3 +89,13 @@ class ImuLog:
             self.gyroscope[part],
             {name: values[part] for name, values in self.columns.items()},
         )
+
+    def where(self, kept: BoolArray) -> "ImuLog":
+        """The samples at which ``kept`` (t,) is true; their times show the gaps."""
+        return ImuLog(
+            self.label,
+            self.time_s[kept],
+            self.accelerometer[kept],
+            self.gyroscope[kept],
+            {name: values[kept] for name, values in self.columns.items()},
+        )

@@ -12,7 +12,6 @@ samples as long as the spectrum is flat below the k-th harmonic, white or not ab
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.special import polygamma
 
 from calib.poses.averaging import PoseMean, TriadMean
 from calib.poses.batches import BATCHES, COARSE_BATCHES
@@ -121,6 +120,8 @@ def shared_dof(ratio: FloatArray) -> float:
     Source: Smyth, *Linear models and empirical Bayes methods*, Stat. Appl. Genet. Mol. Biol. 3
     (2004), section 6.2.
     """
+    from scipy.special import polygamma  # measuring a clip loads this module and needs no SciPy
+
     if len(ratio) < 2:
         return 0.0
     logs = np.log(np.maximum(ratio, LEAST_BY_CHANCE))

@@ -47,6 +47,8 @@ class PoseSet:
     other_reading : array, shape (n, 3), or None
         Mean nominal reading of the other triad, NaN where not logged. Ideal poses have None: what
         the other triad reads follows from the plate and from gravity.
+    sd_dof : float or None
+        Degrees of freedom behind ``sd`` where it does not come from the poses' own samples.
     """
 
     triad: Triad
@@ -63,6 +65,7 @@ class PoseSet:
     columns: Mapping[str, FloatArray] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     other_reading: FloatArray | None = None
+    sd_dof: float | None = None
 
     def __len__(self) -> int:
         return len(self.label)
@@ -77,6 +80,7 @@ class PoseSet:
             reference=self.reference.take(index),
             columns={name: values[index] for name, values in self.columns.items()},
             notes=self.notes,
+            sd_dof=self.sd_dof,
             other_reading=None if self.other_reading is None else self.other_reading[index],
             **{name: getattr(self, name)[index] for name in PER_POSE},
         )
@@ -100,6 +104,7 @@ class PoseSet:
             if self.other_reading is None or other.other_reading is None
             else np.concatenate([self.other_reading, other.other_reading]),
             notes=tuple(dict.fromkeys((*self.notes, *other.notes))),
+            sd_dof=self.sd_dof,
             **{
                 name: np.concatenate([getattr(self, name), getattr(other, name)])
                 for name in PER_POSE
@@ -109,6 +114,8 @@ class PoseSet:
     @property
     def noise_dof(self) -> float:
         """Degrees of freedom behind ``sd``: how well the noise itself is known."""
+        if self.sd_dof is not None:
+            return self.sd_dof
         return NOISE_DOF_PER_POSE * len(self)
 
     @property
@@ -178,6 +185,11 @@ class PoseRun:
     spin_rad_s: FloatArray
     expected: FloatArray
 
+    @property
+    def is_stated(self) -> bool:
+        """Whether its means and their sds come from a table."""
+        return any(mean.stated for mean in self.means)
+
 
 def pose_set(
     triad: Triad,
@@ -227,7 +239,7 @@ def pose_set(
         label=tuple(mean.label for mean in means),
         run=tuple(run.name for run in runs for _ in run.means),
         reading=np.array([getattr(mean, triad).mean for mean in means]),
-        sd=pose_mean_sd([run.means for run in runs], triad),
+        sd=_mean_sd(runs, triad),
         force=np.array([mean.accelerometer.mean for mean in means]),
         vibration=np.array([mean.accelerometer.scatter for mean in means]),
         spin_rad_s=np.concatenate([run.spin_rad_s for run in runs]),
@@ -235,9 +247,20 @@ def pose_set(
         expected=np.concatenate([run.expected for run in runs]),
         reference=join_references([run.reference for run in runs]),
         columns={name: np.array([mean.columns[name] for mean in means]) for name in names},
-        notes=tuple(filter(None, (too_short(run.means, triad, run.name) for run in runs))),
+        notes=tuple(filter(None, (too_short(run.means, triad, run.name) for run in runs
+                                  if not run.is_stated))),
         other_reading=np.array([getattr(mean, other).mean for mean in means]),
     )
     if correct_force is None or not np.isfinite(poses.force).all():
         return poses
     return replace(poses, force=correct_force(poses.conditions(poses.force)))
+
+
+def _mean_sd(runs: Sequence[PoseRun], triad: Triad) -> FloatArray:
+    """Sds (n, 3) of the means of all runs: from their samples, or as a table states them."""
+    logged = [run.means for run in runs if not run.is_stated]
+    of_logged = iter(pose_mean_sd(logged, triad) if logged else ())
+    stated = {id(mean): np.sqrt(getattr(mean, triad).variance)
+              for run in runs if run.is_stated for mean in run.means}
+    return np.array([stated[id(mean)] if id(mean) in stated else next(of_logged)
+                     for run in runs for mean in run.means])

@@ -60,6 +60,7 @@ WANDER_M_S2 = STANDARD_GRAVITY_M_S2 * SAME_ATTITUDE
 NOISE_OF_SHIFT = 3.0
 """Sds by which the halves of a rest differ by noise alone, at most."""
 
+PLATE_STOOD = "the plate stood still"
 PLATE_STANDS = 1 / 3
 """Part of the plate's rate. No gain is that wrong, so below it the plate stood still."""
 
@@ -264,7 +265,7 @@ def _fault(triad: DecidingTriad, rest: Rest) -> str | None:
         return f"moved slowly (by up to {wander:.2g} {triad.unit})"
     rate = float(np.linalg.norm(values.mean(axis=0)))
     if triad.triad == "gyroscope" and rate < PLATE_STANDS * triad.rate_rad_s:
-        return "the plate stood still"
+        return PLATE_STOOD
     return None
 
 

@@ -21,6 +21,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "record": ("CONFIG", "Record poses from a sensor, with instructions for each pose."),
     "plan": ("CONFIG", "Print what the poses determine, before or after recording."),
     "playback": ("CONFIG", "Play recorded poses on a serial port, to try `record`."),
+    "import": ("FILE...", "Write a configuration for logs of any tool."),
     "check": ("CONFIG", "Validate a configuration and find its files."),
     "init": ("[DIR]", "Write a commented config.yaml."),
     "export": ("RESULTS", "Write the calibration in the format of another program."),

@@ -25,6 +25,10 @@ SLOWEST_HZ, FASTEST_HZ = 1e-3, 1e6  #: sample rates of inertial sensors
               help="Sample rate of a log without a time column.")
 @click.option("--session-clock", is_flag=True,
               help="The time of the log is that of the calibration session: correct drifts.")
+@click.option("--although-unfit", is_flag=True,
+              help="Use results whose data do not determine the calibration.")
+@click.option("--although-unlike", is_flag=True,
+              help="Correct a log that contradicts the calibration, for example by its gravity.")
 @click.option("--allow-python", is_flag=True,
               help="Run the Python files of user-defined effects.")
 def command(
@@ -35,21 +39,35 @@ def command(
     columns: str | None,
     rate_hz: float | None,
     session_clock: bool,
+    although_unfit: bool,
+    although_unlike: bool,
     allow_python: bool,
 ) -> None:
     """Correct LOG with the calibration in RESULTS (results.json or its folder); CSV in SI units.
 
-    If RESULTS contains a mounting, both triads are rotated into the axes of the vehicle.
+    If RESULTS contains a mounting, both triads are rotated into the axes of the vehicle. The column
+    `saturated` is 1 in samples with an axis at the end of its range. The command refuses logs that
+    this sensor cannot have written, and names what lies beyond what the calibration has seen.
     """
     from pipeline.export.apply import applied_csv, apply_results
+    from pipeline.export.limits import require_counts, require_gravity, warnings_of
+    from pipeline.logs.clock import StatedClock
     from pipeline.logs.read import read_log
+    from pipeline.results.fitness import require_fit
     from pipeline.results.read import load_results
     from pipeline.results.written import write_output
 
     stored = load_results(results, allow_python)
     names = None if columns is None else [name.strip() for name in columns.split(",")]
-    applied = apply_results(stored, read_log(log, names, rate_hz), session_clock)
-    for note in applied.left_out:
+    notes = [*require_fit(stored, although_unfit)]
+    readings = read_log(log, names, StatedClock(rate_hz))
+    if not although_unlike:
+        require_counts(stored, readings)
+    applied = apply_results(stored, readings, session_clock)
+    if not although_unlike:
+        notes += require_gravity(stored, readings, applied)
+    notes += [*applied.left_out, *warnings_of(stored, readings, session_clock)]
+    for note in notes:
         click.secho(f"warning: {note}", fg="yellow", err=True)
     click.echo(f"columns are in {applied.axes}", err=True)
     if output is None:

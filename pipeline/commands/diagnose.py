@@ -18,6 +18,7 @@ def command(config: Path, allow_python: bool) -> None:
     The command runs every stage and does not change the results or the history.
     """
     from pipeline.commands.run_with_progress import run_watched, say_waiting
+    from pipeline.console.rate_text import verdict_lines
     from pipeline.console.run_text import comparison_lines, next_step, ranking_lines, verdict_line
     from pipeline.session_folder import working_on
 
@@ -28,5 +29,9 @@ def command(config: Path, allow_python: bool) -> None:
         click.secho(paragraph(verdict_line(result)), bold=True)
         for line in [*comparison_lines(result), *ranking_lines(result)]:
             click.echo(line)
+    for rate in outcome.rates.values():
+        for line in verdict_lines(rate):
+            click.echo()
+            click.secho(paragraph(line), bold=True)
     click.echo()
     click.echo(next_step(outcome, folder, look="pipeline effects"))

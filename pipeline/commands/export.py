@@ -23,10 +23,13 @@ EXAMPLES = (
 @click.option("--output", type=PathArgument(file_okay=False),
               help="Folder for the files; default: that of RESULTS.")
 @click.option("--force", is_flag=True, help="Replace files that this program did not write.")
+@click.option("--although-unfit", is_flag=True,
+              help="Export results whose data do not determine the calibration.")
 @click.option("--allow-python", is_flag=True,
               help="Run the Python files of user-defined effects.")
 def command(
-    results: Path, form: str, output: Path | None, force: bool, allow_python: bool
+    results: Path, form: str, output: Path | None, force: bool, although_unfit: bool,
+    allow_python: bool,
 ) -> None:
     """Write the calibration in RESULTS (results.json or its folder) for another program.
 
@@ -34,6 +37,7 @@ def command(
     """
     from pipeline.export.write import EXPORTERS
     from pipeline.names import nearest_name
+    from pipeline.results.fitness import require_fit
     from pipeline.results.read import load_results
     from pipeline.results.written import write_output
 
@@ -43,6 +47,8 @@ def command(
             f"{', '.join(EXPORTERS)}"
         )
     stored = load_results(results, allow_python)
+    for warning in require_fit(stored, although_unfit):
+        click.secho(f"warning: {warning}", fg="yellow", err=True)
     export = EXPORTERS[form](stored)
     for note in export.loses:
         click.secho(f"note: {note}", fg="yellow", err=True)

@@ -5,9 +5,7 @@ from importlib import import_module
 import click
 
 from pipeline.commands import COMMANDS, WIDEST, front_page
-from pipeline.names import nearest_name
-
-DISTRIBUTION = "turntable-imu-calibration"  #: the name in pyproject.toml
+from pipeline.names import DISTRIBUTION, nearest_name
 
 
 class LazyGroup(click.Group):

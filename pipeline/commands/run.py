@@ -26,6 +26,7 @@ def command(config: Path, output: Path | None, force: bool, allow_python: bool) 
     """
     from pipeline.commands.run_with_progress import run_watched, say_waiting
     from pipeline.console.certificate_text import certificate_lines
+    from pipeline.console.rate_text import verdict_lines
     from pipeline.console.run_text import next_step, parameter_lines, verdict_line
     from pipeline.report.outputs import outputs_of
     from pipeline.results.read import REPORT_NAME
@@ -46,6 +47,9 @@ def command(config: Path, output: Path | None, force: bool, allow_python: bool) 
         click.echo()
         for result in outcome.triads:
             click.secho(paragraph(verdict_line(result)), bold=True)
+        for rate in outcome.rates.values():
+            for line in verdict_lines(rate):
+                click.secho(paragraph(line), bold=True)
         write_session(folder, outputs_of(outcome, folder))
     click.echo(next_step(outcome, folder))
     click.echo(folder / REPORT_NAME)

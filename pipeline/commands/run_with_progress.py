@@ -69,6 +69,11 @@ def run_quietly(config: Config, folder: Path, allow_python: bool = False) -> Out
     return _run(config, folder, allow_python, lines=False)
 
 
+def run_unwatched(config: Config) -> Outcome:
+    """Run every stage of a configuration that no folder of results belongs to yet."""
+    return run_stages(config, RunContext())
+
+
 def _run(config: Config, folder: Path, allow_python: bool, *, lines: bool) -> Outcome:
     with ClipProgress() as progress:
         context = RunContext(folder / CACHE_NAME, progress, allow_python)

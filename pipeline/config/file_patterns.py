@@ -4,6 +4,7 @@ import re
 from itertools import takewhile
 from pathlib import Path
 
+from pipeline.logs.formats.kinds import split_member
 from pipeline.names import nearest_name
 
 
@@ -36,7 +37,8 @@ def find_files(name: str, folder: Path) -> tuple[Path, ...]:
     Parameters
     ----------
     name : str
-        A path or a pattern (``*``, ``?``, ``[...]``, ``**``), relative to ``folder``.
+        A path or a pattern (``*``, ``?``, ``[...]``, ``**``), relative to ``folder``; behind an
+        archive or a bag, the name of a table in it.
     folder : Path
         The configuration's folder.
 
@@ -48,7 +50,7 @@ def find_files(name: str, folder: Path) -> tuple[Path, ...]:
         The name is a folder's.
     """
     literal = folder / name
-    if literal.is_file():
+    if literal.is_file() or split_member(literal)[0].exists():
         return (literal,)
     if literal.is_dir():
         raise FileNotFoundError(f"'{name}' is a folder; name the files in it, as in "

@@ -105,12 +105,14 @@ def timebase(section: Values) -> Problems:
 
 
 def poses(section: Values) -> Problems:
-    """Files or one long log, and columns that fit them."""
-    yield from _one_of(section, "log", "files")
+    """Files, long logs or a table of means, and columns that fit them."""
+    yield from _one_of(section, "log", "files", "means")
     if "log" in section and "find" not in section:
         yield "find", "is missing: say `find: still` to find the still parts of the log"
     if "files" in section and "find" in section:
         yield "find", "only for `log`; each of `files` is one pose"
+    if "means" in section and "find" in section:
+        yield "find", "only for `log`; each row of `means` is one pose"
     yield from still(section)
     yield from columns(section)
 

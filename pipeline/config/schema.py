@@ -146,12 +146,13 @@ class LogsSection(Section):
 
 
 class PosesSection(LogsSection):
-    """One file per pose (a pattern or a list), or one long log with static intervals."""
+    """One file per pose (a pattern or a list), long logs with static intervals, or pose means."""
 
-    FILE_KEYS = ("files", "log")
+    FILE_KEYS = ("files", "log", "means")
 
     files: Files = ()
     log: Files = ()
+    means: Files = ()
 
     @model_validator(mode="before")
     @classmethod

@@ -1,6 +1,9 @@
-"""A measured rate as text: one line for the setting, several for each clip."""
+"""A measured rate as text: one line for the setting, several for each clip, the verdict."""
 
+import math
+import shlex
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -8,11 +11,13 @@ import numpy as np
 from pipeline.formatting import NAME_WIDTH, RPM, count, relative
 from pipeline.stages.rate import SettingRate
 from vision.phase_track import LUMA
+from vision.rate.terms import ALWAYS
 
 if TYPE_CHECKING:
     from vision.phase_track import RateHistory
 
 MOST_ROWS = 20
+COMPLETE = "nothing_missing"  #: verdict on a clip whose rate model describes it
 
 
 def rate_line(rate: SettingRate) -> str:
@@ -26,6 +31,54 @@ def rate_line(rate: SettingRate) -> str:
     else:
         parts.append("stated in the configuration")
     return f"{f'rate {rate.name}':<{NAME_WIDTH}} {', '.join(parts)}"
+
+
+@dataclass(frozen=True)
+class RateVerdict:
+    """What the rate model of one plate setting lacks, in its clip with the largest residual.
+
+    ``lacks`` is the missing term, empty where the clip determines none; ``command`` adds it.
+    ``in_the_rate`` where the rate is fitted together with the term whatever the model states.
+    """
+
+    setting: str
+    complete: bool
+    text: str
+    lacks: str = ""
+    command: str = ""
+    rms_deg: float = 0.0
+    in_the_rate: bool = True
+
+
+def rate_verdict(rate: SettingRate, config: str) -> RateVerdict:
+    """The verdict on one plate setting; ``config`` is the file as a shell reads it."""
+    if not rate.clips:
+        return RateVerdict(rate.name, True,
+                           "The configuration states this rate; it was not measured from a clip.")
+    clip = rate.clips[worst_clip(rate)]
+    diagnosis = clip.diagnosis
+    lacks = (diagnosis.name or "") if diagnosis.verdict == "effect" else ""
+    in_the_rate = diagnosis.name in ALWAYS
+    # Of terms that the clip cannot separate, one that changes no rate may be added.
+    addable = lacks or (diagnosis.name if diagnosis.verdict == "ambiguous" and in_the_rate else "")
+    target = shlex.quote(f"rate.{rate.name}.{addable}")
+    return RateVerdict(
+        rate.name, diagnosis.verdict == COMPLETE,
+        " ".join(filter(None, (diagnosis.explanation, diagnosis.record_next))), lacks,
+        f"pipeline add {config} {target}" if addable else "", math.degrees(clip.fit.rms_rad),
+        in_the_rate)
+
+
+def worst_clip(rate: SettingRate) -> int:
+    """Number of the clip with the largest residual."""
+    return max(range(len(rate.clips)), key=lambda i: rate.clips[i].fit.rms_rad)
+
+
+def verdict_lines(rate: SettingRate) -> Iterator[str]:
+    """What the rate model lacks; nothing where it lacks nothing."""
+    verdict = rate_verdict(rate, "CONFIG")
+    if not verdict.complete:
+        yield f"rate.{rate.name}: {verdict.text}"
 
 
 def clip_lines(rate: SettingRate) -> Iterator[str]:

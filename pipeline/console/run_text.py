@@ -5,11 +5,13 @@ from collections.abc import Iterator, Sequence
 from math import isnan
 from pathlib import Path
 
+from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.fit.calibration import TriadParameters
 from calib.mounting.mounting import Mounting
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, SI_UNIT
 from pipeline.console.mounting_text import mounting_text
+from pipeline.console.rate_text import rate_verdict
 from pipeline.formatting import DISPLAY, NAME_WIDTH, aligned, count, with_sd
 from pipeline.stages.poses import Recordings
 from pipeline.stages.run import Outcome
@@ -140,6 +142,9 @@ def next_step(outcome: Outcome, folder: Path, look: str = "pipeline diagnose {co
             )
     if any(diagnosis.explanation.step != "apply" for diagnosis in diagnoses.values()):
         return f"next: {look.format(config=config)}"
+    for rate in outcome.rates.values():
+        if command := rate_verdict(rate, config).command:
+            return f"next: {command}"
     if diagnoses:
         return f"next: pipeline apply {shlex.quote(str(folder))} LOG --output FILE"
     return f"next: add the sections accelerometer and gyroscope to {config}"
@@ -159,14 +164,26 @@ def comparison_lines(result: TriadResult) -> Iterator[str]:
 
 
 def leading_covariate(result: TriadResult) -> str | None:
-    """The covariate that the misfit follows; None where it explains less than half of the misfit.
+    """The covariate that the misfit follows; None where the verdict names no cause of that kind.
 
-    A misfit of another cause can follow a covariate a little: that is a by-product of the cause.
+    A misfit of another cause can follow a covariate too: that is a by-product of the cause.
     """
-    name, chi2 = result.diagnosis.follows, result.calibration.fit.chi2
-    drops = (c.chi2_drop for c in result.diagnosis.ranking
-             if c.name == name and c.kind != "listed")
-    return name if max(drops, default=0.0) > chi2 / 2 else None
+    diagnosis = result.diagnosis
+    if diagnosis.verdict == "unknown":
+        return diagnosis.name if diagnosis.name in _covariates(result) else None
+    if diagnosis.verdict != "effect" or diagnosis.name is None:
+        return None
+    try:
+        effect = find_effect(diagnosis.name)
+    except UnknownEffect:  # a user's own effect: its expression says what it follows
+        return None
+    if "time" in effect.needs and not effect.logged:
+        return "time_s"
+    return effect.logged[0] if effect.logged else None
+
+
+def _covariates(result: TriadResult) -> set[str]:
+    return {"time_s", "spin_rad_s", *result.calibration.fit.poses.columns}
 
 
 def ranking_lines(result: TriadResult) -> list[str]:

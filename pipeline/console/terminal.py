@@ -17,8 +17,12 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import TextIO
 
-#: Control characters but new line and tab; ESC stays where it begins a colour or a bold face.
-CONTROL = re.compile(r"\x1b(?!\[(?:0|1|3[0-7]|9[0-7])m)|[\x00-\x08\x0b-\x1a\x1c-\x1f\x7f-\x9f]")
+from pipeline.plain_text import HIDDEN, escape
+
+#: The commands' own colours and faces; those that would hide text are not among them.
+FACE = r"\x1b\[(?:0|1|2|32|33|31|36)m"
+#: What is hidden or acts, but new line and tab and the faces.
+ACTING = re.compile(rf"{FACE}|[\n\t]|({HIDDEN.pattern})")
 
 
 def shown(text: str) -> str:
@@ -27,7 +31,7 @@ def shown(text: str) -> str:
     >>> shown("a\x1b[2Jb")
     'a\\x1b[2Jb'
     """
-    return CONTROL.sub(lambda match: f"\\x{ord(match[0]):02x}", text)
+    return ACTING.sub(lambda match: escape(match[1]) if match[1] else match[0], text)
 
 
 class ShownStream(io.TextIOBase):

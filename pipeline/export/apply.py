@@ -9,6 +9,8 @@ If the results contain a mounting R (vehicle to sensor, Promrit et al.), both tr
 into that frame if the calibration session determined the angles between the two frames.
 """
 
+import csv
+import io
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -21,8 +23,9 @@ from calib.errors import Undetermined, UnusableLog
 from calib.fit.correction import Correction
 from calib.fit.model import Model
 from calib.poses.conditions import OTHER_TRIAD, Conditions
-from calib.poses.imu_log import FloatArray, ImuLog
+from calib.poses.imu_log import BoolArray, FloatArray, ImuLog
 from pipeline.logs.write import LARGEST, csv_rows
+from pipeline.plain_text import cell
 from pipeline.results.read import Stored, StoredTriad
 
 BLOCK = 20_000  #: rows corrected at a time
@@ -32,6 +35,8 @@ OUTPUT = {
     "accelerometer": (("acc_x_m_s2", "acc_y_m_s2", "acc_z_m_s2"), 6),
     "gyroscope": (("gyr_x_rad_s", "gyr_y_rad_s", "gyr_z_rad_s"), 8),
 }
+LARGEST_SI = 1e9  #: m/s² and rad/s
+SATURATED = "saturated"  #: 1 in samples with an axis at the end of its range, else 0
 MOST_DECIMALS = 6  #: of time and of further columns
 
 
@@ -40,13 +45,15 @@ class Applied:
     """A corrected log.
 
     ``triads`` holds the corrected vectors (t, 3) by triad; ``axes`` says in which axes they are;
-    ``left_out`` which of the model's effects had nothing to correct, and why.
+    ``saturated`` (t,) which samples have an axis at the end of its converter's range, None for logs
+    in physical units; ``left_out`` which of the model's effects had nothing to correct, and why.
     """
 
     time_s: FloatArray
     triads: Mapping[str, FloatArray]
     columns: Mapping[str, FloatArray]
     axes: str
+    saturated: BoolArray | None
     left_out: tuple[str, ...]
 
 
@@ -90,6 +97,7 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
         at = Conditions.of_vectors(nominal, columns, **known)
         _require_evaluable(log.label, each.triad, correction, at)
         corrected[each.triad] = _correct(correction, at)
+        _require_numbers(log.label, each.triad, corrected[each.triad])
         if each.triad == "accelerometer":
             known["force"] = corrected[each.triad]
     if not corrected:
@@ -100,7 +108,14 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
             f"gyr_z."
         )
     axes, turned = _in_the_vehicle(stored, corrected)
-    return Applied(log.time_s, turned, log.columns, axes, tuple(left_out))
+    of_output = {SATURATED, *(name for titles, _ in OUTPUT.values() for name in titles)}
+    columns_kept = {name: values for name, values in log.columns.items()
+                    if name not in of_output}
+    left_out += [f"the column {name} of the log is not copied: the output has one of this name."
+                 for name in log.columns if name in of_output]
+    counts = any(each.correction.spec.bits for each in stored.triads if log.has(each.triad))
+    saturated = at_the_rails(stored, log) if counts else None
+    return Applied(log.time_s, turned, columns_kept, axes, saturated, tuple(left_out))
 
 
 def _other_triad(stored: Stored, triad: str, log: ImuLog) -> dict[str, FloatArray]:
@@ -132,6 +147,17 @@ def _in_the_vehicle(
     return axes, turned
 
 
+def at_the_rails(stored: Stored, log: ImuLog) -> BoolArray:
+    """Samples (t,) in which an axis of a calibrated triad is at the end of its range."""
+    saturated = np.zeros(len(log.time_s), bool)
+    for each in stored.triads:
+        if log.has(each.triad) and each.correction.spec.bits:
+            low, high = each.correction.spec.count_range
+            readings = getattr(log, each.triad)
+            saturated |= ((readings <= low) | (readings >= high)).any(axis=1)
+    return saturated
+
+
 def _require_writable(log: ImuLog) -> None:
     for name, values in log.columns.items():
         largest = float(np.nanmax(np.abs(values), initial=0.0))
@@ -140,6 +166,17 @@ def _require_writable(log: ImuLog) -> None:
                 f"{log.label}: column {name} contains {largest:g}; expected are numbers below "
                 f"{LARGEST:.0e}. Delete this column or the wrong rows from the log."
             )
+
+
+def _require_numbers(label: str, triad: str, vectors: FloatArray) -> None:
+    """Refuse results that no sensor has: the readings are none of this sensor."""
+    wrong = ~(np.abs(vectors) < LARGEST_SI).all(axis=1)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise UnusableLog(
+            f"{label}: sample {row + 1} of the {triad} becomes {vectors[row]} SI units, which no "
+            f"sensor reads. Is the log in the counts or the unit of the calibration session?"
+        )
 
 
 def _of_the_sensor(stored: StoredTriad) -> Correction:
@@ -212,7 +249,13 @@ def applied_csv(applied: Applied) -> bytes:
     names += list(applied.columns)
     columns += list(applied.columns.values())
     decimals += [_fewest_decimals(values) for values in applied.columns.values()]
-    return b"".join([",".join(names).encode() + b"\n", *csv_rows(columns, decimals)])
+    if applied.saturated is not None:
+        names.append(SATURATED)
+        columns.append(applied.saturated.astype(float))
+        decimals.append(0)
+    header = io.StringIO()
+    csv.writer(header, lineterminator="\n").writerow([cell(name) for name in names])
+    return b"".join([header.getvalue().encode(), *csv_rows(columns, decimals)])
 
 
 def _fewest_decimals(values: FloatArray) -> int:

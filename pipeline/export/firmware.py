@@ -1,6 +1,7 @@
 """Formats of microcontrollers: C headers, and the parameters of two flight controllers."""
 
 import math
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -19,11 +20,13 @@ from pipeline.export.parts import (
     triad_named,
 )
 from pipeline.export.robotics import nominal_offset
+from pipeline.plain_text import ascii_line
 from pipeline.results.read import Stored, StoredTriad
 
 #: Ranges that INAV sets the sensors of this family to, counts over the 16-bit half range.
 INAV_ACCELEROMETER = 16 * STANDARD_GRAVITY_M_S2 / 32768  #: m/s² per count
 INAV_GYROSCOPE = math.radians(2000.0) / 32768  #: rad/s per count
+COMMENT_SIGNS = re.compile(r"(?<=\*)(?=/)|(?<=/)(?=\*)|(?<=\?)(?=\?)")
 INAV_UNIT_GAIN = 4096  #: accgain of an axis that is right
 
 
@@ -99,7 +102,7 @@ def _fusion_unit(each: StoredTriad) -> tuple[str, float]:
 
 def to_px4(stored: Stored) -> Export:
     """PX4 parameters: ``(reading - OFF) * SCALE`` for the accelerometer, ``reading - OFF`` else."""
-    lines = [f"# {line}" for line in origin(stored)]
+    lines = _hash_comments(origin(stored))
     lines.append("# Set CAL_ACC0_ID and CAL_GYRO0_ID to the ids that your board shows; this file "
                  "does not set them.")
     loses = [*no_sds(stored)]
@@ -120,7 +123,7 @@ def to_px4(stored: Stored) -> Export:
 
 def to_inav(stored: Stored) -> Export:
     """INAV's CLI: zeros in counts of the ranges that it sets, gains in 1/4096."""
-    lines = [f"# {line}" for line in origin(stored)]
+    lines = _hash_comments(origin(stored))
     loses = [*no_sds(stored)]
     accelerometer = triad_named(stored, "accelerometer")
     if accelerometer is not None:
@@ -165,9 +168,14 @@ def _what_is_left(each: StoredTriad, program: str, *, keeps_scale: bool) -> str:
 
 
 def _comment(lines: Sequence[str]) -> list[str]:
-    """C comments; text that would end a comment is changed."""
-    plain = [line.replace("*/", "* /").replace("m/s²", "m/s^2") for line in lines]
+    """C comments; text that would end or begin a comment is parted, trigraphs too."""
+    plain = [COMMENT_SIGNS.sub(" ", ascii_line(line)) for line in lines]
     return [f"/* {line} */" for line in plain]
+
+
+def _hash_comments(lines: Sequence[str]) -> list[str]:
+    """Comments of the parameter files and of the command line."""
+    return [f"# {ascii_line(line)}" for line in lines]
 
 
 def _c_row(values: FloatArray) -> str:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.poses.imu_log import SI_UNIT, FloatArray
+from pipeline.plain_text import one_line
 from pipeline.results.read import Stored, StoredTriad
 
 #: Direction and size of the worked example, in units of EXAMPLE_SIZE: no axis is zero.
@@ -76,11 +77,11 @@ def no_effects(
 
 
 def origin(stored: Stored) -> tuple[str, ...]:
-    """The origin of the numbers, for the comments of a file."""
-    title = " ".join(str(stored.contents["title"] or "untitled").split())
+    """The origin of the numbers, for the comments of a file; each is one line without controls."""
+    title = one_line(stored.contents["title"]) or "untitled"
     lines = [
-        f"Calibration of {stored.contents['sensor']}: {title}",
-        f"configuration {str(stored.contents['config_sha256'])[:16]} (SHA-256)",
+        f"Calibration of {one_line(stored.contents['sensor'])}: {title}",
+        f"configuration {one_line(stored.contents['config_sha256'])[:16]} (SHA-256)",
     ]
     for each in stored.triads:
         spec = each.correction.spec

@@ -7,6 +7,7 @@ import json
 from calib.effects.effect import EFFECTS
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
 from pipeline.export.parts import Export, matrix, no_effects, no_sds, short_name
+from pipeline.plain_text import cell
 from pipeline.results.read import PARAMETERS, Stored, StoredTriad
 
 
@@ -41,7 +42,8 @@ def to_csv(stored: Stored) -> Export:
             for label, value, sd in zip(
                 _labels(name, len(effect["values"])), effect["values"], effect["sd"], strict=True
             ):
-                table.writerow([each.triad, name, label, value, _blank(sd), effect["unit"]])
+                table.writerow([each.triad, cell(name), cell(label), value, _blank(sd),
+                                cell(effect["unit"])])
     return Export({"calibration.csv": text.getvalue()}, ())
 
 

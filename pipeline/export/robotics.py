@@ -13,8 +13,11 @@ file is ``Q_a`` times the accelerometer's frame here.
 """
 
 import math
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
+import yaml
 from scipy.spatial.transform import Rotation
 
 from calib.poses.imu_log import FloatArray
@@ -66,18 +69,17 @@ def to_kalibr(stored: Stored) -> Export:
         "# reading in SI units by the data sheet = M * true + bias (accelerometer),",
         "#                                         M * C_gyro_i * true + A * force + bias (gyro)",
         "imu0:",
-        "  T_i_b:",
-        *_rows(np.eye(4)),
+        *_block({"T_i_b": _rows(np.eye(4))}),
     ]
     loses = list(no_sds(stored))
     if accelerometer is not None:
         lower, body = lower_and_rotation(forward_matrix(accelerometer))
-        lines += ["  accelerometers:", "    M:", *_rows(lower, 4)]
+        lines += _block({"accelerometers": {"M": _rows(lower)}})
         lines += _bias_comment(accelerometer)
     if gyroscope is not None:
         lines += _kalibr_gyroscope(stored, gyroscope, body)
         lines += _bias_comment(gyroscope)
-    lines += ["  model: scale-misalignment", "  rostopic: /imu0", "  time_offset: 0.0"]
+    lines += _block({"model": "scale-misalignment", "rostopic": "/imu0", "time_offset": 0.0})
     lines += [f"  # {key}: not measured by this program; use the data sheet or an Allan deviation"
               for key in (*NOISE_KEYS, "update_rate")]
     turned = math.degrees(math.acos(min(1.0, max(-1.0, (np.trace(body) - 1) / 2))))
@@ -109,16 +111,12 @@ def _kalibr_gyroscope(stored: Stored, gyroscope: StoredTriad, body: FloatArray) 
     effect = gyroscope.effects.get("g_sensitivity")
     if effect is not None:
         sensitivity = np.array(effect["values"], float).reshape(3, 3)
-    return [
-        "  gyroscopes:",
-        "    M:",
-        *_rows(lower, 4),
-        "    C_gyro_i:",
-        *_rows(turned @ to_accelerometer.T @ body.T, 4),
-        "    A:",
+    return _block({"gyroscopes": {
+        "M": _rows(lower),
+        "C_gyro_i": _rows(turned @ to_accelerometer.T @ body.T),
         # G acts on the sensitive axes, T turns them into the orthogonal ones that M^-1 takes.
-        *_rows(forward @ gyroscope.alignment @ sensitivity @ body.T, 4),
-    ]
+        "A": _rows(forward @ gyroscope.alignment @ sensitivity @ body.T),
+    }})
 
 
 def _frame_angles(stored: Stored) -> FloatArray | None:
@@ -131,11 +129,28 @@ def _bias_comment(each: StoredTriad) -> list[str]:
     return [f"    # bias: [{row}]", f"    # {example_text(each)}"]
 
 
-def _rows(values: FloatArray, indent: int = 2) -> list[str]:
-    return [
-        " " * indent + "- [" + ", ".join(f"{value:.12g}" for value in row + 0.0) + "]"
-        for row in values
-    ]
+class _RowByRow(yaml.SafeDumper):
+    """Lists of numbers in one line, everything else in a line of its own."""
+
+    def represent_sequence(
+        self, tag: str, sequence: Iterable[Any], flow_style: bool | None = None
+    ) -> yaml.SequenceNode:
+        """A list as a node."""
+        items = list(sequence)
+        in_one_line = all(isinstance(item, float) for item in items)
+        return super().represent_sequence(tag, items, in_one_line)
+
+
+def _block(values: Mapping[str, Any]) -> list[str]:
+    """Lines of YAML, indented by two; matrices have a line for each row."""
+    text = yaml.dump(dict(values), Dumper=_RowByRow, default_flow_style=False, sort_keys=False,
+                     width=math.inf)
+    return [f"  {line}" for line in text.splitlines()]
+
+
+def _rows(values: FloatArray) -> list[list[float]]:
+    """A matrix to 12 digits, which is far below every sd."""
+    return [[float(f"{value:.12g}") for value in row + 0.0] for row in values]
 
 
 def to_ros(stored: Stored) -> Export:
@@ -155,11 +170,9 @@ def to_ros(stored: Stored) -> Export:
     lines += [
         "# calibrated [m/s²] = SM * raw - bias, raw in counts:",
         f"# {example_text(accelerometer)}",
-        f"SM: [{_flat(counts[0])}]",
-        f"bias: [{_flat(counts[1])}]",
+        *_pair(*counts),
         "# For a driver that publishes m/s² by the data sheet, use these two instead:",
-        f"# SM: [{_flat(nominal[0])}]",
-        f"# bias: [{_flat(nominal[1])}]",
+        *(f"# {line}" for line in _pair(*nominal)),
     ]
     loses.append(
         "SM and bias are for counts. If the driver publishes m/s² by the data sheet, use the pair "
@@ -169,5 +182,7 @@ def to_ros(stored: Stored) -> Export:
     return Export({"imu_calib.yaml": "\n".join(lines) + "\n"}, (*loses, *lost))
 
 
-def _flat(values: FloatArray) -> str:
-    return ", ".join(f"{value:.12g}" for value in values.ravel() + 0.0)
+def _pair(sm: FloatArray, bias: FloatArray) -> list[str]:
+    """The two keys of imu_calib, a line each."""
+    rows = {"SM": _rows(sm.reshape(1, -1))[0], "bias": _rows(bias.reshape(1, -1))[0]}
+    return [line.removeprefix("  ") for line in _block(rows)]

@@ -23,6 +23,9 @@ SLOWEST_HZ, FASTEST_HZ = 0.4, 40_000.0
 SLOW_HZ, LONGEST_SLOW_S = 5.0, 1800.0
 """Slow logs exist, and long ones; one that is both is a faster one in milliseconds. At 1 kHz that
 already shows in a log of two seconds, at 250 Hz the rate itself does."""
+ASSUMED_HZ = 100.0
+"""Of poses without a clock: the usual rate of a logger. It decides only whether poses count as too
+short for their sds."""
 USUAL_HZ = (5.0, 20_000.0)
 """What the likely unit would make of a clock that is out of these bounds."""
 
@@ -32,10 +35,12 @@ class StatedClock:
     """What the configuration or the caller says of a log's time.
 
     ``rate_hz`` where there is no column of times; ``unit`` of that column, which settles it.
+    Where the clock is not ``needed`` and there is none, samples count as :data:`ASSUMED_HZ`.
     """
 
     rate_hz: float | None = None
     unit: TimeUnit | None = None
+    needed: bool = True
 
 
 def sample_times(
@@ -77,7 +82,7 @@ def sample_times(
         if stated.unit is None:
             _require_sense(label, time_s, seconds)
         return time_s
-    rate_hz = stated.rate_hz or head_rate_hz
+    rate_hz = stated.rate_hz or head_rate_hz or (None if stated.needed else ASSUMED_HZ)
     if rate_hz is None:
         raise UnreadableInput(
             f"{label}: there is no column {TIME} (columns: {', '.join(values)}), and no sample "

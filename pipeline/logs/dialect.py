@@ -47,7 +47,10 @@ def split_cells(line: str, delimiter: str | None) -> list[str]:
     """The line's cells without blanks around them and without what follows a ``#``."""
     line = line.split("#", 1)[0]
     if '"' in line and delimiter is not None:
-        return [cell.strip() for cell in next(csv.reader([line.strip()], delimiter=delimiter))]
+        try:
+            return [cell.strip() for cell in next(csv.reader([line.strip()], delimiter=delimiter))]
+        except csv.Error:  # a control character: no table, as its cells will show
+            return line.split(delimiter)
     return [cell.strip() for cell in line.split(delimiter)] if line.strip() else []
 
 

@@ -22,7 +22,6 @@ from pipeline.logs.columns import (
     TIME,
     ColumnNames,
     Renamed,
-    TimeUnit,
     missing_columns,
     our_name,
 )
@@ -65,8 +64,7 @@ class LogTable:
 def read_log(
     path: Path,
     columns: ColumnNames | None = None,
-    sample_rate_hz: float | None = None,
-    time_unit: TimeUnit | None = None,
+    clock: StatedClock | None = None,
 ) -> ImuLog:
     """Read one log file.
 
@@ -79,10 +77,9 @@ def read_log(
     columns : sequence of str or Renamed, optional
         Names of all columns in their order, which replace a header (``skip`` is a column not to be
         read); or the names in the header that stand for ours.
-    sample_rate_hz : float, optional
-        For files without ``time_s``; a ``counter`` column then shows lost samples.
-    time_unit : str, optional
-        Unit of the column of times, where its name does not state it.
+    clock : StatedClock, optional
+        The sample rate of files without ``time_s`` (a ``counter`` column then shows lost samples),
+        or the unit of the column of times, where its name does not state it.
 
     Returns
     -------
@@ -94,7 +91,7 @@ def read_log(
     UnreadableInput
         With file, line, column, what was found, what was expected, what to do.
     """
-    stated = StatedClock(sample_rate_hz, time_unit)
+    stated = clock or StatedClock()
     logs = [_as_log(table, stated, path.name) for table in read_tables(path, columns)]
     return logs[0] if len(logs) == 1 else replace(join_logs(logs), label=path.name)
 

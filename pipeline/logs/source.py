@@ -1,11 +1,14 @@
 """The bytes of a log file and the lines of its text, before anything is known of its columns."""
 
 import gzip
+import stat
 import zlib
 from pathlib import Path
+from typing import BinaryIO
 
 from pipeline.errors import UnreadableInput
 from pipeline.logs.head import FEWEST_NUMBERS, width_of_numbers
+from pipeline.logs.memory import largest_text, too_large
 
 GZIP_MAGIC = b"\x1f\x8b"
 
@@ -16,25 +19,53 @@ def read_bytes(path: Path) -> bytes:
     Raises
     ------
     UnreadableInput
-        The file is missing or empty, or the compression is damaged.
+        The file is missing or empty, is no file, is larger than the memory allows, or the
+        compression is damaged.
     """
+    limit = largest_text()
     try:
-        data = path.read_bytes()
+        require_file(path)
+        with path.open("rb") as file:
+            packed = file.read(len(GZIP_MAGIC)) == GZIP_MAGIC
+            file.seek(0)
+            data = _unpacked(path, file, limit) if packed else file.read(limit + 1)
     except OSError as error:
         raise UnreadableInput(f"{path}: cannot be read ({error.strerror}). Check the name, and "
                               "that you may read the file.") from error
-    if data.startswith(GZIP_MAGIC):
-        try:
-            data = gzip.decompress(data)
-        except (EOFError, OSError, zlib.error) as error:
-            raise UnreadableInput(
-                f"{path}: the compressed file is damaged or cut off ({error}). Copy it again from "
-                "where it was made, or pack it again with gzip."
-            ) from error
+    if len(data) > limit:
+        raise too_large(path, limit)
     if not data.strip():
         raise UnreadableInput(f"{path}: the file is empty; a header and rows of readings are "
                               "expected. Record the pose again.")
     return data
+
+
+def require_file(path: Path) -> None:
+    """Refuse pipes, sockets and devices, which may wait for ever or never end.
+
+    Raises
+    ------
+    UnreadableInput
+        ``path`` is neither a file nor a folder.
+    OSError
+        It is missing, or cannot be looked at.
+    """
+    mode = path.stat().st_mode
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        raise UnreadableInput(f"{path}: is a pipe or a device; a file is expected. Save the log to "
+                              "a file first.")
+
+
+def _unpacked(path: Path, file: BinaryIO, limit: int) -> bytes:
+    """At most one byte more than ``limit``, however much was packed into the file."""
+    try:
+        with gzip.GzipFile(fileobj=file) as unpacked:
+            return unpacked.read(limit + 1)
+    except (EOFError, OSError, zlib.error) as error:
+        raise UnreadableInput(
+            f"{path}: the compressed file is damaged or cut off ({error}). Copy it again from "
+            "where it was made, or pack it again with gzip."
+        ) from error
 
 
 def text_lines(path: Path, data: bytes) -> list[str]:

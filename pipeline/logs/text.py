@@ -68,6 +68,12 @@ class LogText:
             if cells := self.dialect.cells(line):
                 yield number, cells
 
+    @property
+    def is_rewritten(self) -> bool:
+        """Whether NumPy gets rows of tabs instead: dates, and commas of both kinds in one file."""
+        return self.dated is not None or (
+            self.dialect.decimal_comma and self.dialect.delimiter == ",")
+
     def place(self, row: int) -> str:
         """File and line, from 1, of a row of the table."""
         return f"{self.path}:{next(line for i, (line, _) in enumerate(self.rows()) if i == row)}"
@@ -142,14 +148,14 @@ def numbers_of(text: LogText) -> FloatArray:
     wanted = [i for i, name in enumerate(text.names) if name != SKIP]
     all_wanted = len(wanted) == len(text.names)
     rows = _plain_rows(text)
-    delimiter = "\t" if text.dated is not None else text.dialect.delimiter
+    delimiter = "\t" if text.is_rewritten else text.dialect.delimiter
     try:
         # With usecols NumPy no longer minds ragged rows: these are counted here.
         if not all_wanted and any(len(cells) != len(text.names) for _, cells in text.rows()):
             raise ValueError("ragged rows")
         table = np.loadtxt(rows, delimiter=delimiter, ndmin=2,
                            usecols=None if all_wanted else wanted,
-                           quotechar='"' if '"' in text.lines[text.first] else None)
+                           quotechar='"' if '"' in rows[0] else None)
         if table.shape[1] != len(wanted):
             raise ValueError("ragged rows")
     except ValueError as error:
@@ -168,6 +174,8 @@ def _plain_rows(text: LogText) -> list[str]:
         return _dated_rows(text, text.dated)
     if not text.dialect.decimal_comma:
         return rows
+    if text.is_rewritten:
+        return ["\t".join(map(text.dialect.as_point, cells)) for _, cells in text.rows()]
     shown = [cell for _, cells in text.rows() for cell in cells]
     if may_be_thousands(shown):
         raise UnreadableInput(

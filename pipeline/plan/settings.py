@@ -16,8 +16,8 @@ from pipeline.config.load import Config
 from pipeline.config.schema import KnownRateSection, PosesSection, VideoRateSection
 from pipeline.config.sensor import sensor_specs
 from pipeline.formatting import RPM
-from pipeline.logs.join import join_logs
-from pipeline.stages.poses import still_search
+from pipeline.stages.pose_means import read_pose_means
+from pipeline.stages.poses import long_logs, still_search
 from pipeline.stages.session_logs import read_logs
 
 USUAL_RATE_RAD_S = 100 / 3 * RPM  #: the speed that every record player has
@@ -65,7 +65,8 @@ def _read_setting(config: Config, poses: PosesSection, name: str) -> PlannedSett
         rate = (stated.nominal_rpm or math.nan) * RPM
         relative = stated.timebase.relative_sd
     specs = sensor_specs(config.sensor)
-    means, unusable = [], []
+    means = read_pose_means(poses, config.source.path.parent, specs) if poses.means else []
+    unusable = []
     usual = USUAL_RATE_RAD_S if math.isnan(rate) else rate
     for log in _logs(config, poses, usual):
         if math.isnan(rate):
@@ -86,10 +87,10 @@ def _read_setting(config: Config, poses: PosesSection, name: str) -> PlannedSett
 
 def _logs(config: Config, poses: PosesSection, rate_rad_s: float) -> Iterator[ImuLog]:
     folder = config.source.path.parent
-    if poses.log:
-        log, specs = join_logs(read_logs(poses, poses.log, folder)), sensor_specs(config.sensor)
+    specs = sensor_specs(config.sensor)
+    for log in long_logs(poses, folder):
         yield from find_still(log, *specs, rate_rad_s, still_search(poses.still)).logs
-    yield from read_logs(poses, poses.files, folder)
+    yield from read_logs(poses, poses.files, folder, clock_needed=rate_rad_s != 0)
 
 
 def _felt_rate(log: ImuLog, spec: TriadSpec | None) -> float:

@@ -1,24 +1,27 @@
 """Where the model fails, axis by axis: partial residuals of the effects worth showing."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from calib.diagnosis.constants import CONSTANTS
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import Effect
 from pipeline.formatting import count, with_sd
-from pipeline.report.partial_residuals import Panel, panels
+from pipeline.report.partial_residuals import REFERENCE, Panel, panels
 from pipeline.report.refit_data import best_shape
-from pipeline.report.svg import Chart, Figure, across, nice_limit, upward
+from pipeline.report.svg import PLAIN, SMALL, Canvas, Chart, Figure, across, nice_limit, upward
 from pipeline.stages.triads import TriadResult
 
 MOST_COLUMNS = 6  #: logged columns with panels
-ATTITUDE = "g_sensitivity"  #: what shows an error of a gyroscope that follows its attitude
 TIME = "bias_drift"  #: what shows a bias that follows time
+#: What shows an error of each triad that follows its attitude, and one that follows the plate.
+ATTITUDE = {"gyroscope": "g_sensitivity", "accelerometer": "quadratic"}
+PLATE = "direction_dependent_rate"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class AxisCharts:
     """The panels of one effect; ``leads`` for those that the verdict names or the model holds.
 
@@ -30,26 +33,45 @@ class AxisCharts:
     physics: str
     leads: bool
     caption: str
-    figures: tuple[Figure, ...]
+    panels: tuple[Panel, ...]
+    in_model: bool
+
+    @property
+    def figures(self) -> tuple[Figure, ...]:
+        """A small chart for every panel, all with one y axis."""
+        limit = nice_limit(max(_reach(panel) for panel in self.panels))
+        return tuple(panel_figure(self.effect, panel, limit) for panel in self.panels)
 
 
-def axis_charts(result: TriadResult) -> tuple[AxisCharts, ...]:
-    """The panels of every effect worth showing: the verdict's first, then the covariates'."""
-    fit = result.calibration.fit
+def axis_charts(
+    result: TriadResult, defined: Mapping[str, Effect] | None = None
+) -> tuple[AxisCharts, ...]:
+    """The panels of every effect worth showing: the verdict's first, then the covariates'.
+
+    ``defined`` are the user's own effects.
+    """
     leading = list(_leading(result))
     charts: list[AxisCharts] = []
     known: set[tuple[str, ...]] = set()  # a column and an effect of it have the same panels
-    for name in dict.fromkeys([*leading, *_covariates(result)]):
-        try:
-            effect = find_effect(name)
-        except UnknownEffect:  # a user's own effect is no entry of the catalogue
+    for name in dict.fromkeys([*leading, *_credible(result), *_covariates(result)]):
+        effect = _effect_named(name, defined or {})
+        if effect is None or result.triad not in effect.triads:
             continue
-        shown = panels(fit, effect, _shape(result, effect))
-        drawn = tuple(f"{p.axis} {p.driver.label} {p.unit} {p.slope:.4g}" for p in shown)
+        shown = panels(result.calibration.fit, effect, _shape(result, effect))
+        drawn = tuple(f"{p.axis} {p.against} {p.per} {p.slope:.4g}" for p in shown)
         if shown and drawn not in known:
             known.add(drawn)
-            charts.append(_charts(effect, shown, name in leading))
+            charts.append(_charts(result, effect, shown, name in leading))
     return tuple(charts)
+
+
+def _effect_named(name: str, defined: Mapping[str, Effect]) -> Effect | None:
+    if name in defined:
+        return defined[name]
+    try:
+        return find_effect(name)
+    except UnknownEffect:  # a hypothesis without columns: a step, a bad pose
+        return None
 
 
 def _leading(result: TriadResult) -> Iterator[str]:
@@ -57,18 +79,26 @@ def _leading(result: TriadResult) -> Iterator[str]:
     diagnosis = result.diagnosis
     if diagnosis.verdict in ("effect", "ambiguous"):
         listed = {c.name for c in diagnosis.ranking if c.kind == "listed"}
-        yield from (name for name in (*diagnosis.group, diagnosis.partner) if name in listed)
-    if diagnosis.verdict == "unknown" and diagnosis.name in result.calibration.fit.poses.columns:
-        yield f"column:{diagnosis.name}"
-    yield from (e.name for e in result.calibration.fit.model.effects if e.acts_on == "sensor")
+        yield from (name for name in (*diagnosis.names, *diagnosis.group) if name in listed)
+    if diagnosis.verdict == "unknown":
+        if diagnosis.name in result.calibration.fit.poses.columns:
+            yield f"column:{diagnosis.name}"
+        elif diagnosis.name in ("jump", "time_s"):
+            yield TIME
+    yield from (e.name for e in result.calibration.fit.model.effects if e.acts_on != "reading")
+
+
+def _credible(result: TriadResult) -> Iterator[str]:
+    """The effects that the diagnosis offers beside its verdict."""
+    yield from (c.name for c in result.diagnosis.ranking
+                if c.kind == "listed" and c.probability >= CONSTANTS.least_offered)
 
 
 def _covariates(result: TriadResult) -> Iterator[str]:
-    """A bias against every covariate that varies: time, the logged columns, the attitude."""
+    """An error against every covariate that varies: time, the logged columns, attitude, plate."""
     poses = result.calibration.fit.poses
-    shown = [TIME, *(f"column:{name}" for name in list(poses.columns)[:MOST_COLUMNS])]
-    if result.triad == "gyroscope":
-        shown.append(ATTITUDE)
+    shown = [TIME, *(f"column:{name}" for name in list(poses.columns)[:MOST_COLUMNS]),
+             ATTITUDE[result.triad], PLATE]
     unseen = {*result.diagnosis.blind, *result.diagnosis.unavailable}
     yield from (name for name in shown if name not in unseen)
 
@@ -80,28 +110,45 @@ def _shape(result: TriadResult, effect: Effect) -> float | None:
     return best_shape(fit, fit.model + effect, effect)
 
 
-def _charts(effect: Effect, shown: tuple[Panel, ...], leads: bool) -> AxisCharts:
-    reach = max(float(np.abs(np.concatenate([p.before, p.after])).max() + p.sd.max())
-                for p in shown)
-    limit = nice_limit(reach)
+def _charts(
+    result: TriadResult, effect: Effect, shown: tuple[Panel, ...], leads: bool
+) -> AxisCharts:
     before, after = (np.concatenate([values / p.sd for p, values in zip(shown, each, strict=True)])
                      for each in ([p.before for p in shown], [p.after for p in shown]))
     caption = (
-        f"RMS in sds: {np.sqrt(np.mean(before**2)):.3g} without {effect.name} (dots), "
-        f"{np.sqrt(np.mean(after**2)):.3g} with it (squares)."
+        f"RMS in sds: {np.sqrt(np.mean(before**2)):.3g} without {effect.name}, "
+        f"{np.sqrt(np.mean(after**2)):.3g} with it."
     )
-    figures = tuple(_figure(effect.name, panel, limit) for panel in shown)
-    against = ", ".join(dict.fromkeys(p.driver.label for p in shown))
-    return AxisCharts(effect.name, against, effect.physics, leads, caption, figures)
+    in_model = effect.name in result.calibration.fit.model.names
+    return AxisCharts(effect.name, ", ".join(dict.fromkeys(p.against for p in shown)),
+                      effect.physics, leads, caption, shown, in_model)
 
 
-def _figure(name: str, panel: Panel, limit: float) -> Figure:
-    driver = panel.driver
-    x_title = f"{driver.label} [{driver.unit}]" if driver.unit else driver.label
-    what = "scale error" if panel.unit == "ppm" else "error"
-    chart = Chart(across(panel.x), upward(-limit, limit), x_title,
-                  f"{what} of axis {panel.axis} [{panel.unit}]")
-    chart.axes()
+def _reach(panel: Panel) -> float:
+    dots = np.abs(np.concatenate([panel.before, panel.after])).max() + panel.sd.max()
+    return float(max(dots, np.abs(panel.curve[1]).max()))
+
+
+def lead_panel(charts: tuple[AxisCharts, ...]) -> Figure | None:
+    """The panel of the verdict's effect that shows most, large; None where none leads."""
+    if not charts or not charts[0].leads:
+        return None
+    panel = max(charts[0].panels, key=lambda each: each.significance)
+    figure = panel_figure(charts[0].effect, panel, nice_limit(_reach(panel)), PLAIN)
+    return replace(figure, title=_sentence(panel) or figure.title)
+
+
+def panel_figure(name: str, panel: Panel, limit: float, canvas: Canvas = SMALL) -> Figure:
+    """One panel as a chart with a y axis from -limit to limit."""
+    of_reference = panel.axis == REFERENCE
+    what = ("error of the reference" if of_reference else
+            f"{'scale error' if panel.unit == 'ppm' else 'error'} of axis {panel.axis}")
+    x_title = f"{panel.against} [{panel.per}]" if panel.per else panel.against
+    chart = Chart(across(panel.x, canvas), upward(-limit, limit, canvas=canvas), x_title,
+                  f"{what} [{panel.unit}]", canvas)
+    chart.axes(list(panel.ticks) or None)
+    noise = float(np.median(panel.sd))
+    chart.stripe(-noise, noise)
     chart.level(0.0)
     for x, y, sd in zip(panel.x, panel.before, panel.sd, strict=True):
         chart.bar(x, max(y - sd, -limit), min(y + sd, limit), "error-bar")
@@ -109,12 +156,30 @@ def _figure(name: str, panel: Panel, limit: float) -> Figure:
     for x, y, other in zip(panel.x, panel.before, panel.after, strict=True):
         chart.mark(x, y, 0, "mark before")
         chart.mark(x, other, 1, "mark after")
+    title = _title(panel)
+    alternative = f"{what.capitalize()} against {panel.against}: {title}."
+    return Figure(title, chart.svg(f"{name}. {alternative}"), "", "")
+
+
+def _sentence(panel: Panel) -> str:
+    """What the panel shows in words; empty where its curve has no slope."""
+    if not np.isfinite(panel.slope) or panel.axis == REFERENCE:
+        return ""
+    value = with_sd(panel.slope, panel.slope_sd).replace("-", "−")
+    what = "The scale of axis" if panel.unit == "ppm" else "Axis"
+    return (f"{what} {panel.axis} errs by {value} {panel.unit} per {panel.per or 'unit'} of "
+            f"{panel.against}")
+
+
+def _title(panel: Panel) -> str:
+    """What the panel shows, as a sentence: "Axis x: 0.1217 ± 0.0029 °/s per g"."""
     if np.isfinite(panel.slope):
-        per = driver.unit or f"unit of {driver.label}"
+        per = panel.per or "unit"
         text = f"{with_sd(panel.slope, panel.slope_sd)} {panel.unit} per {per}"
     else:
-        text = f"a curve over {count(len(panel.x), 'pose')}"
+        span = float(np.ptp(panel.curve[1]))
+        text = f"{span:.3g} {panel.unit} over {count(len(panel.x), 'pose')}"
+    if panel.axis == REFERENCE:
+        return f"Reference: {text}".replace("-", "−")
     axis = panel.axis if panel.parameter == panel.axis else f"{panel.axis} ({panel.parameter})"
-    title = f"Axis {axis}: {text}".replace("-", "−")
-    alternative = f"{what.capitalize()} of axis {panel.axis} against {driver.label}: {text}."
-    return Figure(title, chart.svg(f"{name}. {alternative}"), "", "")
+    return f"Axis {axis}: {text}".replace("-", "−")

@@ -12,7 +12,7 @@ from html import escape
 import numpy as np
 
 from calib.poses.imu_log import FloatArray
-from pipeline.report.svg import WIDTH, drawing, pixel, tick_text
+from pipeline.report.svg import PLAIN, Canvas, drawing, pixel, tick_text
 from pipeline.results.json_values import Json
 
 LEFT, RIGHT = 44.0, 4.0
@@ -85,7 +85,7 @@ def fingerprint_svg(shape: Fingerprint, name: str, payload: Json, runs: Sequence
     poses = np.array(payload["row_pose"])
     order = np.argsort(poses, kind="stable")
     reach = max(REACH, float(np.abs([shape.measured, shape.pattern]).max()))
-    step = (WIDTH - LEFT - RIGHT) / len(order)
+    step = (PLAIN.width - LEFT - RIGHT) / len(order)
     parts: list[str] = []
     strips = (("measured residual [sd]", shape.measured, "measured"),
               (f"fingerprint of {name} [sd]", shape.pattern, "pattern"))
@@ -101,13 +101,14 @@ def fingerprint_svg(shape: Fingerprint, name: str, payload: Json, runs: Sequence
     bottom = TOP + 2 * STRIP + GAP
     names, lines = _runs([runs[k] for k in poses[order]], step, bottom)
     words = f"Measured residual and fingerprint of {name}, in sds, pose by pose."
-    return drawing([*parts, *names], words, bottom + lines * FOOT, ' class="fingerprint"')
+    canvas = Canvas(PLAIN.width, bottom + lines * FOOT, LEFT, 0.0, "chart fingerprint")
+    return drawing([*parts, *names], words, canvas)
 
 
 def _strip(title: str, middle: float, reach: float) -> list[str]:
     """Title, noise band, zero line and numbers of one strip."""
     half, noise = STRIP / 2, NOISE / reach * STRIP / 2
-    right = WIDTH - RIGHT
+    right = PLAIN.width - RIGHT
     return [
         f'<text class="title" x="{LEFT:g}" y="{pixel(middle - half - 5)}">{escape(title)}</text>',
         f'<rect class="stripe" x="{LEFT:g}" y="{pixel(middle - noise)}" '

@@ -1,23 +1,26 @@
-"""The staircase: the errors of every model in the history."""
+"""The staircase: the errors of every model in the history, its steps named by effect."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import groupby, pairwise
 
 import numpy as np
 
 from pipeline.formatting import DISPLAY, count, short_model
-from pipeline.report.svg import LEFT, RIGHT, WIDTH, Chart, Figure, Scale, upward
+from pipeline.report.svg import Chart, Figure, rightward, upward
 from pipeline.results.history import Step, TriadStep
 
 MOST_STEPS = 12  #: the last ones are shown
+NAMED_STEPS = 4  #: so many names have room under the axis; more steps are numbered
+LONGEST_NAME = {2: 22, 3: 15, 4: 12}  #: characters of a step's name, by the number of steps
 
 
 @dataclass(frozen=True)
 class Stair:
-    """One step as the page lists it: number, model, errors, verdict."""
+    """One step as the page lists it: number, what it changed, model, errors, verdict."""
 
     number: int
+    change: str
     model: str
     rms: str
     loo: str
@@ -40,22 +43,38 @@ def staircase(triad: str, steps: Sequence[Step]) -> Staircase:
     steps_of_triad = [step.triads[triad] for step in steps if triad in step.triads]
     kept = [step for step, _ in groupby(steps_of_triad)][-MOST_STEPS:]
     unit, factor = DISPLAY[triad]
+    changes = step_names(kept)
     stairs = tuple(
         Stair(
-            i, short_model(step.model), f"{step.residual_rms * factor:.4g}",
+            i, change, short_model(step.model), f"{step.residual_rms * factor:.4g}",
             f"{step.loo_rms * factor:.4g}", f"{step.chi2 / step.dof:.3g}",
             step.verdict.replace("_", " "),
         )
-        for i, step in enumerate(kept, 1)
+        for i, (step, change) in enumerate(zip(kept, changes, strict=True), 1)
     )
     figures = (_errors(kept, unit, factor), _chi2(kept)) if len(kept) > 1 else ()
     return Staircase(triad, unit, stairs, figures)
 
 
+def step_names(kept: Sequence[TriadStep]) -> list[str]:
+    """What every step changed: the effects it added (+) and removed (−).
+
+    >>> a = TriadStep(("bias", "scale"), 1.0, 1.0, 1.0, 1, "effect")
+    >>> step_names([a, TriadStep(("bias", "scale", "cubic"), 1.0, 1.0, 1.0, 1, "effect"), a])
+    ['bias scale', '+ cubic', '− cubic']
+    """
+    names = [short_model(kept[0].model)] if kept else []
+    for before, after in pairwise(kept):
+        words = [f"+ {name}" for name in after.model if name not in before.model]
+        words += [f"− {name}" for name in before.model if name not in after.model]
+        names.append(", ".join(words) or "run again")
+    return names
+
+
 def _errors(kept: Sequence[TriadStep], unit: str, factor: float) -> Figure:
     rms = np.array([step.residual_rms * factor for step in kept])
     loo = np.array([step.loo_rms * factor for step in kept])
-    chart = _stairs_chart(np.concatenate([rms, loo]), len(kept), f"error [{unit}]")
+    chart = _stairs_chart(np.concatenate([rms, loo]), kept, f"error [{unit}]")
     _draw(chart, loo, "loo", 1)
     _draw(chart, rms, "rms", 0)
     caption = (
@@ -72,7 +91,7 @@ def _errors(kept: Sequence[TriadStep], unit: str, factor: float) -> Figure:
 
 def _chi2(kept: Sequence[TriadStep]) -> Figure:
     values = np.array([step.chi2 / step.dof for step in kept])
-    chart = _stairs_chart(np.append(values, 1.0), len(kept), "chi²/dof")
+    chart = _stairs_chart(np.append(values, 1.0), kept, "chi²/dof")
     chart.level(1.0, "diagonal")
     _draw(chart, values, "rms", 0)
     caption = f"chi²/dof changed from {values[0]:.3g} to {values[-1]:.3g}; the dashed line is 1."
@@ -83,15 +102,23 @@ def _chi2(kept: Sequence[TriadStep]) -> Figure:
     )
 
 
-def _stairs_chart(values: np.ndarray, steps: int, y_title: str) -> Chart:
+def _stairs_chart(values: np.ndarray, kept: Sequence[TriadStep], y_title: str) -> Chart:
     positive = values[values > 0]
     low, high = float(positive.min()), float(positive.max())
+    named = len(kept) <= NAMED_STEPS
     chart = Chart(
-        Scale(0.5, steps + 0.5, LEFT, WIDTH - RIGHT),
-        upward(low / 1.6, high * 1.6, logarithmic=True), "step", y_title,
+        rightward(0.5, len(kept) + 0.5),
+        upward(low / 1.6, high * 1.6, logarithmic=True), "" if named else "step", y_title,
     )
-    chart.axes([(i, str(i)) for i in range(1, steps + 1)])
+    names = step_names(kept)
+    longest = LONGEST_NAME.get(len(kept), 0)
+    chart.axes([(i, _shortened(name, longest) if named else str(i))
+                for i, name in enumerate(names, 1)])
     return chart
+
+
+def _shortened(name: str, longest: int) -> str:
+    return name if len(name) <= longest else f"{name[: longest - 1]}…"
 
 
 def _draw(chart: Chart, values: np.ndarray, kind: str, shape: int) -> None:

@@ -19,10 +19,10 @@ def outputs_of(outcome: Outcome, folder: Path) -> dict[str, str]:
         The history there is damaged.
     """
     results = results_of(outcome)
-    history = read_history(folder)
+    history, now = read_history(folder), datetime.now().astimezone()
     if outcome.triads:
-        history = with_step(history, results, datetime.now().astimezone())
+        history = with_step(history, results, now)
     texts = {RESULTS_NAME: results_text(results)}
     if outcome.triads:
         texts[HISTORY_NAME] = history_text(history)
-    return texts | {REPORT_NAME: report_html(outcome, history, folder)}
+    return texts | {REPORT_NAME: report_html(outcome, history, folder, now)}

@@ -3,15 +3,20 @@
 import json
 import shlex
 from collections.abc import Sequence
+from datetime import datetime
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from pipeline.console.answers import RATES, Answer, answers_of, headline
 from pipeline.console.mounting_text import mounting_text
 from pipeline.console.run_text import triad_figures
+from pipeline.names import DISTRIBUTION
 from pipeline.report.added_variable import added_variable_figure
-from pipeline.report.axis_charts import axis_charts
+from pipeline.report.axis_charts import axis_charts, lead_panel
+from pipeline.report.candidate_table import RANKED, candidate_rows, limit_rows
 from pipeline.report.effect_cards import effect_cards
 from pipeline.report.glossary import TERMS, with_terms
 from pipeline.report.history_chart import staircase
@@ -21,21 +26,26 @@ from pipeline.report.pose_charts import (
     residual_figure,
     run_legend,
 )
+from pipeline.report.pose_sphere import how_to_exclude, pose_rows, sphere_json
 from pipeline.report.rate_charts import rate_view
 from pipeline.report.refit_data import constants_json, refit_json
-from pipeline.report.summary import Answer, answer_for, overall_verdict
 from pipeline.report.tables import budget_rows, parameter_groups
 from pipeline.results.history import Step
 from pipeline.results.json_values import Json
+from pipeline.results.write import config_sha256
 from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.stages.user_effects import user_effects
 
 TEMPLATE_NAME = "report.html"
+HASH_DIGITS = 12  #: of the configuration's SHA-256, as the head of the page shows it
 
 
-def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None = None) -> str:
+def report_html(
+    outcome: Outcome, history: Sequence[Step], folder: Path | None = None,
+    when: datetime | None = None,
+) -> str:
     """The whole page.
 
     Parameters
@@ -46,6 +56,8 @@ def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None =
         Every run so far, this one included.
     folder : Path, optional
         Folder of the results, for the commands on the page; by default that of the configuration.
+    when : datetime, optional
+        Local time of the run, for the head of the page. Nothing else on the page depends on it.
     """
     environment = Environment(
         loader=PackageLoader("pipeline.report", "templates"),
@@ -59,42 +71,85 @@ def report_html(outcome: Outcome, history: Sequence[Step], folder: Path | None =
     where = str(folder or outcome.config.output_folder)
     config = shlex.quote(str(outcome.config.source.path))
     rates = [rate_view(rate, config) for rate in outcome.rates.values()]
-    answers = [answer_for(result, outcome, where) for result in outcome.triads]
-    views = [
-        _triad_view(outcome, result, answer, history, drawings)
-        for result, answer in zip(outcome.triads, answers, strict=True)
-    ]
+    unfolded = next((rate.name for rate in rates if not rate.verdict.complete), None)
+    answers = answers_of(outcome, where)
+    views: dict[str, dict[str, Any]] = {
+        result.triad: _triad_view(outcome, result, history, drawings)
+        for result in outcome.triads}
+    order = [answer.subject for answer in answers if answer.subject != RATES]
     return environment.get_template(TEMPLATE_NAME).render(
         title=outcome.config.title or outcome.config.source.path.stem,
-        sensor=outcome.config.sensor.name,
-        config=str(outcome.config.source.path),
-        verdict=overall_verdict(answers, rates),
+        title_css=css_text(outcome.config.title or outcome.config.source.path.stem),
+        head=head_lines(outcome, when),
+        verdict=headline(answers),
+        answers=[_answer_view(answer, views) for answer in answers],
         rates=rates,
+        unfolded=unfolded,
         glossary=TERMS,
-        triads=views,
+        ranked=RANKED,
+        triads=[views[triad] for triad in order],
         warnings=outcome.warnings,
         installation=_installation_view(outcome),
         payload=_script_json({
             "config": config,
             "constants": constants_json(),
-            "triads": [view["payload"] for view in views],
+            "triads": [views[triad]["payload"] for triad in order],
+            "rates": [rate.terms for rate in rates if rate.terms],
         }),
     )
 
 
+def head_lines(outcome: Outcome, when: datetime | None) -> tuple[tuple[str, str], ...]:
+    """What identifies the page in a drawer: names and values."""
+    lines = [("sensor", outcome.config.sensor.name)]
+    if when is not None:
+        lines.append(("calibrated", f"{when:%Y-%m-%d %H:%M}"))
+    lines += [
+        ("configuration", str(outcome.config.source.path)),
+        ("SHA-256", config_sha256(outcome)[:HASH_DIGITS]),
+        ("program", f"pipeline {_version()}"),
+    ]
+    return tuple((name, value) for name, value in lines if value)
+
+
+def _version() -> str:
+    try:
+        return version(DISTRIBUTION)
+    except PackageNotFoundError:
+        return "(not installed)"
+
+
+def css_text(text: str) -> str:
+    """``text`` inside a CSS string: all but letters and digits as escapes.
+
+    >>> css_text('a"b')
+    'a\\\\22 b'
+    """
+    return "".join(c if c.isalnum() and c.isascii() else f"\\{ord(c):x} " for c in text)
+
+
+def _answer_view(answer: Answer, views: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """An answer with its picture: what the missing effect does, or the residuals."""
+    view = views.get(answer.subject)
+    picture = view and answer.standing != "good" and (view["lead"] or view["residual"])
+    return {"of": answer, "picture": picture or None, "effect": view and view["lead_effect"],
+            "anchor": answer.subject if view else "rates"}
+
+
 def _triad_view(
-    outcome: Outcome, result: TriadResult, answer: Answer, history: Sequence[Step],
-    drawings: Sequence[str],
+    outcome: Outcome, result: TriadResult, history: Sequence[Step], drawings: Sequence[str]
 ) -> dict[str, Any]:
     """What the page shows of one triad."""
     # Python code among them has run before in this run, or there would be no outcome.
     defined = user_effects(outcome.config, result.triad, allow_python=True)
-    payload = refit_json(result, defined)
+    payload = refit_json(result, defined) | {"poses": sphere_json(outcome, result)}
     certificate = compare_with_certificate(outcome.config, result)
     calibration = result.calibration
+    axes = axis_charts(result, defined)
+    lead = lead_panel(axes)
     return {
         "name": result.triad,
-        "answer": answer,
+        "is_good": result.diagnosis.verdict == "nothing_missing",
         "line": triad_figures(result),
         "text": result.diagnosis.text,
         "model": ", ".join(calibration.fit.model.names),
@@ -108,11 +163,18 @@ def _triad_view(
         "cards": effect_cards(result, payload, defined, drawings),
         "residual": residual_figure(result),
         "legend": run_legend(result),
-        "axes": axis_charts(result),
+        "axes": axes,
+        "lead": lead,
+        "lead_effect": axes[0].effect if lead else "",
         "covariates": tuple(covariate_figures(result)),
         "coverage": coverage_figure(result),
+        "pose_rows": pose_rows(result),
+        "exclude": how_to_exclude(outcome, result),
         "added": added_variable_figure(result, payload),
         "staircase": staircase(result.triad, history),
+        "candidates": candidate_rows(result),
+        "limits": tuple(limit_rows(result)),
+        "blind": result.diagnosis.blind,
     }
 
 

@@ -10,8 +10,9 @@ effect,
     error of axis a in pose p      Σ h after / Σ h² + θ_j E_aj,    sd  1 / sqrt(Σ h²)
 
 the sums over the rows of the pose (Cook & Weisberg, Residuals and Influence in Regression, 1982,
-2.3). What drives E_aj is asked of the effect itself: the one condition whose change changes it. An
-effect proportional to the reading of its axis is shown as a change of scale.
+2.3). An effect proportional to the reading of its axis is shown as a change of scale; an effect on
+the reference as a relative error of the reference, pose by pose; :mod:`pipeline.report.drivers`
+says against what.
 """
 
 from collections.abc import Iterator
@@ -21,63 +22,40 @@ from typing import Any
 import numpy as np
 from scipy.special import fdtrc
 
-from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.effects.effect import Effect
+from calib.errors import Undetermined
 from calib.fit.identifiability import VISIBLE_SHARE
 from calib.fit.result import MISFIT_P_VALUE, Fit
 from calib.fit.sensitive_axes import ALIGNED
-from calib.poses.conditions import Conditions
+from calib.poses.conditions import FIELDS, Conditions
 from calib.poses.imu_log import AXES, FloatArray, IntArray
-from pipeline.formatting import DISPLAY, RPM
+from pipeline.formatting import DISPLAY
+from pipeline.report.drivers import NOTHING, Driver, driver_of
 
 PPM = 1e6
 GRID = 60  #: points of a drawn curve
-SHIFT = 0.37  #: of the range of a condition, to see whether an effect depends on it
 POOREST = 2.5  #: times the best sd of an axis: poses that say less about it are not shown
 FEWEST = 4  #: poses of a panel: fewer show no shape
-NOTHING = 1e-9  #: relative change that is rounding
+REFERENCE = "reference"  #: in the place of an axis
+NEVER = 1e-12  #: relative: columns of an axis below this are rounding
 
-
-@dataclass(frozen=True, eq=False)
-class Driver:
-    """A scalar condition of the poses: its label with unit, and display units per unit.
-
-    ``field`` is a logged column or a field of :class:`Conditions`."""
-
-    label: str
-    unit: str
-    factor: float
-    field: str
-    part: int | None = None  #: component of a vector
-
-    def of(self, at: Conditions) -> FloatArray:
-        """Its value in every pose, (n,)."""
-        values = at.columns[self.field] if self.field in at.columns else getattr(at, self.field)
-        return np.asarray(values if self.part is None else values[:, self.part])
-
-    def changed(self, at: Conditions, value: FloatArray) -> Conditions:
-        """The same conditions with ``value`` (n,) for this one."""
-        if self.field in at.columns:
-            return replace(at, columns={**at.columns, self.field: value})
-        whole: FloatArray = value
-        if self.part is not None:
-            whole = np.array(getattr(at, self.field))
-            whole[:, self.part] = value
-        changes: dict[str, Any] = {self.field: whole}
-        return replace(at, **changes)
+Rows = tuple[FloatArray, FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """One axis against one driver, in display units.
+    """One axis, or the reference, against what drives the effect, in display units.
 
-    ``x``, ``before``, ``after``, ``sd`` (m,), ``pose`` (m,) their poses; ``curve`` (2, g) what the
-    effect explains; ``slope`` and ``slope_sd`` per unit of the driver, NaN where the curve bends.
+    ``against`` and ``per`` are words and unit of the driver. ``x``, ``before``, ``after``, ``sd``
+    (m,), ``pose`` (m,) their poses; ``curve`` (2, g) what the effect explains; ``slope`` and
+    ``slope_sd`` per unit of the driver, NaN where the curve bends. ``ticks`` are the names of the
+    runs where x is the number of the pose.
     """
 
     axis: str
     parameter: str
-    driver: Driver
+    against: str
+    per: str
     unit: str
     x: FloatArray
     before: FloatArray
@@ -87,37 +65,49 @@ class Panel:
     curve: FloatArray
     slope: float
     slope_sd: float
+    ticks: tuple[tuple[float, str], ...] = ()
+
+    @property
+    def significance(self) -> float:
+        """Span of what the effect explains, in sds of a dot."""
+        return float(np.ptp(self.curve[1]) / np.median(self.sd))
 
 
-def drivers(triad: str, at: Conditions) -> Iterator[Driver]:
-    """Every scalar condition that these poses know."""
-    unit, size = (("g", 1 / STANDARD_GRAVITY_M_S2) if triad == "accelerometer"
-                  else ("°/s", DISPLAY[triad][1]))
-    felt = "specific force along" if triad == "accelerometer" else "rate about"
-    yield Driver("time since the session began", "min", 1 / 60, "time_s")
-    yield Driver("rate of the plate", "rpm", 1 / RPM, "spin_rad_s")
-    for name in at.columns:
-        temperature = name == "temperature_c"
-        yield Driver("temperature" if temperature else name, "°C" if temperature else "",
-                     1.0, name)
-    for k, axis in enumerate(AXES):
-        yield Driver(f"{felt} {axis}", unit, size, "vector", k)
-        yield Driver(f"{felt} {axis} in the pose before", unit, size, "previous", k)
-        yield Driver(f"specific force along {axis}", "g", 1 / STANDARD_GRAVITY_M_S2, "force", k)
+@dataclass(frozen=True, eq=False)
+class _Parameter:
+    """Parameter j on axis a: its columns in the poses, its value and sd, SI."""
+
+    effect: Effect
+    shape: float | None
+    at: Conditions
+    a: int
+    j: int
+    theta: float
+    theta_sd: float
+
+    @property
+    def name(self) -> str:
+        return self.effect.parameters[self.j]
+
+    def column(self, at: Conditions) -> FloatArray:
+        """Error of the axis per unit of the parameter, SI (n,)."""
+        return np.asarray(self.effect.evaluate(at, self.shape)[:, self.a, self.j])
 
 
 def panels(fit: Fit, effect: Effect, shape: float | None = None) -> tuple[Panel, ...]:
-    """A panel for every parameter of ``effect`` that acts on one axis and has one driver.
+    """A panel for every parameter of ``effect``; none where these poses do not determine it.
 
     Parameters
     ----------
     fit : Fit
         With or without ``effect`` in its model.
     effect : Effect
-        Acting on the sensor; one that acts on the reference has no axis, and no panel.
+        Acting on the sensor or on the reference.
     shape : float, optional
         Value of its shape parameter; by default the fitted one, else the first start.
     """
+    if effect.acts_on == "reference":
+        return tuple(_reference_panels(fit, effect, shape))
     if effect.acts_on != "sensor":
         return ()
     equations, s = fit.equations, fit.rows.vector
@@ -127,25 +117,33 @@ def panels(fit: Fit, effect: Effect, shape: float | None = None) -> tuple[Panel,
     at = replace(at, vector=axes.sensed(at.vector))
     value = fit.shapes.get(effect.name, shape)
     errors = effect.evaluate(at, value)
-    solved = _solved(fit, effect, equations.whitened(turn @ errors, s))
+    columns = equations.whitened(turn @ errors, s)
+    if (np.abs(columns).max(axis=0) <= NOTHING * np.abs(errors).max() / equations.typical_sd).any():
+        return ()  # the rows do not see it: what they show is rounding
+    solved = _solved(fit, effect, columns)
     if solved is None:
         return ()
     theta, theta_sd, after = solved
     sensitivity = equations.whitened(np.tile(turn, (len(s), 1, 1)), s)
     shown = []
-    for j, name in enumerate(effect.parameters):
-        acting = np.flatnonzero(np.abs(errors[:, :, j]).max(axis=0) > 0)
-        if len(acting) != 1:
+    for j in range(len(effect.parameters)):
+        strength = np.sqrt((errors[:, :, j] ** 2).mean(axis=0))
+        if not strength.max() > NEVER:
             continue
-        a = int(acting[0])
-        driven = _driver(fit.poses.triad, effect, value, at, a, j)
-        if driven is None:
-            continue
-        driver, is_scale = driven
-        rows = _per_pose(fit, sensitivity[:, a], after)
-        shown.append(_panel(fit, effect, value, at, (a, j, name), driver, is_scale, rows,
-                            (theta[j], theta_sd[j])))
+        a = int(strength.argmax())
+        parameter = _Parameter(effect, value, at, a, j, float(theta[j]), float(theta_sd[j]))
+        shown.append(_panel(fit, parameter, _per_pose(fit, sensitivity[:, a], after)))
     return tuple(panel for panel in shown if panel is not None)
+
+
+def _panel(fit: Fit, of: _Parameter, rows: Rows) -> Panel | None:
+    try:
+        driver, is_scale = driver_of(fit.poses.triad, of.effect, of.shape, of.at, of.a, of.j)
+        if driver is not None:
+            return _against_driver(fit, of, driver, is_scale, rows)
+    except Undetermined:  # a user's function fails at conditions that these poses do not have
+        pass
+    return _against_itself(fit, of, rows)
 
 
 def _solved(
@@ -184,82 +182,109 @@ def _solved(
     return theta / norm, sd / norm, remainder[:d] / np.maximum(root[:d], NOTHING)
 
 
-def _per_pose(
-    fit: Fit, h: FloatArray, after: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Error of one axis that is left in every pose, and its sd, SI (n,); infinite where unseen."""
+def _per_pose(fit: Fit, h: FloatArray, after: FloatArray) -> Rows:
+    """Error of one axis that remains in every pose, and its sd, SI (n,); infinite where unseen."""
     pose, n = fit.equations.row_pose, len(fit.poses)
     weight = np.bincount(pose, h**2, n)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.bincount(pose, h * after, n) / weight, 1 / np.sqrt(weight)
 
 
-def _driver(
-    triad: str, effect: Effect, shape: float | None, at: Conditions, a: int, j: int
-) -> tuple[Driver, bool] | None:
-    """The one condition that drives parameter j, and whether it acts on the scale of axis a."""
-    value = effect.evaluate(at, shape)[:, a, j]
-    size = float(np.abs(value).max())
-    known = [each for each in drivers(triad, at) if np.isfinite(each.of(at)).all()]
-    moving = []
-    for each in known:
-        now = each.of(at)
-        reach = np.ptp(now) or np.abs(now).max() or 1.0
-        with np.errstate(all="ignore"):  # a time before the session can be out of an effect's range
-            others = [effect.evaluate(each.changed(at, changed), shape)[:, a, j] - value
-                      for changed in (now + SHIFT * reach, -now)]
-        if not np.abs(others).max() <= NOTHING * size:
-            moving.append(each)
-    if len(moving) == 1:
-        return moving[0], False
-    scale = next((each for each in moving if (each.field, each.part) == ("vector", a)), None)
-    if len(moving) != 2 or scale is None:
-        return None
-    twice = effect.evaluate(scale.changed(at, 2 * scale.of(at)), shape)[:, a, j]
-    if np.abs(twice - 2 * value).max() > NOTHING * size:
-        return None
-    return next(each for each in moving if each is not scale), True
-
-
-def _panel(
-    fit: Fit, effect: Effect, shape: float | None, at: Conditions, which: tuple[int, int, str],
-    driver: Driver, is_scale: bool, rows: tuple[FloatArray, FloatArray],
-    size: tuple[float, float],
-) -> Panel | None:
-    """One panel; None where too few poses know the axis, or the driver does not vary in them."""
-    a, j, name = which
-    unit, factor = DISPLAY[fit.poses.triad]
-    error, sd = rows
-    per = at.vector[:, a] if is_scale else np.ones(len(sd))
-    unit, factor = ("ppm", PPM) if is_scale else (unit, factor)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share, sd = error / per, sd / np.abs(per)
-    x = driver.of(at)
+def _shown(x: FloatArray, sd: FloatArray) -> IntArray | None:
+    """Poses that know the axis well; None where too few do, or x does not vary in them."""
     best = float(np.min(sd, initial=np.inf))
     kept = np.flatnonzero(np.isfinite(sd) & (sd <= POOREST * best))
-    if len(kept) < FEWEST or np.ptp(x[kept]) == 0:
+    return None if len(kept) < FEWEST or np.ptp(x[kept]) == 0 else kept
+
+
+def _against_driver(
+    fit: Fit, of: _Parameter, driver: Driver, is_scale: bool, rows: Rows
+) -> Panel | None:
+    """The panel of a parameter that one condition drives."""
+    at = of.at
+    per = at.vector[:, of.a] if is_scale else np.ones(len(at))
+    unit, factor = ("ppm", PPM) if is_scale else DISPLAY[fit.poses.triad]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share, sd = rows[0] / per, rows[1] / np.abs(per)
+    x = driver.of(at)
+    kept = _shown(x, sd)
+    if kept is None:
         return None
 
     def explained(values: FloatArray) -> FloatArray:
         """What one unit of the parameter does at ``values`` of the driver, SI or relative."""
         first: dict[str, Any] = {key: np.repeat(getattr(at, key)[kept[:1]], len(values), axis=0)
-                 for key in ("vector", "magnitude", "force", "spin_rad_s", "time_s", "previous",
-                             "vibration")}
+                                 for key in ("vector", *FIELDS)}
         same = Conditions(**first, columns={key: np.repeat(column[kept[:1]], len(values))
                                             for key, column in at.columns.items()})
-        unit_error = effect.evaluate(driver.changed(same, values), shape)[:, a, j]
-        return np.asarray(unit_error / same.vector[:, a] if is_scale else unit_error)
+        error = of.column(driver.changed(same, values))
+        return np.asarray(error / same.vector[:, of.a] if is_scale else error)
 
     grid = np.linspace(x[kept].min(), x[kept].max(), GRID)
     mean = float(explained(x[kept]).mean())
     curve = explained(grid) - mean
-    change = curve[-1] - curve[0]
     straight = np.abs(np.diff(curve, 2)).max() <= 1e-6 * max(np.abs(curve).max(), 1e-300)
-    slope = factor * change / ((grid[-1] - grid[0]) * driver.factor) if straight else np.nan
+    change = (curve[-1] - curve[0]) / (grid[-1] - grid[0])
+    slope = factor * change / driver.factor if straight else np.nan
     after = share[kept] * factor
     return Panel(
-        AXES[a], name, driver, unit, x[kept] * driver.factor,
-        after + size[0] * factor * (explained(x[kept]) - mean), after, sd[kept] * factor, kept,
-        np.stack([grid * driver.factor, size[0] * factor * curve]),
-        size[0] * slope, size[1] * abs(slope),
+        AXES[of.a], of.name, driver.label, driver.unit, unit, x[kept] * driver.factor,
+        after + of.theta * factor * (explained(x[kept]) - mean), after, sd[kept] * factor, kept,
+        np.stack([grid * driver.factor, of.theta * factor * curve]),
+        of.theta * slope, of.theta_sd * abs(slope),
     )
+
+
+def _against_itself(fit: Fit, of: _Parameter, rows: Rows) -> Panel | None:
+    """The panel of a parameter that several conditions drive: against its own column."""
+    unit, factor = DISPLAY[fit.poses.triad]
+    x, (error, sd) = of.column(of.at), rows
+    kept = _shown(x, sd)
+    if kept is None:
+        return None
+    mean = float(x[kept].mean())
+    ends = np.array([x[kept].min(), x[kept].max()])
+    after = error[kept] * factor
+    words = of.effect.follows_words or of.effect.page.formula.rpartition("= ")[2]
+    words = words.replace("{axis}", AXES[of.a]).replace("{parameter}", of.name)
+    return Panel(
+        AXES[of.a], of.name, words, "", unit, x[kept],
+        after + of.theta * factor * (x[kept] - mean), after, sd[kept] * factor, kept,
+        np.stack([ends, of.theta * factor * (ends - mean)]),
+        of.theta * factor, of.theta_sd * factor,
+    )
+
+
+def _reference_panels(fit: Fit, effect: Effect, shape: float | None) -> Iterator[Panel]:
+    """The relative error of the reference in every pose, in the order of the runs."""
+    equations = fit.equations
+    at = equations.conditions(fit.rows.vector)
+    magnitude, n = fit.poses.reference.magnitude, len(fit.poses)
+    turning = equations.magnitude
+    if len(turning) < FEWEST:
+        return
+    weight = np.zeros((equations.data_count, 1))
+    weight[: len(turning), 0] = 1 / equations.magnitude_sd
+    columns = effect.evaluate(at, fit.shapes.get(effect.name, shape))
+    solved = _solved(fit, effect, weight * columns[equations.row_pose])
+    if solved is None:
+        return
+    theta, _, after = solved
+    error, sd = _per_pose(fit, weight[:, 0], after)
+    relative = PPM / magnitude[turning]
+    position = np.arange(n, dtype=float)[turning]
+    for j, name in enumerate(effect.parameters):
+        explained = columns[turning, j] * relative
+        remains = error[turning] * relative
+        yield Panel(
+            REFERENCE, name, "pose", "", "ppm", position, remains + theta[j] * explained, remains,
+            sd[turning] * relative, turning, np.stack([position, theta[j] * explained]),
+            np.nan, np.nan, tuple(_run_ticks(fit, turning)),
+        )
+
+
+def _run_ticks(fit: Fit, turning: IntArray) -> Iterator[tuple[float, str]]:
+    """The middle of every run, and its name."""
+    runs = np.array(fit.poses.run)[turning]
+    for run in dict.fromkeys(runs):
+        yield float(turning[runs == run].mean()), str(run)

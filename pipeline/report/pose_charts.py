@@ -12,12 +12,8 @@ from calib.poses.imu_log import FloatArray
 from pipeline.console.run_text import leading_covariate
 from pipeline.formatting import DISPLAY, count, with_sd
 from pipeline.report.svg import (
-    BOTTOM,
-    HEIGHT,
-    LEFT,
-    RIGHT,
     SHAPES,
-    WIDTH,
+    Canvas,
     Chart,
     Figure,
     Scale,
@@ -25,6 +21,7 @@ from pipeline.report.svg import (
     drawing,
     nice_limit,
     pixel,
+    rightward,
     tick_text,
     upward,
 )
@@ -33,7 +30,8 @@ from pipeline.stages.triads import TriadResult
 SHOWN_SD = 4.0  #: residual charts reach at least this many typical sds
 FRACTIONS = (-1.0, -0.5, 0.0, 0.5, 1.0)  #: of the limit of a residual chart, that have a number
 MOST_COLUMNS = 8  #: logged columns with a chart; those that explain most of the misfit first
-SPHERE_HEIGHT, SPHERE_RADIUS = 232.0, 88.0
+SPHERE = Canvas(400.0, 232.0, 0.0, 0.0, "chart sphere")
+SPHERE_RADIUS = 88.0
 SPHERE_CENTRES = (104.0, 296.0)
 RUN_COLOURS = 6  #: as many as the style sheet has
 FACES = 18  #: faces and edges, the first of the 26 natural directions
@@ -51,7 +49,7 @@ def residual_figure(result: TriadResult) -> Figure:
     poses = result.comparison.poses
     position = np.arange(len(poses), dtype=float)
     at_rest = result.calibration.fit.equations.is_null
-    chart = _residual_chart(result, Scale(-0.7, len(poses) - 0.3, LEFT, WIDTH - RIGHT), "pose")
+    chart = _residual_chart(result, rightward(-0.7, len(poses) - 0.3), "pose")
     runs = [pose.run for pose in poses]
     starts = [i for i, run in enumerate(runs) if i == 0 or runs[i - 1] != run]
     middles = [(a + b - 1) / 2 for a, b in zip(starts, [*starts[1:], len(runs)], strict=True)]
@@ -59,7 +57,8 @@ def residual_figure(result: TriadResult) -> Figure:
         chart.x_axis([(at, runs[i][:10]) for at, i in zip(middles, starts, strict=True)])
         for start in starts[1:]:
             at = pixel(chart.x(start - 0.5))
-            chart.parts.append(f'<path class="grid" d="M{at} 12V{HEIGHT - BOTTOM:g}"/>')
+            ends = f"{chart.y.end:g}V{chart.y.start:g}"
+            chart.parts.append(f'<path class="grid" d="M{at} {ends}"/>')
     else:
         every = max(1, len(poses) // 6)
         chart.x_axis([(i, str(i + 1)) for i in range(0, len(poses), every)])
@@ -139,21 +138,17 @@ def _residual_chart(result: TriadResult, x: Scale, x_title: str) -> Chart:
     unit, factor = DISPLAY[result.triad]
     limit = nice_limit(residual_limit(result) * factor)
     chart = Chart(x, upward(-limit / factor, limit / factor), x_title, f"residual [{unit}]")
-    for fraction in FRACTIONS:
-        chart.y_axis(
-            [(fraction * limit / factor, tick_text(fraction * limit))],
-            f' data-fraction="{fraction:g}"',
-        )
-    # Every number has added the title; one title is enough.
-    chart.parts = [p for p in chart.parts[:-1] if 'class="title"' not in p] + chart.parts[-1:]
+    chart.y_axis([(part * limit / factor, tick_text(part * limit)) for part in FRACTIONS],
+                 [f' data-fraction="{part:g}"' for part in FRACTIONS])
     chart.level(0.0)
     return chart
 
 
 def _figure(chart: Chart, title: str, caption: str, good: str, alternative: str = "") -> Figure:
     """``alternative`` replaces ``caption`` for screen readers."""
-    attribute = f' class="residuals" data-top="{chart.y.end:g}" data-bottom="{chart.y.start:g}"'
-    return Figure(title, chart.svg(f"{title}. {caption or alternative}", attribute), good, caption)
+    attribute = f' data-top="{chart.y.end:g}" data-bottom="{chart.y.start:g}"'
+    drawing = chart.svg(f"{title}. {caption or alternative}", attribute, "residuals")
+    return Figure(title, drawing, good, caption)
 
 
 def _marks(chart: Chart, result: TriadResult, xs: FloatArray, *, whole_title: bool) -> None:
@@ -228,7 +223,7 @@ def coverage_figure(result: TriadResult) -> Figure | None:
         caption = (f"{count(len(unit), 'pose')}. They do not follow the design of 6 faces and 12 "
                    f"edges, so the chart marks no direction as missing.")
     title = "Attitude coverage"
-    picture = drawing(parts, f"{title}. {caption}", SPHERE_HEIGHT, ' class="sphere"')
+    picture = drawing(parts, f"{title}. {caption}", SPHERE)
     return Figure(title, picture, good, caption)
 
 
@@ -242,7 +237,7 @@ def _hemisphere(centre: float, name: str) -> list[str]:
         f'<text class="tick" x="{centre + r - 2:g}" y="{middle + 18:g}" text-anchor="end">'
         "+x</text>",
         f'<text class="tick" x="{centre + 11:g}" y="{middle - r - 3:g}">+y</text>',
-        f'<text class="title" x="{centre:g}" y="{SPHERE_HEIGHT - 10:g}" text-anchor="middle">'
+        f'<text class="title" x="{centre:g}" y="{SPHERE.height - 10:g}" text-anchor="middle">'
         f"{name}</text>",
     ]
 

@@ -2,45 +2,35 @@
 
 import base64
 import math
-import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from calib.poses.imu_log import FloatArray
+from pipeline.console.rate_text import RateVerdict, rate_verdict, worst_clip
 from pipeline.formatting import RPM, count, relative
-from pipeline.report.svg import Chart, Figure, across, nice_limit, thinned, upward
+from pipeline.report.rate_terms import ANGLE_BINS, angle_bins, rate_terms_json, shown_frames
+from pipeline.report.svg import Chart, Figure, across, nice_limit, upward
+from pipeline.results.json_values import Json
 from pipeline.stages.rate import SettingRate
 from vision.phase_track import LUMA
 
-MOST_DOTS = 500  #: of a chart of the phase; a clip of a minute has two to four times as many
-ANGLE_BINS = 36
-SHOWN_SHARE = 99.5  #: per cent of the residuals that a chart of the phase shows
 PPM = 1e6
-
-
-COMPLETE = "nothing_missing"  #: verdict on a clip whose rate model describes it
 
 
 @dataclass(frozen=True)
 class RateView:
-    """One plate setting as the page shows it.
-
-    ``facts`` are names and values. ``verdict`` is that of the clip's diagnosis; ``lacks`` the term
-    that the rate model lacks, if the diagnosis names one, and ``command`` adds it.
-    """
+    """One plate setting as the page shows it; ``facts`` are names and values."""
 
     name: str
     headline: str
     facts: tuple[tuple[str, str], ...]
-    text: str
-    verdict: str = COMPLETE
-    lacks: str = ""
-    command: str = ""
+    verdict: RateVerdict
     frame: str = ""
     frame_caption: str = ""
     figures: tuple[Figure, ...] = ()
+    terms: Json | None = None
 
 
 def rate_view(rate: SettingRate, config: str = "CONFIG") -> RateView:
@@ -48,32 +38,26 @@ def rate_view(rate: SettingRate, config: str = "CONFIG") -> RateView:
     """
     sd = relative(rate.sd_rad_s / rate.rate_rad_s)
     headline = f"{rate.rate_rad_s / RPM:.4f} rpm ± {sd}"
+    verdict = rate_verdict(rate, config)
     if not rate.clips:
-        return RateView(rate.name, headline, tuple(_facts(rate)),
-                        "The configuration states this rate; it was not measured from a clip.")
+        return RateView(rate.name, headline, tuple(_facts(rate)), verdict)
     # One clip per pose: the page shows the clip with the largest residual.
-    worst = max(range(len(rate.clips)), key=lambda i: rate.clips[i].fit.rms_rad)
-    clip, source = rate.clips[worst], rate.sources[worst]
-    diagnosis = clip.diagnosis
+    worst = worst_clip(rate)
     frame = base64.b64encode(rate.annotated[worst].tobytes()).decode() if rate.annotated else ""
-    lacks = (diagnosis.name or "") if diagnosis.verdict == "effect" else ""
-    target = shlex.quote(f"rate.{rate.name}.{lacks}")
-    of = (f" of {source}, which has the largest residual of {len(rate.clips)} clips"
+    of = (f" of {rate.sources[worst]}, which has the largest residual of {len(rate.clips)} clips"
           if len(rate.clips) > 1 else "")
     return RateView(
         name=rate.name,
         headline=f"{headline}, {rate.plate.direction} as filmed",
         facts=tuple(_facts(rate)),
-        text=" ".join(filter(None, (diagnosis.explanation, diagnosis.record_next))),
-        verdict=diagnosis.verdict,
-        lacks=lacks,
-        command=f"pipeline add {config} {target}" if lacks else "",
+        verdict=verdict,
         frame=f"data:image/png;base64,{frame}" if frame else "",
         frame_caption=(
             f"One frame{of}. The overlay shows the rim of the plate, the ring in which the angle "
             f"is measured, the spindle (cross) and the marks (circles)."
         ),
         figures=tuple(_figures(rate, worst)),
+        terms=rate_terms_json(rate, worst),
     )
 
 
@@ -114,10 +98,8 @@ def _facts(rate: SettingRate) -> Iterator[tuple[str, str]]:
 def _figures(rate: SettingRate, worst: int) -> Iterator[Figure]:
     clip = rate.clips[worst]
     fit = clip.fit
-    kept = np.flatnonzero(fit.used)[thinned(int(fit.used.sum()), MOST_DOTS)]
     residual = np.degrees(fit.residual_rad)
-    limit = nice_limit(max(float(np.percentile(np.abs(residual[fit.used]), SHOWN_SHARE)), 1e-6))
-    shown = kept[np.abs(residual[kept]) <= limit]
+    shown, limit = shown_frames(fit)
     rms = f"RMS residual {math.degrees(fit.rms_rad):.3g}°"
     thin = f"; the chart shows {len(shown)} of {int(fit.used.sum())} frames." if len(shown) < len(
         fit.time_s) else "."
@@ -127,13 +109,13 @@ def _figures(rate: SettingRate, worst: int) -> Iterator[Figure]:
         "a horizontal band without bend, step or wave: the rate of the plate was constant.",
     )
     angle = np.degrees(fit.angle_rad)
-    means = _means_over_angle(angle[fit.used], residual[fit.used])
+    bins = angle_bins(angle[fit.used])
     yield _phase_figure(
         angle[shown], residual[shown], limit, "Angle residual against plate angle",
         "plate angle [°]", f"The line shows means over {360 // ANGLE_BINS}° of angle.",
         "a horizontal line without a wave. A wave that repeats with every revolution shows an "
         "off-centre mark or a tilted view; over whole revolutions it does not change the rate.",
-        means,
+        (bins.middle, bins.means(residual[fit.used])),
     )
     history = clip.history
     if len(history.time_s) > 2:
@@ -164,17 +146,8 @@ def _phase_figure(
     chart.dots(xs, ys, "phase")
     if means is not None:
         chart.line(*means, "mean")
-    return Figure(title, chart.svg(f"{title}. {caption}"), good, caption)
-
-
-def _means_over_angle(angle: FloatArray, residual: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Middle and mean of every bin of the plate angle that holds a frame."""
-    edges = np.linspace(-180.0, 180.0, ANGLE_BINS + 1)
-    place = np.clip(np.digitize(angle, edges) - 1, 0, ANGLE_BINS - 1)
-    frames = np.bincount(place, minlength=ANGLE_BINS)
-    sums = np.bincount(place, residual, ANGLE_BINS)
-    held = frames > 0
-    return ((edges[:-1] + edges[1:]) / 2)[held], sums[held] / frames[held]
+    attribute = f' data-top="{chart.y.end:g}" data-bottom="{chart.y.start:g}"'
+    return Figure(title, chart.svg(f"{title}. {caption}", attribute, "phases"), good, caption)
 
 
 def _deviation_figure(

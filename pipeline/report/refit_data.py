@@ -23,6 +23,7 @@ from scipy.optimize import minimize_scalar
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import candidate_effects
+from calib.diagnosis.verdict.ranking import Candidate
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import unit_columns
@@ -30,10 +31,10 @@ from calib.fit.identifiability import VISIBLE_SHARE
 from calib.fit.leave_one_out import LARGEST_LEVERAGE
 from calib.fit.model import Model
 from calib.fit.residuals import Equations
-from calib.fit.result import MISFIT_P_VALUE, Fit
-from calib.fit.solver import AT_BOUND
+from calib.fit.result import AT_BOUND, MISFIT_P_VALUE, Fit
 from calib.poses.imu_log import FloatArray
 from pipeline.formatting import DISPLAY
+from pipeline.report.display_units import display_unit
 from pipeline.report.pose_charts import SHOWN_SD
 from pipeline.report.svg import NICE
 from pipeline.results.json_values import Json
@@ -219,17 +220,20 @@ def _box_json(box: Box, root: FloatArray, result: TriadResult) -> Json:
     unit, norm = unit_columns(box.columns * root[:, None])
     judged, judged_norm = unit_columns(box.judged * root[:, None])
     unit_of_effect = effect.unit_for(result.triad)
-    parameters = [{"name": name, "unit": unit_of_effect} for name in effect.parameters]
-    if effect.shape is not None:
-        parameters.append({"name": effect.shape.name, "unit": effect.shape.unit})
     candidate = next(
         (c for c in result.diagnosis.ranking if c.name == effect.name and c.kind == "listed"), None
     )
+    sizes = box.theta if box.theta is not None else candidate.size if candidate else np.zeros(0)
+    said, factor = display_unit(unit_of_effect, sizes)
+    parameters = [{"name": name, "unit": said, "factor": factor} for name in effect.parameters]
+    if effect.shape is not None:
+        parameters.append({"name": effect.shape.name, "unit": effect.shape.unit, "factor": 1.0})
     return {
         "name": effect.name,
         "physics": effect.physics,
         "separates": effect.page.separates,
         "in_model": box.theta is not None,
+        "share": 0.0 if candidate is None else _share(candidate, result.calibration.fit),
         "aliases": [] if candidate is None else list(candidate.aliases),
         "has_shape": effect.shape is not None,
         "start": _rounded(box.start),
@@ -241,6 +245,11 @@ def _box_json(box: Box, root: FloatArray, result: TriadResult) -> Json:
         "judged_norm": _rounded(judged_norm) if effect.shape else None,
         "reason": None,
     }
+
+
+def _share(candidate: Candidate, fit: Fit) -> float:
+    """Of chi², that the effect alone takes off; 0 where noise alone could."""
+    return candidate.chi2_drop / fit.chi2 if candidate.p_value < MISFIT_P_VALUE else 0.0
 
 
 def _unseen(result: TriadResult) -> Iterator[Json]:

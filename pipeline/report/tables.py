@@ -10,6 +10,7 @@ from calib.certificate import CertificateComparison
 from calib.fit.calibration import NOISE, uncertainty_budget
 from calib.poses.imu_log import AXES, SI_UNIT
 from pipeline.formatting import DISPLAY, relative, with_sd
+from pipeline.report.display_units import display_unit
 from pipeline.stages.triads import TriadResult
 
 #: What each group of parameters means, for the table.
@@ -104,8 +105,11 @@ def _effect_groups(result: TriadResult) -> Iterator[Group]:
         labels = [*effect.parameters]
         if effect.shape is not None:
             labels.append(f"{effect.shape.name} [{effect.shape.unit}]")
+        said, factor = display_unit(unit, np.array(values[: len(effect.parameters)]))
+        linear = len(effect.parameters)
         yield Group(name, unit, effect.physics, tuple(
-            Row(label, with_sd(value, sd), "0" if j < len(effect.parameters) else "", "", "", "")
+            Row(label, with_sd(value, sd), *(("0", f"{value * factor:+.3g} {said}") if j < linear
+                                             else ("", "")), "", "")
             for j, (label, value, sd) in enumerate(zip(labels, values, sds, strict=True))))
 
 

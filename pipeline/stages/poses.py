@@ -1,6 +1,7 @@
 """Logs in, pose means out: every set of poses that the configuration names, each read once."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,15 +9,17 @@ import numpy as np
 
 from calib.errors import Undetermined
 from calib.poses.averaging import LARGEST_STILL_SHIFT, PoseMean, average_pose
+from calib.poses.frozen import without_frozen
 from calib.poses.imu_log import ImuLog
-from calib.poses.rest_candidates import WANDER_M_S2, StillSearch
+from calib.poses.rest_candidates import PLATE_STOOD, WANDER_M_S2, StillSearch
 from calib.poses.runs import TURNING_RAD_S
 from calib.poses.static_intervals import StaticIntervals, find_still, list_stops
 from pipeline.config.load import Config
 from pipeline.config.schema import PosesSection, StillSection
 from pipeline.config.sensor import Specs, sensor_specs
 from pipeline.config.types import STOPPED
-from pipeline.logs.join import join_logs
+from pipeline.logs.join import group_logs, join_logs
+from pipeline.stages.pose_means import read_pose_means
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.session_logs import read_logs
 
@@ -61,8 +64,9 @@ class Recordings:
 
     @property
     def origin_s(self) -> float:
-        """When the session began: the earliest sample of all logs."""
-        return min(recording.start_s for recording in self.by_setting.values())
+        """When the session began: the earliest sample of all logs; 0 where no time is known."""
+        start_s = min(recording.start_s for recording in self.by_setting.values())
+        return start_s if math.isfinite(start_s) else 0.0
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -101,13 +105,42 @@ def _record(
 ) -> Recording:
     poses = setting.poses
     plate = np.zeros(1) if rate is None else rate.plate.rate_rad_s
+    if poses.means:
+        means = read_pose_means(poses, folder, specs)
+        return Recording(tuple(means), min(_known(mean.time_s) for mean in means))
     if poses.log:
-        log = join_logs(read_logs(poses, poses.log, folder))
-        return _found(log, specs, float(plate.mean()), poses.still)
-    logs = read_logs(poses, poses.files, folder)
+        pooled = [_searched(log, specs, float(plate.mean()), poses.still)
+                 for log in long_logs(poses, folder)]
+        return _pooled(pooled)
+    logs = read_logs(poses, poses.files, folder, clock_needed=rate is not None)
+    fluid = [without_frozen(log, rate is not None) for log in logs]
     turning = np.broadcast_to(plate, len(logs))
-    means = [average_pose(log, *specs, float(w)) for log, w in zip(logs, turning, strict=True)]
-    return Recording(tuple(means), min(float(log.time_s[0]) for log in logs))
+    means = [average_pose(log, *specs, float(w))
+             for (log, _), w in zip(fluid, turning, strict=True)]
+    notes = tuple(note for _, note in fluid if note is not None)
+    return Recording(tuple(means), min(float(log.time_s[0]) for log in logs), notes)
+
+
+def long_logs(poses: PosesSection, folder: Path) -> list[ImuLog]:
+    """The recordings of a section: the triads of each are joined in time."""
+    return [join_logs(group) for group in group_logs(read_logs(poses, poses.log, folder))]
+
+
+def _known(time_s: float) -> float:
+    """A time that a recording can begin at; the end of all times where it is not known."""
+    return time_s if math.isfinite(time_s) else math.inf
+
+
+def _pooled(found: Sequence[Recording]) -> Recording:
+    """The poses of several recordings of one sensor; each has a clock of its own."""
+    if len(found) == 1:
+        return found[0]
+    counts = " + ".join(str(len(each.means)) for each in found)
+    means = tuple(mean for each in found for mean in each.means)
+    notes = tuple(note for each in found for note in each.warnings)
+    return Recording(means, min(each.start_s for each in found), (
+        f"{len(found)} logs hold the same triads: their poses are pooled ({counts}), and nothing "
+        f"is joined in time.", *notes))
 
 
 def still_search(section: StillSection) -> StillSearch:
@@ -115,10 +148,11 @@ def still_search(section: StillSection) -> StillSearch:
     return StillSearch(section.seconds, section.threshold)
 
 
-def _found(
+def _searched(
     log: ImuLog, specs: Specs, rate_rad_s: float, still: StillSection
 ) -> Recording:
     """The poses of a long log; stops that turn out to be none are left out, with the reason."""
+    log, frozen = without_frozen(log, turning=False)
     intervals = find_still(log, *specs, rate_rad_s, still_search(still))
     means: list[PoseMean] = []
     refused: list[Undetermined] = []
@@ -135,13 +169,18 @@ def _found(
         means, turning = _parted_by_rate(means)
         skipped += [(mean.label.removeprefix(f"{log.label} "), "the plate or the hand turned it")
                     for mean in turning]
-    warnings = [f"Left out: {error}" for error in refused]
+    warnings = [*filter(None, [frozen]), *(f"Left out: {error}" for error in refused)]
     if skipped:
         warnings.append(
             f"{log.label}: {len(means)} stops are poses; left out: {list_stops(skipped)}. Stops "
             f"are found up to {intervals.threshold:.2g} times the noise of the quietest rest; "
             f"`still: {{threshold: ...}}` beside `find: still` overrules that."
         )
+        if rate_rad_s and any(reason == PLATE_STOOD for _, reason in skipped):
+            warnings.append(
+                f"{log.label}: to use the stops of the plate as poses at rest, add the run "
+                f"`{{poses: {{log: {log.label}, find: still}}, rate: stopped}}`."
+            )
     return Recording(tuple(means), float(log.time_s[0]), tuple(warnings))
 
 

@@ -7,20 +7,25 @@ from pathlib import Path
 
 from calib.poses.imu_log import ImuLog
 from pipeline.config.schema import LogsSection
+from pipeline.logs.clock import StatedClock
 from pipeline.logs.read import read_log
 
 
-def read_logs(section: LogsSection, paths: Sequence[Path], folder: Path) -> list[ImuLog]:
-    """Read files of a section with its columns and sample rate.
+def read_logs(
+    section: LogsSection, paths: Sequence[Path], folder: Path, *, clock_needed: bool = True
+) -> list[ImuLog]:
+    """Read files of a section with its columns and clock.
 
     Parameters
     ----------
     section : LogsSection
-        States ``columns`` and ``sample_rate_hz``.
+        States ``columns``, ``sample_rate_hz`` and ``time_unit``.
     paths : sequence of Path
         One of the section's lists of files, whole and in its order.
     folder : Path
         The configuration's; logs are labelled by their path from it.
+    clock_needed : bool
+        False for poses at rest, one file each: their means need no times.
 
     Raises
     ------
@@ -29,7 +34,8 @@ def read_logs(section: LogsSection, paths: Sequence[Path], folder: Path) -> list
     """
     return [
         replace(
-            read_log(path, section.columns_of(i), section.sample_rate_hz),
+            read_log(path, section.columns_of(i),
+                     StatedClock(section.sample_rate_hz, section.time_unit, clock_needed)),
             label=Path(os.path.relpath(path, folder)).as_posix(),
         )
         for i, path in enumerate(paths)

@@ -3,19 +3,18 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from calib.assess import assess
 from calib.consistency import direction_against_clip, gain_off_the_sheet, turning_while_still
-from calib.diagnosis.diagnose import Diagnosis, diagnose
+from calib.diagnosis.diagnose import Diagnosis
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
 from calib.effects.user_defined import fault_of_user_effect
 from calib.errors import Undetermined
-from calib.fit.angrisano import fit_paper
-from calib.fit.calibration import TriadCalibration, calibrate_triad
+from calib.fit.calibration import TriadCalibration
 from calib.fit.frame_alignment import FrameRotation, frame_rotation
-from calib.fit.leave_one_out import Comparison, compare
+from calib.fit.leave_one_out import Comparison
 from calib.fit.model import Model
-from calib.fit.prediction import Prediction, predict
-from calib.fit.solver import fit
+from calib.fit.prediction import Prediction
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import Triad
 from calib.poses.pose_set import PoseRun, PoseSet, pose_set
@@ -194,22 +193,17 @@ def _calibrated(
         if fault is not None:
             raise Undetermined(f"effects.{name}: the effect {fault}.")
     model = Model.of(section.model, defined)
-    fitted = (
-        fit_paper(poses, model, spec)
-        if section.solver == "paper"
-        else fit(poses, model, robust=section.loss == "huber")
-    )
-    calibration = calibrate_triad(fitted, spec)
-    prediction = predict(calibration)
+    assessed = assess(poses, model, spec, solver=section.solver, loss=section.loss,
+                      candidates=tuple(defined.values()), covariates=covariates)
     return TriadResult(
-        calibration,
-        compare(fitted),
-        diagnose(fitted, tuple(defined.values()), spec.full_scale, covariates, prediction),
-        prediction,
+        assessed.calibration,
+        assessed.comparison,
+        assessed.diagnosis,
+        assessed.prediction,
         gravity,
         warnings=(
-            *poses.notes,
+            *assessed.calibration.fit.poses.notes,
             *turning_while_still(poses),
-            *gain_off_the_sheet(calibration.parameters, spec, poses.triad),
+            *gain_off_the_sheet(assessed.calibration.parameters, spec, poses.triad),
         ),
     )

@@ -57,7 +57,8 @@ def webcam(seed: int) -> Camera:
     """A webcam somewhat off the vertical, its clock 12 ppm fast."""
     from tests.world.film import Recorder
 
-    return Camera(scene=Scene(tilt_rad=0.12), recorder=Recorder(crf=30, clock_ppm=12.0), seed=seed)
+    return Camera(scene=Scene(tilt_rad=0.12), recorder=Recorder(crf=30, clock_ppm=12.0), seed=seed,
+                  model=("constant_rate", "once_per_rev", "twice_per_rev"))
 
 
 def make(folder: Path) -> None:

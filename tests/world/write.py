@@ -33,13 +33,14 @@ class Written:
 
 @dataclass(frozen=True)
 class Camera:
-    """How the clips are taken."""
+    """How the clips are taken; ``model`` are the terms that the configuration states for them."""
 
     fps: float = 15.0
     seconds: float = 60.0
     scene: Scene = field(default_factory=Scene)
     recorder: "Recorder | None" = None
     seed: int = 0
+    model: tuple[str, ...] = ()
 
 
 def write_session(
@@ -207,6 +208,8 @@ def _rate_lines(session: Session, log: RunLog, camera: Camera | None) -> list[st
         f"    video: video/{name}.mp4",
         f"    nominal_rpm: {marked:.5g}  # as marked on the record player: a check, not a value",
         "    timebase: {source: container, ppm: 50}  # how far the camera's clock may be off",
+        *([f"    model: [{', '.join(camera.model)}]  # what the angle of the plate follows"]
+          if camera.model else []),
     ]
 
 

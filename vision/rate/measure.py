@@ -81,7 +81,7 @@ class FrameTally:
     repeated: int
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RateMeasurement:
     """The rate of the plate and everything that goes with it.
 
@@ -122,6 +122,11 @@ class RateMeasurement:
     diagnosis: PhaseDiagnosis
     channel: str
     warnings: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        rpm = 60 / (2 * np.pi)
+        return (f"{self.rate_rad_s:.7g} rad/s ± {self.sd_rad_s:.2g} ({self.rate_rad_s * rpm:.6g} "
+                f"rpm, {self.direction}, {self.revolutions:.1f} revolutions)")
 
     @property
     def sd_rad_s(self) -> float:

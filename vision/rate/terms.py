@@ -11,7 +11,7 @@ angle lags by up to some mrad at strong compression. It does not beside frames p
 sides, and encoders change between the two within a clip.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -224,6 +224,9 @@ class StatedFit:
         (-π, π], and the residual.
     used : array of bool, shape (u,)
         Not an outlier of the fit of the rate.
+    columns : mapping of name to array, shape (u, k)
+        Columns of the constant rate (1 and the time) and of every term that the clip can hold,
+        stated or not.
     """
 
     model: tuple[str, ...]
@@ -232,6 +235,7 @@ class StatedFit:
     angle_rad: FloatArray
     residual_rad: FloatArray
     used: BoolArray
+    columns: Mapping[str, FloatArray]
 
     @property
     def rms_rad(self) -> float:
@@ -261,7 +265,8 @@ def fit_stated(
     RateRefused
         Terms that one clip cannot separate.
     """
-    present = [t for t in stated if t != "frame_steps" or angle.dropped.any()]
+    possible = [t for t in TERMS if t != "frame_steps" or angle.dropped.any()]
+    present = [t for t in stated if t in possible]
     x = design(present, base, base.stamp_s)
     try:
         fit = least_squares(x[used], angle.angle_rad[used])
@@ -277,6 +282,10 @@ def fit_stated(
         angle_rad=np.angle(np.exp(1j * angle.angle_rad)),
         residual_rad=angle.angle_rad - x @ fit.beta,
         used=used,
+        columns={
+            CONSTANT_RATE: design((), base, base.stamp_s),
+            **{term: columns(term, base) for term in possible},
+        },
     )
 
 

@@ -16,7 +16,7 @@ from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.fit.result import Fit
 from calib.fit.sensitive_axes import sensor_columns
-from calib.fit.solver import square_columns
+from calib.fit.square_start import square_columns
 from calib.poses.imu_log import FloatArray
 
 

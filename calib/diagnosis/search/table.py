@@ -20,7 +20,7 @@ from calib.diagnosis.search.evidence import (
     nothing_log_density,
     set_log_density,
 )
-from calib.fit.column_scaling import orthonormal_columns
+from calib.fit.column_scaling import RANK_TOLERANCE, orthonormal_columns
 from calib.fit.identifiability import VISIBLE_SHARE
 from calib.fit.leave_one_out import left_out_residual
 from calib.fit.result import Fit
@@ -66,6 +66,9 @@ class Table:
         whole = np.where([h.kind == "listed" for h in hypotheses], np.maximum(count, 1), 1)
         total = np.array([_unit_signal(h, d) for h in hypotheses]) / np.sqrt(whole)
         scaled = self.projector(raw / norm * unit)
+        # One that was fitted was seen where its shape began; where that ended, less of it may be.
+        least = np.where([h.shape is not None and h.name in members for h in hypotheses],
+                         RANK_TOLERANCE, VISIBLE_SHARE) * total
         self.slices: list[slice] = [slice(0, 0)] * len(hypotheses)
         parts: list[FloatArray] = []
         at = 0
@@ -74,7 +77,7 @@ class Table:
             index = (ends - widths)[which][:, None] + np.arange(width)
             stacked = scaled[:, index].transpose(1, 0, 2)
             squared, turns = np.linalg.eigh(stacked.transpose(0, 2, 1) @ stacked)
-            visible = squared > (VISIBLE_SHARE * total[which][:, None]) ** 2
+            visible = squared > least[which][:, None] ** 2
             turned = stacked @ turns
             for i, j in enumerate(which):
                 part = turned[i][:, visible[i]]

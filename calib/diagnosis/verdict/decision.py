@@ -31,6 +31,7 @@ class Code(StrEnum):
     UNKNOWN = "unknown"
     BAD_POSE = "bad_pose"
     NOISE = "noise"
+    REFUSED = "refused"
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,13 +8,11 @@ import numpy as np
 
 from pipeline.errors import UnreadableInput
 from pipeline.logs.formats.file_table import FileTable, columns_of_array, tables_by_length
+from pipeline.logs.memory import largest_text, too_large
 from pipeline.logs.source import text_lines
 from pipeline.logs.text import raw_text, table_of
 
 TEXT = (".csv", ".txt", ".tsv", ".log")
-LARGEST_BYTES = 2**30  #: of all members together, unpacked
-
-
 
 
 def tables(path: Path) -> list[FileTable]:
@@ -45,9 +43,9 @@ def _wanted(path: Path, archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
     wanted = [each for each in members
               if each.filename.lower().endswith((*TEXT, ".npy"))
               and not Path(each.filename).name.startswith(".")]
-    if sum(each.file_size for each in wanted) > LARGEST_BYTES:
-        raise UnreadableInput(f"{path}: unpacks to more than {LARGEST_BYTES >> 20} MB. Unpack it, "
-                              "and name the files of the accelerometer and the gyroscope.")
+    limit = largest_text()
+    if sum(each.file_size for each in wanted) > limit:
+        raise too_large(path, limit)
     return wanted
 
 

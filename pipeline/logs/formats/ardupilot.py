@@ -18,14 +18,24 @@ MESSAGES = {"ACC": "SampleUS", "GYR": "SampleUS", "IMU": "TimeUS", "IMU2": "Time
 def tables(path: Path) -> list[FileTable]:
     """A table for each instance of each sensor, in m/s², rad/s and seconds."""
     reader = DFReader_binary(str(path))
+    try:
+        rows = _rows(reader)
+    finally:
+        reader.data_map.close()
+        reader.filehandle.close()
+    raw = {name for name in rows if name.startswith(("ACC", "GYR"))}
+    return [FileTable(name, _columns(name, samples))
+            for name, samples in rows.items() if name in raw or not raw]
+
+
+def _rows(reader: DFReader_binary) -> dict[str, list[dict[str, float]]]:
+    """The fields of every message, by sensor and instance."""
     rows: dict[str, list[dict[str, float]]] = {}
     while (message := reader.recv_match(type=list(MESSAGES))) is not None:
         sample = message.to_dict()
         kind = message.get_type()
         rows.setdefault(f"{kind}_{int(sample.get('I', 0))}", []).append(sample)
-    raw = {name for name in rows if name.startswith(("ACC", "GYR"))}
-    return [FileTable(name, _columns(name, samples))
-            for name, samples in rows.items() if name in raw or not raw]
+    return rows
 
 
 def _columns(name: str, samples: list[dict[str, float]]) -> dict[str, FloatArray]:

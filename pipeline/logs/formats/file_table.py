@@ -27,7 +27,8 @@ class FileTable:
 def columns_of_array(name: str, array: np.ndarray) -> dict[str, FloatArray]:
     """The columns of an array (t,) or (t, k); (k, t) is turned, since a log is longer than wide.
 
-    A structured array has names of its own; others are called ``name[0]``, ``name[1]``, ...
+    A structured array has names of its own. Three columns are axes, ``name[0]`` to ``name[2]``;
+    of other arrays the columns are called by their position, ``name:1``, ``name:2``, ...
     """
     if array.dtype.names:
         return {field: np.asarray(array[field], float).ravel() for field in array.dtype.names
@@ -39,7 +40,9 @@ def columns_of_array(name: str, array: np.ndarray) -> dict[str, FloatArray]:
         table = table.T
     if table.shape[1] == 1:
         return {name: table[:, 0]}
-    return {f"{name}[{i}]": column for i, column in enumerate(table.T)}
+    if table.shape[1] == 3:
+        return {f"{name}[{i}]": column for i, column in enumerate(table.T)}
+    return {f"{name}:{i}": column for i, column in enumerate(table.T, 1)}
 
 
 def tables_by_length(columns: Mapping[str, FloatArray]) -> list[FileTable]:
@@ -51,8 +54,8 @@ def tables_by_length(columns: Mapping[str, FloatArray]) -> list[FileTable]:
     tables = []
     for length in lengths:
         names = [name for name, values in columns.items() if len(values) == length]
-        first = names[0].partition("[")[0]
-        alone = first if all(name.partition("[")[0] == first for name in names) else ""
+        arrays = {name.partition("[")[0].partition(":")[0] for name in names}
+        alone = arrays.pop() if len(arrays) == 1 else ""
         tables.append(FileTable(alone or f"{length}_rows", {name: columns[name]
                                                             for name in names}))
     return tables

@@ -10,6 +10,8 @@ from pathlib import Path
 
 from pipeline.errors import UnreadableInput
 from pipeline.logs.formats.file_table import FileTable
+from pipeline.logs.memory import largest_text, too_large
+from pipeline.logs.source import require_file
 
 DISTRIBUTION = "turntable-imu-calibration"
 BAG_FOLDER_MARK = "metadata.yaml"  #: makes a folder a ROS 2 bag
@@ -34,7 +36,6 @@ class Kind:
     si: bool = False
 
 
-MATLAB = Kind("MATLAB file", "matlab")
 HDF5 = Kind("HDF5 file", "hdf5", "hdf5")
 ROS = Kind("ROS bag", "ros", "ros", si=True)
 ARCHIVE = Kind("archive", "archive")
@@ -42,7 +43,8 @@ JSON = Kind("JSON file", "json_lines")
 KINDS: Mapping[bytes, Kind] = {
     b"PAR1": Kind("Parquet file", "parquet", "parquet"),
     b"\x89HDF\r\n\x1a\n": HDF5,
-    b"MATLAB 5.0": MATLAB,
+    b"MATLAB 5.0": Kind("MATLAB file", "matlab"),
+    b"MATLAB 7.3": Kind("MATLAB file", "hdf5", "hdf5"),
     b"\x93NUMPY": Kind("NumPy file", "numpy_files"),
     b"#ROSBAG": ROS,
     b"SQLite format 3": ROS,
@@ -73,6 +75,7 @@ def kind_of(path: Path) -> Kind | None:
     if path.is_dir():
         return ROS
     try:
+        require_file(path)
         with path.open("rb") as file:
             head = file.read(HEAD_BYTES)
     except OSError as error:
@@ -94,6 +97,9 @@ def tables_of(path: Path, kind: Kind) -> list[FileTable]:
     UnreadableInput
         The library of the format is not installed, or the file is damaged or holds no numbers.
     """
+    limit = largest_text()
+    if path.is_file() and path.stat().st_size > limit:
+        raise too_large(path, limit)
     try:
         module = import_module(f"pipeline.logs.formats.{kind.module}")
     except ImportError as error:

@@ -1,4 +1,4 @@
-"""MATLAB files up to version 7.2; 7.3 is HDF5 and is read as such."""
+"""MATLAB files up to version 7.2; those of 7.3 are HDF5."""
 
 from pathlib import Path
 
@@ -10,10 +10,6 @@ from pipeline.logs.formats.file_table import FileTable, columns_of_array, tables
 
 def tables(path: Path) -> list[FileTable]:
     """The numeric arrays of a file; those of one length stand beside each other."""
-    if path.read_bytes()[:20].startswith(b"MATLAB 7.3"):
-        from pipeline.logs.formats.hdf5 import tables as of_hdf5
-
-        return of_hdf5(path)
     columns: dict[str, np.ndarray] = {}
     for name, value in loadmat(path, squeeze_me=False, struct_as_record=False).items():
         if not name.startswith("__"):

@@ -19,17 +19,37 @@ const {
 
 {% include "script/numbers.js" %}
 
+{% include "script/leave_out.js" %}
+
+{% include "script/tiles.js" %}
+
+{% include "script/judgement.js" %}
+
+{% include "script/residual_chart.js" %}
+
+{% include "script/fall.js" %}
+
 {% include "script/section.js" %}
+
+{% include "script/rate_section.js" %}
+
+{% include "script/sphere.js" %}
+
+{% include "script/poses.js" %}
 
 {% include "script/glossary.js" %}
 
 const sections = data.triads.map((triad) => new Section(triad, data.config));
+const rateSections = data.rates.map((rate) => new RateSection(rate, data.config));
+sections.forEach((section) => new Poses(section));
 
-// report.html#tick=gyroscope.g_sensitivity,gyroscope.bias_drift opens with these boxes ticked.
+// report.html#tick=gyroscope.g_sensitivity,rate.17rpm.once_per_rev opens with these boxes ticked.
 const ticks = /^#tick=(.*)$/.exec(decodeURIComponent(location.hash));
 for (const target of ticks ? ticks[1].split(",") : []) {
   const [triad, ...name] = target.split(".");
   sections.filter((section) => section.triad.triad === triad)
     .forEach((section) => section.tick(name.join(".")));
+  rateSections.filter((section) => triad === "rate" && name[0] === section.rate.setting)
+    .forEach((section) => section.tick(name[1]));
 }
 })();

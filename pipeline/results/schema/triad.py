@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from calib.poses.data_sheet import Encoding
 from pipeline.results.schema.rate import PhaseVerdict
 from pipeline.results.schema.types import (
     LARGEST,
@@ -95,7 +96,7 @@ class Sheet(Part):
         "largest reading, SI; null for logs in physical units")
     bits: Annotated[int, Field(ge=0, le=32)] = means(
         "width of the converter; 0 for logs in physical units")
-    encoding: Literal["offset-binary", "twos-complement", "si"] = means("encoding of the counts")
+    encoding: Encoding = means("encoding of the counts")
     si_per_unit: Annotated[float, Field(gt=0, le=LARGEST)] = means("SI units per logged unit")
 
     @model_validator(mode="after")
@@ -113,8 +114,8 @@ class UserEffect(Part):
     python: Text | None = means("FILE.py:FUNCTION", default=None)
     per: Literal["axis", "common", "matrix", "reference"] = means("one parameter per what")
     unit: Text = means("unit of the parameters")
-    shapes: dict[str, tuple[str, float, float]] | None = means(
-        "unit and bounds of its shape parameter", default=None, strict=False)
+    shapes: dict[str, Annotated[tuple[str, float, float], Field(strict=False)]] | None = means(
+        "unit and bounds of its shape parameter", default=None)
     python_sha256: Text | None = means("hash of the Python file", default=None)
 
 

@@ -9,6 +9,7 @@ import pytest
 from calib.errors import UnusableLog
 from calib.poses.imu_log import ImuLog
 from pipeline.errors import UnreadableInput
+from pipeline.logs.clock import StatedClock
 from pipeline.logs.join import join_logs
 from pipeline.logs.read import read_log
 from tests.paths import REAL
@@ -75,7 +76,7 @@ def test_every_further_numeric_column_is_kept_and_text_is_not(tmp_path: Path) ->
 
 def test_a_sample_rate_stands_for_the_time(tmp_path: Path) -> None:
     path = write(tmp_path, "ax,ay,az\n1,2,3\n1,2,3\n1,2,3\n")
-    np.testing.assert_allclose(read_log(path, sample_rate_hz=50).time_s, [0, 0.02, 0.04])
+    np.testing.assert_allclose(read_log(path, clock=StatedClock(50)).time_s, [0, 0.02, 0.04])
 
 
 def test_mt_manager_time_counts_lost_packets_over_the_counter_s_wrap(tmp_path: Path) -> None:
@@ -147,7 +148,7 @@ def test_columns_that_do_not_fit_the_file_are_refused(tmp_path: Path) -> None:
 
 def test_two_clocks_are_refused(tmp_path: Path) -> None:
     with pytest.raises(UnreadableInput, match="has time_s, and sample_rate_hz"):
-        read_log(write(tmp_path, as_text(",")), sample_rate_hz=100)
+        read_log(write(tmp_path, as_text(",")), clock=StatedClock(100))
 
 
 def test_one_sample_is_no_log(tmp_path: Path) -> None:

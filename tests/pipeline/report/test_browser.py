@@ -1,5 +1,6 @@
 """The report in a real browser: what a box does is what `pipeline add` does."""
 
+import re
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,13 +41,14 @@ for (const section of document.querySelectorAll("section[data-triad]")) {
     chi2_dof: Number(section.querySelector('[data-out="chi2"]').dataset.value),
     p: Number(section.querySelector('[data-out="words"]').dataset.p),
     sizes: [...section.querySelectorAll('[data-out="sizes"] tr')].map((r) => r.dataset.size),
+    judgements: [...section.querySelectorAll('[data-out="judgement"] p')].map((p) => p.textContent),
     words: section.querySelector('[data-out="words"]').textContent,
     commands: section.querySelector('[data-out="commands"]').textContent,
     disabled: [...section.querySelectorAll("input:disabled")].map((b) => b.dataset.effect),
     notes: Object.fromEntries([...section.querySelectorAll("[data-note]")].map(
       (n) => [n.dataset.note, n.textContent])),
     marks: [...section.querySelectorAll("svg.residuals g.mark")].map(
-      (m) => m.getAttribute("transform")),
+      (m) => m.style.transform),
   });
   seen[""] = read();
   for (const box of section.querySelectorAll("input[data-effect]")) {
@@ -148,10 +150,12 @@ def test_ticking_both_boxes_is_the_fit_with_both(opened: Opened, tmp_path: Path)
     both = base.model + find_effect("g_sensitivity") + find_effect("bias_drift")
     exact = fit(base.poses, both)
     assert shown["rms"] == pytest.approx(exact.residual_rms * SHOWN["gyroscope"], rel=TICKED_WITHIN)
-    assert shown["commands"].splitlines() == [
-        f"pipeline add {opened.config} gyroscope.g_sensitivity",
-        f"pipeline add {opened.config} gyroscope.bias_drift",
-    ]
+    # The drift is not there, and the page offers no command for it.
+    assert shown["commands"] == f"pipeline add {opened.config} gyroscope.g_sensitivity"
+    there, not_there = shown["judgements"]
+    assert there.startswith("g_sensitivity: ")
+    assert "it is there; leave-one-out falls" in there
+    assert re.match(r"bias_drift: [0-3]\.\d sd: not there; leave-one-out", not_there)
 
 
 def test_what_pipeline_add_makes_is_what_the_box_promised_and_back(

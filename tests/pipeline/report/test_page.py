@@ -3,19 +3,25 @@
 import json
 import re
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 
 from calib.diagnosis.verdict.explain import SIGNS
+from pipeline.config.load import load_config
+from pipeline.console.answers import Answer, headline, rates_answer
+from pipeline.console.rate_text import RateVerdict
 from pipeline.formatting import DISPLAY, with_sd
 from pipeline.report.glossary import TERMS, Term, with_terms
 from pipeline.report.history_chart import staircase
-from pipeline.report.rate_charts import RateView
+from pipeline.report.page import css_text, report_html
 from pipeline.report.refit_data import constants_json
-from pipeline.report.summary import Answer, overall_verdict
 from pipeline.report.svg import nice_limit, tick_text, upward
 from pipeline.results.history import Step, TriadStep
+from pipeline.stages.context import RunContext
+from pipeline.stages.run import run_stages
+from tests.paths import ROOT
 from tests.pipeline.conftest import RunSession
 from tests.pipeline.report.html_page import Page
 from tests.sessions import pipeline, results_in
@@ -36,6 +42,34 @@ def page(source: str) -> Page:
 def test_the_page_is_whole_and_small(page: Page, source: str) -> None:
     assert page.open == []
     assert len(source.encode()) < LARGEST_BYTES
+
+
+def test_templates_and_scripts_are_short() -> None:
+    templates = ROOT / "pipeline" / "report" / "templates"
+    long = {path.name: lines for path in templates.rglob("*.*")
+            if (lines := len(path.read_text(encoding="utf-8").splitlines())) > 300}
+    assert long == {}
+
+
+def test_the_head_says_what_when_and_with_what(page: Page, finished: RunSession) -> None:
+    text = page.text
+    found = results_in(finished.folder)
+    for words in (found["sensor"], found["config_sha256"][:12], str(finished.config), "pipeline "):
+        assert words in text
+    step = json.loads((finished.folder / "history.jsonl").read_text("utf-8").splitlines()[-1])
+    assert step["when"][:16].replace("T", " ") in text
+
+
+def test_pages_of_one_result_differ_in_the_date_alone(finished: RunSession) -> None:
+    outcome = run_stages(load_config(finished.config), RunContext())
+    days = [datetime(2026, 11, day, 9, 30, tzinfo=UTC) for day in (21, 22)]
+    first, second = (report_html(outcome, (), when=day) for day in days)
+    assert first != second
+    assert first.replace("2026-11-21 09:30", "2026-11-22 09:30") == second
+
+
+def test_a_title_in_the_page_s_footer_cannot_end_its_string() -> None:
+    assert css_text('a"; } b') == "a\\22 \\3b \\20 \\7d \\20 b"
 
 
 def test_the_page_needs_no_network_and_no_other_file(page: Page, source: str) -> None:
@@ -92,7 +126,7 @@ def test_the_tables_hold_what_the_results_hold(page: Page, finished: RunSession)
 
 def test_the_page_is_the_same_for_light_dark_print_and_phone(source: str) -> None:
     for asked in ("prefers-color-scheme: dark", "@media print", "prefers-reduced-motion",
-                  'name="viewport"', "max-width: 30rem"):
+                  'name="viewport"', "max-width: 34rem"):
         assert asked in source
 
 
@@ -164,39 +198,40 @@ def test_ticks_are_few_round_and_inside(low: float, high: float, logarithmic: bo
 
 
 def test_a_session_without_a_triad_is_said_to_be_unfinished() -> None:
-    assert "no triad" in overall_verdict([]).text
+    assert "no triad" in headline([]).text
 
 
 # --- the headline ------------------------------------------------------------------------------
 
 
-def rate_view_with(name: str, verdict: str, lacks: str = "") -> RateView:
-    return RateView(name, "16.7 rpm", (), "", verdict=verdict, lacks=lacks)
+def verdict_on(name: str, complete: bool, lacks: str = "") -> RateVerdict:
+    return RateVerdict(name, complete, "", lacks)
 
 
-GOOD = Answer("gyroscope", "good", "✓", "nothing is missing", "", "", "", ())
+GOOD = Answer("gyroscope", "good", "nothing is missing", "", "", "", ())
 
 
 def test_the_headline_names_every_rate_model_that_its_section_calls_incomplete() -> None:
-    rates = [rate_view_with("slow", "effect", "once_per_rev"), rate_view_with("fast", "ambiguous"),
-             rate_view_with("back", "effect", "once_per_rev"),
-             rate_view_with("stated", "nothing_missing")]
-    headline = overall_verdict([GOOD], rates)
-    assert headline.standing == "open"
-    assert "noise explains the residuals of the gyroscope" in headline.text
-    assert "rate models of slow and back lack once_per_rev" in headline.text
-    assert "rate model of fast lacks a term" in headline.text
-    assert "stated" not in headline.text
+    rates = rates_answer([
+        verdict_on("slow", False, "once_per_rev"), verdict_on("fast", False),
+        verdict_on("back", False, "once_per_rev"), verdict_on("stated", True)])
+    assert rates is not None
+    top = headline([GOOD, rates])
+    assert top.standing == "open"
+    assert "noise explains the residuals of the gyroscope" in top.text
+    assert "rate models of slow and back lack once_per_rev" in top.text
+    assert "rate model of fast lacks a term" in top.text
+    assert "stated" not in top.text
 
 
 def test_the_headline_is_good_only_if_everything_is() -> None:
-    rates = [rate_view_with("slow", "nothing_missing")]
-    assert overall_verdict([GOOD], rates).standing == "good"
-    act = replace(GOOD, triad="accelerometer", standing="act", short="its model lacks cubic")
-    headline = overall_verdict([GOOD, act], rates)
-    assert headline.standing == "act"
-    assert "The calibration of the gyroscope is good." in headline.text
-    assert "accelerometer is not complete: its model lacks cubic" in headline.text
+    assert rates_answer([verdict_on("slow", True)]) is None
+    assert headline([GOOD]).standing == "good"
+    act = replace(GOOD, subject="accelerometer", standing="act", short="its model lacks cubic")
+    top = headline([GOOD, act])
+    assert top.standing == "act"
+    assert "The calibration of the gyroscope is good." in top.text
+    assert "accelerometer is not complete: its model lacks cubic" in top.text
 
 
 # --- terms -------------------------------------------------------------------------------------

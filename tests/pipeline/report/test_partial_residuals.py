@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from calib.effects.catalogue import find_effect
+from calib.effects.expression import read_expression
+from calib.effects.user_defined import user_effect
 from calib.fit.result import MISFIT_P_VALUE, Fit
 from calib.fit.solver import fit
 from pipeline.config.load import load_config
@@ -98,20 +100,58 @@ def test_the_wrong_effect_leaves_the_dots_where_they_are(outcome: Outcome) -> No
 def test_every_panel_has_the_axis_and_the_quantity_that_drive_it(outcome: Outcome) -> None:
     gyroscope, accelerometer = (fit_of(outcome, t) for t in ("gyroscope", "accelerometer"))
     nine = panels(gyroscope, find_effect("g_sensitivity"))
-    assert [(p.axis, p.driver.label[-1]) for p in nine] == [(k, j) for k in "xyz" for j in "xyz"]
-    assert {p.driver.unit for p in nine} == {"g"}
+    assert [(p.axis, p.against[-1]) for p in nine] == [(k, j) for k in "xyz" for j in "xyz"]
+    assert {p.per for p in nine} == {"g"}
     scale = panels(accelerometer, find_effect("temperature_scale"))
-    assert [(p.axis, p.driver.label, p.unit) for p in scale] == [
+    assert [(p.axis, p.against, p.unit) for p in scale] == [
         (axis, "temperature", "ppm") for axis in "xyz"]
     curved = panels(accelerometer, find_effect("quadratic"))
-    assert [p.driver.label for p in curved] == [f"specific force along {axis}" for axis in "xyz"]
+    assert [p.against for p in curved] == [f"specific force along {axis}" for axis in "xyz"]
     assert all(np.isnan(p.slope) for p in curved)
     assert all(np.isnan(p.slope) for p in panels(accelerometer, find_effect("warm_up"), 900.0))
 
 
-@pytest.mark.parametrize("name", ["frame_rotation", "cross_quadratic", "reference_scale"])
-def test_what_has_no_single_axis_or_driver_has_no_panel(outcome: Outcome, name: str) -> None:
-    assert panels(fit_of(outcome, "gyroscope"), find_effect(name)) == ()
+@pytest.mark.parametrize(("triad", "name"), [
+    ("gyroscope", "reference_scale"), ("accelerometer", "frame_rotation")])
+def test_what_the_poses_do_not_determine_has_no_panel(
+    outcome: Outcome, triad: str, name: str
+) -> None:
+    assert panels(fit_of(outcome, triad), find_effect(name)) == ()
+
+
+def test_what_several_conditions_drive_is_shown_against_its_own_column(outcome: Outcome) -> None:
+    base = fit_of(outcome, "gyroscope")
+    first, *_ = panels(base, find_effect("hysteresis"))
+    assert (first.against, first.per) == ("memory of the pose before along x", "")
+    on_line = np.interp(first.x, *first.curve)
+    largest = float(np.abs(first.before).max())
+    assert first.before - on_line == pytest.approx(first.after, abs=1e-6 * largest)
+
+
+def test_an_expression_is_shown_against_the_one_quantity_in_it_or_against_its_text(
+    outcome: Outcome
+) -> None:
+    base = fit_of(outcome, "accelerometer")
+    for text, words in (("temperature_c ** 2", "temperature"),
+                        ("temperature_c * time_s", "temperature_c * time_s")):
+        effect = user_effect("mine", read_expression(text), "axis", "m/s²", None)
+        shown = panels(base, effect)
+        assert [panel.against for panel in shown] == [words] * 3, text
+        assert [panel.axis for panel in shown] == ["x", "y", "z"]
+
+
+def test_an_effect_on_the_reference_is_shown_run_by_run_in_ppm(tmp_path: Path) -> None:
+    design = rich_design().scaled(seconds=0.3)
+    hidden = draw_effect("direction_dependent_rate", "gyroscope", 20.0, design, 4)
+    written = write_session(tmp_path, simulate(design, 4, (hidden,)), film=False)
+    outcome = run_stages(load_config(written.config), RunContext())
+    (panel,) = panels(fit_of(outcome, "gyroscope"), find_effect("direction_dependent_rate"))
+    assert (panel.axis, panel.unit) == ("reference", "ppm")
+    assert [name for _, name in panel.ticks] == ["17rpm", "m17rpm", "33rpm", "m33rpm"]
+    assert len(panel.x) == 72
+    true = 1e6 * abs(float(hidden.size))
+    assert np.ptp(panel.curve[1]) == pytest.approx(2 * true, rel=0.05)
+    assert in_sds((panel,), "before") > 5 * in_sds((panel,), "after")
 
 
 def test_an_effect_in_the_model_shows_the_fitted_size(outcome: Outcome) -> None:

@@ -163,4 +163,4 @@ def test_a_stated_rate_needs_no_pictures(finished: RunSession) -> None:
     outcome = run_stages(load_config(finished.config), RunContext())
     view = rate_view(next(iter(outcome.rates.values())))
     assert (view.frame, view.figures) == ("", ())
-    assert "not measured from a clip" in view.text
+    assert "not measured from a clip" in view.verdict.text

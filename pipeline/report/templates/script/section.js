@@ -9,6 +9,11 @@ class Section {
       effect.name, this.root.querySelector(`input[data-effect="${CSS.escape(effect.name)}"]`)]));
     this.order = this.effects.filter((effect) => effect.in_model);
     this.asFitted = refit(triad, this.order);
+    this.before = shownResiduals(triad, this.asFitted.residual);
+    this.limit = residualLimit(this.before.value, this.before.sd);
+    this.charts = [...this.root.querySelectorAll("svg.residuals")].map((svg) => new ResidualChart(svg, triad));
+    this.out = new Set();    // poses that are left out
+    this.listeners = [];     // called after every refit
     for (const effect of this.effects) {
       this.boxes.get(effect.name).addEventListener("change", () => this.toggle(effect));
     }
@@ -35,43 +40,59 @@ class Section {
     this.update();
   }
 
-  out(name) { return this.root.querySelector(`[data-out="${name}"]`); }
+  output(name) { return this.root.querySelector(`[data-out="${name}"]`); }
 
   update() {
-    const refitted = refit(this.triad, this.order), was = this.asFitted;
+    const refitted = refitWithout(this.triad, this.order, this.out), was = this.asFitted;
+    this.refitted = refitted;
     const exact = this.triad.loo / was.loo;  // refits without each pose, over one step's estimate
-    const numbers = { rms: refitted.rms, loo: refitted.loo * exact, chi2: refitted.chi2 / refitted.dof };
-    const before = { rms: was.rms, loo: this.triad.loo, chi2: was.chi2 / was.dof };
     const changed = this.effects.filter(
       (effect) => effect.in_model !== this.boxes.get(effect.name).checked);
-    for (const [name, value] of Object.entries(numbers)) {
-      const output = this.out(name);
-      output.textContent = short(value);
-      output.dataset.value = String(value);
-      this.root.querySelector(`[data-was="${name}"]`).textContent =
-        changed.length ? `before: ${short(before[name])}` : "as fitted";
-      this.root.querySelector(`[data-meter="${name}"]`).style.width =
-        `${100 * Math.min(1, Math.max(value / before[name], 0.01) || 0)}%`;
-    }
-    this.root.classList.toggle("ticked", changed.length > 0);
+    const other = changed.length > 0 || this.out.size > 0;
+    showTile(this.root, "rms", refitted.rms, was.rms, other);
+    showTile(this.root, "loo", refitted.loo * exact, this.triad.loo, other);
+    showTile(this.root, "chi2", refitted.chi2 / refitted.dof, was.chi2 / was.dof, other);
+    this.root.classList.toggle("ticked", other);
     this.root.querySelector("[data-result]").hidden = changed.length === 0;
-    this.say(refitted, changed);
+    this.judge(changed);
+    this.say(refitted);
     this.tie(refitted);
     this.draw(refitted);
+    drawFall(this.output("fall"), this.triad, this.order, this.out);
+    this.listeners.forEach((listener) => listener());
   }
 
-  say(refitted, changed) {
-    this.out("words").textContent = refitted.dof < FEWEST_DOF
+  // What each change is worth, and the commands of those that are worth it. Taking an effect out
+  // again is always possible.
+  judge(changed) {
+    const judged = changed.map((effect) => [effect, judge(this.triad, this.order, effect, this.out)]);
+    this.output("judgement").replaceChildren(...judged.filter(([, result]) => result).map(([effect, result]) => {
+      const line = document.createElement("p");
+      line.textContent = judgementText(result);
+      line.className = effect.in_model !== (result.isThere && result.change < 0) ? "helps" : "harms";
+      return line;
+    }));
+    const commands = judged.map(([effect, result]) => {
+      const target = `${this.config} ${this.triad.triad}.${effect.name}`;
+      if (effect.in_model) return `pipeline remove ${target}`;
+      if (!result || !result.helps) return "";
+      return `pipeline add ${target}${effect.aliases.length ? " --although-aliased" : ""}`;
+    }).filter(Boolean);
+    this.output("commands").textContent = commands.join("\n");
+    this.output("commanded").hidden = commands.length === 0;
+  }
+
+  say(refitted) {
+    this.output("words").textContent = refitted.dof < FEWEST_DOF
       ? `Only ${Math.max(refitted.dof, 0)} degrees of freedom remain: a model with so many `
         + "parameters fits any data. Record more poses before you add it."
       : refitted.p < MISFIT_P_VALUE
         ? "The noise of the poses does not explain the residuals yet."
         : "The noise of the poses explains the residuals.";
-    this.out("words").dataset.p = String(refitted.p);
-    const body = this.out("sizes");
-    body.replaceChildren(...refitted.sizes.map((size) => {
+    this.output("words").dataset.p = String(refitted.p);
+    this.output("sizes").replaceChildren(...refitted.sizes.map((size) => {
       const row = document.createElement("tr");
-      [`${size.effect} ${size.name}`, withSd(size.value, size.sd), size.unit].forEach((text) => {
+      [`${size.effect} ${size.name}`, withSd(size.value * size.factor, size.sd * size.factor), size.unit].forEach((text) => {
         const cell = document.createElement("td");
         cell.textContent = text;
         row.append(cell);
@@ -79,11 +100,6 @@ class Section {
       row.dataset.size = `${size.effect} ${size.name} ${size.value} ${size.sd}`;
       return row;
     }));
-    this.out("commands").textContent = changed.map((effect) => {
-      const target = `${this.config} ${this.triad.triad}.${effect.name}`;
-      if (effect.in_model) return `pipeline remove ${target}`;
-      return `pipeline add ${target}${effect.aliases.length ? " --although-aliased" : ""}`;
-    }).join("\n");
   }
 
   // Of effects that these poses cannot separate only one can be ticked.
@@ -108,43 +124,13 @@ class Section {
   }
 
   draw(refitted) {
-    const { labels, row_pose: pose, row_unit: unit, is_null: isNull } = this.triad;
-    const value = new Float64Array(labels.length), squares = new Float64Array(labels.length);
-    const variance = new Float64Array(labels.length);
-    pose.forEach((k, i) => {
-      value[k] = refitted.residual[i] * unit[i];
-      squares[k] += value[k] ** 2;
-      variance[k] += unit[i] ** 2;
-    });
-    isNull.forEach((at_rest, k) => { if (at_rest) value[k] = Math.sqrt(squares[k]); });
-    const sd = variance.map(Math.sqrt);
-    const typical = Float64Array.from(sd).sort()[Math.floor(sd.length / 2)];
-    let limit = SHOWN_SD * typical;
-    value.forEach((v, k) => { limit = Math.max(limit, Math.abs(v) + sd[k]); });
-    limit = nice(limit);
+    const { labels } = this.triad, { value, sd } = shownResiduals(this.triad, refitted.residual);
     const inSd = value.map((v, k) => Math.abs(v) / sd[k]);
     const within = inSd.filter((times) => times <= 1).length;
     const largest = inSd.indexOf(Math.max(...inSd));
-    this.out("says").textContent = `With the ticked effects ${within} of ${labels.length} residuals `
+    this.output("says").textContent = `With the ticked effects ${within} of ${labels.length} residuals `
       + `are smaller than one sd. The largest is ${inSd[largest].toFixed(1)} sds (pose ${labels[largest]}).`;
-    for (const chart of this.root.querySelectorAll("svg.residuals")) {
-      const top = Number(chart.dataset.top), bottom = Number(chart.dataset.bottom);
-      const y = (v) => ((top + bottom) / 2 - v / limit * (bottom - top) / 2).toFixed(1);
-      chart.querySelectorAll("[data-fraction]").forEach((text) => {
-        text.textContent = short(Number(text.dataset.fraction) * limit);
-      });
-      chart.querySelectorAll("g.mark").forEach((mark) => {
-        const k = Number(mark.dataset.i);
-        mark.setAttribute("transform", `translate(${mark.dataset.x} ${y(value[k])})`);
-        if (mark.dataset.titled) {
-          mark.querySelector("title").textContent = `${labels[k]}: `
-            + `${withSd(value[k], sd[k])} ${this.triad.unit}, ${short(value[k] / sd[k])} sd`;
-        }
-      });
-      chart.querySelectorAll("path.band").forEach((band) => {
-        const k = Number(band.dataset.i);
-        band.setAttribute("d", `M${band.dataset.x} ${y(isNull[k] ? 0 : -sd[k])}V${y(sd[k])}`);
-      });
-    }
+    const limit = Math.max(this.limit, residualLimit(value, sd));
+    this.charts.forEach((chart) => chart.draw(limit, value, sd, this.before.value));
   }
 }

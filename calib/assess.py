@@ -1,0 +1,87 @@
+"""Poses and a model in; the calibration, what it leaves, what it misses and what it will err by.
+
+The one way from a set of poses to a result, of the command, of a notebook and of a fleet alike.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from calib.diagnosis.diagnose import Diagnosis, diagnose
+from calib.diagnosis.untested import untested
+from calib.effects.effect import Effect
+from calib.fit.angrisano import fit_paper
+from calib.fit.calibration import TriadCalibration, calibrate_triad
+from calib.fit.leave_one_out import Comparison, compare
+from calib.fit.model import Model
+from calib.fit.prediction import Prediction, predict
+from calib.fit.solver import fit
+from calib.fit.unknown_sd import has_sds, tests_the_model, with_estimated_sds
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.pose_set import PoseSet
+
+
+@dataclass(frozen=True, eq=False)
+class AssessedTriad:
+    """A calibrated triad beside its measurements.
+
+    ``prediction`` is what it will err by on the next log, None where only rest was measured.
+    """
+
+    calibration: TriadCalibration
+    comparison: Comparison
+    diagnosis: Diagnosis
+    prediction: Prediction | None
+
+
+def assess(
+    poses: PoseSet,
+    model: Model,
+    spec: TriadSpec,
+    *,
+    solver: str = "default",
+    loss: str = "squares",
+    candidates: Sequence[Effect] = (),
+    covariates: Sequence[str] | None = None,
+) -> AssessedTriad:
+    """Calibrate one triad and compare the model with the measurements.
+
+    Parameters
+    ----------
+    poses : PoseSet
+        n poses; where their means have no sds, these are estimated from the poses.
+    model : Model
+    spec : TriadSpec
+        The data sheet that made the readings nominal.
+    solver : str
+        ``default``, or ``paper`` for Angrisano et al. eq. (4)-(11).
+    loss : str
+        ``squares`` or ``huber``.
+    candidates : sequence of Effect
+        Effects beside the catalogue's that the diagnosis considers.
+    covariates : sequence of str or None
+        Logged columns that may be causes; None for all that do not follow attitude or clock.
+
+    Returns
+    -------
+    AssessedTriad
+
+    Raises
+    ------
+    Undetermined
+        The poses do not determine the model.
+    FitFailed
+        The fit does not converge, or fails its own check.
+    """
+    if not has_sds(poses):
+        poses = with_estimated_sds(poses, model)
+    fitted = (fit_paper(poses, model, spec) if solver == "paper"
+              else fit(poses, model, robust=loss == "huber"))
+    calibration = calibrate_triad(fitted, spec)
+    prediction = predict(calibration)
+    diagnosis = diagnose(fitted, candidates, spec.full_scale, covariates, prediction)
+    return AssessedTriad(
+        calibration,
+        compare(fitted),
+        diagnosis if tests_the_model(poses) else untested(diagnosis),
+        prediction,
+    )

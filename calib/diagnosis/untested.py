@@ -1,0 +1,29 @@
+"""The verdict on poses whose noise is not known: the model cannot be tested by its own residual."""
+
+from dataclasses import replace
+
+from calib.diagnosis.diagnose import Diagnosis
+from calib.diagnosis.verdict.decision import Code
+from calib.diagnosis.verdict.explain import Explanation
+
+TEXT = (
+    "Whether something is missing cannot be determined: the poses have no sds, and no attitude was "
+    "repeated often enough to estimate their noise, so that whatever the model misses counts as "
+    "noise. The ranking shows which effect would lower the leave-one-out error. State the sds of "
+    "the means, use the logs that they come from, or record every pose twice."
+)
+
+
+def untested(diagnosis: Diagnosis) -> Diagnosis:
+    """``diagnosis`` without its verdict; ranking, limits and blind effects stay."""
+    return replace(
+        diagnosis,
+        verdict=Code.REFUSED,
+        name=None,
+        names=(),
+        group=(),
+        inclusion=(),
+        advice=None,
+        explanation=Explanation("open", "its model cannot be tested", TEXT, "repeat",
+                                "State the sds of the means, or record every pose twice"),
+    )

@@ -1,0 +1,27 @@
+"""A value beside its standard deviation, to the digits that the latter leaves."""
+
+import math
+
+SD_DIGITS = 2  #: significant digits of an sd; its value is shown to the same decimal
+FINEST = 1e-4  #: smaller numbers are shown with a power of ten
+
+
+def with_sd(value: float, sd: float | None) -> str:
+    """``33123.83 ± 0.25``: the sd to two digits, the value to the same decimal.
+
+    Without an sd, or with one that is not finite, the value alone.
+
+    >>> with_sd(33123.8274, 0.2512)
+    '33123.83 ± 0.25'
+    >>> with_sd(-0.0000123456, 0.0000012)
+    '(-1.23 ± 0.12)e-05'
+    """
+    if sd is None or not math.isfinite(sd):
+        return f"{value:.6g}"
+    if sd <= 0:
+        return f"{value:.6g} ± 0"
+    if max(abs(value), sd) < FINEST:
+        power = math.floor(math.log10(max(abs(value), sd)))
+        return f"({with_sd(value / 10.0**power, sd / 10.0**power)})e{power:03d}"
+    decimals = max(0, SD_DIGITS - 1 - math.floor(math.log10(sd)))
+    return f"{value:.{decimals}f} ± {sd:.{decimals}f}"

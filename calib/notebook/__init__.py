@@ -1,0 +1,4 @@
+"""A calibration in a few lines of Python, by the same engine as the command.
+
+    table ─ tables ─ PoseSet ─ calibration (fit, diagnosis, prediction) ─ display
+"""

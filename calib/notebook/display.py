@@ -1,0 +1,120 @@
+"""A calibration as text, as HTML, as tables and as a figure."""
+
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from calib.assess import AssessedTriad
+from calib.effects.effect import Effect
+from calib.fit.rounding import with_sd
+from calib.poses.imu_log import AXES, SI_UNIT
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+NAME_WIDTH = 24  #: of a parameter in a terminal
+Parameter = tuple[str, str, float, float]  #: name, unit, value, sd (NaN where it has none)
+
+
+def name_of(effect: str | Effect) -> str:
+    """The name of an effect, stated by it or as itself."""
+    return effect if isinstance(effect, str) else effect.name
+
+
+def parameters_of(assessed: AssessedTriad) -> list[Parameter]:
+    """Every parameter: misalignment, bias and scale as in Angrisano et al., and those added."""
+    calibration = assessed.calibration
+    unit = SI_UNIT[calibration.triad]
+    base = calibration.parameters
+    values = (base.misalignment_rad, base.bias_counts, base.scale_counts_per_unit)
+    rows = [
+        (f"{name} {axis}", of, float(value[i]), float(sd[i]))
+        for name, of, value, sd in zip(
+            ("misalignment", "bias", "scale"), ("rad", unit, "1"), values, base.sd, strict=True)
+        for i, axis in enumerate(AXES)
+    ]
+    effects = {effect.name: effect for effect in calibration.fit.model.effects}
+    for name, (value, sd) in calibration.effect_values().items():
+        effect = effects[name]
+        labels = [*effect.parameters, *(["shape"] if effect.shape else [])]
+        rows += [(f"{name} {label}".strip(), effect.unit_for(calibration.triad), float(v), float(s))
+                 for label, v, s in zip(labels, value, sd, strict=True)]
+    return rows
+
+
+def head(assessed: AssessedTriad) -> str:
+    """One line: triad, poses, model, residuals."""
+    fit, unit = assessed.calibration.fit, SI_UNIT[assessed.calibration.triad]
+    comparison = assessed.comparison
+    return (f"{fit.poses.triad}, {len(fit.poses)} poses, {' + '.join(fit.model.names)}: "
+            f"residual {comparison.residual_rms:.3g} {unit}, "
+            f"leave-one-out {comparison.loo_rms:.3g} {unit}, "
+            f"chi²/dof {fit.chi2 / fit.dof:.3g} with {fit.dof} degrees of freedom")
+
+
+def text(assessed: AssessedTriad) -> str:
+    """Head, parameters and verdict for a terminal."""
+    rows = [f"  {name:<{NAME_WIDTH}} {with_sd(value, sd)} {unit}"
+            for name, unit, value, sd in parameters_of(assessed)]
+    return "\n".join([head(assessed), *rows, *map(str, assessed.calibration.fit.poses.notes),
+                      assessed.diagnosis.text])
+
+
+def html(assessed: AssessedTriad) -> str:
+    """The same as a table for a notebook; names that come from a table are escaped."""
+    rows = "".join(
+        f"<tr><td>{escape(name)}</td><td style='text-align:right'>{escape(with_sd(value, sd))}</td>"
+        f"<td>{escape(unit)}</td></tr>" for name, unit, value, sd in parameters_of(assessed))
+    notes = "".join(f"<p>{escape(note)}</p>" for note in assessed.calibration.fit.poses.notes)
+    return (f"<p><b>{escape(head(assessed))}</b></p><table><tr><th>parameter</th><th>value ± sd"
+            f"</th><th>unit</th></tr>{rows}</table>{notes}<p>{escape(assessed.diagnosis.text)}</p>")
+
+
+def parameter_frame(assessed: AssessedTriad) -> "DataFrame":
+    """Columns value, sd and unit by the parameter's name."""
+    from pandas import DataFrame
+
+    names, units, values, sds = zip(*parameters_of(assessed), strict=True)
+    return DataFrame({"value": values, "sd": sds, "unit": units}, index=list(names))
+
+
+def pose_frame(assessed: AssessedTriad) -> "DataFrame":
+    """Residuals and conditions by the pose's name, SI."""
+    from pandas import DataFrame
+
+    poses = assessed.calibration.fit.poses
+    each = assessed.comparison.poses
+    columns: dict[str, Any] = {
+        "run": poses.run,
+        "reference": poses.reference.magnitude,
+        "residual": [pose.residual for pose in each],
+        "sd": [pose.sd for pose in each],
+        "left_out": [pose.left_out for pose in each],
+    }
+    return DataFrame({**columns, **poses.columns}, index=list(poses.label))
+
+
+def figure(assessed: AssessedTriad) -> "Figure":
+    """Residuals of every pose, fitted and left out, and the noise band of one and two sds."""
+    from matplotlib.figure import Figure
+
+    unit = SI_UNIT[assessed.calibration.triad]
+    each = assessed.comparison.poses
+    number = np.arange(1, len(each) + 1)
+    sd = np.array([pose.sd for pose in each])
+    drawing = Figure(figsize=(8.0, 3.6), layout="constrained")
+    axes = drawing.subplots()
+    for times, shade in ((2, 0.12), (1, 0.22)):
+        axes.fill_between(number, -times * sd, times * sd, step="mid", alpha=shade, lw=0,
+                          color="tab:gray", label=f"noise, ±{times} sd")
+    axes.plot(number, [pose.residual for pose in each], "o", color="tab:blue", label="residual")
+    axes.plot(number, [pose.left_out for pose in each], "x", color="tab:orange",
+              label="leave-one-out")
+    axes.axhline(0, color="black", lw=0.6)
+    axes.set(xlabel="pose", ylabel=f"magnitude less reference, {unit}", title=head(assessed))
+    axes.title.set_fontsize(9)
+    axes.legend(fontsize=8, ncols=2)
+    return drawing
+

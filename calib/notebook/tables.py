@@ -1,0 +1,171 @@
+"""From a table to poses: a DataFrame, a mapping of columns, or an array of pose means.
+
+Columns: ``acc_x, acc_y, acc_z`` in m/s², ``gyr_x, gyr_y, gyr_z`` in rad/s, ``sd_acc_x`` ... (the
+sds of the means; with ``samples``, of the samples), ``time_s``, ``rate_rad_s`` (of the plate: 0 at
+rest, negative clockwise), ``pose`` (what the pose is called) and any further numeric column. A row
+is the mean of a pose; where several rows have the same ``pose`` they are its samples.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from calib.errors import UnusableLog
+from calib.poses.averaging import PoseMean, TriadMean, average_pose
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import AXES, TRIADS, FloatArray, ImuLog, Triad
+from calib.poses.pose_set import PoseRun
+from calib.poses.runs import PlateRate, gravity_run, stopped_run, turning_run
+
+SI = TriadSpec(np.inf, 0, "si")
+PREFIX: Mapping[Triad, str] = {"accelerometer": "acc", "gyroscope": "gyr"}
+POSE, TIME, RATE, SAMPLES = "pose", "time_s", "rate_rad_s", "samples"
+
+Columns = dict[str, FloatArray]
+
+
+def columns_of(table: Any, triad: Triad) -> tuple[Columns, list[str]]:
+    """The numeric columns of a table, and what each row's pose is called.
+
+    Parameters
+    ----------
+    table : DataFrame, mapping of name to sequence, structured array, or array of shape (n, 3)
+        An array holds the readings of ``triad`` alone.
+    triad : str
+
+    Raises
+    ------
+    UnusableLog
+        The table has no column of the triad, a column is no numbers, or lengths differ.
+    """
+    if isinstance(table, np.ndarray) and table.dtype.names is None:
+        if table.ndim != 2 or table.shape[1] != 3:
+            raise UnusableLog(f"table: an array of shape {table.shape}, (n, 3) expected: the x, y, "
+                              f"z means of every pose. Name the columns of anything else.")
+        table = {f"{PREFIX[triad]}_{axis}": table[:, i] for i, axis in enumerate(AXES)}
+    names = list(table.dtype.names or () if isinstance(table, np.ndarray) else table.keys())
+    absent = [name for name in names_of(triad) if name not in names]
+    if absent:
+        raise UnusableLog(f"table: no column {', '.join(absent)}; {', '.join(names_of(triad))} are "
+                          f"expected. The table has {', '.join(map(str, names)) or 'no columns'}.")
+    columns = {str(name): _numbers(str(name), table[name]) for name in names if name != POSE}
+    lengths = {name: len(values) for name, values in columns.items()}
+    if len(set(lengths.values())) > 1:
+        raise UnusableLog(f"table: columns of different lengths: {lengths}.")
+    rows = next(iter(lengths.values()))
+    labels = [str(each) for each in table[POSE]] if POSE in names else [
+        f"row {i + 1}" for i in range(rows)]
+    return columns, labels
+
+
+def names_of(triad: Triad, prefix: str = "") -> list[str]:
+    """Names of the three columns of a triad."""
+    return [f"{prefix}{PREFIX[triad]}_{axis}" for axis in AXES]
+
+
+def _numbers(name: str, values: Any) -> FloatArray:
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise UnusableLog(f"table: column {name} is not numeric ({error}). Leave it out, or turn "
+                          f"it into numbers.") from error
+
+
+def gravity_runs(table: Any, gravity: float, sd: float) -> list[PoseRun]:
+    """The poses of an accelerometer under gravity, m/s²; errors as of :func:`columns_of`."""
+    columns, labels = columns_of(table, "accelerometer")
+    return [gravity_run("table", pose_means(columns, labels, "accelerometer", 0.0), gravity, sd)]
+
+
+def plate_runs(table: Any, rate: float | None, sd: float) -> list[PoseRun]:
+    """The poses of a gyroscope, one run for each rate of the plate.
+
+    Parameters
+    ----------
+    table : see :func:`columns_of`
+    rate : float or None
+        Rate of the plate in all poses, rad/s; None takes the column ``rate_rad_s``.
+    sd : float
+        Its sd, common to all poses of a rate, rad/s.
+
+    Raises
+    ------
+    UnusableLog
+        As of :func:`columns_of`, or no rate is stated.
+    Undetermined
+        The readings do not fit the rates.
+    """
+    columns, labels = columns_of(table, "gyroscope")
+    if rate is None and RATE not in columns:
+        raise UnusableLog("table: no rate of the plate. State `rate=` in rad/s, or a column "
+                          "rate_rad_s; 0 means that the plate stood still.")
+    rates = columns.pop(RATE, np.zeros(len(labels)))
+    rates = rates if rate is None else np.full(len(labels), float(rate))
+    if not np.isfinite(rates).all():
+        raise UnusableLog("table: a rate of the plate is not a finite number.")
+    runs = []
+    for each in dict.fromkeys(rates.tolist()):
+        rows = np.flatnonzero(rates == each)
+        means = pose_means({name: values[rows] for name, values in columns.items()},
+                           [labels[i] for i in rows], "gyroscope", each)
+        if each == 0:
+            runs.append(stopped_run("stopped", means, None))
+            continue
+        plate = PlateRate(f"{each:.6g} rad/s", np.array([abs(each)]), np.array([sd]),
+                          direction="ccw" if each > 0 else "cw")
+        runs.append(turning_run(means, plate, None))
+    return runs
+
+
+def pose_means(
+    columns: Columns, labels: Sequence[str], triad: Triad, rate_rad_s: float
+) -> list[PoseMean]:
+    """Every pose's mean: of its rows where several have its name, else as its row states it."""
+    if len(set(labels)) < len(labels):
+        return [_averaged(columns, label, np.array([each == label for each in labels]), rate_rad_s)
+                for label in dict.fromkeys(labels)]
+    read = {TIME, SAMPLES, *(name for each in TRIADS for prefix in ("", "sd_")
+                             for name in names_of(each, prefix))}
+    both = {each: _stated(columns, each, len(labels)) for each in TRIADS}
+    time_s = columns.get(TIME, np.full(len(labels), np.nan))
+    return [
+        PoseMean(label, both["accelerometer"][i], both["gyroscope"][i], float(time_s[i]), 0.0,
+                 {name: float(values[i]) for name, values in columns.items() if name not in read},
+                 stated=True)
+        for i, label in enumerate(labels)
+    ]
+
+
+def _averaged(columns: Columns, label: str, rows: Any, rate_rad_s: float) -> PoseMean:
+    """Mean of the samples of one pose, its sds by their scatter and autocorrelation."""
+    if TIME not in columns:
+        raise UnusableLog(f"table: several rows are called {label}, so they are samples and need "
+                          f"a column time_s. Or give every pose its own name.")
+    part = {name: values[rows] for name, values in columns.items()}
+    accelerometer, gyroscope = (
+        np.column_stack([part.pop(name) for name in names_of(each)])
+        if names_of(each)[0] in part else np.full((int(rows.sum()), 3), np.nan)
+        for each in TRIADS)
+    log = ImuLog(label, part.pop(TIME), accelerometer, gyroscope, part)
+    return average_pose(log, SI, SI, abs(rate_rad_s))
+
+
+def _stated(columns: Columns, triad: Triad, rows: int) -> list[TriadMean]:
+    nothing = np.full((rows, 3), np.nan)
+    names, sd_names = names_of(triad), names_of(triad, "sd_")
+    if any(name not in columns for name in names):
+        return [TriadMean(*(row for _ in range(4))) for row in nothing]
+    means = np.column_stack([columns[name] for name in names])
+    if not np.isfinite(means).all():
+        raise UnusableLog(f"table: {' or '.join(names)} has no number in some row. Leave that row "
+                          f"out.")
+    sd = nothing
+    if all(name in columns for name in sd_names):
+        sd = np.column_stack([columns[name] for name in sd_names])
+        if not (sd > 0).all():
+            raise UnusableLog(f"table: an sd in {', '.join(sd_names)} is not a positive number.")
+    samples = columns.get(SAMPLES)
+    variance = sd**2 if samples is None else sd**2 / samples[:, None]
+    scatter = nothing if samples is None else sd**2
+    return [TriadMean(*each) for each in zip(means, variance, variance, scatter, strict=True)]

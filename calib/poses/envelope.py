@@ -1,0 +1,29 @@
+"""The envelope of a pose: what its samples look like, in a few numbers."""
+
+import numpy as np
+
+from calib.poses.imu_log import FloatArray
+
+STRETCHES = 40
+"""As many as a chart of a phone's width can show apart."""
+
+
+def envelope(values: FloatArray) -> FloatArray:
+    """Lowest and highest sample of equal stretches: unlike every n-th sample it keeps each spike.
+
+    Parameters
+    ----------
+    values : array, shape (t, k)
+
+    Returns
+    -------
+    array, shape (min(t, STRETCHES), 2, k)
+
+    Examples
+    --------
+    >>> envelope(np.arange(80.0)[:, None])[0].ravel()
+    array([0., 1.])
+    """
+    starts = np.linspace(0, len(values), min(len(values), STRETCHES), endpoint=False).astype(int)
+    return np.stack([np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)],
+                    axis=1)

@@ -1,0 +1,72 @@
+"""Blocks of rows that a logger wrote again and again instead of measuring.
+
+Noise alone repeats a reading on all axes now and then. With p the probability that a reading is
+followed by its repetition, a run of k repetitions begins at one given sample with probability p^k;
+a run so long that none of its length is expected in the log is no noise. p is the share of readings
+that are followed by a repetition: a frozen block counts once there, however long it is.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from calib.poses.imu_log import BoolArray, ImuLog
+
+CHANCE = 1e-6
+"""Expected number of such runs in a log by noise alone."""
+
+LARGEST_REPEAT = 0.5
+"""A sensor that repeats more often is quieter than its converter's step: its runs have no length
+that noise would not have."""
+
+SHORTEST_BLOCK = 10
+"""Sensors read faster than they measure repeat each reading a few times."""
+
+BLOCKS_LISTED = 4
+
+
+def frozen_samples(log: ImuLog) -> BoolArray:
+    """Samples that only repeat the one before, in runs longer than noise makes, shape (t,)."""
+    held = [getattr(log, triad) for triad in ("accelerometer", "gyroscope") if log.has(triad)]
+    readings = np.hstack(held)
+    repeats = np.concatenate([[False], (np.diff(readings, axis=0) == 0).all(axis=1)])
+    edges = np.flatnonzero(np.diff(np.concatenate([repeats, [False]]).astype(np.int8)))
+    starts, stops = edges[::2] + 1, edges[1::2] + 1
+    frozen = np.zeros(len(repeats), dtype=bool)
+    fresh = len(repeats) - int(repeats.sum())
+    chance = len(starts) / fresh
+    if not 0 < chance <= LARGEST_REPEAT:
+        return frozen
+    shortest = max(SHORTEST_BLOCK, math.log(CHANCE / len(repeats)) / math.log(chance))
+    for start, stop in zip(starts, stops, strict=True):
+        if stop - start >= shortest:
+            frozen[start:stop] = True
+    return frozen
+
+
+def without_frozen(log: ImuLog, turning: bool) -> tuple[ImuLog, str | None]:
+    """``log`` without its frozen samples, and a sentence on them; None where there are none.
+
+    On a turning plate the longest stretch between frozen blocks is kept, since a mean over whole
+    turns needs one without a gap.
+    """
+    frozen = frozen_samples(log)
+    if not frozen.any():
+        return log, None
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], frozen, [False]]).astype(np.int8)))
+    blocks = list(zip(edges[::2], edges[1::2], strict=True))
+    note = (f"{log.label}: {len(blocks)} frozen blocks, in which the logger wrote one reading "
+            f"again and again (rows {_listed(blocks)}); {int(frozen.sum())} of {len(frozen)} "
+            f"samples are left out.")
+    if turning:
+        ends = [0, *(stop for _, stop in blocks)], [*(start for start, _ in blocks), len(frozen)]
+        start, stop = max(zip(*ends, strict=True), key=lambda span: span[1] - span[0])
+        return log.between(int(start), int(stop), log.label), note
+    return log.where(~frozen), note
+
+
+def _listed(blocks: Sequence[tuple[int, int]]) -> str:
+    shown = ", ".join(f"{start + 1}-{stop}" for start, stop in blocks[:BLOCKS_LISTED])
+    more = len(blocks) - BLOCKS_LISTED
+    return f"{shown} and {more} more" if more > 0 else shown

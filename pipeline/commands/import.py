@@ -1,0 +1,90 @@
+"""``pipeline import FILE...``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from pipeline.commands import examples, paragraph
+from pipeline.commands.arguments import Finite, PathArgument
+
+if TYPE_CHECKING:
+    from pipeline.guess.checked import CheckedConfig
+
+
+@click.command(epilog=examples(
+    "pipeline import log.csv",
+    "pipeline import phone.zip --latitude 59.9 --height 20",
+    "pipeline import pose_*.csv --output session.yaml",
+    "pipeline import accelerometer.txt gyroscope.txt --rate-hz 100",
+    "pipeline import flight.ulg --json",
+))
+@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=PathArgument())
+@click.option("--output", type=PathArgument(dir_okay=False), metavar="CONFIG",
+              help="Configuration to write; default: the first file's name with .yaml, here.")
+@click.option("--force", is_flag=True, help="Replace a configuration that exists.")
+@click.option("--rate-hz", type=Finite(min=0, min_open=True),
+              help="Sample rate of logs without a column of times.")
+@click.option("--latitude", type=Finite(min=-90, max=90), help="Latitude of the site in degrees.")
+@click.option("--height", type=Finite(min=-500, max=9000), default=0.0,
+              help="Height of the site in metres; with --latitude.")
+@click.option("--json", "as_json", is_flag=True, help="Print the guess as JSON.")
+def command(
+    files: tuple[Path, ...], output: Path | None, force: bool, rate_hz: float | None,
+    latitude: float | None, height: float, as_json: bool,
+) -> None:
+    """Guess columns, units and clock of logs of any tool, and write a configuration that runs.
+
+    Reads text tables in any dialect, zip archives of phyphox and Sensor Logger, MATLAB, NumPy and
+    JSON files, and with extra packages HDF5, Parquet, ROS bags, MCAP, PX4 and ArduPilot logs. The
+    command shows what it has guessed with the first rows, says what it is not sure of, and runs the
+    configuration before it writes it. It changes no log and never replaces a file without --force.
+    """
+    import json
+
+    from pipeline.commands.run_with_progress import run_unwatched
+    from pipeline.console.import_text import guess_json, guess_lines
+    from pipeline.errors import UnwritableOutput
+    from pipeline.files import write_whole
+    from pipeline.guess.checked import checked_config
+    from pipeline.guess.config_text import Choices
+    from pipeline.guess.files import guess_files
+
+    path = output or Path(f"{files[0].name.split('.')[0] or 'session'}.yaml")
+    if path.exists() and not force:
+        raise UnwritableOutput(f"{path}: exists and is left as it is. Choose another name with "
+                               "--output, or add --force to replace it.")
+    guess, passed_over = guess_files(files, rate_hz)
+    if any(path.exists() and path.samefile(each) for each in files if each.exists()):
+        raise UnwritableOutput(f"{path}: is one of the logs. Choose another name with --output.")
+    if not as_json:
+        for line in guess_lines(guess):
+            click.echo(line)
+    for note in passed_over:
+        click.secho(f"warning: {note}", fg="yellow", err=True)
+    site = None if latitude is None else f"{{latitude_deg: {latitude:g}, height_m: {height:g}}}"
+    checked = checked_config(guess, path.absolute(), Choices(site), run_unwatched)
+    if as_json:
+        click.echo(json.dumps(guess_json(guess, checked), indent=1, ensure_ascii=False))
+    write_whole(path, checked.text)
+    _say(path, checked, as_json)
+
+
+def _say(path: Path, checked: "CheckedConfig", as_json: bool) -> None:
+    """What came of the check."""
+    from pipeline.console.run_text import recordings_line, triad_line
+    from pipeline.errors import UnfinishedGuess
+
+    for change in checked.changes:
+        click.secho(f"warning: {change}", fg="yellow", err=True)
+    if checked.outcome is None:
+        raise UnfinishedGuess(paragraph(
+            f"{path} was written, but it does not run yet: {checked.fault} Correct the file, then "
+            f"type: pipeline run {path}"))
+    if as_json:
+        return
+    click.echo(recordings_line(checked.outcome.recordings))
+    for result in checked.outcome.triads:
+        click.echo(triad_line(result))
+    click.echo(f"{path} was written, and it runs.")
+    click.echo(f"next: pipeline run {path}")

@@ -1,0 +1,217 @@
+"""Is it good, what is wrong, what to do next: one source for the terminal and for the report.
+
+Each triad has an answer, and so have the clips of the plate where their rate models lack a term.
+The headline of the report, its sections and the last lines of ``pipeline run`` are made of these.
+"""
+
+import shlex
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+
+from calib.diagnosis.verdict.explain import SIGNS, Standing
+from calib.diagnosis.verdict.wording import joined
+from calib.poses.attitudes import direction_name
+from pipeline.console.rate_text import RateVerdict, rate_verdict
+from pipeline.console.run_text import aside_text, prediction_text
+from pipeline.formatting import DISPLAY, count
+from pipeline.stages.run import Outcome
+from pipeline.stages.triads import TriadResult
+
+LOG = "LOG.csv"  #: placeholder for a file of the user
+HOLDS_EFFECTS = "json"  #: format that stores added effects
+RATES = "plate rates"  #: subject of the answer on the clips
+WORST_FIRST: tuple[Standing, ...] = ("act", "open", "good")
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Three answers for one triad or for the plate rates, and the commands for the next step."""
+
+    subject: str
+    standing: Standing
+    short: str
+    good: str
+    wrong: str
+    next: str
+    commands: tuple[str, ...]
+
+    @property
+    def sign(self) -> str:
+        """The sign of its standing."""
+        return SIGNS[self.standing]
+
+
+@dataclass(frozen=True)
+class Headline:
+    """The whole session in one or two sentences."""
+
+    standing: Standing
+    text: str
+
+    @property
+    def sign(self) -> str:
+        """The sign of its standing."""
+        return SIGNS[self.standing]
+
+
+def answers_of(outcome: Outcome, folder: str) -> tuple[Answer, ...]:
+    """The answers on a session, the worst first; ``folder`` is where its results are."""
+    config = shlex.quote(str(outcome.config.source.path))
+    answers = [triad_answer(result, config, folder) for result in outcome.triads]
+    rates = rates_answer([rate_verdict(rate, config) for rate in outcome.rates.values()])
+    if rates is not None:
+        answers.append(rates)
+    return tuple(sorted(answers, key=lambda answer: WORST_FIRST.index(answer.standing)))
+
+
+def headline(answers: Sequence[Answer]) -> Headline:
+    """What all answers together come to; it states everything that one of them calls incomplete."""
+    triads = [answer for answer in answers if answer.subject != RATES]
+    standings = {answer.standing for answer in answers} or {"open"}
+    worst = next(each for each in WORST_FIRST if each in standings)
+    rates = [answer.short for answer in answers if answer.subject == RATES]
+    return Headline(worst, " ".join([_triads_text(triads), *rates]))
+
+
+def _triads_text(answers: Sequence[Answer]) -> str:
+    if not answers:
+        return "Only the rate of the plate was measured: the configuration contains no triad yet."
+    good = [answer.subject for answer in answers if answer.standing == "good"]
+    incomplete = [answer for answer in answers if answer.standing != "good"]
+    if not incomplete:
+        names = " and the ".join(good)
+        return f"The calibration is good: noise explains the residuals of the {names}."
+    sentences = [f"The calibration of the {answer.subject} is not complete: {answer.short}."
+                 for answer in incomplete]
+    sentences += [f"The calibration of the {triad} is good." for triad in good]
+    return " ".join(sentences)
+
+
+# --- the plate rates -----------------------------------------------------------------------------
+
+
+def rates_answer(verdicts: Sequence[RateVerdict]) -> Answer | None:
+    """The answer on all plate settings; None where their rate models lack nothing."""
+    lacking = [each for each in verdicts if not each.complete]
+    if not lacking:
+        return None
+    short = wrong = " ".join(_lacking_sentences(lacking))
+    if all(each.in_the_rate for each in lacking):
+        wrong += (" The stated rates do not depend on it, because every rate is fitted together "
+                  "with these waves.")
+    commands = tuple(each.command for each in lacking if each.command)
+    return Answer(
+        RATES, "open", short, _rates_good(lacking), wrong,
+        "Add the term; the phase residual is printed before and after:" if commands else
+        "Test the terms in the section on the plate rates.", commands)
+
+
+def _rates_good(lacking: Sequence[RateVerdict]) -> str:
+    worst = max(lacking, key=lambda each: each.rms_deg)
+    return (f"The rates are measured. The angle residual of the clips still has a shape; the "
+            f"largest is {worst.rms_deg:.2g}° RMS ({worst.setting}).")
+
+
+def _lacking_sentences(lacking: Sequence[RateVerdict]) -> Iterator[str]:
+    """What the rate models lack, a sentence for each term."""
+    settings: dict[str, list[str]] = {}
+    for each in lacking:
+        settings.setdefault(each.lacks, []).append(each.setting)
+    for term, names in settings.items():
+        one = len(names) == 1
+        yield (f"The rate {'model' if one else 'models'} of {joined(names, 'and')} "
+               f"{'lacks' if one else 'lack'} "
+               f"{term or 'a term that the clip does not determine'}.")
+
+
+# --- a triad -------------------------------------------------------------------------------------
+
+
+def triad_answer(result: TriadResult, config: str, folder: str) -> Answer:
+    """The three answers for one triad; ``config`` is the file as a shell reads it."""
+    words = result.diagnosis.explanation
+    standing, short = words.standing, words.short
+    wrong = _nothing_wrong(result) if standing == "good" else words.text
+    if standing == "good" and _lost_direction(result):
+        standing, short = "open", "directions are missing among its poses"
+    return Answer(
+        result.triad, standing, short, _is_it_good(result), f"{wrong}{_aside(result)}",
+        f"{words.following}{'' if words.step in ('apply', 'add') else ', then'}:",
+        _commands(result, config, shlex.quote(folder)),
+    )
+
+
+def _is_it_good(result: TriadResult) -> str:
+    unit, factor = DISPLAY[result.triad]
+    comparison = result.comparison
+    noise = sqrt(float(np.mean(result.calibration.fit.equations.row_sd**2)))
+    rms, loo = comparison.residual_rms * factor, comparison.loo_rms * factor
+    if result.diagnosis.verdict == "nothing_missing":
+        first = _lost_direction(result) or "Yes."
+        return (
+            f"{first} The RMS residual of the {count(len(comparison.poses), 'pose')} is {rms:.2g} "
+            f"{unit}, and their own noise explains it (sd {noise * factor:.2g} {unit}). The "
+            f"leave-one-out error, for a pose that takes no part in the fit, is {loo:.2g} {unit}. "
+            f"{_prediction(result)}"
+        )
+    times = comparison.residual_rms / noise
+    return (
+        f"{'Not yet' if times > 2 else 'Perhaps not'}. The RMS residual of the "
+        f"{count(len(comparison.poses), 'pose')} is {rms:.2g} {unit}, which is {times:.2g} times "
+        f"their own noise (sd {noise * factor:.2g} {unit})."
+    )
+
+
+def _lost_direction(result: TriadResult) -> str:
+    """Why the calibration is not good everywhere; empty where it is."""
+    prediction = result.prediction
+    if prediction is None or prediction.holds_everywhere:
+        return ""
+    return (
+        f"Not in every direction: with {direction_name(prediction.worst_direction)} it knows a "
+        f"magnitude {prediction.noise_worst / prediction.pose_sd:.2g} times worse than a single "
+        f"pose there would show. Add poses there."
+    )
+
+
+def _prediction(result: TriadResult) -> str:
+    """What the next log will err by, as a sentence."""
+    if result.prediction is None:
+        return "Only rest was measured: nothing is known of the gains."
+    text = prediction_text(result)
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def _nothing_wrong(result: TriadResult) -> str:
+    added = [e.name for e in result.calibration.fit.model.effects if e.acts_on != "reading"]
+    text = "These poses show no missing effect."
+    if added:
+        text += f" The model contains {' and '.join(added)} besides bias, scale and misalignment."
+    blind = result.diagnosis.blind
+    if blind:
+        text += f" They cannot determine {count(len(blind), 'effect')}, listed under Candidates."
+    return text
+
+
+def _aside(result: TriadResult) -> str:
+    """The logged columns that were not taken for causes, as a sentence; empty without any."""
+    columns = result.diagnosis.aside
+    if not columns:
+        return ""
+    text = aside_text(columns)
+    return f" {text[0].upper()}{text[1:]}."
+
+
+def _commands(result: TriadResult, config: str, folder: str) -> tuple[str, ...]:
+    """The commands that the next step takes."""
+    step = result.diagnosis.explanation.step
+    if step == "apply":
+        base_only = all(e.acts_on == "reading" for e in result.calibration.fit.model.effects)
+        return (f"pipeline apply {folder} {LOG} --output calibrated.csv",
+                f"pipeline export {folder} --to {'arduino' if base_only else HOLDS_EFFECTS}")
+    if step == "add":
+        return (f"pipeline add {config} {result.triad}.{result.diagnosis.name}",)
+    return (f"pipeline {'diagnose' if step == 'define' else 'run'} {config}",)

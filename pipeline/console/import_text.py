@@ -1,0 +1,103 @@
+"""What `pipeline import` shows: columns with the reasons, the first rows, what is not sure."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from pipeline.formatting import aligned, count
+from pipeline.guess.checked import CheckedConfig
+from pipeline.guess.session import SessionGuess
+from pipeline.guess.table_guess import TableGuess
+from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
+
+ROWS_SHOWN = 3
+LONGEST_NAMES = 44  #: characters of a triad's columns
+TABLES_SHOWN = 3
+
+
+def guess_lines(guess: SessionGuess) -> Iterator[str]:
+    """Every table, those of many alike only by the first, and what is not sure."""
+    tables = guess.tables
+    for table in tables[:TABLES_SHOWN]:
+        yield from table_lines(table)
+        yield ""
+    if len(tables) > TABLES_SHOWN:
+        yield f"and {count(len(tables) - TABLES_SHOWN, 'further table')}"
+        yield ""
+    for source in guess.sources:
+        turning = f"turning at {source.rate_rad_s:.3g} rad/s"
+        rate = "at rest" if source.rate == "stopped" else turning
+        yield f"{count(len(source.tables), 'table')}, {rate}: {LAYOUTS[source.layout]}"
+    if guess.doubts:
+        yield "not sure:"
+        for doubt in guess.doubts:
+            yield f"  - {doubt}"
+
+
+LAYOUTS = {"files": "each is one pose", "log": "the static intervals are the poses",
+           "means": "each row is the mean of a pose"}
+
+
+def table_lines(table: TableGuess) -> list[str]:
+    """The columns of one table with their units and reasons, and its first rows."""
+    clock = table.clock
+    seconds = float(clock.time_s[-1] - clock.time_s[0])
+    rate = f", {(table.table.rows - 1) / seconds:.4g} Hz, {seconds:.4g} s" if seconds else ""
+    lines = [f"{table.path}: {count(table.table.rows, 'row')}{'' if table.are_means else rate}"]
+    rows = []
+    if clock.column is not None:
+        rows.append(["  time", clock.column, str(clock.unit), clock.because])
+    elif not table.are_means:
+        shown = "not known" if clock.rate_hz is None else f"{clock.rate_hz:g} Hz"
+        rows.append(["  time", "-", shown, clock.because])
+    for name in ("accelerometer", "gyroscope"):
+        triad = getattr(table, name)
+        if triad is not None:
+            rows.append([f"  {name}", _names(triad.columns), triad.unit, triad.because])
+    lines += aligned(rows)
+    readings = [name for name in table.theirs if name in (TIME, *ACCELEROMETER, *GYROSCOPE)
+                or name.startswith("time_") or name == "temperature_c"]
+    head = [[f"  {name}" if i == 0 else name for i, name in enumerate(readings)]]
+    for row in range(min(ROWS_SHOWN, table.table.rows)):
+        values = [f"{table.table.columns[table.theirs[name]][row]:.10g}" for name in readings]
+        head.append([f"  {values[0]}", *values[1:]])
+    return [*lines, "  first rows:", *aligned(head)]
+
+
+def _names(columns: Sequence[str]) -> str:
+    """Three names beside each other, or the first and the last of long ones."""
+    whole = ", ".join(columns)
+    if len(whole) <= LONGEST_NAMES:
+        return whole
+    return f"{columns[0][:LONGEST_NAMES]} ... {columns[-1][-LONGEST_NAMES // 4:]}"
+
+
+def guess_json(guess: SessionGuess, checked: CheckedConfig) -> dict[str, Any]:
+    """The same for programs."""
+    return {
+        "tables": [
+            {
+                "path": str(table.path),
+                "rows": table.table.rows,
+                "columns": table.theirs,
+                "rate_hz": _rate_hz(table),
+                "time_unit": table.clock.unit,
+                "are_means": table.are_means,
+                "accelerometer": dict(table.accelerometer.sheet) if table.accelerometer else None,
+                "gyroscope": dict(table.gyroscope.sheet) if table.gyroscope else None,
+                "turning_rad_s": table.turning_rad_s,
+            }
+            for table in guess.tables
+        ],
+        "doubts": list(guess.doubts),
+        "changes": list(checked.changes),
+        "runs": checked.outcome is not None,
+        "fault": checked.fault,
+    }
+
+
+def _rate_hz(table: TableGuess) -> float | None:
+    if table.clock.column is None:
+        return table.clock.rate_hz
+    return float(1 / np.median(np.diff(table.clock.time_s)))

@@ -1,0 +1,202 @@
+"""What a calibration is valid for, against the log that it is applied to.
+
+`run` knows the poses that a calibration was made of; a log that comes later may be of another
+sensor, in other units, hotter, or beyond the range. What cannot be is refused, what goes beyond is
+said with figures.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from calib.effects.effect import Effect
+from calib.errors import UnusableLog
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import AXES, SI_UNIT, FloatArray, ImuLog
+from pipeline.export.apply import Applied, apply_results, at_the_rails
+from pipeline.results.read import Stored, StoredTriad
+
+WINDOW_S = 0.5
+FEWEST_SAMPLES = 12  #: of a window, and of a log of which an axis can be called stuck
+QUIETEST = 0.25
+"""Share of the windows that count as rest, and the median of these is what counts: a vehicle that
+never stands still is quiet where it moves evenly, and there the force is gravity too."""
+
+LARGEST_DRIFT = 0.02
+"""Of gravity: 0.02 %/K and 1 mg/K, what data sheets of low-cost sensors state, over 50 K and some
+years. A larger difference is worth a look."""
+
+LARGEST_DIFFERENCE = 0.3
+"""Of gravity: what gains differ by from part to part of one type, and offsets, is a tenth of it."""
+
+MARGIN = 0.1  #: of the span of the calibration by which telemetry may exceed it unsaid
+TEMPERATURE = "temperature_c"
+
+
+def require_counts(stored: Stored, log: ImuLog) -> None:
+    """Refuse readings that the calibrated converter cannot give.
+
+    Raises
+    ------
+    UnusableLog
+    """
+    for each in stored.triads:
+        spec = each.correction.spec
+        if not log.has(each.triad) or not spec.bits:
+            continue
+        readings = getattr(log, each.triad)
+        low, high = spec.count_range
+        if readings.min() < low or readings.max() > high:
+            raise UnusableLog(
+                f"{log.label}: {each.triad} readings run from {readings.min():g} to "
+                f"{readings.max():g}, but {stored.path} is valid for {spec.bits} bit "
+                f"{spec.encoding} counts, {low:g} to {high:g}. Use a raw log of the calibrated "
+                f"sensor, in the range and encoding of the session."
+            )
+
+
+def require_gravity(stored: Stored, log: ImuLog, applied: Applied) -> tuple[str, ...]:
+    """Compare the corrected specific force at rest with gravity.
+
+    Returns
+    -------
+    tuple of str
+        A warning where they differ by more than drift and age explain.
+
+    Raises
+    ------
+    UnusableLog
+        They have nothing to do with each other.
+    """
+    if "accelerometer" not in applied.triads:
+        return ()
+    gravity = float(stored.contents["accelerometer"]["gravity"]["value_m_s2"])
+    rest = _magnitude_at_rest(log.time_s, applied.triads["accelerometer"])
+    difference = abs(rest - gravity) / gravity
+    at_rest = f"{log.label}: at rest the corrected specific force is {rest:.4g} m/s²"
+    if not difference <= LARGEST_DIFFERENCE:
+        raise UnusableLog(
+            f"{at_rest}, where gravity is {gravity:.4g} m/s². The readings seem to be those of "
+            f"another sensor, in another range, unit or encoding, or corrected already. Use a raw "
+            f"log of the sensor of {stored.path}; if the log was never at rest, add "
+            f"--although-unlike."
+        )
+    if difference > LARGEST_DRIFT:
+        return (f"{at_rest}, {100 * difference:.2g} % off gravity ({gravity:.5g} m/s²). Is it the "
+                f"sensor of the session, and was it ever at rest in this log?",)
+    return ()
+
+
+def _magnitude_at_rest(time_s: FloatArray, force: FloatArray) -> float:
+    """Median magnitude of the mean force in the quietest windows."""
+    step_s = float(np.median(np.diff(time_s)))
+    length = min(max(FEWEST_SAMPLES, round(WINDOW_S / step_s)), len(force))
+    count = len(force) // length
+    windows = force[: count * length].reshape(count, length, 3)
+    scatter = windows.var(axis=1).sum(axis=1)
+    quietest = np.argsort(scatter)[: max(1, round(QUIETEST * count))]
+    return float(np.median(np.linalg.norm(windows[quietest].mean(axis=1), axis=1)))
+
+
+def warnings_of(stored: Stored, log: ImuLog, session_clock: bool) -> Iterator[str]:
+    """What of this log lies beyond what the calibration has seen, a paragraph each."""
+    for each in stored.triads:
+        if not log.has(each.triad):
+            continue
+        readings = getattr(log, each.triad)
+        if each.correction.spec.bits and (readings != np.rint(readings)).any():
+            yield (f"{log.label}: the {each.triad} has readings with decimals, where counts are "
+                   f"whole numbers. If they are in physical units, the result is wrong.")
+        stuck = np.ptp(readings, axis=0) == 0
+        if len(readings) >= FEWEST_SAMPLES and stuck.any():
+            yield (f"{log.label}: {each.triad} {AXES[int(np.argmax(stuck))]} is stuck: it gives "
+                   f"the same value in every sample.")
+        yield from _beyond_readings(each, stored, log)
+    yield from _beyond_columns(stored, log, session_clock)
+    saturated = at_the_rails(stored, log)
+    if saturated.any():
+        first = float(log.time_s[np.argmax(saturated)])
+        yield (f"{log.label}: {saturated.sum()} of {len(saturated)} samples are saturated, the "
+               f"first at {first:.6g} s; the true values are unknown there. The column "
+               f"`saturated` marks them with 1.")
+
+
+def _seen(stored: Stored, triad: str, name: str) -> FloatArray:
+    """The values of a column in the poses of a triad."""
+    poses = stored.contents[triad]["poses"]
+    values = [pose["time_s"] if name == "time_s" else pose["columns"].get(name) for pose in poses]
+    return np.array([value for value in values if value is not None], float)
+
+
+def _beyond_columns(stored: Stored, log: ImuLog, session_clock: bool) -> Iterator[str]:
+    """Columns, and the session's clock, that leave what the poses had."""
+    columns: Mapping[str, FloatArray] = (
+        {**log.columns, "time_s": log.time_s} if session_clock else log.columns)
+    for name, values in columns.items():
+        reasons = {each.triad: _depending(each, name) for each in stored.triads
+                   if log.has(each.triad)}
+        named = [f"{effect} of the {triad}" for triad, effects in reasons.items()
+                 for effect in effects]
+        if not named and name != TEMPERATURE:
+            continue
+        triads = [triad for triad, effects in reasons.items() if effects or not named]
+        seen = np.concatenate([_seen(stored, triad, name) for triad in triads] or [np.zeros(0)])
+        finite = values[np.isfinite(values)]
+        if not seen.size or not finite.size:
+            continue
+        low, high = float(seen.min()), float(seen.max())
+        margin = MARGIN * (high - low)
+        outside = (finite < low - margin) | (finite > high + margin)
+        if outside.any():
+            yield (f"{log.label}: {name} runs from {finite.min():.4g} to {finite.max():.4g}, the "
+                   f"poses of the calibration from {low:.4g} to {high:.4g}; {outside.sum()} of "
+                   f"{len(values)} samples are outside. "
+                   + _consequence(stored, log, name, (low, high), named))
+
+
+def _depending(each: StoredTriad, name: str) -> list[str]:
+    effects = each.correction.model.acting_on("sensor")
+    return [effect.name for effect in effects if effect.belongs_to != "bench"
+            and (name in effect.logged or (name == "time_s" and "time" in effect.needs))]
+
+
+def _consequence(
+    stored: Stored, log: ImuLog, name: str, bounds: tuple[float, float], named: list[str]
+) -> str:
+    if not named:
+        return "What the readings change by with it there is not known and not corrected."
+    if name not in log.columns:
+        return f"There {' and '.join(named)} is extrapolated."
+    inside = replace(log, columns={**log.columns, name: np.clip(log.columns[name], *bounds)})
+    full, clipped = (apply_results(stored, each).triads for each in (log, inside))
+    parts = [f"{np.abs(full[triad] - clipped[triad]).max():.2g} {SI_UNIT[triad]} of the {triad}"
+             for triad in full if not np.array_equal(full[triad], clipped[triad])]
+    return (f"There {' and '.join(named)} is extrapolated: up to {' and '.join(parts) or '0'} rest "
+            f"on it alone.")
+
+
+def _beyond_readings(each: StoredTriad, stored: Stored, log: ImuLog) -> Iterator[str]:
+    """Readings beyond those of the poses, where the model is not linear in them."""
+    curved = [effect.name for effect in each.correction.model.acting_on("sensor")
+              if _is_curved(effect, each.correction.shapes.get(effect.name))]
+    if not curved:
+        return
+    seen = np.array([pose["reading"] for pose in stored.contents[each.triad]["poses"]], float)
+    largest_seen = float(np.nanmax(np.linalg.norm(seen, axis=1)))
+    nominal = each.correction.spec.nominal(getattr(log, each.triad))
+    largest = float(np.linalg.norm(nominal, axis=1).max())
+    if largest > (1 + MARGIN) * largest_seen:
+        unit = SI_UNIT[each.triad]
+        yield (f"{log.label}: the {each.triad} reads up to {largest:.4g} {unit}, in the poses of "
+               f"the calibration up to {largest_seen:.4g} {unit}. Beyond that "
+               f"{' and '.join(curved)} is extrapolated.")
+
+
+def _is_curved(effect: Effect, shape: float | None) -> bool:
+    """Whether the effect is neither constant nor proportional to the vector it acts on."""
+    vector = np.array([[1.0, -2.0, 3.0], [-3.0, 1.0, 2.0]])
+    once, twice = (effect.evaluate(Conditions.of_vectors(v), shape) for v in (vector, 2 * vector))
+    known = np.isfinite(once) & np.isfinite(twice)
+    return not (np.allclose(once[known], twice[known])
+                or np.allclose(2 * once[known], twice[known]))

@@ -1,0 +1,93 @@
+"""A configuration that runs: the guess is tried, and what the poses do not carry is taken out."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from calib.errors import CalibrationError, Undetermined
+from pipeline.config.load import Config, parse_config
+from pipeline.errors import PipelineError
+from pipeline.guess.config_text import WHOLE_MODEL, Choices, config_text
+from pipeline.guess.session import SessionGuess
+from pipeline.stages.run import Outcome
+
+MOST_TRIES = 8
+MODELS = (WHOLE_MODEL, ("bias", "scale"), ("bias",))
+TRIADS = ("accelerometer", "gyroscope")
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedConfig:
+    """The text of a configuration, and what came of running it.
+
+    ``outcome`` is None where it does not run; ``changes`` say what the check took out, ``fault``
+    why nothing was left.
+    """
+
+    text: str
+    outcome: Outcome | None
+    changes: tuple[str, ...]
+    fault: str | None = None
+
+
+def checked_config(
+    guess: SessionGuess, path: Path, choices: Choices, run: Callable[[Config], Outcome]
+) -> CheckedConfig:
+    """The configuration of ``guess`` at ``path`` that runs; nothing is written.
+
+    A model that the poses do not determine gives way to the largest that they do; a triad that
+    cannot be calibrated at all is left out, with the reason as a comment.
+    """
+    changes: list[str] = []
+    fault: str | None = None
+    for _ in range(MOST_TRIES):
+        text = config_text(guess, path.parent, choices)
+        try:
+            return CheckedConfig(text, run(parse_config(path, text)), tuple(changes))
+        except (CalibrationError, PipelineError) as error:
+            fault = str(error)
+            smaller = _smaller(choices, error)
+            if smaller is not None:
+                changes.append(f"the poses do not determine the whole model: {error}")
+                choices = smaller
+                continue
+            triad = _culprit(guess, path, choices, run)
+            if triad is None:
+                break
+            changes.append(f"the {triad} is left out: {error}")
+            choices = replace(choices, left_out={**choices.left_out, triad: fault})
+    return CheckedConfig(config_text(guess, path.parent, choices), None, tuple(changes), fault)
+
+
+def _smaller(choices: Choices, error: Exception) -> Choices | None:
+    """The choices with the next smaller model, where a triad's poses carry no larger one."""
+    if not isinstance(error, Undetermined):
+        return None
+    remedy = error.remedy
+    triad = next((name for name in TRIADS if str(error).startswith(f"{name}:")), None)
+    if remedy is not None and remedy.kind == "smaller_model" and remedy.triad is not None:
+        triad = remedy.triad
+    if triad is None:
+        return None
+    now = tuple(choices.models.get(triad, MODELS[0]))
+    smaller = [model for model in MODELS if len(model) < len(now)]
+    return replace(choices, models={**choices.models, triad: smaller[0]}) if smaller else None
+
+
+def _culprit(
+    guess: SessionGuess, path: Path, choices: Choices, run: Callable[[Config], Outcome]
+) -> str | None:
+    """The triad without which the rest runs; None where only one is left."""
+    there = [triad for triad in TRIADS if getattr(guess, triad) and triad not in choices.left_out]
+    if len(there) < len(TRIADS):
+        return None
+    for triad in reversed(there):
+        without = replace(choices, left_out={**choices.left_out, triad: "?"})
+        try:
+            run(parse_config(path, config_text(guess, path.parent, without)))
+        except (CalibrationError, PipelineError) as error:
+            if _smaller(without, error) is not None:
+                return triad
+            continue
+        return triad
+    return None

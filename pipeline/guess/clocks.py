@@ -1,0 +1,103 @@
+"""The clock of a table: a column of times and its unit, a counter, or a rate."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.poses.imu_log import FloatArray
+from pipeline.guess.header_words import words_of
+from pipeline.logs.clock import ASSUMED_HZ, USUAL_HZ, without_wraps
+from pipeline.logs.columns import SECONDS_PER, TimeUnit
+
+#: Seconds since 1970 from 2001 to 2128, in each unit.
+EPOCH_S = (1e9, 5e9)
+USUAL_LOGGER_HZ = (15.0, 2500.0)
+
+
+@dataclass(frozen=True, eq=False)
+class ClockGuess:
+    """How a configuration states the clock of a table.
+
+    ``column`` in the file with its ``unit``, or ``rate_hz``; ``time_s`` (t,) is what they give.
+    """
+
+    column: str | None
+    unit: TimeUnit | None
+    rate_hz: float | None
+    time_s: FloatArray
+    because: str
+    doubt: str = ""
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the file or the user states it."""
+        return self.column is not None or self.rate_hz is not None
+
+
+def guess_clock(
+    columns: Mapping[str, FloatArray], stated_hz: float | None, file_hz: float | None, si: bool
+) -> ClockGuess:
+    """The clock of ``columns``; ``stated_hz`` by the user, ``file_hz`` in the file's head."""
+    rows = len(next(iter(columns.values())))
+    note = ""
+    if stated_hz is None:
+        for name in _candidates(columns):
+            ticks = without_wraps(columns[name])
+            if not np.isfinite(ticks).all():
+                continue
+            step = np.diff(ticks)
+            unit, because, doubt = _unit(name, ticks)
+            if unit is not None and (step > 0).all():
+                seconds = SECONDS_PER["s" if si else unit]
+                return ClockGuess(name, "s" if si else unit, None, ticks * seconds, because, doubt)
+            if unit is not None and words_of(name).quantity == "time" and ticks[-1] > ticks[0]:
+                rate = (rows - 1) / (float(ticks[-1] - ticks[0]) * SECONDS_PER[unit])
+                repeated = int((step <= 0).sum())
+                note = (f"'{name}' repeats or goes back {repeated} times, so it is not used")
+                file_hz = file_hz or float(f"{rate:.4g}")
+    rate_hz = stated_hz or file_hz
+    if rate_hz is None:
+        return ClockGuess(None, None, None, np.arange(rows) / ASSUMED_HZ, "",
+                          "the file holds no times and no sample rate")
+    because = "--rate-hz" if stated_hz else "the mean of the times" if note else "the file's head"
+    return ClockGuess(None, None, rate_hz, np.arange(rows) / rate_hz, because, note)
+
+
+def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
+    """Columns that may be times: those that are called so, and else a first one that grows."""
+    named = [name for name in columns if words_of(name).quantity == "time"]
+    # A unit in the name settles it; of several, the time of the sample comes before others.
+    named.sort(key=lambda name: (words_of(name).unit == "", "sample" not in name.lower()))
+    first = next(iter(columns))
+    unnamed = words_of(first).stem == "" or words_of(first).stem.isdecimal()
+    grows = bool((np.diff(without_wraps(columns[first])) > 0).all()) and len(columns) > 3
+    return named or ([first] if unnamed and grows else [])
+
+
+def _unit(name: str, ticks: FloatArray) -> tuple[TimeUnit | None, str, str]:
+    """The unit of a column of times, why, and what is not sure."""
+    steps = np.diff(ticks)
+    usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    if not usual > 0:
+        return None, "", ""
+    likely = [unit for unit in SECONDS_PER if unit != "min"
+              and USUAL_HZ[0] <= 1 / (usual * SECONDS_PER[unit]) <= USUAL_HZ[1]]
+    since_1970 = [unit for unit in SECONDS_PER
+                  if EPOCH_S[0] < ticks[0] * SECONDS_PER[unit] < EPOCH_S[1]]
+    stated = next((unit for unit in SECONDS_PER if unit == words_of(name).unit), None)
+    rate = f"{1 / usual:.4g} rows per unit of it"
+    if stated is not None and (stated in likely or not likely):
+        return stated, "its name states the unit", ""
+    if since_1970 and (since_1970[0] in likely or not likely):
+        return since_1970[0], "it counts from 1970", ""
+    best = [unit for unit in likely if USUAL_LOGGER_HZ[0] <= 1 / (usual * SECONDS_PER[unit])
+            <= USUAL_LOGGER_HZ[1]] or likely
+    if not best:
+        return "s", rate, f"{rate} make no usual sample rate in any unit"
+    doubt = ""
+    if stated is not None:
+        doubt = f"its name states {stated}, but {rate} are usual in {best[0]} only"
+    elif len(best) > 1:
+        doubt = f"{rate} are usual in {' and in '.join(best)}"
+    return best[0], rate, doubt

@@ -1,0 +1,169 @@
+"""The configuration of a guessed session, as a person would write it."""
+
+import json
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from calib.earth import STANDARD_GRAVITY_M_S2
+from pipeline.guess.session import RECORD_SD, PoseSource, SessionGuess
+from pipeline.guess.table_guess import TableGuess
+from pipeline.guess.triads import TriadGuess
+from pipeline.logs.clock import ASSUMED_HZ
+from pipeline.logs.columns import TIME
+
+PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*")
+#: Plain words that YAML or a reader of it may take for something else.
+NOT_PLAIN = {"y", "n", "yes", "no", "on", "off", "true", "false", "null"}
+WHOLE_MODEL = ("bias", "scale", "misalignment")
+#: Gravity anywhere on Earth: 9.780 at the equator, 9.832 at the poles.
+GRAVITY_SD_M_S2 = 0.02
+WIDTH = 96  #: of a list of names that stays on one line
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What is not in the files: the site as the user states it, and what the check has shown.
+
+    ``site`` is the text of the section, None where nothing is known of it. ``models`` are smaller
+    models that the poses do determine; ``left_out`` says of a triad why it is not calibrated.
+    """
+
+    site: str | None = None
+    models: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    left_out: Mapping[str, str] = field(default_factory=dict)
+
+
+def config_text(guess: SessionGuess, folder: Path, choices: Choices) -> str:
+    """The configuration, with a comment for everything that is not sure."""
+    names = ", ".join(dict.fromkeys(_relative(table.path, folder) for table in guess.tables[:3]))
+    more = " and others" if len(guess.tables) > 3 else ""
+    lines = [f"# Written by `pipeline import` from {_comment(names)}{more}.", ""]
+    lines += [f"# Not sure: {_comment(doubt)}" for doubt in guess.doubts]
+    lines += ["", "sensor:"]
+    for name in ("accelerometer", "gyroscope"):
+        triad = getattr(guess, name)
+        if triad is not None:
+            lines.append(f"  {name}: {_sheet(triad)}   # {_comment(triad.unit)}")
+    lines += ["", *_site(choices.site), *_rates(guess)]
+    lines += _accelerometer(guess, folder, choices)
+    lines += _gyroscope(guess, folder, choices)
+    return "\n".join(lines).replace("\n\n\n", "\n\n") + "\n"
+
+
+def _site(site: str | None) -> list[str]:
+    if site is not None:
+        return [f"site: {site}"]
+    return ["# Gravity anywhere on Earth. Your latitude makes the scale 200 times more certain:",
+            "#   site: {latitude_deg: ..., height_m: ...}",
+            f"site: {{gravity_m_s2: {STANDARD_GRAVITY_M_S2:g}, sd_m_s2: {GRAVITY_SD_M_S2:g}}}"]
+
+
+def _rates(guess: SessionGuess) -> list[str]:
+    known = {source.rate: source.rate_rad_s for source in guess.sources
+             if source.rate not in (None, "stopped")}
+    if not known:
+        return []
+    lines = ["", "# Nominal speeds. A clip of the plate is better: {video: clip.mp4}", "rate:"]
+    return lines + [f"  {_text(str(name))}: {{rate_rad_s: {rate:.6g}, "
+                    f"sd_rad_s: {RECORD_SD * rate:.2g}}}" for name, rate in known.items()]
+
+
+def _accelerometer(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]:
+    source = guess.at_rest
+    if source is None:
+        return []
+    if reason := choices.left_out.get("accelerometer"):
+        return ["", f"# accelerometer: left out, since {_comment(reason)}"]
+    return ["", "accelerometer:", "  poses:", *_poses(source, folder, "    "),
+            f"  model: [{', '.join(choices.models.get('accelerometer', WHOLE_MODEL))}]"]
+
+
+def _gyroscope(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]:
+    able = [source for source in guess.sources if source.has_gyroscope and source.rate]
+    if not able:
+        return []
+    if reason := choices.left_out.get("gyroscope"):
+        return ["", f"# gyroscope: left out, since {_comment(reason)}"]
+    turning = any(source.rate != "stopped" for source in able)
+    model = choices.models.get("gyroscope", WHOLE_MODEL if turning else ("bias",))
+    lines = ["", "gyroscope:", "  runs:"]
+    for source in able:
+        lines += ["    - poses:", *_poses(source, folder, "        "),
+                  f"      rate: {_text(str(source.rate))}"]
+    if not turning:
+        lines.append("  # All at rest: that shows the bias. A turning plate shows scale and "
+                     "misalignment.")
+    return [*lines, f"  model: [{', '.join(model)}]"]
+
+
+def _poses(source: PoseSource, folder: Path, indent: str) -> list[str]:
+    """The section ``poses`` of a source."""
+    paths = [_text(_relative(table.path, folder)) for table in source.tables]
+    lines = [f"{source.layout}: {_listed(paths, indent)}"]
+    columns = [table.columns for table in source.tables]
+    if any(each is not None for each in columns):
+        rows = [_columns(table, each) for table, each in zip(source.tables, columns, strict=True)]
+        same = len(set(rows)) == 1
+        lines.append(f"columns: {rows[0] if same else _listed(rows, indent)}")
+    if source.layout != "means":
+        lines += _clock(source)
+    if source.layout == "log":
+        lines.append("find: still")
+    return [indent + line for line in "\n".join(lines).replace("\n", f"\n{indent}").split(
+        f"\n{indent}")]
+
+
+def _clock(source: PoseSource) -> list[str]:
+    """The sample rate of tables without times."""
+    without = [table.clock for table in source.tables if table.clock.column is None]
+    if not without:
+        return []
+    rate_hz = without[0].rate_hz
+    if rate_hz is None:
+        return [f"sample_rate_hz: {ASSUMED_HZ:g}   # a guess: the file does not state it"]
+    return [f"sample_rate_hz: {rate_hz:g}"]
+
+
+def _columns(table: TableGuess, columns: list[str] | dict[str, str] | None) -> str:
+    if isinstance(columns, list):
+        return f"[{', '.join(columns)}]"
+    pairs = columns if columns is not None else {
+        name: theirs for name, theirs in table.theirs.items() if name != TIME}
+    return "{" + ", ".join(f"{name}: {_text(theirs)}" for name, theirs in pairs.items()) + "}"
+
+
+def _listed(items: Sequence[str], indent: str) -> str:
+    """One item alone, or a list, one below the other where it is long."""
+    if len(items) == 1:
+        return items[0]
+    flat = f"[{', '.join(items)}]"
+    if len(flat) <= WIDTH:
+        return flat
+    return "\n" + "\n".join(f"  - {item}" for item in items)
+
+
+def _sheet(triad: TriadGuess) -> str:
+    return "{" + ", ".join(
+        f"{key}: {value:g}" if isinstance(value, int | float) else f"{key}: {value}"
+        for key, value in triad.sheet) + "}"
+
+
+def _relative(path: Path, folder: Path) -> str:
+    """The path from the configuration's folder, where the file lies in it or near by."""
+    relative = Path(os.path.relpath(path.absolute(), folder)).as_posix()
+    return path.absolute().as_posix() if relative.startswith("../..") else relative
+
+
+def _text(value: str) -> str:
+    """A name as YAML text: as it is where it is a plain word, else in quotation marks."""
+    if PLAIN.fullmatch(value) and value.lower() not in NOT_PLAIN:
+        return value
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _comment(text: str) -> str:
+    """``text`` in one line; control characters of a file's names cannot end a comment."""
+    return "".join(sign if sign.isprintable() else "?" for sign in text)

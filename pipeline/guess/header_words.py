@@ -1,0 +1,140 @@
+"""What the name of a column says: the quantity, the axis, the unit."""
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+Quantity = Literal["time", "counter", "acc", "gyr", "temperature", "samples", "sd", "label", ""]
+
+UNITS = {
+    "m_s2": ("m/s^2", "m/s²", "m/s2", "m/s/s", "m s^-2", "ms^-2", "mps2", "m_s2", "m_s^2"),
+    "g": ("g", "gee"),
+    "mg": ("mg",),
+    "rad_s": ("rad/s", "rad s^-1", "rads", "rad_s", "rps"),
+    "deg_s": ("deg/s", "°/s", "º/s", "dps", "deg_s", "degrees/s", "deg s^-1"),
+    "mdeg_s": ("mdps", "mdeg/s"),
+    "s": ("s", "sec", "second", "seconds"),
+    "ms": ("ms", "msec", "millis", "milliseconds"),
+    "us": ("us", "µs", "μs", "usec", "micros", "microseconds"),
+    "ns": ("ns", "nsec", "nanoseconds"),
+    "min": ("min", "minutes"),
+    "counts": ("counts", "count", "lsb", "raw"),
+}
+_UNIT = {spelling: unit for unit, spellings in UNITS.items() for spelling in spellings}
+TIME_UNITS = ("s", "ms", "us", "ns", "min")
+
+TIME = {"time", "timestamp", "t", "ts", "stamp", "timeus", "timems", "sampleus", "millis", "micros",
+        "ms", "us", "ns", "datetime", "date", "clock", "elapsed", "seconds", "utc", "epoch"}
+CLOCK_WORDS = {"millis", "micros", "seconds", "ms", "us", "ns"}
+COUNTER = {"packetcounter", "counter", "samplecounter", "n", "sample", "nsamples",
+           "loopiteration", "index", "seq"}
+ACC = {"acc", "accel", "acceleration", "accelerometer", "accl", "a", "ac", "accx", "accsmooth",
+       "accadc", "specificforce", "force"}
+GYR = {"gyr", "gyro", "gyroscope", "g", "gy", "w", "omega", "gyroadc", "gyrounfilt", "rate", "rot",
+       "rotation", "angular", "angvel", "rotationrate", "angularvelocity", "angrate"}
+TEMPERATURE = {"temp", "temperature", "tmp", "tempc", "degc"}
+#: A word that makes a column something else, whatever the others are.
+OTHER = {"mag", "magn", "magnetic", "magnetometer", "user", "gravity", "quat", "quaternion",
+         "euler", "roll", "pitch", "yaw", "setpoint", "pos", "position", "axisp", "axisi",
+         "axisd", "axisf", "debug", "motor", "bias", "covariance", "orientation"}
+SD = {"sd", "std", "stddev", "sigma"}
+POSITION = re.compile(r":\d+$")  #: a column of an array, which its name says nothing of
+WORD = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+|[°µ]")
+
+
+@dataclass(frozen=True)
+class Words:
+    """What a name says; empty where it does not.
+
+    ``axis`` is 0, 1, 2 or None; ``whole`` whether nothing in the name is unknown; ``stem`` is the
+    name without its axis.
+    """
+
+    quantity: Quantity = ""
+    axis: int | None = None
+    unit: str = ""
+    stem: str = ""
+    gravity_free: bool = False
+
+
+def words_of(name: str) -> Words:
+    """Read the name of a column.
+
+    >>> words_of("Acceleration x (m/s^2)")
+    Words(quantity='acc', axis=0, unit='m_s2', stem='acceleration', gravity_free=False)
+    """
+    if POSITION.search(name):
+        return Words()
+    text, unit = _split_unit(name.strip().lstrip("#").strip())
+    text, axis = _split_index(text)
+    words = [word.lower() for word in WORD.findall(text)]
+    if words[:1] == ["g"] and words[1:] in (["fx"], ["fy"], ["fz"]):  # "gFx": force in g
+        words, unit = ["acc", words[1][1]], "g"
+    spread = [words.pop()] if len(words) > 1 and words[-1] in SD else []
+    if not unit and len(words) > 1 and words[-1] in _UNIT:
+        unit = _UNIT[words.pop()]
+    if axis is None:
+        words, axis = _split_axis(words)
+    unit = unit or next((_UNIT[word] for word in words if word in CLOCK_WORDS), "")
+    words += spread
+    stem = "".join(words)
+    return Words(_quantity(words, stem, axis), axis, unit, stem, _gravity_free(text, words))
+
+
+def _split_unit(name: str) -> tuple[str, str]:
+    """``Accel X (g)`` -> ``("Accel X", "g")``."""
+    match = re.search(r"[(\[]([^)\]]*)[)\]]\s*$", name)
+    if match and (unit := _UNIT.get(match.group(1).strip().lower())) is not None:
+        return name[: match.start()].strip(), unit
+    for spelling in ("m_s2", "rad_s", "deg_s"):
+        if name.lower().endswith("_" + spelling):
+            return name[: -len(spelling) - 1], spelling
+    return name, ""
+
+
+def _split_index(name: str) -> tuple[str, int | None]:
+    """``gyroADC[0]`` -> ``("gyroADC", 0)``."""
+    match = re.search(r"\[([012])\]$", name)
+    return (name[: match.start()], int(match.group(1))) if match else (name, None)
+
+
+def _split_axis(words: list[str]) -> tuple[list[str], int | None]:
+    """The axis is a word of one letter, or the end or the beginning of a short word."""
+    for i in (-1, 0):
+        if words and words[i] in ("x", "y", "z"):
+            axis = "xyz".index(words[i])
+            return (words[:-1] if i else words[1:]), axis
+    if words and words[-1][-1] in "xyz" and words[-1][:-1] in ACC | GYR | {"m", "mag", "t"}:
+        last = words[-1]
+        return [*words[:-1], last[:-1]], "xyz".index(last[-1])
+    return words, None
+
+
+def _quantity(words: list[str], stem: str, axis: int | None) -> Quantity:
+    known = {*words, stem}
+    if known & SD and axis is not None:
+        return "sd"
+    if stem in ("samples", "count"):
+        return "samples"
+    if known & OTHER:
+        return ""
+    if axis is not None:
+        if known & (ACC - {"a"}) or stem == "a":
+            return "acc"
+        if known & (GYR - {"g", "w"}) or stem in ("g", "w"):
+            return "gyr"
+        if words[:1] == ["a"]:  # EuRoC's a_RS_S_x and w_RS_S_x
+            return "acc"
+        return "gyr" if words[:1] == ["w"] else ""
+    if known & TEMPERATURE:
+        return "temperature"
+    if stem in COUNTER:
+        return "counter"
+    if known & TIME:
+        return "time"
+    return ""
+
+
+def _gravity_free(text: str, words: list[str]) -> bool:
+    """Phone apps call the acceleration without gravity linear; ROS's holds gravity."""
+    return "user" in words or ("linear" in words and "_" not in text)

@@ -1,0 +1,165 @@
+"""Units and encodings from the numbers: gravity has one length, and so has the rate of a plate.
+
+Where a sensor rests, its accelerometer reads gravity: the length of its reading is the unit. A
+gyroscope's unit shows where the sensor is turned between its rests: the direction u of gravity
+then moves as ``du/dt = -ω × u``, whatever the axes were before.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.earth import STANDARD_GRAVITY_M_S2
+from calib.poses.imu_log import FloatArray
+
+COUNTS_PER_G = (16384, 8192, 4096, 2048, 1024, 512, 256)
+COUNTS_PER_DEG_S = (131.072, 65.536, 32.768, 16.384)
+RATE_UNITS = {"rad_s": 1.0, "deg_s": math.radians(1), "mrad_s": 1e-3, "mdeg_s": math.radians(1e-3)}
+RECORD_RPM = (100 / 6, 100 / 3, 45.0, 78.26)
+"""Of record players; the slowest and the last one from gramophones."""
+
+RPM_TOLERANCE = 0.05
+"""Cheap players turn 2 % too fast and gyroscopes read 3 % wrong."""
+
+GRAVITY_TOLERANCE = 0.15
+"""A factory accelerometer reads gravity within a tenth in every attitude."""
+
+LOOSEST, LOOSEST_SPREAD = 1.8, 0.7
+"""Of a triad that is known to be the accelerometer: one board in ``tests`` reads 1.4 g upright, and
+in a hand half of the readings are accelerated."""
+
+PHYSICAL_PER_G = (("m_s2", STANDARD_GRAVITY_M_S2), ("g", 1.0), ("mg", 1000.0))
+CODES = 65536.0
+MOST_INNER = 0.7
+LEAST_AGREEMENT = 0.5
+"""Correlation of the turns by gyroscope and by gravity from which their ratio is a unit: the units
+in use lie a factor of 57 apart."""
+
+LEAST_TURN = 0.02
+"""Change of the direction of gravity from block to block, rad, that is no noise."""
+
+MEDIAN_OF_NORMAL = 0.6745
+BLOCK_S = 0.1
+FEWEST_TURNS = 8
+
+
+def decoded(values: FloatArray) -> tuple[FloatArray, str]:
+    """Signed readings (t, 3) and their encoding; empty for numbers that are no counts."""
+    whole = np.array_equal(values, np.rint(values))
+    if not whole or np.abs(values).max() < COUNTS_PER_G[-1] / 2:
+        return values, ""
+    if values.min() < 0 or values.max() >= CODES:
+        return values, "twos-complement"
+    inner = float(((values > CODES / 4) & (values < 3 * CODES / 4)).mean())
+    if inner > MOST_INNER:
+        return values - (CODES - 1) / 2, "offset-binary"
+    if (values > 3 * CODES / 4).any():
+        return np.where(values >= CODES / 2, values - CODES, values), "unsigned-twos-complement"
+    return values, "twos-complement"
+
+
+def typical_length(values: FloatArray) -> float:
+    """Median length of readings (t, 3)."""
+    return float(np.median(np.linalg.norm(values, axis=1)))
+
+
+def noise_sd(values: FloatArray) -> float:
+    """Sd of one sample of readings (t, 3), from what neighbours differ by."""
+    steps = np.diff(values, axis=0)
+    return float(np.median(np.abs(steps))) / MEDIAN_OF_NORMAL / math.sqrt(2) if len(steps) else 0.0
+
+
+@dataclass(frozen=True)
+class GravityUnit:
+    """The unit in which a triad reads gravity.
+
+    ``unit`` is one of a configuration's or ``counts``; ``per_g`` so many of it are gravity;
+    ``is_sure`` where most readings have the length that a known unit gives.
+    """
+
+    unit: str
+    per_g: float
+    encoding: str
+    length: float
+    is_sure: bool
+
+    @property
+    def si_per_unit(self) -> float:
+        """SI units per unit of the log."""
+        return STANDARD_GRAVITY_M_S2 / self.per_g
+
+
+def gravity_unit(values: FloatArray) -> GravityUnit | None:
+    """The unit in which readings (t, 3) are gravity; None where no unit makes them so."""
+    signed, encoding = decoded(values)
+    lengths = np.linalg.norm(signed, axis=1)
+    length = float(np.median(lengths))
+    if not length > 0:
+        return None
+    spread = float(np.subtract(*np.quantile(lengths, [0.75, 0.25]))) / length
+    physical = () if encoding else PHYSICAL_PER_G
+    counts = [("counts", float(per_g)) for per_g in COUNTS_PER_G
+              if encoding or length > COUNTS_PER_G[-1] / 2]
+    unit, per_g = min((*physical, *counts), key=lambda each: abs(math.log(length / each[1])))
+    off = abs(math.log(length / per_g))
+    if off > math.log(LOOSEST) or spread > LOOSEST_SPREAD:
+        return None
+    sure = off < GRAVITY_TOLERANCE and spread < GRAVITY_TOLERANCE
+    if unit == "counts" and off >= GRAVITY_TOLERANCE:
+        per_g = float(f"{length:.2g}")
+    return GravityUnit(unit, per_g, encoding, length, sure)
+
+
+def rate_scale(
+    rate: FloatArray, force: FloatArray, time_s: FloatArray
+) -> tuple[float, float] | None:
+    """rad/s per unit of a gyroscope, and the correlation that shows it; None without turns.
+
+    Parameters
+    ----------
+    rate : array, shape (t, 3)
+        Readings of the gyroscope in its unit.
+    force : array, shape (t, 3)
+        Readings of the accelerometer in any unit.
+    time_s : array, shape (t,)
+    """
+    step = float(np.median(np.diff(time_s)))
+    block = max(1, round(BLOCK_S / step))
+    count = len(rate) // block
+    if count < FEWEST_TURNS:
+        return None
+    cut = count * block
+    means = [values[:cut].reshape(count, block, 3).mean(axis=1)
+             for values in (rate - np.median(rate, axis=0), force)]
+    turn, up = means[0], means[1] / np.linalg.norm(means[1], axis=1, keepdims=True)
+    # Centred differences: the turn of a block stands between its neighbours.
+    moved = (up[2:] - up[:-2]) / 2
+    predicted = -np.cross(turn[1:-1], up[1:-1]) * block * step
+    turning = np.linalg.norm(moved, axis=1) > LEAST_TURN
+    if turning.sum() < FEWEST_TURNS:
+        return None
+    seen, by_gyroscope = moved[turning].ravel(), predicted[turning].ravel()
+    power = float(by_gyroscope @ by_gyroscope)
+    if power == 0:
+        return None
+    scale = float(seen @ by_gyroscope) / power
+    agreement = float(seen @ by_gyroscope) / math.sqrt(power * float(seen @ seen))
+    return scale, agreement
+
+
+def nearest_rate_unit(si_per_unit: float, is_counts: bool) -> tuple[str, float | None]:
+    """The unit that is nearest to a scale in rad/s, and counts per °/s where it is counts."""
+    if is_counts:
+        per_deg = math.radians(1) / si_per_unit
+        nearest = min(COUNTS_PER_DEG_S, key=lambda each: abs(math.log(per_deg / each)))
+        near = abs(math.log(per_deg / nearest)) < 2 * GRAVITY_TOLERANCE
+        return "counts", nearest if near else float(f"{per_deg:.2g}")
+    return min(RATE_UNITS, key=lambda each: abs(math.log(si_per_unit / RATE_UNITS[each]))), None
+
+
+def record_rpm(rate_rad_s: float) -> float | None:
+    """The record player's speed that a rate is, in revolutions per minute; None if it is none."""
+    rpm = rate_rad_s * 30 / math.pi
+    nearest = min(RECORD_RPM, key=lambda each: abs(math.log(rpm / each))) if rpm > 0 else 0.0
+    return nearest if nearest and abs(rpm / nearest - 1) < RPM_TOLERANCE else None

@@ -1,0 +1,81 @@
+"""Files as tables of numbers under the names that stand in them; nothing is guessed yet."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from calib.poses.imu_log import FloatArray
+from pipeline.errors import UnreadableInput
+from pipeline.logs.formats.kinds import kind_of, split_member, tables_of
+from pipeline.logs.source import read_bytes, text_lines
+from pipeline.logs.text import LogText, raw_text, table_of
+
+#: What loggers write above the rows: "Fs,100", "sample_rate: 100 Hz", "Update Rate: 100.0Hz".
+STATED_RATE = re.compile(
+    r"(?:\bfs\b|\bodr\b|(?:sample|sampling|update|output)[ _]?(?:rate|frequency|freq))"
+    r"(?:[ _]?\(?hz\)?)?\s*[,:=\s]\s*([0-9.]+)", re.IGNORECASE)
+
+
+@dataclass(frozen=True, eq=False)
+class RawTable:
+    """One table of one file.
+
+    Parameters
+    ----------
+    path : Path
+        As a configuration names it: the file, or the file with the name of the table in it.
+    columns : mapping of str to array, shape (t,)
+        Numeric columns by the names in the file; by their position from 1 where it has no header.
+    positions : tuple of str
+        The names of all columns, empty for those that hold text; only of a file without a header.
+    si : bool
+        The format states its units; the names are ours.
+    rate_hz : float or None
+        A sample rate that the file states.
+    """
+
+    path: Path
+    columns: Mapping[str, FloatArray]
+    positions: tuple[str, ...] = ()
+    si: bool = False
+    rate_hz: float | None = None
+
+    @property
+    def rows(self) -> int:
+        """Their number."""
+        return len(next(iter(self.columns.values())))
+
+
+def raw_tables(path: Path) -> list[RawTable]:
+    """All tables of a file that hold numbers.
+
+    Raises
+    ------
+    UnreadableInput
+        The file cannot be read, or holds no table.
+    """
+    file, member = split_member(path)
+    kind = kind_of(file)
+    if kind is None:
+        lines = text_lines(path, read_bytes(path))
+        text = raw_text(path, lines)
+        if text is None:
+            raise UnreadableInput(f"{path}: no line holds three numbers. Is it a log?")
+        return [_of_text(text)]
+    tables = [table for table in tables_of(file, kind) if member in ("", table.name)]
+    whole = len(tables) == 1 and kind.si
+    return [RawTable(file if whole else file / table.name, table.columns, si=kind.si)
+            for table in tables if table.columns]
+
+
+def _of_text(text: LogText) -> RawTable:
+    above = "\n".join(text.lines[: text.first])
+    stated = STATED_RATE.search(above)
+    rate_hz = text.rate_hz or (float(stated.group(1)) if stated else None)
+    columns = table_of(text)
+    if not columns:
+        raise UnreadableInput(f"{text.path}: no column holds numbers in its first row.")
+    without_header = all(name.isdecimal() for name in columns)
+    positions = tuple(name if name in columns else "" for name in text.names)
+    return RawTable(text.path, columns, positions if without_header else (), rate_hz=rate_hz)

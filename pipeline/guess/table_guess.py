@@ -1,0 +1,190 @@
+"""What one table is: its clock, its triads, whether its rows are pose means."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from calib.poses.imu_log import FloatArray, ImuLog
+from pipeline.guess.clocks import ClockGuess, guess_clock
+from pipeline.guess.header_words import words_of
+from pipeline.guess.magnitudes import decoded
+from pipeline.guess.raw_tables import RawTable
+from pipeline.guess.triads import (
+    UNIT_WORDS,
+    TriadGuess,
+    guess_accelerometer,
+    guess_gyroscope,
+    stacked,
+    turns_beside,
+)
+from pipeline.logs.clock import ASSUMED_HZ
+from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SECONDS_PER, SKIP, TIME, our_name
+
+MOST_MEANS = 500
+MEANS_APART = np.radians(5.0)
+"""Between one row and the next of a table of pose means; no sensor is turned so fast that its
+samples lie so far apart in half of the log."""
+
+FEWEST_MEANS = 6
+#: A gyroscope that reads more in half of its samples is on a turning plate, rad/s.
+TURNING_RAD_S = 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class TableGuess:
+    """What one table is.
+
+    ``theirs`` maps our names to those in the file; ``are_means`` says that each row is a pose.
+    """
+
+    table: RawTable
+    clock: ClockGuess
+    accelerometer: TriadGuess | None
+    gyroscope: TriadGuess | None
+    theirs: dict[str, str]
+    are_means: bool
+
+    @property
+    def path(self) -> Path:
+        """As a configuration names it."""
+        return self.table.path
+
+    @property
+    def doubts(self) -> Iterator[str]:
+        """What is not sure, a sentence each."""
+        for triad in (self.accelerometer, self.gyroscope):
+            if triad is not None and triad.doubt:
+                yield triad.doubt
+        if self.clock.doubt and not self.are_means:
+            yield self.clock.doubt
+
+    @property
+    def turning_rad_s(self) -> float:
+        """Rate at which the gyroscope turns in most of the table; 0 at rest or without one."""
+        if self.gyroscope is None:
+            return 0.0
+        rate = self._si(self.gyroscope)
+        usual = float(np.median(np.linalg.norm(rate, axis=1)))
+        return usual if usual > TURNING_RAD_S else 0.0
+
+    def _si(self, triad: TriadGuess) -> FloatArray:
+        values = stacked(self.table.columns, triad.columns)
+        values = values[np.isfinite(values).all(axis=1)]
+        return np.asarray(decoded(values)[0] * triad.si_per_unit)
+
+    def log(self) -> ImuLog | None:
+        """The table as a log in SI units; None where its times or readings are no log."""
+        absent = np.full((self.table.rows, 3), np.nan)
+        triads: list[FloatArray] = []
+        for triad in (self.accelerometer, self.gyroscope):
+            values = absent if triad is None else stacked(self.table.columns, triad.columns)
+            if triad is not None and not np.isfinite(values).all():
+                return None
+            triads.append(values if triad is None else decoded(values)[0] * triad.si_per_unit)
+        return ImuLog(self.path.name, self.clock.time_s, triads[0], triads[1])
+
+    @property
+    def columns(self) -> list[str] | dict[str, str] | None:
+        """What a configuration states under ``columns``; None where the names are ours already."""
+        if self.table.positions:
+            ours = {theirs: name for name, theirs in self.theirs.items()}
+            return [ours.get(name, SKIP) for name in self.table.positions]
+        strict = {our_name(theirs)[0]: theirs for theirs in self.table.columns}
+        if all(strict.get(our_name(name)[0]) == theirs for name, theirs in self.theirs.items()):
+            return None
+        return self.theirs
+
+
+def guess_table(table: RawTable, rate_hz: float | None) -> TableGuess | None:
+    """What ``table`` is; None where it holds no triad.
+
+    Parameters
+    ----------
+    table : RawTable
+    rate_hz : float or None
+        The sample rate as the user states it.
+    """
+    clock = guess_clock(table.columns, rate_hz, table.rate_hz, table.si)
+    free = {name: values for name, values in table.columns.items() if name != clock.column}
+    if table.si:
+        accelerometer, gyroscope = _stated(table)
+    else:
+        hint = hint_of(table.path)
+        known_s = clock.time_s if clock.is_known else None
+        accelerometer = guess_accelerometer(free, hint, known_s)
+        gyroscope = guess_gyroscope(free, hint, accelerometer, known_s)
+        if accelerometer and gyroscope and not clock.is_known:
+            clock = _by_turns(table, clock, accelerometer, gyroscope)
+    if accelerometer is None and gyroscope is None:
+        return None
+    theirs: dict[str, str] = {}
+    if clock.column is not None:
+        unit = clock.unit or "s"
+        theirs[TIME if SECONDS_PER[unit] == 1 else f"time_{unit}"] = clock.column
+    for names, triad in ((ACCELEROMETER, accelerometer), (GYROSCOPE, gyroscope)):
+        theirs |= dict(zip(names, triad.columns, strict=True)) if triad else {}
+    theirs |= dict(_further(table, accelerometer, gyroscope))
+    means = accelerometer is not None and _are_means(stacked(table.columns, accelerometer.columns))
+    return TableGuess(table, clock, accelerometer, gyroscope, theirs, means)
+
+
+def _by_turns(
+    table: RawTable, clock: ClockGuess, accelerometer: TriadGuess, gyroscope: TriadGuess
+) -> ClockGuess:
+    """The sample rate at which the gyroscope turns gravity as far as the accelerometer sees."""
+    seen = turns_beside(table.columns, accelerometer, gyroscope.columns, clock.time_s)
+    if seen is None:
+        return clock
+    rate_hz = float(f"{ASSUMED_HZ * gyroscope.si_per_unit / seen[0]:.2g}")
+    return replace(clock, rate_hz=rate_hz, time_s=clock.time_s * ASSUMED_HZ / rate_hz, because=(
+        f"at {rate_hz:g} Hz the gyroscope turns gravity as far as the accelerometer sees"), doubt=(
+        f"the file holds no times; {rate_hz:g} Hz follows from the turns, off by a third at most"))
+
+
+def hint_of(path: Path) -> str:
+    """``acc`` or ``gyr`` where the file's name says which sensor it is of: its last word does."""
+    name = path.name.lower()
+    at = {quantity: name.rfind(quantity) for quantity in ("acc", "gyr")}
+    last = max(at, key=lambda quantity: at[quantity])
+    return last if at[last] >= 0 else ""
+
+
+def _stated(table: RawTable) -> tuple[TriadGuess | None, TriadGuess | None]:
+    """The triads of a format that states its units."""
+    triads = []
+    for names, unit in ((ACCELEROMETER, "m_s2"), (GYROSCOPE, "rad_s")):
+        there = set(names) <= table.columns.keys()
+        triads.append(TriadGuess(names, (("unit", unit),), UNIT_WORDS[unit],
+                                 "the format states it", 1.0) if there else None)
+    return triads[0], triads[1]
+
+
+def _further(
+    table: RawTable, accelerometer: TriadGuess | None, gyroscope: TriadGuess | None
+) -> Iterator[tuple[str, str]]:
+    """Temperature, sds and numbers of samples."""
+    for name in table.columns:
+        words = words_of(name)
+        if words.quantity == "temperature":
+            yield "temperature_c", name
+            break
+    for name in table.columns:
+        words = words_of(name)
+        if words.quantity == "samples":
+            yield "samples", name
+        if words.quantity == "sd" and words.axis is not None:
+            of_gyroscope = "gyr" in words.stem and gyroscope is not None
+            if of_gyroscope or accelerometer is not None:
+                yield f"sd_{(GYROSCOPE if of_gyroscope else ACCELEROMETER)[words.axis]}", name
+
+
+def _are_means(values: FloatArray) -> bool:
+    """Whether each row of readings (t, 3) is a pose of its own."""
+    signed = decoded(values[np.isfinite(values).all(axis=1)])[0]
+    if not FEWEST_MEANS <= len(signed) <= MOST_MEANS:
+        return False
+    unit = signed / np.maximum(np.linalg.norm(signed, axis=1, keepdims=True), 1e-12)
+    apart = np.arccos(np.clip((unit[1:] * unit[:-1]).sum(axis=1), -1, 1))
+    return bool(np.median(apart) > MEANS_APART)

@@ -1,0 +1,295 @@
+"""Which columns of a table are the accelerometer's and the gyroscope's, and in what unit."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.poses.imu_log import FloatArray
+from pipeline.guess.header_words import words_of
+from pipeline.guess.magnitudes import (
+    LEAST_AGREEMENT,
+    RATE_UNITS,
+    GravityUnit,
+    decoded,
+    gravity_unit,
+    nearest_rate_unit,
+    noise_sd,
+    rate_scale,
+    record_rpm,
+    typical_length,
+)
+
+AXES = 3
+BITS = 16
+UNIT_WORDS = {"m_s2": "m/s²", "rad_s": "rad/s", "deg_s": "°/s", "mrad_s": "mrad/s",
+              "mdeg_s": "m°/s"}
+TRIAD_WORDS = {"acc": "accelerometer", "gyr": "gyroscope"}
+LEAST_SCATTER = 0.03
+"""Axes of one sensor scatter alike, by noise or by attitude; a magnetometer's beside it do not."""
+
+FASTEST_HAND_RAD_S = 25.0
+"""Gyroscopes of phones and hobby boards end at 2000 °/s, and no hand turns as fast as 1400 °/s."""
+
+NOISIEST_RAD_S = 0.03
+"""Noise of one sample of a gyroscope, at most: 2 °/s, ten times that of an MPU-6050."""
+
+LARGEST_BIAS_RAD_S = 0.35
+"""Of a gyroscope that rests in most of its log: 20 °/s, the most that data sheets allow."""
+
+Columns = Mapping[str, FloatArray]
+Triple = tuple[str, str, str]
+
+
+@dataclass(frozen=True)
+class TriadGuess:
+    """What the numbers of a triad are.
+
+    Parameters
+    ----------
+    columns : tuple of str
+        Their names in the file, x, y, z.
+    sheet : tuple of (str, value) pairs
+        What a configuration states under ``sensor:``.
+    unit : str
+        The same in words.
+    because : str
+        Why.
+    si_per_unit : float
+        Roughly, SI units per unit of the log.
+    doubt : str
+        What is not sure of it; empty where nothing is.
+    """
+
+    columns: Triple
+    sheet: tuple[tuple[str, str | float], ...]
+    unit: str
+    because: str
+    si_per_unit: float
+    doubt: str = ""
+
+
+
+def triples_by_name(columns: Sequence[str], quantity: str) -> list[Triple]:
+    """All x, y, z of one quantity whose names differ in nothing but the axis, the best first."""
+    by_stem: dict[tuple[str, bool], dict[int, str]] = {}
+    for name in columns:
+        words = words_of(name)
+        if words.quantity == quantity and words.axis is not None:
+            by_stem.setdefault((words.stem, words.gravity_free), {})[words.axis] = name
+    whole = [(free, tuple(axes[i] for i in range(AXES))) for (_, free), axes in by_stem.items()
+             if len(axes) == AXES]
+    return [(x, y, z) for _, (x, y, z) in sorted(whole, key=lambda each: each[0])]
+
+
+def neighbours(columns: Sequence[str]) -> Iterator[Triple]:
+    """Every three columns in a row; in the order x, y, z where their names say which is which."""
+    for i in range(len(columns) - AXES + 1):
+        x, y, z = columns[i : i + AXES]
+        axes = [words_of(name).axis for name in (x, y, z)]
+        if sorted(-1 if axis is None else axis for axis in axes) == [0, 1, 2]:
+            x, y, z = (columns[i + axes.index(axis)] for axis in range(AXES))
+        yield x, y, z
+
+
+def stacked(columns: Columns, triple: Triple) -> FloatArray:
+    """The readings of three columns, (t, 3)."""
+    return np.column_stack([columns[name] for name in triple])
+
+
+def guess_accelerometer(
+    columns: Columns, hint: str, time_s: FloatArray | None
+) -> TriadGuess | None:
+    """The accelerometer among ``columns``; ``hint`` is what the file's name says it holds.
+
+    Columns without names are the accelerometer's where they are as long as gravity, and surest
+    where the next three turn it: ``time_s`` (t,) shows that, None where no clock is known.
+    """
+    named = triples_by_name(list(columns), "acc")
+    if named:
+        return _accelerometer(columns, named[0], "their names", len(named) > 1)
+    free = _free(columns)
+    units = {triple: unit for triple in neighbours(free) if (unit := _unit(columns, triple))}
+    sure = next((triple for triple, unit in units.items() if unit.is_sure), None)
+    gyroscope_alone = hint == "gyr" or (
+        hint != "acc" and bool(triples_by_name(list(columns), "gyr")))
+    if hint == "gyr" or (sure is None and gyroscope_alone):
+        return None
+    loose = next(iter(units), None) if hint == "acc" or len(free) >= 2 * AXES else None
+    turned = None if time_s is None else _turned(columns, free, list(units), time_s)
+    triple = turned or sure or loose
+    if triple is None:
+        return None
+    return _accelerometer(columns, triple, "their readings are as long as gravity", False)
+
+
+def _turned(
+    columns: Columns, free: list[str], triples: list[Triple], time_s: FloatArray
+) -> Triple | None:
+    """The triple that the three columns behind it turn as a gyroscope would."""
+    agreement: dict[Triple, float] = {}
+    for triple in triples:
+        at = free.index(triple[0]) + AXES
+        if len(behind := free[at : at + AXES]) == AXES and _are_alike(
+                stacked(columns, (behind[0], behind[1], behind[2]))):
+            guess = TriadGuess(triple, (), "", "", 1.0)
+            turns = turns_beside(columns, guess, (behind[0], behind[1], behind[2]), time_s)
+            if turns is not None:
+                agreement[triple] = turns[1]
+    return max(agreement, key=lambda each: agreement[each], default=None)
+
+
+def _free(columns: Columns) -> list[str]:
+    """Columns whose names say nothing against being the accelerometer."""
+    return [name for name in columns if words_of(name).quantity == ""]
+
+
+def _unit(columns: Columns, triple: Triple) -> GravityUnit | None:
+    values = stacked(columns, triple)
+    values = values[np.isfinite(values).all(axis=1)]
+    return gravity_unit(values) if len(values) and _are_alike(values) else None
+
+
+def _are_alike(values: FloatArray) -> bool:
+    """Whether three columns may be one sensor: all whole numbers or none, and alike in scatter."""
+    whole = [np.array_equal(axis, np.rint(axis)) for axis in values.T]
+    scatter = decoded(values)[0].std(axis=0)
+    return len(set(whole)) == 1 and bool(scatter.min() >= LEAST_SCATTER * scatter.max())
+
+
+def _accelerometer(
+    columns: Columns, triple: Triple, because: str, several: bool
+) -> TriadGuess | None:
+    unit, words = _unit(columns, triple), words_of(triple[0])
+    if words.gravity_free and (unit is None or not unit.is_sure):
+        return None
+    doubts = ["other columns may be an accelerometer's too"] if several else []
+    if unit is None:
+        if not words.unit:
+            return None
+        unit = GravityUnit(words.unit, {"m_s2": 9.80665, "g": 1.0, "mg": 1e3}[words.unit], "", 0.0,
+                           True)
+    elif words.unit in ("m_s2", "g", "mg") and words.unit != unit.unit:
+        doubts.append(f"their names say {words.unit}, but half of the readings are longer than "
+                      f"{unit.length:.4g}")
+    elif not unit.is_sure:
+        doubts.append(f"a typical reading is {unit.length:.4g} long, which is gravity in no known "
+                      f"unit; {_in_words(unit)} is the nearest")
+    why = f"{because}; half of the readings are longer than {unit.length:.4g}"
+    return TriadGuess(triple, _sheet(unit), _in_words(unit), why, unit.si_per_unit,
+                      "; ".join(doubts))
+
+
+def _sheet(unit: GravityUnit) -> tuple[tuple[str, str | float], ...]:
+    if unit.unit != "counts":
+        return (("unit", unit.unit),)
+    return _counts("counts_per_g", unit.per_g, unit.encoding)
+
+
+def _counts(key: str, value: float, encoding: str) -> tuple[tuple[str, str | float], ...]:
+    """Counts with their converter; means of counts have none."""
+    stated: tuple[tuple[str, str | float], ...] = ((key, value),)
+    return (*stated, ("bits", BITS), ("encoding", encoding)) if encoding else stated
+
+
+def _in_words(unit: GravityUnit) -> str:
+    if unit.unit != "counts":
+        return UNIT_WORDS.get(unit.unit, unit.unit)
+    return f"counts, {unit.per_g:g} per g" + (f", {unit.encoding}" if unit.encoding else "")
+
+
+def guess_gyroscope(
+    columns: Columns, hint: str, accelerometer: TriadGuess | None, time_s: FloatArray | None
+) -> TriadGuess | None:
+    """The gyroscope among ``columns``, by name or by its place behind the accelerometer.
+
+    ``time_s`` (t,) shows its unit by how fast gravity turns; None where no clock is known.
+    """
+    named = triples_by_name(list(columns), "gyr")
+    triple = named[0] if named else _beside(columns, hint, accelerometer)
+    if triple is None:
+        return None
+    values = stacked(columns, triple)
+    signed, encoding = decoded(values[np.isfinite(values).all(axis=1)])
+    words = words_of(triple[0])
+    because = "their names" if named else "they stand beside the accelerometer"
+    if hint == "gyr" and not named:
+        because = "the name of the file"
+    if words.unit in RATE_UNITS:
+        return _gyroscope(triple, words.unit, None, "", f"{because}, which state the unit", "")
+    measured = None
+    if accelerometer is not None and time_s is not None:
+        measured = turns_beside(columns, accelerometer, triple, time_s)
+    if measured is not None:
+        unit, per_deg = nearest_rate_unit(measured[0], bool(encoding))
+        return _gyroscope(triple, unit, per_deg, encoding, (
+            f"{because}; turned between the rests, gravity moves as {measured[0]:.3g} rad/s per "
+            f"unit would move it (correlation {measured[1]:.2f})"), "")
+    return _by_size(triple, signed, encoding, because)
+
+
+def turns_beside(
+    columns: Columns, accelerometer: TriadGuess, gyroscope: Triple, time_s: FloatArray
+) -> tuple[float, float] | None:
+    """rad/s per unit of the gyroscope by the turns of gravity, and their correlation."""
+    force, rate = stacked(columns, accelerometer.columns), stacked(columns, gyroscope)
+    finite = np.isfinite(force).all(axis=1) & np.isfinite(rate).all(axis=1)
+    if finite.sum() < 2:
+        return None
+    measured = rate_scale(decoded(rate[finite])[0], decoded(force[finite])[0], time_s[finite])
+    return measured if measured is not None and measured[1] >= LEAST_AGREEMENT else None
+
+
+def _by_size(triple: Triple, signed: FloatArray, encoding: str, because: str) -> TriadGuess:
+    """The unit by how fast things turn."""
+    length, noise = typical_length(signed), noise_sd(signed)
+    for unit, size in RATE_UNITS.items():
+        rpm = record_rpm(length * size) if not encoding else None
+        if rpm is not None and noise * size < NOISIEST_RAD_S:
+            return _gyroscope(triple, unit, None, "", (
+                f"{because}; {length:.4g} is {rpm:.3g} rpm, a speed of record players"), "")
+    if encoding:
+        return _gyroscope(triple, "counts", 131.072, encoding, because, (
+            "nothing in the log shows the sensitivity of the gyroscope; 131 counts per °/s is that "
+            "of ±250 °/s at 16 bits"))
+    fastest = float(np.quantile(np.abs(signed - np.median(signed, axis=0)), 0.999))
+    slow = (fastest < FASTEST_HAND_RAD_S and length < LARGEST_BIAS_RAD_S
+            and noise < NOISIEST_RAD_S)
+    unit = "rad_s" if slow else "deg_s"
+    return _gyroscope(triple, unit, None, "", because, (
+        f"nothing in the log shows the unit of the gyroscope; its readings reach {fastest:.3g}, "
+        f"which suits {UNIT_WORDS[unit]}"))
+
+
+def _beside(columns: Columns, hint: str, accelerometer: TriadGuess | None) -> Triple | None:
+    """Three columns without a meaning behind or before the accelerometer's; all of a file's."""
+    names = [name for name in columns if words_of(name).quantity in ("", "gyr")
+             or (accelerometer is not None and name in accelerometer.columns)]
+    if accelerometer is None:
+        if hint == "gyr" or len(names) == AXES:
+            return next(neighbours([name for name in names if words_of(name).quantity == ""]), None)
+        return None
+    at = names.index(accelerometer.columns[0])
+    for start in (at + AXES, at - AXES):
+        if start >= 0 and len(names[start : start + AXES]) == AXES:
+            x, y, z = names[start : start + AXES]
+            if not any(_is_else(name) for name in (x, y, z)):
+                return x, y, z
+    return None
+
+
+def _is_else(name: str) -> bool:
+    """Whether a name with letters stands for something that is not known."""
+    stem, quantity = words_of(name).stem, words_of(name).quantity
+    return bool(stem) and not stem.isdecimal() and quantity != "gyr"
+
+
+def _gyroscope(
+    triple: Triple, unit: str, per_deg: float | None, encoding: str, because: str, doubt: str
+) -> TriadGuess:
+    if per_deg is not None:
+        return TriadGuess(triple, _counts("counts_per_deg_s", per_deg, encoding),
+                          f"counts, {per_deg:g} per °/s" + (f", {encoding}" if encoding else ""),
+                          because, math.radians(1) / per_deg, doubt)
+    return TriadGuess(triple, (("unit", unit),), UNIT_WORDS[unit], because, RATE_UNITS[unit], doubt)

@@ -1,0 +1,58 @@
+"""How large a log may be, from the memory that is free: refused before the memory is full.
+
+A byte of text takes eleven bytes in memory while it becomes arrays: the bytes, the text, its lines,
+the table and the columns (measured on logs of seven columns with 30 to 80 bytes a row; short rows
+take more). At most half of what is free is used.
+"""
+
+import os
+from pathlib import Path
+
+from pipeline.errors import UnreadableInput
+
+MEMORY_PER_BYTE = 16
+SHARE = 0.5
+LEAST_FREE = 256 << 20  #: bytes; a system that states less still has it, in pages it can give back
+#: Where Linux states the memory that is free, and the limit of a container.
+MEMINFO, CGROUP = Path("/proc/meminfo"), Path("/sys/fs/cgroup/memory.max")
+
+
+def largest_text() -> int:
+    """Bytes of text, unpacked, that may be read."""
+    return int(SHARE * max(_free(), LEAST_FREE) / MEMORY_PER_BYTE)
+
+
+def too_large(path: Path, limit: int) -> UnreadableInput:
+    """The error for a file of more than ``limit`` bytes, unpacked."""
+    return UnreadableInput(
+        f"{path}: holds more than {limit >> 20} MB, unpacked; the memory that is free is enough "
+        f"for {limit >> 20} MB. Split the log, or leave columns and samples out that are not "
+        f"needed."
+    )
+
+
+def _free() -> int:
+    stated = [size for size in (_linux(), _container(), _physical()) if size is not None]
+    return min(stated, default=LEAST_FREE)
+
+
+def _linux() -> int | None:
+    try:
+        lines = MEMINFO.read_text(encoding="ascii").splitlines()
+        return next(int(line.split()[1]) << 10 for line in lines if line.startswith("MemAvailable"))
+    except (OSError, ValueError, StopIteration):
+        return None
+
+
+def _container() -> int | None:
+    try:
+        return int(CGROUP.read_text(encoding="ascii"))
+    except (OSError, ValueError):  # no container, or "max"
+        return None
+
+
+def _physical() -> int | None:
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, OSError, ValueError):  # a system without these names
+        return None

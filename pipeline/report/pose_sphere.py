@@ -1,0 +1,146 @@
+"""What the page's sphere of poses is drawn from: directions, facts and the raw log of every pose.
+
+A pose stands where the vertical points in the axes of the sensor: the side that faces up. The
+script of the page draws the sphere, so that it can be rotated; on paper the two hemispheres of
+:func:`pipeline.report.pose_charts.coverage_figure` take its place.
+"""
+
+import base64
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.poses.averaging import PoseMean
+from calib.poses.imu_log import AXES, FloatArray
+from calib.poses.pose_set import PoseSet
+from pipeline.config.types import STOPPED
+from pipeline.formatting import DISPLAY, RPM, with_sd
+from pipeline.report.coverage import coverage_of
+from pipeline.results.json_values import Json
+from pipeline.stages.run import Outcome
+from pipeline.stages.triads import TriadResult
+
+LEVELS = 255  #: of a raw log's chart: one byte for every value
+DIGITS = 4  #: of a direction
+
+
+def sphere_json(outcome: Outcome, result: TriadResult) -> Json:
+    """Directions, facts and raw logs of the poses of one triad.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        The run, for the samples of its poses.
+    result : TriadResult
+        One of its triads.
+    """
+    up = up_directions(result)
+    means = _means(outcome, result)
+    coverage = coverage_of(up)
+    return {
+        "up": [None if not np.isfinite(each).all() else [round(float(v), DIGITS) for v in each]
+               for each in up],
+        "expected": [
+            {"up": [round(float(v), DIGITS) for v in direction], "covered": bool(is_covered)}
+            for direction, is_covered in coverage.expected
+        ],
+        "caption": coverage.caption,
+        "runs": list(result.calibration.fit.poses.run),
+        "facts": [list(_facts(result.calibration.fit.poses, mean, i))
+                  for i, mean in enumerate(means)],
+        "traces": [_trace(result, mean) for mean in means],
+    }
+
+
+def up_directions(result: TriadResult) -> FloatArray:
+    """The vertical in the axes of the sensor for every pose, unit vectors (n, 3).
+
+    On the turning plate it is the axis of the measured rate; of a pose with the plate stopped only
+    the specific force shows it: NaN where that was not logged.
+    """
+    fit = result.calibration.fit
+    vector = np.array(fit.rows.vector)
+    if result.triad == "gyroscope":
+        turns = np.sign(fit.poses.spin_rad_s)[:, None]
+        vector = np.where(turns != 0, vector * turns, fit.poses.force)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(vector / np.linalg.norm(vector, axis=1, keepdims=True))
+
+
+def _means(outcome: Outcome, result: TriadResult) -> Sequence[PoseMean]:
+    """The averaged poses in the order of the fit."""
+    config, recordings = outcome.config, outcome.recordings
+    if result.triad == "accelerometer":
+        assert config.accelerometer is not None
+        return recordings.of(config.accelerometer.poses, STOPPED).means
+    assert config.gyroscope is not None
+    return [mean for run in config.gyroscope.runs
+            for mean in recordings.of(run.poses, run.rate).means]
+
+
+def _facts(poses: PoseSet, mean: PoseMean, i: int) -> Iterator[tuple[str, str]]:
+    """Name and value of what is known of a pose beside its residual."""
+    if np.isfinite(poses.time_s[i]):
+        yield "time", f"{poses.time_s[i] / 60:.1f} min"
+    yield "length", f"{mean.duration_s:.1f} s"
+    if poses.spin_rad_s[i]:
+        yield "rate of the plate", f"{poses.spin_rad_s[i] / RPM:.3f} rpm".replace("-", "−")
+    for name, values in poses.columns.items():
+        unit = " °C" if name == "temperature_c" else ""
+        yield ("temperature" if unit else name), f"{values[i]:.4g}{unit}".replace("-", "−")
+
+
+def _trace(result: TriadResult, mean: PoseMean) -> Json:
+    """The envelope of a raw log about its mean, in the triad's shown unit.
+
+    ``values`` holds, for x, y, z in turn, the lowest of every stretch and then the highest, as
+    bytes (base64) from ``low`` to ``high`` of that axis.
+    """
+    factor = DISPLAY[result.triad][1]
+    each = getattr(mean, result.triad)
+    about = (each.envelope - each.mean) * factor  # (e, 2, 3)
+    low, high = about.min(axis=(0, 1)), about.max(axis=(0, 1))
+    step = np.where(high > low, high - low, 1.0) / LEVELS
+    levels = np.rint((about - low) / step).astype(np.uint8).transpose(2, 1, 0)
+    return {
+        "seconds": round(mean.duration_s, 2),
+        "low": [float(f"{v:.4g}") for v in low],
+        "high": [float(f"{v:.4g}") for v in high],
+        "axes": list(AXES),
+        "values": base64.b64encode(levels.tobytes()).decode("ascii"),
+    }
+
+
+@dataclass(frozen=True)
+class PoseRow:
+    """One pose in the table of all poses."""
+
+    label: str
+    run: str
+    residual: str
+    in_sd: str
+
+
+def pose_rows(result: TriadResult) -> tuple[PoseRow, ...]:
+    """Every pose with its residual; at rest with the plate stopped that is a length."""
+    factor = DISPLAY[result.triad][1]
+    return tuple(
+        PoseRow(pose.label, pose.run,
+                with_sd(pose.residual * factor, pose.sd * factor).replace("-", "−"),
+                f"{pose.in_sd:.1f}".replace("-", "−"))
+        for pose in result.comparison.poses
+    )
+
+
+def how_to_exclude(outcome: Outcome, result: TriadResult) -> str:
+    """How the poses that the page leaves out are left out of a run too."""
+    config = outcome.config
+    sections = ([config.accelerometer.poses] if result.triad == "accelerometer"
+                and config.accelerometer else
+                [run.poses for run in config.gyroscope.runs] if config.gyroscope else [])
+    if any(section.log for section in sections):
+        return ("To leave them out of `pipeline run` too, cut the rows of these times out of the "
+                "log.")
+    return ("To leave them out of `pipeline run` too, move these files out of the folder, or list "
+            "the other files under `poses:` in the configuration.")

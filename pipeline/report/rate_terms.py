@@ -1,0 +1,109 @@
+"""What the boxes of a plate setting refit with: the phase residual of a clip by term.
+
+With r the angle residual of the frames in use without any term, X_t the columns of term t, the
+constant rate projected out of both, the page solves for the ticked terms
+
+    (XᵀX) β = Xᵀr,     RMS² = (rᵀr − (Xᵀr)ᵀβ) / n
+
+on XᵀX, Xᵀr and rᵀr of all frames; r and X themselves come for the frames that the charts show.
+Columns are scaled to an RMS of 1, angles are in degrees.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.poses.imu_log import FloatArray, IntArray
+from pipeline.report.svg import nice_limit, thinned
+from pipeline.results.json_values import Json
+from pipeline.stages.rate import SettingRate
+from vision.rate.diagnosis import THRESHOLDS
+from vision.rate.terms import CONSTANT_RATE, MEANING, StatedFit
+
+DIGITS, DIGITS_SHOWN = 8, 3
+MOST_DOTS = 400  #: of a chart of the phase; a clip of a minute has two to four times as many
+SHOWN_SHARE = 99.5  #: per cent of the residuals that a chart of the phase shows
+ANGLE_BINS = 36
+LEAST_LIMIT_DEG = 1e-6  #: of a chart, where the residual vanishes
+
+
+@dataclass(frozen=True, eq=False)
+class AngleBins:
+    """Bins of the plate angle that hold a frame: their middles, degrees (b,), and their frames."""
+
+    middle: FloatArray
+    place: IntArray
+    frames: IntArray
+
+    def means(self, values: FloatArray) -> FloatArray:
+        """Mean of ``values`` (n,) in every bin, (b,)."""
+        sums = np.bincount(self.place, values, ANGLE_BINS)[self.frames > 0]
+        return np.asarray(sums / self.frames[self.frames > 0])
+
+
+def angle_bins(angle_deg: FloatArray) -> AngleBins:
+    """The bins of angles (n,) from -180° to 180°."""
+    edges = np.linspace(-180.0, 180.0, ANGLE_BINS + 1)
+    place = np.clip(np.digitize(angle_deg, edges) - 1, 0, ANGLE_BINS - 1)
+    frames = np.bincount(place, minlength=ANGLE_BINS)
+    return AngleBins(((edges[:-1] + edges[1:]) / 2)[frames > 0], place, frames)
+
+
+def shown_frames(fit: StatedFit) -> tuple[IntArray, float]:
+    """The frames that charts of the phase show, and the limit of their axis in degrees."""
+    kept = np.flatnonzero(fit.used)[thinned(int(fit.used.sum()), MOST_DOTS)]
+    residual = np.degrees(fit.residual_rad)
+    largest = float(np.percentile(np.abs(residual[fit.used]), SHOWN_SHARE))
+    limit = nice_limit(max(largest, LEAST_LIMIT_DEG))
+    return kept[np.abs(residual[kept]) <= limit], limit
+
+
+def rate_terms_json(rate: SettingRate, number: int) -> Json:
+    """Everything that the page needs to refit clip ``number`` of a plate setting."""
+    fit = rate.clips[number].fit
+    names = [name for name in fit.columns if name != CONSTANT_RATE]
+    frames = np.flatnonzero(fit.used)
+    residual, columns = _projected(fit, frames, names)
+    stacked = np.hstack(columns)
+    shown, limit = shown_frames(fit)
+    place = np.searchsorted(frames, shown)
+    bins = angle_bins(np.degrees(fit.angle_rad[frames]))
+    return {
+        "setting": rate.name,
+        "limit": limit,
+        "smallest_share": THRESHOLDS.smallest_share,
+        "frames": len(frames),
+        "terms": [
+            {"name": name, "meaning": MEANING[name], "in_model": name in fit.model,
+             "columns": column.shape[1]}
+            for name, column in zip(names, columns, strict=True)
+        ],
+        "gram": [_rounded(row, DIGITS) for row in stacked.T @ stacked],
+        "product": _rounded(stacked.T @ residual, DIGITS),
+        "square": float(residual @ residual),
+        "y": _rounded(residual[place], DIGITS_SHOWN),
+        "x": [_rounded(column[place], DIGITS_SHOWN) for column in stacked.T],
+        "mean_y": _rounded(bins.means(residual), DIGITS_SHOWN),
+        "mean_x": [_rounded(bins.means(column), DIGITS_SHOWN) for column in stacked.T],
+    }
+
+
+def _projected(
+    fit: StatedFit, frames: IntArray, names: list[str]
+) -> tuple[FloatArray, list[FloatArray]]:
+    """Residual without any term, degrees (n,), and the columns (n, k) of each term, unit RMS."""
+    q, _ = np.linalg.qr(fit.columns[CONSTANT_RATE][frames])
+
+    def without_rate(values: FloatArray) -> FloatArray:
+        return np.asarray(values - q @ (q.T @ values))
+
+    residual = fit.residual_rad[frames]
+    for term in fit.terms:
+        residual = residual + fit.columns[term.name][frames] @ term.value
+    columns = [without_rate(fit.columns[name][frames]) for name in names]
+    columns = [column / np.sqrt((column**2).mean(axis=0)) for column in columns]
+    return np.degrees(without_rate(residual)), columns
+
+
+def _rounded(values: FloatArray, digits: int) -> list[float]:
+    return [float(f"{value:.{digits}g}") for value in values]

@@ -1,0 +1,170 @@
+// One pose at a time: marked in every chart and table, with its raw log, and left out on demand.
+const REACH_SD = 4;  // the colours reach at least so many sds
+const STRIP = 46, GAP = 8, LEFT = 62, WIDTH = 400;
+
+class Poses {
+  constructor(section) {
+    this.section = section;
+    this.triad = section.triad;
+    this.root = section.root.querySelector("[data-poses]");
+    if (!this.root) return;
+    this.panel = this.root.querySelector("[data-pose-panel]");
+    this.picked = -1;
+    this.sphere = new Sphere(this.root, this.triad.poses, (k) => this.pick(k));
+    this.root.classList.add("live");
+    section.root.addEventListener("click", (event) => {
+      const mark = event.target.closest("[data-i]");
+      if (mark && !mark.closest("[data-stage]")) this.pick(Number(mark.dataset.i));
+    });
+    this.root.querySelector("[data-run]")?.addEventListener(
+      "change", (event) => this.sphere.show(event.target.value));
+    for (const button of this.root.querySelectorAll("[data-do]")) {
+      button.addEventListener("click", () => this[button.dataset.do]());
+    }
+    section.listeners.push(() => this.update());
+    this.update();
+  }
+
+  next() { this.pick((this.picked + 1) % this.triad.labels.length); }
+
+  previous() {
+    const n = this.triad.labels.length;
+    this.pick((Math.max(this.picked, 0) + n - 1) % n);
+  }
+
+  pick(k) {
+    this.picked = k;
+    for (const old of this.section.root.querySelectorAll(".picked")) old.classList.remove("picked");
+    for (const mark of this.section.root.querySelectorAll(`[data-i="${k}"]`)) mark.classList.add("picked");
+    this.sphere.marks[k].classList.add("picked");
+    this.sphere.face(k);
+    this.describe();
+  }
+
+  leaveOut() {
+    const { out } = this.section;
+    if (!out.delete(this.picked)) out.add(this.picked);
+    this.section.update();
+  }
+
+  takeBack() {
+    this.section.out.clear();
+    this.section.update();
+  }
+
+  // Residual and sd of every pose in the shown unit, and the residual in sds: of a pose at rest with
+  // the plate stopped the length of what remains, over the axes.
+  values() {
+    const { labels, row_pose: pose, row_unit: unit, is_null: atRest } = this.triad;
+    const { residual } = this.section.refitted, n = labels.length;
+    const sum = new Float64Array(n), squares = new Float64Array(n), variance = new Float64Array(n);
+    const inSd = new Float64Array(n), rows = new Float64Array(n);
+    pose.forEach((k, i) => {
+      sum[k] += residual[i] * unit[i];
+      squares[k] += (residual[i] * unit[i]) ** 2;
+      variance[k] += unit[i] ** 2;
+      inSd[k] += atRest[k] ? residual[i] ** 2 : residual[i];
+      rows[k] += 1;
+    });
+    return labels.map((_, k) => ({
+      value: atRest[k] ? Math.sqrt(squares[k]) : sum[k],
+      sd: Math.sqrt(variance[k]),
+      inSd: atRest[k] ? Math.sqrt(inSd[k] / rows[k]) : inSd[k],
+    }));
+  }
+
+  update() {
+    const { labels, is_null: atRest } = this.triad, { out } = this.section;
+    this.now = this.values();
+    const inSd = this.now.map((each) => each.inSd);
+    const limit = nice(Math.max(REACH_SD, ...inSd.map(Math.abs)));
+    const kind = inSd.map((value, k) => (atRest[k] ? "rest"
+      : Math.abs(value) <= 1 ? "noise" : value > 0 ? "above" : "below"));
+    const text = labels.map((label, k) => `${label}: ${this.words(k)}${out.has(k) ? " (left out)" : ""}`);
+    this.sphere.colour(inSd, text, kind, limit, out);
+    this.root.querySelectorAll("[data-limit]").forEach((each) => {
+      each.textContent = short(Number(each.dataset.limit) * limit);
+    });
+    this.root.style.setProperty("--noise", `${(100 / limit).toFixed(2)}%`);
+    for (const row of this.root.querySelectorAll("tr[data-i]")) {
+      const k = Number(row.dataset.i);
+      row.classList.toggle("left-out", out.has(k));
+      row.querySelector("[data-residual]").textContent = withSd(this.now[k].value, this.now[k].sd);
+      row.querySelector("[data-in-sd]").textContent = short(inSd[k]);
+    }
+    for (const mark of this.section.root.querySelectorAll("svg [data-i]")) {
+      mark.classList.toggle("left-out", out.has(Number(mark.dataset.i)));
+    }
+    const names = [...out].map((k) => labels[k]);
+    this.root.querySelector("[data-out-note]").hidden = out.size === 0;
+    this.root.querySelector("[data-out-names]").textContent = names.join(", ");
+    if (this.picked >= 0) this.describe();
+  }
+
+  words(k) {
+    const { value, sd, inSd } = this.now[k];
+    const at = this.triad.is_null[k] ? ", RMS over the axes " : ", ";
+    return `${withSd(value, sd)} ${this.triad.unit}${at}${short(inSd)} sd`;
+  }
+
+  describe() {
+    const k = this.picked, { labels, poses } = this.triad, { out } = this.section;
+    const set = (name, text) => { this.panel.querySelector(`[data-pose="${name}"]`).textContent = text; };
+    this.panel.classList.add("chosen");
+    set("label", labels[k]);
+    const facts = [["residual", this.words(k)], ["run", poses.runs[k]], ...poses.facts[k]];
+    this.panel.querySelector("[data-pose=facts]").replaceChildren(...facts.flatMap(([name, value]) => {
+      const title = document.createElement("dt"), text = document.createElement("dd");
+      title.textContent = name;
+      text.textContent = value;
+      return [title, text];
+    }));
+    this.panel.querySelector("[data-pose=trace]").replaceChildren(trace(poses.traces[k], this.triad.unit));
+    set("without", this.without(k));
+    const button = this.panel.querySelector("[data-do=leaveOut]");
+    button.textContent = out.has(k) ? "Take this pose back in" : "Leave this pose out";
+    button.setAttribute("aria-pressed", String(out.has(k)));
+    button.disabled = !out.has(k) && !determined(this.triad, new Set([...out, k]));
+  }
+
+  // What the fit without the pose says, before anybody leaves it out.
+  without(k) {
+    const { out, order } = this.section, others = new Set(out);
+    others.delete(k);
+    const without = new Set([...others, k]);
+    if (!determined(this.triad, without)) {
+      return "Without this pose the others do not determine the model.";
+    }
+    const before = refitWithout(this.triad, order, others), after = refitWithout(this.triad, order, without);
+    return `Without this pose chi²/dof is ${short(after.chi2 / after.dof)} `
+      + `(with it ${short(before.chi2 / before.dof)}), and the residual RMS of the others is `
+      + `${short(after.rms)} ${this.triad.unit} (${short(before.rms)}).`;
+  }
+}
+
+// The raw log of a pose about its mean: for each axis the range of the samples against time.
+function trace({ seconds, low, high, axes, values }, unit) {
+  const bytes = Uint8Array.from(atob(values), (letter) => letter.charCodeAt(0));
+  const n = bytes.length / (2 * axes.length), height = axes.length * (STRIP + GAP) + 30;
+  const svg = element("svg", { viewBox: `0 0 ${WIDTH} ${height}`, role: "img", class: "trace",
+    "aria-label": `Raw log of the pose: lowest and highest sample of ${n} stretches, axis by axis.` });
+  const x = (i) => (LEFT + i / n * (WIDTH - LEFT - 4)).toFixed(1);
+  axes.forEach((axis, a) => {
+    const top = a * (STRIP + GAP) + 6;
+    const y = (level) => (top + STRIP * (1 - level / 255)).toFixed(1);
+    const part = (side) => [...bytes.slice((2 * a + side) * n, (2 * a + side + 1) * n)];
+    const lowest = part(0), highest = part(1);
+    const steps = (levels) => levels.flatMap((v, i) => [`${x(i)} ${y(v)}`, `${x(i + 1)} ${y(v)}`]);
+    const zero = low[a] < high[a] ? 255 * -low[a] / (high[a] - low[a]) : 0;
+    svg.append(
+      element("path", { class: `range run${a}`, d: `M${[...steps(highest), ...steps(lowest).reverse()].join("L")}z` }),
+      element("path", { class: "zero", d: `M${LEFT} ${y(zero)}H${WIDTH - 4}` }),
+      element("text", { class: "title", x: 4, y: top + STRIP / 2, dy: 4 }, axis),
+      element("text", { class: "tick", x: LEFT - 5, y: top, dy: 9, "text-anchor": "end" }, short(high[a])),
+      element("text", { class: "tick", x: LEFT - 5, y: top + STRIP, "text-anchor": "end" }, short(low[a])),
+    );
+  });
+  svg.append(element("text", { class: "title", x: (LEFT + WIDTH) / 2, y: height - 6, "text-anchor": "middle" },
+    `${short(seconds)} s of the raw log, less its mean [${unit}]`));
+  return svg;
+}

@@ -1,0 +1,65 @@
+// A chart of the residuals: its marks move with a tick, pale outlines stay where they were.
+// The axis stays as drawn, and grows only for residuals that it could not show.
+class ResidualChart {
+  constructor(svg, triad) {
+    this.svg = svg;
+    this.triad = triad;
+    this.top = Number(svg.dataset.top);
+    this.bottom = Number(svg.dataset.bottom);
+    this.marks = [...svg.querySelectorAll("g.mark")];
+    const layer = document.createElementNS(svg.namespaceURI, "g");
+    layer.setAttribute("class", "ghosts");
+    layer.setAttribute("aria-hidden", "true");
+    this.ghosts = this.marks.map((mark) => {
+      const ghost = mark.cloneNode(true);
+      ghost.setAttribute("class", "ghost");
+      ghost.querySelector("title")?.remove();
+      layer.append(ghost);
+      return ghost;
+    });
+    this.marks[0]?.before(layer);
+  }
+
+  draw(limit, value, sd, before) {
+    const { labels, is_null: isNull, unit } = this.triad;
+    const y = (v) => ((this.top + this.bottom) / 2 - v / limit * (this.bottom - this.top) / 2).toFixed(1);
+    const place = (node, v) => { node.style.transform = `translate(${node.dataset.x}px, ${y(v)}px)`; };
+    this.svg.querySelectorAll("[data-fraction]").forEach((text) => {
+      text.textContent = short(Number(text.dataset.fraction) * limit);
+    });
+    this.marks.forEach((mark) => {
+      const k = Number(mark.dataset.i);
+      place(mark, value[k]);
+      if (mark.dataset.titled) {
+        mark.querySelector("title").textContent = `${labels[k]}: ${withSd(value[k], sd[k])} ${unit}, `
+          + `${short(value[k] / sd[k])} sd`;
+      }
+    });
+    this.ghosts.forEach((ghost) => place(ghost, before[Number(ghost.dataset.i)]));
+    this.svg.querySelectorAll("path.band").forEach((band) => {
+      const k = Number(band.dataset.i);
+      band.setAttribute("d", `M${band.dataset.x} ${y(isNull[k] ? 0 : -sd[k])}V${y(sd[k])}`);
+    });
+  }
+}
+
+// The residual of every pose as the charts show it: a length for a pose at rest; and its sd.
+function shownResiduals(triad, residual) {
+  const { labels, row_pose: pose, row_unit: unit, is_null: isNull } = triad;
+  const value = new Float64Array(labels.length), squares = new Float64Array(labels.length);
+  const variance = new Float64Array(labels.length);
+  pose.forEach((k, i) => {
+    value[k] = residual[i] * unit[i];
+    squares[k] += value[k] ** 2;
+    variance[k] += unit[i] ** 2;
+  });
+  isNull.forEach((atRest, k) => { if (atRest) value[k] = Math.sqrt(squares[k]); });
+  return { value, sd: variance.map(Math.sqrt) };
+}
+
+function residualLimit(value, sd) {
+  const typical = Float64Array.from(sd).sort()[Math.floor(sd.length / 2)];
+  let limit = SHOWN_SD * typical;
+  value.forEach((v, k) => { limit = Math.max(limit, Math.abs(v) + sd[k]); });
+  return nice(limit);
+}

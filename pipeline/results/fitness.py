@@ -1,0 +1,75 @@
+"""Whether a stored calibration is good enough to be used by other programs."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pipeline.errors import UnfitCalibration
+from pipeline.results.read import Stored, StoredTriad
+
+LARGEST_ERROR = 0.03
+"""Of the reference: the tolerance of an uncalibrated sensor's gain by its data sheet (MPU-6050:
+±3 %). A calibration that may err by more makes readings worse."""
+
+LARGEST_RELATIVE_SD = 0.1  #: of a gain; ten times the worst of any session that is of use
+
+
+def require_fit(stored: Stored, although_unfit: bool) -> tuple[str, ...]:
+    """Refuse a calibration whose data do not determine it.
+
+    Parameters
+    ----------
+    stored : Stored
+    although_unfit : bool
+        Warn instead.
+
+    Returns
+    -------
+    tuple of str
+        Warnings.
+
+    Raises
+    ------
+    UnfitCalibration
+        With the parameter or direction, its sd, and what is accepted.
+    """
+    faults = [fault for each in stored.triads for fault in _faults(stored, each)]
+    if faults and not although_unfit:
+        raise UnfitCalibration(
+            f"{stored.path}: {faults[0]} Record what `pipeline diagnose` names, and run again; to "
+            f"use these results all the same, add --although-unfit."
+        )
+    return (*faults, *(note for each in stored.triads for note in _notes(stored, each)))
+
+
+def _faults(stored: Stored, each: StoredTriad) -> Iterator[str]:
+    section = stored.contents[each.triad]
+    relative = np.abs(each.scale_sd / each.scale_counts_per_unit)
+    if np.nanmax(relative, initial=0.0) > LARGEST_RELATIVE_SD:
+        axis = int(np.nanargmax(relative))
+        yield (f"the scale factor of the {each.triad} on {'xyz'[axis]} is "
+               f"{each.scale_counts_per_unit[axis]:.4g} ± {each.scale_sd[axis]:.2g}: these poses "
+               f"do not determine it.")
+        return
+    if (each.scale_counts_per_unit * each.correction.spec.nominal_scale < 0).any():
+        yield f"a scale factor of the {each.triad} is negative, which no magnitude shows."
+        return
+    prediction = section["prediction"]
+    if "scale" not in section["model"]:
+        return
+    reference = max((abs(pose["reference"]) for pose in section["poses"]), default=0.0)
+    if prediction is None or prediction["sd_worst"] is None or reference == 0:
+        yield (f"the gain of the {each.triad} was measured in no pose: all are at rest, where a "
+               f"gyroscope shows its bias only.")
+    elif prediction["sd_worst"] > LARGEST_ERROR * reference:
+        yield (f"a corrected {each.triad} errs by up to {prediction['sd_worst']:.2g} (1 sd) of "
+               f"{reference:.3g} SI in its worst direction, more than the {LARGEST_ERROR:.0%} of "
+               f"an uncalibrated sensor.")
+
+
+def _notes(stored: Stored, each: StoredTriad) -> Iterator[str]:
+    verdict = stored.contents[each.triad]["diagnosis"]
+    if verdict["verdict"] not in ("nothing_missing", "noise"):
+        yield f"{each.triad}: the calibration is incomplete. {verdict['says']}"
+    if "scale" not in each.correction.model.names:
+        yield f"{each.triad}: the gain was not fitted; it is that of the data sheet."

@@ -1,0 +1,122 @@
+"""A calibration in a notebook is the command's: recovered truth, honest answers, no warnings."""
+
+import numpy as np
+import pandas
+import pytest
+
+import calib
+from calib.errors import Undetermined, UnusableLog
+from calib.poses.imu_log import FloatArray
+from pipeline.config.load import load_config
+from pipeline.config.sensor import triad_spec
+from tests.sessions import pipeline, quick_session, results_in
+from tests.world.bench import corner_directions, wedge_directions
+
+G = 9.807
+SD = 0.002
+MATRIX = np.array([[1.01, 0.01, -0.02], [0.0, 0.99, 0.005], [0.0, 0.0, 1.02]])  # T K of eq. (1)
+BIAS = np.array([0.1, -0.2, 0.3])
+
+
+def readings(seed: int = 1, warmth: float = 0.0) -> pandas.DataFrame:
+    """Pose means of 26 directions with white noise, sds stated, a bias that follows temperature."""
+    rng = np.random.default_rng(seed)
+    true = G * np.vstack([wedge_directions(), corner_directions()])
+    temperature = rng.uniform(20, 40, len(true))
+    means = true @ np.linalg.inv(MATRIX).T + BIAS + warmth * (temperature - 25)[:, None]
+    table = pandas.DataFrame(means + rng.normal(0, SD, true.shape),
+                             columns=["acc_x", "acc_y", "acc_z"])
+    table["time_s"] = 20.0 * rng.permutation(len(true))
+    table["temperature_c"] = temperature
+    return table.assign(sd_acc_x=SD, sd_acc_y=SD, sd_acc_z=SD)
+
+
+def test_five_lines_name_the_hidden_effect_and_the_error_falls() -> None:
+    cal = calib.calibrate(readings(warmth=0.004), gravity=G)
+    assert cal.diagnose().names == ("temperature_bias",)
+    better = cal.add("temperature_bias")
+    assert better.assessed.comparison.loo_rms < 0.2 * cal.assessed.comparison.loo_rms
+    assert better.diagnose().verdict == "nothing_missing"
+    frame = better.to_pandas()
+    assert frame.loc["temperature_bias x", "value"] == pytest.approx(0.004, abs=5e-4)
+    assert better.remove("temperature_bias").model == cal.model
+
+
+def test_parameters_and_corrected_readings_are_those_of_the_truth() -> None:
+    table = readings()
+    cal = calib.calibrate(table, gravity=G)
+    frame = cal.to_pandas()
+    truth = [MATRIX[1, 2] / 1.02, MATRIX[0, 2] / 1.02, MATRIX[0, 1] / 0.99, *BIAS,
+             *(1 / np.diag(MATRIX))]
+    assert (np.abs(frame["value"] - truth) < 4 * frame["sd"]).all()
+    assert np.linalg.norm(cal.correct(table), axis=1) == pytest.approx(G, abs=4 * SD)
+
+
+def test_means_without_sds_get_no_false_verdict_and_no_warning() -> None:
+    cal = calib.calibrate(readings()[["acc_x", "acc_y", "acc_z"]].to_numpy(), gravity=G)
+    assert cal.diagnose().verdict == "refused"
+    assert "the poses have no sds" in repr(cal)
+
+
+def test_a_gyroscope_s_table_states_its_rates() -> None:
+    rng = np.random.default_rng(3)
+    rate = np.repeat([0.0, 1.75, -3.49], 18)
+    true = np.tile(wedge_directions(), (3, 1)) * rate[:, None]
+    means = true @ np.linalg.inv(MATRIX).T + 0.02 + rng.normal(0, 1e-4, true.shape)
+    table = {"gyr_x": means[:, 0], "gyr_y": means[:, 1], "gyr_z": means[:, 2],
+             **{f"sd_gyr_{axis}": np.full(54, 1e-4) for axis in "xyz"}, "rate_rad_s": rate}
+    cal = calib.calibrate(table)
+    assert cal.triad == "gyroscope"
+    assert cal.to_pandas().loc["bias x", "value"] == pytest.approx(0.02, abs=2e-4)
+    assert len(cal.poses_to_pandas()["run"].unique()) == 3
+
+
+def test_samples_of_poses_give_the_command_s_own_figures(
+    tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """The same engine: poses from a session's own logs, one frame of all samples."""
+    config, truth = quick_session(tmp_path_factory.mktemp("samples"))
+    assert pipeline("run", config) == 0
+    stored = results_in(config.with_suffix(".run"))["accelerometer"]
+    parts = [pandas.read_csv(path, skipinitialspace=True).assign(pose=path.stem)
+             for path in sorted((config.parent / "accelerometer").glob("*.csv"))]
+    table = pandas.concat(parts)
+    section = load_config(config).sensor.accelerometer
+    assert section is not None
+    names = ["acc_x", "acc_y", "acc_z"]
+    table[names] = triad_spec(section).nominal(table[names].to_numpy())
+    cal = calib.calibrate(table[["pose", "time_s", "acc_x", "acc_y", "acc_z"]],
+                          gravity=truth.design.site.gravity_m_s2)
+    assert cal.assessed.comparison.residual_rms == pytest.approx(stored["residual_rms"], rel=0.02)
+
+
+@pytest.mark.parametrize(("table", "words"), [
+    ({"acc_x": [1.0], "acc_y": [1.0]}, "no column acc_z"),
+    ({"acc_x": ["a"], "acc_y": [1.0], "acc_z": [1.0]}, "acc_x is not numeric"),
+    ({"acc_x": [1.0, 2.0], "acc_y": [1.0], "acc_z": [1.0]}, "different lengths"),
+    (np.zeros((4, 2)), r"\(n, 3\) expected"),
+])
+def test_a_wrong_table_is_told_what_is_wrong(table: object, words: str) -> None:
+    with pytest.raises(UnusableLog, match=words):
+        calib.calibrate(table, gravity=G)
+
+
+def test_too_few_poses_are_refused() -> None:
+    with pytest.raises(Undetermined, match="6 equations for 9 parameters"):
+        calib.calibrate(readings().iloc[:6], gravity=G)
+
+
+def test_what_a_notebook_shows_is_escaped_and_drawn() -> None:
+    table = readings()
+    table["<script>alert(1)</script>"] = np.arange(len(table)) * 0.1
+    cal = calib.calibrate(table, gravity=G).add("column:<script>alert(1)</script>")
+    assert "<script>" not in cal._repr_html_()
+    (axes,) = cal.plot().axes
+    drawn: FloatArray = np.asarray(axes.lines[0].get_ydata(), float)
+    assert np.allclose(drawn, cal.poses_to_pandas()["residual"])
+
+
+def test_the_package_loads_no_engine_before_it_is_asked() -> None:
+    assert calib.calibrate is calib.__getattr__("calibrate")
+    with pytest.raises(AttributeError):
+        calib.fitting  # noqa: B018

@@ -1,0 +1,96 @@
+"""The terminal and the report say the same: one source for verdicts, headline and next command."""
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from pipeline.config.load import load_config
+from pipeline.console.answers import RATES, answers_of, headline
+from pipeline.console.rate_text import rate_verdict
+from pipeline.console.run_text import leading_covariate, next_step
+from pipeline.stages.context import RunContext
+from pipeline.stages.run import Outcome, run_stages
+from tests.paths import DATA
+from tests.pipeline.report.html_page import Page
+from tests.sessions import pipeline
+from tests.world.designs import rich_design
+from tests.world.session import simulate
+from tests.world.sizes import draw_effect
+from tests.world.write import write_session
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The example's configuration with a rate model that lacks the waves of the plate."""
+    folder = tmp_path_factory.mktemp("plain") / "example"
+    shutil.copytree(DATA / "example", folder, ignore=shutil.ignore_patterns("*.run"))
+    config = folder / "config.yaml"
+    text = re.sub(r" *model: \[constant_rate.*\n", "", config.read_text(encoding="utf-8"))
+    config.write_text(text, encoding="utf-8")
+    return config
+
+
+def test_a_missing_term_of_a_clip_is_said_everywhere_with_the_same_command(
+    plain: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert pipeline("run", plain) == 0
+    printed = capsys.readouterr().out
+    command = f"pipeline add {plain} rate.17rpm.once_per_rev"
+    assert "rate.17rpm: once_per_rev is missing" in printed
+    assert f"next: {command}" in printed
+    page = Page((plain.with_suffix(".run") / "report.html").read_text(encoding="utf-8"))
+    assert "The rate model of 17rpm lacks once_per_rev." in page.text
+    assert page.text.count(command) == 2  # in the first screen and in its section
+    assert "The stated rates do not depend on it" in page.text
+    assert pipeline("diagnose", plain) == 0
+    assert "rate.17rpm: once_per_rev is missing" in capsys.readouterr().out
+
+
+def test_the_rate_is_the_same_with_and_without_the_term(plain: Path) -> None:
+    context = RunContext(plain.with_suffix(".run") / "cache")
+    without = run_stages(load_config(plain), context).rates["17rpm"]
+    assert rate_verdict(without, "CONFIG").in_the_rate
+    whole = DATA / "example" / "config.yaml"
+    stated = run_stages(load_config(whole), context).rates["17rpm"]
+    assert stated.rate_rad_s == without.rate_rad_s
+    assert stated.sd_rad_s == without.sd_rad_s
+    assert rate_verdict(stated, "CONFIG").complete
+
+
+@pytest.fixture(scope="module")
+def caused(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
+    """A gyroscope that follows the supply voltage, an accelerometer that lacks nothing."""
+    folder = tmp_path_factory.mktemp("caused")
+    design = rich_design().scaled(seconds=0.3)
+    hidden = draw_effect("column:supply_v", "gyroscope", 20.0, design, 8)
+    written = write_session(folder, simulate(design, 8, (hidden,)), film=False)
+    return run_stages(load_config(written.config), RunContext())
+
+
+def test_the_worst_comes_first_and_its_command_is_the_next_step(caused: Outcome) -> None:
+    first, second = answers_of(caused, "out")
+    assert (first.subject, second.subject) == ("gyroscope", "accelerometer")
+    assert first.standing == "act"
+    assert RATES not in (first.subject, second.subject)
+    (command,) = first.commands
+    assert next_step(caused, Path("out")) == f"next: {command}"
+    assert first.short in headline((first, second)).text
+
+
+def test_the_misfit_follows_the_cause_and_no_by_product(caused: Outcome) -> None:
+    assert caused.gyroscope is not None
+    assert caused.accelerometer is not None
+    assert leading_covariate(caused.gyroscope) == "supply_v"
+    assert leading_covariate(caused.accelerometer) is None
+
+
+def test_an_effect_that_follows_no_covariate_has_none(tmp_path: Path) -> None:
+    design = rich_design().scaled(seconds=0.3)
+    hidden = draw_effect("g_sensitivity", "gyroscope", 25.0, design, 3)
+    written = write_session(tmp_path, simulate(design, 3, (hidden,)), film=False)
+    outcome = run_stages(load_config(written.config), RunContext())
+    assert outcome.gyroscope is not None
+    assert outcome.gyroscope.diagnosis.name == "g_sensitivity"
+    assert leading_covariate(outcome.gyroscope) is None

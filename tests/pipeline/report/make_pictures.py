@@ -1,0 +1,64 @@
+"""Makes the pictures of README from the tutorial's session: ``python -m
+tests.pipeline.report.make_pictures [FOLDER]``; by default into ``data/docs``."""
+
+import base64
+import io
+import os
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+
+from tests.paths import DATA
+from tests.pipeline.report.tab import Tab, browser_tab
+from tests.sessions import pipeline
+
+SCREEN = {"width": 1120, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+ROOM = 12  #: px about the elements of a picture
+COLOURS = 128  #: of a picture, which make it a third as large
+SESSION = "hidden_effect"
+TICK = "#gyroscope input[data-effect=g_sensitivity]"
+
+#: Of every picture the elements that it reaches from and to.
+PICTURES = {
+    "report_verdict": ("header", ".answers .lead"),
+    "report_boxes": ("#gyroscope .refit .tiles", "#gyroscope .fall"),
+    "report_axes": ("#gyroscope .axes", "#gyroscope .axes"),
+}
+
+
+def picture(tab: Tab, first: str, last: str) -> bytes:
+    """The page from one element to another over the whole width, as a PNG."""
+    top, bottom = tab.evaluate(
+        "const at = (selector) => document.querySelector(selector).getBoundingClientRect();"
+        f"return [at('{first}').top + scrollY, at('{last}').bottom + scrollY];")
+    clip = {"x": 0, "y": top - ROOM, "width": SCREEN["width"], "height": bottom - top + 2 * ROOM,
+            "scale": 1}
+    data = tab.send("Page.captureScreenshot", format="png", clip=clip, captureBeyondViewport=True)
+    image = Image.open(io.BytesIO(base64.b64decode(data["data"]))).convert("RGB")
+    packed = io.BytesIO()
+    image.quantize(COLOURS, dither=Image.Dither.NONE).save(packed, "PNG", optimize=True)
+    return packed.getvalue()
+
+
+def make(folder: Path) -> None:
+    """Run the tutorial's session beside its name in README and photograph its report."""
+    with tempfile.TemporaryDirectory() as name:
+        bench = Path(name)
+        shutil.copytree(DATA / SESSION, bench / "data" / SESSION,
+                        ignore=shutil.ignore_patterns("*.run"))
+        os.chdir(bench)
+        assert pipeline("run", f"data/{SESSION}/config.yaml") == 0
+        with browser_tab(bench) as tab:
+            tab.open(bench / "data" / SESSION / "config.run" / "report.html", SCREEN)
+            for name, (first, last) in PICTURES.items():
+                if name == "report_boxes":
+                    tab.click(TICK)
+                    tab.evaluate("window.scrollTo(0, 0)")
+                (folder / f"{name}.png").write_bytes(picture(tab, first, last))
+
+
+if __name__ == "__main__":
+    make(Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else DATA / "docs")

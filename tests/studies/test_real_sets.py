@@ -1,0 +1,106 @@
+"""Verdicts on measured sessions hold for stops that took no part in them.
+
+``python -m tests.studies.real_sets`` prints all of them; the logs are not part of the project.
+"""
+
+import numpy as np
+import pytest
+
+from tests.studies.real_sets.__main__ import judgement
+from tests.studies.real_sets.independent import (
+    best_step,
+    judge_accelerometer,
+    judge_gyroscope,
+    weighted,
+)
+from tests.studies.real_sets.logs import LOGS, REAL, Stops, stops_of
+from tests.studies.real_sets.program import (
+    Said,
+    ask,
+    ask_turntable,
+    corrected_magnitude,
+    without_each_face,
+)
+from tests.studies.real_sets.turntable import fit_turntable
+
+pytestmark = pytest.mark.skipif(not REAL.is_dir(), reason=f"no measured logs in {REAL}")
+
+
+@pytest.fixture(scope="module")
+def said() -> dict[str, Said]:
+    return {name: ask(log) for name, log in LOGS.items()}
+
+
+@pytest.fixture(scope="module")
+def stops() -> dict[str, Stops]:
+    return {name: stops_of(log) for name, log in LOGS.items()}
+
+
+@pytest.mark.parametrize("name", LOGS)
+def test_stops_left_out_do_not_contradict_the_verdict(
+    name: str, said: dict[str, Said], stops: dict[str, Stops]
+) -> None:
+    accelerometer, gyroscope = said[name].accelerometer, said[name].gyroscope
+    assert accelerometer is not None or said[name].refusal
+    if accelerometer is not None:
+        judged = best_step(judge_accelerometer(stops[name], LOGS[name].gravity))
+        assert not judgement(accelerometer, judged).startswith("NO")
+    if gyroscope is not None:
+        judged = best_step(judge_gyroscope(stops[name]))
+        assert not judgement(gyroscope, judged).startswith("NO")
+
+
+@pytest.mark.parametrize(("name", "triad", "verdict", "names"), [
+    ("xsens", "gyroscope", "effect", ("g_sensitivity",)),
+    ("ck", "accelerometer", "effect", ("quadratic",)),
+    ("sundevil short", "gyroscope", "unknown", ()),
+    ("sundevil long", "accelerometer", "nothing_missing", ()),
+])
+def test_what_left_out_stops_show_is_what_is_said(
+    name: str, triad: str, verdict: str, names: tuple[str, ...], said: dict[str, Said]
+) -> None:
+    found = getattr(said[name], triad).diagnosis
+    assert (found.verdict, found.names) == (verdict, names)
+
+
+def test_no_gyroscope_in_a_hand_is_named_the_earth(said: dict[str, Said]) -> None:
+    """It turns with the hand, five times as fast as the Earth at its quietest."""
+    for name in ("snu good1", "snu good2", "snu good3", "sundevil units"):
+        found = said[name].gyroscope
+        assert found is not None
+        assert found.diagnosis.names == ()
+        assert "earth_rate" not in found.diagnosis.group
+
+
+@pytest.mark.parametrize(("one", "other"), [
+    ("snu good3", "snu good2"), ("snu good3", "snu good1"), ("snu good2", "snu good3"),
+    ("sundevil long", "sundevil short"),
+])
+def test_the_stated_error_holds_for_the_sensor_s_next_session(
+    one: str, other: str, said: dict[str, Said], stops: dict[str, Stops]
+) -> None:
+    result = said[one].accelerometer
+    assert result is not None
+    assert result.prediction is not None
+    sd = weighted(stops[other])
+    off = corrected_magnitude(result, stops[other].force) - LOGS[other].gravity
+    rms = np.sqrt(np.average(off**2, weights=sd**-2))
+    alone = np.sqrt(len(off) / np.sum(sd**-2))
+    assert rms < 1.5 * np.hypot(result.prediction.sd_median, alone)
+
+
+@pytest.mark.parametrize("name", ["xsens", "snu good3", "sundevil long"])
+def test_a_session_that_lost_a_face_is_never_called_good(name: str, said: dict[str, Said]) -> None:
+    result = said[name].accelerometer
+    assert result is not None
+    for lost in without_each_face(result):
+        assert not lost.said_good, lost
+        assert np.isnan(lost.stated) or lost.error < 2.5 * lost.stated
+
+
+def test_the_gyroscope_on_a_record_player_has_the_gains_of_an_independent_fit() -> None:
+    result, fitted = ask_turntable(), fit_turntable()
+    gain = result.calibration.parameters.scale_counts_per_unit
+    assert gain == pytest.approx(fitted.gain, abs=0.002)
+    assert result.diagnosis.verdict == "bad_pose"
+    assert "remain: something else is missing too" in result.diagnosis.text
