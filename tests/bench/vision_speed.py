@@ -4,10 +4,12 @@
                                        [--minutes 10] [--rounds 5] [--keep DIR]
 
 Also measured are a clip of a plate at rest, which is refused, and the longest one repeated (copied
-without encoding again), for the memory; ``--minutes 0`` leaves that out. All are whole processes, started in turn: the loop, the vision stage by itself, and the command as
-a user types it. The figures are the best of the rounds, the ratio the median of those of the
-rounds. CPU time is printed beside wall time: on a
-machine that does other work as well, it says how much of the ratio is ours.
+without encoding again), for the memory; ``--minutes 0`` leaves that out.
+
+All are whole processes, started in turn: the loop, the vision stage by itself, and the command as a
+user types it. The figures are the best of the rounds, the ratio the median of those of the rounds.
+CPU time is printed beside wall time: on a machine that does other work as well, it says how much of
+the ratio is ours.
 """
 
 import argparse
