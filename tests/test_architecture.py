@@ -67,7 +67,7 @@ FLOORS = {
     "vision": [
         ("geometry", "orientation", "av_decoder"), ("phase_track",), ("errors",),
         ("video", "camera"),
-        ("plate", "rate"), ("tracking", "overlay"),
+        ("plate", "rate"), ("tracking", "overlay"), ("clip_rate",),
     ],
     "pipeline": [
         ("errors", "names", "formatting", "plain_text"), ("files",), ("logs",), ("devices",),
