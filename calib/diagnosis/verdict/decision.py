@@ -16,8 +16,10 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.search.odds import IN_TIME, Inclusion, Odds
 from calib.diagnosis.search.sets import Entry, Search, is_nothing
+from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.leave_one_out import compare
 from calib.fit.result import Fit
+from calib.poses.imu_log import FloatArray
 
 NOISES = ("wander", "plate_rate")
 """Kinds that no calibration takes away: they widen the sds."""
@@ -77,6 +79,10 @@ def reach_verdict(state: Search, odds: Odds) -> Verdict:
     named = _named(state, odds)
     if named and (explains or (share > CONSTANTS.most_of_the_misfit and _predicts(state, odds))):
         first = named[0]
+        alone = _one_pose(state, odds, first) if len(named) == 1 else None
+        if alone is not None:
+            return Verdict(Code.BAD_POSE, alone, group=(alone,), details=(alone,), share=share,
+                           explains=explains)
         return Verdict(
             Code.EFFECT, first.name, tuple(each.name for each in named), first.members,
             beside=_beside(state, odds, named), share=share, explains=explains,
@@ -140,16 +146,41 @@ def _together(state: Search, classes: Sequence[Inclusion], entries: Sequence[Ent
     return float(np.exp(inside - total))
 
 
-def _signal(state: Search, odds: Odds, j: int) -> float:
-    """Root mean square of what a member of the leading set explains, noise units."""
+def _signal_rows(state: Search, odds: Odds, j: int) -> FloatArray | None:
+    """What a member of the leading set explains, noise units, the model projected out, (r,)."""
     h, joint = state.hypotheses[j], odds.lead.refit
     if joint is None or not state.can_refit([j]):
-        return 0.0
+        return None
     name = next(n for n in joint.names if n in (h.name, f"{h.name} {j}"))
     where = joint.fit.model.slices()[name]
     rows = joint.fit.rows.jacobian[:, where] @ joint.fit.theta[where]
-    rest = rows - state.table.projector.model @ (state.table.projector.model.T @ rows)
-    return float(np.sqrt(np.mean(rest**2)))
+    return np.asarray(rows - state.table.projector.model @ (state.table.projector.model.T @ rows))
+
+
+def _signal(state: Search, odds: Odds, j: int) -> float:
+    """Root mean square of what a member of the leading set explains, noise units."""
+    rows = _signal_rows(state, odds, j)
+    return 0.0 if rows is None else float(np.sqrt(np.mean(rows**2)))
+
+
+def _one_pose(state: Search, odds: Odds, named: Inclusion) -> str | None:
+    """The pose whose own error would look the same as a named effect, if there is one.
+
+    An effect of which one pose shows nearly all is no more than that this pose contradicts the
+    others; the effect's size then has no second witness.
+    """
+    j = next(j for j in odds.lead.members if state.hypotheses[j].name == named.name)
+    signal = _signal_rows(state, odds, j)
+    if signal is None:
+        return None
+    known, pose = state.table.projector.model, state.base.equations.row_pose
+    for k in np.unique(pose):
+        error = np.zeros((len(signal), int((pose == k).sum())))
+        error[np.flatnonzero(pose == k), range(error.shape[1])] = 1.0
+        error = orthonormal_columns(error - known @ (known.T @ error))
+        if np.linalg.norm(error.T @ signal) > CONSTANTS.alias_correlation * np.linalg.norm(signal):
+            return str(state.base.poses.label[k])
+    return None
 
 
 def _explanation(state: Search, odds: Odds) -> tuple[float, bool]:

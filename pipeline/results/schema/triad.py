@@ -14,6 +14,7 @@ from pipeline.results.schema.types import (
     NotNegative,
     Number,
     Part,
+    Positive,
     Probability,
     Text,
     Three,
@@ -154,7 +155,7 @@ class TriadSection(Part):
     model: list[Text] = means("effects of the model", min_length=1)
     n_poses: Count = means("poses")
     chi2: NotNegative = means("chi² of the fit")
-    dof: Count = means("degrees of freedom", ge=1)
+    dof: Positive = means("degrees of freedom")
     p_value: Probability = means("p-value of chi²")
     residual_rms: NotNegative = means("RMS residual, SI")
     loo_rms: NotNegative = means("RMS of predictions of each pose from all others, SI")
