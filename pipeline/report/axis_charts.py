@@ -153,9 +153,9 @@ def panel_figure(name: str, panel: Panel, limit: float, canvas: Canvas = SMALL) 
     for x, y, sd in zip(panel.x, panel.before, panel.sd, strict=True):
         chart.bar(x, max(y - sd, -limit), min(y + sd, limit), "error-bar")
     chart.line(panel.curve[0], np.clip(panel.curve[1], -limit, limit), "effect")
-    for x, y, other in zip(panel.x, panel.before, panel.after, strict=True):
-        chart.mark(x, y, 0, "mark before")
-        chart.mark(x, other, 1, "mark after")
+    for x, y, other, pose in zip(panel.x, panel.before, panel.after, panel.pose, strict=True):
+        chart.mark(x, y, 0, "mark before", attribute=f' data-i="{pose}"')
+        chart.mark(x, other, 1, "mark after", attribute=f' data-i="{pose}"')
     title = _title(panel)
     alternative = f"{what.capitalize()} against {panel.against}: {title}."
     return Figure(title, chart.svg(f"{name}. {alternative}"), "", "")
