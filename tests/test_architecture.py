@@ -57,7 +57,7 @@ FLOORS = {
     "calib.notebook": [("tables", "display"), ("calibration",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
-        ("diagnose",), ("untested",),
+        ("diagnose", "unseen"), ("untested",),
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
     "calib.diagnosis.search": [
@@ -67,12 +67,12 @@ FLOORS = {
     "vision": [
         ("geometry", "orientation", "av_decoder"), ("phase_track",), ("errors",),
         ("video", "camera"),
-        ("plate", "rate"), ("tracking", "overlay"),
+        ("plate", "rate"), ("tracking", "overlay"), ("clip_rate",),
     ],
     "pipeline": [
         ("errors", "names", "formatting", "plain_text"), ("files",), ("logs",), ("devices",),
         ("config",), ("stages",),
-        ("results", "record", "plan", "model_change", "playback", "guess"),
+        ("results", "record", "plan", "model_change", "playback", "guess", "demo"),
         ("console", "export"), ("report",), ("session_folder",), ("commands",), ("cli",),
         ("__main__",),
     ],

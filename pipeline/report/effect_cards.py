@@ -137,7 +137,7 @@ def _card(
         formula=formula_html(effect.page.formula) if listed else escape(effect.page.formula),
         standing=standing,
         status=_status(result, effect, standing),
-        typical=tuple(effect.page.typical.items()),
+        typical=tuple((part, str(size)) for part, size in effect.page.typical.items()),
         source=effect.page.source,
         size=_size_table(result, effect, candidate),
         fingerprint="" if shape is None else fingerprint_svg(
