@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from calib.errors import Undetermined
+from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, ImuLog, Triad
 
 CLIPPED_SHARE = 0.25
@@ -19,8 +20,10 @@ CLIPPED_SHARE = 0.25
 USUAL_SHARE = 0.05
 
 
-def require_unclipped(logs: Sequence[ImuLog], triad: Triad) -> None:
-    """Refuse logs of ``triad`` in which an axis is cut off at some value.
+def require_unclipped(logs: Sequence[ImuLog], triad: Triad, spec: TriadSpec) -> None:
+    """Refuse logs of ``triad`` in which an axis is cut off below the range of ``spec``.
+
+    What stands at the ends of the range is refused where the pose is averaged.
 
     Raises
     ------
@@ -30,7 +33,8 @@ def require_unclipped(logs: Sequence[ImuLog], triad: Triad) -> None:
     used = [log for log in logs if log.has(triad)]
     if len(used) < 2:
         return
-    values = [getattr(log, triad) for log in used]
+    values = [spec.signed(getattr(log, triad)) for log in used]
+    rails = spec.count_range
     high, low = (np.array([pick(each, axis=0) for each in values]) for pick in (np.max, np.min))
     at_limit = (high == high.max(axis=0)) | (low == low.min(axis=0))
     for extreme, limit in ((high, high.max(axis=0)), (low, low.min(axis=0))):
@@ -38,7 +42,7 @@ def require_unclipped(logs: Sequence[ImuLog], triad: Triad) -> None:
                           for each, at in zip(values, extreme, strict=True)])
         usual = np.array([np.median(each[~held]) if not held.all() else 1.0
                           for each, held in zip(share.T, at_limit.T, strict=True)])
-        clipped = (share > CLIPPED_SHARE) & (extreme == limit) & (usual < USUAL_SHARE)
+        clipped = (share > CLIPPED_SHARE) & (extreme == limit) & ~np.isin(extreme, rails) & (usual < USUAL_SHARE)
         if clipped.any():
             i, k = map(int, np.argwhere(clipped)[0])
             raise Undetermined(

@@ -19,6 +19,7 @@ from calib.poses.frozen import without_frozen
 from calib.poses.imu_log import TRIADS, ImuLog, Triad
 from pipeline.config.load import Config
 from pipeline.config.schema import LogsSection, PosesSection
+from pipeline.config.sensor import sensor_specs
 from pipeline.config.types import STOPPED
 from pipeline.errors import ConfigError
 from pipeline.logs.clock import StatedClock
@@ -121,10 +122,10 @@ def read_session(config: Config) -> SessionLogs:
         _require_one_unit_of_time(every)
         require_running([log for setting, each in logs.by_setting.items() for log in each
                          if not setting.poses.log])  # of long logs the poses are looked at
-    for triad in TRIADS:
+    for triad, spec in zip(TRIADS, sensor_specs(config.sensor), strict=True):
         require_no_copies(logs.of_triad(config, triad), triad)
-        for setting in settings_of(config, triad):
-            require_unclipped(logs.by_setting[setting], triad)
+        for setting in settings_of(config, triad) if spec else ():
+            require_unclipped(logs.by_setting[setting], triad, spec)
     return logs
 
 
