@@ -42,7 +42,8 @@ def require_unclipped(logs: Sequence[ImuLog], triad: Triad, spec: TriadSpec) -> 
                           for each, at in zip(values, extreme, strict=True)])
         usual = np.array([np.median(each[~held]) if not held.all() else 1.0
                           for each, held in zip(share.T, at_limit.T, strict=True)])
-        clipped = (share > CLIPPED_SHARE) & (extreme == limit) & ~np.isin(extreme, rails) & (usual < USUAL_SHARE)
+        clipped = (share > CLIPPED_SHARE) & (extreme == limit) & (usual < USUAL_SHARE)
+        clipped &= ~np.isin(extreme, rails)
         if clipped.any():
             i, k = map(int, np.argwhere(clipped)[0])
             raise Undetermined(

@@ -124,8 +124,9 @@ def read_session(config: Config) -> SessionLogs:
                          if not setting.poses.log])  # of long logs the poses are looked at
     for triad, spec in zip(TRIADS, sensor_specs(config.sensor), strict=True):
         require_no_copies(logs.of_triad(config, triad), triad)
-        for setting in settings_of(config, triad) if spec else ():
-            require_unclipped(logs.by_setting[setting], triad, spec)
+        for setting in settings_of(config, triad):
+            if spec is not None:
+                require_unclipped(logs.by_setting[setting], triad, spec)
     return logs
 
 
