@@ -5,6 +5,7 @@ from pathlib import Path
 
 from pydantic import Field, PrivateAttr, ValidationError
 
+from pipeline.config.contradictions import contradictions
 from pipeline.config.messages import problems_of
 from pipeline.config.schema import (
     AccelerometerSection,
@@ -103,6 +104,7 @@ def _checked(source: YamlSource, files_may_be_missing: bool) -> Config:
         problems += tuple(source.problem(path, problem) for path, problem in _clip_counts(config))
     if config is not None and not files_may_be_missing:
         problems += tuple(source.problem(path, text) for path, text in _column_counts(config))
+        problems += tuple(source.problem(path, text) for path, text in contradictions(config))
     if problems or config is None:
         raise (MissingFiles if _missing_files(error) == len(problems) else ConfigError)(*problems)
     config._source = source

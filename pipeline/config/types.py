@@ -166,11 +166,13 @@ def _files(names: object, info: ValidationInfo) -> tuple[Path, ...]:
                 f"'{str(name)[:SHOWN]}' cannot be the name of a file ({problem})") from fault
     if faults:
         raise ValidationError.from_exception_data("files", faults)
-    named: set[Path] = set()
+    if not paths and not faults and not _context(info).files_may_be_missing:
+        raise refusal("the list is empty; name a file or a pattern")
+    places: set[Path] = set()
     for path in paths:
-        if path in named:
+        if path.resolve() in places:  # one file has many paths
             raise refusal(f"{path} is named twice. Name each file once")
-        named.add(path)
+        places.add(path.resolve())
     return tuple(paths)
 
 

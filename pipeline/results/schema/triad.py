@@ -164,6 +164,8 @@ class TriadSection(Part):
     sd: ParameterSds = means("their sds")
     sd_widened_by: NotNegative = means("Birge ratio in these sds; 1 where the model explains")
     sd_parts: dict[str, ParameterSds] = means("what the sds are made of, by cause")
+    sd_parts_if_typical: dict[str, ParameterSds] = means(
+        "sds by effects that these poses cannot see, if the sensor is typical; not in the sds")
     effects: dict[str, EffectValues] = means("added effects")
     worst_poses: list[Text] = means("poses with the largest residuals")
     misfit_follows: Text | None = means("what the misfit follows")
