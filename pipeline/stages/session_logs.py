@@ -91,10 +91,16 @@ def read_logs(
         replace(
             read_log(path, section.columns_of(i),
                      StatedClock(section.sample_rate_hz, section.time_unit, clock_needed)),
-            label=Path(os.path.relpath(path, folder)).as_posix(),
+            label=_shown_name(os.path.relpath(path, folder)),
         )
         for i, path in enumerate(paths)
     ]
+
+
+def _shown_name(path: str) -> str:
+    """With slashes; bytes that are no text are written out, since a label stands in files."""
+    text = os.fsencode(path).decode(errors="backslashreplace")
+    return text.replace(os.sep, "/")
 
 
 def long_logs(poses: PosesSection, folder: Path) -> list[ImuLog]:
