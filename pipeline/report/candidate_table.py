@@ -8,8 +8,7 @@ import numpy as np
 
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import odds_in_words, readable
-from pipeline.formatting import DISPLAY, with_sd
-from pipeline.report.display_units import display_unit
+from pipeline.formatting import DISPLAY, display_unit, with_sd
 from pipeline.report.svg import tick_text
 from pipeline.stages.triads import TriadResult
 
