@@ -9,7 +9,7 @@ from pipeline.commands.arguments import PathArgument
 from pipeline.export.formats import FORMATS
 
 #: The list under the command's help; \b keeps its lines.
-LISTED = "\b\nFormats:\n" + "\n".join(f"  {name:<8}  {holds}" for name, holds in FORMATS.items())
+LISTED = "\b\nFormats:\n" + "\n".join(f"  {name:<9}  {holds}" for name, holds in FORMATS.items())
 EXAMPLES = (
     "pipeline export config.run --to kalibr",
     "pipeline export config.run --to csv --output out",
