@@ -3,17 +3,21 @@
 The one way from a set of poses to a result, of the command, of a notebook and of a fleet alike.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from calib.consistency.mistakes import require_no_mistake, require_one_sensor
+from calib.consistency.plate_axes import require_common_axes
 from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.diagnosis.untested import untested
 from calib.effects.effect import Effect
+from calib.errors import CalibrationError
 from calib.fit.angrisano import fit_paper
 from calib.fit.calibration import TriadCalibration, calibrate_triad
 from calib.fit.leave_one_out import Comparison, compare
 from calib.fit.model import Model
 from calib.fit.prediction import Prediction, predict
+from calib.fit.result import Fit
 from calib.fit.solver import fit
 from calib.fit.unknown_sd import has_sds, tests_the_model, with_estimated_sds
 from calib.poses.data_sheet import TriadSpec
@@ -42,6 +46,7 @@ def assess(
     loss: str = "squares",
     candidates: Sequence[Effect] = (),
     covariates: Sequence[str] | None = None,
+    senses: Mapping[str, float] | None = None,
 ) -> AssessedTriad:
     """Calibrate one triad and compare the model with the measurements.
 
@@ -60,6 +65,9 @@ def assess(
         Effects beside the catalogue's that the diagnosis considers.
     covariates : sequence of str or None
         Logged columns that may be causes; None for all that do not follow attitude or clock.
+    senses : mapping of run to float, or None
+        How the plate turns by the accelerometer alone, +1 ccw, -1 cw, 0 unknown; of a gyro whose
+        poses have the calibrated specific force, so that the axes of both triads are compared.
 
     Returns
     -------
@@ -69,13 +77,16 @@ def assess(
     ------
     Undetermined
         The poses do not determine the model.
+    Contradiction
+        A mistake in the files explains the misfit, or the axes of the triads contradict each other.
     FitFailed
         The fit does not converge, or fails its own check.
     """
     if not has_sds(poses):
         poses = with_estimated_sds(poses, model)
-    fitted = (fit_paper(poses, model, spec) if solver == "paper"
-              else fit(poses, model, robust=loss == "huber"))
+    fitted = _fitted(poses, model, spec, solver, loss)
+    if senses is not None:
+        require_common_axes(poses, fitted.rows.vector, senses)
     calibration = calibrate_triad(fitted, spec)
     prediction = predict(calibration)
     diagnosis = diagnose(fitted, candidates, spec.full_scale, covariates, prediction)
@@ -85,3 +96,16 @@ def assess(
         diagnosis if tests_the_model(poses) else untested(diagnosis),
         prediction,
     )
+
+
+def _fitted(poses: PoseSet, model: Model, spec: TriadSpec, solver: str, loss: str) -> Fit:
+    """The fit; a mistake in the files that explains its misfit, or its refusal, is named first."""
+    try:
+        fitted = (fit_paper(poses, model, spec) if solver == "paper"
+                  else fit(poses, model, robust=loss == "huber"))
+    except CalibrationError:
+        require_no_mistake(poses, model, None)
+        raise
+    require_no_mistake(poses, model, fitted)
+    require_one_sensor(poses, model, fitted)
+    return fitted

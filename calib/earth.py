@@ -32,6 +32,10 @@ GRAVITATIONAL_CONSTANT_M3_S2 = 3.986004418e14
 EQUATOR_GRAVITY_M_S2 = 9.7803253359
 POLE_GRAVITY_M_S2 = 9.8321849378
 
+SURFACE_M = (-500.0, 9000.0)
+LARGEST_ANOMALY_M_S2 = 4e-3
+"""Free-air anomalies of mountains and trenches; the largest are 300 to 400 mGal."""
+
 NORMAL_GRAVITY_SD_M_S2 = 5e-4
 """How far real gravity strays from the normal field, 1 sd: the budget above."""
 
@@ -67,6 +71,27 @@ def normal_gravity(latitude_rad: float, height_m: float = 0.0) -> float:
     on_ellipsoid = EQUATOR_GRAVITY_M_S2 * (1 + k * s2) / math.sqrt(1 - e2 * s2)
     h = height_m / a
     return on_ellipsoid * (1 - 2 * (1 + f + m - 2 * f * s2) * h + 3 * h * h)
+
+
+def gravity_bounds(latitude_rad: float, height_m: float | None = None) -> tuple[float, float]:
+    """Lowest and highest gravity of any place at ``latitude_rad``, m/s².
+
+    Parameters
+    ----------
+    latitude_rad : float
+        Geodetic latitude, rad.
+    height_m : float or None
+        Height above the ellipsoid, m; None for any on the Earth's surface.
+
+    Returns
+    -------
+    low, high : float
+    """
+    lowest, highest = SURFACE_M if height_m is None else (height_m, height_m)
+    return (
+        normal_gravity(latitude_rad, highest) - LARGEST_ANOMALY_M_S2,
+        normal_gravity(latitude_rad, lowest) + LARGEST_ANOMALY_M_S2,
+    )
 
 
 def earth_rate_vertical(latitude_rad: float) -> float:

@@ -39,5 +39,9 @@ class Undetermined(CalibrationError):
     """The measurements are readable but do not determine what was asked for."""
 
 
+class Contradiction(CalibrationError):
+    """Two parts of the session state one quantity differently; the message names both."""
+
+
 class FitFailed(CalibrationError):
     """The fit ended without passing its own check (no convergence, non-finite parameters)."""

@@ -8,7 +8,10 @@ measurement that would allow it, and the file is not changed.
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
+import numpy as np
+
 from calib.diagnosis.next_measurement.advice import Rival, best_block
+from calib.diagnosis.verdict.ranking import Candidate
 from calib.effects.catalogue import BASE, find_effect
 from calib.errors import CalibrationError, Undetermined
 from calib.poses.imu_log import TRIADS
@@ -16,6 +19,7 @@ from pipeline.config.edit import with_item, without_item
 from pipeline.config.load import Config, parse_config
 from pipeline.config.yaml_text import PathTo
 from pipeline.errors import ConfigError
+from pipeline.formatting import DISPLAY
 from pipeline.names import nearest_name
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
@@ -40,6 +44,17 @@ class Target:
 
     def __str__(self) -> str:
         return ".".join([*map(str, self.section), self.name])
+
+
+@dataclass(frozen=True)
+class Allowed:
+    """What a user adds all the same: an effect that looks like another, or that is not seen."""
+
+    aliased: bool = False
+    unseen: bool = False
+
+
+NOTHING_ALLOWED = Allowed()
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +124,7 @@ def change_model(
     *,
     before: Outcome | None = None,
     remove: bool = False,
-    although_aliased: bool = False,
+    allowed: Allowed = NOTHING_ALLOWED,
 ) -> ModelChange:
     """Change the model by ``target`` and run; nothing is written.
 
@@ -122,11 +137,11 @@ def change_model(
     before = before or run(config)
     result = result_of(before, target)
     if result is not None and not remove:
-        require_addable(result, target, although_aliased)
+        require_addable(result, target, allowed)
     return ModelChange(target, before, run(changed))
 
 
-def require_addable(result: TriadResult, target: Target, although_aliased: bool) -> None:
+def require_addable(result: TriadResult, target: Target, allowed: Allowed) -> None:
     """Refuse an effect that these data cannot determine, or cannot separate from another.
 
     Raises
@@ -143,9 +158,11 @@ def require_addable(result: TriadResult, target: Target, although_aliased: bool)
             f"the model take up all of it. {_next_measurement(result, [name])}"
         )
     candidate = next((c for c in diagnosis.ranking if c.name == name and c.kind == "listed"), None)
-    if candidate is None or although_aliased:
+    if candidate is None or name in diagnosis.addable:  # its own refit told it from its aliases
         return
-    if name in diagnosis.addable:  # named, and its own refit told it from what looks alike
+    if not allowed.unseen:
+        _require_seen(result, target, candidate)
+    if allowed.aliased:
         return
     group = diagnosis.group if diagnosis.name == name else (name, *candidate.aliases)
     if len(group) > 1:
@@ -155,6 +172,27 @@ def require_addable(result: TriadResult, target: Target, although_aliased: bool)
             f"{_next_measurement(result, list(group))} To go on with '{name}' all the same, add "
             f"--although-aliased."
         )
+
+
+def _require_seen(result: TriadResult, target: Target, candidate: Candidate) -> None:
+    """Refuse an effect with which the leave-one-out error does not fall.
+
+    Raises
+    ------
+    Undetermined
+        With both errors, and the largest of its parameters in its sds.
+    """
+    before, after = result.comparison.loo_rms, candidate.loo_after
+    if not after >= before or target.name in result.diagnosis.names:
+        return
+    unit, factor = DISPLAY[result.triad]
+    in_sd = float(np.max(np.abs(candidate.size) / candidate.sd)) if candidate.size.size else 0.0
+    raise Undetermined(
+        f"{target}: these data do not show it: the leave-one-out error would be "
+        f"{after * factor:.3g} {unit} with it and is {before * factor:.3g} {unit} without, and its "
+        f"largest parameter would be {in_sd:.1f} sd. To add it all the same, for its upper limit "
+        f"or to compare, add --although-unseen."
+    )
 
 
 def _next_measurement(result: TriadResult, names: list[str]) -> str:

@@ -148,7 +148,7 @@ CASES: dict[str, tuple[Spoil, int, str]] = {
     "an empty clip": (filmed(empty_clip), 3, "clip.mp4"),
     "a clip that is not a plate": (filmed(no_plate), 4, "nothing in the frame turns"),
     "8 poses": (eight_poses, 4, "8 poses give 8 equations for 9 parameters"),
-    "18 copies of one pose": (copies_of_one_pose, 4, "these 18 poses do not determine"),
+    "18 copies of one pose": (copies_of_one_pose, 4, "hold the same accelerometer samples"),
     "counts at the rails": (
         counts(1, lambda x: np.where(np.arange(len(x)) % 3, x, 65_535)), 4, "acc_x|saturated",
     ),

@@ -5,6 +5,8 @@ import os
 import re
 import shlex
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
@@ -150,6 +152,14 @@ def test_the_tutorial_prints_what_the_readme_shows_and_ends_with_nothing_missing
     assert "nothing_missing" in shown
     config = (bench / "data/hidden_effect/config.yaml").read_text(encoding="utf-8")
     assert "[bias, scale, misalignment, g_sensitivity]" in config
+
+
+def test_the_notebook_prints_what_the_readme_shows(bench: Path) -> None:
+    done = subprocess.run([sys.executable, "-W", "error", "-c", block(README, "notebook: python")],
+                          cwd=bench, env={**os.environ, "PYTHONPATH": str(ROOT)}, text=True,
+                          capture_output=True, check=False)
+    assert done.stderr == ""
+    assert_alike(block(README, "notebook: output"), done.stdout)
 
 
 # --- tables and configuration ------------------------------------------------------------------

@@ -15,6 +15,7 @@ from vision.errors import VisionError
 from vision.geometry import FloatArray, PlateView
 from vision.phase_track import LUMA, USUAL_MARK_RADIUS, PhaseTrack
 from vision.rate.measure import RateMeasurement
+from vision.rate.unwrap import frame_time
 from vision.video import ClipReader, Frame
 
 Image = NDArray[np.uint8]
@@ -23,6 +24,7 @@ RIM, CENTRE, HAND, UNUSED, TEXT = (  # BGR
     (80, 220, 80), (60, 60, 255), (255, 200, 0), (150, 150, 150), (255, 255, 255))
 RPM = 2 * np.pi / 60
 LINE_PX = 22  #: of text
+SAME_S = 1e-4  #: stamps of one frame
 EVEN = 2  # pixels: encoders of 4:2:0 take even sizes only
 
 
@@ -37,7 +39,7 @@ def write_overlay(
     target: Path,
     on_frame: Callable[[int, int | None], None],
 ) -> None:
-    """Write the clip with the measurement drawn on it, as MPEG-4 at its mean frame rate.
+    """Write the clip with the measurement drawn on it, as MPEG-4 at its stated frame rate.
 
     Parameters
     ----------
@@ -56,25 +58,24 @@ def write_overlay(
         No encoder, no space, or no such folder.
     """
     count = len(track.time_s)
-    fps = (count - 1) / float(track.time_s[-1] - track.time_s[0])
     drawing = _Drawing(track, rate)
     writer = cv2.VideoWriter()
     try:
         with ClipReader(clip, colours=track.plate.channel != LUMA) as reader:
-            i = 0
+            fps = reader.fps_stated or 1 / frame_time(track.time_s)
             for frame in (frame for batch in reader for frame in batch):
-                if i >= count or frame.time_s < track.time_s[i]:
+                i = int(np.searchsorted(track.time_s, frame.time_s - SAME_S))
+                if i >= count or abs(track.time_s[i] - frame.time_s) > SAME_S:
                     continue  # before the plate turned
                 image = drawing.on(frame, i)
                 h, w = image.shape[:2]
-                if i == 0 and not writer.open(
+                if not writer.isOpened() and not writer.open(
                         str(target), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*"mp4v"), fps, (w, h)):
                     raise UnwritableOverlay(
                         f"{target}: the clip cannot be written. Check the folder, and that the "
                         f"disk is not full.")
                 writer.write(image)
-                i += 1
-                on_frame(i, count)
+                on_frame(i + 1, count)
     finally:
         writer.release()
 

@@ -6,6 +6,7 @@ uneven frame rate. There is no seeking: a clip is read once, from its first fram
 """
 
 import queue
+import stat
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -17,12 +18,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.av_decoder import AvCapture
 from vision.errors import UnreadableVideo
 from vision.orientation import Orientation, stated_orientation
 
 Luma = NDArray[np.uint8]
 
 LARGEST_SIDE = 1000  # pixels; a larger frame is reduced by a whole factor
+BLACK = 1.0  # mean luma of a frame that was not decoded; that of black is 16
+JUDGED = 5  # first frames of a clip; fewer than a batch has
+FIELDS = "turntable-imu-calibration[fields]"  # what decodes interlaced clips
 BATCH = 16  # frames handed over at once
 LUMA_FIRST = (b"I420", b"NV12", b"Y800")  # 8 bits of luma per pixel, before anything else
 SMALL = 500_000  # pixels of a frame that one thread decodes
@@ -119,6 +124,7 @@ class ClipReader:
             self._capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
         self.orientation = orientation or Orientation()
         self._colours = colours
+        self._decoder: cv2.VideoCapture | AvCapture = self._capture
         # Luma as decoded, without the detour over colours. Other formats (10 bits, packed) would
         # come as they lie in memory; those are left to be converted to colours by read().
         stored = int(self._capture.get(cv2.CAP_PROP_CODEC_PIXEL_FORMAT)) & 0xFFFFFFFF
@@ -142,6 +148,7 @@ class ClipReader:
         self._stop.set()
         self._room.release()
         self._thread.join()
+        self._decoder.release()
         self._capture.release()
 
     def __iter__(self) -> Iterator[list[Frame]]:
@@ -155,13 +162,18 @@ class ClipReader:
     def _decode(self) -> None:
         try:
             batch: list[Frame] = []
-            sized = False
+            sized, first = False, list[NDArray[Any]]()
             while not self._stop.is_set():
-                ok, image = self._capture.read()
+                ok, image = self._decoder.read()
                 if not ok:
                     break
-                time_s = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3
-                coding = int(self._capture.get(cv2.CAP_PROP_FRAME_TYPE))
+                if len(first) < JUDGED:
+                    first.append(np.asarray(image))
+                    if len(first) == JUDGED and self._not_decoded(first):
+                        batch = []
+                        continue
+                time_s = self._decoder.get(cv2.CAP_PROP_POS_MSEC) / 1e3
+                coding = int(self._decoder.get(cv2.CAP_PROP_FRAME_TYPE))
                 batch.append(self._frame(time_s, coding, np.asarray(image)))
                 if not sized:
                     batches = QUEUE_BYTES // (BATCH * batch[0].nbytes)
@@ -175,10 +187,33 @@ class ClipReader:
             if batch:
                 self._queue.put(batch)
             self._queue.put(None)
+        except UnreadableVideo as error:
+            self._queue.put(error)
         except cv2.error as error:
             self._queue.put(
                 UnreadableVideo(f"{self.path}: the decoder failed ({error}); convert the clip.")
             )
+
+    def _not_decoded(self, first: list[NDArray[Any]]) -> bool:
+        """Whether the first frames are none; then the other decoder begins anew.
+
+        Of interlaced clips the usual one hands back frames of nothing, or the same memory again
+        and again.
+        """
+        if isinstance(self._decoder, AvCapture) or any((im != first[0]).any() for im in first):
+            return False
+        luma = not self._colours and self._capture.get(cv2.CAP_PROP_CONVERT_RGB) == 0
+        try:
+            self._decoder = AvCapture(self.path, luma=luma)
+        except ModuleNotFoundError as error:
+            if float(np.mean(first[0])) > BLACK:
+                return False
+            raise UnreadableVideo(
+                f"{self.path}: the decoder hands back black frames, as it does of interlaced "
+                f"clips. Type: pip install '{FIELDS}' (or deinterlace the clip: ffmpeg -i CLIP -vf "
+                f"bwdif=mode=send_field OUT.mp4)."
+            ) from error
+        return True
 
     def _frame(self, time_s: float, coding: int, image: NDArray[Any]) -> Frame:
         if self._colours:
@@ -213,6 +248,8 @@ def _opened(path: Path | str) -> cv2.VideoCapture:
 def _refuse_unreadable(path: Path) -> None:
     """Refuse what the system cannot open; the decoder would only report that there is no clip."""
     try:
+        if not stat.S_ISREG(path.stat().st_mode):  # a pipe would be waited for, for ever
+            raise UnreadableVideo(f"{path}: is no file; a clip is expected.")
         with path.open("rb") as file:
             empty = not file.read(1)
     except FileNotFoundError as error:

@@ -18,7 +18,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.effects.catalogue import BASE
+from calib.errors import Undetermined
 from calib.fit.correction import Correction
+from calib.fit.determined import LARGEST_SHARE, BaseParameters, undetermined
 from calib.fit.model import Model
 from calib.fit.result import MISFIT_P_VALUE, Fit
 from calib.poses.conditions import Conditions
@@ -213,7 +215,13 @@ def calibrate_triad(fit: Fit, spec: TriadSpec) -> TriadCalibration:
         Where the noise does not explain the residual, noise is widened by the Birge ratio w, and
         the errors that the references have in common are left as they were stated:
         ``C + w² (cov - C)``, C the sum of their parts.
+
+    Raises
+    ------
+    Undetermined
+        Sds that are no smaller than what they belong to.
     """
+    _require_determined(fit, spec)
     misfit = fit.bounded_p_value < MISFIT_P_VALUE
     widening = float(np.sqrt(fit.bounded_chi2 / fit.dof)) if misfit else 1.0
     common = fit.common_shift @ fit.common_shift.T
@@ -224,6 +232,32 @@ def calibrate_triad(fit: Fit, spec: TriadSpec) -> TriadCalibration:
         fit=replace(fit, cov=cov),
         parameters=triad_parameters(fit.model, fit.theta, cov, spec),
         widening=widening,
+    )
+
+
+def _require_determined(fit: Fit, spec: TriadSpec) -> None:
+    value = triad_parameters(fit.model, fit.theta, fit.cov, spec)
+    stated = fit.poses.reference.magnitude
+    lost = undetermined(BaseParameters(
+        value.misalignment_rad, value.bias_counts, value.scale_counts_per_unit, *value.sd,
+        magnitude=float(stated.max()) if stated.any() else np.nan,
+    ))
+    if not lost:
+        return
+    variance = np.diag(fit.cov)
+    common = fit.common_shift**2  # (p, q)
+    share = (common / np.maximum(variance, 1e-300)[:, None]).max(axis=0, initial=0.0)
+    names = fit.poses.reference.common_names
+    cause = (
+        f"Most of that comes from the stated sd of: {names[int(np.argmax(share))]}. State it as "
+        f"small as it is"
+        if share.size and share.max() > 1 / 2
+        else "Record more poses, in directions all round and with a larger reference, or fit less"
+    )
+    raise Undetermined(
+        f"{fit.poses.triad}: these {len(fit.poses)} poses do not determine {', '.join(lost)}: an "
+        f"sd of more than {100 * LARGEST_SHARE:.0f} % of what is measured is no calibration. "
+        f"{cause}."
     )
 
 
@@ -252,10 +286,11 @@ def uncertainty_budget(calibration: TriadCalibration) -> Mapping[str, FloatArray
         if stated.any()  # not an error that was stated to be none
     }
     rest = fit.cov - sum(parts.values(), start=np.zeros_like(fit.cov))
-    return {name: _sds(calibration, cov) for name, cov in {NOISE: rest, **parts}.items()}
+    return {name: parameter_sds(calibration, cov) for name, cov in {NOISE: rest, **parts}.items()}
 
 
-def _sds(calibration: TriadCalibration, cov: FloatArray) -> FloatArray:
+def parameter_sds(calibration: TriadCalibration, cov: FloatArray) -> FloatArray:
+    """Sds of misalignment, bias and scale, (3, 3), where theta has the covariance ``cov``."""
     fit = calibration.fit
     variance = np.diag(triad_parameters(fit.model, fit.theta, cov, calibration.spec).cov)
     return np.asarray(np.sqrt(np.maximum(variance, 0.0)).reshape(3, 3))  # 0 may round below 0

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 from calib.effects.effect import Effect
-from calib.errors import FitFailed, Remedy
+from calib.errors import Contradiction, FitFailed, Remedy
 from calib.fit.column_scaling import inverse_square, pseudo_inverse, unit_columns
 from calib.fit.identifiability import require_determined, require_enough
 from calib.fit.model import Model
@@ -274,6 +274,13 @@ def require_size(equations: Equations, rows: WhitenedRows) -> None:
     stated = equations.poses.reference.magnitude[equations.magnitude]
     share = float(np.median(size / stated)) if len(stated) else 1.0
     if not 1 / LARGEST_REFERENCE_ERROR < share < LARGEST_REFERENCE_ERROR:
+        if not equations.on_reference:
+            raise Contradiction(
+                f"{equations.poses.triad}: no gain fits all poses: fitted, their typical reading "
+                f"is {share:.2g} times the stated reference. The references of some poses "
+                f"contradict those of the others, or their readings do: check the rate of each "
+                f"run, and whether all files are of one sensor at one range."
+            )
         raise FitFailed(
             f"the fit of the {equations.poses.triad} ended at {share:.2g} times the stated "
             f"reference: an effect on the reference has taken the gains along with it. Remove it: "

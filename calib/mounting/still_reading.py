@@ -17,8 +17,13 @@ from calib.errors import Remedy, Undetermined
 from calib.fit.calibration import TriadCalibration
 from calib.poses.averaging import average_pose
 from calib.poses.conditions import Conditions
+from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 from calib.poses.mean_noise import known_step, step_variance, variance_of_mean
+from calib.poses.runs import TURNING_RAD_S
+
+LARGEST_OFFSET_RAD_S = 0.35
+"""20 °/s, the largest zero-rate output of the MPU-6050's product specification."""
 
 SAME_PLACE_SD = 6.0
 SAME_PLACE_M_S2 = 0.02
@@ -61,6 +66,38 @@ def log_conditions(log: ImuLog, nominal: FloatArray) -> Conditions:
         spin_rad_s=np.zeros(1),
         vibration=nominal.var(axis=0, ddof=1),
     )
+
+
+def require_at_rest(
+    logs: Sequence[ImuLog], gyroscope: TriadSpec, reading_at_rest: FloatArray | None
+) -> None:
+    """Refuse still logs in which the gyroscope turned, which gravity alone need not show.
+
+    Parameters
+    ----------
+    logs : sequence of ImuLog
+    gyroscope : TriadSpec
+    reading_at_rest : array, shape (3,), or None
+        Its nominal reading at rest, rad/s; None where it is known by the data sheet only.
+
+    Raises
+    ------
+    Undetermined
+        Naming the log and the rate.
+    """
+    offset, limit = np.zeros(3), LARGEST_OFFSET_RAD_S
+    if reading_at_rest is not None:
+        offset, limit = reading_at_rest, TURNING_RAD_S
+    for log in logs:
+        if not log.has("gyroscope"):
+            continue
+        rate = float(np.linalg.norm(gyroscope.nominal(log.gyroscope).mean(axis=0) - offset))
+        if rate > limit:
+            raise Undetermined(
+                f"{log.label}: the sensor was turning: its gyroscope reads {np.degrees(rate):.0f} "
+                f"°/s more than at rest (up to {np.degrees(limit):.0f} °/s is accepted). Record "
+                f"the mounted sensor with the vehicle standing still."
+            )
 
 
 def still_reading(logs: Sequence[ImuLog], accelerometer: TriadCalibration) -> StillReading:

@@ -15,31 +15,33 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from calib.errors import Remedy, Undetermined, UnusableLog
+from calib.errors import Contradiction, Undetermined
 from calib.poses.batches import BATCHES, COARSE_BATCHES, batch_means, batch_variance
 from calib.poses.creep import creep_rate
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.envelope import envelope
 from calib.poses.imu_log import (
     AXES,
-    SI_UNIT,
     TRIADS,
     FloatArray,
     ImuLog,
     Triad,
 )
+from calib.poses.pose_checks import (
+    LARGEST_STILL_SHIFT,
+    check_attitude,
+    check_counts,
+    check_steady,
+    check_still,
+)
 
-SHORT_BATCHES = 2 * BATCHES
-MEDIAN_OF_NORMAL = 0.6745
-"""Median of the absolute value of a standard normal variable."""
-
-RAIL_SHARE = 1e-3
 HARMONICS = (1, 2)
-LARGEST_SHIFT_SD = 10.0
-LARGEST_STILL_SHIFT = {"accelerometer": 0.02, "gyroscope": 0.02}
-"""m/s² and rad/s: a tilt of 0.1°, a turn of 1°/s. Smaller shifts are drift, not motion."""
+LEAST_PER_TURN = 5
+"""Samples per turn by which the second harmonic is told from a mean."""
 
-LARGEST_RATE_CHANGE = 0.005
+LONGEST_PAUSE = 0.25
+"""Of a turn, in which no sample was logged."""
+
 SHORTEST_SAMPLES = 2 * BATCHES
 MOST_DECIMALS = 9
 PRINTED_TOLERANCE = 1e-6
@@ -115,51 +117,30 @@ def least_steps(values: FloatArray, spec: TriadSpec) -> FloatArray:
     return np.where(is_whole.any(axis=1), 10.0 ** -np.argmax(is_whole, axis=1).astype(float), 0.0)
 
 
-def _halves(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Means of both halves and the sd their difference has by noise alone, each (k,).
-
-    That sd comes from the median second difference of ``SHORT_BATCHES`` batch means, which neither
-    one jump nor a steady creep enters: measured by the motion itself, no motion would be large.
-    The axes share it, since a median of so few would often come out far too small.
-    """
-    half = len(values) // 2
-    second = np.diff(batch_means(values, SHORT_BATCHES), n=2, axis=0)
-    of_batch = np.median(np.abs(second), axis=0) / MEDIAN_OF_NORMAL / math.sqrt(6)
-    noise = np.full(len(of_batch), math.sqrt(np.mean(of_batch**2) * 4 / SHORT_BATCHES))
-    return values[:half].mean(axis=0), values[half:].mean(axis=0), noise
-
-
-def _check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -> None:
-    low, high = spec.count_range
-    if counts.min() < low or counts.max() > high:
-        span = f"{counts.min():g} to {counts.max():g}"
-        other = "twos-complement" if counts.min() < 0 else "unsigned-twos-complement, offset-binary"
-        raise UnusableLog(
-            f"{label}: {triad} counts run from {span}, but {spec.bits} bit {spec.encoding} spans "
-            f"{low:g} to {high:g}. Is the encoding {other}, or the number of bits another? "
-            f"State encoding and bits as the data sheet has them.",
-            Remedy("data_sheet", triad),
-        )
-    at_rail = (counts <= low) | (counts >= high)
-    share = at_rail.mean(axis=0)
-    if share.max() > RAIL_SHARE:
-        axis = AXES[int(np.argmax(share))]
-        raise Undetermined(
-            f"{label}: {triad} {axis} is saturated: {100 * share.max():.1f} % of its samples "
-            f"stand at the end of the range ({low:g} or {high:g} counts). The true value is "
-            f"unknown there; choose a larger full scale or a slower plate, and record the pose "
-            f"again."
-        )
-
-
 def _whole_turns(log: ImuLog, rate_rad_s: float) -> int:
     step_s = (log.time_s[-1] - log.time_s[0]) / (len(log.time_s) - 1)
     turn_s = 2 * math.pi / rate_rad_s
+    if turn_s < LEAST_PER_TURN * step_s:
+        raise Contradiction(
+            f"{log.label}: its time stamps are {step_s:.3g} s apart, and a turn of the plate lasts "
+            f"{turn_s:.3g} s: {turn_s / step_s:.2g} samples in a turn, where {LEAST_PER_TURN} and "
+            f"more are expected. Are the stamps milliseconds, microseconds or a counter? Bring "
+            f"them to seconds, or check the rate of this run."
+        )
+    pause = float(np.diff(log.time_s).max())
+    if pause > LONGEST_PAUSE * turn_s:
+        at = int(np.argmax(np.diff(log.time_s))) + 1
+        raise Undetermined(
+            f"{log.label}: {pause:.3g} s of samples are missing after sample {at}, more than "
+            f"{100 * LONGEST_PAUSE:g} % of a turn of the plate: what comes back with every turn no "
+            f"longer averages out. Record the pose again, or cut the log to one side of the gap."
+        )
     turns = math.floor(len(log.time_s) * step_s / turn_s + 1e-9)
     if turns < 1:
         raise Undetermined(
-            f"{log.label}: lasts {log.time_s[-1] - log.time_s[0]:.1f} s, less than one turn of the "
-            f"plate ({turn_s:.2f} s). Log at least three whole turns in every pose."
+            f"{log.label}: lasts {log.time_s[-1] - log.time_s[0]:.3g} s by its time stamps, less "
+            f"than one turn of the plate ({turn_s:.2f} s). Log at least three whole turns in every "
+            f"pose; if this log has them, its stamps are not in seconds."
         )
     return round(float(turns * turn_s / step_s))
 
@@ -172,36 +153,6 @@ def _without_harmonics(values: FloatArray, time_s: FloatArray, rate_rad_s: float
     # Normal equations: whole turns make the design orthogonal, so nothing is lost by them.
     solution = np.linalg.solve(design.T @ design, design.T @ values)
     return np.asarray(values - waves @ solution[1:])
-
-
-def _check_still(label: str, triad: str, values: FloatArray, largest_shift: float) -> None:
-    first, second, noise = _halves(values)
-    shift = np.abs(second - first)
-    limit = np.maximum(largest_shift, LARGEST_SHIFT_SD * noise)
-    axis = int(np.argmax(shift / limit))
-    if shift[axis] > limit[axis]:
-        unit = SI_UNIT[triad]
-        raise Undetermined(
-            f"{label}: the sensor moved: {triad} {AXES[axis]} differs by {shift[axis]:.3g} {unit} "
-            f"between the first and the second half of the pose; still poses agree within "
-            f"{limit[axis]:.2g} {unit}. Record the pose again, or cut the log to the part in "
-            f"which it lay still."
-        )
-
-
-def _check_steady(label: str, values: FloatArray) -> None:
-    first, second, noise = _halves(values)
-    start, end = float(np.linalg.norm(first)), float(np.linalg.norm(second))
-    change = end - start
-    limit = max(LARGEST_RATE_CHANGE * start, LARGEST_SHIFT_SD * float(noise.max()))
-    if abs(change) > limit:
-        verb = "sped up" if change > 0 else "slowed down"
-        raise Undetermined(
-            f"{label}: the plate {verb} during the pose: the gyro reads {start:.4g} rad/s in the "
-            f"first half and {end:.4g} rad/s in the second ({100 * change / start:+.2f} %, at most "
-            f"{100 * limit / start:.1f} % expected). Start the log when the plate has reached its "
-            f"speed, or cut the log to the steady part."
-        )
 
 
 def average_pose(
@@ -248,17 +199,18 @@ def average_pose(
             means.append(_NOT_LOGGED)
             continue
         counts = spec.signed(getattr(log, triad)[:n])
-        _check_counts(log.label, triad, counts, spec)
+        check_counts(log.label, triad, counts, spec)
         values = spec.nominal(counts)
         if rate_rad_s == 0:
-            _check_still(log.label, triad, values, largest_shift[triad])
+            check_still(log.label, triad, values, largest_shift[triad])
             rest = values
             if triad == "accelerometer":
                 creep_rad_s = creep_rate(batch_means(values, BATCHES), duration_s)
         else:
             rest = _without_harmonics(values, log.time_s[:n], abs(rate_rad_s))
             if triad == "gyroscope":
-                _check_steady(log.label, rest)
+                check_steady(log.label, rest)
+            check_attitude(log.label, triad, rest)
         means.append(
             TriadMean(
                 mean=values.mean(axis=0),

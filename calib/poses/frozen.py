@@ -1,9 +1,9 @@
 """Blocks of rows that a logger wrote again and again instead of measuring.
 
-Noise alone repeats a reading on all axes now and then. With p the probability that a reading is
-followed by its repetition, a run of k repetitions begins at one given sample with probability p^k;
-a run so long that none of its length is expected in the log is no noise. p is the share of readings
-that are followed by a repetition: a frozen block counts once there, however long it is.
+Noise alone repeats a reading on all axes now and then. Of independent samples that take the i-th
+reading with probability q_i, the share Σ q_i² repeats the one before, and a run of k repetitions
+begins at a given sample with a probability of at most (max q_i)^k ≤ (Σ q_i²)^(k/2). A run so long
+that none of its length is expected in the log is no noise.
 """
 
 import math
@@ -15,10 +15,6 @@ from calib.poses.imu_log import BoolArray, ImuLog
 
 CHANCE = 1e-6
 """Expected number of such runs in a log by noise alone."""
-
-LARGEST_REPEAT = 0.5
-"""A sensor that repeats more often is quieter than its converter's step: its runs have no length
-that noise would not have."""
 
 SHORTEST_BLOCK = 10
 """Sensors read faster than they measure repeat each reading a few times."""
@@ -34,11 +30,10 @@ def frozen_samples(log: ImuLog) -> BoolArray:
     edges = np.flatnonzero(np.diff(np.concatenate([repeats, [False]]).astype(np.int8)))
     starts, stops = edges[::2] + 1, edges[1::2] + 1
     frozen = np.zeros(len(repeats), dtype=bool)
-    fresh = len(repeats) - int(repeats.sum())
-    chance = len(starts) / fresh
-    if not 0 < chance <= LARGEST_REPEAT:
+    share = float(repeats.mean())
+    if not 0 < share < 1:
         return frozen
-    shortest = max(SHORTEST_BLOCK, math.log(CHANCE / len(repeats)) / math.log(chance))
+    shortest = max(SHORTEST_BLOCK, 2 * math.log(CHANCE / len(repeats)) / math.log(share))
     for start, stop in zip(starts, stops, strict=True):
         if stop - start >= shortest:
             frozen[start:stop] = True

@@ -146,6 +146,15 @@ class PoseSet:
             columns={**self.columns, **self._unlogged(vector)},
         )
 
+    def accelerometer_conditions(self, force: FloatArray) -> Conditions:
+        """What effects on the accelerometer are evaluated on in poses of the gyro.
+
+        ``force`` (n, 3) are its nominal readings; the other triad is then the gyro.
+        """
+        at = self.conditions(force)
+        other = dict(zip(OTHER_TRIAD, self.reading.T, strict=True))
+        return replace(at, columns={**at.columns, **other})
+
     def _unlogged(self, vector: FloatArray) -> dict[str, FloatArray]:
         """The other triad's reading and which pose belongs to which run, each (n,)."""
         other = self.other_reading
@@ -253,7 +262,7 @@ def pose_set(
     )
     if correct_force is None or not np.isfinite(poses.force).all():
         return poses
-    return replace(poses, force=correct_force(poses.conditions(poses.force)))
+    return replace(poses, force=correct_force(poses.accelerometer_conditions(poses.force)))
 
 
 def _mean_sd(runs: Sequence[PoseRun], triad: Triad) -> FloatArray:

@@ -21,6 +21,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "record": ("CONFIG", "Record poses from a sensor, with instructions for each pose."),
     "plan": ("CONFIG", "Print what the poses determine, before or after recording."),
     "playback": ("CONFIG", "Play recorded poses on a serial port, to try `record`."),
+    "demo": ("[DIR]", "Copy an example session and calibrate it."),
     "import": ("FILE...", "Write a configuration for logs of any tool."),
     "check": ("CONFIG", "Validate a configuration and find its files."),
     "init": ("[DIR]", "Write a commented config.yaml."),
@@ -34,6 +35,8 @@ ABOUT = (
     "errors the model does not describe."
 )
 AFTER = (
+    "Tab completion: eval \"$(_PIPELINE_COMPLETE=bash_source pipeline)\" in ~/.bashrc; with "
+    "zsh_source or fish_source in the other shells. NO_COLOR=1 switches colours off.",
     "`pipeline COMMAND --help` explains a command and shows examples. Results go to standard "
     "output, progress and warnings to standard error.",
     "Exit codes: 0 done, 1 error of this program, 2 wrong usage or configuration, 3 unreadable "

@@ -10,31 +10,38 @@ from pipeline.commands.arguments import PathArgument
 
 @click.command(epilog=examples(
     "pipeline add config.yaml gyroscope.g_sensitivity",
+    "pipeline add config.yaml accelerometer.quadratic accelerometer.temperature_bias",
     "pipeline add config.yaml rate.slow.once_per_rev",
     "pipeline add config.yaml --auto",
 ))
 @click.argument("config", type=PathArgument())
-@click.argument("target", required=False)
+@click.argument("targets", metavar="[TARGET...]", nargs=-1)
 @click.option("--auto", is_flag=True,
               help="Add effects until the diagnosis names none.")
 @click.option("--although-aliased", is_flag=True,
               help="Add an effect although these data cannot separate it from another one.")
+@click.option("--although-unseen", is_flag=True,
+              help="Add an effect although the leave-one-out error does not fall with it.")
 @click.option("--allow-python", is_flag=True,
               help="Run the Python files that CONFIG names for user-defined effects.")
 def command(
-    config: Path, target: str | None, auto: bool, although_aliased: bool, allow_python: bool
+    config: Path, targets: tuple[str, ...], auto: bool, although_aliased: bool,
+    although_unseen: bool, allow_python: bool,
 ) -> None:
-    """Add an effect to the model in CONFIG, run again, and print the errors before and after.
+    """Add effects to the model in CONFIG, run again, and print the errors before and after.
 
     TARGET is accelerometer.NAME, gyroscope.NAME, or rate.SETTING.TERM. Comments in CONFIG are kept.
-    The command refuses an effect that these data cannot determine or cannot separate from another
-    one, and states the measurement that would allow it.
+    Several effects are added one after the other; if one is refused, CONFIG stays as it was. The
+    command refuses an effect that these data cannot determine, do not show or cannot separate from
+    another one, and states the measurement that would allow it.
     """
     from pipeline.commands.model_change import add_until_settled, change_and_show
+    from pipeline.model_change import Allowed
 
-    if auto == (target is not None):
-        raise click.UsageError("name one effect to add, as in gyroscope.g_sensitivity, or --auto")
-    if target is None:
+    if auto == bool(targets):
+        raise click.UsageError("name effects to add, as in gyroscope.g_sensitivity, or --auto")
+    if auto:
         add_until_settled(config, allow_python)
     else:
-        change_and_show(config, target, allow_python, although_aliased=although_aliased)
+        allowed = Allowed(aliased=although_aliased, unseen=although_unseen)
+        change_and_show(config, targets, allow_python, allowed=allowed)

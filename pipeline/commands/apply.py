@@ -1,11 +1,15 @@
 """``pipeline apply RESULTS LOG``."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from pipeline.commands import examples
 from pipeline.commands.arguments import Finite, PathArgument
+
+if TYPE_CHECKING:
+    from pipeline.logs.columns import ColumnNames, TimeUnit
 
 SLOWEST_HZ, FASTEST_HZ = 1e-3, 1e6  #: sample rates of inertial sensors
 
@@ -13,6 +17,7 @@ SLOWEST_HZ, FASTEST_HZ = 1e-3, 1e6  #: sample rates of inertial sensors
 @click.command(epilog=examples(
     "pipeline apply config.run drive.csv --output drive.calibrated.csv",
     "pipeline apply config.run raw.txt --columns acc_x,acc_y,acc_z --rate-hz 100",
+    "pipeline apply config.run a.csv --columns time_s=t,acc_x=ax,acc_y=ay,acc_z=az --time-unit ms",
 ))
 @click.argument("results", type=PathArgument())
 @click.argument("log", type=PathArgument())
@@ -20,9 +25,12 @@ SLOWEST_HZ, FASTEST_HZ = 1e-3, 1e6  #: sample rates of inertial sensors
               help="File for the corrected log; default: standard output.")
 @click.option("--force", is_flag=True, help="Replace a file that this program did not write.")
 @click.option("--columns",
-              help="Names of the columns of a log without a header, separated by commas.")
+              help="Names of the columns of a log without a header, separated by commas; or "
+                   "ours=theirs for the names in its header.")
 @click.option("--rate-hz", type=Finite(min=SLOWEST_HZ, max=FASTEST_HZ),
               help="Sample rate of a log without a time column.")
+@click.option("--time-unit", type=click.Choice(("s", "ms", "us", "ns", "min")),
+              help="Unit of the time column, if its name does not state it.")
 @click.option("--session-clock", is_flag=True,
               help="The time of the log is that of the calibration session: correct drifts.")
 @click.option("--although-unfit", is_flag=True,
@@ -38,6 +46,7 @@ def command(
     force: bool,
     columns: str | None,
     rate_hz: float | None,
+    time_unit: "TimeUnit | None",
     session_clock: bool,
     although_unfit: bool,
     although_unlike: bool,
@@ -58,9 +67,8 @@ def command(
     from pipeline.results.written import write_output
 
     stored = load_results(results, allow_python)
-    names = None if columns is None else [name.strip() for name in columns.split(",")]
     notes = [*require_fit(stored, although_unfit)]
-    readings = read_log(log, names, StatedClock(rate_hz))
+    readings = read_log(log, _columns(columns), StatedClock(rate_hz, time_unit))
     if not although_unlike:
         require_counts(stored, readings)
     applied = apply_results(stored, readings, session_clock)
@@ -76,3 +84,18 @@ def command(
     inputs = (log, stored.path)
     write_output(stored.folder, output, applied_csv(applied), force=force, inputs=inputs)
     click.echo(output)
+
+
+def _columns(typed: str | None) -> "ColumnNames | None":
+    """``acc_x,acc_y,acc_z``, or ``acc_x=ax,acc_y=ay,acc_z=az`` as pairs of names."""
+    from pipeline.logs.columns import Renamed
+
+    if typed is None:
+        return None
+    names = [name.strip() for name in typed.split(",")]
+    if "=" not in typed:
+        return names
+    pairs = [tuple(part.strip() for part in name.split("=", 1)) for name in names]
+    if any(len(pair) != 2 for pair in pairs):
+        raise click.UsageError("--columns: write all as ours=theirs, or none")
+    return Renamed(tuple((pair[0], pair[1]) for pair in pairs))

@@ -6,27 +6,37 @@ import click
 
 from pipeline.commands import examples, paragraph
 from pipeline.commands.arguments import PathArgument
+from pipeline.commands.verdicts import echo_verdict
 
 
-@click.command(epilog=examples("pipeline diagnose config.yaml"))
+@click.command(epilog=examples(
+    "pipeline diagnose config.yaml",
+    "pipeline diagnose config.yaml --json | jq .gyroscope.diagnosis.ranking",
+))
 @click.argument("config", type=PathArgument())
 @click.option("--allow-python", is_flag=True,
               help="Run the Python files that CONFIG names for user-defined effects.")
-def command(config: Path, allow_python: bool) -> None:
+@click.option("--json", "as_json", is_flag=True,
+              help="Print the results as JSON, as results.json has them.")
+def command(config: Path, allow_python: bool, as_json: bool) -> None:
     """Print what the model in CONFIG misses, how certain that is, and the next command to type.
 
     The command runs every stage and does not change the results or the history.
     """
-    from pipeline.commands.run_with_progress import run_watched, say_waiting
+    from pipeline.commands.run_with_progress import run_quietly, run_watched, say_waiting
     from pipeline.console.rate_text import verdict_lines
-    from pipeline.console.run_text import comparison_lines, next_step, ranking_lines, verdict_line
+    from pipeline.console.run_text import comparison_lines, next_step, ranking_lines
+    from pipeline.results.write import results_of, results_text
     from pipeline.session_folder import working_on
 
     with working_on(config, on_wait=say_waiting) as (session, folder):
-        outcome = run_watched(session, folder, allow_python)
+        outcome = (run_quietly if as_json else run_watched)(session, folder, allow_python)
+    if as_json:
+        click.echo(results_text(results_of(outcome)), nl=False)
+        return
     for result in outcome.triads:
         click.echo()
-        click.secho(paragraph(verdict_line(result)), bold=True)
+        echo_verdict(result)
         for line in [*comparison_lines(result), *ranking_lines(result)]:
             click.echo(line)
     for rate in outcome.rates.values():

@@ -1,21 +1,43 @@
 """``pipeline init [DIR]``."""
 
+import sys
 from pathlib import Path
 
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.arguments import PathArgument
+from pipeline.commands.arguments import Finite, PathArgument
 
 
-@click.command(epilog=examples("pipeline init my-session"))
+@click.command(epilog=examples(
+    "pipeline init my-session",
+    "pipeline init my-session --latitude 59.91 --height 20",
+))
 @click.argument("folder", metavar="[DIR]", default=".", type=PathArgument())
-def command(folder: Path) -> None:
+@click.option("--latitude", type=Finite(min=-90, max=90),
+              help="Latitude of the site in degrees, which determines gravity.")
+@click.option("--height", type=Finite(min=-500, max=9000), default=0.0,
+              help="Height of the site in metres; with --latitude.")
+def command(folder: Path, latitude: float | None, height: float) -> None:
     """Write a commented config.yaml into DIR (default: the current folder).
 
-    The command never overwrites a file.
+    On a terminal the command asks for the latitude of the site. Without one the file states gravity
+    anywhere on Earth with its uncertainty. The command never overwrites a file.
     """
-    from pipeline.config.template import write_template
+    from pipeline.config.template import at_site, template_text, write_template
 
-    path = write_template(folder)
-    click.echo(f"{path} was written. Edit it, then type: pipeline check {path}")
+    if latitude is None and sys.stdin.isatty():
+        latitude = click.prompt(
+            "Latitude of your site in degrees (Enter leaves it out)", default="",
+            show_default=False, err=True, value_proc=_latitude)
+    text = template_text()
+    path = write_template(folder, text if latitude is None else at_site(text, latitude, height))
+    click.echo(f"{path} was written. Edit it, then type: pipeline plan {path}")
+
+
+def _latitude(typed: str) -> float | None:
+    """What was typed as a latitude; nothing leaves it out."""
+    if not typed.strip():
+        return None
+    latitude: float = Finite(min=-90, max=90).convert(typed, None, None)
+    return latitude

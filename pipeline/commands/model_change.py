@@ -1,17 +1,21 @@
 """A model change at the terminal: run, change the model, run again, print both results."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import click
 
-from pipeline.commands import paragraph
+from calib.errors import CalibrationError
 from pipeline.commands.run_with_progress import run_quietly, say_waiting
+from pipeline.commands.verdicts import echo_verdict
 from pipeline.config.load import Config
 from pipeline.console.model_change_text import change_lines
-from pipeline.console.run_text import next_step, verdict_line
+from pipeline.console.run_text import next_step
+from pipeline.errors import ConfigError
 from pipeline.model_change import (
     MOST_CHANGES,
+    NOTHING_ALLOWED,
+    Allowed,
     ModelChange,
     Target,
     change_model,
@@ -26,24 +30,32 @@ from pipeline.stages.run import Outcome
 
 def change_and_show(
     path: Path,
-    target: str,
+    targets: Sequence[str],
     allow_python: bool,
     *,
     remove: bool = False,
-    although_aliased: bool = False,
+    allowed: Allowed = NOTHING_ALLOWED,
 ) -> None:
-    """Make one change of the model; print it and write the results."""
+    """Change the model by ``targets``, one after the other; print each and write the last.
+
+    A target that is refused leaves the configuration as it was before the first.
+    """
     with working_on(path, on_wait=say_waiting) as (config, folder):
-        change = change_model(
-            config,
-            read_target(config, target),
-            _runner(folder, allow_python),
-            remove=remove,
-            although_aliased=although_aliased,
-        )
-        _show(change)
-        _write(change, folder)
-    _finish(change.after, folder)
+        run = _runner(folder, allow_python)
+        changes: list[ModelChange] = []
+        for target in targets:
+            before = changes[-1].after if changes else None
+            now = before.config if before is not None else config
+            try:
+                changes.append(change_model(now, read_target(now, target), run, before=before,
+                                            remove=remove, allowed=allowed))
+            except (CalibrationError, ConfigError):
+                if changes:
+                    click.echo(f"{path} was not changed: {target} is refused.", err=True)
+                raise
+            _show(changes[-1])
+        _write(changes[0].before.config, changes[-1].after, folder)
+    _finish(changes[-1].after, folder)
 
 
 def add_until_settled(path: Path, allow_python: bool) -> None:
@@ -63,10 +75,10 @@ def add_until_settled(path: Path, allow_python: bool) -> None:
                 click.echo(f"{target} is not kept: the leave-one-out error does not fall with it.")
                 refused.append(target)
                 continue
-            _write(change, folder)
+            _write(change.before.config, change.after, folder)
             outcome = change.after
     for result in outcome.triads:
-        click.secho(paragraph(verdict_line(result)), bold=True)
+        echo_verdict(result)
     if outcome.config.source.text == config.source.text:
         click.echo(f"{path} was not changed: the diagnosis names no effect to add.")
         click.echo(next_step(outcome, folder))
@@ -84,10 +96,9 @@ def _show(change: ModelChange) -> None:
     click.echo()
 
 
-def _write(change: ModelChange, folder: Path) -> None:
+def _write(before: Config, after: Outcome, folder: Path) -> None:
     """The configuration and its results change together."""
-    text = change.after.config.source.text
-    write_session(folder, outputs_of(change.after, folder), change.before.config, text)
+    write_session(folder, outputs_of(after, folder), before, after.config.source.text)
 
 
 def _finish(outcome: Outcome, folder: Path) -> None:

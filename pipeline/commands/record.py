@@ -1,11 +1,17 @@
 """``pipeline record CONFIG``."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from pipeline.commands import examples
 from pipeline.commands.arguments import PathArgument
+
+if TYPE_CHECKING:
+    from pipeline.config.load import Config
+
+FASTEST_BAUD = 100_000_000  #: bits per second, of a serial line over USB
 
 
 @click.command(epilog=examples(
@@ -14,20 +20,29 @@ from pipeline.commands.arguments import PathArgument
 ))
 @click.argument("config", type=PathArgument())
 @click.option("--port", help="Serial port; default: record.port of CONFIG.")
-@click.option("--baud", type=int, help="Baud rate; default: record.baud of CONFIG.")
-@click.option("--camera", type=int,
+@click.option("--baud", type=click.IntRange(min=1, max=FASTEST_BAUD),
+              help="Baud rate; default: record.baud of CONFIG.")
+@click.option("--although-undetermined", is_flag=True,
+              help="Record although these poses will not determine the model.")
+@click.option("--camera", type=click.IntRange(min=0),
               help="Film the poses on the turning plate with this camera (0 is the first).")
-def command(config: Path, port: str | None, baud: int | None, camera: int | None) -> None:
+def command(
+    config: Path, port: str | None, baud: int | None, although_undetermined: bool,
+    camera: int | None,
+) -> None:
     """Record the poses of CONFIG from a sensor, with instructions for each pose.
 
     The command writes each pose as soon as it is complete. You can interrupt it at any time and
     continue with the same command. It stores every byte that it receives beside the poses. To try
-    it without a sensor, see `pipeline playback --help`.
+    it without a sensor, see `pipeline playback --help`. Poses that cannot determine the model of
+    CONFIG are refused before the first is recorded.
     """
     from pipeline.config.load import load_config
     from pipeline.record.start import open_session
 
     loaded = load_config(config, files_may_be_missing=True)
+    if not although_undetermined and loaded.record is not None:
+        _require_determined(loaded)
     from pipeline.commands.recording_display import watcher
 
     display = watcher()
@@ -41,3 +56,18 @@ def command(config: Path, port: str | None, baud: int | None, camera: int | None
     for block in done:
         click.echo(f"{block.rate}: {block.recorded} of {block.wanted} poses")
     click.echo(f"next: pipeline plan {config}, then pipeline run {config}")
+
+
+def _require_determined(config: "Config") -> None:
+    """Refuse a recording that would end, complete, in poses that do not determine the model."""
+    from calib.errors import Undetermined
+    from pipeline.plan.outlook import plan_of
+
+    for plan in plan_of(config):
+        if isinstance(plan.complete, str):
+            raise Undetermined(
+                f"{config.source.path}: the planned poses will not determine the model. "
+                f"{plan.complete} Record more poses (`record: {{poses: 18}}`), add a plate "
+                f"setting, or fit a smaller model; `pipeline plan` shows what each would give. To "
+                f"record these all the same, add --although-undetermined."
+            )

@@ -8,16 +8,19 @@ from pipeline.commands import examples
 from pipeline.commands.arguments import PathArgument
 
 
-@click.command(epilog=examples("pipeline remove config.yaml gyroscope.g_sensitivity"))
+@click.command(epilog=examples(
+    "pipeline remove config.yaml gyroscope.g_sensitivity",
+    "pipeline remove config.yaml accelerometer.quadratic rate.slow.once_per_rev",
+))
 @click.argument("config", type=PathArgument())
-@click.argument("target")
+@click.argument("targets", metavar="TARGET...", nargs=-1, required=True)
 @click.option("--allow-python", is_flag=True,
               help="Run the Python files that CONFIG names for user-defined effects.")
-def command(config: Path, target: str, allow_python: bool) -> None:
-    """Remove an effect from the model in CONFIG and print the errors before and after.
+def command(config: Path, targets: tuple[str, ...], allow_python: bool) -> None:
+    """Remove effects from the model in CONFIG and print the errors before and after.
 
     TARGET is accelerometer.NAME, gyroscope.NAME, or rate.SETTING.TERM. Comments in CONFIG are kept.
     """
     from pipeline.commands.model_change import change_and_show
 
-    change_and_show(config, target, allow_python, remove=True)
+    change_and_show(config, targets, allow_python, remove=True)

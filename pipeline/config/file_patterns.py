@@ -4,7 +4,7 @@ import re
 from itertools import takewhile
 from pathlib import Path
 
-from pipeline.logs.formats.kinds import split_member
+from pipeline.logs.formats.kinds import is_log_file
 from pipeline.names import nearest_name
 
 
@@ -50,7 +50,7 @@ def find_files(name: str, folder: Path) -> tuple[Path, ...]:
         The name is a folder's.
     """
     literal = folder / name
-    if literal.is_file() or split_member(literal)[0].exists():
+    if is_log_file(literal):
         return (literal,)
     if literal.is_dir():
         raise FileNotFoundError(f"'{name}' is a folder; name the files in it, as in "

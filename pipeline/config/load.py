@@ -5,6 +5,7 @@ from pathlib import Path
 
 from pydantic import Field, PrivateAttr, ValidationError
 
+from pipeline.config.contradictions import contradictions
 from pipeline.config.messages import problems_of
 from pipeline.config.schema import (
     AccelerometerSection,
@@ -19,7 +20,13 @@ from pipeline.config.schema import (
     VideoRateSection,
 )
 from pipeline.config.sensor import SensorOrPreset, SensorSection
-from pipeline.config.types import MISSING_FILE, Section, UserEffectName, ValidationContext
+from pipeline.config.types import (
+    MISSING_FILE,
+    FolderName,
+    Section,
+    UserEffectName,
+    ValidationContext,
+)
 from pipeline.config.yaml_text import PathTo, YamlSource, parse_source, read_source
 from pipeline.errors import ConfigError, MissingFiles
 from pipeline.formatting import count
@@ -32,7 +39,7 @@ class Config(Section):
     """
 
     title: str = ""
-    output: str | None = None
+    output: FolderName | None = None
     sensor: SensorOrPreset = SensorSection()
     rate: dict[str, Rate] = Field(default_factory=dict)
     site: SiteSection | None = None
@@ -97,6 +104,7 @@ def _checked(source: YamlSource, files_may_be_missing: bool) -> Config:
         problems += tuple(source.problem(path, problem) for path, problem in _clip_counts(config))
     if config is not None and not files_may_be_missing:
         problems += tuple(source.problem(path, text) for path, text in _column_counts(config))
+        problems += tuple(source.problem(path, text) for path, text in contradictions(config))
     if problems or config is None:
         raise (MissingFiles if _missing_files(error) == len(problems) else ConfigError)(*problems)
     config._source = source

@@ -14,7 +14,15 @@ def template_text() -> str:
     return files("pipeline.config").joinpath("templates", TEMPLATE_NAME).read_text(encoding="utf-8")
 
 
-def write_template(folder: Path) -> Path:
+def at_site(text: str, latitude_deg: float, height_m: float) -> str:
+    """The template with the line of the site stating where that is."""
+    lines = text.splitlines(keepends=True)
+    site = f"site: {{latitude_deg: {latitude_deg:g}, height_m: {height_m:g}}}\n"
+    return "".join(site if line.startswith("site:") else line for line in lines
+                   if not line.startswith("# with your values."))
+
+
+def write_template(folder: Path, text: str) -> Path:
     """Write ``config.yaml`` into ``folder``, made where it is missing, and return its path.
 
     Raises
@@ -28,5 +36,5 @@ def write_template(folder: Path) -> Path:
             f"{path}: exists already and is left as it is. Name another folder, "
             f"as in `pipeline init my-session`, or move the file away."
         )
-    write_whole(path, template_text())
+    write_whole(path, text)
     return path

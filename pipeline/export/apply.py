@@ -153,7 +153,7 @@ def at_the_rails(stored: Stored, log: ImuLog) -> BoolArray:
     for each in stored.triads:
         if log.has(each.triad) and each.correction.spec.bits:
             low, high = each.correction.spec.count_range
-            readings = getattr(log, each.triad)
+            readings = each.correction.spec.signed(getattr(log, each.triad))
             saturated |= ((readings <= low) | (readings >= high)).any(axis=1)
     return saturated
 

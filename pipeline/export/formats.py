@@ -15,4 +15,5 @@ FORMATS: dict[str, str] = {
     "inav": "CLI commands of INAV",
     "ardupilot": "INS parameters of ArduPilot, with its temperature calibration",
     "residuals": "a CSV row for each pose: residual, sd, leave-one-out, readings",
+    "certificate": "one page (PDF) to file: parameters, reference, residuals, verdict",
 }

@@ -45,7 +45,7 @@ def require_counts(stored: Stored, log: ImuLog) -> None:
         spec = each.correction.spec
         if not log.has(each.triad) or not spec.bits:
             continue
-        readings = getattr(log, each.triad)
+        readings = spec.signed(getattr(log, each.triad))
         low, high = spec.count_range
         if readings.min() < low or readings.max() > high:
             raise UnusableLog(
@@ -104,7 +104,7 @@ def warnings_of(stored: Stored, log: ImuLog, session_clock: bool) -> Iterator[st
     for each in stored.triads:
         if not log.has(each.triad):
             continue
-        readings = getattr(log, each.triad)
+        readings = each.correction.spec.signed(getattr(log, each.triad))
         if each.correction.spec.bits and (readings != np.rint(readings)).any():
             yield (f"{log.label}: the {each.triad} has readings with decimals, where counts are "
                    f"whole numbers. If they are in physical units, the result is wrong.")

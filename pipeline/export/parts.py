@@ -19,9 +19,9 @@ SMALL_M_S2 = 1.0  #: errors below are shown in mm/s²
 
 @dataclass(frozen=True)
 class Export:
-    """Text of each file by name, and the parts of the calibration that they do not store."""
+    """Content of each file by name, and the parts of the calibration that they do not store."""
 
-    files: Mapping[str, str]
+    files: Mapping[str, str | bytes]
     loses: tuple[str, ...]
 
 

@@ -17,6 +17,14 @@ from pipeline.export.residuals import to_residuals
 from pipeline.export.robotics import to_kalibr, to_ros
 from pipeline.results.read import Stored
 
+
+def to_certificate(stored: Stored) -> Export:
+    """One page for the file; matplotlib is loaded for it alone."""
+    from pipeline.export import certificate_page
+
+    return certificate_page.to_certificate(stored)
+
+
 #: Format -> exporter; :data:`pipeline.export.formats.FORMATS` describes each in a line.
 EXPORTERS: Mapping[str, Callable[[Stored], Export]] = {
     "json": to_json,
@@ -32,4 +40,5 @@ EXPORTERS: Mapping[str, Callable[[Stored], Export]] = {
     "inav": to_inav,
     "ardupilot": to_ardupilot,
     "residuals": to_residuals,
+    "certificate": to_certificate,
 }

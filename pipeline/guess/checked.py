@@ -38,8 +38,11 @@ def checked_config(
     A model that the poses do not determine gives way to the largest that they do; a triad that
     cannot be calibrated at all is left out, with the reason as a comment.
     """
-    changes: list[str] = []
     fault: str | None = None
+    if guess.at_rest is None and not any(source.rate for source in guess.sources):
+        fault = f"it has nothing to calibrate. {'. '.join(guess.doubts)}."
+        return CheckedConfig(config_text(guess, path.parent, choices), None, (), fault)
+    changes: list[str] = []
     for _ in range(MOST_TRIES):
         text = config_text(guess, path.parent, choices)
         try:

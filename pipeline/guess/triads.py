@@ -267,9 +267,8 @@ def _beside(columns: Columns, hint: str, accelerometer: TriadGuess | None) -> Tr
     names = [name for name in columns if words_of(name).quantity in ("", "gyr")
              or (accelerometer is not None and name in accelerometer.columns)]
     if accelerometer is None:
-        if hint == "gyr" or len(names) == AXES:
-            return next(neighbours([name for name in names if words_of(name).quantity == ""]), None)
-        return None
+        free = [name for name in names if not _is_else(name)]
+        return next(neighbours(free), None) if hint == "gyr" or len(free) == AXES else None
     at = names.index(accelerometer.columns[0])
     for start in (at + AXES, at - AXES):
         if start >= 0 and len(names[start : start + AXES]) == AXES:

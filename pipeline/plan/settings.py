@@ -17,8 +17,8 @@ from pipeline.config.schema import KnownRateSection, PosesSection, VideoRateSect
 from pipeline.config.sensor import sensor_specs
 from pipeline.formatting import RPM
 from pipeline.stages.pose_means import read_pose_means
-from pipeline.stages.poses import long_logs, still_search
-from pipeline.stages.session_logs import read_logs
+from pipeline.stages.poses import still_search
+from pipeline.stages.session_logs import long_logs, read_logs
 
 USUAL_RATE_RAD_S = 100 / 3 * RPM  #: the speed that every record player has
 PAUSE_S = 20.0  #: between two planned poses

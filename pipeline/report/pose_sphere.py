@@ -49,7 +49,7 @@ def sphere_json(outcome: Outcome, result: TriadResult) -> Json:
         "runs": list(result.calibration.fit.poses.run),
         "facts": [list(_facts(result.calibration.fit.poses, mean, i))
                   for i, mean in enumerate(means)],
-        "traces": [_trace(result, mean) for mean in means],
+        "traces": [None if mean.stated else _trace(result, mean) for mean in means],
     }
 
 
@@ -83,7 +83,8 @@ def _facts(poses: PoseSet, mean: PoseMean, i: int) -> Iterator[tuple[str, str]]:
     """Name and value of what is known of a pose beside its residual."""
     if np.isfinite(poses.time_s[i]):
         yield "time", f"{poses.time_s[i] / 60:.1f} min"
-    yield "length", f"{mean.duration_s:.1f} s"
+    if not mean.stated:
+        yield "length", f"{mean.duration_s:.1f} s"
     if poses.spin_rad_s[i]:
         yield "rate of the plate", f"{poses.spin_rad_s[i] / RPM:.3f} rpm".replace("-", "−")
     for name, values in poses.columns.items():

@@ -4,14 +4,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from calib.fit.determined import BaseParameters, undetermined
 from pipeline.errors import UnfitCalibration
 from pipeline.results.read import Stored, StoredTriad
 
 LARGEST_ERROR = 0.03
 """Of the reference: the tolerance of an uncalibrated sensor's gain by its data sheet (MPU-6050:
 ±3 %). A calibration that may err by more makes readings worse."""
-
-LARGEST_RELATIVE_SD = 0.1  #: of a gain; ten times the worst of any session that is of use
 
 
 def require_fit(stored: Stored, although_unfit: bool) -> tuple[str, ...]:
@@ -44,20 +43,20 @@ def require_fit(stored: Stored, although_unfit: bool) -> tuple[str, ...]:
 
 def _faults(stored: Stored, each: StoredTriad) -> Iterator[str]:
     section = stored.contents[each.triad]
-    relative = np.abs(each.scale_sd / each.scale_counts_per_unit)
-    if np.nanmax(relative, initial=0.0) > LARGEST_RELATIVE_SD:
-        axis = int(np.nanargmax(relative))
-        yield (f"the scale factor of the {each.triad} on {'xyz'[axis]} is "
-               f"{each.scale_counts_per_unit[axis]:.4g} ± {each.scale_sd[axis]:.2g}: these poses "
-               f"do not determine it.")
-        return
-    if (each.scale_counts_per_unit * each.correction.spec.nominal_scale < 0).any():
-        yield f"a scale factor of the {each.triad} is negative, which no magnitude shows."
+    reference = max((abs(pose["reference"]) for pose in section["poses"]), default=0.0)
+    # The sds of a run without the Birge ratio: what a run accepts is accepted here.
+    widened = section["sd_widened_by"]
+    lost = undetermined(BaseParameters(
+        each.misalignment_rad, each.bias_counts, each.scale_counts_per_unit,
+        each.misalignment_sd / widened, each.bias_sd / widened, each.scale_sd / widened,
+        reference or np.nan,
+    ))
+    if lost:
+        yield f"the poses do not determine, of the {each.triad}: {', '.join(lost)}."
         return
     prediction = section["prediction"]
     if "scale" not in section["model"]:
         return
-    reference = max((abs(pose["reference"]) for pose in section["poses"]), default=0.0)
     if prediction is None or prediction["sd_worst"] is None or reference == 0:
         yield (f"the gain of the {each.triad} was measured in no pose: all are at rest, where a "
                f"gyroscope shows its bias only.")

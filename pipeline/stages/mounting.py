@@ -2,21 +2,28 @@
 
 from pathlib import Path
 
+import numpy as np
+
+from calib.consistency.repeats import require_no_copies
 from calib.mounting.mounting import Mounting, MountingLogs, mounting_from_logs
+from calib.mounting.still_reading import require_at_rest
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import ImuLog
+from calib.poses.imu_log import FloatArray, ImuLog
 from calib.poses.static_intervals import find_still
 from pipeline.config.load import Config
 from pipeline.config.schema import InstallationSection
-from pipeline.stages.poses import still_search
+from pipeline.config.sensor import sensor_specs
+from pipeline.stages.poses import Recordings, still_search
 from pipeline.stages.session_logs import read_logs
 from pipeline.stages.triads import TriadResult
 
 
 def measure_mounting(
-    config: Config, accelerometer: TriadResult | None
+    config: Config, accelerometer: TriadResult | None, at_rest: FloatArray | None = None
 ) -> Mounting | None:
     """Measure the mounting from the logs of the section ``installation``.
+
+    ``at_rest`` (3,) is what the gyroscope reads at rest, see :func:`reading_at_rest`.
 
     Returns
     -------
@@ -28,7 +35,7 @@ def measure_mounting(
     UnreadableInput, UnusableLog
         A log cannot be read, or holds what this sensor cannot give.
     Undetermined
-        See :func:`calib.mounting.mounting.mounting_from_logs`.
+        The sensor was turning; or see :func:`calib.mounting.mounting.mounting_from_logs`.
     """
     section = config.installation
     if section is None:
@@ -45,10 +52,24 @@ def measure_mounting(
         drive=read_logs(section, section.drive_log, folder),
         first_push=section.drive_direction,
     )
+    still = [*logs.still, *logs.reverse]
+    require_no_copies(still, "accelerometer")
+    gyroscope = sensor_specs(config.sensor)[1]
+    if gyroscope is not None:
+        require_at_rest(still, gyroscope, at_rest)
     gravity = accelerometer.gravity
     return mounting_from_logs(
         logs, accelerometer.calibration, gravity.value_m_s2, gravity.sd_m_s2
     )
+
+
+def reading_at_rest(config: Config, recordings: Recordings) -> FloatArray | None:
+    """What the gyroscope reads in the accelerometer's poses, SI, (3,); None where not logged."""
+    if config.accelerometer is None:
+        return None
+    means = recordings.of(config.accelerometer.poses).means
+    rate = np.array([mean.gyroscope.mean for mean in means])
+    return np.asarray(np.median(rate, axis=0)) if np.isfinite(rate).all() else None
 
 
 def _still_logs(

@@ -1,16 +1,18 @@
-"""Logs in, pose means out: every set of poses that the configuration names, each read once."""
+"""Logs in, pose means out: every set of poses that the configuration names."""
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from calib.consistency.clock import require_whole_turns
 from calib.errors import Undetermined
-from calib.poses.averaging import LARGEST_STILL_SHIFT, PoseMean, average_pose
+from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.frozen import without_frozen
 from calib.poses.imu_log import ImuLog
+from calib.poses.pose_checks import LARGEST_STILL_SHIFT
 from calib.poses.rest_candidates import PLATE_STOOD, WANDER_M_S2, StillSearch
 from calib.poses.runs import TURNING_RAD_S
 from calib.poses.static_intervals import StaticIntervals, find_still, list_stops
@@ -18,10 +20,9 @@ from pipeline.config.load import Config
 from pipeline.config.schema import PosesSection, StillSection
 from pipeline.config.sensor import Specs, sensor_specs
 from pipeline.config.types import STOPPED
-from pipeline.logs.join import group_logs, join_logs
 from pipeline.stages.pose_means import read_pose_means
 from pipeline.stages.rate import SettingRate
-from pipeline.stages.session_logs import read_logs
+from pipeline.stages.session_logs import SessionLogs, Setting
 
 LARGEST_OF_USUAL = 10.0
 """How far a stop may give way, as a multiple of what three in four of its log do: speeds and
@@ -32,24 +33,18 @@ SMALLEST_SHARE_AT_REST = 0.25
 """Poses of one attitude on a turning plate read alike too; no design repeats one so often."""
 
 
-@dataclass(frozen=True)
-class Setting:
-    """Which poses, at which plate rate; what a recording is found by."""
-
-    poses: PosesSection
-    rate: str
-
-
 @dataclass(frozen=True, eq=False)
 class Recording:
     """The averaged poses of one setting.
 
-    ``start_s`` is when its first log begins; ``warnings`` say which found poses were left out.
+    ``start_s`` is when its first log begins; ``warnings`` say which found poses were left out;
+    ``sense`` is how the plate turns by the accelerometer alone, +1 ccw, -1 cw, 0 unknown.
     """
 
     means: tuple[PoseMean, ...]
     start_s: float
     warnings: tuple[str, ...] = ()
+    sense: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,56 +69,58 @@ class Recordings:
         return tuple(w for recording in self.by_setting.values() for w in recording.warnings)
 
 
-def average_recordings(config: Config, rates: Mapping[str, SettingRate]) -> Recordings:
-    """Read and average the poses of both triads; poses that serve both are read once.
+def average_recordings(
+    config: Config, logs: SessionLogs, rates: Mapping[str, SettingRate]
+) -> Recordings:
+    """Average the poses of both triads; poses that serve both are averaged once.
 
     Raises
     ------
-    UnreadableInput, UnusableLog
-        A log cannot be read, or holds what this sensor cannot give.
+    UnusableLog
+        A log holds what this sensor cannot give.
     Undetermined
         A pose that was named is no pose: it moved, is saturated or too short.
+    Contradiction
+        The plate turns at another rate in the logs than in its clip.
     """
-    settings = [Setting(config.accelerometer.poses, STOPPED)] if config.accelerometer else []
-    if config.gyroscope:
-        settings += [Setting(run.poses, run.rate) for run in config.gyroscope.runs]
     specs = sensor_specs(config.sensor)
     folder = config.source.path.parent
-    return Recordings(
-        {
-            setting: _record(setting, specs, rates.get(setting.rate), folder)
-            for setting in dict.fromkeys(settings)
-        }
-    )
+    recordings = {}
+    for setting, each in logs.by_setting.items():
+        recording = (
+            _tabled(setting.poses, folder, specs)
+            if setting.poses.means
+            else _record(setting, specs, rates, each)
+        )
+        notes = (*logs.notes[setting], *recording.warnings)
+        recordings[setting] = replace(recording, warnings=notes)
+    return Recordings(recordings)
+
+
+def _tabled(poses: PosesSection, folder: Path, specs: Specs) -> Recording:
+    means = read_pose_means(poses, folder, specs)
+    return Recording(tuple(means), min(_known(mean.time_s) for mean in means))
 
 
 def _record(
     setting: Setting,
     specs: Specs,
-    rate: SettingRate | None,
-    folder: Path,
+    rates: Mapping[str, SettingRate],
+    logs: Sequence[ImuLog],
 ) -> Recording:
-    poses = setting.poses
+    rate = rates.get(setting.rate)
     plate = np.zeros(1) if rate is None else rate.plate.rate_rad_s
-    if poses.means:
-        means = read_pose_means(poses, folder, specs)
-        return Recording(tuple(means), min(_known(mean.time_s) for mean in means))
-    if poses.log:
-        pooled = [_searched(log, specs, float(plate.mean()), poses.still)
-                 for log in long_logs(poses, folder)]
-        return _pooled(pooled)
-    logs = read_logs(poses, poses.files, folder, clock_needed=rate is not None)
-    fluid = [without_frozen(log, rate is not None) for log in logs]
+    if setting.poses.log:
+        return _pooled([_searched(log, specs, float(plate.mean()), setting.poses.still)
+                        for log in logs])
     turning = np.broadcast_to(plate, len(logs))
-    means = [average_pose(log, *specs, float(w))
-             for (log, _), w in zip(fluid, turning, strict=True)]
-    notes = tuple(note for _, note in fluid if note is not None)
-    return Recording(tuple(means), min(float(log.time_s[0]) for log in logs), notes)
-
-
-def long_logs(poses: PosesSection, folder: Path) -> list[ImuLog]:
-    """The recordings of a section: the triads of each are joined in time."""
-    return [join_logs(group) for group in group_logs(read_logs(poses, poses.log, folder))]
+    means = [average_pose(log, *specs, float(w)) for log, w in zip(logs, turning, strict=True)]
+    wave = None
+    if rate is not None and specs[0] is not None:
+        others = {name: each.rate_rad_s for name, each in rates.items() if name != setting.rate}
+        wave = require_whole_turns(setting.rate, logs, turning, (specs[0], specs[1]), others)
+    start_s = min(float(log.time_s[0]) for log in logs)
+    return Recording(tuple(means), start_s, sense=0.0 if wave is None else wave.sense)
 
 
 def _known(time_s: float) -> float:

@@ -19,10 +19,11 @@ from dataclasses import dataclass
 from calib.mounting.mounting import Mounting
 from pipeline.config.load import Config
 from pipeline.stages.context import RunContext
-from pipeline.stages.mounting import measure_mounting
+from pipeline.stages.mounting import measure_mounting, reading_at_rest
 from pipeline.stages.plate_settings import measure_rates
 from pipeline.stages.poses import Recordings, average_recordings
 from pipeline.stages.rate import SettingRate
+from pipeline.stages.session_logs import SessionLogs, read_session, require_logged_columns
 from pipeline.stages.triads import (
     TriadResult,
     calibrate_accelerometer,
@@ -72,6 +73,26 @@ class StageObserver:
         """The mounting of the sensor is measured."""
 
 
+def check_session(config: Config) -> SessionLogs:
+    """Everything that :func:`run_stages` refuses before the first slow stage; it runs no Python.
+
+    Returns
+    -------
+    SessionLogs
+        The logs, which are read by then.
+
+    Raises
+    ------
+    PipelineError, CalibrationError
+        The models do not fit their triads or solvers, or the logs are damaged or contradict the
+        configuration or each other.
+    """
+    require_fittable(config)
+    logs = read_session(config)
+    require_logged_columns(config, logs)
+    return logs
+
+
 def run_stages(
     config: Config, context: RunContext, observer: StageObserver | None = None
 ) -> Outcome:
@@ -92,13 +113,13 @@ def run_stages(
         The first stage that refuses ends the run.
     """
     observer = observer or StageObserver()
-    require_fittable(config)
+    logs = check_session(config)
 
     rates = measure_rates(config, context)
     for rate in rates.values():
         observer.on_rate(rate)
 
-    recordings = average_recordings(config, rates)
+    recordings = average_recordings(config, logs, rates)
     observer.on_recordings(recordings)
 
     accelerometer = calibrate_accelerometer(config, context, recordings)
@@ -109,7 +130,7 @@ def run_stages(
     if gyroscope is not None:
         observer.on_triad(gyroscope)
 
-    installation = measure_mounting(config, accelerometer)
+    installation = measure_mounting(config, accelerometer, reading_at_rest(config, recordings))
     if installation is not None:
         observer.on_installation(installation)
 

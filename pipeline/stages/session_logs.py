@@ -1,14 +1,65 @@
-"""The logs that a section of the configuration names, each under its path from that file."""
+"""The logs of a session, read and checked against each other before anything slow.
+
+Each log is labelled by its path from the configuration.
+"""
 
 import os
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from calib.poses.imu_log import ImuLog
-from pipeline.config.schema import LogsSection
+import numpy as np
+
+from calib.consistency.clipping import require_unclipped
+from calib.consistency.repeats import require_no_copies, require_running
+from calib.effects.catalogue import find_effect
+from calib.effects.effect import Effect
+from calib.errors import Contradiction, Undetermined
+from calib.poses.frozen import without_frozen
+from calib.poses.imu_log import TRIADS, ImuLog, Triad
+from pipeline.config.load import Config
+from pipeline.config.schema import LogsSection, PosesSection
+from pipeline.config.types import STOPPED
+from pipeline.errors import ConfigError
 from pipeline.logs.clock import StatedClock
+from pipeline.logs.join import group_logs, join_logs
 from pipeline.logs.read import read_log
+from pipeline.names import nearest_name
+
+OTHER_UNIT = 100.0
+"""Nobody logs one sensor at rates that differ so much: the next unit of time is 1000 away."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Which poses, at which plate rate; what a recording is found by."""
+
+    poses: PosesSection
+    rate: str
+
+
+@dataclass(frozen=True, eq=False)
+class SessionLogs:
+    """The logs of all settings, one for each pose or the long ones that hold all of them.
+
+    Of files of one pose the frozen blocks are taken out; ``notes`` say where. A table of means has
+    no logs.
+    """
+
+    by_setting: Mapping[Setting, tuple[ImuLog, ...]]
+    notes: Mapping[Setting, tuple[str, ...]]
+
+    def of_triad(self, config: Config, triad: Triad) -> list[ImuLog]:
+        """The logs that ``triad`` is calibrated by, run after run."""
+        return [log for setting in settings_of(config, triad) for log in self.by_setting[setting]]
+
+
+def settings_of(config: Config, triad: Triad) -> list[Setting]:
+    """The settings that the section of ``triad`` names, in its order."""
+    if triad == "accelerometer":
+        return [Setting(config.accelerometer.poses, STOPPED)] if config.accelerometer else []
+    return [Setting(run.poses, run.rate) for run in (config.gyroscope.runs if config.gyroscope
+                                                     else ())]
 
 
 def read_logs(
@@ -40,3 +91,116 @@ def read_logs(
         )
         for i, path in enumerate(paths)
     ]
+
+
+def long_logs(poses: PosesSection, folder: Path) -> list[ImuLog]:
+    """The recordings of a section: the triads of each are joined in time."""
+    return [join_logs(group) for group in group_logs(read_logs(poses, poses.log, folder))]
+
+
+def read_session(config: Config) -> SessionLogs:
+    """Read the poses of both triads; poses that serve both are read once.
+
+    Raises
+    ------
+    UnreadableInput, UnusableLog
+        A log cannot be read.
+    Contradiction, Undetermined
+        Samples occur twice, a log froze, or the logs count time in different units.
+    """
+    folder = config.source.path.parent
+    settings = dict.fromkeys(
+        (*settings_of(config, "accelerometer"), *settings_of(config, "gyroscope")))
+    read = {setting: _read(setting, folder) for setting in settings}
+    logs = SessionLogs(
+        {setting: tuple(log for log, _ in each) for setting, each in read.items()},
+        {setting: tuple(note for _, note in each if note) for setting, each in read.items()},
+    )
+    every = [log for each in logs.by_setting.values() for log in each]
+    if every:
+        _require_one_unit_of_time(every)
+        require_running([log for setting, each in logs.by_setting.items() for log in each
+                         if not setting.poses.log])  # of long logs the poses are looked at
+    for triad in TRIADS:
+        require_no_copies(logs.of_triad(config, triad), triad)
+        for setting in settings_of(config, triad):
+            require_unclipped(logs.by_setting[setting], triad)
+    return logs
+
+
+def _read(setting: Setting, folder: Path) -> list[tuple[ImuLog, str | None]]:
+    poses, turning = setting.poses, setting.rate != STOPPED
+    if poses.means:
+        return []
+    if poses.log:
+        return [(log, None) for log in long_logs(poses, folder)]
+    logs = read_logs(poses, poses.files, folder, clock_needed=turning)
+    return [without_frozen(log, turning) for log in logs]
+
+
+def _require_one_unit_of_time(logs: Sequence[ImuLog]) -> None:
+    steps = np.array([float(np.median(np.diff(log.time_s))) for log in logs])
+    typical = float(np.median(steps))
+    ratio = np.maximum(steps / typical, typical / steps)
+    odd = int(np.argmax(ratio))
+    if ratio[odd] < OTHER_UNIT:
+        return
+    raise Contradiction(
+        f"{logs[odd].label}: its time stamps are {steps[odd]:.3g} apart, those of the other logs "
+        f"{typical:.3g}. Are some of them seconds and others milliseconds, microseconds or a "
+        f"counter? Bring time_s of all logs to seconds."
+    )
+
+
+def require_logged_columns(config: Config, logs: SessionLogs) -> None:
+    """Refuse models with effects of columns that the logs of their triads do not hold.
+
+    User-defined effects are left to :mod:`pipeline.stages.user_effects`.
+
+    Raises
+    ------
+    ConfigError
+        A column is not there, with the nearest that is.
+    Undetermined
+        A column has no number in some sample.
+    """
+    problems = []
+    incomplete: list[Undetermined] = []
+    for triad in TRIADS:
+        section = getattr(config, triad)
+        used = logs.of_triad(config, triad)
+        for name in section.model if section else ():
+            if name in config.effects:
+                continue
+            effect = find_effect(name)
+            problems += [config.source.problem((triad, "model"), absent)
+                         for absent in _absent(effect, used)]
+            incomplete += _incomplete(effect, triad, used)
+    if problems:
+        raise ConfigError(*problems)
+    if incomplete:
+        raise incomplete[0]
+
+
+def _absent(effect: Effect, logs: Sequence[ImuLog]) -> Iterator[str]:
+    for name in effect.logged:
+        without = [log for log in logs if name not in log.columns]
+        if without:
+            there = tuple(without[0].columns)
+            yield (f"'{effect.name}' needs the column {name}, which {without[0].label} does not "
+                   f"have{nearest_name(name, there)}. Its further columns: "
+                   f"{', '.join(there) or 'none'}. Log it, or take the effect out of the model")
+
+
+def _incomplete(effect: Effect, triad: Triad, logs: Sequence[ImuLog]) -> Iterator[Undetermined]:
+    for name in effect.logged:
+        for log in logs:
+            empty = ~np.isfinite(log.columns.get(name, np.zeros(1)))
+            if empty.any():
+                yield Undetermined(
+                    f"{log.label}: the column {name} has no number at sample "
+                    f"{int(np.argmax(empty)) + 1}, and {triad}.{effect.name} needs it in every "
+                    f"sample. Delete the rows in which it is empty, or take the effect out of the "
+                    f"model."
+                )
+                return

@@ -4,19 +4,26 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from calib.assess import assess
-from calib.consistency import direction_against_clip, gain_off_the_sheet, turning_while_still
+from calib.consistency.data_sheet import (
+    direction_against_clip,
+    gain_off_the_sheet,
+    turning_while_still,
+)
+from calib.consistency.force import require_gravity
 from calib.diagnosis.diagnose import Diagnosis
+from calib.diagnosis.unseen import unseen_budget
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
+from calib.effects.needs import unavailable
 from calib.effects.user_defined import fault_of_user_effect
-from calib.errors import Undetermined
+from calib.errors import Remedy, Undetermined
 from calib.fit.calibration import TriadCalibration
 from calib.fit.frame_alignment import FrameRotation, frame_rotation
 from calib.fit.leave_one_out import Comparison
 from calib.fit.model import Model
 from calib.fit.prediction import Prediction
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import Triad
+from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseRun, PoseSet, pose_set
 from calib.poses.runs import gravity_run, stopped_run, turning_run
 from pipeline.config.load import Config
@@ -37,6 +44,7 @@ class TriadResult:
     """One triad: its calibration, the comparison with its poses, and what its model misses.
 
     ``prediction`` is what it will err by on the next log, None where only rest was measured;
+    ``unseen`` the sds by what these poses cannot see, if the sensor is typical of its class;
     ``gravity`` is the reference of an accelerometer, None for a gyroscope; ``frame`` its rotation
     against the accelerometer, None for an accelerometer and where the poses do not show it;
     ``warnings`` where two stages contradict each other.
@@ -46,6 +54,7 @@ class TriadResult:
     comparison: Comparison
     diagnosis: Diagnosis
     prediction: Prediction | None
+    unseen: Mapping[str, FloatArray]
     gravity: Gravity | None = None
     frame: FrameRotation | None = None
     warnings: tuple[str, ...] = ()
@@ -96,6 +105,11 @@ def require_fittable(config: Config) -> None:
     check_covariates(config)
 
 
+def part_of(config: Config) -> str:
+    """The class of parts that the sensor is taken for, by its name: factory-calibrated or not."""
+    return "MTi" if "mti" in config.sensor.name.lower() else "MPU-6050"
+
+
 def calibrate_accelerometer(
     config: Config, context: RunContext, recordings: Recordings
 ) -> TriadResult | None:
@@ -122,7 +136,7 @@ def calibrate_accelerometer(
     poses = pose_set("accelerometer", [run], recordings.origin_s)
     spec = triad_spec(config.sensor.accelerometer)
     defined = user_effects(config, "accelerometer", context.allow_python)
-    return _calibrated(poses, config.accelerometer, spec, defined, gravity, config.covariates)
+    return _calibrated(poses, config.accelerometer, spec, defined, config, gravity)
 
 
 def calibrate_gyroscope(
@@ -168,9 +182,12 @@ def calibrate_gyroscope(
         )
     correct = accelerometer.calibration.correct if accelerometer else None
     poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
+    if accelerometer is not None and accelerometer.gravity is not None:
+        require_gravity(poses, accelerometer.calibration.correct, accelerometer.gravity.value_m_s2)
     defined = user_effects(config, "gyroscope", context.allow_python)
     spec = triad_spec(config.sensor.gyroscope)
-    result = _calibrated(poses, config.gyroscope, spec, defined, None, config.covariates)
+    result = _calibrated(poses, config.gyroscope, spec, defined, config,
+                         senses=_senses(config, recordings) if accelerometer else None)
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
     return replace(
@@ -180,30 +197,76 @@ def calibrate_gyroscope(
     )
 
 
+def _senses(config: Config, recordings: Recordings) -> dict[str, float]:
+    """How the plate turns in each run by the accelerometer, see :class:`Recording`."""
+    sections = config.gyroscope.runs if config.gyroscope else ()
+    return {run.rate: recordings.of(run.poses, run.rate).sense for run in sections}
+
+
 def _calibrated(
     poses: PoseSet,
     section: AccelerometerSection | GyroscopeSection,
     spec: TriadSpec,
     defined: Mapping[str, Effect],
-    gravity: Gravity | None,
-    covariates: Sequence[str] | None,
+    config: Config,
+    gravity: Gravity | None = None,
+    senses: Mapping[str, float] | None = None,
 ) -> TriadResult:
-    for name, effect in defined.items():
-        fault = fault_of_user_effect(effect, poses.conditions(poses.reading))
-        if fault is not None:
-            raise Undetermined(f"effects.{name}: the effect {fault}.")
-    model = Model.of(section.model, defined)
+    usable, notes = _usable_effects(defined, poses, section.model)
+    model = Model.of(section.model, usable)
+    _require_evaluable(model, poses)
     assessed = assess(poses, model, spec, solver=section.solver, loss=section.loss,
-                      candidates=tuple(defined.values()), covariates=covariates)
+                      candidates=tuple(usable.values()), covariates=config.covariates,
+                      senses=senses)
     return TriadResult(
         assessed.calibration,
         assessed.comparison,
         assessed.diagnosis,
         assessed.prediction,
+        unseen_budget(assessed.calibration, assessed.diagnosis.blind, part_of(config)),
         gravity,
         warnings=(
+            *notes,
             *assessed.calibration.fit.poses.notes,
             *turning_while_still(poses),
             *gain_off_the_sheet(assessed.calibration.parameters, spec, poses.triad),
         ),
     )
+
+
+def _usable_effects(
+    defined: Mapping[str, Effect], poses: PoseSet, model: Sequence[str]
+) -> tuple[dict[str, Effect], list[str]]:
+    """The user's effects that these poses can evaluate, and notes on those that stay out.
+
+    Raises
+    ------
+    Undetermined
+        An effect of the model cannot be evaluated.
+    """
+    usable: dict[str, Effect] = {}
+    notes = []
+    for name, effect in defined.items():
+        try:
+            fault = fault_of_user_effect(effect, poses.conditions(poses.reading))
+            problem = None if fault is None else f"effects.{name}: the effect {fault}."
+        except Undetermined as error:  # its Python function raised
+            problem = str(error)
+        if problem is None:
+            usable[name] = effect
+        elif name in model:
+            raise Undetermined(problem)
+        else:
+            notes.append(f"{problem} No model has it; the diagnosis of the {poses.triad} leaves "
+                         f"it out.")
+    return usable, notes
+
+
+def _require_evaluable(model: Model, poses: PoseSet) -> None:
+    for effect in model.effects:
+        reason = unavailable(effect, poses)
+        if reason is not None:
+            raise Undetermined(
+                f"{poses.triad}: '{effect.name}' cannot be evaluated in these poses: {reason}.",
+                Remedy("remove_effect", poses.triad),
+            )

@@ -9,6 +9,8 @@ from calib.errors import CalibrationError, Undetermined
 from pipeline.config.load import Config, load_config
 from pipeline.errors import ConfigError
 from pipeline.model_change import (
+    NOTHING_ALLOWED,
+    Allowed,
     ModelChange,
     change_model,
     edited_config,
@@ -177,7 +179,7 @@ def test_a_blind_effect_is_refused_with_its_reason(drift_found: Outcome, driftin
     config = load_config(drifting)
     target = read_target(config, "gyroscope.frame_rotation")
     with pytest.raises(Undetermined, match=r"these data cannot see it.*What would allow it"):
-        require_addable(drift_found.gyroscope, target, although_aliased=True)
+        require_addable(drift_found.gyroscope, target, Allowed(aliased=True))
 
 
 def test_aliases_are_refused_unless_the_user_insists(tmp_path: Path) -> None:
@@ -186,15 +188,18 @@ def test_aliases_are_refused_unless_the_user_insists(tmp_path: Path) -> None:
     assert found is not None
     target = read_target(config, "gyroscope.asymmetry")
     with pytest.raises(Undetermined, match=r"looks the same as .*--although-aliased"):
-        require_addable(found, target, although_aliased=False)
-    require_addable(found, target, although_aliased=True)
+        require_addable(found, target, NOTHING_ALLOWED)
+    require_addable(found, target, Allowed(aliased=True))
 
 
 def test_an_effect_that_nothing_calls_for_may_still_be_tried(
     copied: Path, drift_found: Outcome
 ) -> None:
     config = load_config(copied)
-    change = change_model(config, read_target(config, "gyroscope.cubic"), run, before=drift_found)
+    target = read_target(config, "gyroscope.cubic")
+    with pytest.raises(Undetermined, match=r"do not show it: .* sd\. .*--although-unseen"):
+        change_model(config, target, run, before=drift_found)
+    change = change_model(config, target, run, before=drift_found, allowed=Allowed(unseen=True))
     assert change.after.gyroscope is not None
     assert "cubic" in change.after.gyroscope.calibration.fit.model.names
     # It does not help, and what is missing is still named.
@@ -207,3 +212,21 @@ def test_one_effect_or_auto_must_be_asked_for(
     assert pipeline("add", drifting) == 2
     assert "--auto" in capsys.readouterr().err
     assert pipeline("add", drifting, "gyroscope.cubic", "--auto") == 2
+
+
+def test_several_effects_are_added_and_removed_in_one_command(
+    drifting: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = drifting.read_text(encoding="utf-8")
+    both = ("gyroscope.bias_drift", "accelerometer.cubic")
+    assert pipeline("add", drifting, *both) == 4  # the second is not seen: neither is added
+    assert "was not changed: accelerometer.cubic is refused" in capsys.readouterr().err
+    assert drifting.read_text(encoding="utf-8") == before
+    assert pipeline("add", drifting, *both, "--although-unseen", "--although-aliased") == 0
+    model = load_config(drifting)
+    assert model.gyroscope is not None
+    assert model.accelerometer is not None
+    assert "bias_drift" in model.gyroscope.model
+    assert "cubic" in model.accelerometer.model
+    assert pipeline("remove", drifting, *both) == 0
+    assert drifting.read_text(encoding="utf-8") == before

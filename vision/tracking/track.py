@@ -8,7 +8,7 @@ taken out.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeGuard
@@ -21,6 +21,7 @@ from vision.video import BATCH, ClipReader, Frame
 
 if TYPE_CHECKING:
     from vision.phase_track import PhaseTrack
+    from vision.plate.fields import Interlacing
     from vision.plate.learn import PlateModel
     from vision.tracking.frame_measurement import FrameMeasurements
     from vision.tracking.registration import Registration
@@ -133,23 +134,17 @@ def _tracked(task: _Task, *, colours: bool, camera_moves: bool = False) -> "Phas
         shown = len(stretch.frames) // 2
         measurements = FrameMeasurements(plate, stretch.frames[shown], shown * stretch.stride)
         if stretch.stride == 1:
-            rest = _chain(stretch.frames, _steadied(stretch.camera, batches))
+            rest = _chain(stretch.frames, stretch.prepared(batches))
             track = _measured(measurements, clip, rest, stretch, on_frames)
         else:
             stretch.frames.clear()
     if stretch.stride > 1:
         with ClipReader(task.path, colours=colours) as clip:
-            rest = _steadied(stretch.camera, _after(stretch.skipped, clip))
+            rest = stretch.prepared(_after(stretch.skipped, clip))
             track = _measured(measurements, clip, rest, stretch, on_frames)
     if stretch.camera is None and not camera_moves and measurements.camera_moved:
         return _tracked(task, colours=colours, camera_moves=True)
     return track
-
-
-def _steadied(
-    camera: "Registration | None", batches: Iterator[list[Frame]]
-) -> Iterator[list[Frame]]:
-    return batches if camera is None else camera.steadied(batches)
 
 
 def _measured(
@@ -175,8 +170,7 @@ def _measured(
             f"The sense of rotation is that of the displayed frame; if writing in it reads "
             f"backwards, the plate itself turns the other way."
         )
-    if stretch.camera is not None:
-        notes.append(stretch.camera.note(clip.path.name))
+    notes += [part.note(clip.path.name) for part in (stretch.interlacing, stretch.camera) if part]
     # By the time, not the count: containers without one state duration times frame rate.
     if clip.seconds_stated and measurements.last_s < THRESHOLDS.whole * clip.seconds_stated:
         notes.append(
@@ -190,15 +184,24 @@ def _measured(
 class _Stretch:
     """Frames to learn from.
 
-    Every ``stride``-th of the ``read`` frames that follow the first ``skipped`` of the clip,
-    brought back onto one of them where a camera moves.
+    Every ``stride``-th of the ``read`` frames that follow the first ``skipped`` of the clip; their
+    fields where they are interlaced, brought back onto one of them where a camera moves.
     """
 
     frames: list[Frame]
     stride: int
     read: int
     skipped: int
+    interlacing: "Interlacing | None" = None
     camera: "Registration | None" = None
+
+    def with_fields(self) -> "_Stretch":
+        """Interlaced frames split into their fields."""
+        from vision.plate.fields import interlacing
+
+        fields = interlacing(self.frames)
+        return self if fields is None else replace(
+            self, frames=fields.split(self.frames), interlacing=fields)
 
     def steadied(self, *, camera_moves: bool) -> "_Stretch":
         """Without the motion of the camera, where it moves or is known to move."""
@@ -208,8 +211,13 @@ class _Stretch:
         camera, moved_px = registration(self.frames)
         if camera is None or not (camera_moves or moved_px > REGISTRATION.moved_px):
             return self
-        frames = [camera.back(frame) for frame in self.frames]
-        return _Stretch(frames, self.stride, self.read, self.skipped, camera)
+        return replace(self, frames=[camera.back(frame) for frame in self.frames], camera=camera)
+
+    def prepared(self, batches: Iterator[list[Frame]]) -> Iterator[list[Frame]]:
+        """Further frames of the clip, treated as these."""
+        if self.interlacing is not None:
+            batches = self.interlacing.fields(batches)
+        return batches if self.camera is None else self.camera.steadied(batches)
 
 
 def _learn_plate(
@@ -235,7 +243,7 @@ def _learn_plate(
                 f"{task.path}: {len(stretch.frames)} frame(s) found, at least {FEWEST} expected; a "
                 f"rate needs a clip of the turning plate, at best a minute long."
             )
-        stretch = stretch.steadied(camera_moves=camera_moves)
+        stretch = stretch.with_fields().steadied(camera_moves=camera_moves)
         try:
             return learn(task.path.name, stretch.frames, rim, on_step), stretch
         except RateRefused as error:

@@ -10,7 +10,14 @@ from calib.diagnosis.next_measurement.advice import Advice, list_labels
 from calib.diagnosis.search.refit import linear_loo_rms
 from calib.diagnosis.verdict.decision import Code, Verdict
 from calib.diagnosis.verdict.ranking import Candidate
-from calib.diagnosis.verdict.wording import covariate, joined, odds_in_words, physics, readable
+from calib.diagnosis.verdict.wording import (
+    covariate,
+    joined,
+    odds_in_words,
+    physics,
+    readable,
+    remedy_of_noise,
+)
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
 from calib.fit.prediction import Prediction
@@ -252,8 +259,7 @@ def _noise(case: _Case) -> Explanation:
                            "Film the plate with each pose")
     text = (
         f"The residual is {factor:.2g} times what the poses' own noise explains, without a shape "
-        f"that any effect has ({case.misfit}). {widened} Longer poses and a firmer base usually "
-        f"help."
+        f"that any effect has ({case.misfit}). {widened} {remedy_of_noise(factor)}"
     )
     return Explanation("open", "the residual is larger than the noise, without any shape", text,
                        "repeat", "Record the same poses once more, for longer and in random order")

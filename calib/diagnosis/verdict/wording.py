@@ -5,6 +5,10 @@ from collections.abc import Sequence
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
 
+MORE_THAN_NOISE = 10.0
+"""Residuals ten times the noise within the poses come from between them. It chooses words only."""
+
+
 
 def physics(name: str) -> str:
     """What an effect is, as the end of a sentence that begins with its name."""
@@ -60,3 +64,13 @@ def joined(words: Sequence[str], last: str) -> str:
     if len(words) < 2:
         return "".join(words)
     return f"{', '.join(words[:-1])} {last} {words[-1]}"
+
+
+def remedy_of_noise(factor: float) -> str:
+    """What helps against a residual of so many times the noise."""
+    if factor > MORE_THAN_NOISE:
+        return (
+            "That is more than an unsteady base or short poses make of it: look for poses that "
+            "moved, for files of another sensor, range or unit, and for exchanged columns."
+        )
+    return "Longer poses and a firmer base usually help."

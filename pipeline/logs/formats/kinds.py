@@ -122,6 +122,12 @@ def tables_of(path: Path, kind: Kind) -> list[FileTable]:
     return tables
 
 
+def is_log_file(path: Path) -> bool:
+    """Whether a path is that of a file, a bag, or a table in one of them."""
+    file, _ = split_member(path)
+    return file.is_file() or (file / BAG_FOLDER_MARK).is_file()
+
+
 def split_member(path: Path) -> tuple[Path, str]:
     """A file and the name of one of its tables, of ``phone.zip/Accelerometer.csv``.
 

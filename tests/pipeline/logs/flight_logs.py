@@ -1,4 +1,4 @@
-"""Logs of flight controllers, byte by byte as their specifications say; ULog's own writer copies."""
+"""Logs of flight controllers, byte by byte as their specifications say."""
 
 import struct
 from pathlib import Path

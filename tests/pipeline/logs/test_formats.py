@@ -149,7 +149,7 @@ def test_a_table_is_named_like_a_file_in_a_folder(
     assert log.has(triad)
     again = tmp_path / "again"
     again.mkdir()
-    with pytest.raises(UnreadableInput, match="no table is named 'no_such'.*there are: "):
+    with pytest.raises(UnreadableInput, match=r"no table is named 'no_such'.*there are: "):
         read_log(write(again) / "no_such")
 
 
@@ -159,7 +159,7 @@ def test_columns_of_a_table_are_picked_by_name(tmp_path: Path) -> None:
     log = read_log(tmp_path / "log.parquet", Renamed(
         (("time_ms", "t"), ("acc_x", "ax_g"), ("acc_y", "ay_g"), ("acc_z", "az_g"))))
     np.testing.assert_allclose(log.time_s, TIME_S)
-    with pytest.raises(UnreadableInput, match="which of its tables .*pipeline import log.parquet"):
+    with pytest.raises(UnreadableInput, match=r"which of its tables .*pipeline import log.parquet"):
         read_log(tmp_path / "log.parquet")
 
 
@@ -179,13 +179,13 @@ def test_a_file_that_was_cut_off_is_refused_in_one_paragraph(
     path = write(tmp_path)
     path = path if path.is_file() else next(iter([*path.glob("*.mcap"), *path.glob("*.db3")]))
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 3])
-    try:
-        log = read_log(path)
-    except UnreadableInput as error:
-        assert "\n" not in str(error)
-        assert str(path) in str(error)
+    if write in (px4, ardupilot):  # logs of flights end anywhere: what is there is whole
+        assert len(read_log(path).time_s) < N
         return
-    assert len(log.time_s) < N  # logs of flights end anywhere; what is there is whole
+    with pytest.raises(UnreadableInput) as caught:
+        read_log(path)
+    assert "\n" not in str(caught.value)
+    assert str(path) in str(caught.value)
 
 
 def test_a_missing_library_names_the_command_that_installs_it(
@@ -194,7 +194,8 @@ def test_a_missing_library_names_the_command_that_installs_it(
     path = parquet(tmp_path)
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     monkeypatch.delitem(sys.modules, "pipeline.logs.formats.parquet", raising=False)
-    with pytest.raises(UnreadableInput, match=r"pip install 'turntable-imu-calibration\[parquet\]'"):
+    command = r"pip install 'turntable-imu-calibration\[parquet\]'"
+    with pytest.raises(UnreadableInput, match=command):
         read_log(path)
 
 

@@ -28,6 +28,7 @@ from pipeline.playback.pseudo_port import PseudoPort
 from pipeline.record.session import RecordingView
 from pipeline.record.start import open_session
 from pipeline.stages.poses import average_recordings
+from pipeline.stages.session_logs import read_session
 from tests.fitting import spec_of
 from tests.paths import ROOT
 from tests.world.designs import paper_design
@@ -134,7 +135,7 @@ def calibrated(config: Path) -> TriadCalibration:
     """The accelerometer by the poses that were recorded."""
     loaded = load_config(config)
     assert loaded.accelerometer is not None
-    recordings = average_recordings(loaded, {})
+    recordings = average_recordings(loaded, read_session(loaded), {})
     assert loaded.sensor.accelerometer is not None
     spec = triad_spec(loaded.sensor.accelerometer)
     run = gravity_run("stopped", recordings.of(loaded.accelerometer.poses).means, 9.80267, 0.0)

@@ -122,3 +122,14 @@ def test_the_port_is_asked_for_where_it_is_not_clear(
         only_port()
     monkeypatch.setattr(line, "find_ports", lambda: [FoundPort("COM3", "", "Arduino", True)])
     assert only_port() == "COM3"
+
+
+def test_poses_that_determine_nothing_are_refused_before_the_first(tmp_path: Path) -> None:
+    config = tmp_path / "mine.yaml"
+    config.write_text(MINE.replace(", model: [bias]", ""))
+    done = pipeline("record", str(config), "--port", str(tmp_path / "none"))
+    assert done.returncode == 4
+    assert "6 poses give 6 equations for 9 parameters" in done.stderr
+    done = pipeline("record", str(config), "--port", str(tmp_path / "none"),
+                    "--although-undetermined")
+    assert done.returncode == 6  # on to the port

@@ -110,6 +110,11 @@ def test_a_function_that_fails_is_named_and_no_bug_of_ours(
 ) -> None:
     damp.with_name("physics.py").write_text("def damp(at):\n    return at.wetness\n", "utf-8")
     config = variant(damp, "failing", IN_PYTHON)
+    assert pipeline("run", config, "--allow-python") == 0  # no model has it
+    assert "the diagnosis of the gyroscope leaves it out" in capsys.readouterr().err
+    text = config.read_text(encoding="utf-8")
+    head, _, tail = text.rpartition("misalignment]")
+    config.write_text(f"{head}misalignment, damp]{tail}", encoding="utf-8")
     assert pipeline("run", config, "--allow-python") == 4
     error = capsys.readouterr().err
     assert "effects.damp: the Python function raised AttributeError" in error

@@ -119,7 +119,8 @@ class Poses {
       text.textContent = value;
       return [title, text];
     }));
-    this.panel.querySelector("[data-pose=trace]").replaceChildren(trace(poses.traces[k], this.triad.unit));
+    this.panel.querySelector("[data-pose=trace]").replaceChildren(
+      ...(poses.traces[k] ? [trace(poses.traces[k], this.triad.unit)] : []));
     set("without", this.without(k));
     const button = this.panel.querySelector("[data-do=leaveOut]");
     button.textContent = out.has(k) ? "Take this pose back in" : "Leave this pose out";

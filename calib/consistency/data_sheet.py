@@ -9,6 +9,7 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, FloatArray
 from calib.poses.pose_set import PoseSet
 
+REFERENCE = {"accelerometer": "gravity", "gyroscope": "the rate of the plate"}
 SHEET_TOLERANCE = 0.3
 """Gains lie within a few per cent of most data sheets; the paper's own MTi is 28 % off its own."""
 
@@ -100,6 +101,8 @@ def gain_off_the_sheet(parameters: TriadParameters, spec: TriadSpec, triad: str)
         )
         yield (
             f"the {triad}'s gain on {AXES[worst]} is {ratio[worst]:.2f} times the data sheet's"
-            f"{range_says}. The calibration holds all the same; if that is not this unit's range, "
-            f"check the {triad}'s full scale and bits."
+            f"{range_says}. Either the data sheet is not this unit's (its range, bits or unit), "
+            f"which the calibration does not depend on, or {REFERENCE[triad]} is wrong by that "
+            f"factor and the scale with it. Check the {triad}'s full scale and bits, and "
+            f"{REFERENCE[triad]}."
         )

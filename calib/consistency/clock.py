@@ -1,0 +1,213 @@
+"""The plate's rate in the log's own clock, by the accelerometer alone.
+
+No plate is level. What gravity has across the axis of a plate that leans by a degree goes round
+once per turn in the axes of a sensor on it, in a circle and against the plate:
+
+    z(t) = f·e1 + i f·e2 = g sin(lean) exp(-i Ω (t - t0)),   e1, e2, up right-handed
+
+so the frequency of z is the plate's rate, sign included, in the clock of the stamps. Neither the
+gyro's gain nor the camera enters: a wrong rate for a run, stamps that are not seconds, and a gyro
+with the wrong sign show as contradictions. A plate that leans by less than its accelerometer's
+noise shows nothing, and nothing is said.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.errors import Contradiction
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import FloatArray, ImuLog
+
+LEAST_SHARE = 0.5
+"""Of what the accelerometer feels across gravity, that must go round for its rate to be known:
+then nothing else can be as large."""
+
+LEFT_SHARE = 0.1
+"""Of that, at the stated rate, at most for the two to contradict each other."""
+
+LARGEST_CLOCK_ERROR = 0.05
+"""Of a controller's or a sensor's own oscillator without a crystal, by their data sheets."""
+
+FASTEST, SLOWEST = 6.0, 0.1
+"""Rates looked at, in units of the stated one: 78 over 16 rpm is 4.7."""
+
+FEWEST_TURNS = 2.0
+PER_RESOLUTION = 3
+SAMPLES_PER_TURN = 3.0
+"""Of the fastest rate looked at, after averaging."""
+
+DATA_SHEET = 1.4
+"""Factor within which a gyro's gain is its data sheet's; see ``SHEET_TOLERANCE``."""
+
+
+
+@dataclass(frozen=True)
+class GravityWave:
+    """Signed rate of the plate by the accelerometer, rad per unit of the stamps, positive ccw.
+
+    ``share`` is how much of what the accelerometer feels across gravity goes round with it,
+    ``share_stated`` the same at the stated rate, in the better of both directions.
+    """
+
+    rate: float
+    share: float
+    share_stated: float
+
+    @property
+    def sense(self) -> float:
+        """+1 counter-clockwise seen from above, -1 clockwise."""
+        return float(np.sign(self.rate))
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether the rate is known at all."""
+        return self.share >= LEAST_SHARE
+
+
+def gravity_wave(logs: Sequence[ImuLog], stated: FloatArray, spec: TriadSpec) -> GravityWave | None:
+    """What goes round in the accelerometer in the poses of one run.
+
+    Parameters
+    ----------
+    logs : sequence of ImuLog, length n
+        Poses on the turning plate.
+    stated : array, shape (n,)
+        The plate's rate in each, positive, rad/s.
+    spec : TriadSpec
+        Of the accelerometer.
+
+    Returns
+    -------
+    GravityWave or None
+        None where the accelerometer was not logged, or the poses are too short to tell.
+    """
+    if not all(log.has("accelerometer") for log in logs):
+        return None
+    turns = np.array([w * (log.time_s[-1] - log.time_s[0]) / (2 * np.pi)
+                      for log, w in zip(logs, stated, strict=True)])
+    if np.median(turns) < FEWEST_TURNS:
+        return None
+    low = max(SLOWEST, FEWEST_TURNS / float(np.median(turns)))
+    count = int((FASTEST - low) * np.median(turns) * PER_RESOLUTION) + 1
+    ratios = np.linspace(low, FASTEST, count)
+    signed = np.concatenate([-ratios, ratios])
+    power, whole = np.zeros(len(signed)), 0.0
+    phase, waves = np.zeros(0), np.zeros((count, 0), complex)
+    for log, rate in zip(logs, stated, strict=True):
+        time_s, z = _across(log, float(rate), spec)
+        if not np.array_equal(phase, rate * time_s):  # poses of one run are mostly alike
+            phase = rate * time_s
+            waves = np.exp(1j * np.outer(ratios, phase))
+        # z goes round against the plate: its share at -Ω is the plate's at Ω.
+        both = np.concatenate([(waves @ z.conj()).conj(), waves @ z])
+        power += np.abs(both) ** 2 / len(z)
+        whole += float((np.abs(z) ** 2).sum())
+    if whole == 0:
+        return None
+    share = power / whole
+    near = np.abs(np.abs(signed) - 1) * np.median(turns) <= 1.0
+    best = int(np.argmax(share))
+    return GravityWave(
+        rate=float(signed[best] * np.median(stated)),
+        share=float(share[best]),
+        share_stated=float(share[near].max()),
+    )
+
+
+def _across(log: ImuLog, rate: float, spec: TriadSpec) -> tuple[FloatArray, np.ndarray]:
+    """Times (m,) and the complex specific force across its mean (m,), averaged and detrended."""
+    span = log.time_s[-1] - log.time_s[0]
+    wanted = max(12, int(span * rate * FASTEST / (2 * np.pi) * SAMPLES_PER_TURN))
+    per = max(1, len(log.time_s) // wanted)
+    n = len(log.time_s) // per
+    force = spec.nominal(log.accelerometer[: n * per]).reshape(n, per, 3).mean(axis=1)
+    time_s = (log.time_s[: n * per] - log.time_s[0]).reshape(n, per).mean(axis=1)
+    up = force.mean(axis=0)
+    up = up / max(float(np.linalg.norm(up)), 1e-300)
+    e1 = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
+    e1 = e1 / max(float(np.linalg.norm(e1)), 1e-300)
+    e2 = np.cross(up, e1)
+    z = force @ e1 + 1j * (force @ e2)
+    line = np.column_stack([np.ones(n), time_s])
+    return time_s, z - line @ np.linalg.lstsq(line.astype(complex), z)[0]
+
+
+def require_whole_turns(
+    run: str,
+    logs: Sequence[ImuLog],
+    stated: FloatArray,
+    specs: tuple[TriadSpec, TriadSpec | None],
+    others: Mapping[str, float],
+) -> GravityWave | None:
+    """Refuse a run whose accelerometer goes round at quite another rate than the plate's.
+
+    Parameters
+    ----------
+    run : str
+    logs : sequence of ImuLog, length n
+    stated : array, shape (n,)
+        The plate's rate in each, positive, rad/s.
+    specs : (TriadSpec, TriadSpec or None)
+        Of accelerometer and gyroscope; the gyro tells which of the two rates is wrong.
+    others : mapping of str to float
+        The rates of the other settings.
+
+    Returns
+    -------
+    GravityWave or None
+        What goes round, if that is clear.
+
+    Raises
+    ------
+    Contradiction
+        Naming the likely mistake.
+    """
+    wave = gravity_wave(logs, stated, specs[0])
+    if wave is None or not wave.is_clear:
+        return None
+    rate, plate = abs(wave.rate), float(np.median(stated))
+    if wave.share_stated > LEFT_SHARE * wave.share or abs(rate / plate - 1) < LARGEST_CLOCK_ERROR:
+        return wave
+    felt = _felt(logs, specs[1])
+    raise Contradiction(
+        f"{run}: by the time stamps of its logs the plate turned at {_rpm(rate)}: gravity goes "
+        f"round once per turn in the accelerometer. The rate of this run is {_rpm(plate)}. "
+        f"{_likely(run, rate, plate, felt, others)}"
+    )
+
+
+def _felt(logs: Sequence[ImuLog], spec: TriadSpec | None) -> float | None:
+    """What the gyro feels by its data sheet, rad/s; None where it was not logged."""
+    if spec is None or not all(log.has("gyroscope") for log in logs):
+        return None
+    means = np.array([spec.nominal(log.gyroscope).mean(axis=0) for log in logs])
+    return float(np.median(np.linalg.norm(means, axis=1)))
+
+
+def _likely(
+    run: str, rate: float, plate: float, felt: float | None, others: Mapping[str, float]
+) -> str:
+    same = [name for name, other in others.items() if abs(other / rate - 1) < LARGEST_CLOCK_ERROR]
+    gyro_agrees = felt is not None and 1 / DATA_SHEET < felt / plate < DATA_SHEET
+    if gyro_agrees:
+        return (
+            f"The gyroscope agrees with that rate, so the stamps do not count seconds: they run "
+            f"{plate / rate:.3g} times too fast. Bring time_s to seconds."
+        )
+    if same:
+        return (
+            f"That is the rate of '{same[0]}': the files of '{run}' look like poses at "
+            f"'{same[0]}'. Name the setting at which they were recorded, or, if their clips were "
+            f"exchanged, exchange them back."
+        )
+    return (
+        f"Either the rate belongs to another run (it would have to be {rate / plate:.3g} times as "
+        f"large), or time_s does not count seconds (it would run {plate / rate:.3g} times too "
+        f"fast). Check both."
+    )
+
+
+def _rpm(rate_rad_s: float) -> str:
+    return f"{rate_rad_s * 30 / np.pi:.4g} rpm"

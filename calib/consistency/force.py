@@ -1,0 +1,135 @@
+"""The specific force on the turning plate against gravity.
+
+The accelerometer is calibrated on poses at rest. On the plate it feels gravity g and, across it,
+the centripetal ``Ω² r`` at r metres from the spindle, so that ``|f|`` lies between g and
+``hypot(g, Ω² r)`` whatever the attitude. Where it does not, one of the two sets of logs is not what
+it seems. Each common mistake (axes exchanged or mirrored, counts halved, another unit) is undone in
+turn; with n poses it explains the contradiction the better by the log likelihood ratio
+``n/2 ln(S_as_logged / S_undone)`` of the mean squares S of ``|f| - g``.
+"""
+
+from collections.abc import Callable, Mapping
+from itertools import product
+
+import numpy as np
+
+from calib.consistency.signed_axes import IDENTITY, SIGNED_PERMUTATIONS, permutation_words
+from calib.earth import STANDARD_GRAVITY_M_S2
+from calib.errors import Contradiction
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import FloatArray
+from calib.poses.pose_set import PoseSet
+
+LARGEST_DRIFT = 0.02
+"""Of gravity, by which a low-cost accelerometer may have drifted since its own poses; as
+:data:`calib.mounting.mounting.WRONG_GRAVITY`."""
+
+PLATE_RADIUS_M = 0.15
+FEWEST_POSES = 3
+
+FACTORS: Mapping[float, str] = {
+    1.0: "", 2.0: "halved", 0.5: "doubled", 4.0: "a quarter", 0.25: "fourfold", 8.0: "an eighth",
+    0.125: "eightfold", STANDARD_GRAVITY_M_S2: "in g instead of m/s²",
+    1 / STANDARD_GRAVITY_M_S2: "in m/s² instead of g",
+}
+"""What brings readings of a common mistake of range, unit or bits back, and what they are."""
+
+FALSE_ALARM = 1e-6
+"""Probability of naming a mistake in a session without one: the log likelihood ratio asked for is
+the logarithm of the number of looks over it."""
+
+
+def require_gravity(
+    poses: PoseSet,
+    correct: Callable[[Conditions], FloatArray],
+    gravity_m_s2: float,
+) -> None:
+    """Refuse runs of the gyro in which the accelerometer does not read gravity.
+
+    Parameters
+    ----------
+    poses : PoseSet
+        Of the gyro, with the calibrated specific force.
+    correct : callable
+        The accelerometer's calibration.
+    gravity_m_s2 : float
+
+    Raises
+    ------
+    Contradiction
+        Naming the run, what it reads, and the mistake that explains it if one does.
+    """
+    nominal = poses.other_reading
+    assert nominal is not None  # only ideal poses have none
+    runs = np.array(poses.run)
+    sound = np.isfinite(poses.force).all(axis=1)
+    for name in dict.fromkeys(runs[sound]):
+        member = np.flatnonzero(sound & (runs == name))
+        if len(member) >= FEWEST_POSES:
+            _check_run(str(name), poses.take(member), nominal[member], correct, gravity_m_s2)
+
+
+def _check_run(
+    run: str,
+    poses: PoseSet,
+    nominal: FloatArray,
+    correct: Callable[[Conditions], FloatArray],
+    gravity: float,
+) -> None:
+    largest = np.hypot(gravity, poses.spin_rad_s**2 * PLATE_RADIUS_M)
+
+    def misfit(readings: FloatArray) -> FloatArray:
+        size = np.linalg.norm(correct(poses.accelerometer_conditions(readings)), axis=1)
+        return np.asarray(np.maximum(size - largest, 0.0) + np.minimum(size - gravity, 0.0))
+
+    as_logged = misfit(nominal)
+    impossible = float(np.median(np.abs(as_logged))) > LARGEST_DRIFT * gravity
+    likely = _likely_mistake(misfit, nominal, as_logged, gravity, only_axes=not impossible)
+    if likely is None and not impossible:
+        return
+    size = np.median(np.linalg.norm(correct(poses.accelerometer_conditions(nominal)), axis=1))
+    kind = "on the turning plate" if poses.spin_rad_s.any() else "with the plate stopped"
+    raise Contradiction(
+        f"{run}: in its poses {kind} the calibrated accelerometer reads {size:.4g} m/s² (median) "
+        f"where gravity is {gravity:.4g} m/s², off by "
+        f"{np.sqrt(np.mean(as_logged**2)) / gravity:.2g} of it (root mean square). "
+        + (likely or "Its logs and those of the accelerometer's own poses are of another sensor, "
+           "range, unit or order of columns. Compare the files of both.")
+    )
+
+
+def _likely_mistake(
+    misfit: Callable[[FloatArray], FloatArray],
+    nominal: FloatArray,
+    as_logged: FloatArray,
+    gravity: float,
+    *,
+    only_axes: bool,
+) -> str | None:
+    """The mistake that explains the contradiction, in words."""
+    factors = [1.0] if only_axes else list(FACTORS)
+    looks = [(i, f) for i, f in product(range(len(SIGNED_PERMUTATIONS)), factors)
+             if (i, f) != (IDENTITY, 1.0)]
+    squares = np.array([np.mean(misfit(f * nominal @ SIGNED_PERMUTATIONS[i].T) ** 2)
+                        for i, f in looks])
+    least = (NOTICEABLE * gravity) ** 2
+    best = int(np.argmin(squares))
+    before = float(np.mean(as_logged**2))
+    gained = len(nominal) / 2 * np.log((before + least) / (squares[best] + least))
+    if gained < np.log(len(looks) / FALSE_ALARM):
+        return None
+    i, factor = looks[best]
+    parts = []
+    if i != IDENTITY:
+        parts.append(permutation_words(SIGNED_PERMUTATIONS[i].T))
+    if factor != 1.0:
+        parts.append(f"the readings are {FACTORS[factor]}")
+    return (
+        f"It fits if {' and '.join(parts)} in the accelerometer of these poses, or the other way "
+        f"round in those at rest. Bring both to the same columns, range and unit."
+    )
+
+
+NOTICEABLE = 5e-4
+"""Of gravity: what noise, placement and warmth leave in a good session; a mistake that changes less
+than this goes unnoticed and does as little harm."""

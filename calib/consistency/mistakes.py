@@ -1,0 +1,256 @@
+"""Which common mistake in the files of a run explains a misfit that is no sensor's.
+
+Each mistake is undone in turn and the nine parameters are fitted again. With d degrees of freedom
+one explains the misfit better than the session as it stands by the log likelihood ratio
+``d/2 ln(chi2_as_it_stands / chi2_undone)``, the noise's scale free, no chi-square below d; it is
+named where this exceeds the logarithm of the number of looks over the probability of a false alarm
+and where it leaves less than a hundredth of the misfit.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from calib.consistency.force import FACTORS, FALSE_ALARM
+from calib.consistency.signed_axes import SIGNED_PERMUTATIONS, permutation_words
+from calib.effects.catalogue import BASE
+from calib.errors import CalibrationError, Contradiction
+from calib.fit.leave_one_out import compare
+from calib.fit.model import Model, stack_columns
+from calib.fit.result import MISFIT_P_VALUE, Fit
+from calib.fit.solver import fit
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import AXES, BoolArray, FloatArray
+from calib.poses.pose_set import PoseSet
+
+LEFT_OVER = 0.01
+"""Of the misfit above its degrees of freedom, that a named mistake leaves at most: what a sensor's
+effects leave of an exchanged axis or a wrong range."""
+
+SAME_RATE = 0.02
+"""Two plate rates closer than this are no mistake of one for the other."""
+
+OTHER_GAIN = 0.01
+"""Of a low-cost gyro's gain by 30 °C at the data sheets' 300 ppm/°C: runs differ by less."""
+
+CERTAIN_SD = 5.0
+"""Of a difference of gains; five times 3 axes of some runs leave a chance below 1e-5."""
+
+FEWEST_OF_BLOCK = 3
+WORST_POSES = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Mistake:
+    """One mistake: the poses without it, and what it is, in words."""
+
+    undone: PoseSet
+    words: str
+
+
+def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None:
+    """Refuse poses whose misfit a common mistake in the files explains.
+
+    Parameters
+    ----------
+    poses : PoseSet
+        All runs of the triad.
+    model : Model
+        The one that was fitted.
+    fitted : Fit or None
+        None where there was no fit.
+
+    Raises
+    ------
+    Contradiction
+        Naming the run or the poses and the mistake.
+    """
+    base = Model(tuple(effect for effect in model.effects if effect.name in BASE))
+    if set(base.names) != set(BASE):
+        return
+    mistakes = [*_of_blocks(poses), *_of_rates(poses, base), *_exchanged_rates(poses)]
+    if fitted is not None:
+        if fitted.p_value > MISFIT_P_VALUE / len(mistakes):
+            return
+        mistakes += _of_worst_poses(poses, fitted)
+    before = _chi2(poses, base)
+    whole = np.inf if before is None else before[0]
+    tried = [(*outcome, mistake) for mistake in mistakes
+             if (outcome := _chi2(mistake.undone, base)) is not None]
+    if not tried:
+        return
+    chi2, dof, mistake = min(tried, key=lambda each: each[0])
+    gained = dof / 2 * np.log(max(whole, dof) / max(chi2, dof))
+    if gained < np.log(len(mistakes) / FALSE_ALARM) or chi2 - dof > LEFT_OVER * (whole - dof):
+        return
+    if np.isinf(whole) and chi2 * LEFT_OVER > dof:
+        return
+    fell = f" instead of {whole / dof:.3g}" if np.isfinite(whole) else ""
+    raise Contradiction(
+        f"{poses.triad}: the poses contradict each other, and they agree once one mistake is "
+        f"undone: {mistake.words} (chi²/dof {chi2 / dof:.3g} with it{fell}). Check the files and "
+        f"the configuration of these poses."
+    )
+
+
+def require_one_sensor(poses: PoseSet, model: Model, fitted: Fit) -> None:
+    """Refuse a run that nothing but another sensor, or another range, can have logged.
+
+    Its poses agree with each other and those of the other runs with each other, each by gains of
+    their own that differ by more than any sensor's within a session.
+
+    Raises
+    ------
+    Contradiction
+        Naming the run.
+    """
+    base = Model(tuple(effect for effect in model.effects if effect.name in BASE))
+    runs = _runs(poses)
+    if (len(runs) < 2 or set(base.names) != set(BASE)
+            or fitted.p_value > MISFIT_P_VALUE / len(runs)):
+        return
+    for name, member in runs.items():
+        try:
+            alone, others = fit(poses.take(member), base), fit(poses.take(~member), base)
+        except CalibrationError:
+            continue
+        scale = alone.model.slices()["scale"]
+        apart = np.abs((1 - alone.theta[scale]) / (1 - others.theta[scale]) - 1)
+        sd = np.sqrt(np.diag(alone.cov)[scale] + np.diag(others.cov)[scale])
+        agree = min(alone.p_value, others.p_value) > MISFIT_P_VALUE
+        if agree and (apart > OTHER_GAIN + CERTAIN_SD * sd).any():
+            raise Contradiction(
+                f"{poses.triad}: the poses of {name} agree with each other, and so do all others, "
+                f"but their gains differ by {100 * apart.max():.2g} % ({AXES[int(apart.argmax())]} "
+                f"the most). No sensor changes so much within a session: are these the logs of "
+                f"another sensor or range, or is the rate wrong? Check the files and the rate of "
+                f"this run."
+            )
+
+
+def _chi2(poses: PoseSet, model: Model) -> tuple[float, int] | None:
+    """Chi-square of the fit and its degrees of freedom; None where there is no fit."""
+    try:
+        fitted = fit(poses, model)
+    except CalibrationError:
+        return None
+    return fitted.chi2, fitted.dof
+
+
+def _runs(poses: PoseSet) -> dict[str, BoolArray]:
+    """The poses of each run by its name; of runs at one setting by their first pose, too."""
+    runs = np.array(poses.run)
+    begins = np.flatnonzero(np.r_[True, runs[1:] != runs[:-1]])
+    number = np.cumsum(np.r_[True, runs[1:] != runs[:-1]]) - 1
+    often = {name for name in poses.run if (runs[begins] == name).sum() > 1}
+    return {
+        f"run '{runs[k]}'" + (f" from {poses.label[k]} on" if runs[k] in often else ""): number == i
+        for i, k in enumerate(begins)
+    }
+
+
+def _of_blocks(poses: PoseSet) -> Iterator[Mistake]:
+    """Mistakes of one run among several; of one run alone, from some pose on."""
+    runs = _runs(poses)
+    if len(runs) > 1:
+        blocks = {f"in the poses of {name}": member for name, member in runs.items()}
+    else:
+        index = np.arange(len(poses))
+        last = len(poses) - FEWEST_OF_BLOCK
+        blocks = {f"from {poses.label[k]} on": index >= k
+                  for k in range(FEWEST_OF_BLOCK, last + 1)}
+    for where, member in blocks.items():
+        yield from _of_readings(poses, member, where)
+
+
+def _of_worst_poses(poses: PoseSet, fitted: Fit) -> Iterator[Mistake]:
+    """Mistakes of the poses that are farthest from what the others say."""
+    off = [abs(pose.left_out / pose.sd) for pose in compare(fitted).poses]
+    for k in np.argsort(off)[: -WORST_POSES - 1 : -1]:
+        yield from _of_readings(poses, np.arange(len(poses)) == k, f"in {poses.label[k]}")
+
+
+def _of_readings(poses: PoseSet, member: BoolArray, where: str) -> Iterator[Mistake]:
+    """Axes exchanged or mirrored, a wrong range or unit, in the poses ``member``."""
+    changed: list[tuple[FloatArray, str]] = [
+        (matrix.T, f"{permutation_words(matrix)} {where}") for matrix in SIGNED_PERMUTATIONS[1:]
+    ]
+    changed += [(factor * np.eye(3), f"the readings are {words} {where}")
+                for factor, words in FACTORS.items() if words]
+    for matrix, words in changed:
+        reading, sd = poses.reading.copy(), poses.sd.copy()
+        reading[member] = reading[member] @ matrix.T
+        sd[member] = sd[member] @ np.abs(matrix.T)
+        yield Mistake(replace(poses, reading=reading, sd=sd), words)
+
+
+def _of_rates(poses: PoseSet, base: Model) -> Iterator[Mistake]:
+    """The rate of one run is wrong by whatever factor the other runs say."""
+    runs = _runs(poses)
+    turning = {name: member for name, member in runs.items()
+               if not poses.reference.is_null[member].any()}
+    if len(turning) < 2 or poses.triad != "gyroscope":
+        return
+    for name, member in turning.items():
+        try:
+            others = fit(poses.take(~member), base)
+        except CalibrationError:
+            continue
+        s = _corrected(others, poses.reading[member])
+        stated = poses.reference.magnitude[member]
+        ratio = float(np.median(np.linalg.norm(s, axis=1) / stated))
+        if abs(ratio - 1) < SAME_RATE:
+            continue
+        rpm = ratio * float(np.median(stated)) * 30 / np.pi
+        yield Mistake(
+            _at_rates(poses, [(member, ratio)]),
+            f"by the gain that the other runs give, the plate turned at {rpm:.4g} rpm in "
+            f"{name}{_whose(turning, poses, name, ratio)}, not at "
+            f"{np.median(stated) * 30 / np.pi:.4g} rpm",
+        )
+
+
+def _whose(turning: Mapping[str, BoolArray], poses: PoseSet, name: str, ratio: float) -> str:
+    """The other run that turned at this rate, in words."""
+    magnitude = poses.reference.magnitude
+    rate = ratio * float(np.median(magnitude[turning[name]]))
+    for other, member in turning.items():
+        if other != name and abs(float(np.median(magnitude[member])) / rate - 1) < SAME_RATE:
+            return f", as in {other}"
+    return ""
+
+
+def _exchanged_rates(poses: PoseSet) -> Iterator[Mistake]:
+    """The rates (the clips) of two runs are exchanged."""
+    magnitude = poses.reference.magnitude
+    turning = {name: member for name, member in _runs(poses).items()
+               if not poses.reference.is_null[member].any()}
+    for a, b in combinations(turning, 2):
+        ratio = float(np.median(magnitude[turning[b]]) / np.median(magnitude[turning[a]]))
+        if abs(ratio - 1) > SAME_RATE:
+            yield Mistake(
+                _at_rates(poses, [(turning[a], ratio), (turning[b], 1 / ratio)]),
+                f"the rates (or the clips, or the files) of {a} and {b} are exchanged",
+            )
+
+
+def _at_rates(poses: PoseSet, changes: Sequence[tuple[BoolArray, float]]) -> PoseSet:
+    """The poses with the rates of some of them multiplied."""
+    factor = np.ones(len(poses))
+    for member, ratio in changes:
+        factor[member] = ratio
+    reference = poses.reference
+    return replace(
+        poses,
+        spin_rad_s=poses.spin_rad_s * factor,
+        reference=replace(reference, magnitude=reference.magnitude * factor,
+                          common=reference.common * factor[:, None]),
+    )
+
+
+def _corrected(fitted: Fit, reading: FloatArray) -> FloatArray:
+    """The readings (m, 3) by the nine parameters of a fit."""
+    columns = stack_columns(fitted.model.effects, Conditions.of_vectors(reading), {})
+    return np.asarray(reading - columns @ fitted.theta)

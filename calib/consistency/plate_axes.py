@@ -1,0 +1,164 @@
+"""The axes of the gyroscope against those of the accelerometer, by the plate.
+
+On a turning plate both triads point along its axis, ``f/|f| = σ R n`` with n the direction of the
+gyro's rate, σ = ±1 the direction in which the run turns and R the rotation between the frames. R is
+the orthogonal matrix nearest to ``Σ σ f nᵀ`` (Kabsch 1976), here with reflections, and σ is free
+for each run: it is known from neither triad while their axes are in question. Within a case R is
+near the identity. Near another of the 48 signed permutations, columns are exchanged or mirrored.
+"""
+
+from collections.abc import Mapping
+from itertools import product
+
+import numpy as np
+
+from calib.consistency.signed_axes import nearest_signed, permutation_words
+from calib.errors import Contradiction
+from calib.poses.imu_log import BoolArray, FloatArray
+from calib.poses.pose_set import PoseSet
+
+FEWEST_POSES = 6
+LEAST_SPREAD = 0.05
+"""Smallest singular value per pose, of 1/3 all round: below it one axis is not seen."""
+
+MOST_RUNS = 8
+LARGEST_SCATTER = 0.2
+"""Of the directions, rad, about what one rotation makes of them: a sensor ten centimetres off the
+spindle at 45 rpm feels gravity turned by as much."""
+
+OTHER_POSE = 0.5
+"""From here on, rad, a single pose cannot belong to the frame of the others: the smallest exchange
+of axes of any pose turns it by 60° and more, noise by a thousandth."""
+
+
+def require_common_axes(poses: PoseSet, vector: FloatArray, sense: Mapping[str, float]) -> None:
+    """Refuse turning poses in which the axes of both triads contradict each other.
+
+    Parameters
+    ----------
+    poses : PoseSet
+        Of the gyro, with the calibrated specific force.
+    vector : array, shape (n, 3)
+        The calibrated rates.
+    sense : mapping of run to float
+        How the plate turns where the accelerometer shows it, +1 ccw, -1 cw; 0 or absent unknown.
+
+    Raises
+    ------
+    Contradiction
+        Naming which axes are exchanged or mirrored, of all poses, of a run or of a pose.
+    """
+    used = (poses.spin_rad_s != 0) & np.isfinite(poses.force).all(axis=1)
+    used &= (np.linalg.norm(vector, axis=1) > 0) & (np.linalg.norm(poses.force, axis=1) > 0)
+    runs = np.array(poses.run)
+    names = [name for name in dict.fromkeys(runs[used]) if (used & (runs == name)).any()]
+    if used.sum() < FEWEST_POSES or len(names) > MOST_RUNS:
+        return
+    products = _products(poses, vector, used)
+    known = {name: sense.get(name, 0.0) for name in names}
+    relation = _relation({name: products[used & (runs == name)] for name in names}, known)
+    if relation is None:
+        return
+    rotation, signs = relation
+    if len(names) > 1:
+        _compare_runs(products, runs, used, names, known)
+    sigma = np.array([signs.get(name, 0.0) for name in runs])
+    angle = _angles(products, rotation, sigma)
+    if np.median(angle[used]) > LARGEST_SCATTER:
+        raise Contradiction(
+            "gyroscope: on the turning plate both triads point along its axis, but no rotation "
+            "joins their directions in these poses. Are the columns of both triads of the same "
+            "sensor and of the same poses, and in the right order in every file?"
+        )
+    order = nearest_signed(rotation)
+    if not np.array_equal(order, np.eye(3)):
+        raise Contradiction(
+            f"gyroscope: on the turning plate both triads point along its axis, but here only if "
+            f"in the gyroscope's axes, or in the accelerometer's, {_in_words(order)}. {REPAIR}"
+        )
+    odd = np.flatnonzero(used & (angle > OTHER_POSE))
+    if odd.size:
+        raise Contradiction(
+            f"{poses.label[odd[0]]}: on the turning plate both triads point along its axis, and in "
+            f"this pose (and {odd.size - 1} others of {int(used.sum())}) they differ by "
+            f"{np.degrees(angle[odd[0]]):.0f}°. Its axes are exchanged or mirrored in the log, or "
+            f"the two triads are not of the same pose. Record it again, or take it out of the list."
+        )
+
+
+REPAIR = (
+    "Name the columns in the right order (`columns`), or multiply the mirrored ones by -1. The "
+    "lengths alone do not show it, and everything that joins both triads would be wrong."
+)
+
+
+def _in_words(order: FloatArray) -> str:
+    """What is exchanged; and what it is if mirrored axes also mirrored the plate's direction."""
+    words = permutation_words(order)
+    if np.trace(order) < 0 and not np.array_equal(order, -np.eye(3)):
+        words += f" (or {permutation_words(-order)}, and the plate turned the other way)"
+    return words
+
+
+def _products(poses: PoseSet, vector: FloatArray, used: BoolArray) -> FloatArray:
+    """``f nᵀ`` of unit vectors for every pose, (n, 3, 3); zero where not ``used``."""
+    products = np.zeros((len(poses), 3, 3))
+    f = poses.force[used] / np.linalg.norm(poses.force[used], axis=1, keepdims=True)
+    n = vector[used] / np.linalg.norm(vector[used], axis=1, keepdims=True)
+    products[used] = np.einsum("mi,mj->mij", f, n)
+    return products
+
+
+def _relation(
+    products: Mapping[str, FloatArray], known: Mapping[str, float]
+) -> tuple[FloatArray, dict[str, float]] | None:
+    """R (3, 3) and σ by run; None where the poses leave an axis open.
+
+    Where no run's sense is known, R and all σ are known up to one sign together: then the R nearer
+    to the identity is meant.
+    """
+    sums = np.array([each.sum(axis=0) for each in products.values()])
+    count = sum(map(len, products.values()))
+    best: tuple[float, tuple[float, ...]] = (-1.0, ())
+    choices = [(s,) if (s := known[name]) else (1.0, -1.0) for name in products]
+    for signs in product(*choices):
+        total = np.tensordot(np.array(signs), sums, 1)
+        best = max(best, (float(np.linalg.svd(total, compute_uv=False).sum()), signs))
+    sign = np.array(best[1])
+    u, singular, vt = np.linalg.svd(np.tensordot(sign, sums, 1))
+    if singular[-1] < LEAST_SPREAD * count:
+        return None
+    rotation = u @ vt
+    if not any(known[name] for name in products) and np.trace(rotation) < 0:
+        rotation, sign = -rotation, -sign
+    return rotation, dict(zip(products, map(float, sign), strict=True))
+
+
+def _angles(products: FloatArray, rotation: FloatArray, sigma: FloatArray) -> FloatArray:
+    """Angle between f and σ R n of every pose, rad, (n,)."""
+    cosine = sigma * np.einsum("nij,ij->n", products, rotation)
+    return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
+def _compare_runs(
+    products: FloatArray, runs: np.ndarray, used: BoolArray, names: list[str],
+    known: Mapping[str, float],
+) -> None:
+    """Refuse a run whose axes are exchanged where those of other runs are not."""
+    orders: dict[str, FloatArray] = {}
+    for name in names:
+        member = used & (runs == name)
+        relation = _relation({name: products[member]}, known) if member.sum() > 2 else None
+        if relation is None:
+            continue
+        rotation, signs = relation
+        fits = np.median(_angles(products[member], rotation, np.full(member.sum(), signs[name])))
+        if fits < LARGEST_SCATTER:
+            orders[name] = nearest_signed(rotation)
+    odd = [name for name, order in orders.items() if not np.array_equal(order, np.eye(3))]
+    if odd and len(odd) < len(orders):
+        raise Contradiction(
+            f"{odd[0]}: in the poses of this run the gyroscope and the accelerometer point along "
+            f"the plate's axis only if in the axes of one of them {_in_words(orders[odd[0]])}, "
+            f"unlike in the other runs. {REPAIR}"
+        )

@@ -1,0 +1,214 @@
+"""Samples that occur twice: files under two names, copied blocks, logs that froze.
+
+Noise does not repeat itself. With H bits of collision entropy in a row (``2^-H`` is the chance that
+two rows agree) a stretch of L rows agrees with another of N by chance with the probability
+``N² 2^(-H L) / 2``; the length from which this is below ``CHANCE`` is how short a copy can be seen.
+Rows that follow each other are correlated, so ``CORRELATED`` times as many are asked for.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.errors import Contradiction, Undetermined
+from calib.poses.imu_log import TRIADS, ImuLog, IntArray, Triad
+
+Keys = NDArray[np.uint64]
+
+CHANCE = 1e-6
+"""Of a false alarm in a session."""
+
+CORRELATED = 4.0
+"""Rows in which low-cost sensors' noise makes one independent row: half of their bandwidth's."""
+
+LEAST_ENTROPY = 0.5
+"""Bits per row; coarser logs repeat themselves by nature."""
+
+SHORTEST_COPY = 32
+"""Rows; a shorter copy moves a mean by less than its sd in every log of three seconds."""
+
+WHOLE = 0.9
+"""Share of a log from which a copy is called one of the whole log."""
+
+FACTORS = 2 * np.random.default_rng(17).integers(2**63, size=9, dtype=np.uint64) + 1
+"""Odd multipliers: the key of a row is its cells' bits, multiplied and added modulo 2^64."""
+
+
+@dataclass(frozen=True)
+class Copy:
+    """Rows ``start : start + count`` of log ``first`` that stand in log ``second``, too."""
+
+    first: int
+    second: int
+    first_start: int
+    second_start: int
+    count: int
+
+
+def row_keys(log: ImuLog, triads: Sequence[Triad] = TRIADS) -> Keys:
+    """One number for each row's readings: equal readings have equal keys, (t,)."""
+    key = np.zeros(len(log.time_s), dtype=np.uint64)
+    columns = [axis for triad in triads if log.has(triad) for axis in getattr(log, triad).T]
+    for factor, column in zip(FACTORS, columns, strict=False):
+        key = (key + np.ascontiguousarray(column + 0.0).view(np.uint64)) * factor
+        key ^= key >> np.uint64(29)
+    return key
+
+
+def _entropy(keys: Keys) -> float:
+    """Collision entropy of one row, bits; no larger than so many rows can show."""
+    _, counts = np.unique(keys, return_counts=True)
+    n = len(keys)
+    return float(-np.log2(((counts.astype(float) ** 2).sum() - n + 1) / n**2)) if n > 1 else 0.0
+
+
+def _window_keys(keys: Keys, doublings: int) -> Keys:
+    """Keys of all stretches of ``2**doublings`` rows, by their first row."""
+    factor = FACTORS[:1]  # an array: its products wrap around in silence
+    for i in range(doublings):
+        half = 2**i
+        keys = keys[:-half] * factor + keys[half:]
+        factor = factor * factor
+    return keys
+
+
+def find_copy(logs: Sequence[ImuLog], triad: Triad) -> Copy | None:
+    """The first stretch of readings of ``triad`` that occurs twice in ``logs``, or None.
+
+    Rows that repeat the one before count once: slow sensors are read several times.
+    """
+    every = [row_keys(log, (triad,)) if log.has(triad) else np.zeros(0, np.uint64) for log in logs]
+    kept = [np.flatnonzero(np.r_[True, keys[1:] != keys[:-1]]) if len(keys) else
+            np.zeros(0, int) for keys in every]
+    rows = [keys[index] for keys, index in zip(every, kept, strict=True)]
+    bits = 2 * np.log2(sum(map(len, rows)) + 1) - np.log2(CHANCE)
+    entropy = [_entropy(keys) for keys in rows]
+    usable = [i for i, h in enumerate(entropy) if h > LEAST_ENTROPY]
+    if not usable:
+        return None
+    needed = CORRELATED * bits / min(entropy[i] for i in usable)
+    doublings = int(np.ceil(np.log2(max(needed, SHORTEST_COPY))))
+    usable = [i for i in usable if len(rows[i]) >= 2**doublings]
+    if not usable:
+        return None
+    windows = [_window_keys(rows[i], doublings) for i in usable]
+    log_of = np.repeat(usable, [len(keys) for keys in windows])
+    start = np.concatenate([np.arange(len(keys)) for keys in windows])
+    keys = np.concatenate(windows)
+    order = np.lexsort((start, log_of, keys))
+    same = np.flatnonzero(keys[order][1:] == keys[order][:-1])
+    pairs = np.column_stack([order[same], order[same + 1]])
+    apart = (log_of[pairs[:, 0]] != log_of[pairs[:, 1]]) | (
+        np.abs(start[pairs[:, 0]] - start[pairs[:, 1]]) >= 2**doublings)
+    if not apart.any():
+        return None
+    a, b = min(pairs[apart].tolist(), key=lambda pair: (log_of[pair[0]], start[pair[0]]))
+    i, j = int(log_of[a]), int(log_of[b])
+    first, second = rows[i][start[a]:], rows[j][start[b]:]
+    length = min(len(first), len(second))
+    differ = np.flatnonzero(first[:length] != second[:length])
+    count = int(differ[0]) if differ.size else length
+    return Copy(i, j, *_in_log(kept, i, int(start[a]), j, int(start[b])),
+                int(kept[i][start[a] + count - 1] - kept[i][start[a]] + 1))
+
+
+def _in_log(kept: Sequence[IntArray], i: int, a: int, j: int, b: int) -> tuple[int, int]:
+    return int(kept[i][a]), int(kept[j][b])
+
+
+def require_no_copies(logs: Sequence[ImuLog], triad: Triad) -> None:
+    """Refuse logs of one triad that hold the same samples twice.
+
+    Parameters
+    ----------
+    logs : sequence of ImuLog
+        All of one triad, whatever their run.
+    triad : str
+
+    Raises
+    ------
+    Contradiction
+        Naming both places. Samples that count twice make every sd too small.
+    """
+    copy = find_copy(logs, triad)
+    if copy is None:
+        return
+    first, second = logs[copy.first], logs[copy.second]
+    counted = "Counted twice they would make every sd too small"
+    if first.label == second.label and copy.first != copy.second:
+        raise Contradiction(
+            f"{first.label}: its {triad} samples are used twice, by two runs or under two paths. "
+            f"{counted}. Name each file once."
+        )
+    if copy.first != copy.second and copy.count >= WHOLE * min(
+            len(first.time_s), len(second.time_s)):
+        raise Contradiction(
+            f"{first.label} and {second.label} hold the same {triad} samples: one file is a copy "
+            f"of the other, or stands in the list under two names. {counted}. Take one of them "
+            f"out, or name the file that was meant."
+        )
+    raise Contradiction(
+        f"{second.label}: its {triad} samples {copy.second_start + 1} to "
+        f"{copy.second_start + copy.count} are those of {first.label} from sample "
+        f"{copy.first_start + 1} on, digit by digit, and noise does not repeat itself: a block was "
+        f"copied or logged twice. {counted}. Record the pose again, or delete the copied lines."
+    )
+
+
+@dataclass(frozen=True)
+class FrozenStretch:
+    """Rows ``start : start + count`` of log ``index`` are one and the same reading."""
+
+    index: int
+    start: int
+    count: int
+
+
+def find_frozen(logs: Sequence[ImuLog]) -> list[FrozenStretch]:
+    """Stretches so long of one and the same reading that sensor or logger must have stopped.
+
+    A stretch of r equal rows enters the mean of n rows with the noise of one row times r/n; from
+    ``r = √n`` on that is more than the noise of the whole mean. Where most logs are constant from
+    end to end, the steps of the converter are larger than the noise, and nothing froze.
+    """
+    keys = [row_keys(log) for log in logs]
+    stretches = [_longest_stretch(each) for each in keys]
+    constant = sum(count == len(each) for (_, count), each in zip(stretches, keys, strict=True))
+    if not logs or constant > len(logs) / 2:
+        return []
+    equal = sum(int((each[1:] == each[:-1]).sum()) for each in keys)
+    inside = sum(count - 1 for _, count in stretches)
+    rows = sum(map(len, keys))
+    by_chance = 1 + np.log(CHANCE / rows) / np.log((equal - inside + 1) / (rows + 2))
+    return [
+        FrozenStretch(i, start, count)
+        for i, (each, (start, count)) in enumerate(zip(keys, stretches, strict=True))
+        if count > max(by_chance, np.sqrt(len(each)))
+    ]
+
+
+def require_running(logs: Sequence[ImuLog]) -> None:
+    """Refuse poses in which the sensor froze.
+
+    Raises
+    ------
+    Undetermined
+        Naming the log and the samples.
+    """
+    for frozen in find_frozen(logs):
+        raise Undetermined(
+            f"{logs[frozen.index].label}: froze: its samples {frozen.start + 1} to "
+            f"{frozen.start + frozen.count} are one and the same reading on all axes, where the "
+            f"other logs scatter. The sensor or its connection had stopped. Record the pose again, "
+            f"or cut the log to the part before."
+        )
+
+
+def _longest_stretch(keys: Keys) -> tuple[int, int]:
+    """Start and length of the longest run of equal rows."""
+    edges = np.r_[0, np.flatnonzero(keys[1:] != keys[:-1]) + 1, len(keys)]
+    lengths = np.diff(edges)
+    longest = int(np.argmax(lengths))
+    return int(edges[longest]), int(lengths[longest])

@@ -1,0 +1,36 @@
+"""``pipeline demo [DIR]``."""
+
+import shlex
+from pathlib import Path
+
+import click
+
+from pipeline.commands import examples, paragraph
+from pipeline.commands.arguments import PathArgument
+
+
+@click.command(epilog=examples(
+    "pipeline demo",
+    "pipeline demo /tmp/demo",
+))
+@click.argument("folder", metavar="[DIR]", default="pipeline-demo", type=PathArgument())
+def command(folder: Path) -> None:
+    """Copy the example session into DIR (default: pipeline-demo) and calibrate it.
+
+    The session is simulated: an MPU-6050 in 18 poses at rest and on a record player at two speeds
+    in both directions, with four clips. Its gyroscope has an error that the model does not
+    describe. The command prints what to type to find it.
+    """
+    from pipeline.demo import copy_session
+
+    config = copy_session(folder)
+    click.echo(f"{config} was written. Now: pipeline run {shlex.quote(str(config))}", err=True)
+    from pipeline.commands.run import command as run
+
+    click.get_current_context().invoke(run, config=config)
+    quoted = shlex.quote(str(config))
+    click.echo()
+    click.echo(paragraph(
+        "This session is yours to change. The line that begins with `next:` names the effect that "
+        "is missing; the report shows the same with boxes to tick."))
+    click.echo(f"afterwards: pipeline history {quoted}")

@@ -1,0 +1,84 @@
+"""What two keys of a configuration state differently: gravity, rates, files under two names."""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from calib.earth import gravity_bounds
+from calib.fit.determined import LARGEST_SHARE
+from pipeline.config.schema import KnownRateSection
+from pipeline.config.yaml_text import PathTo
+
+if TYPE_CHECKING:
+    from pipeline.config.load import Config
+
+Problems = Iterator[tuple[PathTo, str]]
+
+
+def contradictions(config: "Config") -> Problems:
+    """Where and how valid values contradict each other."""
+    yield from _gravity(config)
+    yield from _rates(config)
+    yield from _files_of_two_runs(config)
+    yield from _headings(config)
+
+
+def _gravity(config: "Config") -> Problems:
+    site = config.site
+    if site is None or site.gravity_m_s2 is None or site.latitude_deg is None:
+        return
+    height_m = site.height_m if "height_m" in site.model_fields_set else None
+    low, high = gravity_bounds(math.radians(site.latitude_deg), height_m)
+    sd = 3 * (site.sd_m_s2 or 0.0)
+    if not low - sd <= site.gravity_m_s2 <= high + sd:
+        where = "at any height" if height_m is None else f"at {height_m:g} m"
+        yield ("site", "gravity_m_s2"), (
+            f"{site.gravity_m_s2:g} m/s² is not gravity at {site.latitude_deg:g}° latitude: "
+            f"{where} it lies between {low:.4f} and {high:.4f}, and the scale of the accelerometer "
+            f"would be wrong by the same share. Correct one of the two, or delete gravity_m_s2: it "
+            f"follows from latitude_deg and height_m"
+        )
+
+
+def _rates(config: "Config") -> Problems:
+    for name, rate in config.rate.items():
+        if isinstance(rate, KnownRateSection):
+            share, key = rate.sd_rad_s / abs(rate.rate_rad_s), ("rate", name, "sd_rad_s")
+        else:
+            share, key = rate.timebase.relative_sd, ("rate", name, "timebase")
+        if share > LARGEST_SHARE:
+            yield key, (
+                f"an sd of {100 * share:.3g} % of the rate determines no scale; at most "
+                f"{100 * LARGEST_SHARE:g} % is accepted. State how well the rate is really known"
+            )
+
+
+def _files_of_two_runs(config: "Config") -> Problems:
+    seen: dict[Path, int] = {}
+    for i, run in enumerate(config.gyroscope.runs if config.gyroscope else ()):
+        for path in (*run.poses.files, *run.poses.log):
+            first = seen.setdefault(path.resolve(), i)
+            # One long log may hold the poses at rest and those on the plate.
+            if first != i and path not in run.poses.log:
+                yield ("gyroscope", "runs", i, "poses"), (
+                    f"{path} is in run {first + 1} as well, and its samples would count twice. "
+                    f"Name each file in the run that it was recorded in"
+                )
+                return
+
+
+def _headings(config: "Config") -> Problems:
+    section = config.installation
+    if section is None:
+        return
+    seen = {path.resolve(): "log" for path in section.log}
+    for key in ("reverse_log", "drive_log"):
+        for path in getattr(section, key):
+            other = seen.setdefault(path.resolve(), key)
+            if other != key:
+                yield ("installation", key), (
+                    f"{path} is the file of `{other}`; another recording is expected. "
+                    f"`pipeline init` writes what each of them is"
+                )
+                return

@@ -1,0 +1,119 @@
+"""``pipeline import`` as it is typed: what it shows, what it writes, what it never replaces."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.cli import main
+from pipeline.config.load import load_config
+from tests.pipeline.guess.foreign_files import milli_g, no_header_no_time, one_file_per_pose
+from tests.pipeline.guess.hand_log import HandLog, hand_log
+
+
+@pytest.fixture(scope="module")
+def log() -> HandLog:
+    return hand_log(seed=1)
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_log_becomes_a_configuration_that_runs(
+    here: Path, log: HandLog, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (path,) = milli_g(here, log).files
+    before = path.read_bytes()
+    assert main(["import", path.name]) == 0
+    shown = capsys.readouterr().out
+    assert "acc_x_mg, acc_y_mg, acc_z_mg" in shown
+    assert "first rows:" in shown
+    assert shown.splitlines()[-1] == "next: pipeline run log.yaml"
+    config = load_config(here / "log.yaml")
+    assert config.sensor.accelerometer is not None
+    assert config.sensor.accelerometer.unit == "mg"
+    assert path.read_bytes() == before
+    assert main(["run", "log.yaml", "--quiet"]) == 0
+
+
+def test_a_configuration_is_replaced_with_force_only(
+    here: Path, log: HandLog, capsys: pytest.CaptureFixture[str]
+) -> None:
+    milli_g(here, log)
+    (here / "log.yaml").write_text("mine")
+    assert main(["import", "log.csv"]) == 2
+    assert "exists and is left as it is" in capsys.readouterr().err
+    assert (here / "log.yaml").read_text() == "mine"
+    assert main(["import", "log.csv", "--force"]) == 0
+    assert main(["import", "log.csv", "--output", "log.csv", "--force"]) == 2
+    assert "is one of the logs" in capsys.readouterr().err
+
+
+def test_what_is_not_sure_is_said_and_stands_in_the_file(
+    here: Path, log: HandLog, capsys: pytest.CaptureFixture[str]
+) -> None:
+    no_header_no_time(here, log)
+    assert main(["import", "imu.log", "--latitude", "59.9", "--height", "20"]) == 0
+    shown = capsys.readouterr().out
+    assert "the file holds no times" in shown.partition("not sure:")[2]
+    text = (here / "imu.yaml").read_text()
+    assert "# Not sure: imu.log: the file holds no times" in text
+    assert "site: {latitude_deg: 59.9, height_m: 20}" in text
+
+
+def test_programs_get_the_guess_as_json(
+    here: Path, log: HandLog, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = [path.name for path in one_file_per_pose(here, log).files]
+    assert main(["import", *files, "--json"]) == 0
+    guess = json.loads(capsys.readouterr().out)
+    assert guess["runs"] is True
+    assert len(guess["tables"]) == 18
+    assert guess["tables"][0]["accelerometer"] == {"unit": "g"}
+
+
+def shaken(log: HandLog) -> np.ndarray:
+    return log.acc + np.random.default_rng(0).normal(0, 2, log.acc.shape)
+
+
+def two_attitudes(log: HandLog) -> np.ndarray:
+    return log.acc[(log.rest == 0) | (log.rest == 1)]
+
+
+@pytest.mark.parametrize(("readings", "says"), [
+    (shaken, "was written, but it does not run yet.*never rests"),
+    (two_attitudes, "2 poses give 2 equations"),
+])
+def test_a_log_that_makes_no_calibration_says_why(
+    here: Path, log: HandLog, capsys: pytest.CaptureFixture[str],
+    readings: Callable[[HandLog], np.ndarray], says: str,
+) -> None:
+    np.savetxt(here / "bad.txt", readings(log), fmt="%.5f")
+    assert main(["import", "bad.txt", "--rate-hz", "100"]) == 4
+    with pytest.raises(AssertionError, match=f"(?s){says}"):
+        raise AssertionError(capsys.readouterr().err)
+    assert (here / "bad.yaml").exists()
+
+
+def test_a_table_of_something_else_is_no_log(
+    here: Path, log: HandLog, capsys: pytest.CaptureFixture[str]
+) -> None:
+    np.savetxt(here / "compass.csv", 300 * log.acc, delimiter=",", header="mag_x,mag_y,mag_z",
+               comments="")
+    assert main(["import", "compass.csv"]) == 3
+    assert "no accelerometer and no gyroscope among its columns" in capsys.readouterr().err
+    assert not (here / "compass.yaml").exists()
+
+
+def test_hostile_names_stay_data(here: Path, log: HandLog) -> None:
+    head = ['ax"}: [', "ay\x1b[2J", "az #", "evil"]
+    rows = "\n".join(",".join(f"{v:.5f}" for v in (*row, 0)) for row in log.acc)
+    name = "a'b\n\"c.csv"
+    (here / name).write_text(",".join(head) + "\n" + rows)
+    main(["import", name, "--rate-hz", "100", "--output", "safe.yaml"])
+    assert not (here / "safe.yaml").exists() or load_config(here / "safe.yaml")

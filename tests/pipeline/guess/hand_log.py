@@ -1,0 +1,48 @@
+"""A sensor in a hand: eighteen rests with turns between them, and what other tools make of it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
+
+RATE_HZ = 100.0
+REST_S, TURN_S = 2.0, 1.0
+GRAVITY_M_S2 = 9.80665
+NOISE_M_S2, NOISE_RAD_S = 0.01, 0.001
+ACC_SCALE = np.array([1.02, 0.98, 1.01])
+ACC_BIAS = np.array([0.12, -0.2, 0.25])
+GYR_BIAS = np.array([0.02, -0.015, 0.01])
+
+
+@dataclass(frozen=True, eq=False)
+class HandLog:
+    """Readings in SI units: ``time_s`` (t,), ``acc`` and ``gyr`` (t, 3), ``rest`` (t,) or -1."""
+
+    time_s: np.ndarray
+    acc: np.ndarray
+    gyr: np.ndarray
+    rest: np.ndarray
+
+
+def hand_log(seed: int = 0, rests: int = 18) -> HandLog:
+    """Rests in random attitudes, each turn along the shortest way at a steady rate."""
+    rng = np.random.default_rng(seed)
+    period = REST_S + TURN_S
+    time_s = np.arange(round(rests * period * RATE_HZ)) / RATE_HZ
+    attitudes = Rotation.random(rests + 1, random_state=seed)
+    keys, knots = [], []
+    for i in range(rests):
+        keys += [i * period, i * period + REST_S]
+        knots += [attitudes[i], attitudes[i]]
+    keys.append(rests * period)
+    knots.append(attitudes[rests])
+    path = Slerp(keys, Rotation.concatenate(knots))
+    # Body to world; the turn from one sample to the next is what the gyroscope reads.
+    now, after = path(time_s), path(np.minimum(time_s + 1 / RATE_HZ, keys[-1]))
+    rate = (now.inv() * after).as_rotvec() * RATE_HZ
+    force = now.inv().apply([0.0, 0.0, GRAVITY_M_S2])
+    acc = force * ACC_SCALE + ACC_BIAS + rng.normal(0, NOISE_M_S2, (len(time_s), 3))
+    gyr = rate + GYR_BIAS + rng.normal(0, NOISE_RAD_S, (len(time_s), 3))
+    index = (time_s // period).astype(int)
+    rest = np.where(time_s % period < REST_S, index, -1)
+    return HandLog(time_s, acc, gyr, rest)

@@ -1,0 +1,51 @@
+"""Files of other people's tools become a session that runs, in the right units."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.commands.run_with_progress import run_unwatched
+from pipeline.config.sensor import sensor_specs
+from pipeline.guess.checked import CheckedConfig, checked_config
+from pipeline.guess.config_text import Choices
+from pipeline.guess.files import guess_files
+from tests.pipeline.guess.foreign_files import TOOLS, Foreign
+from tests.pipeline.guess.hand_log import ACC_BIAS, ACC_SCALE, HandLog, hand_log
+
+SITE = "{gravity_m_s2: 9.80665}"
+
+
+@pytest.fixture(scope="module")
+def log() -> HandLog:
+    return hand_log()
+
+
+def imported(foreign: Foreign, folder: Path) -> CheckedConfig:
+    guess, _ = guess_files(foreign.files, foreign.rate_hz)
+    return checked_config(guess, folder / "session.yaml", Choices(SITE), run_unwatched)
+
+
+@pytest.mark.parametrize("tool", TOOLS)
+def test_the_calibration_of_a_foreign_file_is_that_of_the_recording(
+    tmp_path: Path, log: HandLog, tool: str
+) -> None:
+    foreign = TOOLS[tool](tmp_path, log)
+    checked = imported(foreign, tmp_path)
+    assert checked.fault is None
+    assert checked.outcome is not None
+    accelerometer = checked.outcome.accelerometer
+    assert accelerometer is not None
+    assert len(checked.outcome.recordings.of(
+        checked.outcome.config.accelerometer.poses).means) == 18  # type: ignore[union-attr]
+    parameters = accelerometer.calibration.parameters
+    np.testing.assert_allclose(parameters.scale_counts_per_unit / foreign.per_m_s2, ACC_SCALE,
+                               atol=0.003)
+    spec, gyroscope = sensor_specs(checked.outcome.config.sensor)
+    assert spec is not None
+    bias = (parameters.bias_counts - spec.nominal_bias_counts) / foreign.per_m_s2
+    np.testing.assert_allclose(bias, ACC_BIAS, atol=0.03)
+    if foreign.per_rad_s is not None:
+        assert gyroscope is not None
+        assert gyroscope.nominal_scale * foreign.per_rad_s == pytest.approx(1.0, rel=0.01)
+        assert checked.outcome.gyroscope is not None

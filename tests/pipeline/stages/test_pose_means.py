@@ -1,0 +1,114 @@
+"""Tables of pose means, and several logs of one sensor."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.cli import main
+from pipeline.commands.run_with_progress import run_unwatched
+from pipeline.config.load import load_config
+from pipeline.stages.run import Outcome
+from tests.pipeline.guess.hand_log import hand_log
+
+SESSION = """\
+sensor: {accelerometer: {unit: m_s2}}
+site: {gravity_m_s2: 9.80665}
+accelerometer:
+  poses: {%s}
+  model: [bias, scale, misalignment]
+"""
+SCALE, BIAS = np.array([1.02, 0.98, 1.01]), np.array([0.12, -0.2, 0.25])
+SD = 0.002
+
+
+def directions(n: int) -> np.ndarray:
+    vectors = np.random.default_rng(3).normal(size=(n, 3))
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+
+
+def means(repeats: int, seed: int = 0, cubic: float = 0.0) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    true = 9.80665 * np.repeat(directions(14), repeats, axis=0)
+    return np.asarray((true + cubic * true**3) * SCALE + BIAS + rng.normal(0, SD, true.shape))
+
+
+def run(folder: Path, head: str, rows: np.ndarray) -> Outcome:
+    np.savetxt(folder / "means.csv", rows, delimiter=",", header=head, comments="")
+    config = folder / "config.yaml"
+    config.write_text(SESSION % "means: means.csv")
+    return run_unwatched(load_config(config))
+
+
+HEAD = "acc_x,acc_y,acc_z"
+WITH_SD = f"{HEAD},sd_acc_x,sd_acc_y,sd_acc_z"
+
+
+def test_stated_sds_are_the_sds_of_the_poses(tmp_path: Path) -> None:
+    rows = means(2)
+    outcome = run(tmp_path, WITH_SD, np.hstack([rows, np.full_like(rows, SD)]))
+    assert outcome.accelerometer is not None
+    fit = outcome.accelerometer.calibration.fit
+    np.testing.assert_allclose(fit.poses.sd, SD)
+    np.testing.assert_allclose(outcome.accelerometer.calibration.parameters.scale_counts_per_unit,
+                               SCALE, atol=0.002)
+    assert outcome.accelerometer.diagnosis.verdict == "nothing_missing"
+
+
+def test_sds_of_samples_are_divided_by_their_number(tmp_path: Path) -> None:
+    rows = means(2)
+    table = np.hstack([rows, np.full_like(rows, 10 * SD), np.full((len(rows), 1), 100)])
+    outcome = run(tmp_path, f"{WITH_SD},samples", table)
+    assert outcome.accelerometer is not None
+    np.testing.assert_allclose(outcome.accelerometer.calibration.fit.poses.sd, SD)
+
+
+def test_repeated_attitudes_show_the_noise_that_was_not_stated(tmp_path: Path) -> None:
+    estimates = []
+    for seed in range(8):
+        outcome = run(tmp_path, HEAD, means(3, seed))
+        assert outcome.accelerometer is not None
+        estimates.append(outcome.accelerometer.calibration.fit.poses.sd[0, 0])
+        assert any("have no sds" in warning for warning in outcome.warnings)
+    assert np.sqrt(np.mean(np.square(estimates))) == pytest.approx(SD, rel=0.15)
+
+
+def test_by_repeated_attitudes_a_missing_effect_is_still_seen(tmp_path: Path) -> None:
+    outcome = run(tmp_path, HEAD, means(3, cubic=3e-5))
+    assert outcome.accelerometer is not None
+    assert outcome.accelerometer.diagnosis.verdict != "nothing_missing"
+    assert outcome.accelerometer.calibration.fit.p_value < 1e-4
+
+
+@pytest.mark.parametrize("cubic", [0.0, 3e-5])
+def test_without_sds_and_repeats_the_model_is_not_judged(tmp_path: Path, cubic: float) -> None:
+    outcome = run(tmp_path, HEAD, means(1, cubic=cubic))
+    assert outcome.accelerometer is not None
+    diagnosis = outcome.accelerometer.diagnosis
+    assert diagnosis.verdict == "refused"
+    assert "cannot be determined" in diagnosis.text
+    assert diagnosis.addable == ()
+
+
+def test_the_results_of_means_are_written_and_shown(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run(tmp_path, HEAD, means(1))
+    assert main(["run", str(tmp_path / "config.yaml")]) == 0
+    assert "Whether something is missing cannot be determined" in capsys.readouterr().out
+
+
+def test_two_logs_of_one_sensor_are_pooled_and_not_joined(tmp_path: Path) -> None:
+    for i in range(2):
+        log = hand_log(seed=i, rests=9)
+        np.savetxt(tmp_path / f"{i}.csv", np.column_stack([log.time_s, log.acc]), delimiter=",",
+                   header=f"time_s,{HEAD}", comments="", fmt="%.6f")
+    config = tmp_path / "config.yaml"
+    config.write_text(SESSION % "log: [0.csv, 1.csv], find: still")
+    outcome = run_unwatched(load_config(config))
+    assert outcome.accelerometer is not None
+    assert len(outcome.accelerometer.calibration.fit.poses) == 18
+    assert any("2 logs hold the same triads: their poses are pooled (9 + 9)" in warning
+               for warning in outcome.warnings)
+    np.testing.assert_allclose(outcome.accelerometer.calibration.parameters.scale_counts_per_unit,
+                               SCALE, atol=0.002)

@@ -1,0 +1,100 @@
+"""Interlaced frames: two fields of alternate rows, the second half a frame time later.
+
+Where something moves, the rows of the two fields stand apart like the teeth of two combs: a row
+differs more from its neighbours, which are of the other field, than from the rows beyond them. Each
+field is a frame of its own, at twice the rate. The field that comes first in a frame is the one
+that is nearer to the frame before.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.geometry import FloatArray
+from vision.plate.background import spread_choice
+from vision.video import Frame
+
+LOOKED_AT = 16  # pairs of frames
+MOVES = 0.98  # quantile of the change beyond which a pixel belongs to what moves
+
+
+@dataclass(frozen=True)
+class FieldThresholds:
+    """When frames are interlaced.
+
+    Attributes
+    ----------
+    combed : float
+        Change from row to row over that from each row to the next but one. Derived: 1 in noise and
+        below in any image of one moment; above where the fields stand apart.
+    """
+
+    combed: float = 1.25
+
+
+THRESHOLDS = FieldThresholds()
+
+
+@dataclass(frozen=True)
+class Interlacing:
+    """Which rows come first, 0 for even ones, and how much later the others are, s."""
+
+    first_row: int
+    later_s: float
+
+    def fields(self, batches: Iterator[list[Frame]]) -> Iterator[list[Frame]]:
+        """Both fields of every frame, in order."""
+        for batch in batches:
+            yield self.split(batch)
+
+    def split(self, frames: Sequence[Frame]) -> list[Frame]:
+        """Both fields of every frame, each as high as the frame."""
+        rows = (self.first_row, 1 - self.first_row)
+        return [
+            replace(frame, time_s=frame.time_s + i * self.later_s, luma=_field(frame.luma, row),
+                    chroma=_field(frame.chroma, row) if frame.chroma.size else frame.chroma)
+            for frame in frames for i, row in enumerate(rows)
+        ]
+
+    def note(self, source: str) -> str:
+        """How the clip was read, for the user."""
+        return f"{source}: the clip is interlaced; its fields are used as frames of their own."
+
+
+def interlacing(frames: Sequence[Frame]) -> Interlacing | None:
+    """How the frames are interlaced; None where they are not.
+
+    Parameters
+    ----------
+    frames : sequence of Frame
+        Neighbours in time.
+    """
+    chosen = spread_choice(len(frames) - 1, LOOKED_AT)
+    pairs = [tuple(frames[i + k].luma.astype(np.float32) for k in (0, 1)) for i in chosen]
+    near = far = even_later = odd_later = 0.0
+    for before, after in pairs:
+        change = cv2.blur(np.abs(after - before), (5, 9))
+        moving = change[2:-2] >= max(float(np.quantile(change, MOVES)), 1.0)
+        middle = after[2:-2]
+        near += float(np.abs(2 * middle - after[1:-3] - after[3:-1])[moving].sum())
+        far += float(np.abs(2 * middle - after[:-4] - after[4:])[moving].sum())
+        even_later += float(np.abs(_field(after, 1) - _field(before, 0)).sum())
+        odd_later += float(np.abs(_field(after, 0) - _field(before, 1)).sum())
+    if near <= THRESHOLDS.combed * far:
+        return None
+    steps = np.array([b.time_s - a.time_s for a, b in pairwise(frames)])
+    # The last field of a frame is followed by the first of the next.
+    return Interlacing(int(even_later < odd_later), float(np.median(steps)) / 2)
+
+
+def _field(image: NDArray[np.uint8] | NDArray[np.float32], row: int) -> NDArray[np.uint8]:
+    """The even or odd rows, with rows in between interpolated, shape (h, w)."""
+    h, w = image.shape[:2]
+    rows: FloatArray = np.array([[1.0, 0.0, 0.0], [0.0, 0.5, -0.5 * row]])
+    how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    return np.asarray(cv2.warpAffine(np.ascontiguousarray(image[row::2]), rows, (w, h), flags=how,
+                                     borderMode=cv2.BORDER_REPLICATE))
