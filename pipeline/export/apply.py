@@ -11,7 +11,7 @@ into that frame if the calibration session determined the angles between the two
 
 import csv
 import io
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -91,7 +91,7 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
             for effect in each.correction.model.effects
             if effect.belongs_to == "bench"
         ]
-        correction = _of_the_sensor(each)
+        correction = of_the_sensor(each)
         nominal = correction.spec.nominal(getattr(log, each.triad))
         columns = {**_other_triad(stored, each.triad, log), **log.columns}
         at = Conditions.of_vectors(nominal, columns, **known)
@@ -179,13 +179,17 @@ def _require_numbers(label: str, triad: str, vectors: FloatArray) -> None:
         )
 
 
-def _of_the_sensor(stored: StoredTriad) -> Correction:
-    """The correction without the effects of the bench."""
-    correction = stored.correction
+def of_the_sensor(each: StoredTriad, held: Container[str] | None = None) -> Correction:
+    """The correction without the effects of the bench; of the others only those in ``held``.
+
+    Bias, scale and misalignment are always there.
+    """
+    correction = each.correction
     effects = tuple(
         effect
         for effect in correction.model.effects
         if effect.belongs_to != "bench"
+        and (held is None or effect.acts_on == "reading" or effect.name in held)
     )
     theta = correction.theta[correction.model.positions(effects)]
     return replace(correction, model=Model(effects), theta=theta)

@@ -1,17 +1,20 @@
 """What the exporters share: their result, what a format cannot store, and a worked example."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from calib.poses.imu_log import SI_UNIT, FloatArray
+from pipeline.export.remaining import remaining_error
 from pipeline.plain_text import one_line
 from pipeline.results.read import Stored, StoredTriad
 
 #: Direction and size of the worked example, in units of EXAMPLE_SIZE: no axis is zero.
 EXAMPLE_DIRECTION = np.array([0.3, -0.4, 0.85])
 EXAMPLE_SIZE: Mapping[str, float] = {"accelerometer": 10.0, "gyroscope": 1.0}  #: SI
+SMALL_M_S2 = 1.0  #: errors below are shown in mm/s²
 
 
 @dataclass(frozen=True)
@@ -65,15 +68,41 @@ def no_effects(
     stored: Stored, program: str, held: Mapping[str, tuple[str, ...]] | None = None
 ) -> tuple[str, ...]:
     """Which added effects ``program`` cannot store; ``held`` by triad are those it can."""
-    notes = []
-    for each in stored.triads:
-        lost = [name for name in each.effects if name not in (held or {}).get(each.triad, ())]
-        if lost:
-            notes.append(
-                f"{program} cannot store {', '.join(lost)} of the {each.triad}: its corrected "
-                f"readings keep this error. `pipeline apply` corrects it."
-            )
-    return tuple(notes)
+    return tuple(
+        note for each in stored.triads
+        for note in lost_effects(
+            stored, each,
+            [name for name in each.effects if name not in (held or {}).get(each.triad, ())],
+            program)
+    )
+
+
+def lost_effects(
+    stored: Stored, each: StoredTriad, names: Sequence[str], program: str
+) -> tuple[str, ...]:
+    """A note on the effects of a triad that ``program`` does not correct, with what they leave.
+
+    The bench's are no errors of a reading and need no note.
+    """
+    bench = {one.name for one in each.correction.model.effects if one.belongs_to == "bench"}
+    lost = [name for name in names if name not in bench]
+    if not lost:
+        return ()
+    error = remaining_error(stored, each, lost)
+    size = ("The results do not hold the conditions that determine how large it is."
+            if error is None else
+            f"In this session it is up to {shown(error, each.triad)}.")
+    return (
+        f"{program} cannot store {', '.join(lost)} of the {each.triad}: its corrected "
+        f"readings keep this error. {size} `pipeline apply` corrects it.",
+    )
+
+
+def shown(error: float, triad: str) -> str:
+    """An error of a triad in the unit in which people state it."""
+    if triad == "gyroscope":
+        return f"{math.degrees(error):.2g} °/s"
+    return f"{1000 * error:.3g} mm/s²" if error < SMALL_M_S2 else f"{error:.2g} m/s²"
 
 
 def origin(stored: Stored) -> tuple[str, ...]:
@@ -90,13 +119,14 @@ def origin(stored: Stored) -> tuple[str, ...]:
                 f"{each.triad}: {spec.bits} bits over +-{spec.full_scale:.6g} "
                 f"{SI_UNIT[each.triad]}; the calibration is valid for this range only"
             )
-    warmth = _temperatures(stored)
+    warmth = temperatures(stored)
     if warmth:
         lines.append(f"calibrated between {min(warmth):.1f} and {max(warmth):.1f} degrees Celsius")
     return tuple(lines)
 
 
-def _temperatures(stored: Stored) -> list[float]:
+def temperatures(stored: Stored) -> list[float]:
+    """Of every pose that has one, degrees Celsius."""
     return [
         pose["columns"]["temperature_c"]
         for each in stored.triads

@@ -6,9 +6,14 @@ on what they cannot store: no exporter drops an effect without a note.
 
 from collections.abc import Callable, Mapping
 
-from pipeline.export.firmware import to_arduino, to_fusion, to_inav, to_px4
+from pipeline.export.ardupilot import to_ardupilot
+from pipeline.export.firmware import to_fusion, to_inav, to_px4
 from pipeline.export.parts import Export
 from pipeline.export.plain import to_csv, to_imu_tk, to_json
+from pipeline.export.programs.c import to_arduino
+from pipeline.export.programs.matlab import to_matlab
+from pipeline.export.programs.python import to_python
+from pipeline.export.residuals import to_residuals
 from pipeline.export.robotics import to_kalibr, to_ros
 from pipeline.results.read import Stored
 
@@ -28,8 +33,12 @@ EXPORTERS: Mapping[str, Callable[[Stored], Export]] = {
     "kalibr": to_kalibr,
     "ros": to_ros,
     "arduino": to_arduino,
+    "python": to_python,
+    "matlab": to_matlab,
     "fusion": to_fusion,
     "px4": to_px4,
     "inav": to_inav,
+    "ardupilot": to_ardupilot,
+    "residuals": to_residuals,
     "certificate": to_certificate,
 }

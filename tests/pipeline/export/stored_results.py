@@ -22,7 +22,7 @@ def a_log(**columns: np.ndarray) -> ImuLog:
 
 def with_effects(
     finished: RunSession, folder: Path, triad: str, effects: dict[str, list[float]],
-    own: dict[str, Any] | None = None,
+    own: dict[str, Any] | None = None, shapes: dict[str, float] | None = None,
 ) -> Stored:
     """The session's results with further effects of these sizes."""
     found = results_in(finished.folder)
@@ -35,5 +35,6 @@ def with_effects(
         stored["theta"] += values
         found[triad]["effects"][name] = {"values": values, "sd": [0.1] * len(values), "unit": "?"}
     stored["own_effects"] = own or {}
+    stored["shapes"] |= shapes or {}
     (folder / "results.json").write_text(json.dumps(found), encoding="utf-8")
     return load_results(folder)

@@ -104,7 +104,8 @@ def test_the_header_compiles_without_a_warning_whatever_the_names(
     stored = load_results(finished.folder)
     for i, name in enumerate(HOSTILE):
         (tmp_path / f"{i}.h").write_text(text_of(renamed(stored, name, name), "arduino"))
-    names = ("calibrate_accelerometer", "calibrate_gyroscope", "ACC_C", "ACC_B", "GYR_C", "GYR_B")
+    names = ("calibrate_accelerometer", "calibrate_gyroscope", "ACC_B", "ACC_K",
+             "ACC_T", "GYR_B", "GYR_K", "GYR_T")
     lines = []
     for i in range(len(HOSTILE)):  # each header anew, its names numbered
         lines += [f"#define {name} {name}{i}" for name in names]

@@ -2,8 +2,6 @@
 
 import math
 import re
-import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +12,9 @@ from pipeline.export.parts import Export, triad_named
 from pipeline.export.write import EXPORTERS
 from pipeline.results.read import Stored, StoredTriad, load_results
 from tests.pipeline.conftest import RunSession
+from tests.pipeline.export.compiled import GCC, program_of, through
 from tests.pipeline.export.stored_results import a_log, with_effects
 
-GCC = shutil.which("gcc")
 needs_gcc = pytest.mark.skipif(GCC is None, reason="no gcc here to compile the header with")
 
 #: What x-io's FusionMath.h and FusionModel.h state, as far as the header is concerned.
@@ -49,31 +47,8 @@ PER_SI = {
 
 def compiled(folder: Path, form: str, made: Export, triad: str) -> Path:
     """A program that reads three numbers a line and prints them corrected by the header."""
-    assert GCC is not None
     name, stub, call = CALLS[form]
-    (folder / name).write_text(made.files[name], encoding="utf-8")
-    source = folder / "main.c"
-    source.write_text(
-        f'#include <stdio.h>\n{stub}\n#include "{name}"\n'
-        "int main(void) { float in[3], out[3];\n"
-        'while (scanf("%f %f %f", in, in + 1, in + 2) == 3) {\n'
-        f"{call.format(triad)}\n"
-        'printf("%.9g %.9g %.9g\\n", out[0], out[1], out[2]); } return 0; }\n',
-        encoding="utf-8",
-    )
-    program = folder / "program"
-    subprocess.run(
-        [GCC, "-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-unused-const-variable",
-         "-Wno-unused-function", "-o", str(program), str(source)],
-        check=True,
-    )  # fmt: skip
-    return program
-
-
-def through(program: Path, counts: np.ndarray) -> np.ndarray:
-    lines = "".join(" ".join(f"{value:.9g}" for value in row) + "\n" for row in counts)
-    said = subprocess.run([str(program)], input=lines, capture_output=True, text=True, check=True)
-    return np.array([[float(word) for word in line.split()] for line in said.stdout.splitlines()])
+    return program_of(folder, name, made.files[name], call.format(triad), stub=stub)
 
 
 @needs_gcc
@@ -170,7 +145,7 @@ def test_inav_reads_back_up_to_its_whole_counts(finished: RunSession) -> None:
         assert by_export == pytest.approx(expected, abs=0.51 * per_count * gain.max())
 
 
-@pytest.mark.parametrize("form", ["arduino", "fusion", "px4", "inav"])
+@pytest.mark.parametrize("form", ["fusion", "px4", "inav", "ardupilot"])
 def test_an_effect_that_has_no_place_is_named(
     finished: RunSession, tmp_path: Path, form: str
 ) -> None:

@@ -1,0 +1,105 @@
+"""ArduPilot's parameters of the first IMU.
+
+Of a reading v of the driver, in SI units by the data sheet, ArduPilot computes
+(``AP_InertialSensor_Backend``, ``AP_InertialSensor_TCal``)
+
+    accelerometer   (v - p(T) + p(CALTEMP) - INS_ACCOFFS) * INS_ACCSCAL
+    gyroscope        v - p(T) + p(CALTEMP) - INS_GYROFFS
+
+with ``p(T) = 1e-6 · INS_TCAL1_ACC1 · (T - 35 °C)`` and terms of second and third order, T and
+CALTEMP held within TMIN and TMAX. Ours is ``u + c (T - 25 °C) = g (v - v0)``, g the gain on the
+nominal reading: the coefficient is c/g, and the offset that at CALTEMP.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from calib.effects.effect import REFERENCE_TEMPERATURE_C
+from calib.poses.imu_log import AXES, FloatArray
+from pipeline.export.firmware import gains, hash_comments, what_is_left
+from pipeline.export.parts import Export, no_effects, no_sds, origin, temperatures
+from pipeline.export.robotics import nominal_offset
+from pipeline.results.read import Stored, StoredTriad
+
+HELD = "temperature_bias"
+COEFFICIENT = 1e6  #: of the parameters INS_TCAL1_*, per SI unit and kelvin
+#: Triad -> prefix of offsets, CALTEMP and coefficients.
+NAMES: Mapping[str, tuple[str, str, str]] = {
+    "accelerometer": ("INS_ACCOFFS", "INS_ACC1_CALTEMP", "INS_TCAL1_ACC"),
+    "gyroscope": ("INS_GYROFFS", "INS_GYR1_CALTEMP", "INS_TCAL1_GYR"),
+}
+ORDERS = (1, 2, 3)
+SCALE_RANGE = (0.8, 1.2)  #: of INS_ACCSCAL by ArduPilot's documentation
+LARGEST_OFFSET = 3.5  #: m/s², of INS_ACCOFFS by ArduPilot's documentation
+
+
+def to_ardupilot(stored: Stored) -> Export:
+    """``ardupilot.param``: a name and a value in a line, as the ground stations load it."""
+    warmed = [each for each in stored.triads if HELD in each.effects]
+    span = temperatures(stored)
+    values: dict[str, float] = {}
+    loses = [*no_sds(stored)]
+    caltemp = float(np.clip(REFERENCE_TEMPERATURE_C, min(span), max(span))) if span else None
+    for each in stored.triads:
+        name, temperature, _ = NAMES[each.triad]
+        slope = _slope(each)
+        offset = nominal_offset(each)
+        if warmed and caltemp is not None:
+            offset = offset + slope * (caltemp - REFERENCE_TEMPERATURE_C)
+            values[temperature] = caltemp
+        values |= {f"{name}_{axis.upper()}": v for axis, v in zip(AXES, offset, strict=True)}
+        if each.triad == "accelerometer":
+            scale = gains(each)
+            values |= {f"INS_ACCSCAL_{a.upper()}": v for a, v in zip(AXES, scale, strict=True)}
+            loses += _beyond_ranges(offset, scale)
+        loses.append(what_is_left(stored, each, "ArduPilot",
+                                  keeps_scale=each.triad == "accelerometer"))
+    values |= _temperature_calibration(stored, warmed, span)
+    loses += [
+        "Set INS_GYR_CAL to 0, or ArduPilot measures the gyroscope's offset anew at every start.",
+        "The axes are those of the log: ArduPilot's are forward, right, down after the rotation of "
+        "the sensor's driver. Logs of ArduPilot itself are corrected already: record them with "
+        "offsets of 0, scales of 1 and INS_TCAL1_ENABLE 0.",
+        *no_effects(stored, "ArduPilot", {each.triad: (HELD,) for each in warmed}),
+    ]
+    lines = hash_comments(origin(stored))
+    lines += [f"{name},{value:.9g}" for name, value in values.items()]
+    return Export({"ardupilot.param": "\n".join(lines) + "\n"}, tuple(loses))
+
+
+def _slope(each: StoredTriad) -> FloatArray:
+    """Change of the nominal reading with temperature, SI per kelvin, (3,)."""
+    if HELD not in each.effects:
+        return np.zeros(3)
+    return np.array(each.effects[HELD]["values"][:3], float) / gains(each)
+
+
+def _temperature_calibration(
+    stored: Stored, warmed: list[StoredTriad], span: list[float]
+) -> dict[str, float]:
+    """All parameters of INS_TCAL1, so that none of an earlier calibration remains."""
+    if not warmed or not span:
+        return {"INS_TCAL1_ENABLE": 0.0}
+    values = {"INS_TCAL1_ENABLE": 1.0, "INS_TCAL1_TMIN": min(span), "INS_TCAL1_TMAX": max(span)}
+    slopes = {each.triad: _slope(each) for each in stored.triads}
+    for triad, (_, _, prefix) in NAMES.items():
+        first = COEFFICIENT * slopes.get(triad, np.zeros(3))
+        for order in ORDERS:
+            of_order = first if order == 1 else np.zeros(3)
+            values |= {f"{prefix}{order}_{axis.upper()}": float(v)
+                       for axis, v in zip(AXES, of_order, strict=True)}
+    return values
+
+
+def _beyond_ranges(offset: FloatArray, scale: FloatArray) -> list[str]:
+    notes = []
+    if (np.abs(offset) > LARGEST_OFFSET).any():
+        notes.append(f"INS_ACCOFFS is {np.abs(offset).max():.3g} m/s² on one axis; ArduPilot "
+                     f"documents ±{LARGEST_OFFSET} m/s².")
+    low, high = SCALE_RANGE
+    if ((scale < low) | (scale > high)).any():
+        worst = scale[np.argmax(np.abs(scale - 1))]
+        notes.append(f"INS_ACCSCAL is {worst:.3g} on one axis; ArduPilot documents {low} to "
+                     f"{high}. Are the readings those of ArduPilot's driver, in m/s²?")
+    return notes

@@ -1,0 +1,148 @@
+"""What a program computes to correct one triad, before it is written in any language.
+
+    w = K (counts - b)            nominal by the calibration, in the sensitive axes
+    u = w - e(u)                  by fixed point, where the model has effects
+    s = T u                       in orthogonal axes, SI
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import SI_UNIT, FloatArray
+from pipeline.export.apply import of_the_sensor
+from pipeline.export.parts import EXAMPLE_DIRECTION, EXAMPLE_SIZE
+from pipeline.export.programs.formulas import ErrorFormula, formula_of
+from pipeline.plain_text import one_line
+from pipeline.results.read import Stored, StoredTriad
+
+FORCE = ("fx", "fy", "fz")
+STEPS = 50  #: of the fixed point at most, as in :mod:`calib.fit.sensitive_axes`
+#: Conditions with a name of their own, and what they are.
+MEANINGS: Mapping[str, str] = {
+    "temperature_c": "temperature in degrees Celsius",
+    "time_s": "seconds since the calibration session began",
+    "other_x": "reading of the other triad by the data sheet, SI",
+    "other_y": "reading of the other triad by the data sheet, SI",
+    "other_z": "reading of the other triad by the data sheet, SI",
+}
+#: What the worked example takes for a condition.
+EXAMPLE_CONDITIONS: Mapping[str, float] = {"temperature_c": 30.0, "time_s": 60.0}
+EXAMPLE_CONDITION = 1.0
+
+
+@dataclass(frozen=True)
+class Input:
+    """A condition that the caller passes.
+
+    ``column`` is its name in the log, ``identifier`` that of the argument, ``meaning`` words.
+    """
+
+    column: str
+    identifier: str
+    meaning: str
+
+
+@dataclass(frozen=True, eq=False)
+class Routine:
+    """The correction of one triad.
+
+    ``bias`` in counts and ``gain`` in SI units per count, (3,); ``alignment`` T (3, 3);
+    ``wraps_at`` the number of codes of a converter whose negative counts are logged as large ones;
+    ``needs_force`` whether it takes the specific force; ``left_out`` the effects that samples do
+    not determine.
+    """
+
+    triad: str
+    bias: FloatArray
+    gain: FloatArray
+    alignment: FloatArray
+    wraps_at: int | None
+    formulas: tuple[ErrorFormula, ...]
+    needs_force: bool
+    inputs: tuple[Input, ...]
+    left_out: tuple[str, ...]
+    example: str
+
+    @property
+    def arguments(self) -> tuple[tuple[str, str], ...]:
+        """Name and meaning of every argument, in order."""
+        force = [("force", "specific force in m/s², as calibrate_accelerometer returns it")]
+        return (("counts", "readings as logged"), *(force if self.needs_force else ()),
+                *((each.identifier, each.meaning) for each in self.inputs))
+
+    def name_of(self, name: str) -> str:
+        """The argument for the name of a condition."""
+        return next(each.identifier for each in self.inputs if each.column == name)
+
+
+def routine_of(stored: Stored, each: StoredTriad) -> Routine:
+    """The correction of one triad with every effect that samples determine."""
+    correction = each.correction
+    formulas, left_out = [], []
+    users = stored.contents[each.triad]["correction"]["own_effects"]
+    for effect in correction.model.effects:
+        if effect.acts_on == "reading":
+            continue
+        theta = correction.theta[correction.model.positions([effect])]
+        formula = formula_of(effect, theta, correction.shapes.get(effect.name),
+                             users.get(effect.name), each)
+        if formula is None:
+            left_out.append(effect.name)
+        else:
+            formulas.append(formula)
+    names = tuple(dict.fromkeys(name for formula in formulas for name in formula.names))
+    spec = correction.spec
+    inputs = _inputs([name for name in names if name not in FORCE])
+    return Routine(
+        each.triad, each.bias_counts, each.units_per_count, each.alignment,
+        2**spec.bits if spec.encoding == "unsigned-twos-complement" else None,
+        tuple(formulas), any(name in FORCE for name in names), inputs, tuple(left_out),
+        _example(each, {formula.effect for formula in formulas}, inputs,
+                 any(name in FORCE for name in names)),
+    )
+
+
+def _inputs(names: list[str]) -> tuple[Input, ...]:
+    """Arguments with names that every language takes, no two of them alike."""
+    inputs: list[Input] = []
+    for name in names:
+        identifier = name
+        if name not in MEANINGS:
+            identifier = base = "column_" + re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_")[:40]
+            number = 2
+            while any(each.identifier == identifier for each in inputs):
+                identifier, number = f"{base}_{number}", number + 1
+        meaning = MEANINGS.get(name, f"the logged column {one_line(name)}")
+        inputs.append(Input(name, identifier, meaning))
+    return tuple(inputs)
+
+
+def _example(
+    each: StoredTriad, held: set[str], inputs: tuple[Input, ...], needs_force: bool
+) -> str:
+    """A reading and what becomes of it, in one line."""
+    wanted = EXAMPLE_DIRECTION * EXAMPLE_SIZE[each.triad]
+    counts = each.bias_counts + wanted * each.scale_counts_per_unit
+    if each.correction.spec.bits:
+        counts = np.round(counts)
+    values = {one.column: EXAMPLE_CONDITIONS.get(one.column, EXAMPLE_CONDITION) for one in inputs}
+    force = EXAMPLE_DIRECTION * EXAMPLE_SIZE["accelerometer"]
+    columns = {name: np.array([value]) for name, value in values.items()}
+    at = Conditions.of_vectors(
+        each.correction.spec.nominal(counts)[None], columns, force=force[None],
+        time_s=columns.get("time_s", np.zeros(1)))
+    si = of_the_sensor(each, held).correct(at)[0]
+    listed = [f"force ({_row(force)})"] if needs_force else []
+    listed += [f"{one.identifier} {values[one.column]:g}" for one in inputs]
+    conditions = f" at {', '.join(listed)}" if listed else ""
+    codes = counts if each.correction.spec.encoding != "unsigned-twos-complement" else (
+        counts % 2**each.correction.spec.bits)
+    return f"counts ({_row(codes)}) are ({_row(si)}) {SI_UNIT[each.triad]}{conditions}"
+
+
+def _row(values: FloatArray) -> str:
+    return ", ".join(f"{value:.8g}" for value in values)
