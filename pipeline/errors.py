@@ -102,11 +102,13 @@ def message_of(error: BaseException) -> str:
 
 def exit_code_of(error: BaseException) -> int:
     """The exit code of an exception that ended a command; 1 for all that nobody expected."""
+    from calib.effects.catalogue import UnknownEffect
     from calib.errors import CalibrationError, FitFailed, UnusableLog
     from vision.errors import UnreadableVideo, VisionError
 
     # The first match counts: a family's own base comes after its members.
     codes: tuple[tuple[type[BaseException], int], ...] = (
+        (UnknownEffect, USAGE),
         (UnusableLog, UNREADABLE),
         (FitFailed, FIT_FAILED),
         (CalibrationError, UNDETERMINED),

@@ -7,6 +7,7 @@ them, and from there on the change only goes forward: whoever finds a journal fi
 
 import json
 import os
+import stat
 import tempfile
 from collections.abc import Collection, Mapping
 from contextlib import ExitStack
@@ -15,6 +16,18 @@ from pathlib import Path
 from pipeline.errors import UnwritableOutput
 
 PART = ".part"  #: how the name of a staged file ends
+
+
+def may_never_end(path: Path) -> bool:
+    """Whether ``path`` is a pipe, a socket or a device: reading it may wait for ever, or not end.
+
+    Raises
+    ------
+    OSError
+        It is missing, or cannot be looked at.
+    """
+    mode = path.stat().st_mode
+    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
 
 
 def write_whole(path: Path, content: str | bytes) -> None:

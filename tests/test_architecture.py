@@ -31,6 +31,7 @@ HOME = {
     "jinja2": ("pipeline.report",),
     "rich": ("pipeline.cli", "pipeline.commands"),
     "filelock": ("pipeline.session_folder",),
+    "matplotlib": ("pipeline.export.sheet", "calib.notebook"),
     "click": ("pipeline.cli", "pipeline.commands"),
     "rosbags": ("pipeline.logs.formats.ros",),
     "pyulog": ("pipeline.logs.formats.px4",),
@@ -38,12 +39,11 @@ HOME = {
     "pyarrow": ("pipeline.logs.formats.parquet",),
     "h5py": ("pipeline.logs.formats.hdf5",),
     "pandas": ("calib.notebook",),
-    "matplotlib": ("calib.notebook",),
     "av": ("vision.av_decoder",),
 }
 #: Installed by an extra: what reads them says which where they are missing.
 EXTRAS = {"rosbags": "ros", "pyulog": "px4", "pymavlink": "ardupilot", "pyarrow": "parquet",
-          "h5py": "hdf5", "av": "fields", "pandas": "notebook", "matplotlib": "notebook"}
+          "h5py": "hdf5", "av": "fields", "pandas": "notebook"}
 #: Which of our packages each may import besides itself.
 MAY_IMPORT = {"pipeline": {"vision", "calib"}, "vision": set(), "calib": set()}
 #: The way of the data inside a folder: a room imports from itself and from the floors before it,
@@ -57,7 +57,7 @@ FLOORS = {
     "calib.notebook": [("tables", "display"), ("calibration",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
-        ("diagnose",), ("untested",),
+        ("diagnose", "unseen"), ("untested",),
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
     "calib.diagnosis.search": [
@@ -67,7 +67,7 @@ FLOORS = {
     "vision": [
         ("geometry", "orientation", "av_decoder"), ("phase_track",), ("errors",),
         ("video", "camera"),
-        ("plate", "rate"), ("tracking", "overlay"),
+        ("plate", "rate"), ("tracking", "overlay"), ("clip_rate",),
     ],
     "pipeline": [
         ("errors", "names", "formatting", "plain_text"), ("files",), ("logs",), ("devices",),

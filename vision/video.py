@@ -6,6 +6,7 @@ uneven frame rate. There is no seeking: a clip is read once, from its first fram
 """
 
 import queue
+import stat
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -247,6 +248,8 @@ def _opened(path: Path | str) -> cv2.VideoCapture:
 def _refuse_unreadable(path: Path) -> None:
     """Refuse what the system cannot open; the decoder would only report that there is no clip."""
     try:
+        if not stat.S_ISREG(path.stat().st_mode):  # a pipe would be waited for, for ever
+            raise UnreadableVideo(f"{path}: is no file; a clip is expected.")
         with path.open("rb") as file:
             empty = not file.read(1)
     except FileNotFoundError as error:

@@ -7,6 +7,7 @@
 ``next_measurement``  the poses that would settle what these leave open
 ``verdict``           what is named, how it ranks, and how it is said
 ``diagnose``          the way through these rooms
+``unseen``            what effects that no residual shows do to the parameters, if they are typical
 ``untested``          the verdict where the noise of the poses is not known
 ``constants``         every number that is decided by, with its origin
 """

@@ -7,6 +7,7 @@ Evaluated on the nominal reading y, they form ``s = M y + c`` with
 import numpy as np
 
 from calib.effects.effect import Page, effect, per_axis
+from calib.effects.typical import between, quoted, typical
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, FloatArray
 
@@ -17,7 +18,10 @@ from calib.poses.imu_log import AXES, FloatArray
     unit="{u}",
     page=Page(
         formula="e_k = b_k",
-        typical={"MPU-6050": "±20 °/s, ±50 mg XY, ±80 mg Z", "MTi": "±0.5 °/s, ±20 mg"},
+        typical={
+            "MPU-6050": typical(quoted(20, "°/s"), between(50, 80, "mg")),
+            "MTi": typical(quoted(0.5, "°/s"), quoted(20, "mg")),
+        },
         source="Angrisano et al. eq. (1)",
         confounded="motor vibration at one speed; any slow drift over one short session",
         separates="plate-stopped poses; poses repeated at the end",
@@ -34,7 +38,10 @@ def bias(at: Conditions) -> FloatArray:
     unit="1",
     page=Page(
         formula="e_k = k_k · y_k",
-        typical={"MPU-6050": "±3 %", "MTi": "±1 % before the certificate"},
+        typical={
+            "MPU-6050": typical(quoted(3, "%")),
+            "MTi": typical(quoted(1, "%"), note="before the certificate"),
+        },
         source="Angrisano et al. eq. (1)",
         confounded="an error of the reference: camera clock, local gravity",
         separates="a better reference: a second clock, surveyed gravity",
@@ -51,7 +58,7 @@ def scale(at: Conditions) -> FloatArray:
     unit="rad",
     page=Page(
         formula="e_x = α_z y_y + α_y y_z,  e_y = α_x y_z",
-        typical={"MPU-6050": "±2 %", "MTi": "0.1 to 1°"},
+        typical={"MPU-6050": typical(quoted(2, "%")), "MTi": typical(between(0.1, 1, "°"))},
         source="Angrisano et al. eq. (2), (15)",
         confounded="the symmetric part of g-sensitivity at one speed on a level plate",
         separates="plate-stopped poses, a second speed",
@@ -73,7 +80,7 @@ def misalignment(at: Conditions) -> FloatArray:
     orthogonal=True,
     page=Page(
         formula="e = φ × s",
-        typical={"MPU-6050": "1 to 2°", "MTi": "0.1°"},
+        typical={"MPU-6050": typical(between(1, 2, "°")), "MTi": typical(quoted(0.1, "°"))},
         source="IEEE Std 528 input-axis misalignment; Kalibr C_gyro_i",
         confounded="nothing and everything: a magnitude does not change under rotation",
         separates="direction rows: gyro and accelerometer logged together on the turning plate",

@@ -23,6 +23,7 @@ from typing import Literal
 
 import numpy as np
 
+from calib.effects.typical import Typical
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, Triad
 
@@ -59,12 +60,12 @@ class Shape:
 class Page:
     """What a person should know of an effect before adding it.
 
-    ``typical`` maps a class of parts to a size in words; ``confounded`` and ``separates`` say what
+    ``typical`` maps a class of parts to its sizes; ``confounded`` and ``separates`` say what
     looks the same in which data, and the measurement that tells them apart.
     """
 
     formula: str
-    typical: Mapping[str, str]
+    typical: Mapping[str, Typical]
     source: str
     confounded: str
     separates: str

@@ -3,6 +3,7 @@
 import numpy as np
 
 from calib.effects.effect import REFERENCE_TEMPERATURE_C, Page, Shape, effect, per_axis
+from calib.effects.typical import between, quoted, typical
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, FloatArray
 
@@ -24,7 +25,10 @@ def _hours(at: Conditions) -> FloatArray:
     names_column="temperature_c",
     page=Page(
         formula="e_k = c_k · (T − 25 °C)",
-        typical={"MPU-6050": "0.16 °/s/K; 0.5 to 0.9 mg/K", "MTi": "< 0.1 mg/K after the factory"},
+        typical={
+            "MPU-6050": typical(quoted(0.16, "°/s/K"), between(0.5, 0.9, "mg/K")),
+            "MTi": typical(quoted(0.1, "mg/K"), note="at most, after the factory"),
+        },
         source="MPU-6050 data sheet: zero-rate and zero-g output over temperature",
         confounded="bias_drift and warm_up as long as temperature only rises with time",
         separates="a second soak, hot then cold, so that temperature is not a clock",
@@ -41,7 +45,10 @@ def temperature_bias(at: Conditions) -> FloatArray:
     logged=("temperature_c",),
     page=Page(
         formula="e_k = c_k · (T − 25 °C) · s_k",
-        typical={"MPU-6050": "0.02 %/K", "MTi": "compensated in the factory model"},
+        typical={
+            "MPU-6050": typical(quoted(0.02, "%/K")),
+            "MTi": typical(note="compensated in the factory model"),
+        },
         source="MPU-6050 data sheet: sensitivity change over temperature",
         confounded="a plate or clock that drifts as the session warms up",
         separates="a second soak; one clip per pose",
@@ -59,7 +66,10 @@ def temperature_scale(at: Conditions) -> FloatArray:
     belongs_to="session",
     page=Page(
         formula="e_k = d_k · t",
-        typical={"MPU-6050": "0.01 to 0.05 °/s in a run; 1 mg/h", "MTi": "10 °/h; 0.02 mg/h"},
+        typical={
+            "MPU-6050": typical(between(0.01, 0.05, "°/s/h"), quoted(1, "mg/h")),
+            "MTi": typical(quoted(0.003, "°/s/h"), quoted(0.02, "mg/h")),
+        },
         source="IEEE Std 952 rate ramp",
         confounded="temperature_bias when temperature rises with time",
         separates="poses repeated at the end; random pose order; a second soak",
@@ -77,7 +87,10 @@ def bias_drift(at: Conditions) -> FloatArray:
     belongs_to="session",
     page=Page(
         formula="e_k = d_k · t · s_k",
-        typical={"MPU-6050": "0.1 %/h while warming", "MTi": "small"},
+        typical={
+            "MPU-6050": typical(quoted(0.1, "%/h"), note="while warming"),
+            "MTi": typical(note="small"),
+        },
         source="IEEE Std 528 scale-factor drift",
         confounded="reference_drift, as far as it is the same on all axes: the plate slowing down "
         "looks like that",
@@ -96,7 +109,11 @@ def scale_drift(at: Conditions) -> FloatArray:
     belongs_to="session",
     page=Page(
         formula="e_k = w_k · exp(−t/τ),  τ fitted",
-        typical={"MPU-6050": "0.1 to 1 °/s, 5 to 20 mg over 10 min", "MTi": "< 1 mg"},
+        typical={
+            "MPU-6050": typical(
+                between(0.1, 1, "°/s"), between(5, 20, "mg"), note="over 10 min"),
+            "MTi": typical(quoted(1, "mg"), note="at most"),
+        },
         source="IEEE Std 528 warm-up; field experience",
         confounded="temperature_bias (0.99 and more) and bias_drift",
         separates="wait half an hour and repeat the poses; a hot and a cold soak",
@@ -115,7 +132,10 @@ def warm_up(at: Conditions, tau_s: float) -> FloatArray:
     needs=("previous",),
     page=Page(
         formula="e_k = h_k · tanh(u_k / (width · |u|)),  u what the axes felt in the pose before",
-        typical={"MPU-6050": "0.1 to 1 mg", "MTi": "< 0.1 mg"},
+        typical={
+            "MPU-6050": typical(between(0.1, 1, "mg")),
+            "MTi": typical(quoted(0.1, "mg"), note="at most"),
+        },
         source="IEEE Std 1293 hysteresis error",
         confounded="bias, when the pose order is systematic",
         separates="random pose order; each pose approached from both sides",
@@ -140,8 +160,9 @@ def hysteresis(at: Conditions, width: float) -> FloatArray:
     page=Page(
         formula="e_k = v_k · σ_a²,  σ_a² the accelerometer's variance within the pose, axes summed",
         typical={
-            "MPU-6050": "0.01 to 0.1 °/s; some 100 µg/g²",
-            "MTi": "0.001 °/s; 50 to 100 µg/g²",
+            "MPU-6050": typical(
+                between(0.01, 0.1, "°/s/g²"), between(0.1, 0.5, "mg/g²"), note="of variance"),
+            "MTi": typical(quoted(0.001, "°/s/g²"), between(0.05, 0.1, "mg/g²")),
         },
         source="IEEE Std 1293 vibration rectification error",
         confounded="bias exactly while the motor shakes every pose alike",

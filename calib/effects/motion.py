@@ -4,6 +4,7 @@ import numpy as np
 
 from calib.earth import EARTH_RATE_RAD_S
 from calib.effects.effect import Page, effect, per_axis
+from calib.effects.typical import between, quoted, typical
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, FloatArray
 
@@ -15,7 +16,10 @@ from calib.poses.imu_log import AXES, FloatArray
     triads=("gyroscope",),
     page=Page(
         formula="e_k = Σ_j G_kj · f_j",
-        typical={"MPU-6050": "0.1 °/s per g", "MTi": "0.003 °/s per g after the factory"},
+        typical={
+            "MPU-6050": typical(quoted(0.1, "°/s/g")),
+            "MTi": typical(quoted(0.003, "°/s/g"), note="after the factory"),
+        },
         source="IEEE Std 1431 acceleration-sensitive drift rate; Kalibr A",
         confounded="scale and misalignment exactly at one speed on a level plate, where gravity "
         "is parallel to the rate",
@@ -38,7 +42,10 @@ def g_sensitivity(at: Conditions) -> FloatArray:
     triads=("gyroscope",),
     page=Page(
         formula="e_k = h_k · f_k²",
-        typical={"MPU-6050": "0.01 to 0.05 °/s per g²", "MTi": "lower"},
+        typical={
+            "MPU-6050": typical(between(0.01, 0.05, "°/s/g²")),
+            "MTi": typical(note="lower"),
+        },
         source="IEEE Std 528 acceleration-squared-sensitive drift rate",
         confounded="quadratic exactly at one speed, in one and in both directions",
         separates="a second speed, plate-stopped poses",
@@ -60,8 +67,9 @@ def g_squared_sensitivity(at: Conditions) -> FloatArray:
     page=Page(
         formula="e = Ω² (u (u·r) − r),  u the axis of the plate",
         typical={
-            "MPU-6050": "0.5 to 2 mm in the chip, 13 mm off the spindle is common",
-            "MTi": "5 mm",
+            "MPU-6050": typical(
+                between(0.5, 2, "mm"), note="in the chip; 13 mm off the spindle is common"),
+            "MTi": typical(quoted(5, "mm")),
         },
         source="Kalibr size effect; centripetal acceleration",
         confounded="nothing in still poses: it is not there",
@@ -86,7 +94,7 @@ def lever_arm(at: Conditions) -> FloatArray:
     largest=EARTH_RATE_RAD_S,
     page=Page(
         formula="e = w · u,  u = f/|f|",
-        typical={"everywhere": "15.04 °/h × sin(latitude): 2.9e-5 … 7.3e-5 rad/s"},
+        typical={"everywhere": typical(between(6, 15, "°/h"), note="15.04 °/h × sin(latitude)")},
         source="WGS84; known where the latitude is given, and then already in the reference",
         confounded="the isotropic part of g_sensitivity at every speed of a level plate",
         separates="a plate tilted by 60°; stating the site's latitude",

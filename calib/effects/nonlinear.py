@@ -3,6 +3,7 @@
 import numpy as np
 
 from calib.effects.effect import Page, effect, per_axis
+from calib.effects.typical import quoted, typical
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, FloatArray
 
@@ -12,7 +13,12 @@ from calib.poses.imu_log import AXES, FloatArray
     unit="1/({u})",
     page=Page(
         formula="e_k = K2_k · s_k²",
-        typical={"MPU-6050": "0.5 % of full scale at ±2 g", "MTi": "0.1 to 0.2 % of full scale"},
+        typical={
+            "MPU-6050": typical(quoted(2.5, "mg/g²"), quoted(8e-6, "1/(°/s)"),
+                                note="0.5 % of ±2 g, 0.2 % of ±250 °/s"),
+            "MTi": typical(quoted(0.3, "mg/g²"), quoted(1e-5, "1/(°/s)"),
+                           note="0.1 to 0.2 % of full scale"),
+        },
         source="IEEE Std 1293 second-order nonlinearity coefficient",
         confounded="asymmetry exactly on 18 wedge poses; g_squared_sensitivity at one speed",
         separates="gyro: a second speed or plate-stopped poses; accelerometer: corner poses help "
@@ -29,7 +35,12 @@ def quadratic(at: Conditions) -> FloatArray:
     unit="1/({u})²",
     page=Page(
         formula="e_k = K3_k · s_k³",
-        typical={"MPU-6050": "within 0.5 % of full scale", "MTi": "within 0.1 % of full scale"},
+        typical={
+            "MPU-6050": typical(quoted(1.2, "mg/g³"), quoted(3e-8, "1/(°/s)²"),
+                                note="0.5 % of ±2 g, 0.2 % of ±250 °/s"),
+            "MTi": typical(quoted(0.04, "mg/g³"), quoted(4e-8, "1/(°/s)²"),
+                           note="within 0.1 % of full scale"),
+        },
         source="IEEE Std 1293 third-order nonlinearity coefficient",
         confounded="scale (91 % of it at one magnitude)",
         separates="gyro: a second speed; accelerometer: 26 poses or more",
@@ -45,7 +56,10 @@ def cubic(at: Conditions) -> FloatArray:
     unit="1",
     page=Page(
         formula="e_k = a_k · |s_k|",
-        typical={"MPU-6050": "0.1 %", "MTi": "< 0.05 %"},
+        typical={
+            "MPU-6050": typical(quoted(0.1, "%")),
+            "MTi": typical(quoted(0.05, "%"), note="at most"),
+        },
         source="IEEE Std 1293 bias asymmetry",
         confounded="quadratic exactly on 18 wedge poses",
         separates="gyro: two or more speeds; accelerometer: another magnitude than 1 g",
@@ -61,7 +75,7 @@ def asymmetry(at: Conditions) -> FloatArray:
     unit="1/({u})",
     page=Page(
         formula="e_k = K_kij · s_i · s_j,  i ≠ j",
-        typical={"MPU-6050": "not specified", "MTi": "not specified"},
+        typical={"MPU-6050": typical(note="not specified"), "MTi": typical(note="not specified")},
         source="IEEE Std 1293 cross-coupling coefficients Kip, Kio, Kop",
         confounded="quadratic; x·y·z is zero on every wedge pose",
         separates="corner poses; gyro: a second speed",

@@ -7,6 +7,7 @@ import numpy as np
 
 from calib.effects.effect import Page, effect
 from calib.effects.environment import SECONDS_PER_HOUR
+from calib.effects.typical import between, typical
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 
@@ -23,7 +24,9 @@ def _turning(at: Conditions) -> FloatArray:
     belongs_to="bench",
     page=Page(
         formula="m → m + c",
-        typical={"record player": "frame counting at 15 fps: up to 1.85 % in one turn"},
+        typical={
+            "record player": typical(note="frame counting at 15 fps: up to 1.85 % in one turn")
+        },
         source="Angrisano et al., frame counting",
         confounded="scale exactly at one speed",
         separates="a second speed",
@@ -42,7 +45,10 @@ def reference_offset(at: Conditions) -> FloatArray:
     belongs_to="bench",
     page=Page(
         formula="m → m (1 + c)",
-        typical={"camera crystal": "20 to 100 ppm; 0.1 % for 30 against 29.97 fps"},
+        typical={
+            "camera crystal": typical(
+                between(20, 100, "ppm"), note="0.1 % for 30 against 29.97 fps")
+        },
         source="time base of the camera; local gravity anomaly",
         confounded="scale exactly, at every speed and in both directions",
         separates="another clock in the frame; surveyed gravity. Never these data",
@@ -62,7 +68,7 @@ def reference_scale(at: Conditions) -> FloatArray:
     triads=("gyroscope",),
     page=Page(
         formula="m → m (1 + d · t)",
-        typical={"record player": "0.1 to 1 % while the motor warms up"},
+        typical={"record player": typical(between(0.1, 1, "%/h"), note="while the motor warms up")},
         source="motor drift",
         confounded="a scale_drift that is the same on all axes, exactly, in every design",
         separates="one clip per pose",
@@ -83,7 +89,7 @@ def reference_drift(at: Conditions) -> FloatArray:
     triads=("gyroscope",),
     page=Page(
         formula="m → m (1 + c · sign(Ω))",
-        typical={"record player": "0.01 to 0.1 %"},
+        typical={"record player": typical(between(0.01, 0.1, "%"))},
         source="drag and belt tension differ with the direction",
         confounded="isotropic g_sensitivity with two directions at one speed",
         separates="a second speed and plate-stopped poses; one clip per direction",

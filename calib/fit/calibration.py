@@ -286,10 +286,11 @@ def uncertainty_budget(calibration: TriadCalibration) -> Mapping[str, FloatArray
         if stated.any()  # not an error that was stated to be none
     }
     rest = fit.cov - sum(parts.values(), start=np.zeros_like(fit.cov))
-    return {name: _sds(calibration, cov) for name, cov in {NOISE: rest, **parts}.items()}
+    return {name: parameter_sds(calibration, cov) for name, cov in {NOISE: rest, **parts}.items()}
 
 
-def _sds(calibration: TriadCalibration, cov: FloatArray) -> FloatArray:
+def parameter_sds(calibration: TriadCalibration, cov: FloatArray) -> FloatArray:
+    """Sds of misalignment, bias and scale, (3, 3), where theta has the covariance ``cov``."""
     fit = calibration.fit
     variance = np.diag(triad_parameters(fit.model, fit.theta, cov, calibration.spec).cov)
     return np.asarray(np.sqrt(np.maximum(variance, 0.0)).reshape(3, 3))  # 0 may round below 0

@@ -162,7 +162,7 @@ def _carried(
 ) -> FloatArray:
     """Covariance (6, 6) that a triad's parameters carry into the solution."""
     rows = np.einsum("mij,mjp->mip", across, moved) / row_sd[:, :, None]
-    gain = inverse @ rows.reshape(-1, moved.shape[2])
+    gain = inverse @ rows.reshape(inverse.shape[1], moved.shape[2])
     index = fit.model.positions(fit.model.acting_on("reading"))
     return np.asarray(gain @ fit.cov[np.ix_(index, index)] @ gain.T)
 

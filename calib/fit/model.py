@@ -120,7 +120,7 @@ def stack_columns(
     Parameters
     ----------
     effects : sequence of Effect
-        At least one.
+        May be none: a model need not have bias, scale and misalignment.
     at : Conditions
         Of n poses or samples, SI.
     shapes : mapping of effect name to shape parameter
@@ -131,4 +131,5 @@ def stack_columns(
     array, shape (n, 3, k)
         Error of the vector, SI, per unit of each of the k parameters of all effects.
     """
-    return np.concatenate([e.evaluate(at, shapes.get(e.name)) for e in effects], axis=2)
+    none = np.zeros((len(at), 3, 0))
+    return np.concatenate([none, *(e.evaluate(at, shapes.get(e.name)) for e in effects)], axis=2)

@@ -17,7 +17,7 @@ SLOWEST_HZ, FASTEST_HZ = 1e-3, 1e6  #: sample rates of inertial sensors
 @click.command(epilog=examples(
     "pipeline apply config.run drive.csv --output drive.calibrated.csv",
     "pipeline apply config.run raw.txt --columns acc_x,acc_y,acc_z --rate-hz 100",
-    "pipeline apply config.run a.csv --columns 'time_s=t,acc_x=x,acc_y=y,acc_z=z' --time-unit ms",
+    "pipeline apply config.run a.csv --columns time_s=t,acc_x=ax,acc_y=ay,acc_z=az --time-unit ms",
 ))
 @click.argument("results", type=PathArgument())
 @click.argument("log", type=PathArgument())

@@ -9,7 +9,7 @@ from pipeline.commands.arguments import PathArgument
 from pipeline.export.formats import FORMATS
 
 #: The list under the command's help; \b keeps its lines.
-LISTED = "\b\nFormats:\n" + "\n".join(f"  {name:<8}  {holds}" for name, holds in FORMATS.items())
+LISTED = "\b\nFormats:\n" + "\n".join(f"  {name:<11}  {holds}" for name, holds in FORMATS.items())
 EXAMPLES = (
     "pipeline export config.run --to kalibr",
     "pipeline export config.run --to csv --output out",
@@ -52,7 +52,7 @@ def command(
     export = EXPORTERS[form](stored)
     for note in export.loses:
         click.secho(f"note: {note}", fg="yellow", err=True)
-    for name, text in export.files.items():
+    for name, content in export.files.items():
         path = (output or stored.folder) / name
-        write_output(stored.folder, path, text, force=force, inputs=(stored.path,))
+        write_output(stored.folder, path, content, force=force, inputs=(stored.path,))
         click.echo(path)

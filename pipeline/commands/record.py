@@ -11,6 +11,8 @@ from pipeline.commands.arguments import PathArgument
 if TYPE_CHECKING:
     from pipeline.config.load import Config
 
+FASTEST_BAUD = 100_000_000  #: bits per second, of a serial line over USB
+
 
 @click.command(epilog=examples(
     "pipeline record config.yaml",
@@ -18,10 +20,11 @@ if TYPE_CHECKING:
 ))
 @click.argument("config", type=PathArgument())
 @click.option("--port", help="Serial port; default: record.port of CONFIG.")
-@click.option("--baud", type=int, help="Baud rate; default: record.baud of CONFIG.")
+@click.option("--baud", type=click.IntRange(min=1, max=FASTEST_BAUD),
+              help="Baud rate; default: record.baud of CONFIG.")
 @click.option("--although-undetermined", is_flag=True,
               help="Record although these poses will not determine the model.")
-@click.option("--camera", type=int,
+@click.option("--camera", type=click.IntRange(min=0),
               help="Film the poses on the turning plate with this camera (0 is the first).")
 def command(
     config: Path, port: str | None, baud: int | None, although_undetermined: bool,

@@ -20,7 +20,13 @@ from pipeline.config.schema import (
     VideoRateSection,
 )
 from pipeline.config.sensor import SensorOrPreset, SensorSection
-from pipeline.config.types import MISSING_FILE, Section, UserEffectName, ValidationContext
+from pipeline.config.types import (
+    MISSING_FILE,
+    FolderName,
+    Section,
+    UserEffectName,
+    ValidationContext,
+)
 from pipeline.config.yaml_text import PathTo, YamlSource, parse_source, read_source
 from pipeline.errors import ConfigError, MissingFiles
 from pipeline.formatting import count
@@ -33,7 +39,7 @@ class Config(Section):
     """
 
     title: str = ""
-    output: str | None = None
+    output: FolderName | None = None
     sensor: SensorOrPreset = SensorSection()
     rate: dict[str, Rate] = Field(default_factory=dict)
     site: SiteSection | None = None

@@ -9,7 +9,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+from pydantic import (
+    AfterValidator,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationInfo,
+    model_validator,
+)
 
 from calib.effects.catalogue import BASE
 from pipeline.config.types import (
@@ -23,6 +30,7 @@ from pipeline.config.types import (
     Section,
     Three,
     VisionTerms,
+    may_be_missing,
     no_such,
     refusal,
 )
@@ -158,6 +166,12 @@ class PosesSection(LogsSection):
     @classmethod
     def _files_alone(cls, poses: object) -> object:
         return {"files": poses} if isinstance(poses, str | list) else poses
+
+    @model_validator(mode="after")
+    def _names_files(self, info: ValidationInfo) -> "PosesSection":
+        if not any(self.files_by_key().values()) and not may_be_missing(info):
+            raise refusal("names no file. Name the logs of the poses, as in 'pose_*.csv'")
+        return self
 
 
 class AccelerometerSection(Section):

@@ -56,6 +56,11 @@ def _context(info: ValidationInfo) -> ValidationContext:
     return context if isinstance(context, ValidationContext) else ValidationContext(Path())
 
 
+def may_be_missing(info: ValidationInfo) -> bool:
+    """Whether names of files that are not there yet stand for none."""
+    return _context(info).files_may_be_missing
+
+
 #: The kinds of error that this package adds to pydantic's.
 REFUSED: Final = "refused"
 MISSING_FILE: Final = "missing_file"
@@ -77,6 +82,10 @@ def no_such(kind: str, name: str, right: tuple[str, ...]) -> PydanticCustomError
 # --- kinds of values ---------------------------------------------------------------------------
 
 
+#: Missing files of a list that are named; after as many the rest is not looked for.
+MOST_FAULTS = 20
+LONGEST_NAME = 255  #: bytes of a file's name, in every file system in common use
+SHOWN = 60  #: characters of a wrong name that a message repeats
 #: No length, rate, count or share of a session is larger, and none that is not 0 is smaller than
 #: its inverse: what is squared later neither overflows nor vanishes.
 LARGEST = 1e12
@@ -149,13 +158,21 @@ def _files(names: object, info: ValidationInfo) -> tuple[Path, ...]:
             at = (i,) if isinstance(names, list) else ()
             error = refusal(str(fault), MISSING_FILE if missing else REFUSED)
             faults.append(InitErrorDetails(type=error, loc=at, input=name))
+            if len(faults) == MOST_FAULTS:  # looking for what was meant takes a while for each
+                break
+        except (OSError, ValueError) as fault:  # no name that a file can have
+            problem = getattr(fault, "strerror", None) or fault
+            raise refusal(
+                f"'{str(name)[:SHOWN]}' cannot be the name of a file ({problem})") from fault
     if faults:
         raise ValidationError.from_exception_data("files", faults)
     if not paths and not faults and not _context(info).files_may_be_missing:
         raise refusal("the list is empty; name a file or a pattern")
-    places = [path.resolve() for path in paths]  # one file has many paths
-    if repeated := next((path for i, path in enumerate(paths) if places[i] in places[:i]), None):
-        raise refusal(f"{repeated} is named twice. Name each file once")
+    places: set[Path] = set()
+    for path in paths:
+        if path.resolve() in places:  # one file has many paths
+            raise refusal(f"{path} is named twice. Name each file once")
+        places.add(path.resolve())
     return tuple(paths)
 
 
@@ -177,6 +194,14 @@ def _picked(row: dict[Any, Any]) -> Renamed:
     return Renamed(tuple((str(ours), theirs) for ours, theirs in row.items()))
 
 
+def _folder_name(name: str) -> str:
+    if "\0" in name or any(len(part.encode()) > LONGEST_NAME for part in Path(name).parts):
+        raise refusal(f"'{name[:SHOWN]}' cannot be the name of a folder: names have no zero byte, "
+                      f"and at most {LONGEST_NAME} bytes")
+    return name
+
+
+FolderName = Annotated[str, AfterValidator(_folder_name)]
 RateName = Annotated[str, BeforeValidator(_rate_name)]
 UserEffectName = Annotated[str, AfterValidator(_user_effect_name)]
 Files = Annotated[tuple[Path, ...], BeforeValidator(_files)]

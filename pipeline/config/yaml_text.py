@@ -20,6 +20,7 @@ import yaml
 
 from pipeline.config.yaml_syntax import syntax_error
 from pipeline.errors import ConfigError
+from pipeline.files import may_never_end
 
 Key = str | int
 PathTo = tuple[Key, ...]  #: keys and list positions from the top, ("gyroscope", "runs", 0, "rate")
@@ -31,6 +32,7 @@ DEEPEST = 20
 #: Digits; longer whole numbers are read as floats, which range checks then refuse.
 LONGEST_INTEGER = 19
 
+HALF_CHARACTER = re.compile("[\ud800-\udfff]")
 _INTEGER = re.compile(r"[-+]?[0-9]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _WORDS: dict[str, bool | float | None] = {
@@ -132,6 +134,8 @@ def read_source(path: Path) -> YamlSource:
         The file is missing, not text, too large, or not one YAML mapping.
     """
     try:
+        if may_never_end(path):
+            raise ConfigError(f"{path}: is a pipe or a device; a YAML file is expected.")
         with path.open("rb") as file:
             data = file.read(LARGEST_BYTES + 1)
     except OSError as error:
@@ -280,6 +284,9 @@ class _NodeReader:
 def _scalar(node: yaml.ScalarNode) -> str | int | float | bool | None:
     """The value of a scalar by YAML 1.2's core rules; quoted and block text is always text."""
     text = str(node.value)
+    if HALF_CHARACTER.search(text):
+        raise _Refused(node.start_mark, "the text holds half a character (\\ud800 to \\udfff), "
+                       "which no file can hold. Write the whole character.")
     if node.style is not None:
         return text
     if text in _WORDS:

@@ -5,6 +5,9 @@ from collections.abc import Iterator, Sequence
 from math import isnan
 from pathlib import Path
 
+import numpy as np
+
+from calib.diagnosis.unseen import together
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.fit.calibration import TriadParameters
 from calib.mounting.mounting import Mounting
@@ -207,9 +210,23 @@ def ranking_lines(result: TriadResult) -> list[str]:
         lines.append(f"  at 95 % no larger than: {limit.name} {limit.value:.2g} {limit.unit}")
     if diagnosis.blind:
         lines.append(f"  these data cannot determine: {', '.join(diagnosis.blind)}")
+    if result.unseen:
+        lines.append(f"  {unseen_text(result)}")
     if diagnosis.aside:
         lines.append(f"  {aside_text(diagnosis.aside)}")
     return lines
+
+
+def unseen_text(result: TriadResult) -> str:
+    """What the effects that these poses cannot see do to the parameters, if they are typical."""
+    sds = together(result.unseen)
+    scale = float(np.nanmax(sds[2] / result.calibration.parameters.scale_counts_per_unit))
+    worst = max(result.unseen, key=lambda name: float(np.nanmax(result.unseen[name][2])))
+    return (
+        f"if your sensor is typical, these move a scale by up to {100 * scale:.2g} %, a bias by "
+        f"{np.nanmax(sds[1]):.2g} counts and a misalignment by {np.nanmax(sds[0]):.2g} rad (1 sd, "
+        f"the scale most by {worst}); the stated sds do not contain that"
+    )
 
 
 def aside_text(columns: Sequence[str]) -> str:

@@ -11,4 +11,5 @@ FORMATS: dict[str, str] = {
     "fusion": "a C header for FusionModelInertial of x-io Fusion",
     "px4": "CAL_ACC0 and CAL_GYRO0 parameters of PX4",
     "inav": "CLI commands of INAV",
+    "certificate": "one page (PDF) to file: parameters, reference, residuals, verdict",
 }

@@ -16,9 +16,9 @@ EXAMPLE_SIZE: Mapping[str, float] = {"accelerometer": 10.0, "gyroscope": 1.0}  #
 
 @dataclass(frozen=True)
 class Export:
-    """Text of each file by name, and the parts of the calibration that they do not store."""
+    """Content of each file by name, and the parts of the calibration that they do not store."""
 
-    files: Mapping[str, str]
+    files: Mapping[str, str | bytes]
     loses: tuple[str, ...]
 
 

@@ -12,6 +12,14 @@ from pipeline.export.plain import to_csv, to_imu_tk, to_json
 from pipeline.export.robotics import to_kalibr, to_ros
 from pipeline.results.read import Stored
 
+
+def to_certificate(stored: Stored) -> Export:
+    """One page for the file; matplotlib is loaded for it alone."""
+    from pipeline.export import certificate_page
+
+    return certificate_page.to_certificate(stored)
+
+
 #: Format -> exporter; :data:`pipeline.export.formats.FORMATS` describes each in a line.
 EXPORTERS: Mapping[str, Callable[[Stored], Export]] = {
     "json": to_json,
@@ -23,4 +31,5 @@ EXPORTERS: Mapping[str, Callable[[Stored], Export]] = {
     "fusion": to_fusion,
     "px4": to_px4,
     "inav": to_inav,
+    "certificate": to_certificate,
 }

@@ -1,12 +1,12 @@
 """The bytes of a log file and the lines of its text, before anything is known of its columns."""
 
 import gzip
-import stat
 import zlib
 from pathlib import Path
 from typing import BinaryIO
 
 from pipeline.errors import UnreadableInput
+from pipeline.files import may_never_end
 from pipeline.logs.head import FEWEST_NUMBERS, width_of_numbers
 from pipeline.logs.memory import largest_text, too_large
 
@@ -50,8 +50,7 @@ def require_file(path: Path) -> None:
     OSError
         It is missing, or cannot be looked at.
     """
-    mode = path.stat().st_mode
-    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+    if may_never_end(path):
         raise UnreadableInput(f"{path}: is a pipe or a device; a file is expected. Save the log to "
                               "a file first.")
 

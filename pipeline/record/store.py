@@ -22,7 +22,7 @@ from typing import BinaryIO
 
 from calib.poses.imu_log import FloatArray
 from pipeline.config.load import Config
-from pipeline.errors import UnreadableInput
+from pipeline.errors import UnreadableInput, UnwritableOutput
 from pipeline.files import write_whole
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
 from pipeline.record.block_files import NumberedFiles, RecordingBlock
@@ -150,11 +150,24 @@ class RawFile:
         self._count = 0
 
     def keep(self, data: bytes, heard_s: float) -> None:
-        """Append ``data``."""
-        if data:
+        """Append ``data``.
+
+        Raises
+        ------
+        UnwritableOutput
+            The disk is full; what was appended before stays.
+        """
+        if not data:
+            return
+        try:
             self._bytes.write(data)
             self._count += len(data)
             self._arrivals.write(f"{self._count},{heard_s:.6f}\n".encode())
+        except OSError as error:
+            raise UnwritableOutput(
+                f"{self.path}: cannot be written ({error.strerror}). Recorded poses are kept. Free "
+                f"the space, and go on with the same command."
+            ) from error
 
     def close(self) -> None:
         """Close both files."""

@@ -8,10 +8,22 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import Effect
+from calib.poses.imu_log import FloatArray
 from pipeline.formatting import count, with_sd
+from pipeline.report.effect_fit import whitened_columns
 from pipeline.report.partial_residuals import REFERENCE, Panel, panels
 from pipeline.report.refit_data import best_shape
-from pipeline.report.svg import PLAIN, SMALL, Canvas, Chart, Figure, across, nice_limit, upward
+from pipeline.report.svg import (
+    PLAIN,
+    SMALL,
+    Canvas,
+    Chart,
+    Figure,
+    across,
+    nice_limit,
+    tick_text,
+    upward,
+)
 from pipeline.stages.triads import TriadResult
 
 MOST_COLUMNS = 6  #: logged columns with panels
@@ -57,12 +69,23 @@ def axis_charts(
         effect = _effect_named(name, defined or {})
         if effect is None or result.triad not in effect.triads:
             continue
-        shown = panels(result.calibration.fit, effect, _shape(result, effect))
+        beside = _beside(result, name, defined or {})
+        shown = panels(result.calibration.fit, effect, _shape(result, effect), beside)
         drawn = tuple(f"{p.axis} {p.against} {p.per} {p.slope:.4g}" for p in shown)
         if shown and drawn not in known:
             known.add(drawn)
             charts.append(_charts(result, effect, shown, name in leading))
     return tuple(charts)
+
+
+def _beside(
+    result: TriadResult, name: str, defined: Mapping[str, Effect]
+) -> list[FloatArray]:
+    """Columns of the other effects that the verdict names together with this one."""
+    names = result.diagnosis.names if name in result.diagnosis.names else ()
+    others = [_effect_named(each, defined) for each in names if each != name]
+    return [whitened_columns(result.calibration.fit, other, _shape(result, other))
+            for other in others if other is not None]
 
 
 def _effect_named(name: str, defined: Mapping[str, Effect]) -> Effect | None:
@@ -150,12 +173,11 @@ def panel_figure(name: str, panel: Panel, limit: float, canvas: Canvas = SMALL) 
     noise = float(np.median(panel.sd))
     chart.stripe(-noise, noise)
     chart.level(0.0)
-    for x, y, sd in zip(panel.x, panel.before, panel.sd, strict=True):
-        chart.bar(x, max(y - sd, -limit), min(y + sd, limit), "error-bar")
+    low, high = (np.clip(panel.before + sign * panel.sd, -limit, limit) for sign in (-1, 1))
+    chart.bars(panel.x, low, high, "error-bar")
     chart.line(panel.curve[0], np.clip(panel.curve[1], -limit, limit), "effect")
-    for x, y, other in zip(panel.x, panel.before, panel.after, strict=True):
-        chart.mark(x, y, 0, "mark before")
-        chart.mark(x, other, 1, "mark after")
+    chart.poses(panel.x, panel.before, panel.pose, "before-dots")
+    chart.squares(panel.x, panel.after, "after-squares")
     title = _title(panel)
     alternative = f"{what.capitalize()} against {panel.against}: {title}."
     return Figure(title, chart.svg(f"{name}. {alternative}"), "", "")
@@ -178,7 +200,7 @@ def _title(panel: Panel) -> str:
         text = f"{with_sd(panel.slope, panel.slope_sd)} {panel.unit} per {per}"
     else:
         span = float(np.ptp(panel.curve[1]))
-        text = f"{span:.3g} {panel.unit} over {count(len(panel.x), 'pose')}"
+        text = f"{tick_text(float(f'{span:.3g}'))} {panel.unit} over {count(len(panel.x), 'pose')}"
     if panel.axis == REFERENCE:
         return f"Reference: {text}".replace("-", "−")
     axis = panel.axis if panel.parameter == panel.axis else f"{panel.axis} ({panel.parameter})"

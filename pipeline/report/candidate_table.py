@@ -8,8 +8,8 @@ import numpy as np
 
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import odds_in_words, readable
-from pipeline.formatting import DISPLAY, with_sd
-from pipeline.report.display_units import display_unit
+from pipeline.formatting import DISPLAY, display_unit, with_sd
+from pipeline.report.svg import tick_text
 from pipeline.stages.triads import TriadResult
 
 RANKED = 8  #: rows that are always shown; the others unfold
@@ -42,9 +42,10 @@ def _row(result: TriadResult, each: Candidate) -> CandidateRow:
     share = each.chi2_drop / max(result.calibration.fit.chi2, 1e-300)
     name = each.name if each.kind == "listed" else readable(
         f"~{each.name}" if each.kind == "unknown" else each.name)
+    drop = tick_text(float(f"{each.chi2_drop:.3g}"))
     return CandidateRow(
         name, odds_in_words(each.probability),
-        f"{each.chi2_drop:.3g} ({100 * share:.0f} %)" if share > LEAST_SHARE else "–",
+        f"{drop} ({100 * share:.0f} %)" if share > LEAST_SHARE else "–",
         _size(each), rms, loo,
         bool(each.loo_after > result.comparison.loo_rms), ", ".join(each.aliases))
 

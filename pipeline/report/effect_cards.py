@@ -18,8 +18,7 @@ from calib.diagnosis.verdict.wording import joined
 from calib.effects.catalogue import EFFECTS, UnknownEffect, find_effect
 from calib.effects.effect import Effect
 from calib.poses.imu_log import AXES, FloatArray
-from pipeline.formatting import with_sd
-from pipeline.report.display_units import display_unit
+from pipeline.formatting import display_unit, with_sd
 from pipeline.report.fingerprint import Fingerprint, fingerprint, fingerprint_svg
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
@@ -138,7 +137,7 @@ def _card(
         formula=formula_html(effect.page.formula) if listed else escape(effect.page.formula),
         standing=standing,
         status=_status(result, effect, standing),
-        typical=tuple(effect.page.typical.items()),
+        typical=tuple((part, str(size)) for part, size in effect.page.typical.items()),
         source=effect.page.source,
         size=_size_table(result, effect, candidate),
         fingerprint="" if shape is None else fingerprint_svg(
@@ -218,7 +217,7 @@ def _size_table(
     k = len(effect.parameters)
     if len(values) < k:
         return None
-    unit, factor = display_unit(effect.unit_for(result.triad), values[:k])
+    unit, factor = display_unit(effect.unit_for(result.triad), list(values[:k]))
     largest = float(np.abs(values[:k]).max()) * factor
     cells = tuple(_cell(value * factor, sd * factor, largest)
                   for value, sd in zip(values[:k], sds[:k], strict=True))

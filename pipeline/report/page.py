@@ -156,6 +156,7 @@ def _triad_view(
         "groups": parameter_groups(result, certificate),
         "certified": certificate is not None,
         "budget": budget_rows(result),
+        "unseen": tuple(result.unseen),
         "widening": calibration.widening,
         "gravity": result.gravity,
         "payload": payload,

@@ -15,22 +15,26 @@ the reference as a relative error of the reference, pose by pose; :mod:`pipeline
 says against what.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.special import fdtrc
 
 from calib.effects.effect import Effect
 from calib.errors import Undetermined
-from calib.fit.identifiability import VISIBLE_SHARE
-from calib.fit.result import MISFIT_P_VALUE, Fit
-from calib.fit.sensitive_axes import ALIGNED
+from calib.fit.result import Fit
 from calib.poses.conditions import FIELDS, Conditions
 from calib.poses.imu_log import AXES, FloatArray, IntArray
 from pipeline.formatting import DISPLAY
 from pipeline.report.drivers import NOTHING, Driver, driver_of
+from pipeline.report.effect_fit import (
+    Rows,
+    error_per_pose,
+    reference_rows,
+    sensed_conditions,
+    solve_effect,
+)
 
 PPM = 1e6
 GRID = 60  #: points of a drawn curve
@@ -38,8 +42,6 @@ POOREST = 2.5  #: times the best sd of an axis: poses that say less about it are
 FEWEST = 4  #: poses of a panel: fewer show no shape
 REFERENCE = "reference"  #: in the place of an axis
 NEVER = 1e-12  #: relative: columns of an axis below this are rounding
-
-Rows = tuple[FloatArray, FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +96,9 @@ class _Parameter:
         return np.asarray(self.effect.evaluate(at, self.shape)[:, self.a, self.j])
 
 
-def panels(fit: Fit, effect: Effect, shape: float | None = None) -> tuple[Panel, ...]:
+def panels(
+    fit: Fit, effect: Effect, shape: float | None = None, beside: Sequence[FloatArray] = ()
+) -> tuple[Panel, ...]:
     """A panel for every parameter of ``effect``; none where these poses do not determine it.
 
     Parameters
@@ -105,22 +109,22 @@ def panels(fit: Fit, effect: Effect, shape: float | None = None) -> tuple[Panel,
         Acting on the sensor or on the reference.
     shape : float, optional
         Value of its shape parameter; by default the fitted one, else the first start.
+    beside : sequence of array, shape (d, k)
+        Whitened columns of other effects that are missing too, as
+        :func:`pipeline.report.effect_fit.whitened_columns` makes them; fitted with this one.
     """
     if effect.acts_on == "reference":
-        return tuple(_reference_panels(fit, effect, shape))
+        return tuple(_reference_panels(fit, effect, shape, beside))
     if effect.acts_on != "sensor":
         return ()
     equations, s = fit.equations, fit.rows.vector
-    axes = ALIGNED if effect.orthogonal else fit.rows.axes
-    turn = axes.to_orthogonal  # T, from the sensitive axes
-    at = equations.conditions(s)
-    at = replace(at, vector=axes.sensed(at.vector))
     value = fit.shapes.get(effect.name, shape)
+    turn, at = sensed_conditions(fit, effect)
     errors = effect.evaluate(at, value)
     columns = equations.whitened(turn @ errors, s)
     if (np.abs(columns).max(axis=0) <= NOTHING * np.abs(errors).max() / equations.typical_sd).any():
         return ()  # the rows do not see it: what they show is rounding
-    solved = _solved(fit, effect, columns)
+    solved = solve_effect(fit, effect, columns, beside)
     if solved is None:
         return ()
     theta, theta_sd, after = solved
@@ -132,7 +136,7 @@ def panels(fit: Fit, effect: Effect, shape: float | None = None) -> tuple[Panel,
             continue
         a = int(strength.argmax())
         parameter = _Parameter(effect, value, at, a, j, float(theta[j]), float(theta_sd[j]))
-        shown.append(_panel(fit, parameter, _per_pose(fit, sensitivity[:, a], after)))
+        shown.append(_panel(fit, parameter, error_per_pose(fit, sensitivity[:, a], after)))
     return tuple(panel for panel in shown if panel is not None)
 
 
@@ -144,50 +148,6 @@ def _panel(fit: Fit, of: _Parameter, rows: Rows) -> Panel | None:
     except Undetermined:  # a user's function fails at conditions that these poses do not have
         pass
     return _against_itself(fit, of, rows)
-
-
-def _solved(
-    fit: Fit, effect: Effect, columns: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-    """θ, its sd, and the residual with the effect; None where these poses do not determine it.
-
-    The sd has the Birge ratio in it where noise does not explain the residual with the effect.
-    """
-    d = fit.equations.data_count
-    if effect.name in fit.model.names:
-        where = fit.model.slices()[effect.name]
-        return fit.theta[where], np.sqrt(np.diag(fit.cov)[where]), fit.rows.residual[:d]
-    root = np.sqrt(fit.weight)
-    norm = np.sqrt((columns**2).sum(axis=0))
-    if not (np.isfinite(norm).all() and (norm > 0).all()):
-        return None
-    full = np.vstack([columns / norm, np.zeros((len(root) - d, columns.shape[1]))])
-    jacobian = fit.rows.jacobian * root[:, None]
-    length = np.sqrt((jacobian**2).sum(axis=0))
-    q, r = np.linalg.qr(jacobian / np.where(length > 0, length, 1.0))
-    q = q[:, np.abs(np.diag(r)) > NOTHING]
-    rest = full * root[:, None]
-    rest = rest - q @ (q.T @ rest)
-    u, size, vt = np.linalg.svd(rest, full_matrices=False)
-    if size[-1] < VISIBLE_SHARE:
-        return None
-    y = fit.rows.residual * root
-    theta = vt.T @ ((u.T @ y) / size)
-    sd = np.sqrt(((vt.T / size) ** 2).sum(axis=1))
-    remainder = y - rest @ theta
-    dof = max(fit.dof - len(theta), 1)
-    ratio = float(remainder @ remainder) / dof
-    if fdtrc(dof, fit.poses.noise_dof, ratio) < MISFIT_P_VALUE:
-        sd = sd * np.sqrt(ratio)
-    return theta / norm, sd / norm, remainder[:d] / np.maximum(root[:d], NOTHING)
-
-
-def _per_pose(fit: Fit, h: FloatArray, after: FloatArray) -> Rows:
-    """Error of one axis that remains in every pose, and its sd, SI (n,); infinite where unseen."""
-    pose, n = fit.equations.row_pose, len(fit.poses)
-    weight = np.bincount(pose, h**2, n)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.bincount(pose, h * after, n) / weight, 1 / np.sqrt(weight)
 
 
 def _shown(x: FloatArray, sd: FloatArray) -> IntArray | None:
@@ -255,7 +215,9 @@ def _against_itself(fit: Fit, of: _Parameter, rows: Rows) -> Panel | None:
     )
 
 
-def _reference_panels(fit: Fit, effect: Effect, shape: float | None) -> Iterator[Panel]:
+def _reference_panels(
+    fit: Fit, effect: Effect, shape: float | None, beside: Sequence[FloatArray]
+) -> Iterator[Panel]:
     """The relative error of the reference in every pose, in the order of the runs."""
     equations = fit.equations
     at = equations.conditions(fit.rows.vector)
@@ -263,14 +225,13 @@ def _reference_panels(fit: Fit, effect: Effect, shape: float | None) -> Iterator
     turning = equations.magnitude
     if len(turning) < FEWEST:
         return
-    weight = np.zeros((equations.data_count, 1))
-    weight[: len(turning), 0] = 1 / equations.magnitude_sd
+    weight = reference_rows(fit)
     columns = effect.evaluate(at, fit.shapes.get(effect.name, shape))
-    solved = _solved(fit, effect, weight * columns[equations.row_pose])
+    solved = solve_effect(fit, effect, weight * columns[equations.row_pose], beside)
     if solved is None:
         return
     theta, _, after = solved
-    error, sd = _per_pose(fit, weight[:, 0], after)
+    error, sd = error_per_pose(fit, weight[:, 0], after)
     relative = PPM / magnitude[turning]
     position = np.arange(n, dtype=float)[turning]
     for j, name in enumerate(effect.parameters):

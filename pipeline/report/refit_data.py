@@ -33,8 +33,7 @@ from calib.fit.model import Model
 from calib.fit.residuals import Equations
 from calib.fit.result import AT_BOUND, MISFIT_P_VALUE, Fit
 from calib.poses.imu_log import FloatArray
-from pipeline.formatting import DISPLAY
-from pipeline.report.display_units import display_unit
+from pipeline.formatting import DISPLAY, display_unit
 from pipeline.report.pose_charts import SHOWN_SD
 from pipeline.report.svg import NICE
 from pipeline.results.json_values import Json

@@ -1,7 +1,7 @@
 """Small charts as SVG text, coloured by the page's style sheet in its light and dark form.
 
-This module replaces a plotting library for three reasons. The whole page is one file of 0.2 to
-0.6 MB that works offline, and the script of a plotting library alone has 1 to 4 MB. The style sheet
+This module replaces a plotting library for three reasons. The whole page is one file of 0.5 to
+1 MB that works offline, and the script of a plotting library alone has 1 to 4 MB. The style sheet
 colours the charts for a light screen, a dark screen and paper. The tick boxes move the marks
 themselves, so that the eye follows every pose from before to after. A chart is about as wide as a
 phone; wider screens show several charts side by side.
@@ -14,11 +14,13 @@ from html import escape
 
 import numpy as np
 
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import FloatArray, IntArray
 
 NICE = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0)  #: limits of a symmetrical axis, in any decade
 TICK_STEPS = (1.0, 2.0, 5.0, 10.0)
 LABELLED_DECADE = (1.0, 2.0, 5.0)  #: of a logarithmic axis
+
+SQUARE = 5.4  #: side of an open square
 
 #: Outlines about the origin: runs differ in shape as well as in colour.
 SHAPES = (
@@ -215,6 +217,32 @@ class Chart:
             f"M{pixel(self.x(a))} {pixel(self.y(b))}h0" for a, b in zip(xs, ys, strict=True)
         )
         self.parts.append(f'<path class="dots {kind}" d="{points}"/>')
+
+    def poses(self, xs: FloatArray, ys: FloatArray, poses: IntArray, kind: str) -> None:
+        """A round dot for every pose, which the script of the page knows by its number."""
+        dots = "".join(
+            f'<path data-i="{i}" d="M{pixel(self.x(a))} {pixel(self.y(b))}h0"/>'
+            for a, b, i in zip(xs, ys, poses, strict=True)
+        )
+        self.parts.append(f'<g class="pose-dots {kind}">{dots}</g>')
+
+    def squares(self, xs: FloatArray, ys: FloatArray, kind: str) -> None:
+        """Open squares as one path."""
+        half = SQUARE / 2
+        outlines = "".join(
+            f"M{pixel(self.x(a) - half)} {pixel(self.y(b) - half)}"
+            f"h{SQUARE:g}v{SQUARE:g}h-{SQUARE:g}z"
+            for a, b in zip(xs, ys, strict=True)
+        )
+        self.parts.append(f'<path class="{kind}" d="{outlines}"/>')
+
+    def bars(self, xs: FloatArray, lows: FloatArray, highs: FloatArray, kind: str) -> None:
+        """Vertical bars as one path."""
+        lines = "".join(
+            f"M{pixel(self.x(a))} {pixel(self.y(low))}V{pixel(self.y(high))}"
+            for a, low, high in zip(xs, lows, highs, strict=True)
+        )
+        self.parts.append(f'<path class="{kind}" d="{lines}"/>')
 
     def bar(self, x: float, low: float, high: float, kind: str, attribute: str = "") -> None:
         """A vertical bar from ``low`` to ``high``."""

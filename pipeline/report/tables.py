@@ -9,9 +9,10 @@ import numpy as np
 from calib.certificate import CertificateComparison
 from calib.fit.calibration import NOISE, uncertainty_budget
 from calib.poses.imu_log import AXES, SI_UNIT
-from pipeline.formatting import DISPLAY, relative, with_sd
-from pipeline.report.display_units import display_unit
+from pipeline.formatting import DISPLAY, display_unit, relative, with_sd
 from pipeline.stages.triads import TriadResult
+
+NEGLIGIBLE = 1e-3  #: share of the total sd: less of it is written as 0
 
 #: What each group of parameters means, for the table.
 MEANING = {
@@ -54,10 +55,17 @@ def parameter_groups(
 def budget_rows(result: TriadResult) -> tuple[tuple[str, str, str, str], ...]:
     """Cause, and the sds it gives to misalignment, bias and scale: means over the axes."""
     scale = result.calibration.parameters.scale_counts_per_unit
+    budget = uncertainty_budget(result.calibration)
+    unseen = {f"{name}, if your sensor is typical": sds for name, sds in result.unseen.items()}
+    causes = {**budget, **unseen}
+    means = np.array([
+        np.sqrt(np.mean([sds[0] ** 2, sds[1] ** 2, (sds[2] / scale) ** 2], axis=1))
+        for sds in causes.values()
+    ])
+    total = np.sqrt((means[: len(budget)] ** 2).sum(axis=0))
+    means = np.where(means < NEGLIGIBLE * total, 0.0, means)
     rows = []
-    for cause, sds in uncertainty_budget(result.calibration).items():
-        misalignment, bias, gain = np.sqrt(np.mean([sds[0] ** 2, sds[1] ** 2,
-                                                    (sds[2] / scale) ** 2], axis=1))
+    for cause, (misalignment, bias, gain) in zip(causes, means, strict=True):
         label = "noise and misfit" if cause == NOISE and result.calibration.widening > 1 else cause
         rows.append((
             label,

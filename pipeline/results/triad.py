@@ -42,6 +42,7 @@ def triad_json(
         },
         "sd_widened_by": calibration.widening,
         "sd_parts": _sd_parts(result),
+        "sd_parts_if_typical": _unseen(result),
         "effects": _effects(result),
         "worst_poses": [pose.label for pose in comparison.worst(WORST_POSES)],
         "misfit_follows": result.diagnosis.follows,
@@ -62,6 +63,14 @@ def triad_json(
             "source": result.gravity.source,
         }
     return section
+
+
+def _unseen(result: TriadResult) -> Json:
+    """What these poses cannot see, at its typical size; not part of the sds."""
+    return {
+        name: dict(zip(PARAMETERS, map(numbers, sds), strict=True))
+        for name, sds in result.unseen.items()
+    }
 
 
 def _sd_parts(result: TriadResult) -> Json:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.errors import UnreadableInput
-from pipeline.files import write_whole
+from pipeline.files import may_never_end, write_whole
 from vision.geometry import PlateOverride
 from vision.phase_track import PhaseTrack, PlateLayout
 
@@ -41,6 +41,8 @@ def track_key(clip: Path, plate: PlateOverride | None) -> str:
     settings = {"format": TRACK_FORMAT, "plate": None if plate is None else asdict(plate)}
     digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
     try:
+        if may_never_end(clip):
+            raise UnreadableInput(f"{clip}: is a pipe or a device; a clip is expected.")
         with clip.open("rb") as file:
             while block := file.read(1 << 20):
                 digest.update(block)

@@ -11,6 +11,7 @@ from calib.consistency.data_sheet import (
 )
 from calib.consistency.force import require_gravity
 from calib.diagnosis.diagnose import Diagnosis
+from calib.diagnosis.unseen import unseen_budget
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
 from calib.effects.needs import unavailable
@@ -22,7 +23,7 @@ from calib.fit.leave_one_out import Comparison
 from calib.fit.model import Model
 from calib.fit.prediction import Prediction
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import Triad
+from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseRun, PoseSet, pose_set
 from calib.poses.runs import gravity_run, stopped_run, turning_run
 from pipeline.config.load import Config
@@ -43,6 +44,7 @@ class TriadResult:
     """One triad: its calibration, the comparison with its poses, and what its model misses.
 
     ``prediction`` is what it will err by on the next log, None where only rest was measured;
+    ``unseen`` the sds by what these poses cannot see, if the sensor is typical of its class;
     ``gravity`` is the reference of an accelerometer, None for a gyroscope; ``frame`` its rotation
     against the accelerometer, None for an accelerometer and where the poses do not show it;
     ``warnings`` where two stages contradict each other.
@@ -52,6 +54,7 @@ class TriadResult:
     comparison: Comparison
     diagnosis: Diagnosis
     prediction: Prediction | None
+    unseen: Mapping[str, FloatArray]
     gravity: Gravity | None = None
     frame: FrameRotation | None = None
     warnings: tuple[str, ...] = ()
@@ -102,6 +105,11 @@ def require_fittable(config: Config) -> None:
     check_covariates(config)
 
 
+def part_of(config: Config) -> str:
+    """The class of parts that the sensor is taken for, by its name: factory-calibrated or not."""
+    return "MTi" if "mti" in config.sensor.name.lower() else "MPU-6050"
+
+
 def calibrate_accelerometer(
     config: Config, context: RunContext, recordings: Recordings
 ) -> TriadResult | None:
@@ -128,7 +136,7 @@ def calibrate_accelerometer(
     poses = pose_set("accelerometer", [run], recordings.origin_s)
     spec = triad_spec(config.sensor.accelerometer)
     defined = user_effects(config, "accelerometer", context.allow_python)
-    return _calibrated(poses, config.accelerometer, spec, defined, config.covariates, gravity)
+    return _calibrated(poses, config.accelerometer, spec, defined, config, gravity)
 
 
 def calibrate_gyroscope(
@@ -178,7 +186,7 @@ def calibrate_gyroscope(
         require_gravity(poses, accelerometer.calibration.correct, accelerometer.gravity.value_m_s2)
     defined = user_effects(config, "gyroscope", context.allow_python)
     spec = triad_spec(config.sensor.gyroscope)
-    result = _calibrated(poses, config.gyroscope, spec, defined, config.covariates,
+    result = _calibrated(poses, config.gyroscope, spec, defined, config,
                          senses=_senses(config, recordings) if accelerometer else None)
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
@@ -200,7 +208,7 @@ def _calibrated(
     section: AccelerometerSection | GyroscopeSection,
     spec: TriadSpec,
     defined: Mapping[str, Effect],
-    covariates: Sequence[str] | None,
+    config: Config,
     gravity: Gravity | None = None,
     senses: Mapping[str, float] | None = None,
 ) -> TriadResult:
@@ -208,12 +216,14 @@ def _calibrated(
     model = Model.of(section.model, usable)
     _require_evaluable(model, poses)
     assessed = assess(poses, model, spec, solver=section.solver, loss=section.loss,
-                      candidates=tuple(usable.values()), covariates=covariates, senses=senses)
+                      candidates=tuple(usable.values()), covariates=config.covariates,
+                      senses=senses)
     return TriadResult(
         assessed.calibration,
         assessed.comparison,
         assessed.diagnosis,
         assessed.prediction,
+        unseen_budget(assessed.calibration, assessed.diagnosis.blind, part_of(config)),
         gravity,
         warnings=(
             *notes,

@@ -75,7 +75,7 @@ def drift(rng: np.random.Generator) -> Case:
 
 
 def stop(rng: np.random.Generator) -> Case:
-    """Switched off, or switched on while filming."""
+    """Switched off, or switched on while filming; measured where it turns steadily for turns."""
     time, _, rate, _ = _even(rng)
     span = time[-1]
     at = rng.uniform(0.3, 0.7) * span
@@ -85,7 +85,23 @@ def stop(rng: np.random.Generator) -> Case:
     if rng.random() < 0.5:
         angle = -angle[::-1] + angle[-1]
     track = phase_track(time, angle, noise_rad=_noise(rng), seed=int(rng.integers(1 << 30)))
-    return Case("stop", track, None)
+    turns = at * abs(rate) / (2 * np.pi)
+    return Case("stop", track, rate if turns > 3 else None, dropped=None)
+
+
+def shutter(rng: np.random.Generator) -> Case:
+    """An exposure that changes by up to three stops, the stamps at its beginning."""
+    time, angle, rate, frame_s = _even(rng)
+    first, last = frame_s * 2.0 ** -rng.uniform(0.2, 3.5, 2)
+    exposure = first + (last - first) * time / time[-1]
+    noise = _noise(rng)
+    smear = (rate * exposure) ** 2 / 12
+    smear = smear - smear.mean() + rng.uniform(0.02, 0.2) * smear.mean() * rng.standard_normal(
+        len(time))
+    track = phase_track(time, angle + rate * exposure / 2, noise_rad=noise, smear_rad2=smear,
+                        seed=int(rng.integers(1 << 30)))
+    return Case("shutter", track, rate, warning="lock the exposure" if
+                abs(last - first) > 0.15 * frame_s else None)
 
 
 def dropped(rng: np.random.Generator) -> Case:
@@ -227,8 +243,8 @@ def aliased(rng: np.random.Generator) -> Case:
 
 
 KINDS: tuple[Callable[[np.random.Generator], Case], ...] = (
-    plain, wobble, drift, stop, dropped, mismeasured, noisy, wandering, late, repeated, hidden,
-    label, rolling, disagreeing, aliased,
+    plain, wobble, drift, stop, shutter, dropped, mismeasured, noisy, wandering, late, repeated,
+    hidden, label, rolling, disagreeing, aliased,
 )
 
 

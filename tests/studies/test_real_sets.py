@@ -102,5 +102,5 @@ def test_the_gyroscope_on_a_record_player_has_the_gains_of_an_independent_fit() 
     result, fitted = ask_turntable(), fit_turntable()
     gain = result.calibration.parameters.scale_counts_per_unit
     assert gain == pytest.approx(fitted.gain, abs=0.002)
-    assert result.diagnosis.verdict == "bad_pose"
-    assert "remain: something else is missing too" in result.diagnosis.text
+    assert result.diagnosis.names == ()  # the plate's rate scatters by 4e-4 from pose to pose
+    assert result.diagnosis.verdict != "nothing_missing"

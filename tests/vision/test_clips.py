@@ -49,6 +49,18 @@ def test_the_rate_is_right_within_its_sd_in_a_scene_with(name: str, render: Rend
     assert abs(error_ppm(rate, motion)) < 5 * rate.sd_rad_s / rate.rate_rad_s * 1e6
 
 
+def test_a_small_plate_as_dark_as_its_table_is_found_by_what_changes(render: Render) -> None:
+    """No step of brightness shows its rim; "nothing turns" was the answer."""
+    motion = PlateMotion(33.3 * RPM)
+    scene = Scene(width_px=640, height_px=480, centre_px=(410.0, 190.0), radius_px=30.0,
+                  plate_luma=100.0, deck_luma=100.0, label=False, sensor_box=False, glare=0.0,
+                  marks=(Mark(length=0.25, width=0.22),), deck_mark_azimuth_rad=None,
+                  exposure_s=1 / 200)
+    path, _ = render(motion, scene, seconds=12)
+    rate = measure_rate(track_phase(path), timebase=CLOCK)
+    assert abs(error_ppm(rate, motion)) < 3 * rate.sd_rad_s / rate.rate_rad_s * 1e6 < 300
+
+
 def test_the_motion_shows_where_the_axis_is(render: Render) -> None:
     scene = Scene(tilt_rad=np.radians(35), camera_distance=4.5, tilt_azimuth_rad=-2.0)
     path, _ = render(PlateMotion(16.7 * RPM), scene, seconds=16)
@@ -110,7 +122,7 @@ def test_a_recorder_that_stalls_does_not_lay_two_plates_over_each_other(render: 
     away = np.angle(np.exp(1j * (track.phase_rad - truth.angle_rad)))
     assert np.ptp(away) < 0.01
     rate = measure_rate(track, timebase=CLOCK)
-    assert "turns steadily from 8" in rate.warnings[0]
+    assert "turns steadily from" in rate.warnings[0]
     assert abs(error_ppm(rate, motion)) < 30
 
 

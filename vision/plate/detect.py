@@ -1,5 +1,9 @@
 """Where a plate may be: ellipses in the background, and ellipses along which a mark moves.
 
+A plate that is small, as dark as what it stands on, or partly hidden may have no such outline.
+There is one more that needs nothing but motion: what turns changes the frames inside a circle, and
+nothing outside it.
+
 These are proposals. Which of them turns, and where exactly its axis is, the motion itself decides
 (``vision.plate.template``).
 """
@@ -18,6 +22,7 @@ from vision.plate.background import spread_choice
 from vision.video import Luma
 
 LARGEST_SIDE = 400  # pixels; a proposal needs no more
+MOTION_LEVELS = (0.08, 0.2, 0.5)  # of the largest change, above that of the noise
 LEVELS = 9  # brightness thresholds tried
 MOST = 8
 FEWEST_POINTS = 20  # of a contour: that many make an ellipse
@@ -41,6 +46,9 @@ class DetectionThresholds:
     ----------
     smallest_area : float
         Of the frame, within an ellipse.
+    smallest_moving : float
+        The same of an area that changes: a plate of 50 pixels in a frame of 640. Tuned on
+        tests.bench.clip_study small.
     flattest : float
         Minor over major axis; flatter is more than 78° of tilt.
     narrow_opening : float
@@ -61,6 +69,7 @@ class DetectionThresholds:
     """
 
     smallest_area: float = 0.015
+    smallest_moving: float = 0.004
     flattest: float = 0.2
     narrow_opening: float = 0.02
     wide_opening: float = 0.07
@@ -89,6 +98,35 @@ def proposals(background: Luma, images: Sequence[Luma]) -> list[PlateView]:
     for ellipse in (*_edges(small), *_mark_tracks(small, chosen)):
         if not any(_same(ellipse, other) for other in ellipses):
             ellipses.append(ellipse)
+    ellipses.sort(key=lambda e: -e[1][0] * e[1][1])
+    return [_view(ellipse, factor) for ellipse in ellipses[:MOST]]
+
+
+def moving_areas(images: Sequence[Luma]) -> list[PlateView]:
+    """Views whose unit circle is about the outline of an area in which the frames change.
+
+    Parameters
+    ----------
+    images : sequence of arrays of uint8, shape (h, w)
+    """
+    factor = -(-max(images[0].shape) // LARGEST_SIDE)
+    chosen = [_reduced(images[i], factor) for i in spread_choice(len(images), TRACK_FRAMES)]
+    spread = np.std(np.stack(chosen), axis=0, dtype=np.float32)
+    spread = cv2.GaussianBlur(spread, (5, 5), 0)
+    noise, most = float(np.median(spread)), float(spread.max())
+    ellipses: list[Ellipse] = []
+    for level in noise + (most - noise) * np.array(MOTION_LEVELS):
+        changing = (spread > level).astype(np.uint8)
+        closed = cv2.morphologyEx(changing, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
+        contours, _ = cv2.findContours(closed, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        for contour in contours:
+            points = _resample(cv2.convexHull(np.asarray(contour))[:, 0].astype(np.float64), 1.0)
+            if len(points) < FEWEST_POINTS:
+                continue
+            ellipse = _fitted(points)
+            if _sound(ellipse, spread.shape, THRESHOLDS.smallest_moving) and not any(
+                    _same(ellipse, other) for other in ellipses):
+                ellipses.append(ellipse)
     ellipses.sort(key=lambda e: -e[1][0] * e[1][1])
     return [_view(ellipse, factor) for ellipse in ellipses[:MOST]]
 
@@ -164,22 +202,26 @@ def _fitted(points: NDArray[np.float64]) -> Ellipse:
     return (float(x), float(y)), (float(a), float(b)), float(degrees)
 
 
-def _sound(ellipse: Ellipse, shape: tuple[int, ...]) -> bool:
+def _sound(
+    ellipse: Ellipse, shape: tuple[int, ...], smallest: float | None = None
+) -> bool:
     (x, y), axes, _ = ellipse
     h, w = shape[:2]
     return bool(
         np.isfinite([x, y, *axes]).all()
         and min(axes) > THRESHOLDS.flattest * max(axes)
-        and np.pi / 4 * axes[0] * axes[1] > THRESHOLDS.smallest_area * w * h
+        and np.pi / 4 * axes[0] * axes[1] > (smallest or THRESHOLDS.smallest_area) * w * h
         and 0 < x < w
         and 0 < y < h
     )
 
 
-def _resample(polygon: NDArray[np.float64]) -> NDArray[np.float64]:
+def _resample(
+    polygon: NDArray[np.float64], spacing: float = POINT_SPACING
+) -> NDArray[np.float64]:
     closed = np.vstack([polygon, polygon[:1]])
     along = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
-    at = np.arange(0, along[-1], POINT_SPACING)
+    at = np.arange(0, along[-1], spacing)
     return np.stack([np.interp(at, along, closed[:, i]) for i in (0, 1)], axis=1)
 
 

@@ -12,7 +12,7 @@ from vision.geometry import FloatArray, PlateView
 from vision.plate.alignment import Effort, RoughlyAligned, align
 from vision.plate.background import every_nth, median_image, repeated, spread_choice
 from vision.plate.channel import Brightness, Channel, channels
-from vision.plate.detect import proposals
+from vision.plate.detect import moving_areas, proposals
 from vision.plate.mark import symmetry
 from vision.plate.polar import polar_grid, ring_spectra
 from vision.plate.refusal import why_it_jumps, why_nothing_turns
@@ -198,6 +198,9 @@ def _learn(
         images, np.array([frame.time_s for frame in frames]), background, on_step
     )
     outlines = [seek_spindle(view, learning.rotation, THRESHOLDS.certain) for view in views]
+    if rim is None and not any(r.coherence > THRESHOLDS.coherent for _, r in outlines):
+        outlines += [seek_spindle(view, learning.rotation, THRESHOLDS.certain)
+                     for view in moving_areas(images)]
     plate, jumping, coherence = _chosen(outlines, learning)
     fine = None if plate is None else learning.fine(plate)
     if plate is not None and fine is not None and fine.template.turning.any():
@@ -209,7 +212,7 @@ def _learn(
         )
     if jumping is not None:
         raise RateRefused(f"{name}: {why_it_jumps(jumping.template, background.shape)}")
-    raise RateRefused(f"{name}: {why_nothing_turns(outlines, coherence, background.shape)}")
+    raise RateRefused(f"{name}: {why_nothing_turns(outlines, coherence, in_brightness)}")
 
 
 def _chosen(
@@ -282,6 +285,5 @@ def _others_turning(name: str, plate: PlateView, outlines: list[Outline]) -> tup
     x, y = plate.centre_px
     return (
         f"{name}: more than one thing turns in the frame; the one around ({x:.0f}, {y:.0f}) px was "
-        f"measured, as the annotated frame shows. To measure another, state its rim (plate: "
-        f"centre_px, radius_px).",
+        f"measured. To measure another, state its rim (--rim, or plate: centre_px, radii_px).",
     )

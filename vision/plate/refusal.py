@@ -6,34 +6,48 @@ from vision.geometry import PlateView
 from vision.plate.mark import repeats_itself
 from vision.plate.rotation import CoarseRotation
 from vision.plate.template import Template
+from vision.video import Luma
 
 WHOLE = 0.95  # of the rim inside the frame; it chooses the words only
 GRAZING_RAD = np.radians(75)  # tilt; likewise
+DARK = 32.0  # median luma; black is 16; likewise
+NOTHING = 0.1  # coherence of what only flickers; likewise
 
 
 def why_nothing_turns(
-    outlines: list[tuple[PlateView, CoarseRotation]], coherence: float, shape: tuple[int, ...]
+    outlines: list[tuple[PlateView, CoarseRotation]], coherence: float, background: Luma
 ) -> str:
-    """No outline shows enough that turns together.
+    """No outline shows enough that turns together; what to change first.
 
     Parameters
     ----------
     outlines : list of (PlateView, CoarseRotation)
     coherence : float
         The highest share of what varies that turns together, 0 to 1.
-    shape : (h, w)
-        Of the frames.
+    background : array of uint8, shape (h, w)
+        What stands still, in brightness.
     """
     view = max(outlines, key=lambda outline: outline[1].coherence, default=(None, None))[0]
-    fault = "" if view is None else _partly_seen(view, shape)
+    fault = "" if view is None else _partly_seen(view, background.shape)
     return (
         f"nothing in the frame turns about a fixed axis: {len(outlines)} round outline(s) were "
         f"tried, and at most {coherence:.0%} of what changes inside one turns together (a plate "
-        f"shows 50 to 100 %).{fault and f' The likeliest outline {fault}.'} Film the whole plate "
-        f"from above with the camera on a stand, put a mark on it that differs from the plate in "
-        f"brightness or colour, or state the rim in the configuration (plate: centre_px, "
-        f"radius_px)."
+        f"shows 50 to 100 %).{fault and f' The likeliest outline {fault}.'} "
+        f"{_to_change_first(fault, float(np.median(background)), coherence)}"
     )
+
+
+def _to_change_first(fault: str, light: float, coherence: float) -> str:
+    if light < DARK:
+        return "Switch on a light: the frames are almost black."
+    if fault:
+        return "Film the whole plate from above."
+    if coherence < NOTHING:
+        return (
+            "Put a mark of paper or tape on the plate near its rim, or state the rim if there is "
+            "one (--rim, or plate: centre_px, radii_px)."
+        )
+    return "Fix the camera to a stand, and film the whole plate from above."
 
 
 def why_it_jumps(template: Template, shape: tuple[int, ...]) -> str:

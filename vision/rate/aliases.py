@@ -147,6 +147,6 @@ def _against_nominal(source: str, rate_rad_s: float, nominal_rpm: float) -> tupl
         if abs(ratio / factor - 1) < THRESHOLDS.retimed_within:
             return (
                 f"{text}. The ratio {ratio:.4g} is that of a clip {how}. If so, give the capture "
-                f"rate (timebase: {{source: constant, fps: ...}}).",
+                f"rate (--fps, or timebase: {{source: constant, fps: ...}}).",
             )
     return (f"{text}. Check the speed of the deck and the frame rate of the clip.",)

@@ -110,7 +110,7 @@ def _compare_count(
     return (
         f"{source}: counting frames between alignments gives {count.rate_rad_s / RPM:.4f} ± "
         f"{count.sd_rad_s / RPM:.4f} rpm, the regression {rate_rad_s / RPM:.4f} rpm: they differ "
-        f"by more than one frame. Check in the annotated frame that the mark is the mark."
+        f"by more than one frame. Check with --overlay that the mark is the mark."
     )
 
 

@@ -161,8 +161,7 @@ def stability_warnings(
             f"{source}: the angle scatters by {np.degrees(scatter_rad):.1f}° about an even "
             f"rotation; a plate filmed from a stand gives some hundredths. The cause is noise in "
             f"the frames, time stamps that are late by {late_ms:.0f} ms, a camera that moves, or "
-            f"an object that is no plate. The sd includes it; the annotated frame shows what was "
-            f"tracked."
+            f"an object that is no plate. The sd includes it; --overlay shows what was tracked."
         )
     return tuple(warnings)
 
@@ -209,7 +208,7 @@ def _advice(history: RateHistory) -> str:
         f"from {part.start_s:.1f} s to {part.stop_s:.1f} s ({part.rate_rad_s / RPM:+.2f} rpm)"
         for part in sorted(parts, key=lambda part: part.start_s)
     )
-    return f"It is steady {named}: measure one such part alone (from_s, to_s)."
+    return f"It is steady {named}: measure one such part alone (--from, --to, or from_s, to_s)."
 
 
 def noise_of_turns(history: RateHistory) -> float:

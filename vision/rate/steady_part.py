@@ -91,7 +91,7 @@ class SteadyPart:
         return (
             f"{source}: the plate turns steadily from {self.start_s:.1f} s to {self.stop_s:.1f} s "
             f"of {clip_s:.1f} s, and the rate is that of this part. To measure another part, state "
-            f"it (from_s, to_s)."
+            f"it (--from, --to, or from_s, to_s)."
         )
 
 

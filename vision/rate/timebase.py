@@ -71,7 +71,7 @@ class Timebase:
             )
             raise RateRefused(
                 f"{track.source}: the time stamps in the file cannot be those of a clip: {fault}. "
-                f"If the camera's frame rate is known, give it (timebase: {{source: constant, "
-                f"fps: ...}}); otherwise record into .mp4 or .mkv."
+                f"If the camera's frame rate is known, give it (--fps, or timebase: {{source: "
+                f"constant, fps: ...}}); otherwise record into .mp4 or .mkv."
             )
         return time

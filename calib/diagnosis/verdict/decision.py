@@ -1,9 +1,10 @@
 """The verdict on a search: is anything missing, what, and do these data determine it.
 
-Nothing is asked first. An effect is named when its class is in the model with the probability
-``sure`` and the set it stands in explains: the rows, or most of the misfit while the leave-one-out
-error falls. What has no name follows: bad poses, a course that no effect has, and noise after all
-of these; where several remain, all that are credible, with their odds.
+Nothing is asked first. Effects are named when their classes are in the model together at odds that
+grow with their number (``odds_of_a_name``), and the set they stand in explains: the rows, or most
+of the misfit while the leave-one-out error falls. What has no name follows: bad poses, a course
+that no effect has, and noise after all of these; where several remain, all that are credible, with
+their odds.
 """
 
 from collections.abc import Sequence
@@ -14,7 +15,7 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.search.odds import IN_TIME, Inclusion, Odds
-from calib.diagnosis.search.sets import Search, is_nothing
+from calib.diagnosis.search.sets import Entry, Search, is_nothing
 from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.leave_one_out import compare
 from calib.fit.result import Fit
@@ -97,23 +98,33 @@ def reach_verdict(state: Search, odds: Odds) -> Verdict:
 
 
 def _named(state: Search, odds: Odds) -> list[Inclusion]:
-    """The classes of the leading set that are sure and no imperfection of a larger one."""
+    """The classes of the leading set that can be named together, the largest signal first.
+
+    The k-th name stands when all k are in the model at odds of ``odds_of_a_name`` to the power k:
+    every name is known by a formula only, and what that misses looks like the next one.
+    """
     signal = {state.hypotheses[j].name: _signal(state, odds, j) for j in odds.lead.members}
     least = CONSTANTS.tolerance * max(signal.values(), default=0.0)
     kinds = {state.hypotheses[j].name: state.hypotheses[j].kind for j in odds.lead.members}
-    named = [
-        each for each in odds.classes
-        if kinds[each.name] == "listed"
-        and each.probability >= CONSTANTS.sure
-        and signal[each.name] >= least
-    ]
-    if _is_crowded(state, odds):
-        named = [each for each in named if _without_unknown(state, each) >= CONSTANTS.sure]
-    named.sort(key=lambda each: -signal[each.name])
-    return [
-        each for i, each in enumerate(named)
-        if i == 0 or each.probability >= CONSTANTS.sure_beside
-    ]
+    entries = _judges(state, odds)
+    sure = sorted(odds.classes, key=lambda each: -each.probability)
+    named: list[Inclusion] = []
+    for each in sure:
+        if kinds[each.name] != "listed" or signal[each.name] < least:
+            continue
+        together = _together(state, [*named, each], entries)
+        if together < 1 - 1 / (1 + CONSTANTS.odds_of_a_name ** (len(named) + 1)):
+            break
+        named.append(each)
+    return sorted(named, key=lambda each: -signal[each.name])
+
+
+def _judges(state: Search, odds: Odds) -> list[Entry]:
+    """The sets that say what is in the model: without unknown functions where they crowd it."""
+    entries = list(state.entries.values())
+    if not _is_crowded(state, odds):
+        return entries
+    return [e for e in entries if not any(state.hypotheses[j].kind == "unknown" for j in e.members)]
 
 
 def _is_crowded(state: Search, odds: Odds) -> bool:
@@ -124,15 +135,13 @@ def _is_crowded(state: Search, odds: Odds) -> bool:
     return unknown and rest < CONSTANTS.fewest_dof
 
 
-def _without_unknown(state: Search, inclusion: Inclusion) -> float:
-    """Probability of a class among the sets that hold no unknown function."""
+def _together(state: Search, classes: Sequence[Inclusion], entries: Sequence[Entry]) -> float:
+    """Probability that one member of each of ``classes`` is in the model, by these sets."""
     total, inside = -np.inf, -np.inf
-    for entry in state.entries.values():
-        members = [state.hypotheses[j] for j in entry.members]
-        if any(h.kind == "unknown" for h in members):
-            continue
+    for entry in entries:
+        names = {state.hypotheses[j].name for j in entry.members}
         total = np.logaddexp(total, entry.log_posterior)
-        if any(h.name in inclusion.members for h in members):
+        if all(names & {*each.members} for each in classes):
             inside = np.logaddexp(inside, entry.log_posterior)
     return float(np.exp(inside - total))
 

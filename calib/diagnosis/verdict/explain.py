@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from calib.diagnosis.next_measurement.advice import Advice, list_labels
+from calib.diagnosis.next_measurement.kind import once_more
 from calib.diagnosis.search.refit import linear_loo_rms
 from calib.diagnosis.verdict.decision import Code, Verdict
 from calib.diagnosis.verdict.ranking import Candidate
@@ -262,7 +263,7 @@ def _noise(case: _Case) -> Explanation:
         f"that any effect has ({case.misfit}). {widened} {remedy_of_noise(factor)}"
     )
     return Explanation("open", "the residual is larger than the noise, without any shape", text,
-                       "repeat", "Record the same poses once more, for longer and in random order")
+                       "repeat", f"Record {once_more(case.fit.poses)}")
 
 
 def _settle(case: _Case) -> tuple[Step, str]:
@@ -271,7 +272,7 @@ def _settle(case: _Case) -> tuple[Step, str]:
         return "record", f"Record {case.advice.instruction}; name the new logs in the configuration"
     if case.verdict.code == Code.EFFECT:
         return "record", f"What separates them: {_separates(case.verdict.group[0])}"
-    return "repeat", "Record the same poses once more, for longer and in random order"
+    return "repeat", f"Record {once_more(case.fit.poses)}"
 
 
 def _separates(name: str) -> str:
@@ -287,7 +288,7 @@ def _record(case: _Case) -> str:
         return f" Record next: {case.advice.instruction}."
     if case.verdict.code == Code.EFFECT:
         return f" What separates them: {_separates(case.verdict.group[0])}."
-    return " Record next: the same poses once more, in random order and for longer."
+    return f" Record next: {once_more(case.fit.poses)}."
 
 
 SPOKEN: Mapping[Code, Callable[[_Case], Explanation]] = {

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.io import loadmat
+from scipy.io.matlab import MatReadError
 
 from pipeline.logs.formats.file_table import FileTable, columns_of_array, tables_by_length
 
@@ -11,7 +12,12 @@ from pipeline.logs.formats.file_table import FileTable, columns_of_array, tables
 def tables(path: Path) -> list[FileTable]:
     """The numeric arrays of a file; those of one length stand beside each other."""
     columns: dict[str, np.ndarray] = {}
-    for name, value in loadmat(path, squeeze_me=False, struct_as_record=False).items():
+    with path.open("rb") as file:
+        try:
+            variables = loadmat(file, squeeze_me=False, struct_as_record=False)
+        except MatReadError as error:
+            raise ValueError(str(error)) from error
+    for name, value in variables.items():
         if not name.startswith("__"):
             columns |= _columns(name, value)
     return tables_by_length(columns)

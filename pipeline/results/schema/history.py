@@ -3,9 +3,14 @@
 from datetime import datetime
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import AfterValidator
 
-from pipeline.results.schema.types import Count, NotNegative, Part, Text, means
+from pipeline.results.schema.types import NotNegative, Part, Positive, Text, means
+
+
+def _moment(text: str) -> str:
+    datetime.fromisoformat(text)  # a ValueError is what pydantic reports
+    return text
 
 
 class HistoryTriad(Part):
@@ -15,14 +20,14 @@ class HistoryTriad(Part):
     residual_rms: NotNegative = means("RMS residual")
     loo_rms: NotNegative = means("leave-one-out error")
     chi2: NotNegative = means("chi² of the fit")
-    dof: Count = means("degrees of freedom", ge=1)
+    dof: Positive = means("degrees of freedom")
     verdict: Text = means("code")
 
 
 class HistoryLine(Part):
     """One run."""
 
-    when: Annotated[datetime, Field(strict=False)] = means("local time")
+    when: Annotated[str, AfterValidator(_moment)] = means("local time, ISO 8601")
     config_sha256: Text = means("SHA-256 of the configuration")
     accelerometer: HistoryTriad | None = means("null where it was not calibrated")
     gyroscope: HistoryTriad | None = means("null where it was not calibrated")

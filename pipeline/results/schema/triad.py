@@ -14,6 +14,7 @@ from pipeline.results.schema.types import (
     NotNegative,
     Number,
     Part,
+    Positive,
     Probability,
     Text,
     Three,
@@ -154,7 +155,7 @@ class TriadSection(Part):
     model: list[Text] = means("effects of the model", min_length=1)
     n_poses: Count = means("poses")
     chi2: NotNegative = means("chi² of the fit")
-    dof: Count = means("degrees of freedom", ge=1)
+    dof: Positive = means("degrees of freedom")
     p_value: Probability = means("p-value of chi²")
     residual_rms: NotNegative = means("RMS residual, SI")
     loo_rms: NotNegative = means("RMS of predictions of each pose from all others, SI")
@@ -163,6 +164,8 @@ class TriadSection(Part):
     sd: ParameterSds = means("their sds")
     sd_widened_by: NotNegative = means("Birge ratio in these sds; 1 where the model explains")
     sd_parts: dict[str, ParameterSds] = means("what the sds are made of, by cause")
+    sd_parts_if_typical: dict[str, ParameterSds] = means(
+        "sds by effects that these poses cannot see, if the sensor is typical; not in the sds")
     effects: dict[str, EffectValues] = means("added effects")
     worst_poses: list[Text] = means("poses with the largest residuals")
     misfit_follows: Text | None = means("what the misfit follows")

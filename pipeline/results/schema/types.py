@@ -15,6 +15,7 @@ MaybeNumber = Number | None
 MaybeSd = NotNegative | None
 Probability = Annotated[float, Field(allow_inf_nan=False, ge=0, le=1 + 1e-9)]  # sums of roundings
 Count = Annotated[int, Field(ge=0, le=10**12)]
+Positive = Annotated[int, Field(ge=1, le=10**12)]
 Text = Annotated[str, Field(max_length=LONGEST_TEXT)]
 Three = Annotated[list[Number], Field(min_length=3, max_length=3)]
 ThreeSds = Annotated[list[MaybeSd], Field(min_length=3, max_length=3)]

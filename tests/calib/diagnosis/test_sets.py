@@ -40,9 +40,14 @@ def said(
 )
 @pytest.mark.parametrize("size", [5.0, 70.0])
 def test_three_effects_are_named_at_once(names: tuple[str, ...], size: float) -> None:
-    found = scored(1, said("rich", "gyroscope", names, size, 31), names)
-    assert set(found.named) == set(names), found.text
-    assert found.wrong == ()
+    """In three sessions each; at 5 sd one name of nine may be offered only."""
+    count = 0
+    for seed in (31, 32, 33):
+        found = scored(seed, said("rich", "gyroscope", names, size, seed), names)
+        assert set(found.offered) == set(names), found.text
+        assert found.wrong == ()
+        count += len(found.named)
+    assert count >= (8 if size == 5.0 else 9)
 
 
 @pytest.mark.parametrize("seed", [41, 42, 43])

@@ -84,7 +84,7 @@ def test_the_catalogue_page_is_complete(name: str) -> None:
     assert len(effect.physics) > 20
     assert effect.physics.endswith(".")
     assert "=" in page.formula or "→" in page.formula
-    assert all(page.typical.values())
+    assert all(str(size) for size in page.typical.values())
     assert page.typical
     assert page.source
     assert page.confounded

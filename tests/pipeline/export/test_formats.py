@@ -88,7 +88,7 @@ def test_the_help_lists_every_format_that_can_be_written(
     assert list(FORMATS) == list(EXPORTERS)
     assert pipeline("export", "--help") == 0
     said = capsys.readouterr().out
-    assert all(f"{name:<8}  {says}" in said for name, says in FORMATS.items())
+    assert all(f"{name:<11}  {says}" in said for name, says in FORMATS.items())
 
 
 def test_a_wrong_format_is_answered_with_the_nearest_and_the_list(

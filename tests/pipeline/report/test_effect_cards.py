@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader
 from calib.effects.catalogue import EFFECTS, find_effect
 from calib.effects.effect import Effect
 from calib.poses.imu_log import FloatArray, Triad
-from pipeline.report.display_units import display_unit
+from pipeline.formatting import display_unit
 from pipeline.report.effect_cards import EffectCard, effect_cards, formula_html
 from pipeline.report.fingerprint import fingerprint
 from pipeline.report.refit_data import refit_json

@@ -140,6 +140,20 @@ def test_an_expression_is_shown_against_the_one_quantity_in_it_or_against_its_te
         assert [panel.axis for panel in shown] == ["x", "y", "z"]
 
 
+def test_of_two_missing_effects_each_is_shown_beside_the_other(tmp_path: Path) -> None:
+    design = rich_design().scaled(seconds=0.3)
+    hidden = (draw_effect("hysteresis", "gyroscope", 20.0, design, 6),
+              draw_effect("direction_dependent_rate", "gyroscope", 20.0, design, 6))
+    written = write_session(tmp_path, simulate(design, 6, hidden), film=False)
+    outcome = run_stages(load_config(written.config), RunContext())
+    assert outcome.gyroscope is not None
+    assert {h.name for h in hidden} <= set(outcome.gyroscope.diagnosis.names)
+    first, second = axis_charts(outcome.gyroscope)[:2]
+    assert {first.effect, second.effect} == {h.name for h in hidden}
+    for chart in (first, second):
+        assert in_sds(chart.panels, "after") < 0.2 * in_sds(chart.panels, "before"), chart.effect
+
+
 def test_an_effect_on_the_reference_is_shown_run_by_run_in_ppm(tmp_path: Path) -> None:
     design = rich_design().scaled(seconds=0.3)
     hidden = draw_effect("direction_dependent_rate", "gyroscope", 20.0, design, 4)

@@ -120,6 +120,18 @@ def test_the_axis_grows_for_residuals_that_it_could_not_show(
     assert without["commands"].startswith("pipeline remove")  # the way back stays open
 
 
+def test_a_dot_of_an_axis_picks_its_pose_everywhere(tab: Tab) -> None:
+    tab.click(GYRO + ".axes .pose-dots path")
+    label, picked, rows = tab.evaluate(
+        "const root = document.querySelector('#gyroscope');"
+        "const of = (selector) => root.querySelectorAll(selector).length;"
+        "return [root.querySelector('[data-pose=label]').textContent, of('.pose-dots .picked'),"
+        " of('.residuals .mark.picked')]")
+    assert label.startswith("gyroscope/") or label.startswith("accelerometer/")
+    assert picked >= 3
+    assert rows >= 3
+
+
 def test_boxes_are_ticked_by_keyboard(tab: Tab) -> None:
     box = BOX.format("g_sensitivity")
     tab.evaluate(f"document.querySelector('{box}').focus()")

@@ -10,7 +10,7 @@ function judge(triad, order, effect, out) {
   const p = fTail(drop / count / scale, count, misfit ? withIt.dof : triad.noise_dof);
   const change = withIt.loo / without.loo - 1;
   return {
-    effect, added, inSd: Math.sqrt(drop / count / scale), change,
+    effect, added, misfit, inSd: Math.sqrt(drop / count / scale), change,
     isThere: p < MISFIT_P_VALUE, helps: p < MISFIT_P_VALUE && change < 0 && withIt.dof >= FEWEST_DOF,
     determined: withIt.dof >= FEWEST_DOF,
   };
@@ -21,7 +21,7 @@ const percent = (share) => {
   return size >= 1000 ? `${short(1 + Math.abs(share))}-fold` : `by ${size >= 10 ? size.toFixed(0) : size.toPrecision(2)} %`;
 };
 
-function judgementText({ effect, added, inSd, change, isThere, determined }) {
+function judgementText({ effect, added, misfit, inSd, change, isThere, determined }) {
   const size = `${effect.name}: ${inSd < 9.95 ? inSd.toFixed(1) : inSd.toFixed(0)} sd`;
   const loo = Math.abs(change) < 5e-4 ? "leave-one-out does not change"
     : `leave-one-out ${change > 0 ? "rises" : "falls"} ${percent(change)}`;
@@ -32,5 +32,7 @@ function judgementText({ effect, added, inSd, change, isThere, determined }) {
   }
   if (isThere && change < 0) return `${size}: it is there; ${loo}.`;
   if (isThere) return `${size}, but ${loo}: the model predicts worse with it.`;
-  return `${size}: not there; ${loo}.`;
+  // Beside a large misfit an effect of a few sds can still turn out to be there.
+  const doubtful = misfit && inSd > 1;
+  return `${size}: ${doubtful ? "not seen beside what remains unexplained" : "not there"}; ${loo}.`;
 }

@@ -1,0 +1,300 @@
+"""What a calibration certificate states, in words and numbers: results.json and its history."""
+
+import hashlib
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+
+from calib.poses.attitudes import direction_name
+from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
+from pipeline.formatting import DISPLAY, RPM, count, display_unit, relative, short_model, with_sd
+from pipeline.names import DISTRIBUTION
+from pipeline.results.history import read_history
+from pipeline.results.read import Stored, StoredTriad
+
+HASH_DIGITS = 16
+_MINUS = re.compile(r"(?<![\w.])-(?=\d)|(?<=\de)-(?=\d)")
+NOT_RECORDED = "not recorded"
+
+#: Verdict -> the headline and how it stands: good, open, or to act on.
+VERDICTS: Mapping[str, tuple[str, str]] = {
+    "nothing_missing": ("The model describes the measurements", "good"),
+    "effect": ("An effect is missing in the model", "act"),
+    "ambiguous": ("The model may be incomplete", "open"),
+    "unknown": ("Something is missing in the model", "act"),
+    "bad_pose": ("Poses contradict each other", "act"),
+    "noise": ("The residuals exceed the noise of the poses", "act"),
+    "refused": ("Refused", "act"),
+}
+
+
+@dataclass(frozen=True)
+class CertifiedValue:
+    """One number with its sd, both as text; the sd is empty where there is none."""
+
+    value: str
+    sd: str
+
+
+@dataclass(frozen=True)
+class CertifiedRow:
+    """One kind of parameter: its name with unit, and up to three values."""
+
+    name: str
+    values: tuple[CertifiedValue, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Residuals:
+    """The residuals of a triad in its shown unit.
+
+    ``value`` and ``sd`` (n,), ``run`` the name of each pose's run; ``is_length`` (n,) marks poses
+    at rest with the plate stopped, whose residual is a length.
+    """
+
+    unit: str
+    value: FloatArray
+    sd: FloatArray
+    run: tuple[str, ...]
+    is_length: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class TriadPart:
+    """What the certificate states of one triad."""
+
+    name: str
+    model: str
+    range: str
+    standing: str
+    verdict: str
+    explanation: str
+    rows: tuple[CertifiedRow, ...]
+    figures: tuple[tuple[str, str], ...]
+    prediction: str
+    not_determined: str
+    residuals: Residuals
+
+
+@dataclass(frozen=True, eq=False)
+class CertificateContent:
+    """Everything that the page states."""
+
+    title: str
+    sensor: str
+    facts: tuple[tuple[str, str], ...]
+    triads: tuple[TriadPart, ...]
+    references: tuple[tuple[str, str, str], ...]
+    notes: tuple[str, ...]
+
+
+def certificate_content(stored: Stored) -> CertificateContent:
+    """The content of the certificate.
+
+    Raises
+    ------
+    UnreadableInput
+        The history beside results.json is damaged.
+    """
+    contents = stored.contents
+    return CertificateContent(
+        title=one_line(contents["title"] or "Untitled session"),
+        sensor=one_line(contents["sensor"]),
+        facts=tuple(_facts(stored)),
+        triads=tuple(_part(each, contents[each.triad]) for each in stored.triads),
+        references=tuple(_references(contents)),
+        notes=tuple(_notes(stored)),
+    )
+
+
+def one_line(text: object) -> str:
+    """A name out of a file as one line without control characters."""
+    return " ".join("".join(c if c.isprintable() else " " for c in str(text)).split())
+
+
+def _facts(stored: Stored) -> Iterator[tuple[str, str]]:
+    sha = str(stored.contents["config_sha256"])
+    steps = [step for step in read_history(stored.folder) if step.config_sha256 == sha]
+    yield "Date of calibration", steps[-1].when[:16].replace("T", " ") if steps else NOT_RECORDED
+    yield "Configuration", f"SHA-256 {sha[:HASH_DIGITS]}"
+    results = hashlib.sha256(stored.path.read_bytes()).hexdigest()
+    yield "Results", f"SHA-256 {results[:HASH_DIGITS]}"
+    yield "Program", _program()
+    warmth = [pose["columns"]["temperature_c"] for each in stored.triads
+              for pose in stored.contents[each.triad]["poses"]
+              if pose["columns"].get("temperature_c") is not None]
+    if warmth:
+        yield "Temperature", f"{min(warmth):.1f} to {max(warmth):.1f} °C"
+
+
+def _program() -> str:
+    try:
+        return f"{DISTRIBUTION} {version(DISTRIBUTION)}"
+    except PackageNotFoundError:  # run from its sources
+        return f"{DISTRIBUTION}, not installed"
+
+
+def _part(each: StoredTriad, section: Mapping[str, Any]) -> TriadPart:
+    diagnosis = section["diagnosis"]
+    verdict, standing = VERDICTS.get(diagnosis["verdict"], (diagnosis["verdict"], "open"))
+    blind = [one_line(name) for name in diagnosis["blind"]]
+    return TriadPart(
+        name=each.triad.capitalize(),
+        model=one_line(short_model(section["model"])),
+        range=_range(each),
+        standing=standing,
+        verdict=verdict,
+        explanation=_typeset(one_line(diagnosis["says"])),
+        rows=(*_base_rows(each), *_effect_rows(each)),
+        figures=tuple(_figures(each.triad, section)),
+        prediction=_prediction(each.triad, section["prediction"]),
+        not_determined=", ".join(blind) or "nothing that was looked for",
+        residuals=_residuals(each.triad, section["poses"]),
+    )
+
+
+def _typeset(text: str) -> str:
+    """With minus signs, and no line break before a sign of equality or per cent."""
+    return _MINUS.sub("−", text).replace(" = ", "\u00a0=\u00a0").replace(" %", "\u00a0%")
+
+
+def _range(each: StoredTriad) -> str:
+    spec, unit = each.correction.spec, SI_UNIT[each.triad]
+    if not spec.bits:
+        return "logged in physical units"
+    shown = math.degrees(spec.full_scale) if each.triad == "gyroscope" else spec.full_scale
+    return f"±{shown:.4g} {'°/s' if each.triad == 'gyroscope' else unit}, {spec.bits} bits"
+
+
+def _base_rows(each: StoredTriad) -> Iterator[CertifiedRow]:
+    """Bias, scale and misalignment in the units of Angrisano et al."""
+    yield _row("Bias b [counts]", each.bias_counts, each.bias_sd)
+    yield _row(f"Scale k⁻¹ [counts/({SI_UNIT[each.triad]})]", each.scale_counts_per_unit,
+               each.scale_sd)
+    yield _row("Misalignment α [mrad]", each.misalignment_rad * 1e3, each.misalignment_sd * 1e3)
+
+
+def _effect_rows(each: StoredTriad) -> Iterator[CertifiedRow]:
+    """Added effects in units of data sheets, three values in a row; a shape parameter alone."""
+    for name, effect in each.effects.items():
+        unit, _, shape_unit = effect["unit"].partition("; ")
+        values = np.array(effect["values"], float)
+        sds = np.array([math.nan if sd is None else sd for sd in effect["sd"]], float)
+        linear = len(values) - bool(shape_unit)
+        shown, factor = display_unit(unit, list(values[:linear]))
+        for i in range(0, linear, len(AXES)):
+            label = f" {AXES[i // len(AXES)]}" if linear > len(AXES) else ""
+            to = min(i + len(AXES), linear)
+            yield _row(f"{one_line(name)}{label} [{one_line(shown)}]", values[i:to] * factor,
+                       sds[i:to] * factor)
+        if shape_unit:
+            yield _row(f"{one_line(name)} {one_line(shape_unit)}", values[linear:], sds[linear:])
+
+
+def _row(name: str, values: FloatArray, sds: FloatArray) -> CertifiedRow:
+    return CertifiedRow(name, tuple(_value(v, s) for v, s in zip(values, sds, strict=True)))
+
+
+def _value(value: float, sd: float) -> CertifiedValue:
+    if not math.isfinite(sd):
+        return CertifiedValue(f"{value + 0.0:.6g}".replace("-", "−"), "not fitted")
+    text, _, spread = with_sd(value, sd).partition(" ± ")
+    if "(" in text:  # a common power of ten stands behind the bracket
+        power = spread.partition(")")[2]
+        text, spread = text.lstrip("(") + power, spread.partition(")")[0] + power
+    return CertifiedValue(text.replace("-", "−"), f"± {spread}".replace("-", "−"))
+
+
+def _figures(triad: str, section: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    unit, factor = DISPLAY[triad]
+    yield "Poses", str(section["n_poses"])
+    yield "Residual RMS", f"{section['residual_rms'] * factor:.3g} {unit}"
+    yield "Leave-one-out", f"{section['loo_rms'] * factor:.3g} {unit}"
+    ratio = section["chi2"] / max(section["dof"], 1)
+    yield "chi²/dof", f"{ratio:.{2 if ratio < 100 else 0}f} ({section['dof']} dof)"
+    yield "p", f"{section['p_value']:.2g}"
+    if section["sd_widened_by"] > 1:
+        yield "Birge ratio", f"{section['sd_widened_by']:.2g}"
+
+
+def _prediction(triad: str, prediction: Mapping[str, Any] | None) -> str:
+    if prediction is None or prediction["sd_median"] is None:
+        return "Only rest was measured: the gains are not known."
+    unit, factor = DISPLAY[triad]
+    worst = direction_name(np.array(prediction["worst_direction"], float)).replace("-", "−")
+    return (f"Corrected magnitudes err by {prediction['sd_median'] * factor:.2g} {unit} (1 sd, "
+            f"median over all directions), at worst by {prediction['sd_worst'] * factor:.2g} "
+            f"{unit} ({worst}).")
+
+
+def _residuals(triad: str, poses: Sequence[Mapping[str, Any]]) -> Residuals:
+    unit, factor = DISPLAY[triad]
+    return Residuals(
+        unit,
+        np.array([pose["residual"] for pose in poses], float) * factor,
+        np.array([pose["sd"] for pose in poses], float) * factor,
+        tuple(one_line(pose["run"]) for pose in poses),
+        np.array([pose["reference"] == 0 for pose in poses]),
+    )
+
+
+# --- the reference -----------------------------------------------------------------------------
+
+
+def _references(contents: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
+    """Name, value and traceability of every reference."""
+    gravity = (contents["accelerometer"] or {}).get("gravity")
+    if gravity is not None:
+        sd = gravity["sd_m_s2"]
+        value = f"{gravity['value_m_s2']:.5f} m/s²"
+        source = str(gravity["source"])
+        if sd:
+            value += f" ± {relative(sd / gravity['value_m_s2'])}"
+        else:
+            source += "; counts as exact, the scale is relative to it"
+        yield "Gravity", value, source
+    for name, rate in contents["rate"].items():
+        sign = "clockwise" if rate["direction"] == "cw" else "counter-clockwise"
+        value = (f"{rate['rate_rad_s'] / RPM:.4f} rpm ± "
+                 f"{relative(rate['sd_rad_s'] / rate['rate_rad_s'])}")
+        direction = f", {sign}" if rate["direction"] else ""
+        yield f"Plate, {one_line(name)}", f"{value}{direction}", _rate_source(rate)
+
+
+def _rate_source(rate: Mapping[str, Any]) -> str:
+    if rate["source"] != "video":
+        return "stated in the configuration"
+    clips = [one_line(clip["clip"]) for clip in rate["clips"]]
+    clock = rate["sd_parts"]["timebase_rad_s"] / rate["rate_rad_s"]
+    image = rate["sd_parts"]["image_rad_s"] / rate["rate_rad_s"]
+    named = clips[0] if len(clips) == 1 else f"{count(len(clips), 'clip')}, {clips[0]} first"
+    return (f"{named}: {rate['revolutions']:.1f} turns in {rate['frames']} frames; "
+            f"clock {relative(clock)}, images {relative(image)}")
+
+
+def _notes(stored: Stored) -> Iterator[str]:
+    yield ("The model is s = T K (counts − b) (Angrisano et al.), T upper triangular with the "
+           "misalignments, K diagonal with the inverses of the scale factors; added effects are "
+           "subtracted. ± is one standard deviation (k = 1) and includes the noise of the poses "
+           "with its autocorrelation and the uncertainty of the references. The calibration holds "
+           "for the stated ranges and temperatures.")
+    angles = (stored.contents["gyroscope"] or {}).get("frame_to_accelerometer_rad")
+    if angles is not None:
+        sds = stored.contents["gyroscope"]["frame_sd_rad"]
+        words = ", ".join(with_sd(a * 1e3, s * 1e3) for a, s in zip(angles, sds, strict=True))
+        yield f"Rotation of the gyroscope against the accelerometer: {words} mrad.".replace(
+            "-", "−")
+    mounting = stored.contents.get("installation")
+    if mounting is not None:
+        roll, pitch = (f"{mounting[key]:.3f}".replace("-", "−")
+                       for key in ("roll_deg", "pitch_deg"))
+        sds = mounting["sd_deg"]
+        yield f"Mounting: roll {roll} ± {sds[0]:.2g}°, pitch {pitch} ± {sds[1]:.2g}°."
+    warnings = [one_line(each) for each in stored.contents["warnings"]]
+    if warnings:
+        yield f"Warnings of the run: {' '.join(warnings)}"

@@ -1,0 +1,108 @@
+"""Signals, terminals that cannot show everything, disks that fill up, pipes and clocks."""
+
+import errno
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from pipeline.logs import memory
+from pipeline.record.store import RawFile
+from tests.attack.case import hashes
+from tests.paths import DATA, ROOT
+from tests.sessions import pipeline
+
+CLIP = DATA / "example/video/17rpm.mp4"
+HIDE, SHOW = b"\x1b[?25l", b"\x1b[?25h"
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "ascii", "cp437", "latin-1", "utf-8"])
+def test_every_encoding_of_the_terminal_gets_the_report(copied: Path, encoding: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "pipeline", "check", copied], cwd=ROOT, capture_output=True,
+        check=False, env={**os.environ, "PYTHONIOENCODING": encoding, "PYTHONPATH": str(ROOT)})
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"no error in" in done.stdout
+
+
+def test_sigterm_gives_the_cursor_back() -> None:
+    master, slave = pty.openpty()
+    with subprocess.Popen([sys.executable, "-m", "pipeline", "rate", CLIP], cwd=ROOT,
+                          stdout=subprocess.DEVNULL, stderr=slave,
+                          env={**os.environ, "TERM": "xterm", "PYTHONPATH": str(ROOT)}) as run:
+        os.close(slave)
+        seen, begun = b"", time.monotonic()
+        while HIDE not in seen and time.monotonic() - begun < 60:
+            seen += os.read(master, 4096)
+        run.send_signal(signal.SIGTERM)
+        try:
+            while chunk := os.read(master, 4096):
+                seen += chunk
+        except OSError:  # the other end is closed
+            pass
+        assert run.wait(60) == 130
+    os.close(master)
+    assert seen.rfind(SHOW) > seen.rfind(HIDE) >= 0
+
+
+def test_a_full_disk_ends_a_recording_with_its_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raw = RawFile(tmp_path / "001.bin")
+        raw.close()
+        with open("/dev/full", "wb", buffering=0) as disk:
+            monkeypatch.setattr(raw, "_bytes", disk)
+            raw.keep(b"x", 0.0)
+
+    if not os.path.exists("/dev/full"):
+        pytest.skip("this system has no /dev/full")
+    monkeypatch.setattr("pipeline.record.start.open_session", full)
+    assert pipeline("record", DATA / "example/config.yaml") == 2
+    assert "No space left on device" in capsys.readouterr().err
+
+
+def test_a_log_larger_than_the_memory_is_refused_before_it_is_read(
+    copied: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(memory, "LEAST_FREE", 1 << 16)
+    monkeypatch.setattr(memory, "_linux", lambda: 1 << 16)
+    log = copied.parent / "accelerometer/pose_07.csv"
+    assert pipeline("apply", copied.with_suffix(".run"), log) == 3
+    assert "holds more than" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("number", [errno.EACCES, errno.EROFS, errno.ENOSPC, errno.EDQUOT,
+                                    errno.EIO, errno.ENAMETOOLONG])
+def test_a_folder_that_cannot_be_written_is_said_and_nothing_changes(
+    copied: Path, monkeypatch: pytest.MonkeyPatch, number: int,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def refused(*_: object, **__: object) -> None:
+        raise OSError(number, os.strerror(number))
+
+    before = hashes(copied.parent)
+    monkeypatch.setattr("pipeline.files.tempfile.mkstemp", refused)
+    assert pipeline("run", copied) == 2
+    printed = capsys.readouterr().err
+    assert os.strerror(number) in printed
+    assert "--output" in printed
+    assert hashes(copied.parent) == before
+
+
+def test_two_commands_at_once_end_one_after_the_other(copied: Path) -> None:
+    add = [sys.executable, "-m", "pipeline", "add", copied, "--although-aliased"]
+    both = [subprocess.Popen([*add, f"gyroscope.{name}"], cwd=ROOT, stdout=subprocess.PIPE,
+                             stderr=subprocess.PIPE, text=True,
+                             env={**os.environ, "PYTHONPATH": str(ROOT)})
+            for name in ("bias_drift", "warm_up")]
+    ended = [(run.communicate()[1], run.returncode) for run in both]
+    text = copied.read_text(encoding="utf-8")
+    for name, (said, code) in zip(("bias_drift", "warm_up"), ended, strict=True):
+        assert code in (0, 4, 5), said
+        assert (name in text) == (code == 0)

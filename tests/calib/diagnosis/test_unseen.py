@@ -1,0 +1,50 @@
+"""What these poses cannot see moves the parameters by as much as the budget says."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from calib.diagnosis.diagnose import diagnose
+from calib.diagnosis.unseen import absorbed, together, typical_size, unseen_budget
+from calib.effects.effect import EFFECTS
+from calib.fit.calibration import calibrate_triad
+from calib.fit.solver import fit
+from calib.poses.imu_log import TRIADS
+from tests.calib.made_poses import FAST, MODEL, SLOW, SPECS, made_poses, noisy
+
+ONE_SPEED = noisy(made_poses("gyroscope", (SLOW,)), 4)
+"""Gravity is parallel to the plate's axis: g-sensitivity is scale and misalignment."""
+
+
+def test_an_effect_that_cannot_be_seen_moves_the_parameters_as_computed() -> None:
+    rng = np.random.default_rng(5)
+    truth = 1e-5 * rng.standard_normal((3, 3))
+    base = fit(ONE_SPEED, MODEL)
+    bent = replace(ONE_SPEED, reading=ONE_SPEED.reading + ONE_SPEED.force @ truth.T)
+    shift = fit(bent, MODEL).theta - base.theta
+    linear = absorbed(calibrate_triad(base, SPECS["gyroscope"]), EFFECTS["g_sensitivity"])
+    assert linear @ truth.ravel() == pytest.approx(shift, abs=0.05 * np.abs(shift).max())
+
+
+def test_what_the_poses_see_is_not_in_the_budget_and_what_they_do_not_is() -> None:
+    one = calibrate_triad(fit(ONE_SPEED, MODEL), SPECS["gyroscope"])
+    blind = diagnose(one.fit).blind
+    budget = unseen_budget(one, blind, "MPU-6050")
+    assert "g_sensitivity" in budget
+    relative = budget["g_sensitivity"][2] / one.parameters.scale_counts_per_unit
+    assert relative == pytest.approx(np.radians(0.1) / SLOW, rel=0.2)  # 0.1 °/s of 100 °/s
+    assert (together(budget) >= budget["g_sensitivity"]).all()
+    better = unseen_budget(one, blind, "MTi")["g_sensitivity"]
+    assert better == pytest.approx(budget["g_sensitivity"] * 0.003 / 0.1)
+    both = noisy(made_poses("gyroscope", (SLOW, FAST, -SLOW, 0.0)), 4)
+    seen = calibrate_triad(fit(both, MODEL), SPECS["gyroscope"])
+    assert "g_sensitivity" not in unseen_budget(seen, diagnose(seen.fit).blind, "MPU-6050")
+
+
+@pytest.mark.parametrize("name", [n for n, e in EFFECTS.items() if e.belongs_to == "sensor"])
+def test_every_effect_of_a_sensor_has_a_number_or_says_why_not(name: str) -> None:
+    effect = EFFECTS[name]
+    for part, size in effect.page.typical.items():
+        numbers = [typical_size(effect, part, triad) for triad in TRIADS if triad in effect.triads]
+        assert any(number is not None and number > 0 for number in numbers) or size.note
