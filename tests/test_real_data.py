@@ -245,7 +245,7 @@ LEG_ROWS = 600  #: 37 s of each leg's 45 s
 
 
 def legs(path: Path) -> list[np.ndarray]:
-    """The six legs about one axis each: the LEG_ROWS steadiest rows on either side of each axis."""
+    """The six legs about one axis each: LEG_ROWS rows of each, without ramps and moves."""
     rows = []
     for line in gzip.decompress(path.read_bytes()).decode("utf-8", "replace").splitlines()[2:]:
         cells = line.split(",")
@@ -259,5 +259,6 @@ def legs(path: Path) -> list[np.ndarray]:
     for axis in range(3):
         for sign in (1, -1):
             spinning = gyro[np.abs(sign * gyro[:, axis] - 25) < 3]
-            found.append(spinning[:LEG_ROWS])
+            steady = np.abs(spinning - np.median(spinning, axis=0)).max(axis=1) < 2
+            found.append(spinning[steady][:LEG_ROWS])
     return found

@@ -5,10 +5,12 @@ the centripetal ``Ω² r`` at r metres from the spindle, so that ``|f|`` lies be
 ``hypot(g, Ω² r)`` whatever the attitude. Where it does not, one of the two sets of logs is not what
 it seems. Each common mistake (axes exchanged or mirrored, counts halved, another unit) is undone in
 turn; with n poses it explains the contradiction the better by the log likelihood ratio
-``n/2 ln(S_as_logged / S_undone)`` of the mean squares S of ``|f| - g``.
+``n/2 ln(S_as_logged / S_undone)`` of the mean squares S of ``|f| - g``. What the calibration itself
+does not know of these poses (an effect that its own poses hardly determine) contradicts nothing.
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -16,6 +18,7 @@ import numpy as np
 from calib.consistency.signed_axes import IDENTITY, SIGNED_PERMUTATIONS, permutation_words
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Contradiction
+from calib.fit.calibration import TriadCalibration
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
@@ -26,6 +29,8 @@ LARGEST_DRIFT = 0.02
 
 PLATE_RADIUS_M = 0.15
 FEWEST_POSES = 3
+UNKNOWN_SD = 5.0
+"""Of the calibrated |f|, within which nothing is contradicted: a chance below 1e-6 a pose."""
 
 FACTORS: Mapping[float, str] = {
     1.0: "", 2.0: "halved", 0.5: "doubled", 4.0: "a quarter", 0.25: "fourfold", 8.0: "an eighth",
@@ -40,9 +45,7 @@ the logarithm of the number of looks over it."""
 
 
 def require_gravity(
-    poses: PoseSet,
-    correct: Callable[[Conditions], FloatArray],
-    gravity_m_s2: float,
+    poses: PoseSet, accelerometer: TriadCalibration, gravity_m_s2: float
 ) -> None:
     """Refuse runs of the gyro in which the accelerometer does not read gravity.
 
@@ -50,8 +53,7 @@ def require_gravity(
     ----------
     poses : PoseSet
         Of the gyro, with the calibrated specific force.
-    correct : callable
-        The accelerometer's calibration.
+    accelerometer : TriadCalibration
     gravity_m_s2 : float
 
     Raises
@@ -66,21 +68,25 @@ def require_gravity(
     for name in dict.fromkeys(runs[sound]):
         member = np.flatnonzero(sound & (runs == name))
         if len(member) >= FEWEST_POSES:
-            _check_run(str(name), poses.take(member), nominal[member], correct, gravity_m_s2)
+            _check_run(str(name), poses.take(member), nominal[member], accelerometer, gravity_m_s2)
 
 
 def _check_run(
     run: str,
     poses: PoseSet,
     nominal: FloatArray,
-    correct: Callable[[Conditions], FloatArray],
+    accelerometer: TriadCalibration,
     gravity: float,
 ) -> None:
-    largest = np.hypot(gravity, poses.spin_rad_s**2 * PLATE_RADIUS_M)
+    at = poses.accelerometer_conditions(nominal)
+    unknown = UNKNOWN_SD * _sd_of_size(accelerometer, at)
+    largest = np.hypot(gravity, poses.spin_rad_s**2 * PLATE_RADIUS_M) + unknown
+    correct = accelerometer.correct
 
     def misfit(readings: FloatArray) -> FloatArray:
         size = np.linalg.norm(correct(poses.accelerometer_conditions(readings)), axis=1)
-        return np.asarray(np.maximum(size - largest, 0.0) + np.minimum(size - gravity, 0.0))
+        return np.asarray(np.maximum(size - largest, 0.0)
+                          + np.minimum(size - (gravity - unknown), 0.0))
 
     as_logged = misfit(nominal)
     impossible = float(np.median(np.abs(as_logged))) > LARGEST_DRIFT * gravity
@@ -96,6 +102,44 @@ def _check_run(
         + (likely or "Its logs and those of the accelerometer's own poses are of another sensor, "
            "range, unit or order of columns. Compare the files of both.")
     )
+
+
+def unknown_force(poses: PoseSet, accelerometer: TriadCalibration) -> tuple[str, ...]:
+    """A warning where the accelerometer's calibration hardly holds in the poses of the gyro.
+
+    Then an effect of its model rests on conditions that its own poses did not have, and nothing is
+    to be compared with the specific force.
+    """
+    assert poses.other_reading is not None  # only ideal poses have none
+    sound = np.flatnonzero(np.isfinite(poses.force).all(axis=1))
+    if not sound.size:
+        return ()
+    member = poses.take(sound)
+    sd = _sd_of_size(accelerometer,
+                     member.accelerometer_conditions(poses.other_reading[sound])).max()
+    if UNKNOWN_SD * sd < LARGEST_DRIFT * STANDARD_GRAVITY_M_S2:
+        return ()
+    return (
+        f"in the poses of the gyroscope the accelerometer's model determines the specific force to "
+        f"{sd:.2g} m/s² only, because an effect in it goes far beyond the accelerometer's own "
+        f"poses. The axes of the triads were not compared, and effects of the specific force on "
+        f"the gyroscope are as uncertain.",
+    )
+
+
+def _sd_of_size(accelerometer: TriadCalibration, at: Conditions) -> FloatArray:
+    """Sd of ``|f|`` by the parameters' covariance, m/s², (n,)."""
+    correction, cov = accelerometer.correction, accelerometer.fit.cov
+
+    def size(theta: FloatArray) -> FloatArray:
+        return np.asarray(np.linalg.norm(replace(correction, theta=theta).correct(at), axis=1))
+
+    steps = np.diag(np.sqrt(np.diag(cov)))
+    by_sd = np.array([(size(correction.theta + step) - size(correction.theta - step)) / 2
+                      for step in steps])  # (p, n), per sd of each parameter
+    sd = np.diag(steps)
+    correlation = cov / np.outer(sd, sd)
+    return np.asarray(np.sqrt(np.maximum(np.einsum("pn,pq,qn->n", by_sd, correlation, by_sd), 0)))
 
 
 def _likely_mistake(

@@ -9,7 +9,7 @@ from calib.consistency.data_sheet import (
     gain_off_the_sheet,
     turning_while_still,
 )
-from calib.consistency.force import require_gravity
+from calib.consistency.force import require_gravity, unknown_force
 from calib.diagnosis.diagnose import Diagnosis
 from calib.diagnosis.unseen import unseen_budget
 from calib.effects.catalogue import BASE, find_effect
@@ -182,18 +182,21 @@ def calibrate_gyroscope(
         )
     correct = accelerometer.calibration.correct if accelerometer else None
     poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
+    unknown: tuple[str, ...] = ()
     if accelerometer is not None and accelerometer.gravity is not None:
-        require_gravity(poses, accelerometer.calibration.correct, accelerometer.gravity.value_m_s2)
+        require_gravity(poses, accelerometer.calibration, accelerometer.gravity.value_m_s2)
+        unknown = unknown_force(poses, accelerometer.calibration)
     defined = user_effects(config, "gyroscope", context.allow_python)
     spec = triad_spec(config.sensor.gyroscope)
     result = _calibrated(poses, config.gyroscope, spec, defined, config,
-                         senses=_senses(config, recordings) if accelerometer else None)
+                         senses=_senses(config, recordings)
+                         if accelerometer and not unknown else None)
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
     return replace(
         result,
         frame=frame_rotation(result.calibration.fit, beside),
-        warnings=(*result.warnings, *direction_against_clip(poses, filmed)),
+        warnings=(*result.warnings, *unknown, *direction_against_clip(poses, filmed)),
     )
 
 
