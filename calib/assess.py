@@ -11,7 +11,7 @@ from calib.consistency.plate_axes import require_common_axes
 from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.diagnosis.untested import untested
 from calib.effects.effect import Effect
-from calib.errors import CalibrationError
+from calib.errors import FitFailed
 from calib.fit.angrisano import fit_paper
 from calib.fit.calibration import TriadCalibration, calibrate_triad
 from calib.fit.leave_one_out import Comparison, compare
@@ -103,7 +103,7 @@ def _fitted(poses: PoseSet, model: Model, spec: TriadSpec, solver: str, loss: st
     try:
         fitted = (fit_paper(poses, model, spec) if solver == "paper"
                   else fit(poses, model, robust=loss == "huber"))
-    except CalibrationError:
+    except FitFailed:  # not where the directions of the poses determine too little
         require_no_mistake(poses, model, None)
         raise
     require_no_mistake(poses, model, fitted)

@@ -30,6 +30,11 @@ def may_never_end(path: Path) -> bool:
     return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
 
 
+def as_bytes(content: str | bytes) -> bytes:
+    """Text in UTF-8; bytes of a file's name that are none stand as Python writes them."""
+    return content.encode(errors="backslashreplace") if isinstance(content, str) else content
+
+
 def write_whole(path: Path, content: str | bytes) -> None:
     """Write ``content`` to ``path`` so that a reader sees the old file or the new one, never half.
 
@@ -95,7 +100,7 @@ def finish_interrupted(journal: Path, expected: Collection[Path]) -> bool:
         noted = json.loads(journal.read_text(encoding="utf-8"))
     except (FileNotFoundError, NotADirectoryError):
         return False
-    except ValueError:
+    except (ValueError, RecursionError):
         noted = {}
     except OSError as error:
         raise _unwritable(journal, error) from error
@@ -138,7 +143,7 @@ def _relative(path: Path, journal: Path) -> str:
 
 def _stage(target: Path, content: str | bytes) -> Path:
     """``content`` on the disk beside ``target``, with its permissions, not yet under its name."""
-    data = content.encode() if isinstance(content, str) else content
+    data = as_bytes(content)
     with ExitStack() as undo:
         try:
             target.parent.mkdir(parents=True, exist_ok=True)

@@ -73,7 +73,7 @@ def _lock(folder: Path) -> FileLock:
     The system frees it when its process ends, however that happens.
     """
     locks = Path(tempfile.gettempdir()) / f"pipeline-locks-{getattr(os, 'getuid', str)()}"
-    name = hashlib.sha256(os.path.realpath(folder).encode()).hexdigest()
+    name = hashlib.sha256(os.fsencode(os.path.realpath(folder))).hexdigest()
     try:
         locks.mkdir(mode=0o700, exist_ok=True)
         (locks / name).touch()
@@ -107,7 +107,7 @@ def require_own_files(folder: Path, force: bool = False) -> None:
 def _is_results(path: Path) -> bool:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return False
     return isinstance(content, dict) and "format" in content
 

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from calib.errors import Undetermined
+from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, ImuLog, Triad
 
 CLIPPED_SHARE = 0.25
@@ -17,10 +18,14 @@ CLIPPED_SHARE = 0.25
 31 %: what steps so coarsely does it in most logs."""
 
 USUAL_SHARE = 0.05
+PILED_UP = 2.0
+"""Times as frequent as any other value: noise cut off within its own width is."""
 
 
-def require_unclipped(logs: Sequence[ImuLog], triad: Triad) -> None:
-    """Refuse logs of ``triad`` in which an axis is cut off at some value.
+def require_unclipped(logs: Sequence[ImuLog], triad: Triad, spec: TriadSpec) -> None:
+    """Refuse logs of ``triad`` in which an axis is cut off below the range of ``spec``.
+
+    What stands at the ends of the range is refused where the pose is averaged.
 
     Raises
     ------
@@ -30,7 +35,8 @@ def require_unclipped(logs: Sequence[ImuLog], triad: Triad) -> None:
     used = [log for log in logs if log.has(triad)]
     if len(used) < 2:
         return
-    values = [getattr(log, triad) for log in used]
+    values = [spec.signed(getattr(log, triad)) for log in used]
+    rails = spec.count_range
     high, low = (np.array([pick(each, axis=0) for each in values]) for pick in (np.max, np.min))
     at_limit = (high == high.max(axis=0)) | (low == low.min(axis=0))
     for extreme, limit in ((high, high.max(axis=0)), (low, low.min(axis=0))):
@@ -39,8 +45,11 @@ def require_unclipped(logs: Sequence[ImuLog], triad: Triad) -> None:
         usual = np.array([np.median(each[~held]) if not held.all() else 1.0
                           for each, held in zip(share.T, at_limit.T, strict=True)])
         clipped = (share > CLIPPED_SHARE) & (extreme == limit) & (usual < USUAL_SHARE)
-        if clipped.any():
-            i, k = map(int, np.argwhere(clipped)[0])
+        clipped &= ~np.isin(extreme, rails)
+        for i, k in np.argwhere(clipped).tolist():
+            _, counts = np.unique(values[i][:, k], return_counts=True)
+            if np.sort(counts)[-2:].sum() - counts.max() > counts.max() / PILED_UP:
+                continue  # coarse steps: the value beside it is as frequent
             raise Undetermined(
                 f"{used[i].label}: {triad} {AXES[k]} stands at {extreme[i, k]:g} in "
                 f"{100 * share[i, k]:.0f} % of its samples, and in no log of this run goes beyond: "

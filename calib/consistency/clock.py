@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.errors import Contradiction
+from calib.poses.averaging import LEAST_PER_TURN
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 
@@ -34,7 +35,9 @@ FASTEST, SLOWEST = 6.0, 0.1
 """Rates looked at, in units of the stated one: 78 over 16 rpm is 4.7."""
 
 FEWEST_TURNS = 2.0
-PER_RESOLUTION = 3
+PER_RESOLUTION = 12
+PADDING = 8
+"""Times the length of a log, for a spectrum dense enough to interpolate."""
 SAMPLES_PER_TURN = 3.0
 """Of the fastest rate looked at, after averaging."""
 
@@ -87,22 +90,20 @@ def gravity_wave(logs: Sequence[ImuLog], stated: FloatArray, spec: TriadSpec) ->
         return None
     turns = np.array([w * (log.time_s[-1] - log.time_s[0]) / (2 * np.pi)
                       for log, w in zip(logs, stated, strict=True)])
-    if np.median(turns) < FEWEST_TURNS:
+    samples = np.array([len(log.time_s) for log in logs])
+    if np.median(turns) < FEWEST_TURNS or (samples < LEAST_PER_TURN * turns).any():
         return None
     low = max(SLOWEST, FEWEST_TURNS / float(np.median(turns)))
     count = int((FASTEST - low) * np.median(turns) * PER_RESOLUTION) + 1
     ratios = np.linspace(low, FASTEST, count)
     signed = np.concatenate([-ratios, ratios])
     power, whole = np.zeros(len(signed)), 0.0
-    phase, waves = np.zeros(0), np.zeros((count, 0), complex)
     for log, rate in zip(logs, stated, strict=True):
-        time_s, z = _across(log, float(rate), spec)
-        if not np.array_equal(phase, rate * time_s):  # poses of one run are mostly alike
-            phase = rate * time_s
-            waves = np.exp(1j * np.outer(ratios, phase))
+        step_s, z = _across(log, float(rate), spec)
         # z goes round against the plate: its share at -Ω is the plate's at Ω.
-        both = np.concatenate([(waves @ z.conj()).conj(), waves @ z])
-        power += np.abs(both) ** 2 / len(z)
+        padded = np.abs(np.fft.fftshift(np.fft.fft(z, PADDING * len(z)))) ** 2 / len(z)
+        at = np.fft.fftshift(np.fft.fftfreq(PADDING * len(z), step_s / (2 * np.pi)))
+        power += np.interp(-signed * rate, at, padded)
         whole += float((np.abs(z) ** 2).sum())
     if whole == 0:
         return None
@@ -116,22 +117,22 @@ def gravity_wave(logs: Sequence[ImuLog], stated: FloatArray, spec: TriadSpec) ->
     )
 
 
-def _across(log: ImuLog, rate: float, spec: TriadSpec) -> tuple[FloatArray, np.ndarray]:
-    """Times (m,) and the complex specific force across its mean (m,), averaged and detrended."""
+def _across(log: ImuLog, rate: float, spec: TriadSpec) -> tuple[float, np.ndarray]:
+    """Step in s and the complex specific force across its mean (m,), averaged and detrended."""
     span = log.time_s[-1] - log.time_s[0]
     wanted = max(12, int(span * rate * FASTEST / (2 * np.pi) * SAMPLES_PER_TURN))
     per = max(1, len(log.time_s) // wanted)
     n = len(log.time_s) // per
     force = spec.nominal(log.accelerometer[: n * per]).reshape(n, per, 3).mean(axis=1)
-    time_s = (log.time_s[: n * per] - log.time_s[0]).reshape(n, per).mean(axis=1)
     up = force.mean(axis=0)
     up = up / max(float(np.linalg.norm(up)), 1e-300)
     e1 = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
     e1 = e1 / max(float(np.linalg.norm(e1)), 1e-300)
     e2 = np.cross(up, e1)
     z = force @ e1 + 1j * (force @ e2)
-    line = np.column_stack([np.ones(n), time_s])
-    return time_s, z - line @ np.linalg.lstsq(line.astype(complex), z)[0]
+    line = np.column_stack([np.ones(n), np.arange(n) / n])
+    z = z - line @ np.linalg.lstsq(line.astype(complex), z)[0]
+    return span / (len(log.time_s) - 1) * per, z
 
 
 def require_whole_turns(

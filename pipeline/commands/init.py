@@ -32,7 +32,8 @@ def command(folder: Path, latitude: float | None, height: float) -> None:
             show_default=False, err=True, value_proc=_latitude)
     text = template_text()
     path = write_template(folder, text if latitude is None else at_site(text, latitude, height))
-    click.echo(f"{path} was written. Edit it, then type: pipeline plan {path}")
+    click.echo(f"{path} was written. Edit it, then type: pipeline plan {path}, and with the logs "
+               f"in place: pipeline check {path}")
 
 
 def _latitude(typed: str) -> float | None:

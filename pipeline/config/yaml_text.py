@@ -285,8 +285,7 @@ def _scalar(node: yaml.ScalarNode) -> str | int | float | bool | None:
     """The value of a scalar by YAML 1.2's core rules; quoted and block text is always text."""
     text = str(node.value)
     if HALF_CHARACTER.search(text):
-        raise _Refused(node.start_mark, "the text holds half a character (\\ud800 to \\udfff), "
-                       "which no file can hold. Write the whole character.")
+        raise _Refused(node.start_mark, "half a character (\\ud800 to \\udfff) cannot be written.")
     if node.style is not None:
         return text
     if text in _WORDS:
@@ -297,6 +296,5 @@ def _scalar(node: yaml.ScalarNode) -> str | int | float | bool | None:
 
 
 def _span(node: yaml.Node) -> Span:
-    mark = node.start_mark
-    flow = bool(getattr(node, "flow_style", False))
+    mark, flow = node.start_mark, bool(getattr(node, "flow_style", False))
     return Span(mark.index, node.end_mark.index, mark.line + 1, flow)

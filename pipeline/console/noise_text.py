@@ -42,7 +42,7 @@ def _cell(each: NoiseCoefficient, factor: float) -> str:
         return f"< {factor * each.limit:.2g}"
     value, sd = factor * each.value, factor * each.sd
     digits = max(2, 2 + math.floor(math.log10(value)) - math.floor(math.log10(sd)))
-    return f"{value:.{min(digits, 5)}g} ± {sd:.1g}"
+    return f"{value:.{min(digits, 4)}g} ± {sd:.1g}"
 
 
 def _needs(triad: str, axes: Sequence[AxisNoise]) -> Iterator[str]:

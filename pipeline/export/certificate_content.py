@@ -13,10 +13,10 @@ import numpy as np
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
 from pipeline.formatting import DISPLAY, RPM, count, display_unit, relative, short_model, with_sd
+from pipeline.names import DISTRIBUTION
 from pipeline.results.history import read_history
 from pipeline.results.read import Stored, StoredTriad
 
-DISTRIBUTION = "turntable-imu-calibration"
 HASH_DIGITS = 16
 _MINUS = re.compile(r"(?<![\w.])-(?=\d)|(?<=\de)-(?=\d)")
 NOT_RECORDED = "not recorded"
@@ -298,4 +298,3 @@ def _notes(stored: Stored) -> Iterator[str]:
     warnings = [one_line(each) for each in stored.contents["warnings"]]
     if warnings:
         yield f"Warnings of the run: {' '.join(warnings)}"
-

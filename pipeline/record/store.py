@@ -67,7 +67,7 @@ class Store:
             if read["format"] != FORMAT:
                 raise ValueError(f"format {read['format']}")
             return State(float(read["began_unix_s"]), int(read["seed"]))
-        except (OSError, ValueError, KeyError, TypeError) as error:
+        except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
             raise UnreadableInput(
                 f"{path}: is not the state of a session ({error}). The poses are not touched by "
                 f"it: delete this file, and the session goes on with a clock of its own."

@@ -67,9 +67,9 @@ def added_variable_figure(result: TriadResult, payload: Json) -> Figure | None:
     ends = np.array([max(chart.x.low, -limit), min(chart.x.high, limit)])
     chart.line(ends, ends, "diagonal")
     chart.level(0.0)
-    for x, one, other in zip(explained, before, after, strict=True):
-        chart.mark(x, one, 0, "mark before")
-        chart.mark(x, other, 1, "mark after")
+    for x, one, other, pose in zip(explained, before, after, payload["row_pose"], strict=True):
+        chart.mark(x, one, 0, "mark before", attribute=f' data-i="{pose}"')
+        chart.mark(x, other, 1, "mark after", attribute=f' data-i="{pose}"')
     outside = int((np.abs(after) > TWO_SD).sum())
     idle = result.diagnosis.verdict == "nothing_missing" and not entry["in_model"]
     caption = (

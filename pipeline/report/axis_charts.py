@@ -152,17 +152,47 @@ def _reach(panel: Panel) -> float:
     return float(max(dots, np.abs(panel.curve[1]).max()))
 
 
-def lead_panel(charts: tuple[AxisCharts, ...]) -> Figure | None:
-    """The panel of the verdict's effect that shows most, large; None where none leads."""
-    if not charts or not charts[0].leads:
+@dataclass(frozen=True)
+class Lead:
+    """The picture of the first screen, and the effect whose before and after it shows.
+
+    ``effect`` is empty where the picture shows the error alone.
+    """
+
+    figure: Figure
+    effect: str
+
+
+def lead_panel(result: TriadResult, charts: tuple[AxisCharts, ...]) -> Lead | None:
+    """The panel of the missing effect that shows most, large; None where nothing is named.
+
+    An error of a shape that no listed effect has is shown against its covariate, without a line.
+    """
+    first = charts[0] if charts else None
+    if first is None or not first.leads or first.in_model:
         return None
-    panel = max(charts[0].panels, key=lambda each: each.significance)
-    figure = panel_figure(charts[0].effect, panel, nice_limit(_reach(panel)), PLAIN)
-    return replace(figure, title=_sentence(panel) or figure.title)
+    if result.diagnosis.verdict == "unknown":
+        panel = max(first.panels, key=lambda each: float(np.mean((each.before / each.sd) ** 2)))
+        chart, what = _error_chart(panel, nice_limit(_reach(panel)), PLAIN)
+        title = f"{what.capitalize()} against {panel.against}"
+        return Lead(Figure(title, chart.svg(f"{title}."), ""), "")
+    panel = max(first.panels, key=lambda each: each.significance)
+    figure = panel_figure(first.effect, panel, nice_limit(_reach(panel)), PLAIN)
+    return Lead(replace(figure, title=_sentence(panel) or figure.title), first.effect)
 
 
 def panel_figure(name: str, panel: Panel, limit: float, canvas: Canvas = SMALL) -> Figure:
     """One panel as a chart with a y axis from -limit to limit."""
+    chart, what = _error_chart(panel, limit, canvas)
+    chart.line(panel.curve[0], np.clip(panel.curve[1], -limit, limit), "effect")
+    chart.squares(panel.x, panel.after, "after-squares")
+    title = _title(panel)
+    alternative = f"{what.capitalize()} against {panel.against}: {title}."
+    return Figure(title, chart.svg(f"{name}. {alternative}"), "", "")
+
+
+def _error_chart(panel: Panel, limit: float, canvas: Canvas) -> tuple[Chart, str]:
+    """The errors without the effect, with their sds and the noise band; and what they are."""
     of_reference = panel.axis == REFERENCE
     what = ("error of the reference" if of_reference else
             f"{'scale error' if panel.unit == 'ppm' else 'error'} of axis {panel.axis}")
@@ -175,12 +205,8 @@ def panel_figure(name: str, panel: Panel, limit: float, canvas: Canvas = SMALL) 
     chart.level(0.0)
     low, high = (np.clip(panel.before + sign * panel.sd, -limit, limit) for sign in (-1, 1))
     chart.bars(panel.x, low, high, "error-bar")
-    chart.line(panel.curve[0], np.clip(panel.curve[1], -limit, limit), "effect")
     chart.poses(panel.x, panel.before, panel.pose, "before-dots")
-    chart.squares(panel.x, panel.after, "after-squares")
-    title = _title(panel)
-    alternative = f"{what.capitalize()} against {panel.against}: {title}."
-    return Figure(title, chart.svg(f"{name}. {alternative}"), "", "")
+    return chart, what
 
 
 def _sentence(panel: Panel) -> str:

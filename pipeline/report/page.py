@@ -146,7 +146,7 @@ def _triad_view(
     certificate = compare_with_certificate(outcome.config, result)
     calibration = result.calibration
     axes = axis_charts(result, defined)
-    lead = lead_panel(axes)
+    lead = lead_panel(result, axes)
     return {
         "name": result.triad,
         "is_good": result.diagnosis.verdict == "nothing_missing",
@@ -165,8 +165,8 @@ def _triad_view(
         "residual": residual_figure(result),
         "legend": run_legend(result),
         "axes": axes,
-        "lead": lead,
-        "lead_effect": axes[0].effect if lead else "",
+        "lead": lead.figure if lead else None,
+        "lead_effect": lead.effect if lead else "",
         "covariates": tuple(covariate_figures(result)),
         "coverage": coverage_figure(result),
         "pose_rows": pose_rows(result),

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline.errors import UnwritableOutput
-from pipeline.files import write_whole
+from pipeline.files import as_bytes, write_whole
 
 LIST_NAME = ".written.json"
 
@@ -43,7 +43,7 @@ def write_output(
     UnwritableOutput
         ``path`` is an input or a file of the user's, or cannot be written.
     """
-    data = content.encode() if isinstance(content, str) else content
+    data = as_bytes(content)
     listed = _read_list(folder)
     if path.exists():
         if any(each.exists() and path.samefile(each) for each in inputs):
@@ -68,7 +68,7 @@ def write_output(
 def _read_list(folder: Path) -> dict[str, str]:
     try:
         listed = json.loads((folder / LIST_NAME).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return {}
     return listed if isinstance(listed, dict) else {}
 

@@ -114,11 +114,11 @@ def _record(
         return _pooled([_searched(log, specs, float(plate.mean()), setting.poses.still)
                         for log in logs])
     turning = np.broadcast_to(plate, len(logs))
-    means = [average_pose(log, *specs, float(w)) for log, w in zip(logs, turning, strict=True)]
     wave = None
     if rate is not None and specs[0] is not None:
         others = {name: each.rate_rad_s for name, each in rates.items() if name != setting.rate}
         wave = require_whole_turns(setting.rate, logs, turning, (specs[0], specs[1]), others)
+    means = [average_pose(log, *specs, float(w)) for log, w in zip(logs, turning, strict=True)]
     start_s = min(float(log.time_s[0]) for log in logs)
     return Recording(tuple(means), start_s, sense=0.0 if wave is None else wave.sense)
 

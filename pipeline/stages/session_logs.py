@@ -19,12 +19,16 @@ from calib.poses.frozen import without_frozen
 from calib.poses.imu_log import TRIADS, ImuLog, Triad
 from pipeline.config.load import Config
 from pipeline.config.schema import LogsSection, PosesSection
+from pipeline.config.sensor import sensor_specs
 from pipeline.config.types import STOPPED
 from pipeline.errors import ConfigError
 from pipeline.logs.clock import StatedClock
 from pipeline.logs.join import group_logs, join_logs
 from pipeline.logs.read import read_log
 from pipeline.names import nearest_name
+
+CELSIUS = (-80.0, 150.0)
+"""Wider than the range of any inertial sensor's data sheet."""
 
 OTHER_UNIT = 100.0
 """Nobody logs one sensor at rates that differ so much: the next unit of time is 1000 away."""
@@ -87,10 +91,16 @@ def read_logs(
         replace(
             read_log(path, section.columns_of(i),
                      StatedClock(section.sample_rate_hz, section.time_unit, clock_needed)),
-            label=Path(os.path.relpath(path, folder)).as_posix(),
+            label=_shown_name(os.path.relpath(path, folder)),
         )
         for i, path in enumerate(paths)
     ]
+
+
+def _shown_name(path: str) -> str:
+    """With slashes; bytes that are no text are written out, since a label stands in files."""
+    text = os.fsencode(path).decode(errors="backslashreplace")
+    return text.replace(os.sep, "/")
 
 
 def long_logs(poses: PosesSection, folder: Path) -> list[ImuLog]:
@@ -119,12 +129,14 @@ def read_session(config: Config) -> SessionLogs:
     every = [log for each in logs.by_setting.values() for log in each]
     if every:
         _require_one_unit_of_time(every)
+        _require_celsius(every)
         require_running([log for setting, each in logs.by_setting.items() for log in each
                          if not setting.poses.log])  # of long logs the poses are looked at
-    for triad in TRIADS:
+    for triad, spec in zip(TRIADS, sensor_specs(config.sensor), strict=True):
         require_no_copies(logs.of_triad(config, triad), triad)
         for setting in settings_of(config, triad):
-            require_unclipped(logs.by_setting[setting], triad)
+            if spec is not None:
+                require_unclipped(logs.by_setting[setting], triad, spec)
     return logs
 
 
@@ -136,6 +148,19 @@ def _read(setting: Setting, folder: Path) -> list[tuple[ImuLog, str | None]]:
         return [(log, None) for log in long_logs(poses, folder)]
     logs = read_logs(poses, poses.files, folder, clock_needed=turning)
     return [without_frozen(log, turning) for log in logs]
+
+
+def _require_celsius(logs: Sequence[ImuLog]) -> None:
+    low, high = CELSIUS
+    for log in logs:
+        warmth = log.columns.get("temperature_c", np.zeros(1))
+        typical = float(np.nanmedian(warmth)) if np.isfinite(warmth).any() else 0.0
+        if not low < typical < high:
+            raise Contradiction(
+                f"{log.label}: its column temperature_c reads {typical:.4g} (median), where no "
+                f"sensor works outside {low:g} to {high:g} °C. Is it in kelvin, in °F or in raw "
+                f"counts? Bring it to °C, or rename the column."
+            )
 
 
 def _require_one_unit_of_time(logs: Sequence[ImuLog]) -> None:

@@ -106,3 +106,27 @@ def test_two_commands_at_once_end_one_after_the_other(copied: Path) -> None:
     for name, (said, code) in zip(("bias_drift", "warm_up"), ended, strict=True):
         assert code in (0, 4, 5), said
         assert (name in text) == (code == 0)
+
+
+@pytest.mark.parametrize("name", ["config.run/.written.json", "config.run/.unfinished.json",
+                                  "config.run/.nothing.json"])
+@pytest.mark.parametrize("content", ["[" * 100_000, "\xff", "{}", '{"a": 5}', "null"])
+def test_notes_of_the_program_that_somebody_spoiled_are_made_anew(
+    copied: Path, name: str, content: str
+) -> None:
+    (copied.parent / name).write_text(content, encoding="latin-1")
+    run = copied.with_suffix(".run")
+    assert pipeline("export", run, "--to", "json", "--output", copied.parent / "out") == 0
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names of files are text here")
+def test_names_of_files_that_are_no_text_are_names_of_files(copied: Path) -> None:
+    """Also of the configuration, whose name its results, their lock and their journal have."""
+    os.rename(copied.parent / "accelerometer/pose_07.csv",
+              os.fsencode(copied.parent / "accelerometer") + b"/pose_\xff07.csv")
+    named = Path(os.fsdecode(os.fsencode(copied.parent) + b"/c\xff.yaml"))
+    copied.rename(named)
+    assert pipeline("run", named) == 0
+    written = (named.parent / named.with_suffix(".run").name / "results.json").read_bytes()
+    assert b"pose_\\\\xff07.csv" in written
+    assert pipeline("export", named.with_suffix(".run"), "--to", "json") == 0

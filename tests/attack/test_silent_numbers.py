@@ -68,6 +68,11 @@ def stuck_temperature_cell(config: Path) -> None:
     config_text(MODEL, f"{MODEL[:-1]}, temperature_bias]", 1)(config)
 
 
+def kelvin(table: np.ndarray) -> np.ndarray:
+    table[:, 7] += 273.15
+    return table
+
+
 def installed(keys: str) -> Spoil:
     return appended(f"\ninstallation: {{{keys}}}\n")
 
@@ -163,6 +168,7 @@ CASES: dict[str, tuple[str, Spoil, str, int, str]] = {
     "the same log at both headings": (
         "paper", installed(f"log: {POSE_7}, reverse_log: {POSE_7}"), "check", 2,
         "is the file of `log`"),
+    "kelvin in one run": ("rich", logs(FAST, kelvin), "check", 4, "temperature_c|in kelvin"),
     # found by check
     "a column that is not there": (
         "paper", config_text(MODEL, f"{MODEL[:-1]}, column:nope]", 1), "check", 2,

@@ -14,9 +14,11 @@ from tests.studies.real_sets.independent import (
     weighted,
 )
 from tests.studies.real_sets.logs import LOGS, REAL, Stops, stops_of
+from tests.studies.real_sets.pose_means import fit_means
 from tests.studies.real_sets.program import (
     Said,
     ask,
+    ask_means,
     ask_turntable,
     corrected_magnitude,
     without_each_face,
@@ -104,3 +106,11 @@ def test_the_gyroscope_on_a_record_player_has_the_gains_of_an_independent_fit() 
     assert gain == pytest.approx(fitted.gain, abs=0.002)
     assert result.diagnosis.names == ()  # the plate's rate scatters by 4e-4 from pose to pose
     assert result.diagnosis.verdict != "nothing_missing"
+
+
+def test_a_table_of_pose_means_has_the_fit_of_scipy_and_no_name() -> None:
+    result, fitted = ask_means(), fit_means()
+    gain = result.calibration.parameters.scale_counts_per_unit
+    assert gain == pytest.approx(fitted.scale, rel=1e-4)
+    assert result.comparison.loo_rms == pytest.approx(fitted.left_out, rel=0.05)
+    assert result.diagnosis.names == ()

@@ -10,6 +10,7 @@ added; it does not change the mean rate and takes the drift out of the uncertain
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -170,21 +171,25 @@ def measure_rate(
     """
     stated = _stated_terms(model)
     time_s = timebase.times(track)
-    chosen = part.of(track, time_s)
+    refusal: RateRefused | None = None
     try:
-        return _measured(chosen, timebase, nominal_rpm, stated)
-    except RateRefused as refusal:
-        if refusal.history is None or part != WHOLE:
-            raise
-        steady = the_steady_part(refusal.history, noise_of_turns(refusal.history))
-        if steady is None:
-            raise
+        rate = _measured(part.of(track, time_s), timebase, nominal_rpm, stated)
+        history: RateHistory | None = rate.history
+    except RateRefused as error:
+        refusal, history = error, error.history
+    steady = None
+    if history is not None and part == WHOLE:
+        steady = the_steady_part(history, noise_of_turns(history))
+    if history is not None and steady is not None and (
+            refusal or steady.lies_between_others(history)):
         chosen = ClipPart(steady.start_s, steady.stop_s).of(track, time_s)
-        try:
+        with suppress(RateRefused):
             rate = _measured(chosen, timebase, nominal_rpm, stated)
-        except RateRefused:
-            raise refusal from None
-    return replace(rate, warnings=(steady.warning(track.source, float(time_s[-1])), *rate.warnings))
+            warning = steady.warning(track.source, float(time_s[-1]))
+            return replace(rate, warnings=(warning, *rate.warnings))
+    if refusal is not None:
+        raise refusal
+    return rate
 
 
 def _measured(

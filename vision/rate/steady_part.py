@@ -86,6 +86,11 @@ class SteadyPart:
     stop_s: float
     rate_rad_s: float
 
+    def lies_between_others(self, history: RateHistory) -> bool:
+        """The first or the last turn of the clip has another rate: the motor starts or stops."""
+        ends = history.rate_rad_s[[0, -1]]
+        return bool((np.abs(ends / self.rate_rad_s - 1) > THRESHOLDS.other).any())
+
     def warning(self, source: str, clip_s: float) -> str:
         """That only this part of a clip is measured."""
         return (

@@ -9,6 +9,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from calib.diagnosis.next_measurement.kind import (
+    TEMPERATURE,
+    THROUGH_TEMPERATURES,
+    in_a_chamber,
+)
 from calib.fit.residuals import Equations
 from calib.fit.result import Fit
 from calib.poses.attitudes import natural_directions
@@ -24,7 +29,6 @@ HEADROOM = 0.9
 
 SOAK_K = 20.0
 POSE_S = 30.0
-TEMPERATURE = "temperature_c"
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,7 @@ MINUTES_PER_PASS = 10.0
 def menu(fit: Fit, full_scale: float = np.inf) -> list[Block]:
     """The blocks worth considering for the poses of ``fit``, cheapest first.
 
+    In a thermal chamber that is another course of the temperature, and no other attitude.
     No speed of the plate is among them that would saturate a gyro of ``full_scale`` (rad/s).
     """
     poses = fit.poses
@@ -63,6 +68,8 @@ def menu(fit: Fit, full_scale: float = np.inf) -> list[Block]:
             ((1.0, SOAK_K, 1800.0), (1.0, 0.0, 7200.0)),
         )
     ]
+    if in_a_chamber(poses):
+        return [replace(soaks[0], instruction=THROUGH_TEMPERATURES)]
     corners = Block("corners", "the 8 corner poses", one / 2, ((1.0, 0.0, 0.0),), corners=True)
     repeat = Block("repeat", "the same poses once more, in random order", one, ((1.0, 0.0, 0.0),))
     if poses.triad == "accelerometer":

@@ -6,7 +6,8 @@ from typing import Literal
 
 import numpy as np
 
-from calib.diagnosis.next_measurement.advice import Advice, list_labels
+from calib.diagnosis.next_measurement.advice import Advice
+from calib.diagnosis.next_measurement.kind import once_more
 from calib.diagnosis.search.refit import linear_loo_rms
 from calib.diagnosis.verdict.decision import Code, Verdict
 from calib.diagnosis.verdict.ranking import Candidate
@@ -17,12 +18,12 @@ from calib.diagnosis.verdict.wording import (
     physics,
     readable,
     remedy_of_noise,
+    unsupported,
 )
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
 from calib.fit.prediction import Prediction
 from calib.fit.result import Fit
-from calib.poses.attitudes import direction_name
 
 Standing = Literal["good", "act", "open"]
 Step = Literal["apply", "add", "record", "repeat", "define"]
@@ -91,29 +92,12 @@ def _nothing(case: _Case) -> Explanation:
     if case.advice is not None and case.prediction is not None:
         return Explanation(
             "open", "directions are missing among its poses",
-            f"{text} {_unsupported(case.prediction)}{_record(case).lstrip()}", *_settle(case),
+            f"{text} {unsupported(case.prediction)}{_record(case).lstrip()}", *_settle(case),
         )
     return Explanation(
         "good", "nothing is missing", text, "apply",
         "Correct a log, or hand the calibration to another program",
     )
-
-
-def _unsupported(prediction: Prediction) -> str:
-    """Where a calibration with nothing missing does not hold, or no pose checks it."""
-    text = ""
-    if not prediction.holds_everywhere:
-        text = (
-            f"But these poses do not support it in every direction: with "
-            f"{direction_name(prediction.worst_direction)} a magnitude is known "
-            f"{prediction.times_a_pose:.2g} times worse than one pose there would show. "
-        )
-    if prediction.unchecked:
-        text += (
-            f"No other pose checks {list_labels(prediction.unchecked)}: an error there enters the "
-            f"parameters unseen. "
-        )
-    return text
 
 
 def _effect(case: _Case) -> Explanation:
@@ -262,7 +246,7 @@ def _noise(case: _Case) -> Explanation:
         f"that any effect has ({case.misfit}). {widened} {remedy_of_noise(factor)}"
     )
     return Explanation("open", "the residual is larger than the noise, without any shape", text,
-                       "repeat", "Record the same poses once more, for longer and in random order")
+                       "repeat", f"Record {once_more(case.fit.poses)}")
 
 
 def _settle(case: _Case) -> tuple[Step, str]:
@@ -271,7 +255,7 @@ def _settle(case: _Case) -> tuple[Step, str]:
         return "record", f"Record {case.advice.instruction}; name the new logs in the configuration"
     if case.verdict.code == Code.EFFECT:
         return "record", f"What separates them: {_separates(case.verdict.group[0])}"
-    return "repeat", "Record the same poses once more, for longer and in random order"
+    return "repeat", f"Record {once_more(case.fit.poses)}"
 
 
 def _separates(name: str) -> str:
@@ -287,7 +271,7 @@ def _record(case: _Case) -> str:
         return f" Record next: {case.advice.instruction}."
     if case.verdict.code == Code.EFFECT:
         return f" What separates them: {_separates(case.verdict.group[0])}."
-    return " Record next: the same poses once more, in random order and for longer."
+    return f" Record next: {once_more(case.fit.poses)}."
 
 
 SPOKEN: Mapping[Code, Callable[[_Case], Explanation]] = {

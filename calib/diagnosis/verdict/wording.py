@@ -2,8 +2,11 @@
 
 from collections.abc import Sequence
 
+from calib.diagnosis.next_measurement.advice import list_labels
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
+from calib.fit.prediction import Prediction
+from calib.poses.attitudes import direction_name
 
 MORE_THAN_NOISE = 10.0
 """Residuals ten times the noise within the poses come from between them. It chooses words only."""
@@ -74,3 +77,20 @@ def remedy_of_noise(factor: float) -> str:
             "moved, for files of another sensor, range or unit, and for exchanged columns."
         )
     return "Longer poses and a firmer base usually help."
+
+
+def unsupported(prediction: Prediction) -> str:
+    """Where a calibration with nothing missing does not hold, or no pose checks it."""
+    text = ""
+    if not prediction.holds_everywhere:
+        text = (
+            f"But these poses do not support it in every direction: with "
+            f"{direction_name(prediction.worst_direction)} a magnitude is known "
+            f"{prediction.times_a_pose:.2g} times worse than one pose there would show. "
+        )
+    if prediction.unchecked:
+        text += (
+            f"No other pose checks {list_labels(prediction.unchecked)}: an error there enters the "
+            f"parameters unseen. "
+        )
+    return text

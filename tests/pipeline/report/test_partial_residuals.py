@@ -1,5 +1,7 @@
 """Partial residuals: the picture of an effect shows what an exact fit with that effect finds."""
 
+import re
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +13,7 @@ from calib.effects.user_defined import user_effect
 from calib.fit.result import MISFIT_P_VALUE, Fit
 from calib.fit.solver import fit
 from pipeline.config.load import load_config
-from pipeline.report.axis_charts import axis_charts
+from pipeline.report.axis_charts import axis_charts, lead_panel
 from pipeline.report.partial_residuals import Panel, panels
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
@@ -187,3 +189,23 @@ def test_the_report_leads_with_the_effect_of_the_verdict_and_shows_time_too(
         assert (charts[0].effect, charts[0].leads) == (name, True)
         assert "bias_drift" in {chart.effect for chart in charts if not chart.leads}
         assert len({chart.effect for chart in charts}) == len(charts)
+
+
+def test_the_first_screen_shows_what_is_missing_and_never_what_the_model_holds(
+    outcome: Outcome, tmp_path: Path
+) -> None:
+    assert outcome.gyroscope is not None
+    lead = lead_panel(outcome.gyroscope, axis_charts(outcome.gyroscope))
+    assert lead is not None
+    assert lead.effect == "g_sensitivity"
+    assert re.match(r"Axis [xyz] errs by .* °/s per g of specific force along [xyz]",
+                    lead.figure.title)
+    shutil.copytree(outcome.config.source.path.parent, tmp_path, dirs_exist_ok=True)
+    config = tmp_path / "config.yaml"
+    head, _, tail = config.read_text(encoding="utf-8").rpartition("misalignment]")
+    config.write_text(f"{head}misalignment, g_sensitivity]{tail}", encoding="utf-8")
+    with_it = run_stages(load_config(config), RunContext()).gyroscope
+    assert with_it is not None
+    charts = axis_charts(with_it)
+    assert (charts[0].effect, charts[0].in_model) == ("g_sensitivity", True)
+    assert lead_panel(with_it, charts) is None

@@ -25,10 +25,12 @@ from tests.studies.real_sets.independent import (
     weighted,
 )
 from tests.studies.real_sets.logs import LOGS, Log, Stops, stops_of
+from tests.studies.real_sets.pose_means import fit_means
 from tests.studies.real_sets.program import (
     LostFace,
     Said,
     ask,
+    ask_means,
     ask_turntable,
     corrected_magnitude,
     prediction_words,
@@ -135,6 +137,18 @@ def turntable_line() -> str:
     )
 
 
+def means_line() -> str:
+    """A table of pose means: the program beside the independent fit."""
+    result, fitted = ask_means(), fit_means()
+    own, compared = result.calibration.parameters.scale_counts_per_unit, result.comparison
+    return (
+        f"kerf acc: {len(said_poses(result))} pose means, {result.diagnosis.verdict} "
+        f"{', '.join(result.diagnosis.group)}: scale {', '.join(f'{v:.2f}' for v in own)}, "
+        f"left-out {1e3 * compared.loo_rms:.2f} mm/s²\n  independent: scale "
+        f"{', '.join(f'{v:.2f}' for v in fitted.scale)}, left-out {1e3 * fitted.left_out:.2f} mm/s²"
+    )
+
+
 def main() -> None:
     """Print the three tables."""
     parser = argparse.ArgumentParser(description=__doc__,
@@ -158,6 +172,7 @@ def main() -> None:
     if chosen == list(LOGS):
         print()
         print(turntable_line())
+        print(means_line())
 
 
 if __name__ == "__main__":

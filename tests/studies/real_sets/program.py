@@ -15,6 +15,7 @@ from pipeline.config.load import parse_config
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
 from pipeline.stages.triads import TriadResult
+from tests.studies.real_sets import pose_means
 from tests.studies.real_sets.logs import Log
 from tests.studies.real_sets.turntable import CONFIGURATION
 
@@ -43,6 +44,13 @@ def ask(log: Log) -> Said:
 def ask_turntable() -> TriadResult:
     """The program on the gyroscope of the record player."""
     result = _run(CONFIGURATION).gyroscope
+    assert result is not None
+    return result
+
+
+def ask_means() -> TriadResult:
+    """The program on a table of pose means."""
+    result = _run(pose_means.CONFIGURATION).accelerometer
     assert result is not None
     return result
 

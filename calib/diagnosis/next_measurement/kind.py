@@ -1,0 +1,45 @@
+"""What kind of session the poses come from, as far as it decides what can be asked for next."""
+
+import numpy as np
+
+from calib.poses.attitudes import natural_directions, uncovered
+from calib.poses.imu_log import FloatArray
+from calib.poses.pose_set import PoseSet
+
+TEMPERATURE = "temperature_c"
+FEW_ATTITUDES = 3
+"""Natural directions within 25° of one attitude, at most: more are more than one attitude."""
+
+SWEEP_K = 5.0
+"""A sensor warms itself by less while it is laid on its faces; a chamber is set to more."""
+
+THROUGH_TEMPERATURES = (
+    "the same attitude through the same temperatures once more, falling as well as rising"
+)
+POSES_AGAIN = "the same poses once more, in random order and for longer"
+
+
+def in_a_chamber(poses: PoseSet) -> bool:
+    """Whether the sensor rested in one attitude while the temperature was swept.
+
+    Poses in other attitudes are then another session, and time cannot be told from temperature by
+    their order.
+    """
+    values = poses.columns.get(TEMPERATURE)
+    if values is None or poses.spin_rad_s.any() or np.ptp(values) < SWEEP_K:
+        return False
+    up = _up(poses)
+    if up is None:
+        return False
+    return len(natural_directions()) - len(uncovered(up, corners=True)) <= FEW_ATTITUDES
+
+
+def once_more(poses: PoseSet) -> str:
+    """What to repeat where no block of poses would settle what is open."""
+    return THROUGH_TEMPERATURES if in_a_chamber(poses) else POSES_AGAIN
+
+
+def _up(poses: PoseSet) -> FloatArray | None:
+    """Which way was up in every pose, in the sensor's axes (n, 3); None where nobody logged it."""
+    up = poses.reading if poses.triad == "accelerometer" else poses.force
+    return up if np.isfinite(up).all() else None
