@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 @click.command(epilog=examples(
     "pipeline noise still.csv --config config.yaml",
     "pipeline noise still.csv --output noise --json",
-    "pipeline export config.run --to kalibr --noise noise",
 ))
 @click.argument("log", type=PathArgument())
 @click.option("--config", type=PathArgument(dir_okay=False),
