@@ -31,7 +31,7 @@ HOME = {
     "jinja2": ("pipeline.report",),
     "rich": ("pipeline.cli", "pipeline.commands"),
     "filelock": ("pipeline.session_folder",),
-    "matplotlib": ("pipeline.export.sheet", "calib.notebook"),
+    "matplotlib": ("pipeline.export.sheet", "pipeline.report.noise_figure", "calib.notebook"),
     "click": ("pipeline.cli", "pipeline.commands"),
     "rosbags": ("pipeline.logs.formats.ros",),
     "pyulog": ("pipeline.logs.formats.px4",),
@@ -40,10 +40,11 @@ HOME = {
     "h5py": ("pipeline.logs.formats.hdf5",),
     "pandas": ("calib.notebook",),
     "av": ("vision.av_decoder",),
+    "allantools": ("calib.noise.allan",),
 }
 #: Installed by an extra: what reads them says which where they are missing.
 EXTRAS = {"rosbags": "ros", "pyulog": "px4", "pymavlink": "ardupilot", "pyarrow": "parquet",
-          "h5py": "hdf5", "av": "fields", "pandas": "notebook"}
+          "h5py": "hdf5", "av": "fields", "pandas": "notebook", "allantools": "noise"}
 #: Which of our packages each may import besides itself.
 MAY_IMPORT = {"pipeline": {"vision", "calib"}, "vision": set(), "calib": set()}
 #: The way of the data inside a folder: a room imports from itself and from the floors before it,
@@ -51,9 +52,10 @@ MAY_IMPORT = {"pipeline": {"vision", "calib"}, "vision": set(), "calib": set()}
 FLOORS = {
     "calib": [
         ("errors", "earth"), ("poses",), ("effects",), ("fit",),
-        ("diagnosis", "mounting", "consistency", "certificate"),
+        ("diagnosis", "mounting", "consistency", "certificate", "noise"),
         ("planning", "assess"), ("notebook",),
     ],
+    "calib.noise": [("stillness", "spectra"), ("allan",), ("coefficients",)],
     "calib.notebook": [("tables", "display"), ("calibration",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),

@@ -26,6 +26,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "check": ("CONFIG", "Validate a configuration and find its files."),
     "init": ("[DIR]", "Write a commented config.yaml."),
     "export": ("RESULTS", "Write the calibration in the format of another program."),
+    "noise": ("LOG", "Determine noise density, bias instability and random walk."),
     "apply": ("RESULTS LOG", "Correct a log: counts in, SI units out."),
 }
 WIDEST = 100  #: columns that help and paragraphs use at most

@@ -1,6 +1,7 @@
 """``pipeline export RESULTS --to FORMAT``."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -8,11 +9,16 @@ from pipeline.commands import examples
 from pipeline.commands.arguments import PathArgument
 from pipeline.export.formats import FORMATS
 
+if TYPE_CHECKING:
+    from pipeline.export.parts import Export
+    from pipeline.results.read import Stored
+
 #: The list under the command's help; \b keeps its lines.
 LISTED = "\b\nFormats:\n" + "\n".join(f"  {name:<11}  {holds}" for name, holds in FORMATS.items())
 EXAMPLES = (
     "pipeline export config.run --to kalibr",
     "pipeline export config.run --to csv --output out",
+    "pipeline export config.run --to kalibr --noise still.noise",
 )
 
 
@@ -22,14 +28,17 @@ EXAMPLES = (
               help="One of the formats below.")
 @click.option("--output", type=PathArgument(file_okay=False),
               help="Folder for the files; default: that of RESULTS.")
+@click.option("--noise", type=PathArgument(),
+              help="noise.json of `pipeline noise` (or its folder), for kalibr; default: that "
+                   "beside RESULTS.")
 @click.option("--force", is_flag=True, help="Replace files that this program did not write.")
 @click.option("--although-unfit", is_flag=True,
               help="Export results whose data do not determine the calibration.")
 @click.option("--allow-python", is_flag=True,
               help="Run the Python files of user-defined effects.")
 def command(
-    results: Path, form: str, output: Path | None, force: bool, although_unfit: bool,
-    allow_python: bool,
+    results: Path, form: str, output: Path | None, noise: Path | None, force: bool,
+    although_unfit: bool, allow_python: bool,
 ) -> None:
     """Write the calibration in RESULTS (results.json or its folder) for another program.
 
@@ -46,13 +55,25 @@ def command(
             f"no format is named '{form}'{nearest_name(form, EXPORTERS)}; there are: "
             f"{', '.join(EXPORTERS)}"
         )
+    if noise is not None and form != "kalibr":
+        raise click.UsageError(f"--noise is for kalibr; {form} has no place for it")
     stored = load_results(results, allow_python)
     for warning in require_fit(stored, although_unfit):
         click.secho(f"warning: {warning}", fg="yellow", err=True)
-    export = EXPORTERS[form](stored)
+    export = _with_noise(stored, noise) if form == "kalibr" else EXPORTERS[form](stored)
     for note in export.loses:
         click.secho(f"note: {note}", fg="yellow", err=True)
     for name, content in export.files.items():
         path = (output or stored.folder) / name
         write_output(stored.folder, path, content, force=force, inputs=(stored.path,))
         click.echo(path)
+
+
+def _with_noise(stored: "Stored", noise: Path | None) -> "Export":
+    """Kalibr's file with the noise that is named, or stands beside the results."""
+    from pipeline.export.robotics import to_kalibr
+    from pipeline.results.noise import NOISE_NAME, load_noise
+
+    beside = stored.folder / NOISE_NAME
+    path = noise or (beside if beside.exists() else None)
+    return to_kalibr(stored, None if path is None else load_noise(path))

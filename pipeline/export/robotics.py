@@ -30,12 +30,18 @@ from pipeline.export.parts import (
     origin,
     triad_named,
 )
+from pipeline.results.noise import StoredNoise
 from pipeline.results.read import Stored, StoredTriad
 
 NOISE_KEYS = (
     "accelerometer_noise_density", "accelerometer_random_walk",
     "gyroscope_noise_density", "gyroscope_random_walk",
 )  # fmt: skip
+NOISE_UNITS = {
+    "accelerometer_noise_density": "m/s^2/sqrt(Hz)", "accelerometer_random_walk": "m/s^3/sqrt(Hz)",
+    "gyroscope_noise_density": "rad/s/sqrt(Hz)", "gyroscope_random_walk": "rad/s^2/sqrt(Hz)",
+    "update_rate": "Hz",
+}
 
 
 def lower_and_rotation(square: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -59,8 +65,8 @@ def nominal_offset(each: StoredTriad) -> FloatArray:
     return np.asarray(spec.nominal_scale * (each.bias_counts - spec.nominal_bias_counts))
 
 
-def to_kalibr(stored: Stored) -> Export:
-    """``imu.yaml`` with the model ``scale-misalignment``."""
+def to_kalibr(stored: Stored, noise: StoredNoise | None = None) -> Export:
+    """``imu.yaml`` with the model ``scale-misalignment``; ``noise`` adds Kalibr's noise model."""
     accelerometer = triad_named(stored, "accelerometer")
     gyroscope = triad_named(stored, "gyroscope")
     body = np.eye(3)
@@ -80,17 +86,23 @@ def to_kalibr(stored: Stored) -> Export:
         lines += _kalibr_gyroscope(stored, gyroscope, body)
         lines += _bias_comment(gyroscope)
     lines += _block({"model": "scale-misalignment", "rostopic": "/imu0", "time_offset": 0.0})
-    lines += [f"  # {key}: not measured by this program; use the data sheet or an Allan deviation"
-              for key in (*NOISE_KEYS, "update_rate")]
+    noise_lines, absent = _noise(noise)
+    lines += noise_lines
     turned = math.degrees(math.acos(min(1.0, max(-1.0, (np.trace(body) - 1) / 2))))
     loses += [
         "Kalibr stores no bias: the comments contain the biases. Subtract them from the readings, "
         "or let the estimator determine them.",
         f"M is lower triangular in Kalibr: the body frame of the file is that of this calibration, "
         f"rotated by {turned:.3f}°.",
-        f"{', '.join(NOISE_KEYS)} and update_rate cannot be determined from poses and are missing "
-        f"in the file: add them.",
     ]
+    if absent:
+        loses.append(
+            f"{', '.join(absent)} cannot be determined from poses and are missing in the file: "
+            f"`pipeline noise LOG` determines them from a long log at rest; then export with "
+            f"--noise.")
+    if noise is not None:
+        loses += [f"{name} is an upper limit: {noise.path} does not show it."
+                  for name in noise.limits]
     if gyroscope is not None and _frame_angles(stored) is None:
         loses.append(
             "C_gyro_i assumes that gyroscope and accelerometer have the same frame: these poses do "
@@ -99,6 +111,30 @@ def to_kalibr(stored: Stored) -> Export:
     held = {"gyroscope": ("g_sensitivity",)} if accelerometer is not None else {}
     loses += no_effects(stored, "Kalibr", held)
     return Export({"imu.yaml": "\n".join(lines) + "\n"}, tuple(loses))
+
+
+def _noise(noise: StoredNoise | None) -> tuple[list[str], list[str]]:
+    """The lines of Kalibr's noise model, and the keys that are not known.
+
+    Densities are those of continuous time: m/s²/√Hz and rad/s/√Hz, of the random walks m/s³/√Hz and
+    rad/s²/√Hz, one number for the three axes.
+    """
+    known: dict[str, float] = {}
+    if noise is not None:
+        for triad, value in noise.density.items():
+            known[f"{triad}_noise_density"] = value
+            known[f"{triad}_random_walk"] = noise.random_walk[triad]
+        known["update_rate"] = noise.rate_hz
+    lines, absent = [], []
+    for key in (*NOISE_KEYS, "update_rate"):
+        if key in known:
+            unit = f"  # {NOISE_UNITS[key]}"
+            limit = ", upper limit" if noise and key in noise.limits else ""
+            lines.append(f"{_block({key: float(f'{known[key]:.6g}')})[0]}{unit}{limit}")
+        else:
+            absent.append(key)
+            lines.append(f"  # {key}: not measured; `pipeline noise` determines it")
+    return lines, absent
 
 
 def _kalibr_gyroscope(stored: Stored, gyroscope: StoredTriad, body: FloatArray) -> list[str]:

@@ -21,6 +21,10 @@ its type and range, that the parameters are those of the correction, and that a 
 file that was edited by hand is refused with the first places that are wrong (exit code 3). Keys
 that are not listed here are passed over.
 
+[results.schema.json](results.schema.json) is the same as a JSON Schema (draft 2020-12) for other
+programs. `format` changes when a key is removed or changes its meaning; new keys may come at any
+time.
+
 This page is written from the declarations in `pipeline/results/schema/`, and a test compares the
 two. `NAME` stands for any name, `[]` for every item of an array.
 

@@ -1,0 +1,63 @@
+"""The noise of a sensor in words."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+from calib.noise.coefficients import AxisNoise, NoiseCoefficient
+from calib.poses.imu_log import AXES
+
+#: Coefficient -> words, unit and factor from SI, by triad: as data sheets state them.
+ROWS = {
+    "gyroscope": (("noise_density", "noise density [°/s/√Hz]", math.degrees(1.0)),
+                  ("bias_instability", "bias instability [°/h]", math.degrees(3600.0)),
+                  ("random_walk", "random walk [°/s/√h]", math.degrees(60.0)),
+                  ("rate_ramp", "ramp [°/s/h]", math.degrees(3600.0))),
+    "accelerometer": (("noise_density", "noise density [mm/s²/√Hz]", 1000.0),
+                      ("bias_instability", "bias instability [mm/s²]", 1000.0),
+                      ("random_walk", "random walk [mm/s²/√h]", 60_000.0),
+                      ("rate_ramp", "ramp [mm/s²/h]", 3_600_000.0)),
+}
+CELL = 17
+
+
+def noise_lines(
+    log: str, rate_hz: float, length_s: float, triads: Mapping[str, Sequence[AxisNoise]]
+) -> Iterator[str]:
+    """A table for each triad, and what a longer log would show."""
+    yield f"{log}: {length_s / 3600:.3g} h at {rate_hz:.5g} Hz"
+    for triad, axes in triads.items():
+        yield ""
+        yield f"{triad:<28}" + "".join(f"{axis:<{CELL}}" for axis in AXES).rstrip()
+        for name, words, factor in ROWS[triad]:
+            cells = [_cell(axis.coefficients[name], factor) for axis in axes]
+            if name == "rate_ramp" and not any(axis.coefficients[name].value for axis in axes):
+                continue
+            yield f"  {words:<26}" + "".join(f"{cell:<{CELL}}" for cell in cells).rstrip()
+    for triad, axes in triads.items():
+        yield from _needs(triad, axes)
+
+
+def _cell(each: NoiseCoefficient, factor: float) -> str:
+    if each.value is None or each.sd is None:
+        return f"< {factor * each.limit:.2g}"
+    value, sd = factor * each.value, factor * each.sd
+    digits = max(2, 2 + math.floor(math.log10(value)) - math.floor(math.log10(sd)))
+    return f"{value:.{min(digits, 4)}g} ± {sd:.1g}"
+
+
+def _needs(triad: str, axes: Sequence[AxisNoise]) -> Iterator[str]:
+    for name, words in (("bias_instability", "bias instability"), ("random_walk", "random walk")):
+        hidden = [axis.coefficients[name] for axis in axes
+                  if axis.coefficients[name].value is None]
+        lengths = [each.needed_s for each in hidden if each.needed_s is not None]
+        if hidden and lengths:
+            yield ""
+            yield (f"The log does not show the {words} of {len(hidden)} of 3 axes of the {triad}: "
+                   f"< is an upper limit (95 %). A log of {_duration(max(lengths))} would show "
+                   f"half of it.")
+
+
+def _duration(seconds: float) -> str:
+    hours = seconds / 3600
+    return f"{60 * hours:.0f} min" if hours < 1 else (
+        f"{hours:.0f} h" if hours < 48 else f"{hours / 24:.0f} days")

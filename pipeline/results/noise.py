@@ -1,0 +1,88 @@
+"""noise.json written and read back."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from calib.poses.imu_log import SI_UNIT, TRIADS
+from pipeline.errors import UnreadableInput
+from pipeline.results.schema.noise import FORMAT, NoiseFile
+from pipeline.results.schema.types import problems_of
+
+NOISE_NAME = "noise.json"
+LARGEST_BYTES = 10_000_000
+
+
+@dataclass(frozen=True)
+class StoredNoise:
+    """What Kalibr and OpenVINS take from a noise.json: continuous-time values of each triad.
+
+    ``density`` and ``random_walk`` by triad are root mean squares over the axes; those in
+    ``limits`` are upper limits, because the log does not show them.
+    """
+
+    path: Path
+    rate_hz: float
+    density: Mapping[str, float]
+    random_walk: Mapping[str, float]
+    limits: tuple[str, ...]
+
+
+def noise_json(log: str, rate_hz: float, length_s: float, triads: Mapping[str, Any]) -> str:
+    """The text of a noise.json; ``triads`` maps names to the :class:`AxisNoise` of x, y, z."""
+    contents: dict[str, Any] = {
+        "format": FORMAT, "log": log, "rate_hz": rate_hz, "length_s": length_s}
+    for name in TRIADS:
+        axes = triads.get(name)
+        contents[name] = None if axes is None else {
+            "unit": SI_UNIT[name], "axes": [_axis_json(axis) for axis in axes]}
+    return json.dumps(contents, indent=1, ensure_ascii=False) + "\n"
+
+
+def _axis_json(axis: Any) -> dict[str, Any]:
+    coefficients = {
+        name: {"value": each.value, "sd": each.sd, "below": each.limit, "needed_s": each.needed_s}
+        for name, each in axis.coefficients.items()}
+    curve = {field.name: getattr(axis.curve, field.name).tolist() for field in fields(axis.curve)
+             if field.name != "factors"}
+    return {**coefficients, **curve}
+
+
+def load_noise(path: Path) -> StoredNoise:
+    """Read a noise.json; ``path`` is the file or its folder.
+
+    Raises
+    ------
+    UnreadableInput
+        It is missing, or is none that `pipeline noise` has written.
+    """
+    path = path / NOISE_NAME if path.is_dir() else path
+    try:
+        text = path.read_text(encoding="utf-8") if path.stat().st_size <= LARGEST_BYTES else ""
+        contents = json.loads(text)
+    except OSError as error:
+        raise UnreadableInput(
+            f"{path}: cannot be read ({error.strerror}). Name the {NOISE_NAME} that `pipeline "
+            f"noise` has written, or its folder.") from error
+    except (ValueError, RecursionError) as error:
+        raise UnreadableInput(f"{path}: is not JSON. Name the {NOISE_NAME} that `pipeline noise` "
+                              f"has written.") from error
+    if problems := problems_of(NoiseFile, contents):
+        raise UnreadableInput(f"{path}: is not what `pipeline noise` writes ({problems}). Write it "
+                              f"anew.")
+    density: dict[str, float] = {}
+    walk: dict[str, float] = {}
+    limits: list[str] = []
+    for name in TRIADS:
+        if contents[name] is None:
+            continue
+        for key, target in (("noise_density", density), ("random_walk", walk)):
+            axes = [axis[key] for axis in contents[name]["axes"]]
+            if any(axis["value"] is None for axis in axes):
+                limits.append(f"{name}_{key}")
+            values = [axis["below"] if axis["value"] is None else axis["value"] for axis in axes]
+            target[name] = math.sqrt(sum(value**2 for value in values) / len(values))
+    return StoredNoise(path, contents["rate_hz"], density, walk, tuple(limits))

@@ -1,0 +1,58 @@
+"""noise.json: the noise of a sensor at rest."""
+
+from typing import Literal
+
+from pydantic import Field
+
+from pipeline.results.schema.types import (
+    MaybeSd,
+    NotNegative,
+    Number,
+    Part,
+    Text,
+    means,
+)
+
+FORMAT = 1
+
+
+class CoefficientResult(Part):
+    """A coefficient of IEEE Std 952, SI units."""
+
+    value: MaybeSd = means("value; null where the log does not show it")
+    sd: MaybeSd = means("its sd")
+    below: NotNegative = means("upper limit at 95 %")
+    needed_s: MaybeSd = means("length of a log that would show half the limit")
+
+
+class AxisNoiseResult(Part):
+    """One axis."""
+
+    quantisation: CoefficientResult = means("Q, unit s")
+    noise_density: CoefficientResult = means("N, unit/√Hz")
+    bias_instability: CoefficientResult = means("B, unit; the flat of the curve is 0.664 B")
+    random_walk: CoefficientResult = means("K, unit/s/√Hz")
+    rate_ramp: CoefficientResult = means("R, unit/s")
+    tau_s: list[Number] = means("averaging times")
+    deviation: list[NotNegative] = means("overlapping Allan deviation, unit")
+    low: list[NotNegative] = means("lower end of its band of 68 %")
+    high: list[NotNegative] = means("upper end")
+
+
+class TriadNoiseResult(Part):
+    """A triad; its unit is m/s² or rad/s."""
+
+    unit: Text = means("unit of the readings")
+    axes: list[AxisNoiseResult] = Field(
+        description="x, y, z", min_length=3, max_length=3)
+
+
+class NoiseFile(Part):
+    """noise.json."""
+
+    format: Literal[1] = means("version of the format")
+    log: Text = means("name of the log")
+    rate_hz: NotNegative = means("sample rate", gt=0)
+    length_s: NotNegative = means("length of the log")
+    accelerometer: TriadNoiseResult | None = means("null where the log has none")
+    gyroscope: TriadNoiseResult | None = means("null where the log has none")
