@@ -72,7 +72,7 @@ def test_the_mti_s_accelerometer_steps_and_neither_drifts_nor_warms_up(xsens: Pa
     assert step is not None
     assert 135 < float(step.group(1)) < 176
     loo = {c["name"]: c["loo_after"] for c in found["ranking"]}
-    assert loo["jump"] < 0.9 * min(loo["warm_up"], loo["bias_drift"])
+    assert loo["jump"] < 0.95 * min(loo["warm_up"], loo["bias_drift"])
 
 
 def test_the_same_preset_runs_without_the_gyroscope_s_columns(tmp_path: Path) -> None:
@@ -158,7 +158,7 @@ gyroscope:
     assert pipeline("run", config) == 0
     assert "the plate or the hand turned it" in capsys.readouterr().err
     bias = results_in(tmp_path / "config.run")["gyroscope"]["parameters"]["bias_counts"]
-    assert bias == pytest.approx(bias_deg_s, abs=0.05)
+    assert bias == pytest.approx(bias_deg_s, abs=0.06)
 
 
 GEOMETRY = {

@@ -92,12 +92,13 @@ def test_stops_in_a_hand_are_poses_and_a_log_in_a_hand_that_never_stops_has_none
 
 
 @pytest.mark.parametrize(("name", "rpm", "least"), [
-    ("33RPMgyr", 100 / 3, 20), ("45RPMgyr", 45.0, 36),
+    ("33RPMgyr", 100 / 3, 20), ("45RPMgyr", 45.0, 33),
 ])  # fmt: skip
 def test_stops_between_the_poses_on_somebody_s_record_player_are_left_out(
     tmp_path: Path, name: str, rpm: float, least: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
     rate = rpm * np.pi / 30
+    # Six of the 39 rests at 45 rpm hold blocks that the link repeated, and are left out.
     config = configured(tmp_path, f"""
 sensor: {{gyroscope: {{unit: rad_s}}}}
 rate: {{player: {{rate_rad_s: {rate:.6f}, sd_rad_s: 0.001}}}}

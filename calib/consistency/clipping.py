@@ -45,7 +45,7 @@ def require_unclipped(logs: Sequence[ImuLog], triad: Triad, spec: TriadSpec) -> 
         usual = np.array([np.median(each[~held]) if not held.all() else 1.0
                           for each, held in zip(share.T, at_limit.T, strict=True)])
         clipped = (share > CLIPPED_SHARE) & (extreme == limit) & (usual < USUAL_SHARE)
-        clipped &= ~np.isin(extreme, rails)
+        clipped &= (extreme > rails[0]) & (extreme < rails[1])
         for i, k in np.argwhere(clipped).tolist():
             _, counts = np.unique(values[i][:, k], return_counts=True)
             if np.sort(counts)[-2:].sum() - counts.max() > counts.max() / PILED_UP:

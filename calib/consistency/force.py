@@ -6,7 +6,8 @@ the centripetal ``Ω² r`` at r metres from the spindle, so that ``|f|`` lies be
 it seems. Each common mistake (axes exchanged or mirrored, counts halved, another unit) is undone in
 turn; with n poses it explains the contradiction the better by the log likelihood ratio
 ``n/2 ln(S_as_logged / S_undone)`` of the mean squares S of ``|f| - g``. What the calibration itself
-does not know of these poses (an effect that its own poses hardly determine) contradicts nothing.
+does not know of these poses (what it leaves in its own poses, an effect that these hardly
+determine) contradicts nothing.
 """
 
 from collections.abc import Callable, Mapping
@@ -30,7 +31,7 @@ LARGEST_DRIFT = 0.02
 PLATE_RADIUS_M = 0.15
 FEWEST_POSES = 3
 UNKNOWN_SD = 5.0
-"""Of the calibrated |f|, within which nothing is contradicted: a chance below 1e-6 a pose."""
+"""Sds of the calibrated |f| within which nothing is contradicted: a chance below 1e-6 a pose."""
 
 FACTORS: Mapping[float, str] = {
     1.0: "", 2.0: "halved", 0.5: "doubled", 4.0: "a quarter", 0.25: "fourfold", 8.0: "an eighth",
@@ -79,7 +80,7 @@ def _check_run(
     gravity: float,
 ) -> None:
     at = poses.accelerometer_conditions(nominal)
-    unknown = UNKNOWN_SD * _sd_of_size(accelerometer, at)
+    unknown = UNKNOWN_SD * np.hypot(_sd_of_size(accelerometer, at), _left_over(accelerometer))
     largest = np.hypot(gravity, poses.spin_rad_s**2 * PLATE_RADIUS_M) + unknown
     correct = accelerometer.correct
 
@@ -90,6 +91,8 @@ def _check_run(
 
     as_logged = misfit(nominal)
     impossible = float(np.median(np.abs(as_logged))) > LARGEST_DRIFT * gravity
+    if np.sqrt(np.mean(as_logged**2)) <= LARGEST_DRIFT * gravity:
+        return  # a sensor that drifted can look like one with an axis mirrored
     likely = _likely_mistake(misfit, nominal, as_logged, gravity, only_axes=not impossible)
     if likely is None and not impossible:
         return
@@ -115,15 +118,15 @@ def unknown_force(poses: PoseSet, accelerometer: TriadCalibration) -> tuple[str,
     if not sound.size:
         return ()
     member = poses.take(sound)
-    sd = _sd_of_size(accelerometer,
-                     member.accelerometer_conditions(poses.other_reading[sound])).max()
+    at = member.accelerometer_conditions(poses.other_reading[sound])
+    sd = np.hypot(_sd_of_size(accelerometer, at).max(), _left_over(accelerometer))
     if UNKNOWN_SD * sd < LARGEST_DRIFT * STANDARD_GRAVITY_M_S2:
         return ()
     return (
         f"in the poses of the gyroscope the accelerometer's model determines the specific force to "
-        f"{sd:.2g} m/s² only, because an effect in it goes far beyond the accelerometer's own "
-        f"poses. The axes of the triads were not compared, and effects of the specific force on "
-        f"the gyroscope are as uncertain.",
+        f"{sd:.2g} m/s² only: it leaves as much in its own poses, or an effect in it goes far "
+        f"beyond them. The axes of the triads were not compared, and effects of the specific "
+        f"force on the gyroscope are as uncertain.",
     )
 
 
@@ -140,6 +143,13 @@ def _sd_of_size(accelerometer: TriadCalibration, at: Conditions) -> FloatArray:
     sd = np.diag(steps)
     correlation = cov / np.outer(sd, sd)
     return np.asarray(np.sqrt(np.maximum(np.einsum("pn,pq,qn->n", by_sd, correlation, by_sd), 0)))
+
+
+def _left_over(accelerometer: TriadCalibration) -> float:
+    """Root mean square of what the accelerometer's model leaves in its own poses, m/s²."""
+    fitted = accelerometer.fit
+    size = np.linalg.norm(fitted.rows.vector, axis=1)
+    return float(np.sqrt(np.mean((size - fitted.poses.reference.magnitude) ** 2)))
 
 
 def _likely_mistake(

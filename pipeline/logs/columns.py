@@ -1,5 +1,6 @@
 """Names of log columns: ours, and those of well-known programs that mean the same."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -89,7 +90,8 @@ def missing_columns(names: Sequence[str]) -> str | None:
 
     A log needs at least one whole triad, and no name of a reading or of the time twice.
     """
-    repeated = [name for i, name in enumerate(names) if name != SKIP and name in names[:i]]
+    counts = Counter(names)
+    repeated = [name for name in counts if name != SKIP and counts[name] > 1]
     if repeated:
         return f"the column '{repeated[0]}' is there twice"
     for triad in (ACCELEROMETER, GYROSCOPE):

@@ -67,7 +67,7 @@ CASES = (
     # words
     Case("an unknown effect to plan", "plan CONFIG --effect foo", 2, "no effect is named 'foo'"),
     Case("an unknown format", "export RUN --to stl", 2, "no format is named 'stl'"),
-    Case("add without a target", "add CONFIG", 2, "name one effect to add"),
+    Case("add without a target", "add CONFIG", 2, "name effects to add"),
     Case("add to nothing", "add CONFIG magnetometer.bias", 2, "cannot be added to"),
     Case("add an unknown effect", "add CONFIG gyroscope.gsens", 2, "no effect is named 'gsens'"),
     Case("add what is there", "add CONFIG gyroscope.bias", 2, "is in the model already"),

@@ -18,7 +18,8 @@ from tests.world.designs import rich_design
 from tests.world.session import simulate
 from tests.world.write import write_session
 
-ADD = ("add", "CONFIG", "gyroscope.bias_drift", "--although-aliased")
+ADD = ("add", "CONFIG", "gyroscope.bias_drift", "--although-aliased",
+       "--although-unseen")
 #: Kills its own process at the N-th renaming, or before the N-th forcing to the disk.
 KILLER = """
 import os, sys

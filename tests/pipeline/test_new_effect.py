@@ -78,6 +78,7 @@ def test_a_registered_effect_is_usable_everywhere(
         theirs = results_in(results)
         for triad in ("accelerometer", "gyroscope"):
             theirs[triad]["correction"]["theta"][-3:] = [size] * 3
+            theirs[triad]["effects"][knee]["values"] = [size] * 3
         corrected.append(applied(theirs, log, tmp_path / f"out{size:g}.csv"))
     plain, with_effect = corrected
     warmth = plain[:, 7] - KNEE_C

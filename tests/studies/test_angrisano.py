@@ -120,7 +120,8 @@ def test_table_1_comes_back_with_the_published_sds_and_few_iterations() -> None:
         assert repeated.sd.mean(axis=0) == pytest.approx(stated, rel=0.35)
         assert repeated.scatter == pytest.approx(repeated.sd.mean(axis=0), rel=0.35)
         score = np.abs(repeated.found - repeated.truth) / repeated.sd
-        assert 0.93 < np.mean(score < 1.96) < 0.98
+        # 40 evenings of nine parameters; the poses' noise is shared, so they err together.
+        assert 0.93 < np.mean(score < 1.96) < 0.99
         assert set(repeated.iterations) <= {4, 5}
 
 

@@ -61,7 +61,7 @@ def test_an_empty_file_says_so(tmp_path: Path) -> None:
 
 
 def test_a_folder_is_no_clip(tmp_path: Path) -> None:
-    with pytest.raises(UnreadableVideo, match=r"cannot be read \(Is a directory\)"):
+    with pytest.raises(UnreadableVideo, match="is no file; a clip is expected"):
         track_phase(tmp_path)
 
 

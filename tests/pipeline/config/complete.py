@@ -29,9 +29,9 @@ accelerometer:
 gyroscope:
   runs:
     - {poses: [gyr/b.csv, gyr/a.csv], rate: slow}
-    - {poses: {files: 'gyr/?.csv', columns: [gyr_x, gyr_y, gyr_z], sample_rate_hz: 100}, rate: 33}
+    - {poses: {files: 'run/?.csv', columns: [gyr_x, gyr_y, gyr_z], sample_rate_hz: 100}, rate: 33}
     - poses:
-        log: [gyr/a.csv, gyr/b.csv]
+        log: [long/a.csv, long/b.csv]
         columns: [[time_s, acc_x, acc_y, acc_z], [time_s, gyr_x, gyr_y, gyr_z]]
         find: still
       rate: stopped

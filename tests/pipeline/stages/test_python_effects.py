@@ -88,7 +88,9 @@ def test_python_reaches_apply_plan_and_export_and_only_the_file_that_was_fitted(
     assert "add --allow-python to the command if you trust physics.py" in capsys.readouterr().err
     assert pipeline("plan", config) == 2
     assert pipeline("plan", config, "--allow-python") == 0
-    assert pipeline("export", results, "--to", "kalibr", "--output", results) == 0
+    assert pipeline("export", results, "--to", "kalibr", "--output", results) == 4
+    assert pipeline("export", results, "--to", "kalibr", "--output", results,
+                    "--allow-python") == 0
     assert "cannot store damp of the gyroscope" in capsys.readouterr().err
     by_python = corrected(results, log, "--allow-python")
 
