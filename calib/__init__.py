@@ -20,7 +20,7 @@ The way of the data
 ::
 
     ImuLog ─ poses ─ PoseSet ─┬─ fit ─ Fit ─┬─ diagnosis ─ Diagnosis
-                     effects ─┘             ├─ mounting, consistency, certificate
+                     effects ─┘             ├─ mounting, consistency, noise
                                             └─ planning
 
 ``poses``        a log's readings as pose means with their references (``pose_set``)
@@ -30,8 +30,8 @@ The way of the data
 ``assess``       all of these for one triad: fit, comparison, verdict, prediction
 ``notebook``     the same in five lines of Python (``calib.calibrate``)
 ``mounting``     how the sensor is mounted in a vehicle (``mounting_from_logs``)
-``consistency``  whether parts of a session contradict each other
-``certificate``  a calibration beside the maker's certificate
+``consistency``  whether parts of a session, or the maker's certificate, contradict each other
+``noise``        Allan deviation of a long log at rest
 ``planning``     what poses determine before they are recorded (``prospect_of``)
 ``earth``        gravity and the Earth's rate at a latitude
 ``errors``       what can go wrong, by what the user can do about it

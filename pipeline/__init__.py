@@ -8,6 +8,7 @@ The way of the data
     clips, logs ─ logs ───┴─ stages ──┼─ console, report ─ what a person reads
     sensor ─ devices ─ record ─ logs  └─ export ─ calibrated logs, other programs' files
     plan: what poses would determine;  model_change: add and remove;  playback: rehearsal
+    guess: a configuration for logs of unknown tools;  text: how people read names and numbers
     commands, cli: the command line
 
 ``stages`` holds the five steps of a run (:mod:`pipeline.stages.run`); each calls :mod:`vision` or

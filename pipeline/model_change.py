@@ -19,10 +19,10 @@ from pipeline.config.edit import with_item, without_item
 from pipeline.config.load import Config, parse_config
 from pipeline.config.yaml_text import PathTo
 from pipeline.errors import ConfigError
-from pipeline.formatting import DISPLAY
-from pipeline.names import nearest_name
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
+from pipeline.text.formatting import DISPLAY
+from pipeline.text.names import nearest_name
 
 RunConfig = Callable[[Config], Outcome]
 CONSTANT_RATE = ("constant_rate",)

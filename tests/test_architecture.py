@@ -52,7 +52,7 @@ MAY_IMPORT = {"pipeline": {"vision", "calib"}, "vision": set(), "calib": set()}
 FLOORS = {
     "calib": [
         ("errors", "earth"), ("poses",), ("effects",), ("fit",),
-        ("diagnosis", "mounting", "consistency", "certificate", "noise"),
+        ("diagnosis", "mounting", "consistency", "noise"),
         ("planning", "assess"), ("notebook",),
     ],
     "calib.noise": [("stillness", "spectra"), ("allan",), ("coefficients",)],
@@ -72,9 +72,9 @@ FLOORS = {
         ("plate", "rate"), ("tracking", "overlay"), ("clip_rate",),
     ],
     "pipeline": [
-        ("errors", "names", "formatting", "plain_text"), ("files",), ("logs",), ("devices",),
+        ("errors", "text"), ("files",), ("logs",), ("devices",),
         ("config",), ("stages",),
-        ("results", "record", "plan", "model_change", "playback", "guess", "demo"),
+        ("results", "record", "plan", "model_change", "playback", "guess"),
         ("console", "export"), ("report",), ("session_folder",), ("commands",), ("cli",),
         ("__main__",),
     ],

@@ -21,7 +21,7 @@ def command(folder: Path) -> None:
     in both directions, with four clips. Its gyroscope has an error that the model does not
     describe. The command prints what to type to find it.
     """
-    from pipeline.demo import copy_session
+    from pipeline.config.demo_session import copy_session
 
     config = copy_session(folder)
     click.echo(f"{config} was written. Now: pipeline run {shlex.quote(str(config))}", err=True)

@@ -45,10 +45,10 @@ def command(
     The command prints what the format cannot store.
     """
     from pipeline.export.write import EXPORTERS
-    from pipeline.names import nearest_name
     from pipeline.results.fitness import require_fit
     from pipeline.results.read import load_results
     from pipeline.results.written import write_output
+    from pipeline.text.names import nearest_name
 
     if form not in EXPORTERS:
         raise click.UsageError(

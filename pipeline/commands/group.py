@@ -5,7 +5,7 @@ from importlib import import_module
 import click
 
 from pipeline.commands import COMMANDS, WIDEST, front_page
-from pipeline.names import DISTRIBUTION, nearest_name
+from pipeline.text.names import DISTRIBUTION, nearest_name
 
 
 class LazyGroup(click.Group):

@@ -5,7 +5,7 @@ from itertools import takewhile
 from pathlib import Path
 
 from pipeline.logs.formats.kinds import is_log_file
-from pipeline.names import nearest_name
+from pipeline.text.names import nearest_name
 
 
 class NoSuchFile(FileNotFoundError):

@@ -29,7 +29,7 @@ from pipeline.config.types import (
 )
 from pipeline.config.yaml_text import PathTo, YamlSource, parse_source, read_source
 from pipeline.errors import ConfigError, MissingFiles
-from pipeline.formatting import count
+from pipeline.text.formatting import count
 
 
 class Config(Section):

@@ -9,7 +9,7 @@ from pipeline.config.rules import broken_rules, empty_keys
 from pipeline.config.types import MISSING_FILE, REFUSED, ValidationContext
 from pipeline.config.units import converted, same_quantity, split_unit
 from pipeline.config.yaml_text import PathTo, YamlSource
-from pipeline.names import nearest_names
+from pipeline.text.names import nearest_names
 
 #: pydantic's kinds of error -> what was expected, filled from the error's own figures.
 EXPECTED = {

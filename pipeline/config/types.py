@@ -21,7 +21,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from calib.effects.catalogue import EFFECTS, UnknownEffect, find_effect
 from pipeline.config.file_patterns import NoSuchFile, find_files
 from pipeline.logs.columns import Renamed
-from pipeline.names import nearest_name
+from pipeline.text.names import nearest_name
 from vision.rate.terms import CONSTANT_RATE, TERMS
 
 STOPPED = "stopped"  #: the run's rate that means: the plate did not turn

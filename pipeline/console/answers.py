@@ -16,9 +16,9 @@ from calib.diagnosis.verdict.wording import joined
 from calib.poses.attitudes import direction_name
 from pipeline.console.rate_text import RateVerdict, rate_verdict
 from pipeline.console.run_text import aside_text, prediction_text
-from pipeline.formatting import DISPLAY, count
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
+from pipeline.text.formatting import DISPLAY, count
 
 LOG = "LOG.csv"  #: placeholder for a file of the user
 HOLDS_EFFECTS = "json"  #: format that stores added effects

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from calib.certificate import CertificateComparison
+from calib.consistency.certificate import CertificateComparison
 from calib.poses.imu_log import AXES
-from pipeline.formatting import aligned, with_sd
+from pipeline.text.formatting import aligned, with_sd
 
 
 def certificate_lines(comparison: CertificateComparison) -> list[str]:

@@ -8,8 +8,8 @@ from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import EFFECTS, Effect
 from calib.poses.imu_log import TRIADS
 from pipeline.errors import ConfigError
-from pipeline.formatting import aligned
-from pipeline.names import nearest_name
+from pipeline.text.formatting import aligned
+from pipeline.text.names import nearest_name
 from vision.rate.terms import MEANING, TERMS
 
 WIDTH = 92

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.formatting import aligned, count
 from pipeline.guess.checked import CheckedConfig
 from pipeline.guess.session import SessionGuess
 from pipeline.guess.table_guess import TableGuess
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
+from pipeline.text.formatting import aligned, count
 
 ROWS_SHOWN = 3
 LONGEST_NAMES = 44  #: characters of a triad's columns

@@ -4,11 +4,11 @@ import math
 from collections.abc import Iterator
 
 from pipeline.console.run_text import effect_rows, verdict_line
-from pipeline.formatting import DISPLAY, aligned
 from pipeline.model_change import ModelChange, result_of
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
+from pipeline.text.formatting import DISPLAY, aligned
 
 
 def change_lines(change: ModelChange) -> Iterator[str]:

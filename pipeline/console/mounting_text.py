@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from calib.mounting.mounting import Mounting
-from pipeline.formatting import with_sd
+from pipeline.text.formatting import with_sd
 
 
 def mounting_parts(mounting: Mounting) -> Iterator[str]:

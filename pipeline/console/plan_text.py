@@ -7,8 +7,8 @@ from calib.diagnosis.next_measurement.advice import Rival, best_block
 from calib.effects.effect import Effect
 from calib.planning.prospect import Prospect
 from calib.poses.attitudes import direction_name
-from pipeline.formatting import aligned, relative
 from pipeline.plan.outlook import TriadPlan
+from pipeline.text.formatting import aligned, relative
 
 NOISE = {
     "measured": "noise of the recorded poses",

@@ -15,10 +15,10 @@ from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, SI_UNIT
 from pipeline.console.mounting_text import mounting_text
 from pipeline.console.rate_text import rate_verdict
-from pipeline.formatting import DISPLAY, NAME_WIDTH, aligned, count, with_sd
 from pipeline.stages.poses import Recordings
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
+from pipeline.text.formatting import DISPLAY, NAME_WIDTH, aligned, count, with_sd
 
 WORST_POSES = 3  #: poses that `pipeline diagnose` names
 RANKED = 6  #: candidates that `pipeline diagnose` shows

@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import TextIO
 
-from pipeline.plain_text import HIDDEN, escape
+from pipeline.text.plain import HIDDEN, escape
 
 #: The commands' own colours and faces; those that would hide text are not among them.
 FACE = r"\x1b\[(?:0|1|2|32|33|31|36)m"

@@ -25,8 +25,8 @@ from calib.fit.model import Model
 from calib.poses.conditions import OTHER_TRIAD, Conditions
 from calib.poses.imu_log import BoolArray, FloatArray, ImuLog
 from pipeline.logs.write import LARGEST, csv_rows
-from pipeline.plain_text import cell
 from pipeline.results.read import Stored, StoredTriad
+from pipeline.text.plain import cell
 
 BLOCK = 20_000  #: rows corrected at a time
 

@@ -12,10 +12,18 @@ import numpy as np
 
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
-from pipeline.formatting import DISPLAY, RPM, count, display_unit, relative, short_model, with_sd
-from pipeline.names import DISTRIBUTION
 from pipeline.results.history import read_history
 from pipeline.results.read import Stored, StoredTriad
+from pipeline.text.formatting import (
+    DISPLAY,
+    RPM,
+    count,
+    display_unit,
+    relative,
+    short_model,
+    with_sd,
+)
+from pipeline.text.names import DISTRIBUTION
 
 HASH_DIGITS = 16
 _MINUS = re.compile(r"(?<![\w.])-(?=\d)|(?<=\de)-(?=\d)")

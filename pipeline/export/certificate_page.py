@@ -17,8 +17,8 @@ from pipeline.export.certificate_content import (
 )
 from pipeline.export.parts import Export
 from pipeline.export.sheet import ACCENT, HEIGHT, INK, LINE, QUIET, WIDTH, A4Sheet, own_settings
-from pipeline.formatting import count
 from pipeline.results.read import Stored
+from pipeline.text.formatting import count
 
 FILE_NAME = "certificate.pdf"
 MARGIN, GAP = 16.0, 8.0  #: mm

@@ -19,8 +19,8 @@ from pipeline.export.parts import (
 )
 from pipeline.export.programs.c import c_comments, c_row
 from pipeline.export.robotics import nominal_offset
-from pipeline.plain_text import ascii_line
 from pipeline.results.read import Stored, StoredTriad
+from pipeline.text.plain import ascii_line
 
 #: Ranges that INAV sets the sensors of this family to, counts over the 16-bit half range.
 INAV_ACCELEROMETER = 16 * STANDARD_GRAVITY_M_S2 / 32768  #: m/s² per count

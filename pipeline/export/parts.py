@@ -8,8 +8,8 @@ import numpy as np
 
 from calib.poses.imu_log import SI_UNIT, FloatArray
 from pipeline.export.remaining import remaining_error
-from pipeline.plain_text import one_line
 from pipeline.results.read import Stored, StoredTriad
+from pipeline.text.plain import one_line
 
 #: Direction and size of the worked example, in units of EXAMPLE_SIZE: no axis is zero.
 EXAMPLE_DIRECTION = np.array([0.3, -0.4, 0.85])

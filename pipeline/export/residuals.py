@@ -7,8 +7,8 @@ from typing import Any
 
 from calib.poses.imu_log import AXES, SI_UNIT
 from pipeline.export.parts import Export
-from pipeline.plain_text import cell
 from pipeline.results.read import Stored
+from pipeline.text.plain import cell
 
 
 def to_residuals(stored: Stored) -> Export:

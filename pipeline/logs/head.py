@@ -24,7 +24,7 @@ from pipeline.logs.dialect import (
     seconds_of,
     split_cells,
 )
-from pipeline.names import nearest_names
+from pipeline.text.names import nearest_names
 
 COMMENT_SIGNS = ("#", "//", "%")
 #: Written by MT Manager among its comments; missing in some exports, so never assumed.

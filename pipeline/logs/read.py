@@ -31,7 +31,7 @@ from pipeline.logs.formats.kinds import ARCHIVE, kind_of, split_member, tables_o
 from pipeline.logs.join import join_logs
 from pipeline.logs.source import read_bytes, text_lines
 from pipeline.logs.text import LogText, log_text, numbers_of
-from pipeline.names import nearest_name
+from pipeline.text.names import nearest_name
 
 TABLES = 6  #: that a message lists
 READINGS = (TIME, COUNTER, *ACCELEROMETER, *GYROSCOPE)

@@ -15,10 +15,10 @@ from calib.poses.static_intervals import find_still
 from pipeline.config.load import Config
 from pipeline.config.schema import KnownRateSection, PosesSection, VideoRateSection
 from pipeline.config.sensor import sensor_specs
-from pipeline.formatting import RPM
 from pipeline.stages.pose_means import read_pose_means
 from pipeline.stages.poses import still_search
 from pipeline.stages.session_logs import long_logs, read_logs
+from pipeline.text.formatting import RPM
 
 USUAL_RATE_RAD_S = 100 / 3 * RPM  #: the speed that every record player has
 PAUSE_S = 20.0  #: between two planned poses

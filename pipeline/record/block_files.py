@@ -11,7 +11,7 @@ from pipeline.config.schema import VideoRateSection
 from pipeline.config.types import STOPPED
 from pipeline.config.yaml_text import PathTo
 from pipeline.errors import ConfigError
-from pipeline.formatting import RPM
+from pipeline.text.formatting import RPM
 
 FEWEST_TURNS = 3.0  #: of the plate in one pose: over whole turns its tilt averages out
 

@@ -17,9 +17,9 @@ from calib.poses.attitudes import NEAR_COSINE, direction_name
 from calib.poses.imu_log import SI_UNIT, TRIADS, FloatArray
 from calib.poses.runs import PLAUSIBLE_RATIO, TURNING_RAD_S
 from calib.poses.static_intervals import STILL_RATIO, quiet_level
-from pipeline.formatting import RPM
 from pipeline.record.stream import TimedSample
 from pipeline.record.task import Complete, Phase, Refused, Status, Task
+from pipeline.text.formatting import RPM
 
 HOP_S = 0.25
 WINDOW_HOPS = 4

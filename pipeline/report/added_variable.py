@@ -13,10 +13,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pipeline.formatting import count
 from pipeline.report.svg import Chart, Figure, across, upward
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
+from pipeline.text.formatting import count
 
 ROOM = 1.08  #: the chart reaches beyond the largest value by this factor
 TWO_SD = 2.0

@@ -9,7 +9,6 @@ from calib.diagnosis.constants import CONSTANTS
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import Effect
 from calib.poses.imu_log import FloatArray
-from pipeline.formatting import count, with_sd
 from pipeline.report.effect_fit import whitened_columns
 from pipeline.report.partial_residuals import REFERENCE, Panel, panels
 from pipeline.report.refit_data import best_shape
@@ -25,6 +24,7 @@ from pipeline.report.svg import (
     upward,
 )
 from pipeline.stages.triads import TriadResult
+from pipeline.text.formatting import count, with_sd
 
 MOST_COLUMNS = 6  #: logged columns with panels
 TIME = "bias_drift"  #: what shows a bias that follows time

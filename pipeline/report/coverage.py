@@ -6,7 +6,7 @@ import numpy as np
 
 from calib.poses.attitudes import NEAR_COSINE, list_directions, natural_directions
 from calib.poses.imu_log import FloatArray
-from pipeline.formatting import count
+from pipeline.text.formatting import count
 
 FACES = 18  #: faces and edges, the first of the 26 natural directions
 LAID_WITHIN = float(np.cos(np.radians(10.0)))

@@ -18,10 +18,10 @@ from calib.diagnosis.verdict.wording import joined
 from calib.effects.catalogue import EFFECTS, UnknownEffect, find_effect
 from calib.effects.effect import Effect
 from calib.poses.imu_log import AXES, FloatArray
-from pipeline.formatting import display_unit, with_sd
 from pipeline.report.fingerprint import Fingerprint, fingerprint, fingerprint_svg
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
+from pipeline.text.formatting import display_unit, with_sd
 
 Standing = Literal["missing", "model", "offered", "idle", "unseen", "unavailable"]
 

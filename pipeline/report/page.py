@@ -13,7 +13,6 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from pipeline.console.answers import RATES, Answer, answers_of, headline
 from pipeline.console.mounting_text import mounting_text
 from pipeline.console.run_text import triad_figures
-from pipeline.names import DISTRIBUTION
 from pipeline.report.added_variable import added_variable_figure
 from pipeline.report.axis_charts import axis_charts, lead_panel
 from pipeline.report.candidate_table import RANKED, candidate_rows, limit_rows
@@ -37,6 +36,7 @@ from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.stages.user_effects import user_effects
+from pipeline.text.names import DISTRIBUTION
 
 TEMPLATE_NAME = "report.html"
 HASH_DIGITS = 12  #: of the configuration's SHA-256, as the head of the page shows it

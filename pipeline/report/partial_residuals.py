@@ -26,7 +26,6 @@ from calib.errors import Undetermined
 from calib.fit.result import Fit
 from calib.poses.conditions import FIELDS, Conditions
 from calib.poses.imu_log import AXES, FloatArray, IntArray
-from pipeline.formatting import DISPLAY
 from pipeline.report.drivers import NOTHING, Driver, driver_of
 from pipeline.report.effect_fit import (
     Rows,
@@ -35,6 +34,7 @@ from pipeline.report.effect_fit import (
     sensed_conditions,
     solve_effect,
 )
+from pipeline.text.formatting import DISPLAY
 
 PPM = 1e6
 GRID = 60  #: points of a drawn curve

@@ -10,7 +10,6 @@ from scipy.special import gammainc
 from calib.poses.attitudes import NEAR_COSINE, list_directions, natural_directions
 from calib.poses.imu_log import FloatArray
 from pipeline.console.run_text import leading_covariate
-from pipeline.formatting import DISPLAY, count, with_sd
 from pipeline.report.svg import (
     SHAPES,
     Canvas,
@@ -26,6 +25,7 @@ from pipeline.report.svg import (
     upward,
 )
 from pipeline.stages.triads import TriadResult
+from pipeline.text.formatting import DISPLAY, count, with_sd
 
 SHOWN_SD = 4.0  #: residual charts reach at least this many typical sds
 FRACTIONS = (-1.0, -0.5, 0.0, 0.5, 1.0)  #: of the limit of a residual chart, that have a number

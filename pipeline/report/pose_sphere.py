@@ -15,11 +15,11 @@ from calib.poses.averaging import PoseMean
 from calib.poses.imu_log import AXES, FloatArray
 from calib.poses.pose_set import PoseSet
 from pipeline.config.types import STOPPED
-from pipeline.formatting import DISPLAY, RPM, with_sd
 from pipeline.report.coverage import coverage_of
 from pipeline.results.json_values import Json
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
+from pipeline.text.formatting import DISPLAY, RPM, with_sd
 
 LEVELS = 255  #: of a raw log's chart: one byte for every value
 DIGITS = 4  #: of a direction

@@ -33,11 +33,11 @@ from calib.fit.model import Model
 from calib.fit.residuals import Equations
 from calib.fit.result import AT_BOUND, MISFIT_P_VALUE, Fit
 from calib.poses.imu_log import FloatArray
-from pipeline.formatting import DISPLAY, display_unit
 from pipeline.report.pose_charts import SHOWN_SD
 from pipeline.report.svg import NICE
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
+from pipeline.text.formatting import DISPLAY, display_unit
 
 DIGITS = 7
 SHAPE_STEP = 1e-3  #: relative step of the derivative with respect to a shape parameter

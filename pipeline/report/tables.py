@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.certificate import CertificateComparison
+from calib.consistency.certificate import CertificateComparison
 from calib.fit.calibration import NOISE, uncertainty_budget
 from calib.poses.imu_log import AXES, SI_UNIT
-from pipeline.formatting import DISPLAY, display_unit, relative, with_sd
 from pipeline.stages.triads import TriadResult
+from pipeline.text.formatting import DISPLAY, display_unit, relative, with_sd
 
 NEGLIGIBLE = 1e-3  #: share of the total sd: less of it is written as 0
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from calib.certificate import CertificateComparison
+from calib.consistency.certificate import CertificateComparison
 
 
 def certificate_json(comparison: CertificateComparison) -> dict[str, Any]:

@@ -9,9 +9,9 @@ from typing import Any
 
 from calib.poses.imu_log import TRIADS
 from pipeline.errors import UnreadableInput
-from pipeline.formatting import DISPLAY, aligned, short_model
 from pipeline.results.schema.history import HistoryLine
 from pipeline.results.schema.types import problems_of
+from pipeline.text.formatting import DISPLAY, aligned, short_model
 
 HISTORY_NAME = "history.jsonl"
 

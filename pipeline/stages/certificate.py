@@ -3,7 +3,11 @@
 
 import numpy as np
 
-from calib.certificate import CertificateComparison, FactoryCertificate, compare_certificate
+from calib.consistency.certificate import (
+    CertificateComparison,
+    FactoryCertificate,
+    compare_certificate,
+)
 from pipeline.config.load import Config
 from pipeline.config.schema import TriadCertificateSection
 from pipeline.stages.triads import TriadResult

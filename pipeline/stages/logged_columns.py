@@ -7,7 +7,7 @@ from pipeline.config.load import Config
 from pipeline.config.schema import LogsSection, PosesSection
 from pipeline.errors import ConfigError, UnreadableInput
 from pipeline.logs.read import READINGS, column_names
-from pipeline.names import nearest_name
+from pipeline.text.names import nearest_name
 
 
 def check_covariates(config: Config) -> None:

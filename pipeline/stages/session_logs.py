@@ -25,7 +25,7 @@ from pipeline.errors import ConfigError
 from pipeline.logs.clock import StatedClock
 from pipeline.logs.join import group_logs, join_logs
 from pipeline.logs.read import read_log
-from pipeline.names import nearest_name
+from pipeline.text.names import nearest_name
 
 CELSIUS = (-80.0, 150.0)
 """Wider than the range of any inertial sensor's data sheet."""

@@ -34,8 +34,8 @@ from pipeline.config.load import Config
 from pipeline.config.schema import EffectSection
 from pipeline.config.types import STOPPED
 from pipeline.errors import ConfigError, UnreadableInput
-from pipeline.names import nearest_name
 from pipeline.stages.logged_columns import logged_columns
+from pipeline.text.names import nearest_name
 
 
 def user_effects(config: Config, triad: Triad, allow_python: bool) -> dict[str, Effect]:

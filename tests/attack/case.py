@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from pipeline.plain_text import HIDDEN
+from pipeline.text.plain import HIDDEN
 from tests.sessions import pipeline
 
 POSE = "accelerometer/pose_07.csv"

@@ -8,8 +8,8 @@ from pipeline.export.parts import Export, no_sds, origin
 from pipeline.export.programs.notes import notes_on
 from pipeline.export.programs.routine import FORCE, STEPS, Routine, routine_of
 from pipeline.export.programs.syntax import Syntax
-from pipeline.plain_text import ascii_line
 from pipeline.results.read import Stored
+from pipeline.text.plain import ascii_line
 
 COMMENT_SIGNS = re.compile(r"(?<=\*)(?=/)|(?<=/)(?=\*)|(?<=\?)(?=\?)")
 SHORT = {"accelerometer": "ACC", "gyroscope": "GYR"}

@@ -16,8 +16,8 @@ from calib.poses.imu_log import SI_UNIT, FloatArray
 from pipeline.export.apply import of_the_sensor
 from pipeline.export.parts import EXAMPLE_DIRECTION, EXAMPLE_SIZE
 from pipeline.export.programs.formulas import ErrorFormula, formula_of
-from pipeline.plain_text import one_line
 from pipeline.results.read import Stored, StoredTriad
+from pipeline.text.plain import one_line
 
 FORCE = ("fx", "fy", "fz")
 STEPS = 50  #: of the fixed point at most, as in :mod:`calib.fit.sensitive_axes`

@@ -15,8 +15,8 @@ from matplotlib.text import Text
 from pipeline.export.certificate_content import certificate_content
 from pipeline.export.certificate_page import draw_certificate, to_certificate
 from pipeline.export.sheet import ABSENT, A4Sheet, own_settings
-from pipeline.formatting import with_sd
 from pipeline.results.read import Stored, load_results
+from pipeline.text.formatting import with_sd
 from tests.pipeline.conftest import RunSession
 from tests.pipeline.export.stored_results import with_effects
 from tests.sessions import pipeline, results_in

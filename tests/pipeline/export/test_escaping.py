@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from calib.poses.imu_log import ImuLog
 from pipeline.export.apply import applied_csv, apply_results
 from pipeline.export.write import EXPORTERS
-from pipeline.plain_text import HIDDEN
 from pipeline.results.read import Stored, load_results
+from pipeline.text.plain import HIDDEN
 from tests.pipeline.conftest import RunSession
 from tests.pipeline.export.stored_results import a_log
 

@@ -11,10 +11,10 @@ from jinja2 import Environment, PackageLoader
 from calib.effects.catalogue import EFFECTS, find_effect
 from calib.effects.effect import Effect
 from calib.poses.imu_log import FloatArray, Triad
-from pipeline.formatting import display_unit
 from pipeline.report.effect_cards import EffectCard, effect_cards, formula_html
 from pipeline.report.fingerprint import fingerprint
 from pipeline.report.refit_data import refit_json
+from pipeline.text.formatting import display_unit
 from tests.pipeline.report.browser import needs_browser
 from tests.pipeline.report.conftest import HiddenSession
 from tests.pipeline.report.html_page import Page

@@ -12,7 +12,6 @@ from calib.diagnosis.verdict.explain import SIGNS
 from pipeline.config.load import load_config
 from pipeline.console.answers import Answer, headline, rates_answer
 from pipeline.console.rate_text import RateVerdict
-from pipeline.formatting import DISPLAY, with_sd
 from pipeline.report.glossary import TERMS, Term, with_terms
 from pipeline.report.history_chart import staircase
 from pipeline.report.page import css_text, report_html
@@ -21,6 +20,7 @@ from pipeline.report.svg import nice_limit, tick_text, upward
 from pipeline.results.history import Step, TriadStep
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
+from pipeline.text.formatting import DISPLAY, with_sd
 from tests.paths import ROOT
 from tests.pipeline.conftest import RunSession
 from tests.pipeline.report.html_page import Page

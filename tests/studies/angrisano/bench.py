@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.certificate import frame_free
+from calib.consistency.certificate import frame_free
 from calib.fit.calibration import TriadParameters
 from calib.poses.attitudes import natural_directions
 from calib.poses.data_sheet import TriadSpec

@@ -8,12 +8,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from calib.certificate import frame_free
+from calib.consistency.certificate import frame_free
 from calib.fit.angrisano import data_sheet_start
 from calib.fit.calibration import alignment
 from calib.mounting.levelling import mounting_rotation
 from calib.poses.imu_log import FloatArray
-from pipeline.formatting import aligned
+from pipeline.text.formatting import aligned
 from tests.studies.angrisano.bench import leaning_axes
 from tests.studies.angrisano.iteration import iterate_as_printed
 from tests.studies.angrisano.published import ACCELEROMETER, GRAVITY_M_S2

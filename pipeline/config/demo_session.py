@@ -19,7 +19,7 @@ def session_folder() -> Path:
     UnreadableInput
         It is in neither place.
     """
-    checkout = Path(__file__).parents[1] / "data" / SESSION
+    checkout = Path(__file__).parents[2] / "data" / SESSION
     if (checkout / CONFIG).is_file():
         return checkout
     try:

@@ -7,7 +7,12 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from calib.certificate import FactoryCertificate, compare_certificate, frame_free, rounding_sd
+from calib.consistency.certificate import (
+    FactoryCertificate,
+    compare_certificate,
+    frame_free,
+    rounding_sd,
+)
 from calib.errors import CalibrationError
 from calib.fit.calibration import TriadParameters
 from calib.poses.data_sheet import TriadSpec
