@@ -4,7 +4,6 @@ import hashlib
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -12,6 +11,13 @@ import numpy as np
 
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
+from pipeline.export.certificate_records import (
+    CertificateContent,
+    CertifiedRow,
+    CertifiedValue,
+    Residuals,
+    TriadPart,
+)
 from pipeline.results.history import read_history
 from pipeline.results.read import Stored, StoredTriad
 from pipeline.text.formatting import (
@@ -39,66 +45,6 @@ VERDICTS: Mapping[str, tuple[str, str]] = {
     "noise": ("The residuals exceed the noise of the poses", "act"),
     "refused": ("Refused", "act"),
 }
-
-
-@dataclass(frozen=True)
-class CertifiedValue:
-    """One number with its sd, both as text; the sd is empty where there is none."""
-
-    value: str
-    sd: str
-
-
-@dataclass(frozen=True)
-class CertifiedRow:
-    """One kind of parameter: its name with unit, and up to three values."""
-
-    name: str
-    values: tuple[CertifiedValue, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Residuals:
-    """The residuals of a triad in its shown unit.
-
-    ``value`` and ``sd`` (n,), ``run`` the name of each pose's run; ``is_length`` (n,) marks poses
-    at rest with the plate stopped, whose residual is a length.
-    """
-
-    unit: str
-    value: FloatArray
-    sd: FloatArray
-    run: tuple[str, ...]
-    is_length: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class TriadPart:
-    """What the certificate states of one triad."""
-
-    name: str
-    model: str
-    range: str
-    standing: str
-    verdict: str
-    explanation: str
-    rows: tuple[CertifiedRow, ...]
-    figures: tuple[tuple[str, str], ...]
-    prediction: str
-    not_determined: str
-    residuals: Residuals
-
-
-@dataclass(frozen=True, eq=False)
-class CertificateContent:
-    """Everything that the page states."""
-
-    title: str
-    sensor: str
-    facts: tuple[tuple[str, str], ...]
-    triads: tuple[TriadPart, ...]
-    references: tuple[tuple[str, str, str], ...]
-    notes: tuple[str, ...]
 
 
 def certificate_content(stored: Stored) -> CertificateContent:

@@ -8,12 +8,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pipeline.export.certificate_content import (
+from pipeline.export.certificate_content import certificate_content
+from pipeline.export.certificate_records import (
     CertificateContent,
     CertifiedRow,
     Residuals,
     TriadPart,
-    certificate_content,
 )
 from pipeline.export.parts import Export
 from pipeline.export.sheet import ACCENT, HEIGHT, INK, LINE, QUIET, WIDTH, A4Sheet, own_settings
