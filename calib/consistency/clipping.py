@@ -15,11 +15,16 @@ from calib.poses.imu_log import AXES, ImuLog, Triad
 
 CLIPPED_SHARE = 0.25
 """Of a log's samples at its extreme. Normal noise of a step's size has 7 % there, of half a step's
-31 %: what steps so coarsely does it in most logs."""
+31 %: what steps so coarsely does it in most logs. Derived, between the two; half and double not
+measured."""
 
 USUAL_SHARE = 0.05
+"""Of a log's samples at its extreme, the median of the sensor's logs that are not at the limit.
+Below the 7 % of normal noise of a step's size, above which no limit shows. Derived."""
+
 PILED_UP = 2.0
-"""Times as frequent as any other value: noise cut off within its own width is."""
+"""Times as frequent as any other value: noise cut off within its own width is. Derived: normal
+noise cut off at its mean has half of its samples there and a step's share elsewhere."""
 
 
 def require_unclipped(logs: Sequence[ImuLog], triad: Triad, spec: TriadSpec) -> None:

@@ -8,7 +8,8 @@ from unittest.mock import ANY
 import numpy as np
 import pytest
 
-from calib import certificate, earth
+from calib import earth
+from calib.consistency import certificate
 from calib.mounting import levelling as tilt
 from calib.mounting.levelling import (
     ORDERS,

@@ -13,9 +13,6 @@ from pipeline.errors import UnreadableInput
 from pipeline.logs.read import read_log
 from pipeline.logs.write import csv_rows
 
-#: Readers of other formats leave the file they fail on to the garbage collector.
-pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-
 HEADER = "time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,temperature_c"
 ROWS = [f"{i / 100:.2f},{i},-{i},{7 * i},3,2,{i % 5},25.0" for i in range(30)]
 TEXT = "\n".join([HEADER, *ROWS]) + "\n"
