@@ -1,10 +1,10 @@
 """By how much a pose at rest that was shaken falls short of gravity.
 
-A sensor that rocks by the angle φ about its mean attitude feels ``f cos φ`` along it on average: the
-length of its mean is short by ``g φ²/2``, which no scatter of batch means shows. Both triads bound φ
-from above: gravity sweeps over the accelerometer's axes and scatters its samples by ``g² φ²``, all
-axes together, and the gyroscope turns by φ. Vibration along a line scatters the samples and turns
-nothing: it averages out.
+A sensor that rocks by the angle φ about its mean attitude feels ``f cos φ`` along it on average:
+the length of its mean is short by ``g φ²/2``, which no scatter of batch means shows. Both triads
+bound φ from above: gravity sweeps over the accelerometer's axes and scatters its samples by
+``g² φ²``, all axes together, and the gyroscope turns by φ. Vibration along a line scatters the
+samples and turns nothing: it averages out.
 """
 
 from collections.abc import Sequence
