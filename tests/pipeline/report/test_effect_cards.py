@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from jinja2 import Environment, PackageLoader
 
 from calib.effects.catalogue import EFFECTS, find_effect
 from calib.effects.effect import Effect
 from calib.poses.imu_log import FloatArray, Triad
 from pipeline.report.effect_cards import EffectCard, effect_cards, formula_html
 from pipeline.report.fingerprint import fingerprint
+from pipeline.report.page_templates import page_templates
 from pipeline.report.refit_data import refit_json
 from pipeline.text.formatting import display_unit
 from tests.pipeline.report.browser import needs_browser
@@ -25,8 +25,7 @@ G = 9.80665
 
 @pytest.fixture(scope="module")
 def drawings() -> dict[str, object]:
-    loader = PackageLoader("pipeline.report", "templates")
-    return vars(Environment(loader=loader, autoescape=True).get_template("drawings.html").module)
+    return vars(page_templates().get_template("drawings.html").module)
 
 
 @pytest.fixture(scope="module")
