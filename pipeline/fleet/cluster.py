@@ -6,8 +6,8 @@ from contextlib import contextmanager
 from itertools import islice
 from typing import TYPE_CHECKING
 
-import pipeline
 from pipeline.errors import BUG, ConfigError, DeviceError
+from pipeline.fleet.fingerprint import program_version
 from pipeline.fleet.record import SessionRecord
 from pipeline.fleet.rows import rows_of_failure
 from pipeline.fleet.worker import FleetTask, work_on
@@ -79,17 +79,14 @@ def _require_workers(client: "Client", scheduler: str) -> None:
             f"{scheduler}: the scheduler has no workers. Start some with `dask worker {scheduler} "
             f"--nthreads 1`, on machines that see the same files."
         ) from error
-    for worker, version in client.run(_version, on_error="return").items():
-        if version != pipeline.__version__:
+    here = program_version()
+    for worker, version in client.run(program_version, on_error="return").items():
+        if version != here:
             raise ConfigError(
                 f"{worker}: this worker of {scheduler} has version {version} of this program, "
-                f"expected {pipeline.__version__}. Install the same there: pip install "
+                f"expected {here}. Install the same there: pip install "
                 f"'{DISTRIBUTION}[fleet]'"
             )
-
-
-def _version() -> str:
-    return pipeline.__version__
 
 
 def run_fleet(client: "Client", tasks: Sequence[FleetTask], on_record: OnRecord) -> None:

@@ -131,6 +131,6 @@ def _run(task: FleetTask, key: str) -> SessionRecord:
 def _keep_evidence(outcome: Outcome, task: FleetTask) -> None:
     config = outcome.config
     for result in outcome.triads:
-        own = tuple(user_effects(config, result.triad, task.allow_python).values())
-        evidence = evidence_of(result.calibration.fit, own, config.covariates)
+        defined = tuple(user_effects(config, result.triad, task.allow_python).values())
+        evidence = evidence_of(result.calibration.fit, defined, config.covariates)
         write_evidence(evidence_path(task.output, task.session.name, result.triad), evidence)
