@@ -17,8 +17,10 @@ from calib.diagnosis.hypotheses.signature import effect_vectors, square_vectors
 from calib.effects.catalogue import BASE
 from calib.effects.effect import EFFECTS, Effect, column_effect
 from calib.effects.needs import unavailable
+from calib.fit.model import Model
 from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray
+from calib.poses.pose_set import PoseSet
 
 Kind = Literal["listed", "unknown", "jump", "bad_pose", "wander", "plate_rate"]
 
@@ -102,20 +104,27 @@ def candidate_effects(
     Effect
         It acts on the triad of ``fit``; whether the poses can evaluate it is not checked.
     """
-    in_model = set(fit.model.names)
+    yield from effects_beside(fit.model, fit.poses, own, covariates)
+
+
+def effects_beside(
+    model: Model, poses: PoseSet, own: Sequence[Effect] = (),
+    covariates: Sequence[str] | None = None,
+) -> Iterator[Effect]:
+    """The same by the model (p parameters) and the poses that it is fitted to."""
     # Without a true vector, a gain would be fitted to what the readings themselves have wrong.
-    base = BASE if len(fit.equations.magnitude) else BASE[:1]
+    base = BASE if poses.reference.magnitude.any() else BASE[:1]
     listed = [e for e in EFFECTS.values() if e.acts_on != "reading" or e.name in base]
     columns = [
         column_effect(name)
-        for name in causes(fit.poses, covariates)
+        for name in causes(poses, covariates)
         if name not in EFFECT_OF_COLUMN
     ]
     for effect in (*listed, *columns, *own):
         excluded = covariates is not None and set(effect.logged) - {*covariates}
         if excluded and effect not in own:
             continue
-        if effect.name not in in_model and fit.poses.triad in effect.triads:
+        if effect.name not in model.names and poses.triad in effect.triads:
             yield effect
 
 
