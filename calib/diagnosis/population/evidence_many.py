@@ -32,7 +32,7 @@ def evidence_many(
     sets : sequence of PoseSet
         Those that were fitted, all of one triad and with the same logged columns.
     names : sequence of str
-        What each is called in the lot.
+        Which sensor each is of.
 
     Yields
     ------

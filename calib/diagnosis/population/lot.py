@@ -1,4 +1,4 @@
-"""The evidence of all sensors of a lot side by side, evenings of one sensor added up."""
+"""The evidence of all sessions of a lot side by side."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -12,14 +12,15 @@ from calib.poses.imu_log import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class LotEvidence:
-    """S sensors and K parameters of all trials.
+    """S sessions and K parameters of all trials.
 
     Parameters
     ----------
-    sensors : tuple of str
+    sensors : tuple of str, length S
+        Which sensor each session is of.
     trials : tuple of Trial
     score, information : array, shapes (S, K) and (S, K, K)
-        What a sensor's poses do not show or cannot evaluate is zero.
+        What the poses of a session do not show or cannot evaluate is zero.
     whole : array, shape (S, K)
         Diagonal of the information beside the fitted models alone.
     chi2, dof, noise_dof : array, shape (S,)
@@ -39,13 +40,13 @@ class LotEvidence:
 
     @classmethod
     def of(cls, parts: Iterable[tuple[str, Evidence]]) -> "LotEvidence | None":
-        """The lot of pairs of a sensor's name and the evidence of one of its evenings.
+        """The lot of pairs of a sensor's name and the evidence of one of its sessions.
 
         None where there are none. Trials of the same name, shape and unit are the same.
         """
         places: dict[Trial, slice] = {}
         size = 0
-        sums: dict[str, list[tuple[Evidence, list[int]]]] = {}
+        sessions: list[tuple[str, Evidence, list[int]]] = []
         for sensor, evidence in parts:
             for trial in evidence.trials:
                 if trial not in places:
@@ -53,41 +54,35 @@ class LotEvidence:
                     size += trial.size
             index = [i for trial in evidence.trials
                      for i in range(places[trial].start, places[trial].stop)]
-            sums.setdefault(sensor, []).append((evidence, index))
-        if not sums:
+            sessions.append((sensor, evidence, index))
+        if not sessions:
             return None
-        n = len(sums)
-        score, information = np.zeros((n, size)), np.zeros((n, size, size))
-        scalars = np.zeros((n, 3))
-        for i, evenings in enumerate(sums.values()):
-            for evidence, index in evenings:
-                score[i, index] += evidence.score
-                information[i][np.ix_(index, index)] += evidence.information
-                scalars[i] += evidence.chi2, evidence.dof, evidence.noise_dof
-        whole = np.einsum("skk->sk", information).copy()
-        chi2, dof, noise_dof = scalars.T
-        return cls(tuple(sums), tuple(places), score, information, whole, chi2, dof, noise_dof)
+        score = np.zeros((len(sessions), size))
+        information = np.zeros((len(sessions), size, size))
+        for i, (_, evidence, index) in enumerate(sessions):
+            score[i, index] = evidence.score
+            information[i][np.ix_(index, index)] = evidence.information
+        return cls(
+            sensors=tuple(sensor for sensor, _, _ in sessions),
+            trials=tuple(places),
+            score=score,
+            information=information,
+            whole=np.einsum("skk->sk", information).copy(),
+            chi2=np.array([evidence.chi2 for _, evidence, _ in sessions]),
+            dof=np.array([evidence.dof for _, evidence, _ in sessions]),
+            noise_dof=np.array([evidence.noise_dof for _, evidence, _ in sessions]),
+        )
 
     @classmethod
     def joined(cls, parts: Sequence["LotEvidence"]) -> "LotEvidence":
-        """Parts with the same trials as one lot, evenings of one sensor added up."""
-        names = [name for part in parts for name in part.sensors]
-        sensors = tuple(dict.fromkeys(names))
-        number = {name: i for i, name in enumerate(sensors)}
-        index = np.array([number[name] for name in names])
-
-        def added(arrays: list[FloatArray]) -> FloatArray:
-            rows = np.concatenate(arrays)
-            sums = np.zeros((len(sensors), *rows.shape[1:]))
-            np.add.at(sums, index, rows)
-            return sums
-
+        """Parts with the same trials as one lot."""
+        sensors = tuple(sensor for part in parts for sensor in part.sensors)
         fields = ("score", "information", "whole", "chi2", "dof", "noise_dof")
-        sums = {name: added([getattr(part, name) for part in parts]) for name in fields}
-        return cls(sensors, parts[0].trials, **sums)
+        arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in fields}
+        return cls(sensors, parts[0].trials, **arrays)
 
     def only(self, i: int) -> "LotEvidence":
-        """The lot of one sensor alone."""
+        """The lot of one session alone."""
         rows = {name: value[i : i + 1] for name, value in vars(self).items() if name != "trials"}
         return LotEvidence(trials=self.trials, **rows)
 
@@ -101,7 +96,7 @@ class LotEvidence:
         raise KeyError(trial)
 
     def beside(self, trial: Trial) -> "LotEvidence":
-        """The evidence that is left when ``trial`` is fitted to every sensor, in its own size."""
+        """The evidence that is left when ``trial`` is fitted to every session, in its own size."""
         where = self.place(trial)
         inverse, rank = visible_inverse(self.information[:, where, where], self.whole[:, where])
         across = self.information[:, :, where]

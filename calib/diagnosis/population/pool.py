@@ -1,16 +1,17 @@
-"""What is missing in a lot: the evidence of all sensors added up.
+"""What is missing in a lot: the evidence of all its sessions added up.
 
-Two questions for every candidate, F ratios against what the sensors' rows leave when the candidate
-is fitted to each of them, so that sds which are all wrong by a factor name nothing:
+Two questions for every candidate, F ratios against what the rows of the sessions leave when the
+candidate is fitted to each of them, so that sds which are all wrong by a factor name nothing:
 
     has it one size in all sensors?      (Σu)ᵀ (ΣI)⁻¹ (Σu),    k degrees of freedom
-    has it any size in the sensors?      Σ uᵀ I⁻¹ u,            Σk degrees of freedom
+    has it any size in the sessions?     Σ uᵀ I⁻¹ u,            Σk degrees of freedom
 
-The sds of a sensor come from ν degrees of freedom: a sum over sensors scatters like one of
-(ν - 4)/(ν - 2) times as many degrees of freedom (the first two moments of F). A sensor that is not
-explained (``MISFIT_P_VALUE``) counts with its sds widened by the Birge ratio, as in its own
-calibration. Candidates enter one after another, the strongest first; beside each stand those that
-explain the same.
+The sds of a session come from ν degrees of freedom, s² = σ² x with x = χ²_ν/ν. A sum of its ratios
+scatters like one of c = (ν - 4)/(ν - 2) times as many degrees of freedom; and in a sum that weighs
+sessions by 1/s², as Σu does, those with small s count too much: its variance is 1/c times what the
+rows leave (the moments of 1/x). A session that is not explained (``MISFIT_P_VALUE``) counts with
+its sds widened by the Birge ratio, as in its own calibration. Candidates enter one after another,
+the strongest first; beside each stand those that explain the same.
 """
 
 from collections.abc import Sequence
@@ -47,12 +48,12 @@ class PooledTrial:
     """What a lot says of one candidate.
 
     ``p_common`` and ``p_any`` answer the two questions of this module, ``exponent`` (half the
-    excess of chi-square, the logarithm of an odds) ranks where they underflow; ``sensors`` of the
-    lot see it.
+    excess of chi-square, the logarithm of an odds) ranks where they underflow; ``sessions`` of the
+    lot show it.
     """
 
     trial: Trial
-    sensors: int
+    sessions: int
     p_common: float
     p_any: float
     exponent: float
@@ -68,8 +69,8 @@ class PooledEffect:
     """One effect that is missing in the lot.
 
     ``alternatives`` are names that explain the same in these sessions, ``sizes`` (k) the common
-    size and the spread of each parameter, SI, ``size`` and ``sd`` (S, k) those of each sensor, NaN
-    where its poses do not show it.
+    size and the spread of each parameter over the sensors, SI, ``size`` and ``sd`` (n, k) those of
+    each sensor in the order of the pool's, NaN where its poses do not show it.
     """
 
     evidence: PooledTrial
@@ -86,7 +87,7 @@ class PooledEffect:
 
 @dataclass(frozen=True, eq=False)
 class Pool:
-    """What is missing in a lot of ``sensors``: ``effects``, the strongest first.
+    """What is missing in a lot of n ``sensors``: ``effects``, the strongest first.
 
     ``asked`` holds every candidate as the lot sees it before anything is named.
     """
@@ -101,14 +102,14 @@ def pool(lot: LotEvidence) -> Pool:
     first = _judged(lot)
     level = FALSE_ALARM / max(len(first), 1)
     named: list[tuple[PooledTrial, tuple[str, ...]]] = []
-    left, judged = lot, first
+    remaining, judged = lot, first
     while judged and len(named) < MOST_NAMED:
         best = max(judged, key=lambda each: each.exponent)
         if best.p_value >= level:
             break
-        named.append((best, _alternatives(left, best, judged, level)))
-        left = left.beside(best.trial)
-        judged = [each for each in _judged(left) if each.trial.name not in
+        named.append((best, _alternatives(remaining, best, judged, level)))
+        remaining = remaining.beside(best.trial)
+        judged = [each for each in _judged(remaining) if each.trial.name not in
                   {one.trial.name for one, _ in named}]
     effects = []
     for best, alternatives in named:
@@ -118,7 +119,7 @@ def pool(lot: LotEvidence) -> Pool:
                 beside = beside.beside(other.trial)
         size, sd = _sizes(beside, best.trial)
         effects.append(PooledEffect(best, alternatives, _common(size, sd), size, sd))
-    return Pool(lot.sensors, tuple(effects), tuple(first))
+    return Pool(tuple(dict.fromkeys(lot.sensors)), tuple(effects), tuple(first))
 
 
 def _judged(lot: LotEvidence) -> list[PooledTrial]:
@@ -126,7 +127,7 @@ def _judged(lot: LotEvidence) -> list[PooledTrial]:
 
 
 def judge(lot: LotEvidence, trial: Trial) -> PooledTrial | None:
-    """Both questions about one candidate; None where no sensor of the lot sees it."""
+    """Both questions about one candidate; None where no session of the lot shows it."""
     where = lot.place(trial)
     score, information = lot.score[:, where], lot.information[:, where, where]
     inverse, rank = visible_inverse(information, lot.whole[:, where])
@@ -144,7 +145,7 @@ def judge(lot: LotEvidence, trial: Trial) -> PooledTrial | None:
     pull = (score[sees] / widening[:, None]).sum(axis=0)
     whole = (lot.whole[sees][:, where] / widening[:, None]).sum(axis=0)
     of_sum, common_dof = visible_inverse(total[None], whole[None])
-    common = float(pull @ of_sum[0] @ pull) / variance
+    common = float(pull @ of_sum[0] @ pull) / variance * float(like.mean())
     every = float((drop / widening).sum()) / variance
     every_dof = float(rank.sum())
     return PooledTrial(
@@ -157,14 +158,14 @@ def judge(lot: LotEvidence, trial: Trial) -> PooledTrial | None:
 
 
 def _widening(rest: FloatArray, spare: FloatArray, noise_dof: FloatArray) -> FloatArray:
-    """By which each sensor's chi-square counts less, (S,)."""
+    """By which each session's chi-square counts less, (S,)."""
     ratio = rest / np.maximum(spare, 1.0)
     misfit = (spare > 0) & (fdtrc(np.maximum(spare, 1.0), noise_dof, ratio) < MISFIT_P_VALUE)
     return np.asarray(np.where(misfit, ratio, 1.0))
 
 
 def _as_many(noise_dof: FloatArray) -> FloatArray:
-    """Degrees of freedom that sums with estimated sds scatter like, as a share of their own."""
+    """c of this module, (S,)."""
     dof = np.maximum(noise_dof, LEAST_NOISE_DOF)
     return np.asarray((dof - 4) / (dof - 2))
 
@@ -198,17 +199,28 @@ def _alternatives(
 
 
 def _sizes(lot: LotEvidence, trial: Trial) -> tuple[FloatArray, FloatArray]:
-    """Size and sd of every parameter in every sensor, (S, k); NaN where not seen by itself."""
+    """Size and sd of every parameter in every sensor, (n, k); NaN where not seen by itself."""
     where = lot.place(trial)
-    information = lot.information[:, where, where]
+    score, information = lot.score[:, where], lot.information[:, where, where]
     inverse, rank = visible_inverse(information, lot.whole[:, where])
-    size = (inverse @ lot.score[:, where, None])[..., 0]
-    drop = (size * lot.score[:, where]).sum(axis=1)
-    spare = np.maximum(lot.dof - rank, 0.0)
-    widening = _widening(np.maximum(lot.chi2 - drop, 0.0), spare, lot.noise_dof)
-    sd = np.sqrt(np.einsum("skk->sk", inverse) * widening[:, None])
-    share = np.einsum("sij,sji->si", inverse, information)
-    seen = (share > ALONE) & (sd > 0)
+    drop = np.einsum("si,sij,sj->s", score, inverse, score)
+    rest, spare = np.maximum(lot.chi2 - drop, 0.0), np.maximum(lot.dof - rank, 0.0)
+    widening = _widening(rest, spare, lot.noise_dof)
+    variance = float((rest / widening).sum() / spare.sum()) if spare.any() else 1.0
+    sensor = np.unique(lot.sensors, return_inverse=True)[1]
+    order = np.array([sensor[lot.sensors.index(name)] for name in dict.fromkeys(lot.sensors)])
+
+    def by_sensor(values: FloatArray) -> FloatArray:
+        sums = np.zeros((len(order), *values.shape[1:]))
+        np.add.at(sums, sensor, values)
+        return np.asarray(sums[order])
+
+    total = by_sensor(information / widening[:, None, None])
+    inverse, _ = visible_inverse(total, by_sensor(lot.whole[:, where] / widening[:, None]))
+    size = (inverse @ by_sensor(score / widening[:, None])[..., None])[..., 0]
+    as_known = max(variance, 1.0) / float(_as_many(lot.noise_dof).mean())
+    sd = np.sqrt(np.einsum("skk->sk", inverse) * as_known)
+    seen = (np.einsum("sij,sji->si", inverse, total) > ALONE) & (sd > 0)
     return np.where(seen, size, np.nan), np.where(seen, sd, np.nan)
 
 

@@ -17,6 +17,10 @@ from scipy.special import chdtrc
 from calib.diagnosis.population.spread import weighed_together
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
+LEAST_NOISE_DOF = 4.0
+"""Degrees of freedom behind sds from which the correction for them is trusted; derived: it needs
+more than two."""
+
 DRIFT_LEVEL = 0.01
 """Probability that any sensor of a lot whose sds hold is said to have moved. Derived, as
 ``UNLIKE_LEVEL``."""
@@ -50,7 +54,8 @@ class Repeatability:
 
 
 def repeatability(
-    name: str, value: FloatArray, sd: FloatArray, sensor: IntArray, sensors: int
+    name: str, value: FloatArray, sd: FloatArray, noise_dof: FloatArray, sensor: IntArray,
+    sensors: int,
 ) -> Repeatability:
     """Compare the evenings of each sensor.
 
@@ -59,6 +64,9 @@ def repeatability(
     name : str
     value, sd : array, shape (E,)
         What each of E evenings states, with the sd of its noise; NaN where it does not.
+    noise_dof : array, shape (E,)
+        Degrees of freedom ν behind each sd: squares over estimated variances are larger by
+        Σν/(Σν - 2) on average, which is taken off.
     sensor : array of int, shape (E,)
         Which sensor each is of.
     sensors : int
@@ -66,9 +74,10 @@ def repeatability(
     """
     stated = np.isfinite(value) & np.isfinite(sd) & (sd > 0)
     value, sd, sensor = value[stated], sd[stated], sensor[stated]
+    known = np.maximum(np.bincount(sensor, noise_dof[stated], sensors), LEAST_NOISE_DOF)
     mean, _ = weighed_together(value, sd, sensor, sensors)
     pull = ((value - mean[sensor]) / sd) ** 2
-    chi2 = np.bincount(sensor, pull, sensors)
+    chi2 = np.bincount(sensor, pull, sensors) * (known - 2) / known
     dof = np.maximum(np.bincount(sensor, minlength=sensors) - 1, 0)
     several = dof > 0
     ratio = np.where(several, np.sqrt(chi2 / np.maximum(dof, 1)), np.nan)

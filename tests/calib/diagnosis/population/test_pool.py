@@ -91,7 +91,7 @@ def test_sizes_that_scatter_about_zero_are_found_by_their_spread() -> None:
 
 
 def test_nothing_is_named_where_nothing_is_missing() -> None:
-    assert not any(pooled(LotPlan(60), seed).effects for seed in range(10))
+    assert not any(pooled(LotPlan(60), seed).effects for seed in range(5))
 
 
 def test_sds_that_are_wrong_by_a_factor_name_nothing() -> None:
@@ -109,10 +109,18 @@ def test_one_sensor_that_nothing_explains_does_not_speak_for_the_lot() -> None:
     assert not pool(lot_of([*sets[:7], broken, *sets[8:]])).effects
 
 
-def test_evenings_of_one_sensor_add_up() -> None:
-    sets = pose_sets_of(draw_lot(paper_design(mpu6050()), LotPlan(3, evenings=2), 5))
-    lot = lot_of(sets, ["a", "a", "b", "b", "c", "c"])
-    apart = lot_of(sets)
-    assert lot.sensors == ("a", "b", "c")
-    np.testing.assert_allclose(lot.score[1], apart.score[2] + apart.score[3])
-    np.testing.assert_allclose(lot.dof, 18.0)
+def test_evenings_of_one_sensor_count_as_one_sensor_in_its_sizes() -> None:
+    plan = LotPlan(40, evenings=3, hidden="cubic", spread_sd=3.0)
+    drawn = draw_lot(soak_design(), plan, 5)
+    effect = pool(lot_of(pose_sets_of(drawn), [f"s{unit}" for unit in drawn.unit])).effects[0]
+    assert effect.name == "cubic"
+    assert all(size is not None and size.sensors == 40 for size in effect.sizes)
+    slope = np.polyfit(drawn.size[::3, 0], effect.size[:, 0], 1)[0]
+    assert slope == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_large_lot_is_not_fooled_by_sds_that_each_session_estimates() -> None:
+    """800 sessions of 400 sensors, the sd of each from 12.6 degrees of freedom."""
+    drawn = draw_lot(paper_design(mpu6050()), LotPlan(400, evenings=2, noise_dof=0.7), 6)
+    pooled_lot = pool(lot_of(pose_sets_of(drawn, 0.7), [f"{unit}" for unit in drawn.unit]))
+    assert not pooled_lot.effects

@@ -61,8 +61,24 @@ def evenings(factor: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return 10 * RNG.standard_normal(100)[sensor] + scatter, sd, sensor
 
 
+def known(drawn: tuple[np.ndarray, np.ndarray, np.ndarray]) -> tuple[np.ndarray, ...]:
+    """With sds that are known as if from very many samples."""
+    value, sd, sensor = drawn
+    return value, sd, np.full(len(value), 1e6), sensor
+
+
+def test_sds_estimated_from_few_samples_are_no_scatter() -> None:
+    """Two evenings of 20,000 sensors, each sd from 12 degrees of freedom."""
+    rng = np.random.default_rng(8)
+    sensor = np.repeat(np.arange(20_000), 2)
+    sd = np.sqrt(rng.chisquare(12, 40_000) / 12)
+    compared = repeatability("x", rng.standard_normal(40_000), sd, np.full(40_000, 12.0), sensor,
+                             20_000)
+    assert compared.birge == pytest.approx(1.0, abs=0.025)
+
+
 def test_sds_that_hold_from_evening_to_evening_have_a_birge_ratio_of_one() -> None:
-    compared = repeatability("bias_x", *evenings(1.0), 100)
+    compared = repeatability("bias_x", *known(evenings(1.0)), 100)
     assert compared.dof == 200
     assert compared.birge == pytest.approx(1.0, abs=0.17)
     assert compared.p_value > 1e-3
@@ -70,7 +86,7 @@ def test_sds_that_hold_from_evening_to_evening_have_a_birge_ratio_of_one() -> No
 
 
 def test_a_parameter_that_moves_by_three_sds_has_a_birge_ratio_of_three() -> None:
-    compared = repeatability("bias_x", *evenings(3.0), 100)
+    compared = repeatability("bias_x", *known(evenings(3.0)), 100)
     assert compared.birge == pytest.approx(3.0, abs=0.5)
     assert compared.p_value < 1e-20
 
@@ -78,13 +94,13 @@ def test_a_parameter_that_moves_by_three_sds_has_a_birge_ratio_of_three() -> Non
 def test_the_sensor_that_moved_is_told() -> None:
     value, sd, sensor = evenings(1.0)
     value[3 * 41] += 20.0
-    compared = repeatability("bias_x", value, sd, sensor, 100)
+    compared = repeatability("bias_x", *known((value, sd, sensor)), 100)
     assert 41 in np.flatnonzero(compared.moved)
     assert compared.change[41] > 15
 
 
 def test_one_evening_each_repeats_nothing() -> None:
-    compared = repeatability("x", np.arange(5.0), np.ones(5), np.arange(5), 5)
+    compared = repeatability("x", np.arange(5.0), np.ones(5), np.full(5, 36.0), np.arange(5), 5)
     assert compared.dof == 0
     assert np.isnan([compared.birge, compared.p_value]).all()
     assert np.isnan(compared.of_sensor).all()
