@@ -18,7 +18,8 @@ from pipeline.console.rate_text import rate_verdict
 from pipeline.stages.poses import Recordings
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
-from pipeline.text.formatting import DISPLAY, NAME_WIDTH, aligned, count, with_sd
+from pipeline.text.formatting import DISPLAY, NAME_WIDTH, count, with_sd
+from pipeline.text.tables import table_lines
 
 WORST_POSES = 3  #: poses that `pipeline diagnose` names
 RANKED = 6  #: candidates that `pipeline diagnose` shows
@@ -61,7 +62,7 @@ def parameter_lines(result: TriadResult) -> list[str]:
     if result.frame is not None:
         angles = zip(result.frame.angles_rad, result.frame.sd_rad, strict=True)
         rows.append(["  to accelerometer [rad]", *(with_sd(v, s) for v, s in angles)])
-    lines = aligned(rows, indent="")
+    lines = table_lines(rows, indent="")
     if result.prediction is not None:
         lines.append(f"  {prediction_text(result)}")
     if result.calibration.widening > 1:
@@ -205,7 +206,7 @@ def ranking_lines(result: TriadResult) -> list[str]:
         ]
         for each in diagnosis.ranking[:RANKED]
     ]
-    lines = aligned(rows)
+    lines = table_lines(rows)
     for limit in diagnosis.limits[:RANKED]:
         lines.append(f"  at 95 % no larger than: {limit.name} {limit.value:.2g} {limit.unit}")
     if diagnosis.blind:

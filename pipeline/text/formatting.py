@@ -1,4 +1,4 @@
-"""Numbers, units and tables as people read them; everything else is in SI units."""
+"""Numbers and units as people read them; everything else is in SI units."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -14,8 +14,6 @@ DISPLAY: Mapping[str, tuple[str, float]] = {
 }
 RPM = 2 * math.pi / 60  #: rad/s
 NAME_WIDTH = 15  #: of a stage's name at the beginning of its line
-
-Rows = Sequence[Sequence[str]]
 
 
 def relative(value: float) -> str:
@@ -40,15 +38,6 @@ def short_model(names: Sequence[str]) -> str:
     base = [name for name in names if name in BASE]
     stem = "base" if set(base) == set(BASE) else " ".join(base)
     return " ".join([stem, *added]).strip()
-
-
-def aligned(rows: Rows, indent: str = "  ") -> list[str]:
-    """The rows with every column but the last padded to its width; the first column to the left."""
-    widths = [max(len(row[j]) for row in rows if j < len(row)) for j in range(max(map(len, rows)))]
-    return [
-        (indent + "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=False))).rstrip()
-        for row in rows
-    ]
 
 
 # --- sizes of effects in the units of data sheets: °/s per g, mg per K, ppm ----------------------
