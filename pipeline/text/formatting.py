@@ -1,10 +1,9 @@
 """Numbers and units as people read them; everything else is in SI units."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 
 from calib.earth import STANDARD_GRAVITY_M_S2
-from calib.effects.catalogue import BASE
 from calib.fit.rounding import with_sd as with_sd
 
 #: Unit in which a triad's errors are shown, and how many of it one SI unit is.
@@ -30,14 +29,6 @@ def relative(value: float) -> str:
 def count(n: int, noun: str) -> str:
     """``1 pose``, ``18 poses``."""
     return f"{n} {noun}{'' if n == 1 else 's'}"
-
-
-def short_model(names: Sequence[str]) -> str:
-    """A model's name: the paper's nine parameters, and what was added to them."""
-    added = [f"+ {name}" for name in names if name not in BASE]
-    base = [name for name in names if name in BASE]
-    stem = "base" if set(base) == set(BASE) else " ".join(base)
-    return " ".join([stem, *added]).strip()
 
 
 # --- sizes of effects in the units of data sheets: °/s per g, mg per K, ppm ----------------------
