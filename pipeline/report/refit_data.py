@@ -26,6 +26,7 @@ from calib.diagnosis.search.refit import refit
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import Effect
+from calib.effects.units import display_unit
 from calib.fit.column_scaling import unit_columns
 from calib.fit.identifiability import VISIBLE_SHARE
 from calib.fit.leave_one_out import LARGEST_LEVERAGE
@@ -37,7 +38,7 @@ from pipeline.report.pose_charts import SHOWN_SD
 from pipeline.report.svg import NICE
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
-from pipeline.text.formatting import DISPLAY, display_unit
+from pipeline.text.formatting import DISPLAY
 
 DIGITS = 7
 SHAPE_STEP = 1e-3  #: relative step of the derivative with respect to a shape parameter
