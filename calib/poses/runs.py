@@ -8,7 +8,7 @@ import numpy as np
 from calib.earth import EARTH_RATE_RAD_S, earth_rate_horizontal, earth_rate_vertical
 from calib.errors import Remedy, Undetermined
 from calib.poses.averaging import PoseMean
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseRun
 from calib.poses.reference import CommonError, Reference, constant_reference
 
@@ -45,6 +45,12 @@ class PlateRate:
     sd_rad_s: FloatArray
     timebase_relative: float = 0.0
     direction: str | None = None
+
+    def of_poses(self, places: IntArray) -> "PlateRate":
+        """The rates of these poses of the run; the same where one rate holds for all."""
+        if len(self.rate_rad_s) == 1:
+            return self
+        return replace(self, rate_rad_s=self.rate_rad_s[places], sd_rad_s=self.sd_rad_s[places])
 
 
 def spin_sign(means: Sequence[PoseMean], direction: str | None) -> FloatArray:
