@@ -14,11 +14,12 @@ if TYPE_CHECKING:
 class ClipProgress:
     """A bar for each clip that is being tracked, from the first frame until :meth:`close`.
 
-    Clips are tracked in several threads. Nothing is shown, and rich is not imported, if standard
-    error is no terminal or every track is in the cache.
+    Clips are tracked in several threads. Nothing is shown, and rich is not imported, if the bars
+    are not to be ``visible``, standard error is no terminal, or every track is in the cache.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, visible: bool = True) -> None:
+        self._visible = visible
         self._bars: Progress | None = None
         self._tasks: dict[str, TaskID] = {}
         self._lock = threading.Lock()
@@ -36,7 +37,7 @@ class ClipProgress:
 
     def __call__(self, clip: str, done: int, stated: int | None) -> None:
         """Show that ``done`` frames of ``clip`` are done, of the ``stated`` number."""
-        if not sys.stderr.isatty():
+        if not (self._visible and sys.stderr.isatty()):
             return
         with self._lock:
             if self._bars is None:

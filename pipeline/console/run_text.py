@@ -9,6 +9,7 @@ import numpy as np
 
 from calib.diagnosis.unseen import together
 from calib.effects.catalogue import UnknownEffect, find_effect
+from calib.effects.units import display_unit
 from calib.fit.calibration import TriadParameters
 from calib.mounting.mounting import Mounting
 from calib.poses.attitudes import direction_name
@@ -18,7 +19,8 @@ from pipeline.console.rate_text import rate_verdict
 from pipeline.stages.poses import Recordings
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
-from pipeline.text.formatting import DISPLAY, NAME_WIDTH, aligned, count, with_sd
+from pipeline.text.formatting import DISPLAY, NAME_WIDTH, count, with_sd
+from pipeline.text.tables import table_lines
 
 WORST_POSES = 3  #: poses that `pipeline diagnose` names
 RANKED = 6  #: candidates that `pipeline diagnose` shows
@@ -61,7 +63,7 @@ def parameter_lines(result: TriadResult) -> list[str]:
     if result.frame is not None:
         angles = zip(result.frame.angles_rad, result.frame.sd_rad, strict=True)
         rows.append(["  to accelerometer [rad]", *(with_sd(v, s) for v, s in angles)])
-    lines = aligned(rows, indent="")
+    lines = table_lines(rows, indent="")
     if result.prediction is not None:
         lines.append(f"  {prediction_text(result)}")
     if result.calibration.widening > 1:
@@ -108,18 +110,21 @@ def effect_rows(result: TriadResult) -> list[list[str]]:
     for name, (values, sds) in result.calibration.effect_values().items():
         effect = model[name]
         linear = len(effect.parameters)
-        texts = [
-            f"{v:.3g} (not determined alone)" if isnan(s) else with_sd(v, s)
-            for v, s in zip(values, sds, strict=True)
-        ]
+        unit, factor = display_unit(effect.unit_for(result.triad), values[:linear])
+        texts = [_size(v * factor, s * factor)
+                 for v, s in zip(values[:linear], sds[:linear], strict=True)]
         for i in range(0, linear, len(AXES)):
             names = effect.parameters[i : i + len(AXES)]
             axis = f" {names[0][0]}" if linear > len(AXES) else ""
-            unit = effect.unit_for(result.triad)
             rows.append([f"  {name}{axis} [{unit}]", *texts[i : i + len(names)]])
         if effect.shape is not None:
-            rows.append([f"  {name} {effect.shape.name} [{effect.shape.unit}]", texts[-1]])
+            rows.append([f"  {name} {effect.shape.name} [{effect.shape.unit}]",
+                         _size(values[-1], sds[-1])])
     return rows
+
+
+def _size(value: float, sd: float) -> str:
+    return f"{value:.3g} (not determined alone)" if isnan(sd) else with_sd(value, sd)
 
 
 def verdict_line(result: TriadResult) -> str:
@@ -205,9 +210,10 @@ def ranking_lines(result: TriadResult) -> list[str]:
         ]
         for each in diagnosis.ranking[:RANKED]
     ]
-    lines = aligned(rows)
+    lines = table_lines(rows)
     for limit in diagnosis.limits[:RANKED]:
-        lines.append(f"  at 95 % no larger than: {limit.name} {limit.value:.2g} {limit.unit}")
+        unit, factor = display_unit(limit.unit, [limit.value])
+        lines.append(f"  at 95 % no larger than: {limit.name} {limit.value * factor:.2g} {unit}")
     if diagnosis.blind:
         lines.append(f"  these data cannot determine: {', '.join(diagnosis.blind)}")
     if result.unseen:

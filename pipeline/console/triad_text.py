@@ -1,6 +1,7 @@
-"""A configuration as text: one line per section."""
+"""A configuration as text: one line per section; and the same for programs."""
 
 from collections.abc import Iterator
+from typing import Any
 
 from pipeline.config.load import Config
 from pipeline.config.schema import PosesSection, VideoRateSection
@@ -27,6 +28,32 @@ def summary_lines(config: Config) -> Iterator[str]:
         yield f"gyroscope      model {', '.join(config.gyroscope.model)}"
     yield f"results        {config.output_folder}"
     yield f"next: pipeline run {path}"
+
+
+def summary_json(config: Config) -> dict[str, Any]:
+    """The same for programs; ``problems`` is empty, as the configuration is right."""
+    accelerometer, gyroscope = config.accelerometer, config.gyroscope
+    return {
+        "config": str(config.source.path),
+        "title": config.title,
+        "exit_code": 0,
+        "problems": [],
+        "sensor": config.sensor.name,
+        "rate": {name: {"clips": [str(path) for path in rate.video]}
+                 if isinstance(rate, VideoRateSection) else
+                 {"rate_rad_s": rate.rate_rad_s, "sd_rad_s": rate.sd_rad_s}
+                 for name, rate in config.rate.items()},
+        "accelerometer": None if accelerometer is None else {
+            "model": accelerometer.model, "files": _files(accelerometer.poses)},
+        "gyroscope": None if gyroscope is None else {
+            "model": gyroscope.model,
+            "runs": [{"rate": run.rate, "files": _files(run.poses)} for run in gyroscope.runs]},
+        "results": str(config.output_folder),
+    }
+
+
+def _files(poses: PosesSection) -> list[str]:
+    return [str(path) for paths in poses.files_by_key().values() for path in paths]
 
 
 def _poses(poses: PosesSection) -> str:
