@@ -89,7 +89,7 @@ def _effect_rows(population: TriadPopulation, named: Counter[str]) -> list[dict[
     """Each candidate: in how many sessions it is named, and what the pool says; strongest first."""
     pooled = population.pool
     best: dict[str, PooledTrial] = {}
-    for each in pooled.asked if pooled else ():
+    for each in pooled.candidates if pooled else ():
         if each.trial.name not in best or each.exponent > best[each.trial.name].exponent:
             best[each.trial.name] = each
     in_pool = {each.name for each in pooled.effects} if pooled else set()
@@ -98,10 +98,10 @@ def _effect_rows(population: TriadPopulation, named: Counter[str]) -> list[dict[
     rows = []
     for name in names:
         row = {"name": name, "sessions": named[name], "is_missing": name in in_pool}
-        asked = best.get(name)
-        row |= {"shown": "", "p_common": "", "p_any": ""} if asked is None else {
-            "shown": asked.sessions, "p_common": p_text(asked.p_common),
-            "p_any": p_text(asked.p_any)}
+        shown = best.get(name)
+        row |= {"shown": "", "p_common": "", "p_any": ""} if shown is None else {
+            "shown": shown.sessions, "p_common": p_text(shown.p_common),
+            "p_any": p_text(shown.p_any)}
         rows.append(row)
     return rows
 

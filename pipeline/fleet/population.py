@@ -125,7 +125,7 @@ def _triad_json(population: TriadPopulation) -> Json:
         "candidates": [] if pooled is None else [
             {"name": each.trial.name, "shape": each.trial.shape, "sessions": each.sessions,
              "p_common_size": each.p_common, "p_any_size": each.p_any}
-            for each in pooled.asked
+            for each in pooled.candidates
         ],
         "parameters": {
             each.name: _effects_json(each.of_lot) | {

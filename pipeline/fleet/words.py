@@ -26,7 +26,7 @@ def pool_text(population: TriadPopulation) -> str:
     lot = f"{count(len(population.rows), 'session')} of {count(len(pooled.sensors), 'sensor')}"
     if not pooled.effects:
         return (f"Nothing is missing in the lot: the evidence of {lot}, added up, shows none of "
-                f"{count(len(pooled.asked), 'candidate')} (false alarms in "
+                f"{count(len(pooled.candidates), 'candidate')} (false alarms in "
                 f"{100 * FALSE_ALARM:.0f} % of lots).")
     return f"Pooled over {lot}: " + " ".join(effect_text(each) for each in pooled.effects)
 

@@ -89,12 +89,12 @@ class PooledEffect:
 class Pool:
     """What is missing in a lot of n ``sensors``: ``effects``, the strongest first.
 
-    ``asked`` holds every candidate as the lot sees it before anything is named.
+    ``candidates`` are all of them, as the lot shows them before anything is named.
     """
 
     sensors: tuple[str, ...]
     effects: tuple[PooledEffect, ...]
-    asked: tuple[PooledTrial, ...]
+    candidates: tuple[PooledTrial, ...]
 
 
 def pool(lot: LotEvidence) -> Pool:
