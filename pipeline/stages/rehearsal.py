@@ -17,7 +17,8 @@ from calib.fit.calibration import TriadCalibration
 from calib.fit.solver import require_determinable
 from calib.poses.averaging import average_pose
 from calib.poses.imu_log import Triad
-from calib.poses.runs import TURNING_RAD_S, PlateRate
+from calib.poses.reference import PlateRate
+from calib.poses.runs import TURNING_RAD_S
 from pipeline.config.load import Config
 from pipeline.config.schema import KnownRateSection
 from pipeline.config.sensor import Specs, sensor_specs, triad_spec
@@ -28,7 +29,7 @@ from pipeline.stages.poses import Recording, Recordings, average_recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.run import check_session
 from pipeline.stages.session_logs import SessionLogs, Setting
-from pipeline.stages.site import Gravity
+from pipeline.stages.site import Gravity, gravity_of
 from pipeline.stages.triad_poses import (
     accelerometer_poses,
     gyroscope_poses,
@@ -51,10 +52,7 @@ def rehearse(config: Config) -> None:
     logs = check_session(config)
     stated = {name: stated_rate(name, rate) for name, rate in config.rate.items()
               if isinstance(rate, KnownRateSection)}
-    known = SessionLogs(
-        {setting: each for setting, each in logs.by_setting.items()
-         if setting.rate in (STOPPED, *stated)}, logs.notes)
-    recordings = average_recordings(config, known, stated)
+    recordings = average_recordings(config, logs, stated)
     accelerometer, gravity = _accelerometer(config, recordings)
     _gyroscope(config, logs, stated, recordings, accelerometer, gravity)
     if accelerometer is not None:
@@ -68,7 +66,9 @@ def _accelerometer(
     defined = _expressions(config, "accelerometer")
     if section is None or sheet is None or defined is None:
         return None, None
-    poses, gravity = accelerometer_poses(config, recordings)
+    assert config.site is not None  # by the configuration's rules
+    gravity = gravity_of(config.site)
+    poses = accelerometer_poses(config, recordings, gravity).used
     model, _, _ = model_on(section.model, defined, poses)
     return calibrate(poses, model, triad_spec(sheet), solver=section.solver,
                      loss=section.loss), gravity
@@ -90,12 +90,13 @@ def _gyroscope(
     filmed = [run for run in section.runs if run.rate not in (STOPPED, *stated)]
     if filmed:
         specs = sensor_specs(config.sensor)
-        felt = _felt(logs, [Setting(run.poses, run.rate) for run in filmed], specs)
+        felt = _felt(logs, [Setting.of(run) for run in filmed], specs)
         if felt is None:
             return
         recordings = Recordings({**recordings.by_setting, **felt[0]})
         rates |= felt[1]
-    poses = gyroscope_poses(config, rates, recordings, accelerometer)
+    correct = accelerometer.correct if accelerometer else None
+    poses = gyroscope_poses(config, rates, recordings, correct).used
     model, _, _ = model_on(section.model, defined, poses)
     if filmed:
         require_determinable(poses, model)
@@ -137,6 +138,7 @@ def _felt(
         if not (turning > TURNING_RAD_S).all():
             return None
         rate = float(np.median(turning))
-        recordings[setting] = Recording(means, min(float(log.time_s[0]) for log in each))
+        recordings[setting] = Recording(
+            means, min(float(log.time_s[0]) for log in each), logs.choices[setting].kept)
         rates[setting.rate] = PlateRate(setting.rate, np.array([rate]), np.array([0.01 * rate]))
     return recordings, rates

@@ -1,44 +1,57 @@
 """What a triad is calibrated from: its poses, and the model as they can evaluate it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 from calib.effects.effect import Effect
 from calib.effects.needs import unavailable
 from calib.effects.user_defined import fault_of_user_effect
 from calib.errors import Remedy, Undetermined
-from calib.fit.calibration import TriadCalibration
 from calib.fit.model import Model
-from calib.poses.pose_set import PoseSet, pose_set
-from calib.poses.runs import PlateRate, gravity_run, stopped_run, turning_run
+from calib.poses.averaging import PoseMean
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import FloatArray, IntArray
+from calib.poses.pose_set import PoseRun, PoseSet, pose_set
+from calib.poses.reference import PlateRate
+from calib.poses.runs import gravity_run, stopped_run, turning_run
 from pipeline.config.load import Config
 from pipeline.config.types import STOPPED
-from pipeline.stages.poses import Recordings
-from pipeline.stages.site import Gravity, gravity_of, latitude_of
+from pipeline.stages.excluded_poses import Recorded
+from pipeline.stages.poses import Recording, Recordings
+from pipeline.stages.site import Gravity, latitude_of
 
 
-def accelerometer_poses(config: Config, recordings: Recordings) -> tuple[PoseSet, Gravity]:
-    """The poses at rest, and the gravity that they are measured against.
+@dataclass(frozen=True, eq=False)
+class TriadPoses:
+    """The recordings of a triad by run, and how poses of these runs become one set."""
 
-    Raises
-    ------
-    Undetermined
-        The readings are nowhere near gravity, or an axis is stuck.
-    """
-    # The configuration's rules refuse an accelerometer without a site.
+    recorded: tuple[tuple[str, Recording], ...]
+    poses_of: Callable[[Recorded], PoseSet]
+
+    @property
+    def used(self) -> PoseSet:
+        """All poses that the configuration does not exclude."""
+        return self.poses_of([(each.means, each.places) for _, each in self.recorded])
+
+
+def accelerometer_poses(config: Config, recordings: Recordings, gravity: Gravity) -> TriadPoses:
+    """The poses at rest, measured against ``gravity``."""
     assert config.accelerometer is not None
-    assert config.site is not None
-    gravity = gravity_of(config.site)
-    means = recordings.of(config.accelerometer.poses).means
-    run = gravity_run(STOPPED, means, gravity.value_m_s2, gravity.sd_m_s2)
-    return pose_set("accelerometer", [run], recordings.origin_s), gravity
+
+    def poses_of(recorded: Recorded) -> PoseSet:
+        ((means, _),) = recorded
+        run = gravity_run(STOPPED, means, gravity.value_m_s2, gravity.sd_m_s2)
+        return pose_set("accelerometer", [run], recordings.origin_s)
+
+    return TriadPoses(((STOPPED, recordings.of(config.accelerometer)),), poses_of)
 
 
 def gyroscope_poses(
     config: Config,
     rates: Mapping[str, PlateRate],
     recordings: Recordings,
-    accelerometer: TriadCalibration | None,
-) -> PoseSet:
+    correct_force: Callable[[Conditions], FloatArray] | None,
+) -> TriadPoses:
     """The poses of all runs of the gyroscope.
 
     Parameters
@@ -47,32 +60,29 @@ def gyroscope_poses(
         The plate's rates by setting.
     recordings : Recordings
         The averaged poses.
-    accelerometer : TriadCalibration or None
-        Corrects the specific force of the poses.
-
-    Raises
-    ------
-    Undetermined
-        The gyroscope does not turn where the plate does, or turns where it stands.
+    correct_force : callable or None
+        The calibration of the accelerometer, see :func:`calib.poses.pose_set.pose_set`.
     """
     assert config.gyroscope is not None
     latitude = latitude_of(config.site)
-    runs = []
-    for section in config.gyroscope.runs:
-        means = recordings.of(section.poses, section.rate).means
-        runs.append(
-            stopped_run(section.rate, means, latitude)
-            if section.rate == STOPPED
-            else turning_run(means, rates[section.rate], latitude)
-        )
-    return pose_set("gyroscope", runs, recordings.origin_s,
-                    accelerometer.correct if accelerometer else None)
+    recorded = tuple((section.rate, recordings.of(section)) for section in config.gyroscope.runs)
+
+    def run_of(name: str, means: Sequence[PoseMean], places: IntArray) -> PoseRun:
+        if name == STOPPED:
+            return stopped_run(name, means, latitude)
+        return turning_run(means, rates[name].of_poses(places), latitude)
+
+    def poses_of(each: Recorded) -> PoseSet:
+        runs = [run_of(name, *one) for (name, _), one in zip(recorded, each, strict=True)]
+        return pose_set("gyroscope", runs, recordings.origin_s, correct_force)
+
+    return TriadPoses(recorded, poses_of)
 
 
 def senses_of(config: Config, recordings: Recordings) -> dict[str, float]:
     """How the plate turns in each run by the accelerometer, see :class:`Recording`."""
     sections = config.gyroscope.runs if config.gyroscope else ()
-    return {run.rate: recordings.of(run.poses, run.rate).sense for run in sections}
+    return {run.rate: recordings.of(run).sense for run in sections}
 
 
 def model_on(

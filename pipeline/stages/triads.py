@@ -26,11 +26,13 @@ from pipeline.config.schema import AccelerometerSection, GyroscopeSection
 from pipeline.config.sensor import triad_spec
 from pipeline.errors import ConfigError
 from pipeline.stages.context import RunContext
+from pipeline.stages.excluded_poses import ExcludedPose, predicted_poses
 from pipeline.stages.logged_columns import check_covariates
 from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
-from pipeline.stages.site import Gravity
+from pipeline.stages.site import Gravity, gravity_of
 from pipeline.stages.triad_poses import (
+    TriadPoses,
     accelerometer_poses,
     gyroscope_poses,
     model_on,
@@ -47,7 +49,8 @@ class TriadResult:
     ``unseen`` the sds by what these poses cannot see, if the sensor is typical of its class;
     ``gravity`` is the reference of an accelerometer, None for a gyroscope; ``frame`` its rotation
     against the accelerometer, None for an accelerometer and where the poses do not show it;
-    ``warnings`` where two stages contradict each other.
+    ``warnings`` where two stages contradict each other; ``excluded`` the poses that the
+    configuration leaves out.
     """
 
     calibration: TriadCalibration
@@ -58,6 +61,7 @@ class TriadResult:
     gravity: Gravity | None = None
     frame: FrameRotation | None = None
     warnings: tuple[str, ...] = ()
+    excluded: tuple[ExcludedPose, ...] = ()
 
     @property
     def triad(self) -> Triad:
@@ -127,11 +131,15 @@ def calibrate_accelerometer(
     """
     if config.accelerometer is None:
         return None
-    assert config.sensor.accelerometer is not None  # the rules refuse one without a data sheet
-    poses, gravity = accelerometer_poses(config, recordings)
+    # The configuration's rules refuse an accelerometer without a site and a data sheet.
+    assert config.site is not None
+    assert config.sensor.accelerometer is not None
+    gravity = gravity_of(config.site)
+    poses = accelerometer_poses(config, recordings, gravity)
     spec = triad_spec(config.sensor.accelerometer)
     defined = user_effects(config, "accelerometer", context.allow_python)
-    return _calibrated(poses, config.accelerometer, spec, defined, config, gravity)
+    result = _calibrated(poses.used, config.accelerometer, spec, defined, config, gravity)
+    return _with_excluded(result, poses)
 
 
 def calibrate_gyroscope(
@@ -166,8 +174,9 @@ def calibrate_gyroscope(
     if config.gyroscope is None:
         return None
     assert config.sensor.gyroscope is not None
-    poses = gyroscope_poses(config, {name: rate.plate for name, rate in rates.items()}, recordings,
-                            accelerometer.calibration if accelerometer else None)
+    of_runs = gyroscope_poses(config, {name: rate.plate for name, rate in rates.items()}, recordings,
+                              accelerometer.calibration.correct if accelerometer else None)
+    poses = of_runs.used
     unknown: tuple[str, ...] = ()
     if accelerometer is not None and accelerometer.gravity is not None:
         require_gravity(poses, accelerometer.calibration, accelerometer.gravity.value_m_s2)
@@ -179,11 +188,20 @@ def calibrate_gyroscope(
                          if accelerometer and not unknown else None)
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
+    result = _with_excluded(result, of_runs)
     return replace(
         result,
         frame=frame_rotation(result.calibration.fit, beside),
         warnings=(*result.warnings, *unknown, *direction_against_clip(poses, filmed)),
     )
+
+
+def _with_excluded(result: TriadResult, poses: TriadPoses) -> TriadResult:
+    """The result with the poses that the configuration excludes, run by run."""
+    return replace(result, excluded=predicted_poses(
+        result.calibration.fit, [name for name, _ in poses.recorded],
+        [(each.means, each.places) for _, each in poses.recorded],
+        [each.excluded for _, each in poses.recorded], poses.poses_of))
 
 
 def _calibrated(

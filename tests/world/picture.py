@@ -3,8 +3,8 @@
 The reflectance of the plate is kept as a polar image, in which turning is a shift along the rows:
 each pixel's place on the plate is computed once from the true perspective of a pinhole camera, and
 a frame is one look-up at (radius, azimuth - θ) in the rectangle that holds the plate. Nothing is
-resampled twice and nothing is rotated in pixels. Exposure averages the polar image over the angle swept; a rolling shutter gives each
-picture row its own θ.
+resampled twice and nothing is rotated in pixels. Exposure averages the polar image over the angle
+swept; a rolling shutter gives each picture row its own θ.
 
 Every edge is drawn from its signed distance with a ramp one picture pixel wide (the blur of an
 ordinary lens) and every pixel averages 2 x 2 samples, so that edges move by exact fractions of a
