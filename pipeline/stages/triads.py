@@ -174,8 +174,9 @@ def calibrate_gyroscope(
     if config.gyroscope is None:
         return None
     assert config.sensor.gyroscope is not None
-    of_runs = gyroscope_poses(config, {name: rate.plate for name, rate in rates.items()}, recordings,
-                              accelerometer.calibration.correct if accelerometer else None)
+    plates = {name: rate.plate for name, rate in rates.items()}
+    correct = accelerometer.calibration.correct if accelerometer else None
+    of_runs = gyroscope_poses(config, plates, recordings, correct)
     poses = of_runs.used
     unknown: tuple[str, ...] = ()
     if accelerometer is not None and accelerometer.gravity is not None:
