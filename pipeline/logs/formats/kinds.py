@@ -79,6 +79,9 @@ def kind_of(path: Path) -> Kind | None:
         It cannot be read, or is of a kind that is known and not read here.
     """
     if path.is_dir():
+        if not (path / BAG_FOLDER_MARK).is_file():
+            raise UnreadableInput(f"{path}: is a folder; a file is expected, or the folder of a "
+                                  f"ROS 2 bag with its {BAG_FOLDER_MARK}.")
         return ROS
     try:
         require_file(path)
