@@ -22,7 +22,7 @@ from calib.fit.calibration import TriadParameters
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 
-MOST_DECIMALS = 9
+MOST_DECIMALS = 9  #: of a value on a certificate: none states more
 LARGEST_MISALIGNMENT = 0.5
 """Elements of a certificate's alignment matrix beside the diagonal; beyond, it is not one."""
 

@@ -28,8 +28,8 @@ LARGEST_DRIFT = 0.02
 """Of gravity, by which a low-cost accelerometer may have drifted since its own poses; as
 :data:`calib.mounting.mounting.WRONG_GRAVITY`."""
 
-PLATE_RADIUS_M = 0.15
-FEWEST_POSES = 3
+PLATE_RADIUS_M = 0.15  #: m; fact: of a record
+FEWEST_POSES = 3  #: of a run; derived: the median of fewer is that of one pose
 UNKNOWN_SD = 5.0
 """Sds of the calibrated |f| within which nothing is contradicted: a chance below 1e-6 a pose."""
 

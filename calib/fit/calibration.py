@@ -29,8 +29,8 @@ from calib.poses.imu_log import FloatArray, Triad
 
 NOISE = "noise"
 
-BASE_SIZE = 9
-COMPLEX_STEP = 1e-30
+BASE_SIZE = 9  #: parameters of Angrisano et al. eq. (3)
+COMPLEX_STEP = 1e-30  #: its square is nothing beside one, so the derivative is exact to rounding
 
 
 @dataclass(frozen=True, eq=False)

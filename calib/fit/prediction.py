@@ -23,7 +23,7 @@ from calib.poses.reference import Reference
 SPREAD_DIRECTIONS = 200
 """Beside the 26 natural ones, 14° apart: the sd is a smooth function of second order in n."""
 
-SAME_MAGNITUDE = 0.01
+SAME_MAGNITUDE = 0.01  #: relative; a gain's error is the same at both to 1 % of itself
 LARGEST_TO_POSE = 1.5
 """Where a calibration knows a direction this many times worse than one pose laid there would show,
 that pose would nearly halve its error there. 18 wedge poses stay at 0.8; without those of one face

@@ -17,7 +17,7 @@ from calib.noise.allan import LONGEST, AllanCurve, allan_variances, averaging_fa
 from calib.noise.spectra import FLICKER, NAMES, variance_columns, variance_covariance
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
-ITERATIONS = 6
+ITERATIONS = 6  #: of the weights; numerical limit
 OPTIONAL = ("quantisation", "rate_ramp")
 """What few sensors show, and what takes from the random walk and the density beside it."""
 

@@ -36,15 +36,15 @@ from calib.poses.pose_checks import (
 )
 from calib.poses.sway import check_calm, sway_square
 
-HARMONICS = (1, 2)
+HARMONICS = (1, 2)  #: per turn; fact: tilt once, ellipticity twice
 LEAST_PER_TURN = 5
 """Samples per turn by which the second harmonic is told from a mean."""
 
 LONGEST_PAUSE = 0.25
 """Of a turn, in which no sample was logged."""
 
-SHORTEST_SAMPLES = 2 * BATCHES
-MOST_DECIMALS = 9
+SHORTEST_SAMPLES = 2 * BATCHES  #: derived: two in each batch
+MOST_DECIMALS = 9  #: of a logged value in SI units; beyond them it counts as not rounded
 PRINTED_TOLERANCE = 1e-6
 """Of the last decimal: far above the rounding of a double, far below one."""
 

@@ -19,7 +19,7 @@ CHANCE = 1e-6
 SHORTEST_BLOCK = 10
 """Sensors read faster than they measure repeat each reading a few times."""
 
-BLOCKS_LISTED = 4
+BLOCKS_LISTED = 4  #: it chooses words only
 
 
 def frozen_samples(log: ImuLog) -> BoolArray:

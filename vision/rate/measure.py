@@ -48,7 +48,7 @@ from vision.rate.unwrap import continuous_angle, rate_history, rough_rate, usabl
 from vision.rate.wow_flutter import SpeedFigures, speed_figures
 
 FEWEST_USABLE = 12  # frames
-FEWEST_TURNS = 1.0
+FEWEST_TURNS = 1.0  #: fact: less shows no point of the plate twice
 
 
 @dataclass(frozen=True)

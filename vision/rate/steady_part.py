@@ -13,7 +13,7 @@ from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.phase_track import PhaseTrack, RateHistory
 
-FEWEST_FRAMES = 12
+FEWEST_FRAMES = 12  #: of a part; two per parameter of the phase's model
 
 
 @dataclass(frozen=True)
