@@ -22,6 +22,7 @@ from calib.effects.effect import Effect
 from calib.fit.model import Model, stack_columns
 from calib.fit.sensitive_axes import (
     ALIGNED,
+    NO_GAIN,
     Axes,
     axes_of,
     follows_vector,
@@ -204,6 +205,8 @@ class Equations:
     def _axes_slopes(self, theta: FloatArray, axes: Axes) -> FloatArray:
         """dT/dtheta for the parameters of the reading, (p', 3, 3)."""
         diagonal = 1 + theta[self.reading_index] @ np.einsum("pii->pi", self.matrix_slopes)
+        if (np.abs(diagonal) < NO_GAIN).any():  # the axes are held there, see ``axes_of``
+            return np.zeros_like(self.matrix_slopes)
         diagonal_slopes = np.einsum("pii->pi", self.matrix_slopes)[:, None, :]
         return np.asarray((self.matrix_slopes - axes.to_orthogonal * diagonal_slopes) / diagonal)
 

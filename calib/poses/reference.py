@@ -33,6 +33,12 @@ class PlateRate:
     timebase_relative: float = 0.0
     direction: str | None = None
 
+    def of_poses(self, places: IntArray) -> "PlateRate":
+        """The rates of these poses of the run; the same where one rate holds for all."""
+        if len(self.rate_rad_s) == 1:
+            return self
+        return replace(self, rate_rad_s=self.rate_rad_s[places], sd_rad_s=self.sd_rad_s[places])
+
 
 @dataclass(frozen=True)
 class CommonError:

@@ -48,6 +48,7 @@ def triad_json(
         "worst_poses": [pose.label for pose in comparison.worst(WORST_POSES)],
         "misfit_follows": result.diagnosis.follows,
         "poses": _poses(result),
+        "excluded": _excluded(result),
         "prediction": _prediction(result),
         "diagnosis": _diagnosis(result),
         "correction": correction_json(result, user_effects, folder),
@@ -113,6 +114,19 @@ def _poses(result: TriadResult) -> list[Json]:
             "columns": {name: number(values[i]) for name, values in poses.columns.items()},
         }
         for i, pose in enumerate(result.comparison.poses)
+    ]
+
+
+def _excluded(result: TriadResult) -> list[Json]:
+    """The poses that the configuration leaves out, with what the fit makes of them."""
+    return [
+        {
+            "label": each.label,
+            "run": each.run,
+            "residual": number(each.predicted.residual.residual) if each.predicted else None,
+            "sd": number(each.predicted.residual.sd) if each.predicted else None,
+        }
+        for each in result.excluded
     ]
 
 

@@ -216,7 +216,7 @@ def _bad_pose(case: _Case) -> Explanation:
         what, verb = f"One pose does not agree with the others: {names}", "it"
     else:
         what, verb = f"{len(poses)} poses do not agree with the others: {names}", "them"
-    again = f"Record {verb} again, or take {verb} out of the list of poses"
+    again = f"Record {verb} again, or exclude {verb}"
     short = f"the {'pose' if len(poses) == 1 else 'poses'} {names} contradict the others"
     if len(poses) == 1:
         short = f"the pose {names} contradicts the others"

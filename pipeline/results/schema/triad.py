@@ -58,6 +58,15 @@ class PoseResult(Part):
     columns: dict[str, MaybeNumber] = means("mean of every further column of the log")
 
 
+class ExcludedResult(Part):
+    """A pose that the configuration excludes."""
+
+    label: Text = means("its log")
+    run: Text = means("its plate setting")
+    residual: MaybeNumber = means("residual by the fit without it, SI; null where it is no pose")
+    sd: MaybeSd = means("its sd")
+
+
 class PredictionResult(Part):
     """What a corrected magnitude will err by on the next log, 1 sd, SI."""
 
@@ -162,6 +171,8 @@ class TriadSection(Part):
     worst_poses: list[Text] = means("poses with the largest residuals")
     misfit_follows: Text | None = means("what the misfit follows")
     poses: list[PoseResult] = means("every pose", min_length=1)
+    excluded: list[ExcludedResult] = means(
+        "poses that the configuration excludes", default_factory=list)
     prediction: PredictionResult | None = means("error to expect of the next log")
     diagnosis: TriadVerdict = means("what the model misses")
     correction: CorrectionResult = means("what `apply` and `export` need")
