@@ -112,6 +112,17 @@ def unknown_force(poses: PoseSet, accelerometer: TriadCalibration) -> tuple[str,
 
     Then an effect of its model rests on conditions that its own poses did not have, and nothing is
     to be compared with the specific force.
+
+    Parameters
+    ----------
+    poses : PoseSet
+        Of the gyro, with calibrated specific force.
+    accelerometer : TriadCalibration
+
+    Returns
+    -------
+    tuple of str
+        The warning, or nothing.
     """
     assert poses.other_reading is not None  # only ideal poses have none
     sound = np.flatnonzero(np.isfinite(poses.force).all(axis=1))

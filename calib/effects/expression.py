@@ -69,7 +69,16 @@ class BadExpression(CalibrationError):
 
 @dataclass(frozen=True)
 class Expression:
-    """A checked expression; ``names`` and ``runs`` are those it uses, ``shapes`` its parameters."""
+    """A checked expression.
+
+    Attributes
+    ----------
+    text : str
+        As the user wrote it.
+    tree : ast.expr
+    names, runs, shapes : tuple of str
+        The columns, runs and shape parameters that it uses.
+    """
 
     text: str
     tree: ast.expr

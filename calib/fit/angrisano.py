@@ -18,10 +18,10 @@ import numpy as np
 
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, FitFailed, Remedy
-from calib.fit.calibration import TriadParameters, theta_of
 from calib.fit.column_scaling import unit_columns
 from calib.fit.identifiability import require_determined, require_enough
 from calib.fit.model import Model
+from calib.fit.parameters import TriadParameters, theta_of
 from calib.fit.problem import Estimate, Problem, Solution
 from calib.fit.residuals import Equations
 from calib.fit.result import Fit, finish

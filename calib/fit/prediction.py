@@ -42,11 +42,20 @@ Geodetic Networks*, 1968): at 0.01 from 41, while the rest of it stands in the p
 class Prediction:
     """Sd of a corrected magnitude over the sphere of directions, SI.
 
-    ``sd_median`` and ``sd_worst`` over all directions and magnitudes, ``worst_direction`` (3,) the
-    unit vector of the latter, ``noise_worst`` the largest sd without the errors that the
-    references have in common, ``pose_sd`` the typical sd of the magnitude of one pose.
-    ``wanted`` are the natural directions in which poses would mend that, the best first, and
-    ``unchecked`` the poses that no other pose checks (:data:`LEAST_REDUNDANCY`).
+    Attributes
+    ----------
+    sd_median, sd_worst : float
+        Over all directions and magnitudes.
+    worst_direction : array, shape (3,)
+        Unit vector of ``sd_worst``.
+    noise_worst : float
+        The largest sd without the errors that the references have in common.
+    pose_sd : float
+        The typical sd of the magnitude of one pose.
+    wanted : tuple of array, shape (3,)
+        Natural directions in which poses would mend that, the best first.
+    unchecked : tuple of str
+        The poses that no other pose checks (:data:`LEAST_REDUNDANCY`).
     """
 
     sd_median: float

@@ -27,7 +27,15 @@ SLOPE_STEP = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class Axes:
-    """T of eq. (2): ``to_orthogonal`` (3, 3) from the sensitive axes, ``to_sensed`` its inverse."""
+    """T of Angrisano et al. eq. (2).
+
+    Attributes
+    ----------
+    to_orthogonal : array, shape (3, 3)
+        From the sensitive axes to the orthogonal ones.
+    to_sensed : array, shape (3, 3)
+        Its inverse.
+    """
 
     to_orthogonal: FloatArray
     to_sensed: FloatArray

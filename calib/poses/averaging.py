@@ -51,13 +51,21 @@ PRINTED_TOLERANCE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class TriadMean:
-    """Mean of one triad over one pose, in nominal SI units.
+    """Mean of one triad over one pose, in nominal SI units; NaN where it was not logged.
 
-    ``mean`` (3,), ``variance`` and ``coarse_variance`` (3,) of that mean from BATCHES and from
-    COARSE_BATCHES batches, ``scatter`` (3,) variance of the samples about it, ``step`` (3,) between
-    neighbouring values of the log (infinite where there was one value only), ``unit`` (3,) the
-    least step that its converter or its decimals can have; all NaN where the triad was not logged.
-    ``envelope`` (e, 2, 3) lowest and highest sample of equal stretches.
+    Attributes
+    ----------
+    mean : array, shape (3,)
+    variance, coarse_variance : array, shape (3,)
+        Of that mean, from BATCHES and from COARSE_BATCHES batches.
+    scatter : array, shape (3,)
+        Variance of the samples about it.
+    step : array, shape (3,)
+        Between neighbouring values of the log; infinite where there was one value only.
+    unit : array, shape (3,)
+        The least step that its converter or its decimals can have.
+    envelope : array, shape (e, 2, 3)
+        Lowest and highest sample of equal stretches.
     """
 
     mean: FloatArray
@@ -71,11 +79,22 @@ class TriadMean:
 
 @dataclass(frozen=True, eq=False)
 class PoseMean:
-    """One averaged pose: both triads, the time it was taken and every logged column.
+    """One averaged pose.
 
-    ``creep_rad_s`` is how fast it turned although at rest, as far as gravity shows that;
-    ``sway_rad2`` the mean square of the angle by which it rocked, NaN without a gyroscope.
-    ``stated``: the mean and its sd come from a table; an sd that was not stated there is NaN.
+    Attributes
+    ----------
+    label : str
+    accelerometer, gyroscope : TriadMean
+    time_s, duration_s : float
+        Mean of its time stamps, and from the first to the last.
+    columns : dict of str to float
+        Mean of every further column of the log.
+    creep_rad_s : float
+        How fast it turned although at rest, as far as gravity shows that.
+    sway_rad2 : float
+        Mean square of the angle by which it rocked, rad²; NaN without a gyroscope.
+    stated : bool
+        Whether mean and sd come from a table; an sd that was not stated there is NaN.
     """
 
     label: str

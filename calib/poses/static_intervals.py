@@ -74,6 +74,10 @@ def find_still(
     search : StillSearch
         What the user overrules.
 
+    Returns
+    -------
+    StaticIntervals
+
     Raises
     ------
     Undetermined

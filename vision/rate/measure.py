@@ -161,6 +161,10 @@ def measure_rate(
     part : ClipPart
         What of the clip is measured; with it no other part is looked for.
 
+    Returns
+    -------
+    RateMeasurement
+
     Raises
     ------
     RateRefused

@@ -50,7 +50,13 @@ THRESHOLDS = SteadyPartThresholds()
 
 @dataclass(frozen=True)
 class ClipPart:
-    """The seconds of a clip that are measured; None is its beginning or its end."""
+    """The seconds of a clip that are measured.
+
+    Attributes
+    ----------
+    start_s, stop_s : float or None
+        By the time stamps of the clip; None is its beginning or its end.
+    """
 
     start_s: float | None = None
     stop_s: float | None = None

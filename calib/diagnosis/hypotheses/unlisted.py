@@ -79,7 +79,7 @@ def unknown_hypotheses(fit: Fit, columns: tuple[str, ...]) -> list[Hypothesis]:
     each = np.log(CONSTANTS.odds_unknown / max(len(names), 1))
     return [
         Hypothesis(f"~{name}", "unknown", float(each - np.log(count[name])), vectors=vectors,
-                   detail=detail)
+                   detail=detail, follows=name)
         for name, detail, vectors in forms
     ]
 

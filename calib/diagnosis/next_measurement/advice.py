@@ -36,7 +36,16 @@ class Advice:
 
 @dataclass(frozen=True, eq=False)
 class Rival:
-    """An effect with the size it is believed to have; None where these poses are blind to it."""
+    """An effect with the size it is believed to have.
+
+    Attributes
+    ----------
+    effect : Effect
+    size : array, shape (k,), or None
+        Its parameters, SI; None where these poses are blind to it.
+    shape : float or None
+        Its shape parameter, where it has one.
+    """
 
     effect: Effect
     size: FloatArray | None
