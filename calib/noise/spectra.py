@@ -20,7 +20,7 @@ import numpy as np
 
 from calib.poses.imu_log import FloatArray, IntArray
 
-FLICKER = 2 * math.log(2) / math.pi
+FLICKER = 2 * math.log(2) / math.pi  #: IEEE Std 952: Allan variance of flicker noise over B²
 NAMES = ("quantisation", "noise_density", "bias_instability", "random_walk", "rate_ramp")
 FREQUENCIES = 6000  #: of the integral, spaced by their logarithm
 LOWEST = 0.02  #: of the frequencies, times the inverse of the record's length

@@ -11,7 +11,7 @@ from vision.phase_track import BoolArray
 from vision.video import Luma
 
 MEDIAN_OF = 31  # frames; something in the way for a third of them leaves the median alone
-GOLDEN = (np.sqrt(5) - 1) / 2
+GOLDEN = (np.sqrt(5) - 1) / 2  #: fraction of the golden ratio: its multiples spread evenly
 
 
 @dataclass(frozen=True)

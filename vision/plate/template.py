@@ -17,7 +17,7 @@ from vision.geometry import FloatArray
 from vision.plate.polar import Grid, Spectra, Strips, ring_spectra, turns
 
 STANDING = 0.9  # |mean exp(ikθ)|² above which order k does not show whether it turns or stands
-RING_SPACING_PX = 1.0
+RING_SPACING_PX = 1.0  #: between rings: no pixel is passed over
 RINGS = (4, 32)  # at least and at most
 INFORMATION = 0.97  # of that on the angle, on the rings that are measured
 OVERSAMPLED = 4  # correlations per sample of azimuth
