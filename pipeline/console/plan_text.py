@@ -9,7 +9,7 @@ from calib.effects.effect import Effect
 from calib.planning.prospect import Prospect
 from calib.poses.attitudes import direction_name
 from pipeline.plan.outlook import TriadPlan
-from pipeline.text.formatting import relative
+from pipeline.text.formatting import DISPLAY, relative
 from pipeline.text.tables import table_lines
 
 NOISE = {
@@ -59,8 +59,7 @@ def plan_lines(plan: TriadPlan, effects: Sequence[Effect], full_scale: float) ->
 
 
 def _figures(plan: TriadPlan, outlooks: dict[str, Prospect]) -> list[list[str]]:
-    unit = "m/s²" if plan.triad == "accelerometer" else "°/s"
-    factor = 1.0 if plan.triad == "accelerometer" else math.degrees(1)
+    unit, factor = DISPLAY[plan.triad]
     rows = [["", *outlooks]]
     rows += [
         ["degrees of freedom", *(str(each.dof) for each in outlooks.values())],
