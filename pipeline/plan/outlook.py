@@ -22,11 +22,10 @@ from calib.poses.conditions import OTHER_TRIAD
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseRun, PoseSet, pose_set
-from calib.poses.reference import CommonError
+from calib.poses.reference import CommonError, PlateRate
 from calib.poses.runs import (
     GRAVITY,
     TIME_BASE,
-    PlateRate,
     gravity_run,
     stopped_run,
     turning_run,

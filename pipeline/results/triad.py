@@ -6,6 +6,7 @@ from pathlib import Path
 from calib.fit.calibration import uncertainty_budget
 from calib.poses.data_sheet import TriadSpec
 from pipeline.config.schema import EffectSection
+from pipeline.results.candidate import candidate_json
 from pipeline.results.json_values import Json, number, numbers
 from pipeline.results.read import PARAMETERS
 from pipeline.stages.triads import TriadResult
@@ -156,17 +157,7 @@ def _diagnosis(result: TriadResult) -> Json:
         "record_next": diagnosis.record_next,
         "blind": list(diagnosis.blind),
         "ranking": [
-            {
-                "name": each.name,
-                "log_evidence": number(each.log_evidence),
-                "chi2_drop": number(each.chi2_drop),
-                "size": numbers(each.size),
-                "sd": numbers(each.sd),
-                "rms_after": number(each.rms_after),
-                "loo_after": number(each.loo_after),
-                "blind": each.blind,
-                "aliases": list(each.aliases),
-            }
+            candidate_json(each, each.rms_after, each.loo_after)
             for each in diagnosis.ranking
         ]
         + [_blind(name) for name in diagnosis.blind],

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from calib.poses.data_sheet import Encoding
-from pipeline.results.schema.rate import PhaseVerdict
+from pipeline.results.schema.rate import FittedPart, PhaseVerdict
 from pipeline.results.schema.types import (
     LARGEST,
     Count,
@@ -40,14 +40,6 @@ class ParameterSds(Part):
     misalignment_rad: ThreeSds = means("of the misalignment")
     bias_counts: ThreeSds = means("of the bias")
     scale_counts_per_unit: ThreeSds = means("of the scale factors")
-
-
-class EffectValues(Part):
-    """An effect that was added to the nine parameters."""
-
-    values: list[MaybeNumber] = means("parameters, then the shape parameter")
-    sd: list[MaybeSd] = means("sds")
-    unit: Text = means("unit, then that of the shape parameter")
 
 
 class PoseResult(Part):
@@ -175,7 +167,7 @@ class TriadSection(Part):
     sd_parts: dict[str, ParameterSds] = means("what the sds are made of, by cause")
     sd_parts_if_typical: dict[str, ParameterSds] = means(
         "sds by effects that these poses cannot see, if the sensor is typical; not in the sds")
-    effects: dict[str, EffectValues] = means("added effects")
+    effects: dict[str, FittedPart] = means("added effects")
     worst_poses: list[Text] = means("poses with the largest residuals")
     misfit_follows: Text | None = means("what the misfit follows")
     poses: list[PoseResult] = means("every pose", min_length=1)
