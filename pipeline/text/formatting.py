@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 
 from calib.earth import STANDARD_GRAVITY_M_S2
-from calib.effects.catalogue import BASE
 from calib.fit.rounding import with_sd as with_sd
 
 #: Unit in which a triad's errors are shown, and how many of it one SI unit is.
@@ -36,6 +35,8 @@ def count(n: int, noun: str) -> str:
 
 def short_model(names: Sequence[str]) -> str:
     """A model's name: the paper's nine parameters, and what was added to them."""
+    from calib.effects.catalogue import BASE  # which `pipeline rate` never needs
+
     added = [f"+ {name}" for name in names if name not in BASE]
     base = [name for name in names if name in BASE]
     stem = "base" if set(base) == set(BASE) else " ".join(base)
