@@ -36,7 +36,8 @@ HOME = {
     "rosbags": ("pipeline.logs.formats.ros",),
     "pyulog": ("pipeline.logs.formats.px4",),
     "pymavlink": ("pipeline.logs.formats.ardupilot",),
-    "pyarrow": ("pipeline.logs.formats.parquet",),
+    "pyarrow": ("pipeline.logs.formats.parquet", "pipeline.fleet.table"),
+    "distributed": ("pipeline.fleet.cluster",),
     "h5py": ("pipeline.logs.formats.hdf5",),
     "pandas": ("calib.notebook",),
     "av": ("vision.av_decoder",),
@@ -44,7 +45,8 @@ HOME = {
 }
 #: Installed by an extra: what reads them says which where they are missing.
 EXTRAS = {"rosbags": "ros", "pyulog": "px4", "pymavlink": "ardupilot", "pyarrow": "parquet",
-          "h5py": "hdf5", "av": "fields", "pandas": "notebook", "allantools": "noise"}
+          "h5py": "hdf5", "av": "fields", "pandas": "notebook", "allantools": "noise",
+          "distributed": "fleet"}
 #: Which of our packages each may import besides itself.
 MAY_IMPORT = {"pipeline": {"vision", "calib"}, "vision": set(), "calib": set()}
 #: The way of the data inside a folder: a room imports from itself and from the floors before it,
@@ -59,11 +61,12 @@ FLOORS = {
     "calib.notebook": [("tables", "display"), ("calibration",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
-        ("diagnose", "unseen"), ("untested",),
+        ("diagnose", "unseen"), ("untested", "population"),
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
     "calib.diagnosis.search": [
-        ("evidence",), ("table", "refit"), ("sizes", "sets"), ("expansion", "odds"),
+        ("evidence", "raw_columns"), ("table", "refit"), ("beside", "sizes"), ("sets",),
+        ("expansion", "odds"),
     ],
     "calib.diagnosis.verdict": [("decision", "ranking", "wording"), ("explain",)],
     "vision": [
@@ -75,7 +78,8 @@ FLOORS = {
         ("errors", "text"), ("files",), ("logs",), ("devices",),
         ("config",), ("stages",),
         ("results", "record", "plan", "model_change", "playback", "guess"),
-        ("console", "export"), ("report",), ("session_folder",), ("commands",), ("cli",),
+        ("console", "export"), ("report",), ("session_folder",), ("fleet",), ("commands",),
+        ("cli",),
         ("__main__",),
     ],
 }

@@ -14,6 +14,7 @@ from itertools import combinations
 import numpy as np
 
 from calib.consistency.force import FACTORS, FALSE_ALARM
+from calib.consistency.quadric import least_chi2
 from calib.consistency.signed_axes import SIGNED_PERMUTATIONS, permutation_words
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, Contradiction
@@ -37,6 +38,11 @@ OTHER_GAIN = 0.01
 
 CERTAIN_SD = 5.0
 """Of a difference of gains; five times 3 axes of some runs leave a chance below 1e-5."""
+
+BOUND_SLACK = 4.0
+"""Times the chi-square that a mistake may leave: the bound holds to first order, and for gains that
+are the data sheet's within a third. Numerical; a mistake that explains nothing is a hundred times
+above."""
 
 FEWEST_OF_BLOCK = 3
 WORST_POSES = 2
@@ -77,7 +83,8 @@ def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None
         mistakes += _of_worst_poses(poses, fitted)
     before = _chi2(poses, base)
     whole = np.inf if before is None else before[0]
-    tried = [(*outcome, mistake) for mistake in mistakes
+    hopeful = _hopeful(mistakes, whole, len(poses))
+    tried = [(*outcome, mistake) for mistake in hopeful
              if (outcome := _chi2(mistake.undone, base)) is not None]
     if not tried:
         return
@@ -128,6 +135,17 @@ def require_one_sensor(poses: PoseSet, model: Model, fitted: Fit) -> None:
                 f"another sensor or range, or is the rate wrong? Check the files and the rate of "
                 f"this run."
             )
+
+
+def _hopeful(mistakes: Sequence[Mistake], whole: float, rows: int) -> list[Mistake]:
+    """Those that can leave little enough of the misfit to be named; a fit of each would take long.
+
+    ``whole`` is the chi-square as the session stands, infinite where there is no fit.
+    """
+    enough = LEFT_OVER * whole + rows if np.isfinite(whole) else rows / LEFT_OVER
+    least = least_chi2([mistake.undone for mistake in mistakes])
+    return [mistake for mistake, chi2 in zip(mistakes, least, strict=True)
+            if chi2 < BOUND_SLACK * enough]
 
 
 def _chi2(poses: PoseSet, model: Model) -> tuple[float, int] | None:

@@ -82,7 +82,7 @@ def require_common_axes(poses: PoseSet, vector: FloatArray, sense: Mapping[str, 
             f"{poses.label[odd[0]]}: on the turning plate both triads point along its axis, and in "
             f"this pose (and {odd.size - 1} others of {int(used.sum())}) they differ by "
             f"{np.degrees(angle[odd[0]]):.0f}°. Its axes are exchanged or mirrored in the log, or "
-            f"the two triads are not of the same pose. Record it again, or take it out of the list."
+            f"the two triads are not of the same pose. Record it again, or exclude it."
         )
 
 

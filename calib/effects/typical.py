@@ -55,6 +55,16 @@ class Size:
         """Geometric middle of the range in the SI unit of the effect's parameters."""
         return sqrt(self.low * self.high) * QUOTED[self.unit][0]
 
+    def within(self, unit: str, factor: float) -> str:
+        """The range in another unit, of which the SI unit of the parameters has ``factor``.
+
+        >>> between(0.5, 1.0, "mg/K").within("mm/s² per K", 1e3)
+        '4.9 to 9.81 mm/s² per K'
+        """
+        per = QUOTED[self.unit][0] * factor
+        low, high = (f"{end * per:.3g}" for end in (self.low, self.high))
+        return f"{low if low == high else f'{low} to {high}'} {unit}"
+
 
 @dataclass(frozen=True)
 class Typical:

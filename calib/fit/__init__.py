@@ -10,4 +10,5 @@
                                                                                            │
     leave_one_out, frame_alignment, calibration (alpha, b, k; budget) ─ prediction ────────┘
     correction: a model applied to readings
+    batch: the same fit for many sensors at once, as stacked arrays
 """

@@ -14,19 +14,19 @@ estimated from the scatter of the rows, and weights the fast runs down.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.spatial.transform import Rotation
 
 from calib.fit.column_scaling import pseudo_inverse
 from calib.fit.model import stack_columns
 from calib.fit.result import Fit
+from calib.fit.rotation import cross_matrix, nearest_rotation, rotation_vector
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import BoolArray, FloatArray
 
 FEWEST_POSES = 6
 ITERATIONS = 20
 LARGEST_PLACEMENT_M = 0.5
-PLACEMENT_TOLERANCE_M = 1e-12
+PLACEMENT_STEPS = 60
+PLACEMENT_TOLERANCE = 1e-12
 LEAST_SINGULAR = 1e-6
 """Relative singular value below which the lever is not seen and stays at zero."""
 
@@ -48,12 +48,6 @@ class FrameRotation:
     placement_m: float
 
 
-def cross_matrix(vector: FloatArray) -> FloatArray:
-    """The matrix of ``vector ×``, shape (3, 3)."""
-    x, y, z = vector
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-
-
 def _transverse(n: FloatArray) -> FloatArray:
     """Two unit vectors across each direction ``n`` (m, 3), shape (m, 2, 3)."""
     helper = np.eye(3)[np.argmin(np.abs(n), axis=1)]
@@ -71,13 +65,13 @@ class _TransverseRows:
     noise_sd: FloatArray
     per_metre: FloatArray
 
-    def solve(self, placement_m: float) -> tuple[FloatArray, FloatArray, float]:
-        """Solution (6,), covariance (6, 6) and chi-square with this scatter of the placement."""
+    def solve(self, placement_m: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Solution (6,), covariance (6, 6) and what is left of the rows (2m,), in their sds."""
         inverse, sd = self.inverse(placement_m)
         b = (self.residual / sd).ravel()
         solution = inverse @ b
         rest = b - (self.design / sd[:, :, None]).reshape(-1, 6) @ solution
-        return solution, inverse @ inverse.T, float(rest @ rest)
+        return solution, inverse @ inverse.T, rest
 
     def inverse(self, placement_m: float) -> tuple[FloatArray, FloatArray]:
         """What turns whitened rows into the solution, (6, 2m), and the rows' sd, (m, 1)."""
@@ -86,17 +80,26 @@ class _TransverseRows:
         return pseudo_inverse(a, LEAST_SINGULAR), sd
 
     def placement(self) -> float:
-        """The scatter of the placement at which chi-square is what it should be."""
+        """The scatter of the placement at which chi-square is what it should be, m.
+
+        The equation of Paule and Mandel (J. Res. NBS 87, 1982), by Newton's method: chi-square is
+        convex in the variance and falls, so no step from zero passes the root.
+        """
         dof = self.residual.size - 6
-
-        def excess(placement_m: float) -> float:
-            return self.solve(placement_m)[2] - dof
-
-        if excess(0.0) <= 0:
-            return 0.0
-        if excess(LARGEST_PLACEMENT_M) >= 0:
-            return LARGEST_PLACEMENT_M
-        return float(brentq(excess, 0.0, LARGEST_PLACEMENT_M, xtol=PLACEMENT_TOLERANCE_M))
+        variance = 0.0
+        for _ in range(PLACEMENT_STEPS):
+            rest = self.solve(np.sqrt(variance))[2]
+            sd = np.hypot(self.noise_sd, np.sqrt(variance) * self.per_metre)
+            slope = float((rest.reshape(-1, 2) ** 2).sum(axis=1) @ (self.per_metre / sd) ** 2)
+            excess = float(rest @ rest) - dof
+            if excess <= 0:
+                break
+            variance += excess / slope
+            if variance >= LARGEST_PLACEMENT_M**2:
+                return LARGEST_PLACEMENT_M
+            if excess <= PLACEMENT_TOLERANCE * dof:
+                break
+        return float(np.sqrt(variance))
 
 
 def frame_rotation(fit: Fit, accelerometer: Fit | None = None) -> FrameRotation | None:
@@ -125,7 +128,7 @@ def frame_rotation(fit: Fit, accelerometer: Fit | None = None) -> FrameRotation 
     n = np.sign(spin)[:, None] * s / speed[:, None]
     noise = np.hypot(poses.sd[used].mean(axis=1) / speed, _force_sd(fit, used) / gravity)
     per_metre = spin**2 / gravity
-    rotation = Rotation.align_vectors(f, n)[0].as_matrix()
+    rotation = nearest_rotation(f.T @ n)
     for _ in range(ITERATIONS):
         turned = n @ rotation.T
         across = _transverse(turned)
@@ -135,7 +138,7 @@ def frame_rotation(fit: Fit, accelerometer: Fit | None = None) -> FrameRotation 
         rows = _TransverseRows(residual, np.concatenate([turn, lever], axis=2), noise, per_metre)
         placement = rows.placement()
         solution, cov, _ = rows.solve(placement)
-        rotation = Rotation.from_rotvec(solution[:3]).as_matrix() @ rotation
+        rotation = nearest_rotation((np.eye(3) + cross_matrix(solution[:3])) @ rotation)
         if np.abs(solution[:3]).max() < 1e-12:
             break
     inverse, row_sd = rows.inverse(placement)
@@ -146,9 +149,7 @@ def frame_rotation(fit: Fit, accelerometer: Fit | None = None) -> FrameRotation 
         by_force = _moved(accelerometer, force) / gravity[:, None, None]
         cov += _carried(inverse, row_sd, across, by_force, accelerometer)
     sd = np.sqrt(np.diag(cov))
-    return FrameRotation(
-        Rotation.from_matrix(rotation).as_rotvec(), sd[:3], solution[3:], sd[3:], placement
-    )
+    return FrameRotation(rotation_vector(rotation), sd[:3], solution[3:], sd[3:], placement)
 
 
 def _moved(fit: Fit, vector: FloatArray) -> FloatArray:

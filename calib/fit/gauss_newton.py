@@ -13,8 +13,7 @@ rises. The robust loss (Huber) reweights the rows until the weights are steady.
 
 ``scipy.optimize.least_squares`` with the same rows, Jacobian, starts and tolerances ends at the
 same minima. For those of a diagnosis it takes 1.1 to 4 times as long, the most where a shape is
-free (``python -m tests.bench.bench_diagnose``); and it has no batches, which many sensors at once
-will want.
+free (``python -m tests.bench.bench_diagnose``). Many sensors at once: :mod:`calib.fit.batch`.
 """
 
 from collections.abc import Iterator, Mapping

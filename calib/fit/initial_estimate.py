@@ -22,7 +22,7 @@ SAME_MAGNITUDE = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """``matrix`` M (3, 3) and ``offset`` c (3,) of the linear form that the fit starts from."""
+    """``matrix`` M (..., 3, 3), ``offset`` c (..., 3) of the linear form that fits start from."""
 
     matrix: FloatArray
     offset: FloatArray
@@ -33,17 +33,17 @@ class Start:
         return np.asarray(np.linalg.solve(self.matrix, -self.offset))
 
     def theta(self, model: Model) -> FloatArray:
-        """Start values (p,): bias, scale and misalignment of the ellipsoid, 0 elsewhere."""
+        """Start values (..., p): bias, scale, misalignment of the ellipsoid, 0 elsewhere."""
         upper = self.matrix
         values = {
             "bias": -self.offset,
-            "scale": 1 - np.diag(upper),
-            "misalignment": -np.array([upper[1, 2], upper[0, 2], upper[0, 1]]),
+            "scale": 1 - np.einsum("...kk->...k", upper),
+            "misalignment": -upper[..., [1, 0, 0], [2, 2, 1]],
         }
-        theta = np.zeros(model.size)
+        theta = np.zeros((*self.offset.shape[:-1], model.size))
         for name, where in model.slices().items():
             if name in values:
-                theta[where] = values[name]
+                theta[..., where] = values[name]
         return theta
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.special import fdtrc
@@ -106,6 +107,11 @@ class Fit:
     def sensed(self) -> FloatArray:
         """What each sensitive axis felt in every pose, all errors taken off, SI, (n, 3)."""
         return self.rows.axes.sensed(self.rows.vector)
+
+    @cached_property
+    def remembering(self) -> Equations:
+        """The equations with what the solution felt in the poses before."""
+        return Equations(self.poses, self.model, self.sensed, self.equations.whitening)
 
     def columns_of(self, effect: Effect, shape: float | None = None) -> FloatArray:
         """Columns of ``effect`` at the solution, where and on what it acts.

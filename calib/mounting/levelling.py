@@ -14,7 +14,6 @@ import math
 from typing import Literal, get_args
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from calib.poses.imu_log import FloatArray
 
@@ -24,6 +23,8 @@ ORDERS: tuple[Order, ...] = get_args(Order)
 
 def _axes_turned(axis: str, angle_rad: float) -> FloatArray:
     """The matrix that turns the axes, not the vector, by an angle about one of them."""
+    from scipy.spatial.transform import Rotation  # few sessions measure a mounting
+
     return np.asarray(Rotation.from_euler(axis, angle_rad).inv().as_matrix())
 
 

@@ -16,6 +16,9 @@ import numpy as np
 from calib.poses.imu_log import FloatArray
 
 STEPS = 12
+SMALLEST_STEP = 1e-12
+"""Of a gain, and of a bias over the magnitude: rounding."""
+
 SPARE = 3
 """Rests beyond the number of parameters: Student's factor ν/(ν - 2) needs three."""
 
@@ -77,6 +80,8 @@ def prediction_error(
                 return float("inf")
             step = np.linalg.lstsq(columns @ model, length - magnitude)[0]
             theta = theta - model @ step
+            if np.abs(step).max() < SMALLEST_STEP * magnitude:
+                break
         length, columns = _magnitude(vectors, theta)
         residual = length - magnitude
         variance = float(residual @ residual) / (n - p - 2)

@@ -34,6 +34,7 @@ from calib.poses.pose_checks import (
     check_steady,
     check_still,
 )
+from calib.poses.sway import check_calm, sway_square
 
 HARMONICS = (1, 2)
 LEAST_PER_TURN = 5
@@ -72,7 +73,8 @@ class TriadMean:
 class PoseMean:
     """One averaged pose: both triads, the time it was taken and every logged column.
 
-    ``creep_rad_s`` is how fast it turned although at rest, as far as gravity shows that.
+    ``creep_rad_s`` is how fast it turned although at rest, as far as gravity shows that;
+    ``sway_rad2`` the mean square of the angle by which it rocked, NaN without a gyroscope.
     ``stated``: the mean and its sd come from a table; an sd that was not stated there is NaN.
     """
 
@@ -83,6 +85,7 @@ class PoseMean:
     duration_s: float
     columns: dict[str, float]
     creep_rad_s: float = 0.0
+    sway_rad2: float = math.nan
     stated: bool = False
 
 
@@ -192,7 +195,8 @@ def average_pose(
             f"{log.label}: {n} samples, at least {SHORTEST_SAMPLES} expected in a pose. Log each "
             f"pose for some seconds."
         )
-    means, creep_rad_s = [], 0.0
+    means: list[TriadMean] = []
+    creep_rad_s, sway = 0.0, math.nan
     duration_s = float(log.time_s[n - 1] - log.time_s[0])
     for triad, spec in zip(TRIADS, (accelerometer, gyroscope), strict=True):
         if spec is None or not log.has(triad):
@@ -206,6 +210,8 @@ def average_pose(
             rest = values
             if triad == "accelerometer":
                 creep_rad_s = creep_rate(batch_means(values, BATCHES), duration_s)
+            else:
+                sway = sway_square(values, duration_s)
         else:
             rest = _without_harmonics(values, log.time_s[:n], abs(rate_rad_s))
             if triad == "gyroscope":
@@ -222,14 +228,18 @@ def average_pose(
                 envelope=envelope(values),
             )
         )
+    force = means[0]
+    check_calm(log.label, force.scatter, sway, float(np.linalg.norm(force.mean)),
+               largest_shift["accelerometer"])
     return PoseMean(
         label=log.label,
-        accelerometer=means[0],
+        accelerometer=force,
         gyroscope=means[1],
         time_s=float(log.time_s[:n].mean()),
         duration_s=duration_s,
         columns={name: float(values[:n].mean()) for name, values in log.columns.items()},
         creep_rad_s=creep_rad_s,
+        sway_rad2=sway,
     )
 
 

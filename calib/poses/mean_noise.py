@@ -16,6 +16,7 @@ import numpy as np
 from calib.poses.averaging import PoseMean, TriadMean
 from calib.poses.batches import BATCHES, COARSE_BATCHES
 from calib.poses.imu_log import FloatArray, Triad
+from calib.poses.sway import shortfall
 
 OWN_DOF = BATCHES - 1
 LEAST_BY_CHANCE = 0.042
@@ -224,7 +225,8 @@ def noise_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
 def pose_mean_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
     """Sd (n, 3) of every pose mean of all runs, one after another.
 
-    Noise, converter steps, and of a gyroscope the rate at which a pose at rest gave way.
+    Noise and converter steps; of a gyroscope the rate at which a pose at rest gave way, of an
+    accelerometer by how much it rocked short of gravity.
 
     Parameters
     ----------
@@ -235,10 +237,11 @@ def pose_mean_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray
     """
     other = []
     for means in runs:
-        creep = [mean.creep_rad_s * (triad == "gyroscope") for mean in means]
+        motion = (np.array([mean.creep_rad_s for mean in means]) if triad == "gyroscope"
+                  else shortfall(means))
         step = known_step([getattr(mean, triad) for mean in means])
         scatter = np.median([getattr(mean, triad).scatter for mean in means], axis=0)
-        other.append(step_variance(step, scatter) + np.square(creep)[:, None])
+        other.append(step_variance(step, scatter) + np.square(motion)[:, None])
     return np.asarray(np.sqrt(noise_sd(runs, triad) ** 2 + np.concatenate(other)))
 
 

@@ -11,6 +11,7 @@ from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
 from calib.poses.imu_log import FloatArray, IntArray, Triad
 from calib.poses.mean_noise import NOISE_DOF_PER_POSE, pose_mean_sd, too_short
 from calib.poses.reference import Reference, RowIndex, join_references
+from calib.poses.sway import shaken
 
 PER_POSE = ("reading", "sd", "force", "vibration", "spin_rad_s", "time_s", "expected")
 """Arrays of a :class:`PoseSet` with one row per pose."""
@@ -256,13 +257,21 @@ def pose_set(
         expected=np.concatenate([run.expected for run in runs]),
         reference=join_references([run.reference for run in runs]),
         columns={name: np.array([mean.columns[name] for mean in means]) for name in names},
-        notes=tuple(filter(None, (too_short(run.means, triad, run.name) for run in runs
-                                  if not run.is_stated))),
+        notes=_notes(runs, triad),
         other_reading=np.array([getattr(mean, other).mean for mean in means]),
     )
     if correct_force is None or not np.isfinite(poses.force).all():
         return poses
     return replace(poses, force=correct_force(poses.accelerometer_conditions(poses.force)))
+
+
+def _notes(runs: Sequence[PoseRun], triad: Triad) -> tuple[str, ...]:
+    """Why the sds of the means may not hold, and which poses were not at rest."""
+    logged = [run for run in runs if not run.is_stated]
+    notes = [too_short(run.means, triad, run.name) for run in logged]
+    if triad == "accelerometer":
+        notes += [shaken(run.means, run.name) for run in logged]
+    return tuple(note for note in notes if note)
 
 
 def _mean_sd(runs: Sequence[PoseRun], triad: Triad) -> FloatArray:

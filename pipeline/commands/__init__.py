@@ -5,8 +5,7 @@ To add a command: one line in :data:`COMMANDS`, and a module of that name in thi
 pydantic) is imported inside the command's function or module, never here.
 """
 
-import os
-import sys
+from pipeline.text.wrapping import NARROWEST, WIDEST, prose_width, wrapped
 
 #: name -> (arguments, one line of help), in the order in which ``pipeline --help`` shows them.
 COMMANDS: dict[str, tuple[str, str]] = {
@@ -25,12 +24,11 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "import": ("FILE...", "Write a configuration for logs of any tool."),
     "check": ("CONFIG", "Validate a configuration and find its files."),
     "init": ("[DIR]", "Write a commented config.yaml."),
+    "fleet": ("GLOB", "Run many sessions on Dask, and compare the sensors of a lot."),
     "export": ("RESULTS", "Write the calibration in the format of another program."),
     "noise": ("LOG", "Determine noise density, bias instability and random walk."),
     "apply": ("RESULTS LOG", "Correct a log: counts in, SI units out."),
 }
-WIDEST = 100  #: columns that help and paragraphs use at most
-NARROWEST = 40  #: columns that they use at least
 ABOUT = (
     "Calibrate a low-cost IMU with a record player, a webcam and a YAML file, and determine which "
     "errors the model does not describe."
@@ -48,7 +46,7 @@ AFTER = (
 
 def front_page() -> str:
     """What ``pipeline --help`` prints; written without click, whose import alone takes longer."""
-    width = terminal_width() or WIDEST
+    width = prose_width() or WIDEST
     names = {name: f"{name} {arguments}" for name, (arguments, _) in COMMANDS.items()}
     column = 2 + max(map(len, names.values())) + 2
     lines = ["Usage: pipeline COMMAND ...", "", *wrapped(ABOUT, width), ""]
@@ -61,36 +59,9 @@ def front_page() -> str:
     return "\n".join(lines)
 
 
-def wrapped(text: str, width: int, indent: str = "") -> list[str]:
-    """``text`` in lines of at most ``width`` columns, cut between words only.
-
-    ``indent`` stands before every line but the first. The standard library's ``textwrap`` imports
-    ``re``, which takes as long as everything else that ``pipeline --help`` does.
-
-    >>> wrapped("one two three", 7)
-    ['one two', 'three']
-    """
-    lines: list[str] = []
-    for word in text.split():
-        if lines and len(lines[-1]) + 1 + len(word) <= width:
-            lines[-1] += f" {word}"
-        else:
-            lines.append(f"{indent if lines else ''}{word}")
-    return lines
-
-
-def terminal_width() -> int | None:
-    """Columns to use on standard output; None where that is no terminal."""
-    try:
-        columns = os.get_terminal_size(sys.stdout.fileno()).columns
-    except (OSError, ValueError):  # no terminal; a test's replacement has no file number
-        return None
-    return max(NARROWEST, min(columns, WIDEST))
-
-
 def paragraph(text: str, indent: str = "") -> str:
     """``text`` wrapped at the terminal's width; one line where programs read it."""
-    width = terminal_width()
+    width = prose_width()
     return text if width is None else "\n".join(wrapped(text, width, indent))
 
 

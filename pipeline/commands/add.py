@@ -6,6 +6,7 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.arguments import PathArgument
+from pipeline.commands.output import quiet_option
 
 
 @click.command(epilog=examples(
@@ -24,9 +25,10 @@ from pipeline.commands.arguments import PathArgument
               help="Add an effect although the leave-one-out error does not fall with it.")
 @click.option("--allow-python", is_flag=True,
               help="Run the Python files that CONFIG names for user-defined effects.")
+@quiet_option("the verdicts and the next command")
 def command(
     config: Path, targets: tuple[str, ...], auto: bool, although_aliased: bool,
-    although_unseen: bool, allow_python: bool,
+    although_unseen: bool, allow_python: bool, quiet: bool,
 ) -> None:
     """Add effects to the model in CONFIG, run again, and print the errors before and after.
 
@@ -35,13 +37,14 @@ def command(
     command refuses an effect that these data cannot determine, do not show or cannot separate from
     another one, and states the measurement that would allow it.
     """
-    from pipeline.commands.model_change import add_until_settled, change_and_show
+    from pipeline.commands.model_change import Manner, add_until_settled, change_and_show
     from pipeline.model_change import Allowed
 
     if auto == bool(targets):
         raise click.UsageError("name effects to add, as in gyroscope.g_sensitivity, or --auto")
+    manner = Manner(allow_python, quiet)
     if auto:
-        add_until_settled(config, allow_python)
+        add_until_settled(config, manner)
     else:
         allowed = Allowed(aliased=although_aliased, unseen=although_unseen)
-        change_and_show(config, targets, allow_python, allowed=allowed)
+        change_and_show(config, targets, manner, allowed=allowed)

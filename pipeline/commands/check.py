@@ -1,26 +1,64 @@
 """``pipeline check CONFIG``."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from pipeline.commands import examples
 from pipeline.commands.arguments import PathArgument
+from pipeline.commands.output import echo_json, json_option, quiet_option
+
+if TYPE_CHECKING:
+    from pipeline.config.load import Config
 
 
-@click.command(epilog=examples("pipeline check config.yaml"))
+@click.command(epilog=examples(
+    "pipeline check config.yaml",
+    "pipeline check config.yaml --quiet && pipeline run config.yaml",
+    "pipeline check config.yaml --json",
+))
 @click.argument("config", type=PathArgument())
-def command(config: Path) -> None:
+@json_option("the sections, or the errors,")
+@quiet_option("errors")
+def command(config: Path, as_json: bool, quiet: bool) -> None:
     """Validate CONFIG, read its logs, and list every error with its line.
 
-    The command refuses what `pipeline run` would refuse before it tracks the clips. It measures
-    nothing and writes nothing.
+    The command refuses what `pipeline run` would refuse before it tracks the clips, and planned
+    poses (the section `record`) that cannot determine the model. It measures nothing and writes
+    nothing.
     """
+    from calib.errors import CalibrationError
+    from pipeline.console.triad_text import summary_json, summary_lines
+    from pipeline.errors import ConfigError, PipelineError, exit_code_of, message_of
+
+    try:
+        loaded = _checked(config)
+    except (PipelineError, CalibrationError) as error:
+        if as_json:
+            problems = error.problems if isinstance(error, ConfigError) else (message_of(error),)
+            echo_json({"config": str(config), "exit_code": exit_code_of(error),
+                       "problems": problems})
+        raise
+    if as_json:
+        echo_json(summary_json(loaded))
+    elif not quiet:
+        for line in summary_lines(loaded):
+            click.echo(line)
+
+
+def _checked(path: Path) -> "Config":
+    """The configuration, if it and its logs are right."""
     from pipeline.config.load import load_config
-    from pipeline.console.triad_text import summary_lines
+    from pipeline.errors import MissingFiles
+    from pipeline.plan.refusal import require_planned
     from pipeline.stages.run import check_session
 
-    loaded = load_config(config)
+    try:
+        loaded = load_config(path)
+    except MissingFiles:  # nothing is recorded yet, perhaps: then the plan is what can be wrong
+        require_planned(load_config(path, files_may_be_missing=True))
+        raise
+    require_planned(loaded)
     check_session(loaded)
-    for line in summary_lines(loaded):
-        click.echo(line)
+    return loaded

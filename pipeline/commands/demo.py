@@ -7,6 +7,7 @@ import click
 
 from pipeline.commands import examples, paragraph
 from pipeline.commands.arguments import PathArgument
+from pipeline.commands.output import quiet_option
 
 
 @click.command(epilog=examples(
@@ -14,7 +15,8 @@ from pipeline.commands.arguments import PathArgument
     "pipeline demo /tmp/demo",
 ))
 @click.argument("folder", metavar="[DIR]", default="pipeline-demo", type=PathArgument())
-def command(folder: Path) -> None:
+@quiet_option("the path of the report")
+def command(folder: Path, quiet: bool) -> None:
     """Copy the example session into DIR (default: pipeline-demo) and calibrate it.
 
     The session is simulated: an MPU-6050 in 18 poses at rest and on a record player at two speeds
@@ -24,10 +26,13 @@ def command(folder: Path) -> None:
     from pipeline.config.demo_session import copy_session
 
     config = copy_session(folder)
-    click.echo(f"{config} was written. Now: pipeline run {shlex.quote(str(config))}", err=True)
+    if not quiet:
+        click.echo(f"{config} was written. Now: pipeline run {shlex.quote(str(config))}", err=True)
     from pipeline.commands.run import command as run
 
-    click.get_current_context().invoke(run, config=config)
+    click.get_current_context().invoke(run, config=config, quiet=quiet)
+    if quiet:
+        return
     quoted = shlex.quote(str(config))
     click.echo()
     click.echo(paragraph(

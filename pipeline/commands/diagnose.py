@@ -6,6 +6,7 @@ import click
 
 from pipeline.commands import examples, paragraph
 from pipeline.commands.arguments import PathArgument
+from pipeline.commands.output import echo_whole, json_option, quiet_option
 from pipeline.commands.verdicts import echo_verdict
 
 
@@ -16,23 +17,34 @@ from pipeline.commands.verdicts import echo_verdict
 @click.argument("config", type=PathArgument())
 @click.option("--allow-python", is_flag=True,
               help="Run the Python files that CONFIG names for user-defined effects.")
-@click.option("--json", "as_json", is_flag=True,
-              help="Print the results as JSON, as results.json has them.")
-def command(config: Path, allow_python: bool, as_json: bool) -> None:
+@json_option("the results")
+@quiet_option("the verdicts and the next command")
+def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> None:
     """Print what the model in CONFIG misses, how certain that is, and the next command to type.
 
     The command runs every stage and does not change the results or the history.
     """
-    from pipeline.commands.run_with_progress import run_quietly, run_watched, say_waiting
+    from pipeline.commands.run_with_progress import (
+        run_quietly,
+        run_silently,
+        run_watched,
+        say_waiting,
+    )
     from pipeline.console.rate_text import verdict_lines
     from pipeline.console.run_text import comparison_lines, next_step, ranking_lines
     from pipeline.results.write import results_of, results_text
     from pipeline.session_folder import working_on
 
     with working_on(config, on_wait=say_waiting) as (session, folder):
-        outcome = (run_quietly if as_json else run_watched)(session, folder, allow_python)
+        run = run_silently if quiet else run_quietly if as_json else run_watched
+        outcome = run(session, folder, allow_python)
     if as_json:
-        click.echo(results_text(results_of(outcome)), nl=False)
+        echo_whole(results_text(results_of(outcome)))
+        return
+    if quiet:
+        for result in outcome.triads:
+            echo_verdict(result)
+        click.echo(next_step(outcome, folder, look="pipeline effects"))
         return
     for result in outcome.triads:
         click.echo()

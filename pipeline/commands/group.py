@@ -4,8 +4,9 @@ from importlib import import_module
 
 import click
 
-from pipeline.commands import COMMANDS, WIDEST, front_page
+from pipeline.commands import COMMANDS, front_page
 from pipeline.text.names import DISTRIBUTION, nearest_name
+from pipeline.text.wrapping import WIDEST
 
 
 class LazyGroup(click.Group):

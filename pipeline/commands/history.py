@@ -6,19 +6,20 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.arguments import PathArgument
+from pipeline.commands.output import echo_json, json_option, quiet_option
 
 
 @click.command(epilog=examples(
     "pipeline history config.yaml",
-    "pipeline history config.yaml --json",
+    "pipeline history config.yaml --json | jq '.[-1].triads.gyroscope.verdict'",
 ))
 @click.argument("config", type=PathArgument())
 @click.option("--output", type=PathArgument(file_okay=False),
               help="Folder of the results, if `pipeline run` had this option.")
-@click.option("--json", "as_json", is_flag=True, help="Print the runs as JSON.")
-def command(config: Path, output: Path | None, as_json: bool) -> None:
+@json_option("the runs")
+@quiet_option("the latest run of each triad")
+def command(config: Path, output: Path | None, as_json: bool, quiet: bool) -> None:
     """List all runs of CONFIG with model, errors and verdict. Equal runs are listed once."""
-    import json
     from dataclasses import asdict
 
     from pipeline.config.load import load_config
@@ -27,9 +28,9 @@ def command(config: Path, output: Path | None, as_json: bool) -> None:
     folder = output or load_config(config).output_folder
     runs = read_history(folder)
     if as_json:
-        click.echo(json.dumps([asdict(run) for run in runs], indent=1, ensure_ascii=False))
+        echo_json([asdict(run) for run in runs])
         return
-    for line in history_lines(runs) or (
+    for line in history_lines(runs[-1:] if quiet else runs) or (
         f"{folder} contains no run yet. Type: pipeline run {config}",
     ):
         click.echo(line)

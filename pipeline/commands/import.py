@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pipeline.commands import examples, paragraph
+from pipeline.commands import examples
 from pipeline.commands.arguments import Finite, PathArgument
+from pipeline.commands.output import echo_json, json_option, quiet_option
 
 if TYPE_CHECKING:
     from pipeline.guess.checked import CheckedConfig
@@ -28,10 +29,11 @@ if TYPE_CHECKING:
 @click.option("--latitude", type=Finite(min=-90, max=90), help="Latitude of the site in degrees.")
 @click.option("--height", type=Finite(min=-500, max=9000), default=0.0,
               help="Height of the site in metres; with --latitude.")
-@click.option("--json", "as_json", is_flag=True, help="Print the guess as JSON.")
+@json_option("the guess")
+@quiet_option("the path of the configuration")
 def command(
     files: tuple[Path, ...], output: Path | None, force: bool, rate_hz: float | None,
-    latitude: float | None, height: float, as_json: bool,
+    latitude: float | None, height: float, as_json: bool, quiet: bool,
 ) -> None:
     """Guess columns, units and clock of logs of any tool, and write a configuration that runs.
 
@@ -40,8 +42,6 @@ def command(
     command shows what it has guessed with the first rows, says what it is not sure of, and runs the
     configuration before it writes it. It changes no log and never replaces a file without --force.
     """
-    import json
-
     from pipeline.commands.run_with_progress import run_unwatched
     from pipeline.console.import_text import guess_json, guess_lines
     from pipeline.errors import UnwritableOutput
@@ -57,7 +57,7 @@ def command(
     guess, passed_over = guess_files(files, rate_hz)
     if any(path.exists() and path.samefile(each) for each in files if each.exists()):
         raise UnwritableOutput(f"{path}: is one of the logs. Choose another name with --output.")
-    if not as_json:
+    if not (as_json or quiet):
         for line in guess_lines(guess):
             click.echo(line)
     for note in passed_over:
@@ -65,24 +65,32 @@ def command(
     site = None if latitude is None else f"{{latitude_deg: {latitude:g}, height_m: {height:g}}}"
     checked = checked_config(guess, path.absolute(), Choices(site), run_unwatched)
     if as_json:
-        click.echo(json.dumps(guess_json(guess, checked), indent=1, ensure_ascii=False))
+        echo_json(guess_json(guess, checked))
     write_whole(path, checked.text)
-    _say(path, checked, as_json)
+    _say(path, checked)
+    if quiet and not as_json:
+        click.echo(path)
+    elif not as_json:
+        _show_run(path, checked)
 
 
-def _say(path: Path, checked: "CheckedConfig", as_json: bool) -> None:
-    """What came of the check."""
-    from pipeline.console.run_text import recordings_line, triad_line
+def _say(path: Path, checked: "CheckedConfig") -> None:
+    """What the check has changed, and whether the configuration runs."""
     from pipeline.errors import UnfinishedGuess
 
     for change in checked.changes:
         click.secho(f"warning: {change}", fg="yellow", err=True)
     if checked.outcome is None:
-        raise UnfinishedGuess(paragraph(
+        raise UnfinishedGuess(
             f"{path} was written, but it does not run yet: {checked.fault} Correct the file, then "
-            f"type: pipeline run {path}"))
-    if as_json:
-        return
+            f"type: pipeline run {path}")
+
+
+def _show_run(path: Path, checked: "CheckedConfig") -> None:
+    """The errors of the trial run, and the next command."""
+    from pipeline.console.run_text import recordings_line, triad_line
+
+    assert checked.outcome is not None
     click.echo(recordings_line(checked.outcome.recordings))
     for result in checked.outcome.triads:
         click.echo(triad_line(result))

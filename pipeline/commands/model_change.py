@@ -1,12 +1,13 @@
 """A model change at the terminal: run, change the model, run again, print both results."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
 
 from calib.errors import CalibrationError
-from pipeline.commands.run_with_progress import run_quietly, say_waiting
+from pipeline.commands.run_with_progress import run_quietly, run_silently, say_waiting
 from pipeline.commands.verdicts import echo_verdict
 from pipeline.config.load import Config
 from pipeline.console.model_change_text import change_lines
@@ -28,10 +29,31 @@ from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome
 
 
+@dataclass(frozen=True)
+class Manner:
+    """How the runs are made and shown; ``quiet`` leaves out progress and tables."""
+
+    allow_python: bool
+    quiet: bool
+
+    def runner(self, folder: Path) -> Callable[[Config], Outcome]:
+        """A run of a configuration with its cache in ``folder``."""
+        run = run_silently if self.quiet else run_quietly
+        return lambda config: run(config, folder, self.allow_python)
+
+    def show(self, change: ModelChange) -> None:
+        """Print the errors before and after."""
+        if self.quiet:
+            return
+        for line in change_lines(change):
+            click.echo(line)
+        click.echo()
+
+
 def change_and_show(
     path: Path,
     targets: Sequence[str],
-    allow_python: bool,
+    manner: Manner,
     *,
     remove: bool = False,
     allowed: Allowed = NOTHING_ALLOWED,
@@ -41,7 +63,7 @@ def change_and_show(
     A target that is refused leaves the configuration as it was before the first.
     """
     with working_on(path, on_wait=say_waiting) as (config, folder):
-        run = _runner(folder, allow_python)
+        run = manner.runner(folder)
         changes: list[ModelChange] = []
         for target in targets:
             before = changes[-1].after if changes else None
@@ -53,15 +75,18 @@ def change_and_show(
                 if changes:
                     click.echo(f"{path} was not changed: {target} is refused.", err=True)
                 raise
-            _show(changes[-1])
+            manner.show(changes[-1])
         _write(changes[0].before.config, changes[-1].after, folder)
+    if manner.quiet:
+        for result in changes[-1].after.triads:
+            echo_verdict(result)
     _finish(changes[-1].after, folder)
 
 
-def add_until_settled(path: Path, allow_python: bool) -> None:
+def add_until_settled(path: Path, manner: Manner) -> None:
     """Add what the diagnosis names, again and again, while the leave-one-out error falls."""
     with working_on(path, on_wait=say_waiting) as (config, folder):
-        run = _runner(folder, allow_python)
+        run = manner.runner(folder)
         outcome = run(config)
         write_session(folder, outputs_of(outcome, folder))
         refused: list[Target] = []
@@ -70,7 +95,7 @@ def add_until_settled(path: Path, allow_python: bool) -> None:
             if target is None:
                 break
             change = change_model(outcome.config, target, run, before=outcome)
-            _show(change)
+            manner.show(change)
             if not predicts_better(change):
                 click.echo(f"{target} is not kept: the leave-one-out error does not fall with it.")
                 refused.append(target)
@@ -84,16 +109,6 @@ def add_until_settled(path: Path, allow_python: bool) -> None:
         click.echo(next_step(outcome, folder))
         return
     _finish(outcome, folder)
-
-
-def _runner(folder: Path, allow_python: bool) -> Callable[[Config], Outcome]:
-    return lambda config: run_quietly(config, folder, allow_python)
-
-
-def _show(change: ModelChange) -> None:
-    for line in change_lines(change):
-        click.echo(line)
-    click.echo()
 
 
 def _write(before: Config, after: Outcome, folder: Path) -> None:

@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pipeline.commands import examples, paragraph
+from pipeline.commands import examples
 from pipeline.commands.arguments import Finite, PathArgument
+from pipeline.commands.output import echo_whole, json_option, quiet_option
 
 if TYPE_CHECKING:
     from calib.noise.coefficients import AxisNoise
@@ -27,10 +28,11 @@ if TYPE_CHECKING:
               help="Folder for noise.json, noise.svg and noise.png; default: the results of "
                    "CONFIG, or the log's name with .noise, here.")
 @click.option("--force", is_flag=True, help="Replace files that this program did not write.")
-@click.option("--json", "as_json", is_flag=True, help="Print noise.json instead of the table.")
+@json_option("the noise")
+@quiet_option("the paths of the files")
 def command(
     log: Path, config: Path | None, rate_hz: float | None, output: Path | None, force: bool,
-    as_json: bool,
+    as_json: bool, quiet: bool,
 ) -> None:
     """Determine noise density, bias instability and random walk from a long log at rest.
 
@@ -70,11 +72,12 @@ def command(
     for name, content in files.items():
         write_output(folder, folder / name, content, force=force, inputs=(log,))
     if as_json:
-        click.echo(text, nl=False)
+        echo_whole(text)
         return
-    for line in noise_lines(readings.label, 1 / step_s, length_s, triads):
-        click.echo(paragraph(line) if line.startswith("The ") else line)
-    click.echo()
+    if not quiet:
+        for line in noise_lines(readings.label, 1 / step_s, length_s, triads):
+            click.echo(line)
+        click.echo()
     for name in files:
         click.echo(folder / name)
 

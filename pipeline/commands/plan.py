@@ -1,35 +1,49 @@
 """``pipeline plan CONFIG``."""
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from pipeline.commands import examples
 from pipeline.commands.arguments import PathArgument
+from pipeline.commands.output import echo_json, json_option, quiet_option
+
+if TYPE_CHECKING:
+    from calib.effects.effect import Effect
+    from calib.poses.imu_log import Triad
+    from pipeline.config.load import Config
 
 
 @click.command(epilog=examples(
     "pipeline plan config.yaml",
     "pipeline plan config.yaml --effect g_sensitivity",
+    "pipeline plan config.yaml --json | jq .gyroscope.complete.sd_scale_relative",
 ))
 @click.argument("config", type=PathArgument())
 @click.option("--effect", "effects", multiple=True, metavar="NAME",
               help="Print what to record to determine this effect; may be repeated.")
 @click.option("--allow-python", is_flag=True,
               help="Run the Python files of user-defined effects.")
-def command(config: Path, effects: tuple[str, ...], allow_python: bool) -> None:
+@json_option("the outlook of each triad")
+@quiet_option("what the poses do not determine")
+def command(
+    config: Path, effects: tuple[str, ...], allow_python: bool, as_json: bool, quiet: bool
+) -> None:
     """Print what the poses of CONFIG determine, and which pose to record next.
 
     Before the first pose the command uses the data sheet and the typical noise of the sensor, later
-    the recorded poses and those that are still missing.
+    the recorded poses and those that are still missing. If all these poses together cannot
+    determine the model, the exit code is 4.
     """
     from calib.effects.catalogue import find_effect
     from pipeline.config.load import load_config
     from pipeline.config.sensor import triad_spec
-    from pipeline.console.plan_text import plan_lines
+    from pipeline.console.plan_text import plan_json, plan_lines
     from pipeline.errors import ConfigError
     from pipeline.plan.outlook import plan_of
-    from pipeline.stages.user_effects import user_effects
+    from pipeline.plan.refusal import require_determined
 
     loaded = load_config(config, files_may_be_missing=True)
     if loaded.accelerometer is None and loaded.gyroscope is None:
@@ -38,11 +52,25 @@ def command(config: Path, effects: tuple[str, ...], allow_python: bool) -> None:
     for name in effects:
         if name not in loaded.effects:
             find_effect(name)  # a wrong name is an error before anything slow
-    for plan in plan_of(loaded, allow_python):
+    plans = tuple(plan_of(loaded, allow_python))
+    if as_json:
+        echo_json({plan.triad: plan_json(plan) for plan in plans})
+    for plan in plans if not (as_json or quiet) else ():
         sheet = getattr(loaded.sensor, plan.triad)
-        user_defined = user_effects(loaded, plan.triad, allow_python)
-        wanted = [user_defined[name] if name in user_defined else find_effect(name)
-                  for name in effects if name in user_defined or name not in loaded.effects]
-        of_triad = [effect for effect in wanted if plan.triad in effect.triads]
-        for line in plan_lines(plan, of_triad, triad_spec(sheet).full_scale):
+        wanted = _effects_of(loaded, plan.triad, effects, allow_python)
+        for line in plan_lines(plan, wanted, triad_spec(sheet).full_scale):
             click.echo(line)
+    require_determined(config, plans, reasons=as_json or quiet)
+
+
+def _effects_of(
+    config: "Config", triad: "Triad", names: Sequence[str], allow_python: bool
+) -> "list[Effect]":
+    """Those of the named effects that act on ``triad``."""
+    from calib.effects.catalogue import find_effect
+    from pipeline.stages.user_effects import user_effects
+
+    user_defined = user_effects(config, triad, allow_python)
+    wanted = [user_defined[name] if name in user_defined else find_effect(name)
+              for name in names if name in user_defined or name not in config.effects]
+    return [effect for effect in wanted if triad in effect.triads]

@@ -1,4 +1,4 @@
-"""Progress of the clips on standard error, where that is a terminal."""
+"""Progress of clips and sessions on standard error, where that is a terminal."""
 
 import sys
 import threading
@@ -14,11 +14,12 @@ if TYPE_CHECKING:
 class ClipProgress:
     """A bar for each clip that is being tracked, from the first frame until :meth:`close`.
 
-    Clips are tracked in several threads. Nothing is shown, and rich is not imported, if standard
-    error is no terminal or every track is in the cache.
+    Clips are tracked in several threads. Nothing is shown, and rich is not imported, if the bars
+    are not to be ``visible``, standard error is no terminal, or every track is in the cache.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, visible: bool = True) -> None:
+        self._visible = visible
         self._bars: Progress | None = None
         self._tasks: dict[str, TaskID] = {}
         self._lock = threading.Lock()
@@ -36,11 +37,11 @@ class ClipProgress:
 
     def __call__(self, clip: str, done: int, stated: int | None) -> None:
         """Show that ``done`` frames of ``clip`` are done, of the ``stated`` number."""
-        if not sys.stderr.isatty():
+        if not (self._visible and sys.stderr.isatty()):
             return
         with self._lock:
             if self._bars is None:
-                self._bars = _bars()
+                self._bars = _bars("frames")
                 self._bars.start()
             if clip not in self._tasks:
                 self._tasks[clip] = self._bars.add_task(shown(clip), total=stated)
@@ -53,7 +54,39 @@ class ClipProgress:
             self._bars = None
 
 
-def _bars() -> "Progress":
+class SessionProgress:
+    """A bar for the sessions of a fleet; nothing where standard error is no terminal."""
+
+    def __init__(self, total: int) -> None:
+        self._total, self._failed = total, 0
+        self._bars: Progress | None = None
+        self._task: TaskID | None = None
+
+    def __enter__(self) -> "SessionProgress":
+        if sys.stderr.isatty():
+            self._bars = _bars("sessions")
+            self._bars.start()
+            self._task = self._bars.add_task("fleet", total=self._total)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._bars is not None:
+            self._bars.stop()
+
+    def advance(self, failed: bool) -> None:
+        """One session more is done."""
+        self._failed += failed
+        if self._bars is not None and self._task is not None:
+            text = f"fleet, {self._failed} not calibrated" if self._failed else "fleet"
+            self._bars.update(self._task, advance=1, description=text)
+
+
+def _bars(unit: str) -> "Progress":
     from rich.console import Console  # 70 ms
     from rich.progress import (
         BarColumn,
@@ -67,7 +100,7 @@ def _bars() -> "Progress":
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn("frames"),
+        TextColumn(unit),
         TimeRemainingColumn(),
         console=Console(file=getattr(sys.stderr, "raw", sys.stderr)),
         transient=True,

@@ -11,6 +11,7 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.arguments import Finite, PathArgument
+from pipeline.commands.output import echo_json, json_option, quiet_option
 
 FILMED_S = 60.0
 LONGEST_S = 86_400.0  #: a day
@@ -44,8 +45,8 @@ FASTEST_RPM = 1e5
 @click.option("--overlay", type=PathArgument(dir_okay=False), metavar="OUT.mp4",
               help="Write the clip with rim, mark, angle and rate drawn on it.")
 @click.option("--force", is_flag=True, help="Replace the file of --overlay.")
-@click.option("--json", "as_json", is_flag=True,
-              help="Print the section rate.NAME of results.json; NAME is the clip without suffix.")
+@json_option("the section `rate` of results.json, by the names of the clips,")
+@quiet_option("the rates")
 def command(
     videos: tuple[Path, ...],
     camera: int | None,
@@ -59,6 +60,7 @@ def command(
     overlay: Path | None,
     force: bool,
     as_json: bool,
+    quiet: bool,
 ) -> None:
     """Measure the rate of the plate in each VIDEO, or in a clip that a camera films now.
 
@@ -74,13 +76,14 @@ def command(
     if overlay is not None:
         _require_free(overlay, videos, force)
     with _filmed(camera, seconds, keep) as clip:
-        chosen = _Chosen(videos if clip is None else (clip,), fps, nominal_rpm, from_s, to_s, rim)
-        _measure(chosen, overlay, as_json)
+        chosen = _Chosen(videos if clip is None else (clip,), fps, nominal_rpm, from_s, to_s, rim,
+                         "json" if as_json else "quiet" if quiet else "text")
+        _measure(chosen, overlay)
 
 
 @dataclass(frozen=True)
 class _Chosen:
-    """What to measure, and how."""
+    """What to measure, how, and how to show it."""
 
     videos: tuple[Path, ...]
     fps: float | None
@@ -88,6 +91,7 @@ class _Chosen:
     from_s: float | None
     to_s: float | None
     rim: tuple[float, float, float] | None
+    shown: Literal["text", "quiet", "json"]
 
 
 def _require_free(overlay: Path, videos: tuple[Path, ...], force: bool) -> None:
@@ -116,9 +120,7 @@ def _filmed(camera: int | None, seconds: float, keep: Path | None) -> Iterator[P
         yield clip
 
 
-def _measure(chosen: _Chosen, overlay: Path | None, as_json: bool) -> None:
-    import json
-
+def _measure(chosen: _Chosen, overlay: Path | None) -> None:
     from pipeline.commands.progress import ClipProgress
     from pipeline.console.rate_text import clip_lines, history_lines, rate_line
     from pipeline.results.rate import history_json, rate_json
@@ -140,7 +142,7 @@ def _measure(chosen: _Chosen, overlay: Path | None, as_json: bool) -> None:
     clock = Timebase(source=source, fps=chosen.fps, ppm=CLOCK_PPM[source])
     part = ClipPart(chosen.from_s, chosen.to_s)
     rim = None if chosen.rim is None else PlateOverride(chosen.rim[:2], chosen.rim[2])
-    with ClipProgress() as progress:
+    with ClipProgress(chosen.shown != "quiet") as progress:
         clips = [(video, rim) for video in chosen.videos]
         tracks = follow_clips(clips, RunContext(None, progress))
     rates = []
@@ -149,26 +151,26 @@ def _measure(chosen: _Chosen, overlay: Path | None, as_json: bool) -> None:
             rates.append(measure_setting(
                 stem, [track], clock, chosen.nominal_rpm, part=part))
         except RateRefused as refused:
-            if refused.history is not None and as_json:
+            if refused.history is not None and chosen.shown == "json":
                 by_stem = {stem: history_json(refused.history, str(refused))}
-                click.echo(json.dumps(by_stem, indent=1, ensure_ascii=False, allow_nan=False))
+                echo_json(by_stem)
             elif refused.history is not None:
                 for line in history_lines(stem, refused.history):
                     click.echo(line)
             raise
     if overlay is not None:
-        with ClipProgress() as progress:
+        with ClipProgress(chosen.shown != "quiet") as progress:
             draw_overlay(chosen.videos[0], tracks[0], rates[0], overlay, progress)
     for rate in rates:
         for warning in rate.warnings:
             click.secho(f"warning: {warning}", fg="yellow", err=True)
-    if as_json:
+    if chosen.shown == "json":
         by_name = {rate.name: rate_json(rate) for rate in rates}
-        click.echo(json.dumps(by_name, indent=1, ensure_ascii=False, allow_nan=False))
+        echo_json(by_name)
         return
     for rate in rates:
         click.echo(rate_line(rate))
-        for line in clip_lines(rate):
+        for line in clip_lines(rate) if chosen.shown == "text" else ():
             click.echo(line)
     if overlay is not None:
         click.echo(overlay)

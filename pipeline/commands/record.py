@@ -1,15 +1,12 @@
 """``pipeline record CONFIG``."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from pipeline.commands import examples
 from pipeline.commands.arguments import PathArgument
-
-if TYPE_CHECKING:
-    from pipeline.config.load import Config
+from pipeline.commands.output import quiet_option
 
 FASTEST_BAUD = 100_000_000  #: bits per second, of a serial line over USB
 
@@ -26,9 +23,10 @@ FASTEST_BAUD = 100_000_000  #: bits per second, of a serial line over USB
               help="Record although these poses will not determine the model.")
 @click.option("--camera", type=click.IntRange(min=0),
               help="Film the poses on the turning plate with this camera (0 is the first).")
+@quiet_option("the instructions and the poses")
 def command(
     config: Path, port: str | None, baud: int | None, although_undetermined: bool,
-    camera: int | None,
+    camera: int | None, quiet: bool,
 ) -> None:
     """Record the poses of CONFIG from a sensor, with instructions for each pose.
 
@@ -37,15 +35,21 @@ def command(
     it without a sensor, see `pipeline playback --help`. Poses that cannot determine the model of
     CONFIG are refused before the first is recorded.
     """
+    from calib.errors import Undetermined
     from pipeline.config.load import load_config
+    from pipeline.plan.refusal import require_planned
     from pipeline.record.start import open_session
 
     loaded = load_config(config, files_may_be_missing=True)
     if not although_undetermined and loaded.record is not None:
-        _require_determined(loaded)
+        try:
+            require_planned(loaded)
+        except Undetermined as refused:
+            raise Undetermined(f"{refused} To record these all the same, add "
+                               f"--although-undetermined.") from refused
     from pipeline.commands.recording_display import watcher
 
-    display = watcher()
+    display = watcher(quiet)
     try:
         done = open_session(loaded, display, port=port, baud=baud, camera=camera).run()
     except KeyboardInterrupt:
@@ -56,18 +60,3 @@ def command(
     for block in done:
         click.echo(f"{block.rate}: {block.recorded} of {block.wanted} poses")
     click.echo(f"next: pipeline plan {config}, then pipeline run {config}")
-
-
-def _require_determined(config: "Config") -> None:
-    """Refuse a recording that would end, complete, in poses that do not determine the model."""
-    from calib.errors import Undetermined
-    from pipeline.plan.outlook import plan_of
-
-    for plan in plan_of(config):
-        if isinstance(plan.complete, str):
-            raise Undetermined(
-                f"{config.source.path}: the planned poses will not determine the model. "
-                f"{plan.complete} Record more poses (`record: {{poses: 18}}`), add a plate "
-                f"setting, or fit a smaller model; `pipeline plan` shows what each would give. To "
-                f"record these all the same, add --although-undetermined."
-            )

@@ -18,9 +18,9 @@ MARK = {"taking": "green", "taken": "green", "moving": "yellow", "unsteady": "ye
 BAR = 30  #: characters of the bar that fills while a pose is taken
 
 
-def watcher() -> "LivePanel | PlainLines":
-    """The display that suits standard error."""
-    return LivePanel() if sys.stderr.isatty() else PlainLines()
+def watcher(quiet: bool) -> "LivePanel | PlainLines":
+    """The display that suits standard error; no panel where it is to be ``quiet``."""
+    return LivePanel() if sys.stderr.isatty() and not quiet else PlainLines()
 
 
 class PlainLines:

@@ -6,6 +6,7 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.arguments import PathArgument
+from pipeline.commands.output import quiet_option
 
 
 @click.command(epilog=examples(
@@ -16,11 +17,12 @@ from pipeline.commands.arguments import PathArgument
 @click.argument("targets", metavar="TARGET...", nargs=-1, required=True)
 @click.option("--allow-python", is_flag=True,
               help="Run the Python files that CONFIG names for user-defined effects.")
-def command(config: Path, targets: tuple[str, ...], allow_python: bool) -> None:
+@quiet_option("the verdicts and the next command")
+def command(config: Path, targets: tuple[str, ...], allow_python: bool, quiet: bool) -> None:
     """Remove effects from the model in CONFIG and print the errors before and after.
 
     TARGET is accelerometer.NAME, gyroscope.NAME, or rate.SETTING.TERM. Comments in CONFIG are kept.
     """
-    from pipeline.commands.model_change import change_and_show
+    from pipeline.commands.model_change import Manner, change_and_show
 
-    change_and_show(config, targets, allow_python, remove=True)
+    change_and_show(config, targets, Manner(allow_python, quiet), remove=True)

@@ -7,6 +7,7 @@ import click
 
 from pipeline.commands import examples, paragraph
 from pipeline.commands.arguments import PathArgument
+from pipeline.commands.output import echo_whole, json_option, quiet_option
 from pipeline.commands.verdicts import echo_verdict
 
 if TYPE_CHECKING:
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
               help="Replace a results.json or report.html that `pipeline run` did not write.")
 @click.option("--allow-python", is_flag=True,
               help="Run the Python files that CONFIG names for user-defined effects.")
-@click.option("--json", "as_json", is_flag=True, help="Print results.json instead of text.")
-@click.option("--quiet", is_flag=True, help="Print warnings and the path of the report only.")
+@json_option("the results")
+@quiet_option("the path of the report")
 def command(
     config: Path, output: Path | None, force: bool, allow_python: bool, as_json: bool, quiet: bool
 ) -> None:
@@ -34,13 +35,18 @@ def command(
 
     Later runs read the measured angles of the clips from the folder of the results.
     """
-    from pipeline.commands.run_with_progress import run_quietly, run_watched, say_waiting
+    from pipeline.commands.run_with_progress import (
+        run_quietly,
+        run_silently,
+        run_watched,
+        say_waiting,
+    )
     from pipeline.console.run_text import next_step
     from pipeline.report.outputs import outputs_of
     from pipeline.results.read import REPORT_NAME, RESULTS_NAME
     from pipeline.session_folder import require_own_files, working_on, write_session
 
-    run = run_quietly if quiet or as_json else run_watched
+    run = run_silently if quiet else run_quietly if as_json else run_watched
     with working_on(config, output, say_waiting) as (session, folder):
         require_own_files(folder, force)
         outcome = run(session, folder, allow_python)
@@ -49,7 +55,7 @@ def command(
         outputs = outputs_of(outcome, folder)
         write_session(folder, outputs)
     if as_json:
-        click.echo(outputs[RESULTS_NAME], nl=False)
+        echo_whole(outputs[RESULTS_NAME])
         return
     if not quiet:
         click.echo(next_step(outcome, folder))

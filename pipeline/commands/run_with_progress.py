@@ -69,12 +69,19 @@ def run_quietly(config: Config, folder: Path, allow_python: bool = False) -> Out
     return _run(config, folder, allow_python, lines=False)
 
 
+def run_silently(config: Config, folder: Path, allow_python: bool = False) -> Outcome:
+    """The same with warnings only, for ``--quiet``."""
+    return _run(config, folder, allow_python, lines=False, bars=False)
+
+
 def run_unwatched(config: Config) -> Outcome:
     """Run every stage of a configuration that no folder of results belongs to yet."""
     return run_stages(config, RunContext())
 
 
-def _run(config: Config, folder: Path, allow_python: bool, *, lines: bool) -> Outcome:
-    with ClipProgress() as progress:
+def _run(
+    config: Config, folder: Path, allow_python: bool, *, lines: bool, bars: bool = True
+) -> Outcome:
+    with ClipProgress(bars) as progress:
         context = RunContext(folder / CACHE_NAME, progress, allow_python)
         return run_stages(config, context, StageDisplay(progress, lines))

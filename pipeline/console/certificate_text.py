@@ -4,7 +4,8 @@ import numpy as np
 
 from calib.consistency.certificate import CertificateComparison
 from calib.poses.imu_log import AXES
-from pipeline.text.formatting import aligned, with_sd
+from pipeline.text.formatting import with_sd
+from pipeline.text.tables import table_lines
 
 
 def certificate_lines(comparison: CertificateComparison) -> list[str]:
@@ -23,4 +24,4 @@ def certificate_lines(comparison: CertificateComparison) -> list[str]:
                     "" if np.isnan(group.per_cent[j]) else f"{group.per_cent[j]:+.3f}",
                 ]
             )
-    return aligned(rows)
+    return table_lines(rows)

@@ -8,8 +8,8 @@ from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import EFFECTS, Effect
 from calib.poses.imu_log import TRIADS
 from pipeline.errors import ConfigError
-from pipeline.text.formatting import aligned
 from pipeline.text.names import nearest_name
+from pipeline.text.tables import table_lines
 from vision.rate.terms import MEANING, TERMS
 
 WIDTH = 92
@@ -26,13 +26,13 @@ def catalogue_lines() -> Iterator[str]:
         by_module.setdefault(effect.columns.__module__, []).append(effect)
     for module, effects in by_module.items():
         yield (sys.modules[module].__doc__ or module).strip().splitlines()[0]
-        yield from aligned([[e.name, _triads(e), e.page.formula] for e in effects])
+        yield from table_lines([[e.name, _triads(e), e.page.formula] for e in effects])
         yield ""
     yield "Bias proportional to a logged column."
-    yield from aligned([["column:NAME", "both", "e_k = c_k · NAME"]])
+    yield from table_lines([["column:NAME", "both", "e_k = c_k · NAME"]])
     yield ""
     yield "Terms of the plate's phase (pipeline add CONFIG rate.SETTING.TERM)."
-    yield from aligned([[term, MEANING[term]] for term in TERMS])
+    yield from table_lines([[term, MEANING[term]] for term in TERMS])
     yield ""
     yield "`pipeline effects NAME` prints the page of an effect."
 

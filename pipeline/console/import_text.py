@@ -9,7 +9,8 @@ from pipeline.guess.checked import CheckedConfig
 from pipeline.guess.session import SessionGuess
 from pipeline.guess.table_guess import TableGuess
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
-from pipeline.text.formatting import aligned, count
+from pipeline.text.formatting import count
+from pipeline.text.tables import table_lines
 
 ROWS_SHOWN = 3
 LONGEST_NAMES = 44  #: characters of a triad's columns
@@ -20,7 +21,7 @@ def guess_lines(guess: SessionGuess) -> Iterator[str]:
     """Every table, those of many alike only by the first, and what is not sure."""
     tables = guess.tables
     for table in tables[:TABLES_SHOWN]:
-        yield from table_lines(table)
+        yield from guessed_table(table)
         yield ""
     if len(tables) > TABLES_SHOWN:
         yield f"and {count(len(tables) - TABLES_SHOWN, 'further table')}"
@@ -39,7 +40,7 @@ LAYOUTS = {"files": "each is one pose", "log": "the static intervals are the pos
            "means": "each row is the mean of a pose"}
 
 
-def table_lines(table: TableGuess) -> list[str]:
+def guessed_table(table: TableGuess) -> list[str]:
     """The columns of one table with their units and reasons, and its first rows."""
     clock = table.clock
     seconds = float(clock.time_s[-1] - clock.time_s[0])
@@ -55,14 +56,14 @@ def table_lines(table: TableGuess) -> list[str]:
         triad = getattr(table, name)
         if triad is not None:
             rows.append([f"  {name}", _names(triad.columns), triad.unit, triad.because])
-    lines += aligned(rows)
+    lines += table_lines(rows)
     readings = [name for name in table.theirs if name in (TIME, *ACCELEROMETER, *GYROSCOPE)
                 or name.startswith("time_") or name == "temperature_c"]
     head = [[f"  {name}" if i == 0 else name for i, name in enumerate(readings)]]
     for row in range(min(ROWS_SHOWN, table.table.rows)):
         values = [f"{table.table.columns[table.theirs[name]][row]:.10g}" for name in readings]
         head.append([f"  {values[0]}", *values[1:]])
-    return [*lines, "  first rows:", *aligned(head)]
+    return [*lines, "  first rows:", *table_lines(head)]
 
 
 def _names(columns: Sequence[str]) -> str:
@@ -100,4 +101,5 @@ def guess_json(guess: SessionGuess, checked: CheckedConfig) -> dict[str, Any]:
 def _rate_hz(table: TableGuess) -> float | None:
     if table.clock.column is None:
         return table.clock.rate_hz
-    return float(1 / np.median(np.diff(table.clock.time_s)))
+    step = float(np.median(np.diff(table.clock.time_s)))
+    return 1 / step if step > 0 else None

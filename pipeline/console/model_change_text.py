@@ -8,7 +8,8 @@ from pipeline.model_change import ModelChange, result_of
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
-from pipeline.text.formatting import DISPLAY, aligned
+from pipeline.text.formatting import DISPLAY
+from pipeline.text.tables import table_lines
 
 
 def change_lines(change: ModelChange) -> Iterator[str]:
@@ -31,10 +32,10 @@ def _triad_lines(change: ModelChange, before: TriadResult, after: TriadResult) -
     rows.append(["chi²/dof", *(f"{r.calibration.fit.chi2 / r.calibration.fit.dof:.3g}"
                                for r in (before, after))])
     rows.append(["verdict", *(r.diagnosis.verdict for r in (before, after))])
-    yield from aligned(rows, indent="")
+    yield from table_lines(rows, indent="")
     sizes = [row for row in effect_rows(after) if row[0].strip().startswith(change.target.name)]
     if sizes:
-        yield from aligned(sizes, indent="")
+        yield from table_lines(sizes, indent="")
     yield verdict_line(after)
 
 
@@ -43,7 +44,7 @@ def _rate_lines(setting: str, before: Outcome, after: Outcome) -> Iterator[str]:
     rows = [[f"rate.{setting}", "before", "after"]]
     rows.append(["phase residual [°]", *(f"{math.degrees(_phase_rms(r)):.4g}" for r in rates)])
     rows.append(["verdict", *(r.clips[0].diagnosis.verdict for r in rates)])
-    yield from aligned(rows, indent="")
+    yield from table_lines(rows, indent="")
     for clip in rates[1].clips[:1]:
         for term in clip.fit.terms:
             values = ", ".join(f"{v:.3g} ± {s:.2g}" for v, s in zip(term.value, term.sd,

@@ -1,24 +1,24 @@
-"""What ``pipeline plan`` prints: what the poses of a session determine."""
+"""What ``pipeline plan`` prints: what the poses of a session determine, for people and programs."""
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from calib.diagnosis.next_measurement.advice import Rival, best_block
 from calib.effects.effect import Effect
 from calib.planning.prospect import Prospect
 from calib.poses.attitudes import direction_name
 from pipeline.plan.outlook import TriadPlan
-from pipeline.text.formatting import aligned, relative
+from pipeline.text.formatting import DISPLAY, relative
+from pipeline.text.tables import table_lines
 
 NOISE = {
     "measured": "noise of the recorded poses",
     "typical": "typical noise of this sensor; that of your sensor may differ by a factor of two",
     "unknown": "unknown noise: the sds need at least one recorded pose",
 }
-MEANS = {
-    "d": "information per pose; the 18 wedge poses have 1",
-    "condition": "the 18 wedge poses have 1.4, the limit is 25",
-}
+MEANING = ("condition: the 18 wedge poses have 1.4, the limit is 25; D-efficiency: information per "
+           "pose, the 18 wedge poses have 1")
 
 
 def plan_lines(plan: TriadPlan, effects: Sequence[Effect], full_scale: float) -> Iterator[str]:
@@ -49,7 +49,8 @@ def plan_lines(plan: TriadPlan, effects: Sequence[Effect], full_scale: float) ->
     if isinstance(plan.complete, str) and missing:
         yield f"  complete: {plan.complete}"
     if outlooks:
-        yield from aligned(_figures(plan, outlooks))
+        yield from table_lines(_figures(plan, outlooks))
+        yield f"  ({MEANING})"
         yield f"  ({NOISE[plan.noise]})"
         yield from _determined(list(outlooks.values())[-1], effects, full_scale)
     best = plan.next_pose
@@ -58,14 +59,13 @@ def plan_lines(plan: TriadPlan, effects: Sequence[Effect], full_scale: float) ->
 
 
 def _figures(plan: TriadPlan, outlooks: dict[str, Prospect]) -> list[list[str]]:
-    unit = "m/s²" if plan.triad == "accelerometer" else "°/s"
-    factor = 1.0 if plan.triad == "accelerometer" else math.degrees(1)
+    unit, factor = DISPLAY[plan.triad]
     rows = [["", *outlooks]]
     rows += [
         ["degrees of freedom", *(str(each.dof) for each in outlooks.values())],
-        [f"condition ({MEANS['condition']})",
+        ["condition",
          *(f"{each.condition:.2f}" for each in outlooks.values())],
-        [f"D-efficiency ({MEANS['d']})",
+        ["D-efficiency",
          *(f"{each.d_efficiency:.2f}" for each in outlooks.values())],
     ]
     if plan.noise == "unknown":
@@ -103,3 +103,46 @@ def _determined(
         advice = best_block(prospect.fit, [Rival(effect, None)], full_scale)
         yield (f"  for {effect.name} record: {advice.instruction}" if advice else
                f"  for {effect.name} further poses do not help: {effect.page.separates}")
+
+
+def plan_json(plan: TriadPlan) -> dict[str, Any]:
+    """The same for programs, in SI units; sds are null where the noise is unknown."""
+    best = plan.next_pose
+    return {
+        "settings": [{
+            "name": setting.name,
+            "rate_rad_s": setting.rate_rad_s,
+            "recorded": len(setting.means),
+            "missing": len(setting.missing),
+            "seconds_per_pose": setting.seconds,
+            "unusable": setting.unusable,
+        } for setting in plan.settings],
+        "noise": plan.noise,
+        "recorded": _outlook_json(plan.at_hand, plan.noise != "unknown"),
+        "complete": _outlook_json(plan.complete, plan.noise != "unknown"),
+        "next_pose": {"up": direction_name(best.up), "plate": best.run,
+                      "sds_fall_by": 1 - best.shrinks},
+        "saturates": plan.saturates,
+        "not_planned": dict(plan.not_planned),
+    }
+
+
+def _outlook_json(outlook: Prospect | str | None, noise_known: bool) -> dict[str, Any] | None:
+    if outlook is None:
+        return None
+    if isinstance(outlook, str):
+        return {"determined": False, "reason": outlook}
+    sds = outlook.sd.tolist() if noise_known else [None, None, None]
+    return {
+        "determined": True,
+        "dof": outlook.dof,
+        "condition": outlook.condition,
+        "d_efficiency": outlook.d_efficiency,
+        "sd_misalignment_rad": sds[0],
+        "sd_bias": sds[1],
+        "sd_scale_relative": sds[2],
+        "cannot_determine": outlook.blind,
+        "determines_partly": outlook.partly,
+        "cannot_separate": outlook.aliases,
+        "cannot_test": outlook.absent,
+    }

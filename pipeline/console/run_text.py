@@ -9,16 +9,19 @@ import numpy as np
 
 from calib.diagnosis.unseen import together
 from calib.effects.catalogue import UnknownEffect, find_effect
+from calib.effects.units import display_unit
 from calib.fit.calibration import TriadParameters
 from calib.mounting.mounting import Mounting
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, SI_UNIT
+from pipeline.console.exclude_text import lines_to_exclude
 from pipeline.console.mounting_text import mounting_text
 from pipeline.console.rate_text import rate_verdict
 from pipeline.stages.poses import Recordings
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
-from pipeline.text.formatting import DISPLAY, NAME_WIDTH, aligned, count, with_sd
+from pipeline.text.formatting import DISPLAY, NAME_WIDTH, count, with_sd
+from pipeline.text.tables import table_lines
 
 WORST_POSES = 3  #: poses that `pipeline diagnose` names
 RANKED = 6  #: candidates that `pipeline diagnose` shows
@@ -26,8 +29,11 @@ RANKED = 6  #: candidates that `pipeline diagnose` shows
 
 def recordings_line(recordings: Recordings) -> str:
     """The number of averaged poses; empty if the configuration contains none."""
-    poses = sum(len(recording.means) for recording in recordings.by_setting.values())
-    return f"{'logs':<{NAME_WIDTH}} {count(poses, 'pose')} averaged" if poses else ""
+    every = recordings.by_setting.values()
+    poses, excluded = (sum(map(len, each)) for each in (
+        [recording.means for recording in every], [recording.excluded for recording in every]))
+    without = f", {excluded} excluded" if excluded else ""
+    return f"{'logs':<{NAME_WIDTH}} {count(poses, 'pose')} averaged{without}" if poses else ""
 
 
 def installation_line(mounting: Mounting) -> str:
@@ -61,7 +67,7 @@ def parameter_lines(result: TriadResult) -> list[str]:
     if result.frame is not None:
         angles = zip(result.frame.angles_rad, result.frame.sd_rad, strict=True)
         rows.append(["  to accelerometer [rad]", *(with_sd(v, s) for v, s in angles)])
-    lines = aligned(rows, indent="")
+    lines = table_lines(rows, indent="")
     if result.prediction is not None:
         lines.append(f"  {prediction_text(result)}")
     if result.calibration.widening > 1:
@@ -108,18 +114,21 @@ def effect_rows(result: TriadResult) -> list[list[str]]:
     for name, (values, sds) in result.calibration.effect_values().items():
         effect = model[name]
         linear = len(effect.parameters)
-        texts = [
-            f"{v:.3g} (not determined alone)" if isnan(s) else with_sd(v, s)
-            for v, s in zip(values, sds, strict=True)
-        ]
+        unit, factor = display_unit(effect.unit_for(result.triad), values[:linear])
+        texts = [_size(v * factor, s * factor)
+                 for v, s in zip(values[:linear], sds[:linear], strict=True)]
         for i in range(0, linear, len(AXES)):
             names = effect.parameters[i : i + len(AXES)]
             axis = f" {names[0][0]}" if linear > len(AXES) else ""
-            unit = effect.unit_for(result.triad)
             rows.append([f"  {name}{axis} [{unit}]", *texts[i : i + len(names)]])
         if effect.shape is not None:
-            rows.append([f"  {name} {effect.shape.name} [{effect.shape.unit}]", texts[-1]])
+            rows.append([f"  {name} {effect.shape.name} [{effect.shape.unit}]",
+                         _size(values[-1], sds[-1])])
     return rows
+
+
+def _size(value: float, sd: float) -> str:
+    return f"{value:.3g} (not determined alone)" if isnan(sd) else with_sd(value, sd)
 
 
 def verdict_line(result: TriadResult) -> str:
@@ -137,6 +146,11 @@ def next_step(outcome: Outcome, folder: Path, look: str = "pipeline diagnose {co
     for triad, diagnosis in diagnoses.items():
         if diagnosis.explanation.step == "add":
             return f"next: pipeline add {config} {triad}.{diagnosis.name}"
+    for result in outcome.triads:
+        if result.diagnosis.verdict == "bad_pose":
+            lines = lines_to_exclude(outcome, result, result.diagnosis.group)
+            return (f"next: {result.diagnosis.explanation.following}. These lines in {config} "
+                    f"exclude it; then type: pipeline run {config}\n{lines}")
     for diagnosis in diagnoses.values():
         if diagnosis.record_next:
             return (
@@ -161,9 +175,23 @@ def comparison_lines(result: TriadResult) -> Iterator[str]:
         for pose in result.comparison.worst(WORST_POSES)
     )
     yield f"  largest residuals: {worst}"
+    if result.excluded:
+        yield f"  excluded: {', '.join(excluded_words(result))}"
     covariate = leading_covariate(result)
     if covariate is not None:
         yield f"  the misfit follows: {covariate}"
+
+
+def excluded_words(result: TriadResult) -> Iterator[str]:
+    """Every excluded pose with its residual by the fit without it."""
+    unit, factor = DISPLAY[result.triad]
+    for each in result.excluded:
+        if each.predicted is None:
+            yield f"{each.label} (no pose of its run)"
+            continue
+        residual = each.predicted.residual
+        yield (f"{each.label} {residual.residual * factor:+.3g} {unit} ({residual.in_sd:+.1f} sd "
+               f"by the fit without it)")
 
 
 def leading_covariate(result: TriadResult) -> str | None:
@@ -205,9 +233,10 @@ def ranking_lines(result: TriadResult) -> list[str]:
         ]
         for each in diagnosis.ranking[:RANKED]
     ]
-    lines = aligned(rows)
+    lines = table_lines(rows)
     for limit in diagnosis.limits[:RANKED]:
-        lines.append(f"  at 95 % no larger than: {limit.name} {limit.value:.2g} {limit.unit}")
+        unit, factor = display_unit(limit.unit, [limit.value])
+        lines.append(f"  at 95 % no larger than: {limit.name} {limit.value * factor:.2g} {unit}")
     if diagnosis.blind:
         lines.append(f"  these data cannot determine: {', '.join(diagnosis.blind)}")
     if result.unseen:

@@ -3,7 +3,8 @@
 Names, headers and units come out of files, so that what is printed may hold anything: control
 characters are shown, never sent, but for the colours that the commands use themselves. A reader
 that goes away (``| head``) never stops a command, and a character that the terminal's encoding
-lacks is replaced.
+lacks is replaced. On a terminal, lines longer than it is wide are cut between words; what programs
+read is never cut.
 """
 
 import io
@@ -18,11 +19,18 @@ from types import FrameType
 from typing import TextIO
 
 from pipeline.text.plain import HIDDEN, escape
+from pipeline.text.wrapping import columns_of
 
 #: The commands' own colours and faces; those that would hide text are not among them.
 FACE = r"\x1b\[(?:0|1|2|32|33|31|36)m"
 #: What is hidden or acts, but new line and tab and the faces.
 ACTING = re.compile(rf"{FACE}|[\n\t]|({HIDDEN.pattern})")
+#: A line to be copied whole: a command, behind the word that announces it.
+COMMAND = re.compile(r"\s*(?:next: |afterwards: )?pipeline ")
+#: The title of a line, and the blanks before its text: further lines begin under the text.
+TITLE = re.compile(r"(?:\S+ )*\S+ {2,}")
+FURTHER = 4  #: columns, of the further lines of an indented one
+DEEPEST = 0.4  #: share of the width that the beginning of further lines may take
 
 
 def shown(text: str) -> str:
@@ -32,6 +40,30 @@ def shown(text: str) -> str:
     'a\\x1b[2Jb'
     """
     return ACTING.sub(lambda match: escape(match[1]) if match[1] else match[0], text)
+
+
+def cut_between_words(line: str, columns: int) -> str:
+    """``line`` in as many lines as ``columns`` need; commands and names of files stay whole.
+
+    >>> print(cut_between_words("logs            36 poses averaged", 30))
+    logs            36 poses
+                    averaged
+    """
+    plain = re.sub(FACE, "", line)
+    if len(plain) <= columns or COMMAND.match(plain) or os.path.lexists(plain):
+        return line
+    title = TITLE.match(plain)
+    start = title.end() if title else FURTHER * plain.startswith(" ")
+    indent = min(start, int(DEEPEST * columns))
+    lines, length = [""], 0
+    for blanks, word in re.findall(r"(\s*)(\S+)", line):
+        size = len(re.sub(FACE, "", word))
+        if length and length + len(blanks) + size > columns:
+            lines.append(" " * indent)
+            blanks, length = "", indent
+        lines[-1] += blanks + word
+        length += len(blanks) + size
+    return "\n".join(lines)
 
 
 class ShownStream(io.TextIOBase):
@@ -61,18 +93,24 @@ class ShownStream(io.TextIOBase):
     def write(self, text: str) -> int:
         """Write ``text``; nothing happens once the reader has gone."""
         clean = shown(text)
-        if not self._gone:
-            try:
-                self.raw.write(clean)
-            except OSError as error:
-                self._give_up(error)
+        columns = columns_of(self.raw)
+        if columns is not None:
+            clean = "\n".join(cut_between_words(line, columns) for line in clean.split("\n"))
+        self._send(clean)
         return len(text)
 
+    def _send(self, text: str) -> None:
+        if not self._gone:
+            try:
+                self.raw.write(text)
+            except OSError as error:
+                self._give_up(error)
+
     def write_bytes(self, data: bytes) -> None:
-        """Write UTF-8 text as bytes; shown as text where somebody watches."""
+        """Write UTF-8 text as bytes, no line cut; shown as text where somebody watches."""
         raw = getattr(self.raw, "buffer", None)
         if raw is None or self.isatty():
-            self.write(data.decode(errors="replace"))
+            self._send(shown(data.decode(errors="replace")))
             return
         self.flush()
         if not self._gone:

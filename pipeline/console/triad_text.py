@@ -1,9 +1,10 @@
-"""A configuration as text: one line per section."""
+"""A configuration as text: one line per section; and the same for programs."""
 
 from collections.abc import Iterator
+from typing import Any
 
 from pipeline.config.load import Config
-from pipeline.config.schema import PosesSection, VideoRateSection
+from pipeline.config.schema import AccelerometerSection, RunSection, VideoRateSection
 
 
 def summary_lines(config: Config) -> Iterator[str]:
@@ -20,19 +21,50 @@ def summary_lines(config: Config) -> Iterator[str]:
             yield f"rate           {name}: {value}, stated in the configuration"
     if config.accelerometer:
         section = config.accelerometer
-        yield f"accelerometer  {_poses(section.poses)}; model {', '.join(section.model)}"
+        yield f"accelerometer  {_poses(section)}; model {', '.join(section.model)}"
     if config.gyroscope:
         for run in config.gyroscope.runs:
-            yield f"gyroscope      {_poses(run.poses)} at rate {run.rate}"
+            yield f"gyroscope      {_poses(run)} at rate {run.rate}"
         yield f"gyroscope      model {', '.join(config.gyroscope.model)}"
     yield f"results        {config.output_folder}"
     yield f"next: pipeline run {path}"
 
 
-def _poses(poses: PosesSection) -> str:
+def summary_json(config: Config) -> dict[str, Any]:
+    """The same for programs; ``problems`` is empty, as the configuration is right."""
+    accelerometer, gyroscope = config.accelerometer, config.gyroscope
+    return {
+        "config": str(config.source.path),
+        "title": config.title,
+        "exit_code": 0,
+        "problems": [],
+        "sensor": config.sensor.name,
+        "rate": {name: {"clips": [str(path) for path in rate.video]}
+                 if isinstance(rate, VideoRateSection) else
+                 {"rate_rad_s": rate.rate_rad_s, "sd_rad_s": rate.sd_rad_s}
+                 for name, rate in config.rate.items()},
+        "accelerometer": None if accelerometer is None else {
+            "model": accelerometer.model, **_logs(accelerometer)},
+        "gyroscope": None if gyroscope is None else {
+            "model": gyroscope.model,
+            "runs": [{"rate": run.rate, **_logs(run)} for run in gyroscope.runs]},
+        "results": str(config.output_folder),
+    }
+
+
+def _logs(section: AccelerometerSection | RunSection) -> dict[str, Any]:
+    paths = [str(path) for each in section.poses.files_by_key().values() for path in each]
+    return {"files": paths, "exclude": list(section.exclude)}
+
+
+def _poses(section: AccelerometerSection | RunSection) -> str:
+    poses, excluded = section.poses, section.exclude
+    without = f", without {', '.join(map(str, excluded))}" if excluded else ""
     if poses.log:
-        return f"static intervals in {', '.join(path.name for path in poses.log)}"
-    return _count(len(poses.files), "pose")
+        return f"static intervals in {', '.join(path.name for path in poses.log)}{without}"
+    if poses.means:
+        return f"rows of {', '.join(path.name for path in poses.means)}{without}"
+    return f"{_count(len(poses.files) - len(excluded), 'pose')}{without}"
 
 
 def _count(n: int, noun: str) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from calib.effects.units import display_unit
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
 from pipeline.export.certificate_records import (
@@ -24,11 +25,10 @@ from pipeline.text.formatting import (
     DISPLAY,
     RPM,
     count,
-    display_unit,
     relative,
-    short_model,
     with_sd,
 )
+from pipeline.text.model_name import short_model
 from pipeline.text.names import DISTRIBUTION
 
 HASH_DIGITS = 16

@@ -8,9 +8,10 @@ import numpy as np
 
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import odds_in_words, readable
+from calib.effects.units import display_unit
 from pipeline.report.svg import tick_text
 from pipeline.stages.triads import TriadResult
-from pipeline.text.formatting import DISPLAY, display_unit, with_sd
+from pipeline.text.formatting import DISPLAY, with_sd
 
 RANKED = 8  #: rows that are always shown; the others unfold
 LEAST_SHARE = 1e-3  #: of chi²: smaller drops are written as none

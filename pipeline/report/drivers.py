@@ -66,7 +66,7 @@ def drivers(triad: str, at: Conditions) -> Iterator[Driver]:
         yield Driver(f"{felt} {axis}", unit, size, "vector", k)
         yield Driver(f"{felt} {axis} in the pose before", unit, size, "previous", k)
         yield Driver(f"specific force along {axis}", "g", 1 / STANDARD_GRAVITY_M_S2, "force", k)
-        yield Driver(f"vibration along {axis}", "(m/s²)²", 1.0, "vibration", k)
+        yield Driver(f"vibration along {axis}", "g²", STANDARD_GRAVITY_M_S2**-2, "vibration", k)
 
 
 def _column_label(name: str) -> str:

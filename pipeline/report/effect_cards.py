@@ -17,11 +17,12 @@ from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import joined
 from calib.effects.catalogue import EFFECTS, UnknownEffect, find_effect
 from calib.effects.effect import Effect
-from calib.poses.imu_log import AXES, FloatArray
+from calib.effects.units import display_unit
+from calib.poses.imu_log import AXES, FloatArray, Triad
 from pipeline.report.fingerprint import Fingerprint, fingerprint, fingerprint_svg
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
-from pipeline.text.formatting import display_unit, with_sd
+from pipeline.text.formatting import with_sd
 
 Standing = Literal["missing", "model", "offered", "idle", "unseen", "unavailable"]
 
@@ -137,7 +138,7 @@ def _card(
         formula=formula_html(effect.page.formula) if listed else escape(effect.page.formula),
         standing=standing,
         status=_status(result, effect, standing),
-        typical=tuple((part, str(size)) for part, size in effect.page.typical.items()),
+        typical=tuple(_typical(effect, result.triad)),
         source=effect.page.source,
         size=_size_table(result, effect, candidate),
         fingerprint="" if shape is None else fingerprint_svg(
@@ -229,6 +230,17 @@ def _size_table(
         rows = tuple(name[0] for name in effect.parameters[::3])
         return SizeTable(unit, columns, rows, (cells[:3], cells[3:6], cells[6:]), shape)
     return SizeTable(unit, effect.parameters, ("",), (cells,), shape)
+
+
+def _typical(effect: Effect, triad: Triad) -> Iterator[tuple[str, str]]:
+    """Class of parts and what is typical of it, in the unit of the sizes that were fitted."""
+    for part, typical in effect.page.typical.items():
+        sizes = [size.within(*display_unit(effect.unit_for(triad), [size.si]))
+                 for size in typical.sizes if size.triad in (None, triad)]
+        if sizes:
+            yield part, ", ".join(sizes) + (f" ({typical.note})" if typical.note else "")
+        elif not typical.sizes:
+            yield part, typical.note
 
 
 def _sizes(

@@ -36,6 +36,9 @@ TERMS = (
     Term("rms", "RMS", r"\bRMS\b", "Root mean square: the square root of the mean square."),
     Term("sd", "sd", r"\bsds?\b", "Standard deviation. The true value is within one sd of the "
          "stated value in 68 % of cases, and within two sds in 95 %."),
+    Term("unit", "mm/s² and °/s", r"mm/s²|°/s",
+         "Errors of the accelerometer are in mm/s² everywhere on this page, those of the gyroscope "
+         "in °/s. Data sheets quote mg: 1 mg is 9.81 mm/s². The results file is in SI units."),
     Term("ppm", "ppm", r"\bppm\b", "Parts per million: 1000 ppm are 0.1 %."),
     Term("specific-force", "specific force", r"specific force",
          "What an accelerometer measures: acceleration minus gravity. At rest it points upwards "

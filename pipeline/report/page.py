@@ -8,8 +8,6 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from pipeline.console.answers import RATES, Answer, answers_of, headline
 from pipeline.console.mounting_text import mounting_text
 from pipeline.console.run_text import triad_figures
@@ -17,15 +15,16 @@ from pipeline.report.added_variable import added_variable_figure
 from pipeline.report.axis_charts import axis_charts, lead_panel
 from pipeline.report.candidate_table import RANKED, candidate_rows, limit_rows
 from pipeline.report.effect_cards import effect_cards
-from pipeline.report.glossary import TERMS, with_terms
+from pipeline.report.glossary import TERMS
 from pipeline.report.history_chart import staircase
+from pipeline.report.page_templates import page_templates
 from pipeline.report.pose_charts import (
     covariate_figures,
     coverage_figure,
     residual_figure,
     run_legend,
 )
-from pipeline.report.pose_sphere import how_to_exclude, pose_rows, sphere_json
+from pipeline.report.pose_sphere import excluded_rows, pose_rows, sphere_json
 from pipeline.report.rate_charts import rate_view
 from pipeline.report.refit_data import constants_json, refit_json
 from pipeline.report.tables import budget_rows, parameter_groups
@@ -59,14 +58,7 @@ def report_html(
     when : datetime, optional
         Local time of the run, for the head of the page. Nothing else on the page depends on it.
     """
-    environment = Environment(
-        loader=PackageLoader("pipeline.report", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["terms"] = with_terms
+    environment = page_templates()
     drawings = tuple(environment.get_template("drawings.html").module.__dict__)
     where = str(folder or outcome.config.output_folder)
     config = shlex.quote(str(outcome.config.source.path))
@@ -170,7 +162,7 @@ def _triad_view(
         "covariates": tuple(covariate_figures(result)),
         "coverage": coverage_figure(result),
         "pose_rows": pose_rows(result),
-        "exclude": how_to_exclude(outcome, result),
+        "excluded_rows": excluded_rows(result),
         "added": added_variable_figure(result, payload),
         "staircase": staircase(result.triad, history),
         "candidates": candidate_rows(result),

@@ -10,22 +10,23 @@ errors that the references have in common (their prior rows last), and C_j those
 effect, ticked or not. With the model's own effects ticked the result is the fit itself; everything
 else is linear about it. Columns are scaled to unit length and rounded to ``DIGITS``.
 
-An effect with a shape parameter (the time constant of a warm-up) is taken at the value that fits
-best here, found by its profile, and carries one column more: the derivative with respect to it,
+An effect with a shape parameter (the time constant of a warm-up) is taken at the value of its joint
+refit, and carries one column more: the derivative with respect to it,
 zero where that value is at a bound.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import candidate_effects
+from calib.diagnosis.search.refit import refit
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import Effect
+from calib.effects.units import display_unit
 from calib.fit.column_scaling import unit_columns
 from calib.fit.identifiability import VISIBLE_SHARE
 from calib.fit.leave_one_out import LARGEST_LEVERAGE
@@ -37,7 +38,7 @@ from pipeline.report.pose_charts import SHOWN_SD
 from pipeline.report.svg import NICE
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
-from pipeline.text.formatting import DISPLAY, display_unit
+from pipeline.text.formatting import DISPLAY
 
 DIGITS = 7
 SHAPE_STEP = 1e-3  #: relative step of the derivative with respect to a shape parameter
@@ -139,7 +140,7 @@ def _boxes(result: TriadResult, defined: Mapping[str, Effect]) -> Iterator[Box]:
 
 def _columns(fit: Fit, model: Model, effect: Effect, shape: float | None) -> FloatArray:
     """Columns (d, k) of ``effect`` as the solver of ``model`` would take its first step on."""
-    equations = Equations(fit.poses, model)
+    equations = Equations(fit.poses, model, whitening=fit.equations.whitening)
     theta = np.zeros(model.size)
     theta[: fit.model.size] = fit.theta
     shapes = {**fit.shapes, **({} if shape is None else {effect.name: shape})}
@@ -197,21 +198,21 @@ def _sizes(fit: Fit, columns: FloatArray) -> FloatArray:
 
 
 def best_shape(fit: Fit, model: Model, effect: Effect) -> float | None:
-    """The shape value at which the linearised refit leaves least; None without a shape."""
-    if effect.shape is None:
+    """The shape value of the joint refit, which begins where the linearised one leaves least.
+
+    None without a shape.
+    """
+    shape = effect.shape
+    if shape is None:
         return None
 
     def cost(value: float) -> float:
         remainder = _left(fit, _columns(fit, model, effect, value))
         return float(remainder @ remainder)
 
-    tried = sorted(effect.shape.starts)
-    best = int(np.argmin([cost(value) for value in tried]))
-    low = tried[best - 1] if best > 0 else effect.shape.bounds[0]
-    high = tried[best + 1] if best + 1 < len(tried) else effect.shape.bounds[1]
-    bounds = np.log((low, high))
-    minimum = minimize_scalar(lambda x: cost(np.exp(x)), bounds=bounds, method="bounded")
-    return float(np.exp(minimum.x))
+    start = min(shape.starts, key=cost)
+    joint = refit(fit, [replace(effect, shape=replace(shape, starts=(start, *shape.starts)))])
+    return start if joint is None else joint.fit.shapes[effect.name]
 
 
 def _box_json(box: Box, root: FloatArray, result: TriadResult) -> Json:

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.consistency.certificate import CertificateComparison
+from calib.effects.units import display_unit
 from calib.fit.calibration import NOISE, uncertainty_budget
 from calib.poses.imu_log import AXES, SI_UNIT
 from pipeline.stages.triads import TriadResult
-from pipeline.text.formatting import DISPLAY, display_unit, relative, with_sd
+from pipeline.text.formatting import DISPLAY, relative, with_sd
 
 NEGLIGIBLE = 1e-3  #: share of the total sd: less of it is written as 0
 
@@ -109,16 +110,16 @@ def _effect_groups(result: TriadResult) -> Iterator[Group]:
     model = {effect.name: effect for effect in result.calibration.fit.model.effects}
     for name, (values, sds) in result.calibration.effect_values().items():
         effect = model[name]
-        unit = effect.unit_for(result.triad)
-        labels = [*effect.parameters]
+        linear = len(effect.parameters)
+        unit, factor = display_unit(effect.unit_for(result.triad), values[:linear])
+        labels, factors = [*effect.parameters], [factor] * linear
         if effect.shape is not None:
             labels.append(f"{effect.shape.name} [{effect.shape.unit}]")
-        said, factor = display_unit(unit, np.array(values[: len(effect.parameters)]))
-        linear = len(effect.parameters)
+            factors.append(1.0)
         yield Group(name, unit, effect.physics, tuple(
-            Row(label, with_sd(value, sd), *(("0", f"{value * factor:+.3g} {said}") if j < linear
-                                             else ("", "")), "", "")
-            for j, (label, value, sd) in enumerate(zip(labels, values, sds, strict=True))))
+            Row(label, with_sd(value * factor, sd * factor), "0" if j < linear else "", "", "", "")
+            for j, (label, value, sd, factor) in enumerate(
+                zip(labels, values, sds, factors, strict=True))))
 
 
 def _frame(result: TriadResult) -> Iterator[Group]:

@@ -11,7 +11,9 @@ from calib.poses.imu_log import TRIADS
 from pipeline.errors import UnreadableInput
 from pipeline.results.schema.history import HistoryLine
 from pipeline.results.schema.types import problems_of
-from pipeline.text.formatting import DISPLAY, aligned, short_model
+from pipeline.text.formatting import DISPLAY
+from pipeline.text.model_name import short_model
+from pipeline.text.tables import table_lines
 
 HISTORY_NAME = "history.jsonl"
 
@@ -133,7 +135,7 @@ def history_rows(steps: Sequence[Step]) -> dict[str, list[tuple[str, ...]]]:
 def history_lines(steps: Sequence[Step]) -> list[str]:
     """The same, aligned for a terminal."""
     tables = history_rows(steps)
-    return [line for triad, rows in tables.items() for line in (triad, *aligned(rows))]
+    return [line for triad, rows in tables.items() for line in (triad, *table_lines(rows))]
 
 
 def _merged(steps_of: list[tuple[Step, TriadStep]]) -> list[tuple[Step, TriadStep]]:

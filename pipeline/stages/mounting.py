@@ -67,7 +67,7 @@ def reading_at_rest(config: Config, recordings: Recordings) -> FloatArray | None
     """What the gyroscope reads in the accelerometer's poses, SI, (3,); None where not logged."""
     if config.accelerometer is None:
         return None
-    means = recordings.of(config.accelerometer.poses).means
+    means = recordings.of(config.accelerometer).means
     rate = np.array([mean.gyroscope.mean for mean in means])
     return np.asarray(np.median(rate, axis=0)) if np.isfinite(rate).all() else None
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from calib.poses.runs import PlateRate
+from calib.poses.reference import PlateRate
 from pipeline.config.load import Config
 from pipeline.config.schema import KnownRateSection, PlateSection, TimebaseSection, VideoRateSection
 from pipeline.stages.context import RunContext

@@ -138,6 +138,20 @@ def part(edit: Edit, start: float, stop: float) -> Edit:
     return edited
 
 
+def rocking(degrees: float, per_rad_s: float, middle: float = 32767.5) -> Edit:
+    """Turned to and fro about x once a second; ``per_rad_s`` is the gyroscope's gain, counts."""
+
+    def edit(table: Table) -> Table:
+        angle = np.radians(degrees) * np.sin(2 * np.pi * table[:, 0])
+        y, z = (table[:, 2:4] - middle).T
+        table[:, 2] = middle + y * np.cos(angle) - z * np.sin(angle)
+        table[:, 3] = middle + y * np.sin(angle) + z * np.cos(angle)
+        table[:, 4] += per_rad_s * np.gradient(angle, table[:, 0])
+        return table
+
+    return edit
+
+
 def clipped(columns: slice, limit: float, middle: float = 0.0) -> Edit:
     """Cut off below the rail."""
 

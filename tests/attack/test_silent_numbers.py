@@ -24,6 +24,7 @@ from tests.attack.spoilt import (
     frozen,
     logs,
     part,
+    rocking,
     scaled,
     times,
     without,
@@ -159,6 +160,8 @@ CASES: dict[str, tuple[str, Spoil, str, int, str]] = {
         "pose_07.csv: the sensor moved"),
     "a pose turned half way": ("paper", logs(POSE_7, part(axes(ACC, SWAP), 0.5, 1.0)), "run", 4,
                                "pose_07.csv: the sensor moved"),
+    "a pose that rocks": ("paper", logs(POSE_7, rocking(8.0, 9500.0)), "run", 4,
+                          "pose_07.csv: the sensor was shaken|short of gravity"),
     "moved on the plate": (
         "paper", logs("gyroscope/17rpm/pose_02.csv", part(axes(GYR, SWAP), 0.3, 0.6)), "run", 4,
         "pose_02.csv: the sensor was moved on the turning plate"),

@@ -73,8 +73,8 @@ def test_help_fits_the_terminal_and_cuts_no_word(
     columns: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     words = " ".join(front_page().split())
-    monkeypatch.setattr(sys.stdout, "fileno", lambda: 1, raising=False)
-    monkeypatch.setattr(os, "get_terminal_size", lambda _: os.terminal_size((columns, 24)))
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
+    monkeypatch.setenv("COLUMNS", str(columns))
     page = front_page()
     assert max(map(len, page.splitlines())) <= min(max(columns, 48), 100)
     assert " ".join(page.split()) == words
@@ -92,6 +92,17 @@ def test_the_help_of_every_command_has_examples_that_exist() -> None:
         for typed, *words in examples:
             assert typed == name
             assert {word for word in words if word.startswith("--")} <= options
+
+
+@pytest.mark.parametrize(("option", "commands"), [
+    ("--json", "run rate diagnose history plan import check noise"),
+    ("--quiet", "run rate diagnose add remove history record plan demo import check noise"),
+])
+def test_commands_that_print_tables_have_json_and_quiet(option: str, commands: str) -> None:
+    for name in commands.split():
+        command = group.root.get_command(click.Context(group.root), name)
+        assert command is not None
+        assert option in {each for parameter in command.params for each in parameter.opts}, name
 
 
 @pytest.mark.parametrize("command", ["--help", "effects"])

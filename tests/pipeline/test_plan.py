@@ -1,5 +1,6 @@
 """The outlook before recording is what recording then gives."""
 
+import json
 import subprocess
 import sys
 from dataclasses import replace
@@ -18,6 +19,7 @@ from calib.poses.imu_log import Triad
 from calib.poses.reference import CommonError
 from tests.fitting import averaged, calibrated, spec_of
 from tests.paths import ROOT
+from tests.sessions import configured, pipeline
 from tests.world.designs import SLOW, paper_design
 from tests.world.imu import Sensor, mpu6050, mti
 from tests.world.session import simulate
@@ -161,6 +163,25 @@ def test_before_the_first_pose_the_plan_goes_by_the_data_sheet(tmp_path: Path) -
     assert "typical noise of this sensor" in text
     assert "270 °/s, the gyroscope ends at ±250 °/s and saturates" in text
     assert "for g_sensitivity record: the same poses with the plate stopped" in text
+
+
+@pytest.mark.parametrize("command", ["check", "plan"])
+def test_planned_poses_that_determine_nothing_are_refused_before_recording(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = configured(tmp_path, NEW.replace("record: {", "record: {poses: 6, "))
+    assert pipeline(command, config, "--json") == 4
+    printed = capsys.readouterr()
+    assert "6 poses give 6 equations for 9 parameters" in printed.err
+    read = json.loads(printed.out)
+    if command == "plan":
+        assert read["accelerometer"]["complete"]["determined"] is False
+    else:
+        assert read["exit_code"] == 4
+        assert read["problems"] == [printed.err.strip()]
+    config.write_text(NEW)
+    assert pipeline(command, config, "--quiet") == (3 if command == "check" else 0)
+    assert capsys.readouterr().out == ""
 
 
 def test_half_a_session_is_judged_with_and_without_the_rest(tmp_path: Path) -> None:

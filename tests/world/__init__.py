@@ -4,6 +4,7 @@
 - ``designs`` names the usual ones, ``physics`` lives through one.
 - ``hidden`` adds what a model may miss, ``sizes`` draws how much.
 - ``session`` gives logs as arrays, ``write`` as files, ``truth`` what a perfect calibration finds.
+- ``lot`` draws thousands of sensors at once, as pose means.
 - ``plate``, ``scene``, ``picture``, ``film`` make the clips.
 
 For example::

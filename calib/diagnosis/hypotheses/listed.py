@@ -27,6 +27,34 @@ EFFECT_OF_COLUMN = {"temperature_c": "temperature_bias"}
 
 
 @dataclass(frozen=True, eq=False)
+class Course:
+    """Errors with a course over the poses, of each axis by itself or of the vectors' length.
+
+    Parameters
+    ----------
+    values : array, shape (n, k, 3) or (n, k, 1)
+        The k courses on the three axes, each with a parameter of its own; or on the length.
+    """
+
+    values: FloatArray
+
+    @classmethod
+    def of_bias(cls, values: FloatArray) -> "Course":
+        """A bias with the courses ``values`` (n, k), the same on every axis."""
+        return cls(np.repeat(values[:, :, None], 3, axis=2))
+
+    @classmethod
+    def of_size(cls, values: FloatArray) -> "Course":
+        """The length of the vectors with the courses ``values`` (n, k)."""
+        return cls(values[:, :, None])
+
+    @property
+    def is_of_size(self) -> bool:
+        """Whether the length of the vectors errs, not each axis."""
+        return bool(self.values.shape[2] == 1)
+
+
+@dataclass(frozen=True, eq=False)
 class Hypothesis:
     """One thing that could be missing.
 
@@ -41,8 +69,8 @@ class Hypothesis:
         What a joint refit adds; None where only the rows at hand can hold it.
     shape : float or None
         Value of its shape parameter.
-    vectors : array or None, shape (n, 3, k)
-        Errors of the vectors where there is no effect.
+    course : Course or None
+        Errors of the vectors in closed form, of what is not listed.
     detail : str
         The pose, the time or the form, in words.
     """
@@ -52,13 +80,11 @@ class Hypothesis:
     log_prior: float
     effect: Effect | None = None
     shape: float | None = None
-    vectors: FloatArray | None = None
+    course: Course | None = None
     detail: str = ""
 
     def errors(self, fit: Fit) -> FloatArray:
-        """Errors (n, 3, k) of the vectors; a shape parameter that ``fit`` fitted is as fitted."""
-        if self.vectors is not None:
-            return self.vectors
+        """Errors (n, 3, k) of its effect; a shape parameter that ``fit`` fitted is as fitted."""
         assert self.effect is not None
         if self.effect.in_square and self.name not in fit.model.names:
             return square_vectors(fit, self.effect)

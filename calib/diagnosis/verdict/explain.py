@@ -21,9 +21,11 @@ from calib.diagnosis.verdict.wording import (
     unsupported,
 )
 from calib.effects.catalogue import find_effect
+from calib.effects.units import display_unit
 from calib.errors import CalibrationError
 from calib.fit.prediction import Prediction
 from calib.fit.result import Fit
+from calib.fit.rounding import with_sd
 
 Standing = Literal["good", "act", "open"]
 Step = Literal["apply", "add", "record", "repeat", "define"]
@@ -113,7 +115,9 @@ def _effect(case: _Case) -> Explanation:
     if best.size.size:
         largest = int(np.argmax(np.abs(best.size)))
         which = f"The largest part of '{verdict.name}'" if more else "Its largest part"
-        text += f"{which} is about {best.size[largest]:.3g} ± {best.sd[largest]:.2g} {best.unit}. "
+        unit, factor = display_unit(best.unit, best.size)
+        size = with_sd(factor * float(best.size[largest]), factor * float(best.sd[largest]))
+        text += f"{which} is {size} {unit}. "
     others = joined([f"'{name}'" for name in verdict.group[1:]], "or")
     short = f"its model lacks {joined(verdict.names, 'and')}"
     if others:
@@ -212,7 +216,7 @@ def _bad_pose(case: _Case) -> Explanation:
         what, verb = f"One pose does not agree with the others: {names}", "it"
     else:
         what, verb = f"{len(poses)} poses do not agree with the others: {names}", "them"
-    again = f"Record {verb} again, or take {verb} out of the list of poses"
+    again = f"Record {verb} again, or exclude {verb}"
     short = f"the {'pose' if len(poses) == 1 else 'poses'} {names} contradict the others"
     if len(poses) == 1:
         short = f"the pose {names} contradicts the others"

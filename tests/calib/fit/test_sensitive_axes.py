@@ -8,6 +8,7 @@ import pytest
 from calib.effects.catalogue import BASE, find_effect
 from calib.errors import Undetermined
 from calib.fit.model import Model
+from calib.fit.residuals import Equations
 from calib.fit.solver import fit
 from calib.poses.attitudes import natural_directions
 from calib.poses.pose_set import PoseSet, pose_set
@@ -111,3 +112,14 @@ def test_a_lever_arm_is_refused_where_nothing_turned() -> None:
     assert np.linalg.norm(poses.reading[0]) == pytest.approx(GRAVITY, rel=1e-2)
     with pytest.raises(Undetermined, match="lever_arm"):
         fit(poses, Model.of((*BASE, "lever_arm")))
+
+
+def test_a_gain_of_nothing_has_no_axes_and_no_warning() -> None:
+    """A minimiser tries such gains on its way; numpy's warnings are errors here."""
+    model = Model.of([*BASE, "cubic"])
+    poses = made_poses("accelerometer", [0.0])
+    equations = Equations(poses, model)
+    theta = np.zeros(model.size)
+    theta[model.slices()["scale"]] = [1.0, 0.0, 0.0]
+    rows = equations.rows(theta, np.zeros(equations.common.shape[1]), {})
+    assert np.isfinite(rows.jacobian).all()

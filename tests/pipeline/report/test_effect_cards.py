@@ -6,15 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from jinja2 import Environment, PackageLoader
 
 from calib.effects.catalogue import EFFECTS, find_effect
 from calib.effects.effect import Effect
+from calib.effects.units import display_unit
 from calib.poses.imu_log import FloatArray, Triad
 from pipeline.report.effect_cards import EffectCard, effect_cards, formula_html
 from pipeline.report.fingerprint import fingerprint
+from pipeline.report.page_templates import page_templates
 from pipeline.report.refit_data import refit_json
-from pipeline.text.formatting import display_unit
 from tests.pipeline.report.browser import needs_browser
 from tests.pipeline.report.conftest import HiddenSession
 from tests.pipeline.report.html_page import Page
@@ -25,8 +25,7 @@ G = 9.80665
 
 @pytest.fixture(scope="module")
 def drawings() -> dict[str, object]:
-    loader = PackageLoader("pipeline.report", "templates")
-    return vars(Environment(loader=loader, autoescape=True).get_template("drawings.html").module)
+    return vars(page_templates().get_template("drawings.html").module)
 
 
 @pytest.fixture(scope="module")
@@ -127,14 +126,15 @@ def test_an_effect_without_a_drawing_has_that_of_a_user_s_effect(
 
 @pytest.mark.parametrize(("name", "triad", "size", "unit", "shown"), [
     ("g_sensitivity", "gyroscope", 2e-4, "°/s per g", math.degrees(2e-4) * G),
-    ("temperature_bias", "accelerometer", 5e-3, "mg per K", 5e-3 / G * 1e3),
+    ("temperature_bias", "accelerometer", 5e-3, "mm/s² per K", 5.0),
+    ("g_sensitivity", "gyroscope", 2e-6, "°/s per g", math.degrees(2e-6) * G),
     ("scale", "gyroscope", 3e-2, "%", 3.0),
     ("temperature_scale", "gyroscope", 2e-5, "ppm per K", 20.0),
     ("earth_rate", "gyroscope", 5e-5, "°/h", math.degrees(5e-5) * 3600),
     ("lever_arm", "accelerometer", 0.013, "mm", 13.0),
     ("quadratic", "gyroscope", 1e-4, "ppm per °/s", 1e-4 * math.radians(1) * 1e6),
 ])
-def test_sizes_are_in_the_units_of_data_sheets(
+def test_sizes_have_one_unit_in_front_of_every_per(
     name: str, triad: Triad, size: float, unit: str, shown: float
 ) -> None:
     sizes: FloatArray = np.array([size])

@@ -13,7 +13,7 @@ from calib.fit.angrisano import data_sheet_start
 from calib.fit.calibration import alignment
 from calib.mounting.levelling import mounting_rotation
 from calib.poses.imu_log import FloatArray
-from pipeline.text.formatting import aligned
+from pipeline.text.tables import aligned
 from tests.studies.angrisano.bench import leaning_axes
 from tests.studies.angrisano.iteration import iterate_as_printed
 from tests.studies.angrisano.published import ACCELEROMETER, GRAVITY_M_S2

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from calib.mounting.levelling import mounting_rotation, order_margins, roll_pitch, rotation_order
-from pipeline.text.formatting import aligned
+from pipeline.text.tables import aligned
 
 READING_G = np.array([-0.2235, 0.4937, 0.8330])
 """Mean of 300 readings of an MPU-6050 on two lamps of 30° and 15°, section V."""

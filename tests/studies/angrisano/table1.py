@@ -20,7 +20,7 @@ from calib.poses.averaging import average_pose
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.runs import gravity_run
-from pipeline.text.formatting import Rows, aligned
+from pipeline.text.tables import Rows, aligned
 from tests.studies.angrisano.bench import BenchTriad, laid_directions, leaning_axes
 from tests.studies.angrisano.iteration import iterate_as_printed
 from tests.studies.angrisano.published import (

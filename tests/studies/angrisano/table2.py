@@ -25,7 +25,7 @@ from calib.fit.residuals import Equations
 from calib.fit.solver import fit
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
-from pipeline.text.formatting import aligned
+from pipeline.text.tables import aligned
 from tests.studies.angrisano.iteration import Iterations, iterate_as_printed
 from tests.studies.angrisano.published import (
     ACCELEROMETER,

@@ -23,8 +23,9 @@ from calib.fit.model import Model
 from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import pose_set
-from calib.poses.runs import PlateRate, turning_run
-from pipeline.text.formatting import aligned
+from calib.poses.reference import PlateRate
+from calib.poses.runs import turning_run
+from pipeline.text.tables import aligned
 from tests.studies.angrisano.bench import BenchTriad, laid_directions, leaning_axes
 from tests.studies.angrisano.published import (
     FRAMES_PER_SECOND,

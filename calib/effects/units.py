@@ -1,0 +1,72 @@
+"""Errors and sizes of effects in the units that people read: mm/s², °/s, °/s per g, ppm per K.
+
+One rule for both triads: an accelerometer's error is in mm/s² and a gyroscope's in °/s, alone and
+in front of every "per"; only a gyroscope's bias under 0.01 °/s is in °/h. What an error is
+relative to is in g, °/s or its own unit, a part of the reading in % or ppm.
+"""
+
+import math
+from collections.abc import Iterable, Mapping
+
+from calib.earth import STANDARD_GRAVITY_M_S2
+
+ERROR_UNIT: Mapping[str, tuple[str, float]] = {
+    "m/s²": ("mm/s²", 1e3),
+    "rad/s": ("°/s", math.degrees(1.0)),
+}
+"""SI unit of a triad's readings -> unit of its errors, and how many of it one SI unit is."""
+
+NUMERATORS: Mapping[str, tuple[str, float]] = {
+    **ERROR_UNIT, "rad": ("°", math.degrees(1.0)), "m": ("mm", 1e3), "1": ("%", 100.0),
+}
+"""SI numerator -> unit, and how many of it one SI unit is."""
+
+FINER: Mapping[str, tuple[str, float]] = {"°/s": ("°/h", 3600.0), "%": ("ppm", 1e4)}
+"""The unit of small sizes, and how many of it the coarser unit is."""
+
+FINER_BELOW = 0.01
+"""Of the coarser unit: below it the finer one has fewer zeros. It chooses words only."""
+
+DENOMINATORS: Mapping[str, tuple[str, float]] = {
+    "(m/s²)": ("g", STANDARD_GRAVITY_M_S2),
+    "(m/s²)²": ("g²", STANDARD_GRAVITY_M_S2**2),
+    "(rad/s)": ("°/s", math.radians(1.0)),
+    "(rad/s)²": ("(°/s)²", math.radians(1.0) ** 2),
+}
+"""SI denominator -> unit, and how many SI units one of it is."""
+
+
+def display_unit(unit: str, sizes: Iterable[float]) -> tuple[str, float]:
+    """The unit in which ``sizes``, in ``unit``, are read, and its number per ``unit``.
+
+    Examples
+    --------
+    >>> display_unit("(rad/s)/(m/s²)", [2e-5])[0]
+    '°/s per g'
+    >>> display_unit("m/s²/K", [2e-5])[0]
+    'mm/s² per K'
+    >>> display_unit("1/K", [2e-5])[0]
+    'ppm per K'
+    """
+    numerator, rest = _split(unit)
+    if numerator is None:
+        return unit, 1.0
+    name, factor = NUMERATORS[numerator]
+    below = rest.removeprefix("/").removeprefix(" per ")
+    known, per = DENOMINATORS.get(below, (below, 1.0))
+    factor *= per
+    if name in FINER and not (known and name == "°/s"):
+        finer, many = FINER[name]
+        if max(map(abs, sizes), default=0.0) * factor < FINER_BELOW:
+            name, factor = finer, factor * many
+    return (f"{name} per {known}" if known else name), factor
+
+
+def _split(unit: str) -> tuple[str | None, str]:
+    """The SI numerator of a unit, None if it is none of ours, and what follows it."""
+    for numerator in NUMERATORS:
+        for form in (f"({numerator})", numerator):
+            rest = unit.removeprefix(form)
+            if rest != unit and (not rest or rest.startswith(("/", " per "))):
+                return numerator, rest
+    return None, ""

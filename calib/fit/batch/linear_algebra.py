@@ -1,0 +1,54 @@
+"""Solutions of many small systems, of which some may be singular."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from calib.poses.imu_log import FloatArray
+
+
+def inverses(matrices: FloatArray) -> FloatArray:
+    """Inverses of S matrices, NaN for each that is singular, (S, k, k)."""
+    return _each(np.linalg.inv, matrices)
+
+
+def choleskys(matrices: FloatArray) -> FloatArray:
+    """Lower Cholesky factors of S matrices, NaN for each that is not positive definite."""
+    return _each(np.linalg.cholesky, matrices)
+
+
+def solved(matrices: FloatArray, right: FloatArray) -> FloatArray:
+    """Solutions (S, k) of S systems with the right sides (S, k), NaN for each that is singular."""
+    return _each(np.linalg.solve, matrices, right[..., None])[..., 0]
+
+
+def _each(operation: Callable[..., FloatArray], *stacks: FloatArray) -> FloatArray:
+    """``operation`` on the matrices of a stack, NaN where one cannot be decomposed.
+
+    LAPACK refuses a whole stack for one such matrix: the stack is halved until it is alone.
+    """
+    try:
+        return np.asarray(operation(*stacks))
+    except np.linalg.LinAlgError:
+        sets = len(stacks[0])
+        if sets == 1:
+            return np.full_like(stacks[-1], np.nan)
+        halves = [_each(operation, *(each[part] for each in stacks))
+                  for part in (slice(sets // 2), slice(sets // 2, None))]
+        return np.concatenate(halves)
+
+
+def times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+    """S matrices (S, r, k) times S vectors (S, k), shape (S, r)."""
+    return np.asarray((matrices @ vectors[..., None])[..., 0])
+
+
+def scaled_information(jacobian: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """``UᵀU`` (S, k, k) of the unit columns U of S Jacobians (S, r, k), and their lengths (S, k).
+
+    A column of zeros stays one, and has the length 1.
+    """
+    norm = np.sqrt(np.einsum("srk,srk->sk", jacobian, jacobian))
+    norm[norm == 0] = 1.0
+    unit = jacobian / norm[:, None, :]
+    return np.swapaxes(unit, 1, 2) @ unit, norm

@@ -1,0 +1,30 @@
+"""Options that many commands have, and output that programs read."""
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+Decorated = Callable[[Callable[..., Any]], Callable[..., Any]]
+
+
+def json_option(printed: str) -> Decorated:
+    """``--json``; the command has a parameter ``as_json``."""
+    return click.option("--json", "as_json", is_flag=True, help=f"Print {printed} as JSON.")
+
+
+def quiet_option(printed: str) -> Decorated:
+    """``--quiet``; warnings are printed all the same."""
+    return click.option("--quiet", is_flag=True,
+                        help=f"Print {printed} only, and warnings; no progress.")
+
+
+def echo_json(value: Any) -> None:
+    """Print ``value`` as JSON."""
+    echo_whole(json.dumps(value, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def echo_whole(text: str) -> None:
+    """Print what programs read: UTF-8 whatever the terminal, and no line cut at its width."""
+    click.echo(text.encode("utf-8", "surrogateescape"), nl=False)
