@@ -35,14 +35,14 @@ from calib.poses.pose_set import PoseSet
 
 __all__ = ["Fit", "extend", "fit"]
 
-MEMORY_ROUNDS = 30
+MEMORY_ROUNDS = 30  #: numerical limit
 MEMORY_SD = 1e-3
 """A memory is steady once no row moves by more than this part of its sd."""
 
 WEIGHING = Precision(30, 1e-2)
 """Of a fit that is to be weighed against others: chi-square is then exact to 1e-4."""
 
-WEIGHING_MEMORY_ROUNDS = 5
+WEIGHING_MEMORY_ROUNDS = 5  #: a limit of time
 ENOUGH_MISFIT = 2.0
 """Chi-square per degree of freedom above which a warm start tries the shapes' other starts."""
 
