@@ -63,7 +63,8 @@ class Hypothesis:
     Parameters
     ----------
     name : str
-        The effect; ``~NAME`` an unknown function of NAME; else the kind, with the pose or time.
+        Hypotheses of one name are one thing at other shapes, poses or times: the effect, the kind,
+        or for an unknown function ``follows`` with a mark that keeps it apart from an effect.
     kind : str
     log_prior : float
         Log odds of being in the model against not, before the data.
@@ -75,6 +76,9 @@ class Hypothesis:
         Errors of the vectors in closed form, of what is not listed.
     detail : str
         The pose, the time or the form, in words.
+    follows : str or None
+        What an unknown function is a function of: a logged column, ``time_s``, ``spin_rad_s``,
+        ``attitude`` or ``previous``; None for everything else.
     """
 
     name: str
@@ -84,6 +88,7 @@ class Hypothesis:
     shape: float | None = None
     course: Course | None = None
     detail: str = ""
+    follows: str | None = None
 
     def errors(self, fit: Fit) -> FloatArray:
         """Errors (n, 3, k) of its effect; a shape parameter that ``fit`` fitted is as fitted."""
@@ -100,8 +105,8 @@ class Hypothesis:
 
     @property
     def subject(self) -> str:
-        """``name`` without the mark of an unknown function."""
-        return self.name.removeprefix("~")
+        """What an unknown function follows, or ``name``."""
+        return self.name if self.follows is None else self.follows
 
     @property
     def can_be_added(self) -> bool:
