@@ -46,11 +46,17 @@ WHITE = NAMES.index("noise_density")
 
 @dataclass(frozen=True)
 class NoiseCoefficient:
-    """One coefficient of IEEE Std 952.
+    """One coefficient of IEEE Std 952, SI units.
 
-    ``value`` and ``sd`` in SI units, None where the log does not show it; ``limit`` is then what it
-    is below at 95 %; ``needed_s`` the length of a log that would show it if it were as large as the
-    limit's half, or None where a longer log is no help.
+    Attributes
+    ----------
+    value, sd : float or None
+        None where the log does not show it.
+    limit : float
+        What it is then below at 95 %.
+    needed_s : float or None
+        Length of a log that would show it if it were half the limit, s; None where a longer log is
+        no help.
     """
 
     value: float | None
@@ -61,9 +67,17 @@ class NoiseCoefficient:
 
 @dataclass(frozen=True, eq=False)
 class AxisNoise:
-    """The noise of one axis: its curve, the fitted curve, and its coefficients by name.
+    """The noise of one axis.
 
-    ``parts`` (n, 5) are the fitted Allan variances of each process, in the order of ``NAMES``.
+    Attributes
+    ----------
+    curve : AllanCurve
+        n averaging times.
+    fitted : array, shape (n,)
+        The fitted curve.
+    parts : array, shape (n, 5)
+        Fitted Allan variances of each process, in the order of ``NAMES``.
+    coefficients : mapping of str to NoiseCoefficient
     """
 
     curve: AllanCurve

@@ -36,6 +36,15 @@ MEDIAN_OF_NORMAL = 0.6745  #: median of |z| of a standard normal z
 def sample_step_s(log: ImuLog) -> float:
     """The mean interval between samples.
 
+    Parameters
+    ----------
+    log : ImuLog
+
+    Returns
+    -------
+    float
+        s.
+
     Raises
     ------
     Undetermined
