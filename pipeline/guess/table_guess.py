@@ -21,6 +21,7 @@ from pipeline.guess.triads import (
 )
 from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SECONDS_PER, SKIP, TIME, our_name
+from pipeline.stages.session_logs import CELSIUS
 
 MOST_MEANS = 500
 MEANS_APART = np.radians(5.0)
@@ -28,7 +29,6 @@ MEANS_APART = np.radians(5.0)
 samples lie so far apart in half of the log."""
 
 FEWEST_MEANS = 6
-COLDEST_C, HOTTEST_C = -80.0, 150.0  #: between which sensors work, by their data sheets
 #: Names of files in which phone apps write what they compute from the sensors, and other sensors.
 OTHER_FILES = {"gravity", "orientation", "magnetometer", "magnetometeruncalibrated", "compass",
                "barometer", "location", "linear acceleration", "linearacceleration", "pedometer"}
@@ -194,7 +194,7 @@ def _further(
 def _is_celsius(values: FloatArray) -> bool:
     """Whether a temperature is one in °C and no raw count; without any value it is none."""
     known = values[np.isfinite(values)]
-    return bool(known.size) and COLDEST_C < float(np.median(known)) < HOTTEST_C
+    return bool(known.size) and CELSIUS[0] < float(np.median(known)) < CELSIUS[1]
 
 
 def _are_means(values: FloatArray) -> bool:
