@@ -8,6 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from calib.fit.gauss_newton import HUBER_SD
 from pipeline.console.answers import RATES, Answer, answers_of, headline
 from pipeline.console.mounting_text import mounting_text
 from pipeline.console.run_text import triad_figures
@@ -134,7 +135,11 @@ def _triad_view(
     """What the page shows of one triad."""
     # Python code among them has run before in this run, or there would be no outcome.
     defined = user_effects(outcome.config, result.triad, allow_python=True)
-    payload = refit_json(result, defined) | {"poses": sphere_json(outcome, result)}
+    section = getattr(outcome.config, result.triad)
+    payload = refit_json(result, defined) | {
+        "poses": sphere_json(outcome, result),
+        "huber_sd": HUBER_SD if section.loss == "huber" else None,
+    }
     certificate = compare_with_certificate(outcome.config, result)
     calibration = result.calibration
     axes = axis_charts(result, defined)

@@ -182,19 +182,35 @@ def test_what_pipeline_add_makes_is_what_the_box_promised_and_back(
     assert without["commands"] == f"pipeline remove {config} gyroscope.g_sensitivity"
 
 
-def test_rows_that_a_robust_loss_weighted_down_count_as_in_the_results(
+def test_a_tick_under_a_robust_loss_promises_what_pipeline_add_makes(
     opened: Opened, tmp_path: Path
 ) -> None:
+    folder = tmp_path / "session"
+    shutil.copytree(opened.config.parent, folder)
     text = opened.config.read_text(encoding="utf-8")
     head, _, tail = text.rpartition("model: [bias, scale, misalignment]")
-    config = opened.config.with_name("huber.yaml")
-    config.write_text(f"{head}loss: huber\n  model: [bias, scale, misalignment]{tail}", "utf-8")
+    config = folder / "huber.yaml"
+    config.write_text(f"covariates: [humidity_pct]\n{head}loss: huber\n  "
+                      f"model: [bias, scale, misalignment]{tail}", "utf-8")
     outcome = run_stages(load_config(config), RunContext())
     result = outcome.gyroscope
     assert result is not None
     own = result.calibration.fit
     assert own.weight.min() < 0.5
-    shown = ask(report_html(outcome, ()), tmp_path, READ)["gyroscope"][""]
+    ticked = ("g_sensitivity", "column:humidity_pct")
+    seen = ask(report_html(outcome, ()), tmp_path, TICK_EACH.replace(
+        "box.disabled", f"box.disabled || !{list(ticked)}.includes(box.dataset.effect)"))
+    seen = seen["gyroscope"]
+    assert "column:supply_v" not in {each.name for each in result.diagnosis.ranking}
+    for name in ticked:
+        exact = fit(own.poses, own.model + find_effect(name), robust=True)
+        assert seen[name]["rms"] == pytest.approx(
+            exact.residual_rms * SHOWN["gyroscope"], rel=TICKED_WITHIN), name
+    assert pipeline("add", config, "gyroscope.g_sensitivity") == 0
+    after = results_in(config.with_suffix(".run"))["gyroscope"]
+    assert seen["g_sensitivity"]["rms"] == pytest.approx(
+        after["residual_rms"] * SHOWN["gyroscope"], rel=TICKED_WITHIN)
+    shown = seen[""]
     assert shown["rms"] == pytest.approx(own.residual_rms * SHOWN["gyroscope"], rel=1e-4)
     assert shown["loo"] == pytest.approx(
         result.comparison.loo_rms * SHOWN["gyroscope"], rel=1e-3)
