@@ -1,6 +1,5 @@
 """Everything a run leaves in its folder; report.html is one file that needs no network."""
 
-import json
 import shlex
 from collections.abc import Sequence
 from datetime import datetime
@@ -19,6 +18,7 @@ from pipeline.report.effect_cards import effect_cards
 from pipeline.report.glossary import TERMS
 from pipeline.report.history_chart import staircase
 from pipeline.report.page_templates import page_templates
+from pipeline.report.payload import script_json
 from pipeline.report.pose_charts import (
     covariate_figures,
     coverage_figure,
@@ -30,7 +30,6 @@ from pipeline.report.rate_charts import rate_view
 from pipeline.report.refit_data import constants_json, refit_json
 from pipeline.report.tables import budget_rows, parameter_groups
 from pipeline.results.history import Step
-from pipeline.results.json_values import Json
 from pipeline.results.write import config_sha256
 from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
@@ -83,7 +82,7 @@ def report_html(
         triads=[views[triad] for triad in order],
         warnings=outcome.warnings,
         installation=_installation_view(outcome),
-        payload=_script_json({
+        payload=script_json({
             "config": config,
             "constants": constants_json(),
             "triads": [views[triad]["payload"] for triad in order],
@@ -187,9 +186,3 @@ def _installation_view(outcome: Outcome) -> dict[str, Any] | None:
         "after": mounting.after.tolist(),
         "notes": mounting.notes,
     }
-
-
-def _script_json(payload: Json) -> str:
-    """JSON that can stand inside a script element: no text in it ends the element."""
-    text = json.dumps(payload, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-    return text.replace("<", "\\u003c")
