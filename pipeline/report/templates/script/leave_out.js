@@ -25,18 +25,23 @@ function settledWithout(triad, ticked, out) {
 
 // The triad and effects with the weights at which Huber's loss settles, as the solver's rounds do.
 function settled(triad, ticked) {
-  const d = triad.row_pose.length;
-  let now = [triad, ticked];
+  const { columns } = solution(triad, ticked), d = triad.row_pose.length, { y, root } = triad;
+  let weight = root.map((value) => value ** 2);
   for (let round = 0; round < ROBUST_ROUNDS; round++) {
-    const { residual } = solution(...now), { root } = now[0];
-    const next = root.map((old, i) => (i < d
-      ? Math.sqrt(Math.min(1, triad.huber_sd / Math.max(Math.abs(residual[i]), 1e-300))) : old));
-    const change = Math.max(...next.map((value, i) => Math.abs(value ** 2 - root[i] ** 2)));
-    const factors = next.map((value, i) => value / root[i]);
-    now = withColumns(...now, (column) => scaled(column, factors));
+    const relative = weight.map((value, i) => value / root[i] ** 2);
+    const beta = weightedSolution(columns, y, relative);
+    const next = weight.map((old, i) => {
+      if (i >= d) return old;
+      let rest = y[i];
+      columns.forEach((column, j) => { rest -= beta[j] * column[i]; });
+      return Math.min(1, triad.huber_sd * root[i] / Math.max(Math.abs(rest), 1e-300));
+    });
+    const change = Math.max(...next.map((value, i) => Math.abs(value - weight[i])));
+    weight = next;
     if (change < STEADY_WEIGHT) break;
   }
-  return now;
+  const factors = weight.map((value, i) => Math.sqrt(value) / root[i]);
+  return withColumns(triad, ticked, (column) => scaled(column, factors));
 }
 
 const scaled = (column, factors) => column.map((value, i) => value * factors[i]);

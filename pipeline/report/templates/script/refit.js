@@ -49,7 +49,7 @@ function solution(triad, ticked) {
   const remainder = Float64Array.from(triad.y), z = new Float64Array(n);
   q.forEach((u, j) => { z[j] = dot(u, remainder); subtract(remainder, z[j], u); });
   const residual = remainder.map((value, i) => value / Math.max(triad.root[i], 1e-12));
-  return { q, r, n, z, remainder, residual, parts, unseen, held };
+  return { columns, q, r, n, z, remainder, residual, parts, unseen, held };
 }
 
 function refit(triad, ticked) {
