@@ -65,7 +65,8 @@ FLOORS = {
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
     "calib.diagnosis.search": [
-        ("evidence",), ("table", "refit"), ("sizes", "sets"), ("expansion", "odds"),
+        ("evidence", "raw_columns"), ("table", "refit"), ("beside", "sizes"), ("sets",),
+        ("expansion", "odds"),
     ],
     "calib.diagnosis.verdict": [("decision", "ranking", "wording"), ("explain",)],
     "vision": [

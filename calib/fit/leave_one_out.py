@@ -95,6 +95,24 @@ def left_out_residual(residual: FloatArray, jacobian: FloatArray, pose: IntArray
     return out
 
 
+def left_out_square(residual: FloatArray, basis: FloatArray, pose: IntArray) -> FloatArray:
+    """By how much the sum of squares falls when a whole pose is left out of the fit, (n,).
+
+    ``basis`` (r, k) is an orthonormal basis of what was fitted, ``residual`` (r,) perpendicular to
+    it, ``pose`` (d,) numbers the data rows' poses. Closed form: ``r_bᵀ (I - H_bb)⁻¹ r_b`` for the
+    rows b of a pose, along the directions in which the other poses say anything of it.
+    """
+    fall = np.zeros(int(pose.max()) + 1)
+    for rows, block in pose_blocks(basis, pose):
+        values, vectors = np.linalg.eigh(block)
+        turned = np.einsum("mji,mj->mi", vectors, residual[rows])
+        known = values > 1 - LARGEST_LEVERAGE
+        fall[pose[rows[:, 0]]] = np.where(known, turned**2 / np.where(known, values, 1.0), 0.0).sum(
+            axis=1
+        )
+    return fall
+
+
 def redundancy(jacobian: FloatArray, pose: IntArray) -> FloatArray:
     """Share of an error of each pose that its residual shows, in the worst direction, (n,).
 

@@ -13,6 +13,7 @@ shrinks together with the reference would shrink any misfit too, and gain would 
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -22,14 +23,14 @@ from calib.effects.effect import Effect
 from calib.fit.model import Model, stack_columns
 from calib.fit.sensitive_axes import (
     ALIGNED,
-    NO_GAIN,
     Axes,
     axes_of,
     follows_vector,
+    probes_of,
     sensor_columns,
-    sensor_slope,
     solve_sensor,
 )
+from calib.fit.vector_derivatives import matrix_slopes, vector_derivatives
 from calib.fit.whitening import NO_LENGTH, Whitening
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, IntArray
@@ -41,13 +42,15 @@ class WhitenedRows:
     """Whitened rows at one estimate.
 
     ``residual`` (r,), ``jacobian`` (r, p + q) with the q common errors last, ``vector`` (n, 3) the
-    corrected vectors, ``axes_there`` gives the sensitive axes. The first rows are the magnitude
-    rows, then the null rows, then the priors.
+    corrected vectors, ``slope`` (n, 3, 3) what effects that follow the vector make of its changes
+    (None without such effects), ``axes_there`` gives the sensitive axes. The first rows are the
+    magnitude rows, then the null rows, then the priors.
     """
 
     residual: FloatArray
     jacobian: FloatArray
     vector: FloatArray
+    slope: FloatArray | None
     axes_there: Callable[[], Axes]
 
     @cached_property
@@ -83,7 +86,7 @@ class Equations:
         sensed: FloatArray | None = None,
         whitening: Whitening | None = None,
     ) -> None:
-        self.poses, self.model = poses, model
+        self.poses = poses
         self.whitening = whitening or Whitening.of(poses)
         self.start = self.whitening.start
         self.magnitude, self.null = self.whitening.magnitude, self.whitening.null
@@ -91,39 +94,60 @@ class Equations:
         self.common_relative = self.whitening.common_relative
         self.common = poses.reference.common[self.magnitude]
         self.is_null = poses.reference.is_null
+        self.at_reading = poses.conditions(poses.reading)
+        if sensed is None:
+            sensed = axes_of(self.start.matrix).sensed(self.whitening.vector)
+        self.at_start = poses.conditions(self.whitening.vector, sensed)
+        self.follows: dict[str, bool] = {}
+        self._hold(model)
+
+    def extended(self, effects: Sequence[Effect]) -> "Equations":
+        """The rows of the same poses under the model with more ``effects``."""
+        larger = copy(self)
+        larger.__dict__.pop("matrix_slopes", None)
+        larger.probes = self.probes
+        larger._hold(Model((*self.model.effects, *effects)))
+        return larger
+
+    def _hold(self, model: Model) -> None:
+        """What depends on the model and not on its parameters."""
+        self.model = model
         self.on_reading = model.acting_on("reading")
         self.on_sensor = model.acting_on("sensor")
         self.on_reference = model.acting_on("reference")
         self.reading_index = model.positions(self.on_reading)
         self.sensor_index = model.positions(self.on_sensor)
         self.reference_index = model.positions(self.on_reference)
-        self.at_reading = poses.conditions(poses.reading)
-        self.reading_columns = (
-            stack_columns(self.on_reading, self.at_reading, {})
-            if self.on_reading
-            else np.zeros((*poses.reading.shape, 0))
-        )
-        if sensed is None:
-            sensed = axes_of(self.start.matrix).sensed(self.whitening.vector)
-        self.at_start = poses.conditions(self.whitening.vector, sensed)
-        self.varying = tuple(e for e in self.on_sensor if follows_vector(e, self.at_start))
+        self.reading_columns = stack_columns(self.on_reading, self.at_reading, {})
+        for e in self.on_sensor:
+            if e.name not in self.follows:
+                self.follows = {**self.follows, e.name: follows_vector(e, self.at_start)}
+        self.varying = tuple(e for e in self.on_sensor if self.follows[e.name])
+        self.fixed = tuple(e for e in self.on_sensor if not self.follows[e.name])
         self.varying_on_axes = tuple(e for e in self.varying if not e.orthogonal)
         self.varying_orthogonal = tuple(e for e in self.varying if e.orthogonal)
         on_axes = tuple(e for e in self.on_sensor if not e.orthogonal)
         self.on_axes_index = model.positions(on_axes)
         self.on_axes_columns = [self.sensor_index.index(i) for i in self.on_axes_index]
+        self.varying_index = model.positions(self.varying)
+        self.fixed_index = model.positions(self.fixed)
+
+    @cached_property
+    def probes(self) -> Conditions:
+        """The poses six times, for the differences by which slopes are computed."""
+        return probes_of(self.at_start)
 
     @cached_property
     def matrix_slopes(self) -> FloatArray:
         """dM/dtheta of the linear form for the parameters of the reading, (p', 3, 3)."""
-        return _matrix_slopes(self.on_reading)
+        return matrix_slopes(self.on_reading)
 
     @cached_property
     def typical_sd(self) -> float:
         """Median of :attr:`row_sd`, SI."""
         return float(np.median(self.row_sd))
 
-    @property
+    @cached_property
     def row_pose(self) -> IntArray:
         """Pose of every data row (the prior rows left out), shape (r - q,)."""
         return np.concatenate([self.magnitude, np.repeat(self.null, 3)])
@@ -162,74 +186,43 @@ class Equations:
             return ALIGNED
         return axes_of(np.eye(3) + np.tensordot(theta[self.reading_index], self.matrix_slopes, 1))
 
-    def corrected(self, theta: FloatArray, shapes: Mapping[str, float], axes: Axes) -> FloatArray:
-        """The corrected vectors s at ``theta``, shape (n, 3)."""
-        s = self.at_reading.vector - self.reading_columns @ theta[self.reading_index]
-        if not self.on_sensor:
-            return s
-        of_sensor = theta[self.sensor_index]
-        return solve_sensor(self.on_sensor, of_sensor, shapes, self.conditions, s, axes)
-
-    def _vector_jacobian(
-        self, theta: FloatArray, shapes: Mapping[str, float], s: FloatArray, axes: Axes
-    ) -> FloatArray:
-        """ds/dtheta, shape (n, 3, p).
-
-        From ``s + C(s; T) theta = M y + c``: ``(I + C') ds = dv - C dtheta - (dC/dT) dT``, where
-        at fixed s ``(dC/dT) dT = dT F theta - T F' T⁻¹ dT u``.
+    def corrected(
+        self, theta: FloatArray, shapes: Mapping[str, float], axes: Axes
+    ) -> tuple[FloatArray, FloatArray]:
+        """The corrected vectors s (n, 3) at ``theta``, and the sensor's columns (n, 3, p'') there.
         """
-        jacobian = np.zeros((*s.shape, self.model.size))
-        jacobian[:, :, self.reading_index] = -self.reading_columns
-        if not self.on_sensor:
-            return jacobian
-        at = self.conditions(s)
-        columns = sensor_columns(self.on_sensor, at, shapes, axes)
-        jacobian[:, :, self.sensor_index] = -columns
-        slope = self._slope_of(self.varying_on_axes, theta, shapes, at, axes)
-        if len(self.reading_index):
-            error = columns[:, :, self.on_axes_columns] @ theta[self.on_axes_index]
-            moved = self._axes_slopes(theta, axes)  # (p', 3, 3)
-            by_error = np.einsum("pij,nj->nip", moved, axes.sensed(error))
-            jacobian[:, :, self.reading_index] -= by_error
-            if self.varying_on_axes:
-                by_turn = np.einsum("pij,nj->nip", moved, axes.sensed(at.vector))
-                jacobian[:, :, self.reading_index] += slope @ by_turn
+        s = self.at_reading.vector - self.reading_columns @ theta[self.reading_index]
+        columns = np.zeros((len(s), 3, self.model.size))
+        if self.fixed:
+            fixed = sensor_columns(self.fixed, self.conditions(s), shapes, axes)
+            columns[:, :, self.fixed_index] = fixed
+            s = s - fixed @ theta[self.fixed_index]
         if self.varying:
-            whole = (
-                np.eye(3) + slope + self._slope_of(self.varying_orthogonal, theta, shapes, at, axes)
+            sizes = theta[self.varying_index]
+            s = solve_sensor(self.varying, sizes, shapes, self.conditions, s, axes)
+            columns[:, :, self.varying_index] = sensor_columns(
+                self.varying, self.conditions(s), shapes, axes
             )
-            whole[self.null] = np.eye(3)
-            jacobian = np.linalg.solve(whole, jacobian)
-        return jacobian
+        return s, columns[:, :, self.sensor_index]
 
-    def _axes_slopes(self, theta: FloatArray, axes: Axes) -> FloatArray:
-        """dT/dtheta for the parameters of the reading, (p', 3, 3)."""
-        diagonal = 1 + theta[self.reading_index] @ np.einsum("pii->pi", self.matrix_slopes)
-        if (np.abs(diagonal) < NO_GAIN).any():  # the axes are held there, see ``axes_of``
-            return np.zeros_like(self.matrix_slopes)
-        diagonal_slopes = np.einsum("pii->pi", self.matrix_slopes)[:, None, :]
-        return np.asarray((self.matrix_slopes - axes.to_orthogonal * diagonal_slopes) / diagonal)
+    def directions(self, s: FloatArray, slope: FloatArray | None = None) -> FloatArray:
+        """What every data row shows of an error of its pose's vector, (d, 3), per SI unit.
 
-    def _slope_of(
-        self,
-        effects: Sequence[Effect],
-        theta: FloatArray,
-        shapes: Mapping[str, float],
-        at: Conditions,
-        axes: Axes,
-    ) -> FloatArray:
-        if not effects:
-            return np.zeros((1, 3, 3))
-        return sensor_slope(effects, theta[self.model.positions(effects)], shapes, at, axes)
-
-    def slope(
-        self, theta: FloatArray, shapes: Mapping[str, float], at: Conditions, axes: Axes
-    ) -> FloatArray:
-        """``I + d(C theta)/ds``, shape (n, 3, 3); null poses are held at what they should read."""
-        slope = np.eye(3) + self._slope_of(self.varying, theta, shapes, at, axes)
-        slope = np.array(np.broadcast_to(slope, (len(at), 3, 3)))
-        slope[self.null] = np.eye(3)
-        return np.asarray(slope)
+        Parameters
+        ----------
+        s : array, shape (n, 3)
+            The corrected vectors.
+        slope : array, shape (n, 3, 3), optional
+            ``I + C'``; with it the error is that ahead of the effects that follow the vector.
+        """
+        turning = s[self.magnitude]
+        size = np.sqrt((turning**2).sum(axis=1))
+        along = turning / (np.maximum(size, NO_LENGTH) * self.magnitude_sd)[:, None]
+        if slope is not None:
+            transposed = slope[self.magnitude].transpose(0, 2, 1)
+            along = np.linalg.solve(transposed, along[:, :, None])[:, :, 0]
+        at_rest = np.eye(3) / self.null_sd[:, :, None]
+        return np.concatenate([along, at_rest.reshape(-1, 3)])
 
     def reference_columns(self, shapes: Mapping[str, float]) -> FloatArray:
         """Errors (k, p'') of the magnitude rows' references, SI, per unit of their parameters."""
@@ -239,41 +232,30 @@ class Equations:
     def rows(self, theta: FloatArray, eta: FloatArray, shapes: Mapping[str, float]) -> WhitenedRows:
         """Whitened residual and exact Jacobian at ``theta`` (p,), ``eta`` (q,)."""
         axes = self.axes(theta) if self.on_sensor else ALIGNED  # which nothing else depends on
-        s = self.corrected(theta, shapes, axes)
-        ds = self._vector_jacobian(theta, shapes, s, axes)
+        s, columns = self.corrected(theta, shapes, axes)
+        errors, slope = vector_derivatives(self, theta, shapes, s, columns, axes)
+        directions = self.directions(s, slope)
         p, q, k = self.model.size, len(eta), len(self.magnitude)
         residual = np.empty(self.data_count + q)
         jacobian = np.zeros((self.data_count + q, p + q))
 
         s_turning = s[self.magnitude]
         size = np.sqrt((s_turning**2).sum(axis=1))
-        n = s_turning / np.maximum(size, NO_LENGTH)[:, None]
         true_share = 1 - self.common_relative @ eta
         stated = self.poses.reference.magnitude[self.magnitude]
         residual[:k] = (size * true_share - stated) / self.magnitude_sd
-        jacobian[:k, :p] = np.einsum("ni,nip->np", n * true_share[:, None], ds[self.magnitude])
+        rest = s[self.null] - self.poses.expected[self.null]
+        residual[k : self.data_count] = (rest / self.null_sd).ravel()
+        directions[:k] *= -true_share[:, None]
+        directions[k:] *= -1
+        jacobian[: self.data_count, :p] = np.einsum(
+            "di,dip->dp", directions, errors[self.row_pose]
+        )
         if self.on_reference:
-            columns = self.reference_columns(shapes)
-            residual[:k] -= columns @ theta[self.reference_index] / self.magnitude_sd
-            jacobian[:k, self.reference_index] -= columns
-        jacobian[:k, p:] = -self.common_relative * size[:, None]
-        jacobian[:k] /= self.magnitude_sd[:, None]
-
-        if len(self.null):
-            rest = s[self.null] - self.poses.expected[self.null]
-            residual[k : self.data_count] = (rest / self.null_sd).ravel()
-            jacobian[k : self.data_count, :p] = (ds[self.null] / self.null_sd[:, :, None]).reshape(
-                -1, p
-            )
+            of_reference = self.reference_columns(shapes) / self.magnitude_sd[:, None]
+            residual[:k] -= of_reference @ theta[self.reference_index]
+            jacobian[:k, self.reference_index] -= of_reference
+        jacobian[:k, p:] = -self.common_relative * (size / self.magnitude_sd)[:, None]
         residual[self.data_count :] = eta
         jacobian[self.data_count :, p:] = np.eye(q)
-        return WhitenedRows(residual, jacobian, s, partial(self.axes, theta))
-
-
-def _matrix_slopes(on_reading: Sequence[Effect]) -> FloatArray:
-    """dM/dtheta of the linear form ``M y + c`` for every parameter of the reading, (p', 3, 3)."""
-    if not on_reading:
-        return np.zeros((0, 3, 3))
-    probes = np.vstack([np.zeros(3), np.eye(3)])
-    columns = stack_columns(on_reading, Conditions.of_vectors(probes), {})
-    return np.asarray((columns[0] - columns[1:]).transpose(2, 1, 0))
+        return WhitenedRows(residual, jacobian, s, slope, partial(self.axes, theta))

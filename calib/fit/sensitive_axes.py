@@ -133,32 +133,59 @@ def sensor_slope(
     effects: Sequence[Effect],
     theta: FloatArray,
     shapes: Mapping[str, float],
-    at: Conditions,
+    probes: Conditions,
+    vector: FloatArray,
     axes: Axes,
 ) -> FloatArray:
-    """``d(C theta)/ds`` at ``at``, shape (n, 3, 3), by central differences."""
-    total = np.zeros((len(at.vector), 3, 3))
+    """``d(C theta)/ds`` by central differences.
+
+    Parameters
+    ----------
+    effects : sequence of Effect
+    theta : array, shape (k,)
+        Of all of them.
+    shapes : mapping of effect name to shape parameter
+    probes : Conditions
+        :func:`probes_of` the n rows.
+    vector : array, shape (n, 3)
+        In orthogonal axes.
+    axes : Axes
+        Those of the linear form.
+
+    Returns
+    -------
+    array, shape (n, 3, 3)
+    """
+    total = np.zeros((len(vector), 3, 3))
+    if not theta.any():
+        return total
     start = 0
-    sensed = replace(at, vector=axes.sensed(at.vector))
+    sensed = axes.sensed(vector)
     for effect in effects:
         size = theta[start : start + len(effect.parameters)]
         start += len(effect.parameters)
+        if not size.any():
+            continue
         if effect.orthogonal:
-            total += _slope(effect, size, shapes.get(effect.name), at)
+            total += _slope(effect, size, shapes.get(effect.name), probes, vector)
         else:
-            slope = _slope(effect, size, shapes.get(effect.name), sensed)
+            slope = _slope(effect, size, shapes.get(effect.name), probes, sensed)
             total += axes.to_orthogonal @ slope @ axes.to_sensed
     return total
 
 
-def _slope(effect: Effect, size: FloatArray, shape: float | None, at: Conditions) -> FloatArray:
+def probes_of(at: Conditions) -> Conditions:
+    """Every row of ``at`` six times, for the differences of :func:`sensor_slope`."""
+    return at.take(np.tile(np.arange(len(at)), 6))
+
+
+def _slope(
+    effect: Effect, size: FloatArray, shape: float | None, probes: Conditions, vector: FloatArray
+) -> FloatArray:
     """Derivative of an effect's error by the vector that it is evaluated on, (n, 3, 3)."""
-    step = SLOPE_STEP * (float(np.abs(at.vector).max()) or 1.0)
-    slope = np.empty((len(at.vector), 3, 3))
-    for j in range(3):
-        move = np.zeros(3)
-        move[j] = step
-        up = effect.evaluate(replace(at, vector=at.vector + move), shape) @ size
-        down = effect.evaluate(replace(at, vector=at.vector - move), shape) @ size
-        slope[:, :, j] = (up - down) / (2 * step)
-    return slope
+    step = SLOPE_STEP * (float(np.abs(vector).max()) or 1.0)
+    moves = step * np.concatenate([np.eye(3), -np.eye(3)])
+    moved = (vector + moves[:, None, :]).reshape(-1, 3)
+    error = effect.evaluate(replace(probes, vector=moved), shape) @ size
+    up, down = error.reshape(2, 3, len(vector), 3)
+    return np.asarray(((up - down) / (2 * step)).transpose(1, 2, 0))

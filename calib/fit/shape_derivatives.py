@@ -69,7 +69,7 @@ def shape_derivatives(
     for j, effect in enumerate(e for name in names for e in model.effects if e.name == name):
         where = model.positions((effect,))
         if effect.acts_on == "sensor":
-            first, second = _of_vectors(equations, theta, shapes, rows, effect)
+            first, second = _of_vectors(equations, shapes, rows, effect)
             first, second = (
                 equations.whitened(each, rows.vector) * true_share[:, None]
                 for each in (first, second)
@@ -90,7 +90,6 @@ def shape_derivatives(
 
 def _of_vectors(
     equations: Equations,
-    theta: FloatArray,
     shapes: Mapping[str, float],
     rows: WhitenedRows,
     effect: Effect,
@@ -102,11 +101,9 @@ def _of_vectors(
         for value in _beside(shapes[effect.name])
     ]
     first, second = _differences(columns)
-    if not equations.varying:
+    if rows.slope is None:
         return first, second
-    both = np.linalg.solve(
-        equations.slope(theta, shapes, at, rows.axes), np.concatenate([first, second], axis=2)
-    )
+    both = np.linalg.solve(rows.slope, np.concatenate([first, second], axis=2))
     k = first.shape[2]
     return both[:, :, :k], both[:, :, k:]
 

@@ -80,7 +80,7 @@ def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
         return _converged(problem, _from_best_shapes(problem, start))
 
     def again(latest: Fit) -> Fit:
-        after = _remembering(latest)
+        after = latest.remembering
         problem = Problem.of(after, basis_at(after, theta), robust)
         at = Estimate.of(after, latest.theta, latest.eta, latest.shapes)
         start = _most_promising(problem, [at, *_at_starts(problem, at)], latest.weight)
@@ -123,13 +123,13 @@ def extend(base: Fit, effects: Sequence[Effect]) -> Fit:
     starts = {e.name: e.shape.starts[0] for e in effects if e.shape is not None}
     shapes = {**base.shapes, **starts}
     theta = np.concatenate([base.theta, np.zeros(model.size - base.model.size)])
-    first_sensed = Equations(base.poses, model, base.sensed, base.equations.whitening)
+    first_sensed = base.remembering.extended(effects)
 
     def weighed(start: FloatArray) -> Fit:
         return _weighed(first_sensed, start, base.eta, shapes, base.weight)
 
     def again(latest: Fit) -> Fit:
-        equations = _remembering(latest)
+        equations = latest.remembering
         return _weighed(equations, latest.theta, latest.eta, latest.shapes, base.weight)
 
     squares = [effect for effect in effects if effect.in_square]
@@ -242,11 +242,6 @@ def _with_steady_memory(first: Fit, again: Callable[[Fit], Fit], rounds: int) ->
         latest = again(latest)
         best = min(best, latest, key=lambda each: each.chi2)
     return best  # an axis near zero whose sign noise flips: the better of both
-
-
-def _remembering(latest: Fit) -> Equations:
-    """The equations of ``latest`` with what its solution felt in the poses before."""
-    return Equations(latest.poses, latest.model, latest.sensed, latest.equations.whitening)
 
 
 def memory_change(fit: Fit) -> float:

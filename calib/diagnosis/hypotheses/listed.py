@@ -17,13 +17,43 @@ from calib.diagnosis.hypotheses.signature import effect_vectors, square_vectors
 from calib.effects.catalogue import BASE
 from calib.effects.effect import EFFECTS, Effect, column_effect
 from calib.effects.needs import unavailable
+from calib.fit.model import Model
 from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray
+from calib.poses.pose_set import PoseSet
 
 Kind = Literal["listed", "unknown", "jump", "bad_pose", "wander", "plate_rate"]
 
 EFFECT_OF_COLUMN = {"temperature_c": "temperature_bias"}
 """Logged columns whose linear effect on the bias has a name in the catalogue."""
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Errors with a course over the poses, of each axis by itself or of the vectors' length.
+
+    Parameters
+    ----------
+    values : array, shape (n, k, 3) or (n, k, 1)
+        The k courses on the three axes, each with a parameter of its own; or on the length.
+    """
+
+    values: FloatArray
+
+    @classmethod
+    def of_bias(cls, values: FloatArray) -> "Course":
+        """A bias with the courses ``values`` (n, k), the same on every axis."""
+        return cls(np.repeat(values[:, :, None], 3, axis=2))
+
+    @classmethod
+    def of_size(cls, values: FloatArray) -> "Course":
+        """The length of the vectors with the courses ``values`` (n, k)."""
+        return cls(values[:, :, None])
+
+    @property
+    def is_of_size(self) -> bool:
+        """Whether the length of the vectors errs, not each axis."""
+        return bool(self.values.shape[2] == 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +72,8 @@ class Hypothesis:
         What a joint refit adds; None where only the rows at hand can hold it.
     shape : float or None
         Value of its shape parameter.
-    vectors : array or None, shape (n, 3, k)
-        Errors of the vectors where there is no effect.
+    course : Course or None
+        Errors of the vectors in closed form, of what is not listed.
     detail : str
         The pose, the time or the form, in words.
     follows : str or None
@@ -56,14 +86,12 @@ class Hypothesis:
     log_prior: float
     effect: Effect | None = None
     shape: float | None = None
-    vectors: FloatArray | None = None
+    course: Course | None = None
     detail: str = ""
     follows: str | None = None
 
     def errors(self, fit: Fit) -> FloatArray:
-        """Errors (n, 3, k) of the vectors; a shape parameter that ``fit`` fitted is as fitted."""
-        if self.vectors is not None:
-            return self.vectors
+        """Errors (n, 3, k) of its effect; a shape parameter that ``fit`` fitted is as fitted."""
         assert self.effect is not None
         if self.effect.in_square and self.name not in fit.model.names:
             return square_vectors(fit, self.effect)
@@ -107,20 +135,27 @@ def candidate_effects(
     Effect
         It acts on the triad of ``fit``; whether the poses can evaluate it is not checked.
     """
-    in_model = set(fit.model.names)
+    yield from effects_beside(fit.model, fit.poses, own, covariates)
+
+
+def effects_beside(
+    model: Model, poses: PoseSet, own: Sequence[Effect] = (),
+    covariates: Sequence[str] | None = None,
+) -> Iterator[Effect]:
+    """The same by the model (p parameters) and the poses that it is fitted to."""
     # Without a true vector, a gain would be fitted to what the readings themselves have wrong.
-    base = BASE if len(fit.equations.magnitude) else BASE[:1]
+    base = BASE if poses.reference.magnitude.any() else BASE[:1]
     listed = [e for e in EFFECTS.values() if e.acts_on != "reading" or e.name in base]
     columns = [
         column_effect(name)
-        for name in causes(fit.poses, covariates)
+        for name in causes(poses, covariates)
         if name not in EFFECT_OF_COLUMN
     ]
     for effect in (*listed, *columns, *own):
         excluded = covariates is not None and set(effect.logged) - {*covariates}
         if excluded and effect not in own:
             continue
-        if effect.name not in in_model and fit.poses.triad in effect.triads:
+        if effect.name not in model.names and poses.triad in effect.triads:
             yield effect
 
 

@@ -17,7 +17,7 @@ from calib.fit.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.fit.result import Fit
 from calib.fit.sensitive_axes import sensor_columns
 from calib.fit.square_start import square_columns
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,22 +143,27 @@ def reference_columns(fit: Fit, effect: Effect) -> FloatArray:
 
 def vector_columns(fit: Fit, vectors: FloatArray) -> FloatArray:
     """Whitened columns (d, k) of errors (n, 3, k) ahead of the effects that follow the vector."""
-    equations = fit.equations
-    if equations.varying:
-        at = equations.conditions(fit.rows.vector)
-        slope = equations.slope(fit.theta, fit.shapes, at, fit.rows.axes)
-        vectors = np.asarray(np.linalg.inv(slope) @ vectors, dtype=float)
-    return project_on_rows(fit, vectors)
+    pose = fit.equations.row_pose
+    directions = fit.equations.directions(fit.rows.vector, fit.rows.slope)
+    rows = np.einsum("di,dik->dk", directions, vectors[pose])
+    rows[:, is_rounding(fit, (rows**2).sum(axis=0), (vectors**2).sum(axis=(0, 1)))] = 0.0
+    return np.asarray(rows)
 
 
-def project_on_rows(fit: Fit, vectors: FloatArray) -> FloatArray:
-    """Whitened rows (d, k) of errors (n, 3, k) of the corrected vectors."""
-    equations, s = fit.equations, fit.rows.vector
-    rows = equations.whitened(vectors, s)
-    # A rotation is perpendicular to every reading: what is left of it is rounding, not a signal.
-    whole = np.sqrt((vectors**2).sum(axis=(0, 1))) / equations.typical_sd
-    rows[:, np.sqrt((rows**2).sum(axis=0)) < ROUNDING * whole] = 0.0
-    return rows
+def is_rounding(fit: Fit, shown: FloatArray, whole: FloatArray) -> BoolArray:
+    """Which columns are rounding, not a signal, (k,).
+
+    A rotation is perpendicular to every reading: what its rows show is next to nothing of it.
+
+    Parameters
+    ----------
+    fit : Fit
+    shown : array, shape (k,)
+        Sum of the squares of the whitened rows.
+    whole : array, shape (k,)
+        Sum of the squares of the vectors' errors, SI.
+    """
+    return np.asarray(np.sqrt(shown) < ROUNDING * np.sqrt(whole) / fit.equations.typical_sd)
 
 
 def contains(larger: Signature, smaller: Signature) -> bool:

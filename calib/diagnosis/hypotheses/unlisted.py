@@ -9,9 +9,10 @@ from collections.abc import Iterator
 from itertools import combinations_with_replacement
 
 import numpy as np
+from scipy.linalg import eigh
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses.listed import Hypothesis
+from calib.diagnosis.hypotheses.listed import Course, Hypothesis
 from calib.effects.effect import Effect, Page, per_axis
 from calib.fit.result import Fit
 from calib.poses.conditions import Conditions
@@ -42,20 +43,6 @@ def waves(covariate: FloatArray, count: int) -> FloatArray:
     return np.asarray(np.cos(np.pi * rank[:, None] * k) * np.exp(-k / (0.8 * count)))
 
 
-def _on_bias(shapes: FloatArray) -> FloatArray:
-    """Errors (n, 3, 3 k) of a bias with the courses ``shapes`` (n, k), each axis by itself."""
-    n = len(shapes)
-    return np.asarray(np.einsum("ij,nk->nijk", np.eye(3), shapes).reshape(n, 3, -1))
-
-
-def _on_size(fit: Fit, shapes: FloatArray) -> FloatArray:
-    """Errors (n, 3, k) of the length of the vector with the courses ``shapes`` (n, k)."""
-    s = fit.rows.vector
-    size = s[:, :, None] / np.linalg.norm(s, axis=1)[:, None, None] * shapes[:, None, :]
-    size[fit.equations.null] = 0.0
-    return np.asarray(size)
-
-
 def lagging(time_s: FloatArray, values: FloatArray, lag_s: float) -> FloatArray:
     """What follows ``values`` (n,) with a first-order lag, settled at the first pose, (n,)."""
     order = np.argsort(time_s, kind="stable")
@@ -78,14 +65,14 @@ def unknown_hypotheses(fit: Fit, columns: tuple[str, ...]) -> list[Hypothesis]:
     count = {name: sum(each[0] == name for each in forms) for name in names}
     each = np.log(CONSTANTS.odds_unknown / max(len(names), 1))
     return [
-        Hypothesis(f"~{name}", "unknown", float(each - np.log(count[name])), vectors=vectors,
+        Hypothesis(f"~{name}", "unknown", float(each - np.log(count[name])), course=course,
                    detail=detail, follows=name)
-        for name, detail, vectors in forms
+        for name, detail, course in forms
     ]
 
 
-def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, str, FloatArray]]:
-    """Name, form in words and errors (n, 3, k) of every unknown function."""
+def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, str, Course]]:
+    """Name, form in words and course of every unknown function."""
     poses = fit.poses
     covariates = {"time_s": poses.time_s, "spin_rad_s": poses.spin_rad_s}
     covariates |= {name: poses.columns[name] for name in columns}
@@ -93,12 +80,12 @@ def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, str, Float
         if not np.isfinite(values).all() or np.ptp(values) == 0:
             continue
         shapes = waves(values, TIME_WAVES if name == "time_s" else COLUMN_WAVES)
-        yield name, "", _on_size(fit, shapes)
-        yield name, "", _on_bias(shapes)
+        yield name, "", Course.of_size(shapes)
+        yield name, "", Course.of_bias(shapes)
         if name in columns:
             curve = ((values - values.mean()) / np.ptp(values)) ** 2
-            yield name, "in a curve", _on_bias(curve[:, None])
-    yield "attitude", "", _attitude(fit)
+            yield name, "in a curve", Course.of_bias(curve[:, None])
+    yield "attitude", "", Course.of_size(_attitude(fit))
     if np.isfinite(poses.time_s).all():
         if TEMPERATURE in columns and np.ptp(poses.columns[TEMPERATURE]) > 0:
             values = poses.columns[TEMPERATURE]
@@ -106,30 +93,32 @@ def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, str, Float
                 late = lagging(poses.time_s, values, lag_s)
                 if np.ptp(late) > 0:
                     detail = f"with a lag of about {lag_s:.0f} s"
-                    yield TEMPERATURE, detail, _on_bias((late - late.mean())[:, None])
+                    yield TEMPERATURE, detail, Course.of_bias((late - late.mean())[:, None])
         previous = _previous(fit)
         if previous.any():
-            yield "previous", "", previous
+            yield "previous", "", Course(previous)
 
 
 def _attitude(fit: Fit) -> FloatArray:
-    """Cubic and quartic functions of the direction: the first that the nine parameters lack."""
+    """Cubic and quartic functions of the direction: the first that the nine parameters lack.
+
+    Shape (n, 16).
+    """
     s = fit.rows.vector
     n = s / np.linalg.norm(s, axis=1, keepdims=True)
     products = [n[:, list(c)].prod(axis=1) for c in combinations_with_replacement(range(3), 3)]
     products += [(n[:, i] * n[:, j]) ** 2 for i, j in combinations_with_replacement(range(3), 2)]
-    return _on_size(fit, np.stack(products, axis=1))
+    return np.stack(products, axis=1)
 
 
 def _previous(fit: Fit) -> FloatArray:
-    """What an axis may remember of the pose before: its value, saturated or squared, (n, 3, 9)."""
+    """What an axis may remember of the pose before: its value, saturated or squared, (n, 3, 3)."""
     previous = fit.equations.at_start.previous
     largest = float(np.abs(previous).max()) if np.isfinite(previous).all() else 0.0
     if largest == 0.0:
-        return np.zeros((len(previous), 3, 0))
+        return np.zeros((len(previous), 0, 3))
     share = previous / largest
-    forms = (share, np.tanh(share / MEMORY), share**2)
-    return np.concatenate([per_axis(form) for form in forms], axis=2)
+    return np.stack([share, np.tanh(share / MEMORY), share**2], axis=1)
 
 
 def _internal(name: str, marks: FloatArray) -> Effect:
@@ -157,7 +146,7 @@ def step_hypotheses(fit: Fit) -> list[Hypothesis]:
         time_s = 0.5 * float(poses.time_s[order[k - 1]] + poses.time_s[order[k]])
         hypotheses.append(
             Hypothesis("jump", "jump", prior, _internal("jump", after),
-                       vectors=_on_bias(after[:, None]),
+                       course=Course.of_bias(after[:, None]),
                        detail=f"{time_s:.1f} s")
         )
     return hypotheses
@@ -169,7 +158,7 @@ def bad_pose_hypotheses(fit: Fit) -> list[Hypothesis]:
     prior = float(np.log(CONSTANTS.odds_rare / len(poses)))
     return [
         Hypothesis("bad_pose", "bad_pose", prior, _internal("bad_pose", mark),
-                   vectors=_on_bias(mark[:, None]), detail=label)
+                   course=Course.of_bias(mark[:, None]), detail=label)
         for label, mark in zip(poses.label, np.eye(len(poses)), strict=True)
     ]
 
@@ -180,13 +169,15 @@ def wander_hypotheses(fit: Fit) -> list[Hypothesis]:
     if not np.isfinite(t).all() or np.ptp(t) == 0:
         return []
     prior = float(np.log(CONSTANTS.odds_wander / len(WANDER_SPANS)))
+    kernel = np.exp(-np.abs(t[:, None] - t) / float(np.ptp(t)))
+    strongest = (max(len(t) - WANDER_MODES, 0), len(t) - 1)
     hypotheses = []
     for span in WANDER_SPANS:
         tau_s = span * float(np.ptp(t))
-        values, modes = np.linalg.eigh(np.exp(-np.abs(t[:, None] - t) / tau_s))
-        strong = modes[:, -WANDER_MODES:] * np.sqrt(np.maximum(values[-WANDER_MODES:], 0.0))
+        values, modes = eigh(kernel ** (1 / span), subset_by_index=strongest)
+        strong = modes * np.sqrt(np.maximum(values, 0.0))
         hypotheses.append(
-            Hypothesis("wander", "wander", prior, vectors=_on_bias(strong),
+            Hypothesis("wander", "wander", prior, course=Course.of_bias(strong),
                        detail=f"correlated over about {tau_s:.0f} s")
         )
     return hypotheses
@@ -203,7 +194,7 @@ def plate_hypotheses(fit: Fit) -> list[Hypothesis]:
         marks.append(("from pose to pose", np.diag(size)[:, turning]))
     prior = float(np.log(CONSTANTS.odds_rare / len(marks)))
     return [
-        Hypothesis("plate_rate", "plate_rate", prior, vectors=_on_size(fit, shapes), detail=detail)
+        Hypothesis("plate_rate", "plate_rate", prior, course=Course.of_size(shapes), detail=detail)
         for detail, shapes in marks
         if shapes.shape[1] > 0
     ]

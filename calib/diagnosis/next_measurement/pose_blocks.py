@@ -213,6 +213,7 @@ def _joined(a: PoseSet, b: PoseSet) -> PoseSet:
         spin_rad_s=both(lambda p: p.spin_rad_s),
         time_s=both(lambda p: p.time_s),
         expected=both(lambda p: p.expected),
+        other_reading=None,  # of hypothetical poses it follows from the plate and from gravity
         reference=reference,
         columns={name: np.concatenate([a.columns[name], b.columns[name]]) for name in a.columns},
     )

@@ -12,11 +12,12 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis
+from calib.diagnosis.search.beside import Beside, beside, pair_scores
 from calib.diagnosis.search.evidence import nothing_log_density
 from calib.diagnosis.search.refit import Refit
 from calib.diagnosis.search.sets import OFTEN, Entry, Key, Search, is_nothing
 from calib.diagnosis.search.sizes import within_nature
-from calib.diagnosis.search.table import Beside, Table, pair_scores
+from calib.diagnosis.search.table import Table
 from calib.fit.result import Fit
 
 SCREENED = 4
@@ -30,7 +31,7 @@ def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Search:
     """Search the sets of ``hypotheses`` for what the model of ``base`` lacks."""
     table = Table(base, hypotheses)
     hypotheses = within_nature(table, hypotheses)
-    alone = table.beside(())
+    alone = beside(table, ())
     nothing = nothing_log_density(table.chi2, table.dof)
     state = Search(base, hypotheses, table, alone, nothing, base.bounded_p_value)
     empty = float(np.logaddexp(*nothing))
@@ -67,26 +68,26 @@ def _next_to_expand(state: Search) -> Entry | None:
 
 
 def _note_by_name(
-    state: Search, beside: Sequence[int], density: float, more: Beside, joint: Refit | None
+    state: Search, members: Sequence[int], density: float, more: Beside, joint: Refit | None
 ) -> list[tuple[float, tuple[int, ...]]]:
-    """Keep the sets of ``beside`` and one more, shapes of one effect summed; return them."""
-    prior = state.log_prior(beside)
+    """Keep the sets of ``members`` and one more, shapes of one effect summed; return them."""
+    prior = state.log_prior(members)
     far = CONSTANTS.far_signal**2 * len(state.table.residual)
     value = density + prior + more.log_factor + state.table.log_prior
     floor = state.standard - CONSTANTS.negligible
     by_key: dict[Key, list[tuple[float, tuple[int, ...]]]] = {}
     for j in map(int, np.flatnonzero(value > floor)):
-        members = (*beside, j)
-        if not state.allowed(members):
+        larger = (*members, j)
+        if not state.allowed(larger):
             continue
-        by_key.setdefault(state.key(members), []).append((float(value[j]), tuple(sorted(members))))
+        by_key.setdefault(state.key(larger), []).append((float(value[j]), tuple(sorted(larger))))
     noted = []
     for each in by_key.values():
         total = float(np.logaddexp.reduce([value for value, _ in each]))
-        members = max(each)[1]
-        last = next(j for j in members if j not in beside)
-        state.note(Entry(members, total, joint, is_far=bool(more.drop[last] > far)))
-        noted.append((total, members))
+        best = max(each)[1]
+        last = next(j for j in best if j not in members)
+        state.note(Entry(best, total, joint, is_far=bool(more.drop[last] > far)))
+        noted.append((total, best))
     return sorted(noted, reverse=True)
 
 
@@ -149,15 +150,13 @@ def _expand(state: Search, entry: Entry) -> None:
     members = entry.members
     ahead: list[tuple[float, tuple[int, ...]]] = []
     smaller = [tuple(m for m in members if m != k) for k in members]
-    for beside in (members, *smaller):
-        density = table.log_density(beside)
+    for each in (members, *smaller):
+        density = table.log_density(each)
         if not np.isfinite(density):
             continue
-        if beside and beside != members:
-            state.note(Entry(tuple(sorted(beside)), density + state.log_prior(beside)))
-        ahead += _note_by_name(
-            state, beside, density, table.beside(beside), joint
-        )
+        if each and each != members:
+            state.note(Entry(tuple(sorted(each)), density + state.log_prior(each)))
+        ahead += _note_by_name(state, each, density, beside(table, each), joint)
     ahead.sort(reverse=True)
     weighed = []
     for rough, chosen in ahead[:WEIGHED]:

@@ -4,7 +4,7 @@ A class holds the effects that these poses cannot separate beside the rest of th
 signatures agree to a canonical correlation over 0.99, and no refit gave one of them away.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,8 +80,9 @@ def odds_of(state: Search) -> Odds:
     lead = _leading(state)
     if lead.members:
         lead = with_refit(state, lead)
-        for k in lead.members:
-            _refit_aliases(state, lead, k)
+    alike = {k: _alias_names(state, lead, k) for k in lead.members}
+    for k in lead.members:
+        _refit_aliases(state, lead, k, alike[k])
     total = float(np.logaddexp.reduce([e.log_posterior for e in state.entries.values()]))
     nothing, noise = (float(np.exp(v - total)) for v in state.nothing)
     shares = {key: float(np.exp(e.log_posterior - total)) for key, e in state.entries.items()}
@@ -93,7 +94,7 @@ def odds_of(state: Search) -> Odds:
     alone = _by_name(shares, by_name)
     classes = []
     for k in lead.members:
-        members = _class_of(state, lead, k, alone)
+        members = _class_of(state, lead, k, alike[k], alone)
         inside = sum(share for key, share in shares.items() if by_name[key] & set(members))
         classes.append(_inclusion(first[members[0]], members, inside))
     covered = {name for each in classes for name in each.members}
@@ -192,12 +193,12 @@ def _alias_names(state: Search, lead: Entry, k: int) -> dict[str, int]:
     return places
 
 
-def _refit_aliases(state: Search, lead: Entry, k: int) -> None:
-    """The leading set with ``k`` exchanged for each of its aliases, at their refits."""
+def _refit_aliases(state: Search, lead: Entry, k: int, alike: Mapping[str, int]) -> None:
+    """The leading set with ``k`` exchanged for each that is ``alike``, at their refits."""
     if lead.refit is None:
         return
     rest = [j for j in lead.members if j != k]
-    for j in _alias_names(state, lead, k).values():
+    for j in alike.values():
         members = (*rest, j)
         known = state.entries.get(state.key(members))
         if not state.can_refit(members) or (known is not None and known.whole):
@@ -208,13 +209,13 @@ def _refit_aliases(state: Search, lead: Entry, k: int) -> None:
 
 
 def _class_of(
-    state: Search, lead: Entry, k: int, probability: dict[str, float]
+    state: Search, lead: Entry, k: int, alike: Mapping[str, int], probability: dict[str, float]
 ) -> tuple[str, ...]:
-    """Member ``k`` and its aliases, less those that their own refits give away."""
+    """Member ``k`` and those ``alike``, less those that their own refits give away."""
     name = state.hypotheses[k].name
     rest = [j for j in lead.members if j != k]
     members = []
-    for other, j in _alias_names(state, lead, k).items():
+    for other, j in alike.items():
         entry = state.entries.get(state.key((*rest, j)))
         if entry is not None and entry.log_posterior > lead.log_posterior - REFUTED:
             members.append(other)

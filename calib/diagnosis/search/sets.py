@@ -8,8 +8,9 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis, held
+from calib.diagnosis.search.beside import Beside
 from calib.diagnosis.search.refit import Refit, refit
-from calib.diagnosis.search.table import Beside, Table
+from calib.diagnosis.search.table import Table
 from calib.effects.effect import Effect
 from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray

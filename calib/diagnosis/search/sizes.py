@@ -16,12 +16,11 @@ SEEN_SHARE = 1e-3
 
 def predicted_size(table: Table, j: int) -> tuple[FloatArray, FloatArray]:
     """Size and sd of the parameters that the residual asks of hypothesis ``j`` alone, each (k,)."""
-    raw = table.raw_block(j)
-    norm = np.maximum(np.sqrt((raw**2).sum(axis=0)), 1e-300)
-    rest = table.projector(raw / norm)
-    covariance = np.linalg.pinv(rest.T @ rest, rcond=SEEN_SHARE**2, hermitian=True)
-    size = covariance @ (rest.T @ table.residual)
-    return size / norm, np.sqrt(np.diag(covariance)) / norm
+    each = table.spectra[j]
+    seen = each.squared > SEEN_SHARE**2 * float(each.squared.max())
+    turns, squared = each.turns[:, seen], each.squared[seen]
+    size = turns @ (each.along[seen] / squared)
+    return size * each.unit, np.sqrt((turns**2 / squared).sum(axis=1)) * each.unit
 
 
 def within_nature(table: Table, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:

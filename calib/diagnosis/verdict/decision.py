@@ -16,8 +16,7 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.search.odds import Inclusion, Odds, is_course
 from calib.diagnosis.search.sets import Entry, Search, is_nothing
-from calib.fit.column_scaling import orthonormal_columns
-from calib.fit.leave_one_out import compare
+from calib.fit.leave_one_out import compare, left_out_square
 from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray
 
@@ -173,14 +172,10 @@ def _one_pose(state: Search, odds: Odds, named: Inclusion) -> str | None:
     signal = _signal_rows(state, odds, j)
     if signal is None:
         return None
-    known, pose = state.table.projector.model, state.base.equations.row_pose
-    for k in np.unique(pose):
-        error = np.zeros((len(signal), int((pose == k).sum())))
-        error[np.flatnonzero(pose == k), range(error.shape[1])] = 1.0
-        error = orthonormal_columns(error - known @ (known.T @ error))
-        if np.linalg.norm(error.T @ signal) > CONSTANTS.alias_correlation * np.linalg.norm(signal):
-            return str(state.base.poses.label[k])
-    return None
+    pose = state.base.equations.row_pose
+    share = left_out_square(signal, state.table.projector.model, pose)
+    alone = share > CONSTANTS.alias_correlation**2 * float(signal @ signal)
+    return str(state.base.poses.label[np.flatnonzero(alone)[0]]) if alone.any() else None
 
 
 def _explanation(state: Search, odds: Odds) -> tuple[float, bool]:

@@ -64,18 +64,18 @@ class Candidate:
 
 def rank(state: Search, odds: Odds) -> tuple[Candidate, ...]:
     """One candidate for every name, the most probable first."""
-    best: dict[str, int] = {}
+    by_name: dict[str, list[int]] = {}
     for j, h in enumerate(state.hypotheses):
-        if state.table.is_blind(j):
-            continue
-        known = best.get(h.name)
-        if known is None or state.alone.log_factor[j] > state.alone.log_factor[known]:
-            best[h.name] = j
+        by_name.setdefault(h.name, []).append(j)
+    seen = {name: [j for j in which if not state.table.is_blind(j)]
+            for name, which in by_name.items()}
+    best = {name: max(which, key=lambda j: state.alone.log_factor[j])
+            for name, which in seen.items() if which}
     probability = {each.name: each.probability for each in odds.others}
     for inclusion in odds.classes:
         probability |= dict.fromkeys(inclusion.members[1:], inclusion.probability)
         probability[inclusion.name] = inclusion.probability
-    candidates = [_candidate(state, odds, j, probability.get(name, 0.0))
+    candidates = [_candidate(state, odds, j, by_name[name], probability.get(name, 0.0))
                   for name, j in best.items()]
     candidates.append(_noise(state, odds))
     lead = [state.hypotheses[j].name for j in odds.lead.members]
@@ -90,7 +90,10 @@ def _noise(state: Search, odds: Odds) -> Candidate:
                      state.base.residual_rms, linear_loo_rms(state.base), 1.0, False, ())
 
 
-def _candidate(state: Search, odds: Odds, j: int, probability: float) -> Candidate:
+def _candidate(
+    state: Search, odds: Odds, j: int, alike: Sequence[int], probability: float
+) -> Candidate:
+    """Of hypothesis ``j``, the best of those ``alike``, which have its name."""
     h = state.hypotheses[j]
     size, sd, unit = np.zeros(0), np.zeros(0), ""
     if h.kind == "listed":
@@ -110,12 +113,11 @@ def _candidate(state: Search, odds: Odds, j: int, probability: float) -> Candida
     names = {state.hypotheses[k].name for k in odds.lead.members}
     if h.kind == "listed" and h.name in names and odds.lead.refit is not None:
         size, sd = _fitted(odds.lead.refit, h.name)
-    others = [k for k in range(len(state.hypotheses)) if k != j]
-    same = aliases(state, j, others, ()) if h.kind == "listed" else []
+    same = aliases(state, j, _others(state, h.name), ()) if h.kind == "listed" else []
     return Candidate(
         name=h.subject,
         kind=h.kind,
-        log_evidence=_evidence(state, h.name),
+        log_evidence=_evidence(state, alike),
         probability=probability,
         chi2_drop=drop,
         size=size,
@@ -125,15 +127,18 @@ def _candidate(state: Search, odds: Odds, j: int, probability: float) -> Candida
         loo_after=loo,
         p_value=p_value,
         blind=False,
-        aliases=tuple(dict.fromkeys(state.hypotheses[k].name for k in same
-                                    if state.hypotheses[k].name != h.name)),
+        aliases=tuple(dict.fromkeys(state.hypotheses[k].name for k in same)),
         follows=h.follows,
     )
 
 
-def _evidence(state: Search, name: str) -> float:
+def _others(state: Search, name: str) -> list[int]:
+    """The listed hypotheses of other names."""
+    return [k for k, h in enumerate(state.hypotheses) if h.kind == "listed" and h.name != name]
+
+
+def _evidence(state: Search, which: Sequence[int]) -> float:
     """Log Bayes factor of a name alone against nothing, averaged over its shapes and forms."""
-    which = [j for j, h in enumerate(state.hypotheses) if h.name == name]
     factors = state.alone.log_factor[which]
     if len({state.key([j]) for j in which}) == 1:
         alone = state.entries.get(state.key(which[:1]))
@@ -160,8 +165,7 @@ def _after(state: Search, j: int) -> tuple[float, float, float]:
     The errors are NaN where it leaves no degree of freedom.
     """
     table, fit = state.table, state.base
-    block = table.block(j)
-    q = block / np.sqrt((block**2).sum(axis=0))
+    q = table.unit_rows[table.where(j)].T
     amplitude = q.T @ table.residual
     drop = float(amplitude @ amplitude)
     if q.shape[1] >= table.dof:  # it passes through every row, and says nothing by that

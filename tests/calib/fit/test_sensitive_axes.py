@@ -121,5 +121,5 @@ def test_a_gain_of_nothing_has_no_axes_and_no_warning() -> None:
     equations = Equations(poses, model)
     theta = np.zeros(model.size)
     theta[model.slices()["scale"]] = [1.0, 0.0, 0.0]
-    eta = np.zeros(equations.common.shape[1])
-    assert np.isfinite(equations.rows(theta, eta, {}).jacobian).all()
+    rows = equations.rows(theta, np.zeros(equations.common.shape[1]), {})
+    assert np.isfinite(rows.jacobian).all()
