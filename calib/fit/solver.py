@@ -244,6 +244,24 @@ def _with_steady_memory(first: Fit, again: Callable[[Fit], Fit], rounds: int) ->
     return best  # an axis near zero whose sign noise flips: the better of both
 
 
+def require_determinable(poses: PoseSet, model: Model) -> None:
+    """Refuse poses that cannot determine ``model``, judged where the fit would start.
+
+    Raises
+    ------
+    Undetermined
+        Too few poses, none that turns, or combinations of parameters that they do not show.
+    """
+    equations = Equations(poses, model)
+    theta = equations.start.theta(model)
+    basis = basis_at(equations, theta)
+    problem = Problem.of(equations, basis)
+    require_enough(equations, basis.shape[1] + len(problem.free))
+    shapes = {name: shape.starts[0] for name, shape in problem.free.items()}
+    rows = equations.rows(theta, np.zeros(equations.common.shape[1]), shapes)
+    require_determined(equations, rows, basis)
+
+
 def memory_change(fit: Fit) -> float:
     """By how many sds a row moves if the poses before are taken from the solution."""
     equations = fit.equations

@@ -150,7 +150,7 @@ def repetition(influence: FloatArray, error: FloatArray, turn_rad: FloatArray) -
     same angle, and its error with it.
     """
     sector = (np.mod(turn_rad, 2 * np.pi) * SECTORS / (2 * np.pi)).astype(np.intp) % SECTORS
-    seen = len(np.unique(sector))
+    seen = int(np.count_nonzero(np.bincount(sector)))
     if seen < 2:
         return np.ones(influence.shape[1])
     sums = np.zeros((SECTORS, influence.shape[1]))
