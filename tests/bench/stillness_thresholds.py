@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from calib.errors import UnusableLog
+from calib.errors import CalibrationError
 from calib.noise.stillness import STILLNESS, require_still, sample_step_s
 from calib.poses.imu_log import FloatArray, ImuLog
 from tests.bench.threshold_records import FACTORS, replaced
@@ -100,7 +100,7 @@ def refused(case: Case, seed: int) -> bool:
     log = ImuLog("log", time_s, np.full_like(rate, np.nan), rate)
     try:
         require_still(log, "gyroscope", rate, sample_step_s(log))
-    except UnusableLog:
+    except CalibrationError:
         return True
     return False
 
