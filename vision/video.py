@@ -31,8 +31,8 @@ FIELDS = "turntable-imu-calibration[fields]"  # what decodes interlaced clips
 BATCH = 16  # frames handed over at once
 LUMA_FIRST = (b"I420", b"NV12", b"Y800")  # 8 bits of luma per pixel, before anything else
 SMALL = 500_000  # pixels of a frame that one thread decodes
-AS_FILMED = np.eye(3)
-NO_CHROMA = np.zeros((0, 0, 2), np.uint8)
+AS_FILMED = np.eye(3)  #: the motion of a camera that stands
+NO_CHROMA = np.zeros((0, 0, 2), np.uint8)  #: of a frame whose colours are not read
 QUEUE_BYTES = 64_000_000  # of frames decoded ahead while the plate is being learned
 
 

@@ -25,7 +25,7 @@ CONDITION_LIMIT = 25.0
 """The 18 wedge poses give 1.4, ten usable free-hand poses up to 8; from 25 on the worst
 combination of parameters is known twenty times worse than the best."""
 
-FEWEST_SPARE_ROWS = 1
+FEWEST_SPARE_ROWS = 1  #: derived: without a degree of freedom nothing tests the fit
 GAINS = ("scale", "misalignment")
 
 VISIBLE_SHARE = 0.02

@@ -43,12 +43,23 @@ UNDETERMINED_SHARE = 0.02
 class Fit:
     """A fitted model, with everything that comparison and diagnosis need.
 
-    ``theta`` (p,), ``cov`` (p, p) from the stated sds, ``common_shift`` (p, q) how far one sd of
-    each common error of the references moves theta, ``eta`` (q,) those errors in their sds,
-    ``shapes`` fitted shape parameters, ``log_shape_sd`` the sds of their logarithms if they were
-    free of bounds, ``rows`` at the solution, ``weight`` (r,) what the robust loss left of each row
-    (1 without it), ``basis`` (p, v) the combinations of parameters that these poses see and that
-    were fitted.
+    Attributes
+    ----------
+    poses : PoseSet, length n
+    model : Model
+    theta, cov : array, shapes (p,) and (p, p)
+        SI, in the order of the model; the covariance is by the stated sds.
+    common_shift, eta : array, shapes (p, q) and (q,)
+        How far one sd of each common error of the references moves theta, and the errors in sds.
+    shapes, log_shape_sd : mapping of str to float
+        Fitted shape parameters by effect, and sds of their logarithms if they had no bounds.
+    equations, rows : Equations, WhitenedRows
+        The r rows, and what they are at the solution.
+    weight : array, shape (r,)
+        What the robust loss left of each row; 1 without it.
+    basis : array, shape (p, v)
+        The combinations of parameters that these poses see and that were fitted.
+    iterations : int
     """
 
     poses: PoseSet

@@ -18,16 +18,24 @@ from calib.errors import FitFailed, Remedy
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 
-FIXED_POINT_STEPS = 50
-FIXED_POINT_TOLERANCE = 1e-14
-NO_GAIN = 1e-9
+FIXED_POINT_STEPS = 50  #: numerical limit
+FIXED_POINT_TOLERANCE = 1e-14  #: relative; rounding
+NO_GAIN = 1e-9  #: of the data sheet's gain; numerical: an axis that gives nothing
 SLOPE_STEP = 1e-4
 """Relative step of the central difference dC/ds; exact for effects of second order in s."""
 
 
 @dataclass(frozen=True, eq=False)
 class Axes:
-    """T of eq. (2): ``to_orthogonal`` (3, 3) from the sensitive axes, ``to_sensed`` its inverse."""
+    """T of Angrisano et al. eq. (2).
+
+    Attributes
+    ----------
+    to_orthogonal : array, shape (3, 3)
+        From the sensitive axes to the orthogonal ones.
+    to_sensed : array, shape (3, 3)
+        Its inverse.
+    """
 
     to_orthogonal: FloatArray
     to_sensed: FloatArray
@@ -37,7 +45,7 @@ class Axes:
         return np.asarray(vector @ self.to_sensed.T)
 
 
-ALIGNED = Axes(np.eye(3), np.eye(3))
+ALIGNED = Axes(np.eye(3), np.eye(3))  #: sensitive axes that are the orthogonal ones
 
 
 def axes_of(matrix: FloatArray) -> Axes:

@@ -22,7 +22,7 @@ WINDOW_S = 0.5
 quarter of a second finds the same stops where a gyroscope was logged beside, and takes movement
 for stops (0.5 %) where none was; a whole one loses 23 % of the stops."""
 
-FEWEST_WINDOW = 8
+FEWEST_WINDOW = 8  #: samples; derived: the sd of a variance is a third of it
 FEWEST_SAMPLES = 12
 """Those that the sd of a mean needs (:data:`calib.poses.averaging.SHORTEST_SAMPLES`)."""
 
@@ -52,7 +52,7 @@ also how far an attitude may wander within a rest: its mean then falls short by 
 WANDER_S = 2.0
 """Time in which an attitude may wander that far: 1 °/s is the most that a resting hand does."""
 
-NOISE_OF_RANGE = 3.0
+NOISE_OF_RANGE = 3.0  #: sds of one; derived: range of MOST_BLOCKS normal means, 2.8, rounded up
 MOST_BLOCKS = 8
 """Parts of a rest whose means are compared, and their range by noise alone in sds of one: enough of
 them to see a slow turn, few enough to average."""

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from pipeline.commands import examples
+from pipeline.commands import examples, paragraph
 from pipeline.commands.arguments import PathArgument
 
 
@@ -63,6 +63,6 @@ def command(
             progress.advance(record.exit_code != DONE)
 
         run_fleet(client, tasks, on_record)
-    for line in summary_lines(finish_fleet(records, output)):
-        click.echo(line)
+    for line in summary_lines(finish_fleet(records, output, reports)):
+        click.echo(paragraph(line, "  "))
     return BUG if any(record.exit_code == BUG for record in records) else DONE

@@ -10,7 +10,7 @@ import numpy as np
 from calib.diagnosis.unseen import together
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.units import display_unit
-from calib.fit.calibration import TriadParameters
+from calib.fit.parameters import TriadParameters
 from calib.mounting.mounting import Mounting
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, SI_UNIT

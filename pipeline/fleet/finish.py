@@ -1,12 +1,23 @@
 """When all sessions are done: the table, and what it shows."""
 
+import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 
+from pipeline.config.file_patterns import natural_key
+from pipeline.files import write_whole
+from pipeline.fleet.page import PAGE_NAME, fleet_html
+from pipeline.fleet.population import (
+    POPULATION_NAME,
+    TriadPopulation,
+    population_json,
+    populations_of,
+)
 from pipeline.fleet.record import SessionRecord
 from pipeline.fleet.rows import Row
 from pipeline.fleet.table import table_of, write_table
@@ -16,12 +27,14 @@ from pipeline.fleet.table import table_of, write_table
 class FleetSummary:
     """What a fleet run has made.
 
-    ``rows`` of the table, the ``records`` by session, and the median ``seconds`` of each stage.
+    ``rows`` of the table, the ``records`` by session, what the lot shows of each triad, and the
+    median ``seconds`` of each stage.
     """
 
     output: Path
     rows: Sequence[Row]
     records: Sequence[SessionRecord]
+    populations: Sequence[TriadPopulation]
     seconds: Mapping[str, float]
 
     @property
@@ -31,12 +44,20 @@ class FleetSummary:
         return {code: count for code, count in sorted(codes.items()) if code}
 
 
-def finish_fleet(records: Sequence[SessionRecord], output: Path) -> FleetSummary:
-    """Write the table of ``records``."""
+def finish_fleet(
+    records: Sequence[SessionRecord], output: Path, reports: bool
+) -> FleetSummary:
+    """Write table, population and page of ``records``; with links to ``reports`` if there are."""
     rows = table_of(records)
+    ordered = sorted(records, key=lambda record: natural_key(record.name))
+    populations = populations_of(rows, output)
+    text = json.dumps(population_json(populations), indent=1, ensure_ascii=False, allow_nan=False)
+    title = f"Fleet {output.absolute().name}"
+    page = fleet_html(title, ordered, populations, reports, datetime.now().astimezone())
     write_table(rows, output)
-    ordered = sorted(records, key=lambda record: record.name)
-    return FleetSummary(output, rows, ordered, _typical_seconds(ordered))
+    write_whole(output / POPULATION_NAME, text + "\n")
+    write_whole(output / PAGE_NAME, page)
+    return FleetSummary(output, rows, ordered, populations, _typical_seconds(ordered))
 
 
 def _typical_seconds(records: Sequence[SessionRecord]) -> dict[str, float]:

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 
 from pipeline.errors import BUG, FIT_FAILED, UNDETERMINED, UNREADABLE, USAGE
 from pipeline.fleet.finish import FleetSummary
-from pipeline.fleet.table import CSV_NAME
+from pipeline.fleet.page import PAGE_NAME
+from pipeline.fleet.words import pool_text, repeat_text
 from pipeline.text.formatting import count
 
 MEANING = {
@@ -29,7 +30,10 @@ def summary_lines(summary: FleetSummary) -> Iterator[str]:
         verdicts = Counter(row["verdict"] for row in summary.rows
                            if row["triad"] == triad and row["exit_code"] == 0)
         yield f"{triad:15s} " + ", ".join(f"{n} {code}" for code, n in verdicts.most_common())
+    for population in summary.populations:
+        yield f"{population.triad}: {pool_text(population)}"
+        yield f"{population.triad}: {repeat_text(population)}"
     if summary.seconds:
         costs = ", ".join(f"{stage} {s:.2f}" for stage, s in summary.seconds.items() if s >= 0.005)
         yield f"median seconds of a session: {costs}"
-    yield str(summary.output / CSV_NAME)
+    yield str(summary.output / PAGE_NAME)

@@ -49,6 +49,11 @@ class Recording:
     sense: float = 0.0
     excluded: tuple[ExcludedMean, ...] = ()
 
+    @property
+    def kept(self) -> tuple[tuple[PoseMean, ...], IntArray]:
+        """``means`` and ``places``."""
+        return self.means, self.places
+
 
 @dataclass(frozen=True, eq=False)
 class Recordings:
@@ -88,7 +93,9 @@ def average_recordings(
     """
     specs = sensor_specs(config.sensor)
     recordings = {}
-    for setting, section in sections_by_setting(config).items():
+    sections = sections_by_setting(config)
+    for setting in logs.by_setting:
+        section = sections[setting]
         if setting.poses.means:
             recording = _tabled(section, config, specs)
         elif setting.poses.log:

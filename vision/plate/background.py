@@ -19,7 +19,7 @@ OFTEN = 0.75  # quantile of the largest changes: a mark may be out of sight for 
 SMOOTH_PER_ROUGH = 8**-0.5  # fact: sds of white noise, the mean of 9 pixels over what is beyond it
 ROUNDING = 6**-0.5 / 3  # luma steps: fact, the sd that the blurred change of rounded values has
 MEDIAN_OF = 31  # frames; something in the way for a third of them leaves the median alone
-GOLDEN = (np.sqrt(5) - 1) / 2
+GOLDEN = (np.sqrt(5) - 1) / 2  #: fraction of the golden ratio: its multiples spread evenly
 
 
 @dataclass(frozen=True)

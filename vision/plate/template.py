@@ -22,7 +22,7 @@ STANDING = 0.9  # |mean exp(ikθ)|² above which order k does not show whether i
 #: sds; at 0.3 by 3.9, at 0.9 by 5.2. At 0.075 chance takes one order in eight out of 28 frames.
 STROBED = 0.15
 SMALL_STEP = 0.1  # quantile of the steps from frame to frame, some of which are left out
-RING_SPACING_PX = 1.0
+RING_SPACING_PX = 1.0  #: between rings: no pixel is passed over
 RINGS = (4, 32)  # at least and at most
 INFORMATION = 0.97  # of that on the angle, on the rings that are measured
 OVERSAMPLED = 4  # correlations per sample of azimuth

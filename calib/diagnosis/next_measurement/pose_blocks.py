@@ -22,13 +22,14 @@ from calib.poses.pose_set import PoseSet
 from calib.poses.reference import Reference
 from calib.poses.runs import GRAVITY, TIME_BASE
 
+#: fact: 16⅔, 33⅓, 45 and 78 rpm
 RECORD_SPEEDS_RAD_S = np.array([50 / 3, 100 / 3, 45.0, 78.0]) * np.pi / 30
-SAME_SPEED = 0.05
+SAME_SPEED = 0.05  #: relative: within the fine adjustment of a record player
 HEADROOM = 0.9
 """Share of the full scale up to which a rate is advised; gain and offset take the rest."""
 
-SOAK_K = 20.0
-POSE_S = 30.0
+SOAK_K = 20.0  #: K above the room, as a hair dryer makes it; it only plans
+POSE_S = 30.0  #: s of a planned pose; it only plans
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ class Block:
     tilt_rad: float = 0.0
 
 
-MINUTES_PER_PASS = 10.0
+MINUTES_PER_PASS = 10.0  #: 18 poses of half a minute each; it only plans
 
 
 def menu(fit: Fit, full_scale: float = np.inf) -> list[Block]:

@@ -17,10 +17,12 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.poses.imu_log import FloatArray
 
+#: sizes of an effect, noise units, each twice the one before
 TAUS = 2.0 ** np.arange(CONSTANTS.octaves_of_size)
 SWEEPS = 2
 """Times that the size of each effect is chosen anew beside the others'; not tuned."""
 
+#: logarithm of the range of the noise's size
 NOISE_RANGE = float(np.log(TAUS[-1] / CONSTANTS.least_noise))
 
 

@@ -18,8 +18,9 @@ import numpy as np
 from calib.earth import EARTH_RATE_RAD_S
 from calib.effects.catalogue import BASE
 from calib.fit.angrisano import fit_paper
-from calib.fit.calibration import TriadParameters, calibrate_triad
+from calib.fit.calibration import calibrate_triad
 from calib.fit.model import Model
+from calib.fit.parameters import TriadParameters
 from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import pose_set
