@@ -15,8 +15,10 @@ which something else was named, what the errors fell to, and how many 2-sigma in
 truth. ``settle`` follows the advice of every verdict that leaves something open: it records the
 block that was asked for and diagnoses again. ``sets`` hides ``--count`` effects at once, drawn
 with sizes between the two of ``--sizes``, and a disturbance that no catalogue has; it prints the
-share of hidden effects that were named, offered, and of sessions with a wrong name, and stated
-probabilities against frequencies; its designs are also ``hand`` and ``free``. ``--list`` shows the
+share of hidden effects that were named, offered, and of sessions with a wrong name; each session
+is repeated with nothing hidden, since half of all are sound by the prior of the diagnosis, and over
+both halves stated probabilities stand beside frequencies; its designs are also ``hand`` and
+``free``. ``--list`` shows the
 trials that went wrong.
 """
 
@@ -33,12 +35,14 @@ from tests.recorded_blocks import Settled, settle
 from tests.set_trials import (
     DISTURBANCES,
     NAMES,
+    OF_THE_DESIGN,
     SetOutcome,
     design_of,
     disturbed,
     draw_set,
     reliability,
     set_trial,
+    sound_trial,
 )
 from tests.trials import (
     DESIGNS,
@@ -219,16 +223,18 @@ def sets(asked: argparse.Namespace) -> None:
     """Several effects at once, with a disturbance; one diagnosis each."""
     low, high = (asked.sizes * 2)[:2]
     found: list[SetOutcome] = []
+    sound: list[SetOutcome] = []
     refused = 0
     for seed in range(asked.first_seed, asked.first_seed + asked.trials):
         design = disturbed(design_of(asked.design, seed), asked.disturb)
         hidden = draw_set(design, seed, asked.triad, asked.count, (low, high),
-                          asked.effects or NAMES)
-        if asked.disturb not in ("none", "coarse", "correlated"):
+                          asked.effects or NAMES, asked.nested)
+        if asked.disturb not in OF_THE_DESIGN:
             more = drawn(asked.disturb, asked.triad, asked.strength, design, seed)
             hidden += [] if more is None else [more]
         try:
             found.append(set_trial(design, seed, asked.triad, hidden))
+            sound.append(sound_trial(design, seed, asked.triad))
         except CalibrationError:
             refused += 1
     visible = sum(len(o.visible) for o in found) or 1
@@ -240,7 +246,9 @@ def sets(asked: argparse.Namespace) -> None:
           f"named or offered {total['offered']:.3f}; a wrong name in "
           f"{share([bool(o.wrong) for o in found]):.4f}; "
           f"{Counter(o.verdict for o in found).most_common()}")
-    print(reliability(found), flush=True)
+    print(f"the same sessions with nothing hidden: "
+          f"{Counter(o.verdict for o in sound).most_common()}; stated, over both halves:")
+    print(reliability([*found, *sound]), flush=True)
     for o in found:
         if asked.list and (o.wrong or len(o.offered) < len(o.visible)):
             print(f"    seed {o.seed}: hidden {o.hidden} wrong {o.wrong} not offered "
@@ -271,6 +279,8 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--count", type=int, default=1)
     parser.add_argument("--disturb", choices=DISTURBANCES, default="none")
+    parser.add_argument("--nested", action="store_true",
+                        help="also pairs of which one holds the other")
     parser.add_argument("--strength", type=float, default=5.0, help="of the disturbance, sd")
     parser.add_argument("--list", action="store_true", help="show the trials that went wrong")
     asked = parser.parse_args()
