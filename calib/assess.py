@@ -82,20 +82,34 @@ def assess(
     FitFailed
         The fit does not converge, or fails its own check.
     """
-    if not has_sds(poses):
-        poses = with_estimated_sds(poses, model)
-    fitted = _fitted(poses, model, spec, solver, loss)
-    if senses is not None:
-        require_common_axes(poses, fitted.rows.vector, senses)
-    calibration = calibrate_triad(fitted, spec)
+    calibration = calibrate(poses, model, spec, solver=solver, loss=loss, senses=senses)
+    fitted = calibration.fit
     prediction = predict(calibration)
     diagnosis = diagnose(fitted, candidates, spec.full_scale, covariates, prediction)
     return AssessedTriad(
         calibration,
         compare(fitted),
-        diagnosis if tests_the_model(poses) else untested(diagnosis),
+        diagnosis if tests_the_model(fitted.poses) else untested(diagnosis),
         prediction,
     )
+
+
+def calibrate(
+    poses: PoseSet,
+    model: Model,
+    spec: TriadSpec,
+    *,
+    solver: str = "default",
+    loss: str = "squares",
+    senses: Mapping[str, float] | None = None,
+) -> TriadCalibration:
+    """The calibration of :func:`assess` alone, with all that it refuses."""
+    if not has_sds(poses):
+        poses = with_estimated_sds(poses, model)
+    fitted = _fitted(poses, model, spec, solver, loss)
+    if senses is not None:
+        require_common_axes(poses, fitted.rows.vector, senses)
+    return calibrate_triad(fitted, spec)
 
 
 def _fitted(poses: PoseSet, model: Model, spec: TriadSpec, solver: str, loss: str) -> Fit:

@@ -13,9 +13,15 @@ from typing import Literal
 class Remedy:
     """What would help, for whoever knows how the user does it.
 
-    ``kind``: ``remove_effect`` (take an effect out of the model), ``list_effects``, ``data_sheet``
-    (correct the data sheet's values of ``triad``), ``default_solver``, or ``smaller_model`` (these
-    poses carry ``model``).
+    Attributes
+    ----------
+    kind : str
+        ``remove_effect`` (take an effect out of the model), ``list_effects``, ``data_sheet``
+        (correct the data sheet's values of ``triad``), ``default_solver``, or ``smaller_model``
+        (these poses carry ``model``).
+    triad : str or None
+    model : tuple of str
+        Names of effects.
     """
 
     kind: Literal["remove_effect", "list_effects", "data_sheet", "default_solver", "smaller_model"]

@@ -14,7 +14,8 @@ from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.data_sheet import Encoding, TriadSpec
 from calib.poses.imu_log import ImuLog
 from calib.poses.pose_set import PoseSet, pose_set
-from calib.poses.runs import PlateRate, gravity_run, stopped_run, turning_run
+from calib.poses.reference import PlateRate
+from calib.poses.runs import gravity_run, stopped_run, turning_run
 from tests.world.imu import Triad
 from tests.world.session import RunLog, Session, StatedRate
 

@@ -8,8 +8,8 @@ from tests.fitting import spec_of
 from tests.world.lot import Lot
 
 
-def pose_sets_of(lot: Lot) -> list[PoseSet]:
-    """The accelerometer's poses of every evening."""
+def pose_sets_of(lot: Lot, noise_dof: float = 2.0) -> list[PoseSet]:
+    """The accelerometer's poses of every evening, ``noise_dof`` behind the sd of each pose."""
     spec = spec_of(lot.triad, lot.triad.full_scale)
     n = len(lot.time_s)
     reading = spec.nominal(lot.counts)
@@ -30,6 +30,7 @@ def pose_sets_of(lot: Lot) -> list[PoseSet]:
             time_s=lot.time_s,
             expected=nothing,
             reference=reference,
+            sd_dof=noise_dof * n,
             columns={"temperature_c": lot.temperature_c[i]},
         )
         for i in range(len(lot))

@@ -187,7 +187,6 @@ def scored(seed: int, said: Diagnosis, hidden: Sequence[str]) -> SetOutcome:
     open_names |= {*said.group} if said.verdict == "ambiguous" else set()
     told = set().union(*named) if named else set()
     silent = said.verdict in ("noise", "unknown", "nothing_missing", "bad_pose")
-    kind = {c.name: c.kind for c in said.ranking}
     return SetOutcome(
         seed=seed,
         hidden=tuple(hidden),
@@ -199,7 +198,7 @@ def scored(seed: int, said: Diagnosis, hidden: Sequence[str]) -> SetOutcome:
         wrong=tuple(name for name, c in zip(said.names, named, strict=True) if not c & allowed),
         stated=tuple(
             (i.probability, bool({*i.members} & allowed))
-            for i in said.inclusion if kind.get(i.name.removeprefix("~")) == "listed"
+            for i in said.inclusion if i.kind == "listed"
         ),
         verdict=str(said.verdict),
         text=f"{said.verdict} {said.names} "

@@ -36,7 +36,8 @@ HOME = {
     "rosbags": ("pipeline.logs.formats.ros",),
     "pyulog": ("pipeline.logs.formats.px4",),
     "pymavlink": ("pipeline.logs.formats.ardupilot",),
-    "pyarrow": ("pipeline.logs.formats.parquet",),
+    "pyarrow": ("pipeline.logs.formats.parquet", "pipeline.fleet.table"),
+    "distributed": ("pipeline.fleet.cluster",),
     "h5py": ("pipeline.logs.formats.hdf5",),
     "pandas": ("calib.notebook",),
     "av": ("vision.av_decoder",),
@@ -44,7 +45,8 @@ HOME = {
 }
 #: Installed by an extra: what reads them says which where they are missing.
 EXTRAS = {"rosbags": "ros", "pyulog": "px4", "pymavlink": "ardupilot", "pyarrow": "parquet",
-          "h5py": "hdf5", "av": "fields", "pandas": "notebook", "allantools": "noise"}
+          "h5py": "hdf5", "av": "fields", "pandas": "notebook", "allantools": "noise",
+          "distributed": "fleet"}
 #: Which of our packages each may import besides itself.
 MAY_IMPORT = {"pipeline": {"vision", "calib"}, "vision": set(), "calib": set()}
 #: The way of the data inside a folder: a room imports from itself and from the floors before it,
@@ -59,7 +61,7 @@ FLOORS = {
     "calib.notebook": [("tables", "display"), ("calibration",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
-        ("diagnose", "unseen"), ("untested",),
+        ("diagnose", "unseen"), ("untested", "population"),
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
     "calib.diagnosis.search": [
@@ -76,7 +78,8 @@ FLOORS = {
         ("errors", "text"), ("files",), ("logs",), ("devices",),
         ("config",), ("stages",),
         ("results", "record", "plan", "model_change", "playback", "guess"),
-        ("console", "export"), ("report",), ("session_folder",), ("commands",), ("cli",),
+        ("console", "export"), ("report",), ("session_folder",), ("fleet",), ("commands",),
+        ("cli",),
         ("__main__",),
     ],
 }
@@ -246,3 +249,30 @@ def test_no_catch_all_no_eval_no_drawer_for_everything(module: str) -> None:
             assert caught not in {"everything", "Exception", "BaseException"}, node.lineno
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
             assert node.func.id not in {"eval", "exec"}, node.lineno
+
+
+def undocumented_numbers(module: str) -> Iterator[str]:
+    """Upper-case constants made of numbers that no docstring and no comment describes."""
+    lines = FILES[module].read_text(encoding="utf-8").splitlines()
+    body = TREES[module].body
+    for node, after in zip(body, [*body[1:], None], strict=True):
+        if not isinstance(node, ast.Assign | ast.AnnAssign) or node.value is None:
+            continue
+        target = node.targets[0] if isinstance(node, ast.Assign) else node.target
+        name = ast.unparse(target).strip("()")
+        values = [each.value for each in ast.walk(node.value) if isinstance(each, ast.Constant)]
+        is_number = any(type(value) in (int, float) for value in values)
+        if not name.isupper() or name.startswith("_") or not is_number or any(
+                isinstance(value, str) for value in values):
+            continue
+        is_described = isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant)
+        beside = lines[node.lineno - 2 : node.end_lineno]
+        if not (is_described or any("#" in line for line in beside[1:])
+                or beside[0].startswith("#")):
+            yield f"{module}:{node.lineno}: {name}"
+
+
+@pytest.mark.parametrize("module", [name for name in FILES if begins(name, "calib")])
+def test_a_constant_says_what_it_is_and_where_it_comes_from(module: str) -> None:
+    """By a docstring below it or a comment beside it; thresholds may stand in a frozen record."""
+    assert list(undocumented_numbers(module)) == []

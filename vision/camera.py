@@ -21,7 +21,7 @@ from vision.errors import VisionError
 
 SUFFIX = ".mkv"
 TICKS_PER_S = 1000  #: of the container's stamps
-JPEG_QUALITY = 90
+JPEG_QUALITY = 90  #: of frames that are stored as images; not seen by the tracker
 PROBED = 12  #: frames by which the driver's stamps are judged
 PACE = 0.2  #: the driver's clock may differ by so much from the computer's over the probe
 START_S = 10.0  #: for the first frame; some cameras take seconds to wake up

@@ -6,6 +6,7 @@ from typing import Literal
 
 from vision.rate.measure import RateMeasurement
 from vision.rate.measure import measure_rate as rate_of_track
+from vision.rate.steady_part import ClipPart
 from vision.rate.terms import CONSTANT_RATE
 from vision.rate.timebase import CLOCK_PPM, Timebase
 from vision.tracking.track import track_phase
@@ -18,6 +19,7 @@ def measure_rate(
     fps: float | None = None,
     ppm: float | None = None,
     model: Sequence[str] = (CONSTANT_RATE,),
+    part: tuple[float | None, float | None] = (None, None),
 ) -> RateMeasurement:
     """Measure the rate of the plate in a clip.
 
@@ -33,6 +35,9 @@ def measure_rate(
         Sd of the clock that stamps the frames, parts per million.
     model : sequence of str
         ``constant_rate`` and any of ``vision.rate.terms.TERMS``.
+    part : (from_s, to_s)
+        Seconds of the clip that are measured; None is its beginning or its end. By default the
+        whole clip, or what of it turns steadily between the motor's start and stop.
 
     Returns
     -------
@@ -48,4 +53,10 @@ def measure_rate(
     """
     source: Literal["container", "constant"] = "container" if fps is None else "constant"
     timebase = Timebase(source, fps, CLOCK_PPM[source] if ppm is None else ppm)
-    return rate_of_track(track_phase(clip), timebase=timebase, nominal_rpm=nominal_rpm, model=model)
+    return rate_of_track(
+        track_phase(clip),
+        timebase=timebase,
+        nominal_rpm=nominal_rpm,
+        model=model,
+        part=ClipPart(*part),
+    )

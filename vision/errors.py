@@ -29,3 +29,14 @@ class RateRefused(VisionError):
     def __init__(self, message: str, history: "RateHistory | None" = None) -> None:
         super().__init__(message)
         self.history = history
+
+
+class NothingMoves(RateRefused):
+    """The frames of a stretch differ by the noise of the camera alone."""
+
+
+def more_telling(first: RateRefused | None, later: RateRefused) -> RateRefused:
+    """Of two refusals the first, unless nothing moved there and something did later."""
+    if first is None or isinstance(first, NothingMoves) > isinstance(later, NothingMoves):
+        return later
+    return first

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 # Bytes from the start of a header's content to its matrix, by the version of the header.
 TRACK_MATRIX = {0: 40, 1: 52}
-MOVIE_MATRIX = {0: 36, 1: 48}
-HANDLER = slice(8, 12)
+MOVIE_MATRIX = {0: 36, 1: 48}  #: bytes to the matrix of `mvhd` by its version; ISO 14496-12
+HANDLER = slice(8, 12)  #: bytes of `hdlr` that name the kind of track; ISO 14496-12
 #: Bytes; a day at 1000 frames per second has an index of half of it.
 LONGEST_MOVIE = 1 << 30
 

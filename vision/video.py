@@ -31,9 +31,9 @@ FIELDS = "turntable-imu-calibration[fields]"  # what decodes interlaced clips
 BATCH = 16  # frames handed over at once
 LUMA_FIRST = (b"I420", b"NV12", b"Y800")  # 8 bits of luma per pixel, before anything else
 SMALL = 500_000  # pixels of a frame that one thread decodes
-AS_FILMED = np.eye(3)
-NO_CHROMA = np.zeros((0, 0, 2), np.uint8)
-QUEUE_BYTES = 160_000_000  # of frames decoded ahead while the plate is being learned
+AS_FILMED = np.eye(3)  #: the motion of a camera that stands
+NO_CHROMA = np.zeros((0, 0, 2), np.uint8)  #: of a frame whose colours are not read
+QUEUE_BYTES = 64_000_000  # of frames decoded ahead while the plate is being learned
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,8 +231,17 @@ class ClipReader:
         if self.reduction > 1:
             h, w = (n // self.reduction for n in image.shape[:2])
             image = image[: h * self.reduction, : w * self.reduction]
-            image = np.asarray(cv2.resize(image, (w, h), interpolation=cv2.INTER_AREA))
+            for factor in _halvings(self.reduction):
+                size = image.shape[1] // factor, image.shape[0] // factor
+                image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA))
         return image
+
+
+def _halvings(reduction: int) -> list[int]:
+    """Factors to reduce by, one after the other: halving twice takes a quarter of the time of 4."""
+    twos = (reduction & -reduction).bit_length() - 1
+    odd = reduction >> twos
+    return [2] * twos + [odd] * (odd > 1)
 
 
 def _opened(path: Path | str) -> cv2.VideoCapture:

@@ -18,11 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.errors import CalibrationError
-from calib.fit.calibration import TriadParameters
+from calib.fit.parameters import TriadParameters
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 
-MOST_DECIMALS = 9
+MOST_DECIMALS = 9  #: of a value on a certificate: none states more
 LARGEST_MISALIGNMENT = 0.5
 """Elements of a certificate's alignment matrix beside the diagonal; beyond, it is not one."""
 
@@ -104,7 +104,14 @@ class Compared:
 
 @dataclass(frozen=True, eq=False)
 class CertificateComparison:
-    """Estimate and certificate of one triad; ``misalignment`` None where none is certified."""
+    """Estimate and certificate of one triad.
+
+    Attributes
+    ----------
+    bias, scale : Compared
+    misalignment : Compared or None
+        None where none is certified.
+    """
 
     bias: Compared
     scale: Compared
@@ -155,6 +162,10 @@ def compare_certificate(
     certificate : FactoryCertificate
     spec : TriadSpec
         For the range that bias differences are relative to.
+
+    Returns
+    -------
+    CertificateComparison
     """
     aligned, aligned_sd = np.eye(3), 0.0
     stated = certificate.alignment is not None or certificate.misalignment_rad is not None

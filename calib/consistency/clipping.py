@@ -32,6 +32,13 @@ def require_unclipped(logs: Sequence[ImuLog], triad: Triad, spec: TriadSpec) -> 
 
     What stands at the ends of the range is refused where the pose is averaged.
 
+    Parameters
+    ----------
+    logs : sequence of ImuLog
+    triad : str
+    spec : TriadSpec
+        The data sheet of the triad.
+
     Raises
     ------
     Undetermined

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from calib.fit.calibration import TriadParameters
+from calib.fit.parameters import TriadParameters
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, FloatArray
 from calib.poses.pose_set import PoseSet

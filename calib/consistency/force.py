@@ -28,8 +28,8 @@ LARGEST_DRIFT = 0.02
 """Of gravity, by which a low-cost accelerometer may have drifted since its own poses; as
 :data:`calib.mounting.mounting.WRONG_GRAVITY`."""
 
-PLATE_RADIUS_M = 0.15
-FEWEST_POSES = 3
+PLATE_RADIUS_M = 0.15  #: m; fact: of a record
+FEWEST_POSES = 3  #: of a run; derived: the median of fewer is that of one pose
 UNKNOWN_SD = 5.0
 """Sds of the calibrated |f| within which nothing is contradicted: a chance below 1e-6 a pose."""
 
@@ -112,6 +112,17 @@ def unknown_force(poses: PoseSet, accelerometer: TriadCalibration) -> tuple[str,
 
     Then an effect of its model rests on conditions that its own poses did not have, and nothing is
     to be compared with the specific force.
+
+    Parameters
+    ----------
+    poses : PoseSet
+        Of the gyro, with calibrated specific force.
+    accelerometer : TriadCalibration
+
+    Returns
+    -------
+    tuple of str
+        The warning, or nothing.
     """
     assert poses.other_reading is not None  # only ideal poses have none
     sound = np.flatnonzero(np.isfinite(poses.force).all(axis=1))

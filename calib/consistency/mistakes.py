@@ -44,8 +44,8 @@ BOUND_SLACK = 4.0
 are the data sheet's within a third. Numerical; a mistake that explains nothing is a hundred times
 above."""
 
-FEWEST_OF_BLOCK = 3
-WORST_POSES = 2
+FEWEST_OF_BLOCK = 3  #: poses; derived: fewer are bad poses, which have a verdict
+WORST_POSES = 2  #: tried one by one: a limit of time
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,11 +17,11 @@ from calib.errors import Contradiction
 from calib.poses.imu_log import BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
 
-FEWEST_POSES = 6
+FEWEST_POSES = 6  #: derived: three directions, each seen twice
 LEAST_SPREAD = 0.05
 """Smallest singular value per pose, of 1/3 all round: below it one axis is not seen."""
 
-MOST_RUNS = 8
+MOST_RUNS = 8  #: a limit of time
 LARGEST_SCATTER = 0.2
 """Of the directions, rad, about what one rotation makes of them: a sensor ten centimetres off the
 spindle at 45 rpm feels gravity turned by as much."""
@@ -82,7 +82,7 @@ def require_common_axes(poses: PoseSet, vector: FloatArray, sense: Mapping[str, 
             f"{poses.label[odd[0]]}: on the turning plate both triads point along its axis, and in "
             f"this pose (and {odd.size - 1} others of {int(used.sum())}) they differ by "
             f"{np.degrees(angle[odd[0]]):.0f}°. Its axes are exchanged or mirrored in the log, or "
-            f"the two triads are not of the same pose. Record it again, or take it out of the list."
+            f"the two triads are not of the same pose. Record it again, or exclude it."
         )
 
 

@@ -192,6 +192,10 @@ def find_frozen(logs: Sequence[ImuLog]) -> list[FrozenStretch]:
 def require_running(logs: Sequence[ImuLog]) -> None:
     """Refuse poses in which the sensor froze.
 
+    Parameters
+    ----------
+    logs : sequence of ImuLog
+
     Raises
     ------
     Undetermined

@@ -17,7 +17,7 @@ SIGNED_PERMUTATIONS: FloatArray = np.array([
 ])
 """All of them, (48, 3, 3), the identity first."""
 
-IDENTITY = 0
+IDENTITY = 0  #: its index in SIGNED_PERMUTATIONS
 CYCLES: Mapping[tuple[int, ...], str] = {
     (1, 2, 0): "x is logged as y, y as z and z as x",
     (2, 0, 1): "x is logged as z, y as x and z as y",

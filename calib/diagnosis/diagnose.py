@@ -59,13 +59,8 @@ class Diagnosis:
     ----------
     verdict : Code
         ``nothing_missing``, ``effect``, ``ambiguous``, ``unknown``, ``bad_pose`` or ``noise``.
-    name : str or None
-        The effect, column, pose or kind of noise it speaks of.
-    names : tuple of str
-        All effects that are named, the largest first.
-    group : tuple of str
-        All that these poses cannot separate from ``name``, itself first; or all that an ambiguous
-        verdict leaves open, unknown functions of NAME as ``~NAME``.
+    name, names, group
+        As of :class:`calib.diagnosis.verdict.decision.Verdict`.
     inclusion : tuple of Inclusion
         Every class that may be missing with its probability, the most probable first.
     sets : tuple of (tuple of str, float)

@@ -84,5 +84,17 @@ def absorbed(calibration: TriadCalibration, effect: Effect) -> FloatArray:
 
 
 def together(budget: Mapping[str, FloatArray]) -> FloatArray:
-    """All blind effects as one, (3, 3)."""
+    """All blind effects as one.
+
+    Parameters
+    ----------
+    budget : mapping of str to array, shape (3, 3)
+        By effect: what it adds to the sds of misalignment (rad), bias (counts) and scale (counts
+        per SI unit), each x, y, z.
+
+    Returns
+    -------
+    array, shape (3, 3)
+        The root of the sum of their squares.
+    """
     return np.asarray(np.sqrt(sum(sds**2 for sds in budget.values())))

@@ -15,7 +15,17 @@ TEXT = (
 
 
 def untested(diagnosis: Diagnosis) -> Diagnosis:
-    """``diagnosis`` without its verdict; ranking, limits and blind effects stay."""
+    """A diagnosis of sds that say nothing of the model.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+
+    Returns
+    -------
+    Diagnosis
+        Without a verdict; ranking, limits and blind effects stay.
+    """
     return replace(
         diagnosis,
         verdict=Code.REFUSED,

@@ -47,7 +47,13 @@ of one session; the bench's stays with the plate, its camera and where the senso
 class Shape:
     """A parameter in which the columns are not linear, fitted by its profile.
 
-    ``starts`` are the values tried first, in ``unit``; the fit stays within ``bounds``.
+    Attributes
+    ----------
+    name, unit : str
+    starts : tuple of float
+        Values that are tried first, in ``unit``.
+    bounds : tuple of float
+        Lowest and highest value of a fit, in ``unit``.
     """
 
     name: str

@@ -7,7 +7,7 @@ from calib.effects.typical import between, quoted, typical
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, FloatArray
 
-SECONDS_PER_HOUR = 3600.0
+SECONDS_PER_HOUR = 3600.0  #: definition
 
 
 def _warmth(at: Conditions) -> FloatArray:

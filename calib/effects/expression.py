@@ -22,8 +22,8 @@ from calib.errors import CalibrationError
 from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
 from calib.poses.imu_log import FloatArray
 
-LONGEST_EXPRESSION = 500
-LARGEST_POWER = 8
+LONGEST_EXPRESSION = 500  #: characters; a limit of time and memory
+LARGEST_POWER = 8  #: so that LARGEST_NUMBER to this power is a number
 LARGEST_NUMBER = 1e30  #: its eighth power is still a number
 
 FUNCTIONS: dict[str, Callable[..., FloatArray]] = {
@@ -69,7 +69,16 @@ class BadExpression(CalibrationError):
 
 @dataclass(frozen=True)
 class Expression:
-    """A checked expression; ``names`` and ``runs`` are those it uses, ``shapes`` its parameters."""
+    """A checked expression.
+
+    Attributes
+    ----------
+    text : str
+        As the user wrote it.
+    tree : ast.expr
+    names, runs, shapes : tuple of str
+        The columns, runs and shape parameters that it uses.
+    """
 
     text: str
     tree: ast.expr

@@ -6,7 +6,7 @@ from math import pi, sqrt
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.poses.imu_log import Triad
 
-DEGREE, G, HOUR_S = pi / 180, STANDARD_GRAVITY_M_S2, 3600.0
+DEGREE, G, HOUR_S = pi / 180, STANDARD_GRAVITY_M_S2, 3600.0  #: rad, m/s², s; definitions
 
 QUOTED: dict[str, tuple[float, Triad | None]] = {
     "°/s": (DEGREE, "gyroscope"),

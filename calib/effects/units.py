@@ -37,7 +37,19 @@ DENOMINATORS: Mapping[str, tuple[str, float]] = {
 
 
 def display_unit(unit: str, sizes: Iterable[float]) -> tuple[str, float]:
-    """The unit in which ``sizes``, in ``unit``, are read, and its number per ``unit``.
+    """The unit in which sizes are read.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit of the sizes.
+    sizes : iterable of float
+        The largest decides between a unit and its finer one.
+
+    Returns
+    -------
+    tuple of (str, float)
+        The unit, and how many of it one ``unit`` is.
 
     Examples
     --------

@@ -8,7 +8,7 @@
     angrisano: as published ───────────────────────────────────────────────────────────┘ (theta,
     column_scaling, identifiability: what the poses determine                             cov)
                                                                                            │
-    leave_one_out, frame_alignment, calibration (alpha, b, k; budget) ─ prediction ────────┘
+    leave_one_out, frame_alignment, parameters (alpha, b, k) ─ calibration ─ prediction ───┘
     correction: a model applied to readings
     batch: the same fit for many sensors at once, as stacked arrays
 """

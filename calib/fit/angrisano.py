@@ -18,10 +18,10 @@ import numpy as np
 
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, FitFailed, Remedy
-from calib.fit.calibration import TriadParameters, theta_of
 from calib.fit.column_scaling import unit_columns
 from calib.fit.identifiability import require_determined, require_enough
 from calib.fit.model import Model
+from calib.fit.parameters import TriadParameters, theta_of
 from calib.fit.problem import Estimate, Problem, Solution
 from calib.fit.residuals import Equations
 from calib.fit.result import Fit, finish
@@ -29,9 +29,9 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 
-STOP_RULE = 0.0005
-ITERATIONS = 50
-SETTLING_STEPS = 10
+STOP_RULE = 0.0005  #: relative change of q; Angrisano et al.
+ITERATIONS = 50  #: numerical limit
+SETTLING_STEPS = 10  #: numerical limit
 AT_REST_SD = 1e-8
 """Whitened rows that move by less than this no longer move the parameters."""
 

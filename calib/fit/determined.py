@@ -6,53 +6,49 @@ limit for all three. It is judged with the stated sds, before any widening by mi
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
-from calib.poses.imu_log import AXES, FloatArray
+from calib.fit.parameters import TriadParameters
+from calib.poses.imu_log import AXES
 
 LARGEST_SHARE = 0.1
 """The sds are those of a linear fit: at a relative sd r its curvature moves a parameter by r sds. A
 data sheet states most gains to 3 %: ten are no calibration."""
 
 
-@dataclass(frozen=True, eq=False)
-class BaseParameters:
-    """Misalignment (rad), bias (counts) and scale (counts per unit), values and sds, each (3,).
+def undetermined(parameters: TriadParameters, magnitude: float) -> tuple[str, ...]:
+    """The parameters that the data do not determine.
 
-    The sd of what was not fitted is NaN. ``magnitude`` is the largest that was measured, SI; NaN
-    where nothing but rest was.
-    """
+    Parameters
+    ----------
+    parameters : TriadParameters
+        With the stated sds; the sd of what was not fitted is NaN.
+    magnitude : float
+        The largest that was measured, SI; NaN where nothing but rest was.
 
-    misalignment_rad: FloatArray
-    bias_counts: FloatArray
-    scale_counts_per_unit: FloatArray
-    misalignment_sd: FloatArray
-    bias_sd: FloatArray
-    scale_sd: FloatArray
-    magnitude: float
-
-
-def undetermined(parameters: BaseParameters) -> tuple[str, ...]:
-    """The parameters that the data do not determine, each in words; empty where all are.
+    Returns
+    -------
+    tuple of str
+        Each in words; empty where all are determined.
 
     Examples
     --------
-    >>> one, nil = np.ones(3), np.zeros(3)
-    >>> undetermined(BaseParameters(nil, nil, 9e3 * one, nil, nil, [2e4, 3, 3], 1.7))
+    >>> nil, cov = np.zeros(3), np.diag([0, 0, 0, 0, 0, 0, 4e8, 9, 9])
+    >>> undetermined(TriadParameters(nil, nil, nil + 9e3, cov), 1.7)
     ('scale x 9e+03 ± 2e+04',)
     """
-    return tuple(_each(parameters))
+    return tuple(_each(parameters, magnitude))
 
 
-def _each(p: BaseParameters) -> Iterator[str]:
-    gain = np.abs(np.asarray(p.scale_counts_per_unit, dtype=float))
+def _each(p: TriadParameters, magnitude: float) -> Iterator[str]:
+    gain = np.abs(p.scale_counts_per_unit)
     size = np.where(gain > 0, gain, np.nan)
+    misalignment_sd, bias_sd, scale_sd = p.sd
     shares = (
-        ("scale", p.scale_counts_per_unit, p.scale_sd, np.asarray(p.scale_sd) / size),
-        ("misalignment", p.misalignment_rad, p.misalignment_sd, p.misalignment_sd),
-        ("bias", p.bias_counts, p.bias_sd, np.asarray(p.bias_sd) / size / p.magnitude),
+        ("scale", p.scale_counts_per_unit, scale_sd, scale_sd / size),
+        ("misalignment", p.misalignment_rad, misalignment_sd, misalignment_sd),
+        ("bias", p.bias_counts, bias_sd, bias_sd / size / magnitude),
     )
     for name, value, sd, share in shares:
         for k, axis in enumerate(AXES):

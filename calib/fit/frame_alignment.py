@@ -22,11 +22,11 @@ from calib.fit.rotation import cross_matrix, nearest_rotation, rotation_vector
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import BoolArray, FloatArray
 
-FEWEST_POSES = 6
-ITERATIONS = 20
-LARGEST_PLACEMENT_M = 0.5
-PLACEMENT_STEPS = 60
-PLACEMENT_TOLERANCE = 1e-12
+FEWEST_POSES = 6  #: derived: twelve transverse rows for six unknowns
+ITERATIONS = 20  #: numerical limit; the example takes three
+LARGEST_PLACEMENT_M = 0.5  #: fact: beyond the rim of any plate
+PLACEMENT_STEPS = 60  #: numerical limit: a step about doubles a variance that is far too small
+PLACEMENT_TOLERANCE = 1e-12  #: of chi-square over its degrees of freedom; numerical
 LEAST_SINGULAR = 1e-6
 """Relative singular value below which the lever is not seen and stays at zero."""
 

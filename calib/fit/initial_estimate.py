@@ -14,8 +14,8 @@ from calib.fit.model import Model
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 
-UNKNOWNS = 9
-SMALLEST_SINGULAR_VALUE = 1e-6
+UNKNOWNS = 9  #: coefficients of a quadric of one size
+SMALLEST_SINGULAR_VALUE = 1e-6  #: relative to the largest; numerical, far below what a fit accepts
 SAME_MAGNITUDE = 0.01
 """Plate rates this close (both directions of one setting) count as one for the start."""
 

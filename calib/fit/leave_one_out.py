@@ -23,9 +23,15 @@ LARGEST_LEVERAGE = 0.999
 class PoseResidual:
     """One pose beside the model, SI units.
 
-    ``residual`` is the magnitude less the reference's, or the length of what a null pose still
-    reads; ``sd`` the sd of that; ``left_out`` the same residual when the pose takes no part in the
-    fit.
+    Attributes
+    ----------
+    label, run : str
+    residual : float
+        The magnitude less the reference's, or the length of what a null pose still reads.
+    sd : float
+        Of ``residual``.
+    left_out : float
+        The same residual when the pose takes no part in the fit.
     """
 
     label: str
@@ -42,7 +48,14 @@ class PoseResidual:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Model against measurements: every pose, and the two root mean squares, SI."""
+    """Model against measurements.
+
+    Attributes
+    ----------
+    poses : tuple of PoseResidual, length n
+    residual_rms, loo_rms : float
+        Root mean squares of the residuals, and of the residuals of poses that took no part, SI.
+    """
 
     poses: tuple[PoseResidual, ...]
     residual_rms: float

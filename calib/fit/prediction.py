@@ -23,7 +23,7 @@ from calib.poses.reference import Reference
 SPREAD_DIRECTIONS = 200
 """Beside the 26 natural ones, 14° apart: the sd is a smooth function of second order in n."""
 
-SAME_MAGNITUDE = 0.01
+SAME_MAGNITUDE = 0.01  #: relative; a gain's error is the same at both to 1 % of itself
 LARGEST_TO_POSE = 1.5
 """Where a calibration knows a direction this many times worse than one pose laid there would show,
 that pose would nearly halve its error there. 18 wedge poses stay at 0.8; without those of one face
@@ -42,11 +42,20 @@ Geodetic Networks*, 1968): at 0.01 from 41, while the rest of it stands in the p
 class Prediction:
     """Sd of a corrected magnitude over the sphere of directions, SI.
 
-    ``sd_median`` and ``sd_worst`` over all directions and magnitudes, ``worst_direction`` (3,) the
-    unit vector of the latter, ``noise_worst`` the largest sd without the errors that the
-    references have in common, ``pose_sd`` the typical sd of the magnitude of one pose.
-    ``wanted`` are the natural directions in which poses would mend that, the best first, and
-    ``unchecked`` the poses that no other pose checks (:data:`LEAST_REDUNDANCY`).
+    Attributes
+    ----------
+    sd_median, sd_worst : float
+        Over all directions and magnitudes.
+    worst_direction : array, shape (3,)
+        Unit vector of ``sd_worst``.
+    noise_worst : float
+        The largest sd without the errors that the references have in common.
+    pose_sd : float
+        The typical sd of the magnitude of one pose.
+    wanted : tuple of array, shape (3,)
+        Natural directions in which poses would mend that, the best first.
+    unchecked : tuple of str
+        The poses that no other pose checks (:data:`LEAST_REDUNDANCY`).
     """
 
     sd_median: float

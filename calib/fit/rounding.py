@@ -9,8 +9,18 @@ FINEST = 1e-4  #: smaller numbers are shown with a power of ten
 def with_sd(value: float, sd: float | None) -> str:
     """``33123.83 ± 0.25``: the sd to two digits, the value to the same decimal.
 
-    Without an sd, or with one that is not finite, the value alone.
+    Parameters
+    ----------
+    value : float
+    sd : float or None
+        In the unit of ``value``; without one that is finite the value stands alone.
 
+    Returns
+    -------
+    str
+
+    Examples
+    --------
     >>> with_sd(33123.8274, 0.2512)
     '33123.83 ± 0.25'
     >>> with_sd(-0.0000123456, 0.0000012)

@@ -22,16 +22,24 @@ from calib.poses.imu_log import FloatArray
 FIXED_POINT_STEPS = 12
 """Derived: an effect that changes the gain by a tenth has then converged to 1e-12."""
 
-NEWTON_STEPS = 30
-FIXED_POINT_TOLERANCE = 1e-14
-NO_GAIN = 1e-9
+NEWTON_STEPS = 30  #: numerical limit
+FIXED_POINT_TOLERANCE = 1e-14  #: relative; rounding
+NO_GAIN = 1e-9  #: of the data sheet's gain; numerical: an axis that gives nothing
 SLOPE_STEP = 1e-4
 """Relative step of the central difference dC/ds; exact for effects of second order in s."""
 
 
 @dataclass(frozen=True, eq=False)
 class Axes:
-    """T of eq. (2): ``to_orthogonal`` (3, 3) from the sensitive axes, ``to_sensed`` its inverse."""
+    """T of Angrisano et al. eq. (2).
+
+    Attributes
+    ----------
+    to_orthogonal : array, shape (3, 3)
+        From the sensitive axes to the orthogonal ones.
+    to_sensed : array, shape (3, 3)
+        Its inverse.
+    """
 
     to_orthogonal: FloatArray
     to_sensed: FloatArray
@@ -41,7 +49,7 @@ class Axes:
         return np.asarray(vector @ self.to_sensed.T)
 
 
-ALIGNED = Axes(np.eye(3), np.eye(3))
+ALIGNED = Axes(np.eye(3), np.eye(3))  #: sensitive axes that are the orthogonal ones
 
 
 def axes_of(matrix: FloatArray) -> Axes:
@@ -110,7 +118,7 @@ def solve_sensor(
             )
             if not (np.linalg.det(slope) > 0).all():
                 break  # the response turns back: two vectors have one reading
-            change = np.linalg.solve(slope, change[:, :, None])[:, :, 0]
+            change = np.asarray(np.linalg.solve(slope, change[:, :, None])[:, :, 0], dtype=float)
         s = s + change
         moved = float(np.abs(change).max())
         if not moved < 1e3 * largest:

@@ -35,14 +35,14 @@ from calib.poses.pose_set import PoseSet
 
 __all__ = ["Fit", "extend", "fit"]
 
-MEMORY_ROUNDS = 30
+MEMORY_ROUNDS = 30  #: numerical limit
 MEMORY_SD = 1e-3
 """A memory is steady once no row moves by more than this part of its sd."""
 
 WEIGHING = Precision(30, step_sd=1e-2, idle_sd=1e-3)
 """Of a fit that is to be weighed against others: chi-square is then exact to 1e-4."""
 
-WEIGHING_MEMORY_ROUNDS = 5
+WEIGHING_MEMORY_ROUNDS = 5  #: a limit of time
 ENOUGH_MISFIT = 2.0
 """Chi-square per degree of freedom above which a warm start tries the shapes' other starts."""
 
@@ -242,6 +242,24 @@ def _with_steady_memory(first: Fit, again: Callable[[Fit], Fit], rounds: int) ->
         latest = again(latest)
         best = min(best, latest, key=lambda each: each.chi2)
     return best  # an axis near zero whose sign noise flips: the better of both
+
+
+def require_determinable(poses: PoseSet, model: Model) -> None:
+    """Refuse poses that cannot determine ``model``, judged where the fit would start.
+
+    Raises
+    ------
+    Undetermined
+        Too few poses, none that turns, or combinations of parameters that they do not show.
+    """
+    equations = Equations(poses, model)
+    theta = equations.start.theta(model)
+    basis = basis_at(equations, theta)
+    problem = Problem.of(equations, basis)
+    require_enough(equations, basis.shape[1] + len(problem.free))
+    shapes = {name: shape.starts[0] for name, shape in problem.free.items()}
+    rows = equations.rows(theta, np.zeros(equations.common.shape[1]), shapes)
+    require_determined(equations, rows, basis)
 
 
 def memory_change(fit: Fit) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.fit.model import stack_columns
-from calib.fit.sensitive_axes import Axes, sensor_slope
+from calib.fit.sensitive_axes import NO_GAIN, Axes, sensor_slope
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 
@@ -91,6 +91,8 @@ def _axes_slopes(equations: "Equations", theta: FloatArray, axes: Axes) -> Float
     """dT/dtheta for the parameters of the reading, (p', 3, 3)."""
     diagonal_slopes = np.einsum("pii->pi", equations.matrix_slopes)
     diagonal = 1 + theta[equations.reading_index] @ diagonal_slopes
+    if (np.abs(diagonal) < NO_GAIN).any():  # the axes are held there, see ``axes_of``
+        return np.zeros_like(equations.matrix_slopes)
     turned = axes.to_orthogonal * diagonal_slopes[:, None, :]
     return np.asarray((equations.matrix_slopes - turned) / diagonal)
 

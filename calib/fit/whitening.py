@@ -39,13 +39,13 @@ class Whitening:
     common_relative: FloatArray
 
     @classmethod
-    def of(cls, poses: PoseSet) -> "Whitening":
-        """The whitening of ``poses``.
+    def of(cls, poses: PoseSet, start: Start | None = None) -> "Whitening":
+        """The whitening of ``poses``; ``start`` is their ellipsoid where it is known already.
 
         Sds are known in nominal units, and a data sheet can be a third off: the start's matrix
         takes them to true units. |s| has the sd of s along its own direction.
         """
-        start, reference = start_of(poses), poses.reference
+        start, reference = start or start_of(poses), poses.reference
         magnitude, null = np.flatnonzero(~reference.is_null), np.flatnonzero(reference.is_null)
         s = poses.reading @ start.matrix.T + start.offset
         direction = s / np.maximum(np.linalg.norm(s, axis=1, keepdims=True), NO_LENGTH)

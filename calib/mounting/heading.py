@@ -36,8 +36,8 @@ lateral motion stays correlated. (2 s would cover 91 % where 95 % is stated.)"""
 LARGEST_STUDENT = 3.0
 """Factor on the variance where no more than three stretches determine it."""
 
-SHORTEST_S = 20.0
-WEAKEST_PUSH_M_S2 = 0.3
+SHORTEST_S = 20.0  #: s: to stand, drive off and stand again
+WEAKEST_PUSH_M_S2 = 0.3  #: m/s² of a push; chosen, half and double not measured
 LARGEST_ACROSS = 0.35
 """Rms across relative to along; a drive through bends comes near to 1."""
 

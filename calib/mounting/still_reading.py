@@ -25,7 +25,7 @@ from calib.poses.runs import TURNING_RAD_S
 LARGEST_OFFSET_RAD_S = 0.35
 """20 °/s, the largest zero-rate output of the MPU-6050's product specification."""
 
-SAME_PLACE_SD = 6.0
+SAME_PLACE_SD = 6.0  #: sds; see SAME_PLACE_M_S2
 SAME_PLACE_M_S2 = 0.02
 """Still logs of one mounting agree within this (0.1°), or within SAME_PLACE_SD of their noise."""
 

@@ -4,36 +4,59 @@ Generalised least squares of the Allan variances on the columns of :mod:`calib.n
 square below zero, weighted by the covariance of the estimates under the fitted noise, which is
 iterated. A coefficient whose square is not above zero by its own scatter is reported as an upper
 limit.
+
+The upper limit is a test turned round: L is the smallest coefficient beyond which the log would
+show so little in less than 5 % of all logs. Mean, scatter and skewness of what it would show are
+those of noise with the coefficient L; the other coefficients are fitted beside it. Where the log
+shows less than it would in a share LUCK of the logs, it counts as so much: a limit is not the lower
+for a lucky record (power-constrained limit of Cowan et al., arXiv:1105.3166).
 """
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
-from scipy.optimize import nnls
+from scipy.optimize import brentq, nnls
+from scipy.special import gammaincinv, ndtri
 
 from calib.noise.allan import LONGEST, AllanCurve, allan_variances, averaging_factors, curve
-from calib.noise.spectra import FLICKER, NAMES, variance_columns, variance_covariance
-from calib.poses.imu_log import BoolArray, FloatArray, IntArray
+from calib.noise.spectra import FLICKER, NAMES, VarianceModel
+from calib.poses.imu_log import BoolArray, FloatArray
 
-ITERATIONS = 6
+ITERATIONS = 6  #: of the weights; twice as many change no digit, two are too few for a limit
 OPTIONAL = ("quantisation", "rate_ramp")
 """What few sensors show, and what takes from the random walk and the density beside it."""
 
-OPTIONAL_SDS = 4.0  #: without which they are left out of the fit
-SEEN_SDS = 2.0  #: a square smaller than this many of its sds is not seen
-LIMIT_SDS = 1.645  #: of an upper limit at 95 %
-SMALLEST_SHARE = 1e-6  #: of a variance, added so that correlations of nearly 1 have an inverse
+OPTIONAL_SDS = 4.0  #: without which they are left out of the fit; 1 in 30,000 of a normal variable
+SEEN_SDS = 2.0  #: a square smaller than this many of its sds is not seen; 1 in 44 of a normal one
+RISK = 0.05  #: that a coefficient is beyond its upper limit, as results.json states it
+LUCK = 0.16  #: of logs in which noise alone shows so little: one sd below, as Cowan et al. take it
+SYMMETRIC = 1e-3  #: a skewness below which the normal distribution is the same to five digits
+PRECISION = 1e-3  #: relative, of the square of an upper limit
+LARGEST_FACTOR = 1e6  #: of the square of a limit over the estimate and its sd: none is so large
+SMALLEST_SHARE = 1e-6
+"""Of a variance, added so that correlations of nearly 1 have an inverse; and of the white noise
+that the curve allows, so that noise of a ramp alone scatters. Ten times less or more changes no
+digit that is printed."""
+
+WHITE = NAMES.index("noise_density")
 
 
 @dataclass(frozen=True)
 class NoiseCoefficient:
-    """One coefficient of IEEE Std 952.
+    """One coefficient of IEEE Std 952, SI units.
 
-    ``value`` and ``sd`` in SI units, None where the log does not show it; ``limit`` is then what it
-    is below at 95 %; ``needed_s`` the length of a log that would show it if it were as large as the
-    limit's half, or None where a longer log is no help.
+    Attributes
+    ----------
+    value, sd : float or None
+        None where the log does not show it.
+    limit : float
+        What it is then below at 95 %.
+    needed_s : float or None
+        Length of a log that would show it if it were half the limit, s; None where a longer log is
+        no help.
     """
 
     value: float | None
@@ -44,9 +67,17 @@ class NoiseCoefficient:
 
 @dataclass(frozen=True, eq=False)
 class AxisNoise:
-    """The noise of one axis: its curve, the fitted curve, and its coefficients by name.
+    """The noise of one axis.
 
-    ``parts`` (n, 5) are the fitted Allan variances of each process, in the order of ``NAMES``.
+    Attributes
+    ----------
+    curve : AllanCurve
+        n averaging times.
+    fitted : array, shape (n,)
+        The fitted curve.
+    parts : array, shape (n, 5)
+        Fitted Allan variances of each process, in the order of ``NAMES``.
+    coefficients : mapping of str to NoiseCoefficient
     """
 
     curve: AllanCurve
@@ -76,37 +107,36 @@ def axis_noise(readings: FloatArray, step_s: float) -> AxisNoise:
     count = len(readings)
     factors = averaging_factors(count)
     variances = allan_variances(readings, step_s, factors)
-    columns = variance_columns(factors, step_s)
-    record = _Record(variances, variance_columns(factors, step_s), factors, step_s, count)
-    columns = record.columns
+    record = _Record(variances, _model(count, step_s))
     kept = np.array([name not in OPTIONAL for name in NAMES])
     squares, _ = record.fit(kept)
     every, sds = record.step(squares, np.ones(len(NAMES), bool))
     kept |= every > OPTIONAL_SDS * sds
     squares, sds = record.fit(kept)
-    parts = columns * squares
+    parts = record.model.columns * squares
     names = [NAMES[i] for i in np.argmax(parts, axis=1)]
-    coefficients = {
-        name: _coefficient(i, squares, sds, record)
-        for i, name in enumerate(NAMES)
-    }
+    coefficients = {name: _coefficient(i, squares, sds, kept, record)
+                    for i, name in enumerate(NAMES)}
     return AxisNoise(curve(variances, factors, step_s, count, names), np.sqrt(parts.sum(axis=1)),
                      parts, coefficients)
 
 
+@lru_cache(maxsize=1)
+def _model(count: int, step_s: float) -> VarianceModel:
+    """That of a record; the axes of one log have the same."""
+    return VarianceModel(averaging_factors(count), step_s, count)
+
+
 @dataclass(frozen=True, eq=False)
 class _Record:
-    """Allan variances (n,) of one axis, and what the processes make of them per unit, (n, 5)."""
+    """Allan variances (n,) of one axis, and the model of their mean and scatter."""
 
     variances: FloatArray
-    columns: FloatArray
-    factors: IntArray
-    step_s: float
-    count: int
+    model: VarianceModel
 
     def fit(self, kept: BoolArray) -> tuple[FloatArray, FloatArray]:
         """Squares of the coefficients and their sds, each (5,), of those that are ``kept``."""
-        shares = self.columns * kept / self.variances[:, None]
+        shares = self.model.columns * kept / self.variances[:, None]
         squares = np.asarray(nnls(shares, np.ones(len(shares)))[0])
         for _ in range(ITERATIONS):
             squares, sds = self.step(squares, kept)
@@ -114,48 +144,89 @@ class _Record:
 
     def step(self, squares: FloatArray, kept: BoolArray) -> tuple[FloatArray, FloatArray]:
         """The fit under the scatter that these ``squares`` make; sds of all five."""
-        whiten = self.whitening(squares)
-        whitened = whiten @ self.columns
-        size = np.linalg.norm(whitened, axis=0)
-        fitted = nnls(whitened / size * kept, whiten @ self.variances)[0] / size
-        return np.asarray(fitted), self.sds(squares, kept)
+        fitted = self.beside(np.zeros(len(squares)), self.whitening(squares), kept)
+        return fitted, self.sds(squares, kept)
+
+    def beside(self, fixed: FloatArray, whiten: FloatArray, free: BoolArray) -> FloatArray:
+        """Squares (5,): those ``fixed``, and the ``free`` ones fitted, none below zero."""
+        columns = whiten @ self.model.columns
+        size = np.linalg.norm(columns, axis=0)
+        left_over = whiten @ (self.variances - self.model.columns @ fixed)
+        return np.asarray(fixed + nnls(columns / size * free, left_over)[0] / size)
 
     def sds(self, squares: FloatArray, kept: BoolArray) -> FloatArray:
         """Sds (5,) of the squares; of one that is not kept the sd that it would have beside."""
-        whitened = self.whitening(squares) @ self.columns
-        size = np.linalg.norm(whitened, axis=0)
-        sds = np.empty(len(size))
-        for i in range(len(size)):
-            beside = kept.copy()
-            beside[i] = False
-            unit = (whitened / size)[:, [i, *np.flatnonzero(beside)]]
-            sds[i] = math.sqrt(np.linalg.pinv(unit.T @ unit)[0, 0]) / size[i]
-        return sds
+        whiten = self.whitening(squares)
+        return np.array([np.linalg.norm(self.weights(i, whiten, kept))
+                         for i in range(len(squares))])
+
+    def weights(self, i: int, whiten: FloatArray, beside: BoolArray) -> FloatArray:
+        """Weights (n,) on the whitened variances of the estimate of square i beside others."""
+        columns = whiten @ self.model.columns
+        size = np.linalg.norm(columns, axis=0)
+        others = [j for j in np.flatnonzero(beside) if j != i]
+        return np.asarray(np.linalg.pinv((columns / size)[:, [i, *others]])[0] / size[i])
 
     def whitening(self, squares: FloatArray) -> FloatArray:
         """The matrix (n, n) that makes the variances' scatter white and of size 1."""
-        cov = variance_covariance(self.factors, self.step_s, self.count,
-                                  dict(zip(NAMES, squares, strict=True)))
+        white = SMALLEST_SHARE * float(np.min(self.variances / self.model.columns[:, WHITE]))
+        cov = self.model.covariance(np.where(np.arange(len(squares)) == WHITE,
+                                             np.maximum(squares, white), squares))
         scale = np.sqrt(np.diag(cov))
         shares = cov / np.outer(scale, scale) + SMALLEST_SHARE * np.eye(len(scale))
         return np.asarray(np.linalg.inv(np.linalg.cholesky(shares)) / scale)
 
+    def excess(self, i: int, square: float, kept: BoolArray) -> float:
+        """By how many sds the log shows more of coefficient i than RISK of all logs would.
+
+        The logs are those of noise with this ``square``. Which of the others are there is not asked
+        of the log: all that are ``kept`` stand beside it, or the risk would be a larger one.
+        """
+        fixed = np.zeros(len(kept))
+        fixed[i] = square
+        free = kept & (np.arange(len(kept)) != i)
+        supposed = self.beside(fixed, np.diag(1 / self.variances), free)
+        for _ in range(ITERATIONS // 2):
+            whiten = self.whitening(supposed)
+            supposed = self.beside(fixed, whiten, free)
+        weights = self.weights(i, whiten, free)
+        sd = float(np.linalg.norm(weights))
+        skewness = self.model.skewness(weights @ whiten, supposed)
+        shown = max(float(weights @ whiten @ self.variances), sd * _quantile(LUCK, skewness))
+        return (shown - square) / sd - _quantile(RISK, skewness)
+
+
+def _quantile(probability: float, skewness: float) -> float:
+    """Of a gamma distribution of mean 0 and sd 1 that has this skewness."""
+    if abs(skewness) < SYMMETRIC:
+        return float(ndtri(probability))
+    shape = 4 / skewness**2
+    share = probability if skewness > 0 else 1 - probability
+    return float(math.copysign(1, skewness) * (gammaincinv(shape, share) - shape)
+                 / math.sqrt(shape))
+
 
 def _coefficient(
-    i: int, squares: FloatArray, sds: FloatArray, record: _Record
+    i: int, squares: FloatArray, sds: FloatArray, kept: BoolArray, record: _Record
 ) -> NoiseCoefficient:
     square, sd = float(squares[i]), float(sds[i])
+    limit = math.sqrt(_largest(i, square, sd, kept, record))
     if square > SEEN_SDS * sd:
         value = math.sqrt(square)
-        return NoiseCoefficient(value, sd / (2 * value), math.sqrt(square + LIMIT_SDS * sd), None)
-    largest = square + LIMIT_SDS * sd
-    for _ in range(ITERATIONS):  # the scatter is that of a coefficient as large as the limit
-        supposed = squares.copy()
-        supposed[i] = largest
-        largest = square + LIMIT_SDS * float(record.sds(supposed, squares > 0)[i])
-    limit = math.sqrt(largest)
+        return NoiseCoefficient(value, sd / (2 * value), limit, None)
     return NoiseCoefficient(None, None, limit, _needed(
-        NAMES[i], limit, squares, record.count * record.step_s))
+        NAMES[i], limit, squares, record.model.length_s))
+
+
+def _largest(i: int, square: float, sd: float, kept: BoolArray, record: _Record) -> float:
+    """The square from which on this log is one of those RISK that show so little."""
+    low, high = 0.0, square + sd
+    while record.excess(i, high, kept) > 0 and high < LARGEST_FACTOR * (square + sd):
+        low, high = high, 2 * high
+    if high >= LARGEST_FACTOR * (square + sd):
+        return high
+    return high * float(brentq(
+        lambda share: record.excess(i, share * high, kept), low / high, 1.0, rtol=PRECISION))
 
 
 def _needed(name: str, limit: float, squares: FloatArray, length_s: float) -> float | None:

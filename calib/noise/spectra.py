@@ -14,30 +14,26 @@ The overlapping estimator is the mean square of the record filtered by
 """
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
 
 from calib.poses.imu_log import FloatArray, IntArray
 
 FLICKER = 2 * math.log(2) / math.pi
+"""Allan variance of flicker noise over B² at times of many samples: IEEE Std 952."""
+
 NAMES = ("quantisation", "noise_density", "bias_instability", "random_walk", "rate_ramp")
 FREQUENCIES = 6000  #: of the integral, spaced by their logarithm
 LOWEST = 0.02  #: of the frequencies, times the inverse of the record's length
 
 
-def variance_columns(factors: IntArray, step_s: float) -> FloatArray:
-    """Allan variance per unit of the square of each coefficient of :data:`NAMES`, (n, 5)."""
-    m = factors.astype(float)
-    tau = m * step_s
-    return np.stack([3 / tau**2, 1 / tau, np.full(len(m), FLICKER),
-                     tau / 3 * (1 + 1 / (2 * m**2)), tau**2 / 2], axis=1)
+class VarianceModel:
+    """Mean and scatter of the Allan variances of records of one length, for any noise in them.
 
-
-def variance_covariance(
-    factors: IntArray, step_s: float, count: int, squares: Mapping[str, float]
-) -> FloatArray:
-    """Covariance (n, n) of the Allan variances of a record.
+    The spectral density is a sum over the processes: the means are linear in the squares of their
+    coefficients, and the covariance is a quadratic form, whose matrices are computed once.
+    ``columns`` (n, 5) are the variances per unit of the square of each coefficient of
+    :data:`NAMES`. A ramp is no random process and scatters nothing.
 
     Parameters
     ----------
@@ -46,23 +42,42 @@ def variance_covariance(
     step_s : float
     count : int
         Samples in the record.
-    squares : mapping of name to float
-        Squares of the coefficients; those of random processes count.
-
-    Returns
-    -------
-    array, shape (n, n)
     """
-    nyquist = 0.5 / step_s
-    f = np.geomspace(LOWEST / (count * step_s), nyquist, FREQUENCIES)
-    sine = np.sin(np.pi * f * step_s)
-    density = (squares["noise_density"] + squares["bias_instability"] / (2 * np.pi * f)
-               + squares["random_walk"] * step_s**2 / (4 * sine**2)
-               + squares["quantisation"] * 4 * sine**2 / step_s)
-    filters = np.stack([2 * np.sin(np.pi * f * m * step_s) ** 4 / (m * sine) ** 2
-                        for m in factors])
-    weighted = filters * density
-    widths = f * np.gradient(np.log(f))  # df = f d(log f)
-    integral = 2 * (weighted * widths) @ weighted.T  # both signs of f
-    used = count - 2 * np.minimum(factors[:, None], factors[None]) + 1  # the longer of two means
-    return np.asarray(2 * integral / (used * step_s))
+
+    def __init__(self, factors: IntArray, step_s: float, count: int) -> None:
+        self.length_s = count * step_s
+        f = np.geomspace(LOWEST / self.length_s, 0.5 / step_s, FREQUENCIES)
+        sine = np.sin(np.pi * f * step_s)
+        self._densities = np.stack([4 * sine**2 / step_s, np.ones_like(f), 1 / (2 * np.pi * f),
+                                    step_s**2 / (4 * sine**2)])
+        self._filters = np.stack([2 * np.sin(np.pi * f * m * step_s) ** 4 / (m * sine) ** 2
+                                  for m in factors])
+        self._widths = 2 * f * np.gradient(np.log(f))  # df = f d(log f), and both signs of f
+        m = factors.astype(float)
+        tau = m * step_s
+        # In closed form where there is one; sampled flicker ends at the Nyquist frequency.
+        flicker = self._filters @ (self._widths * self._densities[2])
+        self.columns = np.stack([3 / tau**2, 1 / tau, flicker,
+                                 tau / 3 * (1 + 1 / (2 * m**2)), tau**2 / 2], axis=1)
+        used = count - 2 * np.minimum(factors[:, None], factors[None]) + 1  # the longer of two
+        weighted = self._filters * np.sqrt(2 * self._widths) * self._densities[:, None]
+        self._products = np.einsum("inf,jmf->ijnm", weighted, weighted,
+                                   optimize=True) / (used * step_s)
+
+    def covariance(self, squares: FloatArray) -> FloatArray:
+        """Covariance (n, n) of the variances for the squares (5,) of the coefficients."""
+        random = squares[: len(self._products)]
+        return np.asarray(np.einsum("i,j,ijnm->nm", random, random, self._products))
+
+    def skewness(self, weights: FloatArray, squares: FloatArray) -> float:
+        """Skewness of the sum of the variances with ``weights`` (n,).
+
+        The sum is a weighted mean of the periodogram, whose ordinates are chi-square with two
+        degrees of freedom: its r-th cumulant is (r-1)! (2/T)^(r-1) times the integral of the r-th
+        power over the positive frequencies, twice that over both signs for half the factor.
+        """
+        weighted = weights @ self._filters * (squares[: len(self._densities)] @ self._densities)
+        second, third = (self._widths @ weighted**power for power in (2, 3))
+        if second <= 0:
+            return 0.0
+        return float(8 * third / (2 * second) ** 1.5 / math.sqrt(self.length_s))

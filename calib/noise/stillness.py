@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.errors import UnusableLog
+from calib.errors import Undetermined
 from calib.poses.imu_log import AXES, FloatArray, ImuLog, Triad
 
 
@@ -36,13 +36,22 @@ MEDIAN_OF_NORMAL = 0.6745  #: median of |z| of a standard normal z
 def sample_step_s(log: ImuLog) -> float:
     """The mean interval between samples.
 
+    Parameters
+    ----------
+    log : ImuLog
+
+    Returns
+    -------
+    float
+        s.
+
     Raises
     ------
-    UnusableLog
+    Undetermined
         There are too few samples, or a gap between two of them.
     """
     if len(log.time_s) < STILLNESS.fewest:
-        raise UnusableLog(
+        raise Undetermined(
             f"{log.label}: {len(log.time_s)} samples; at least {STILLNESS.fewest} are expected for "
             f"a noise density. Record the sensor at rest: some minutes for the noise density, "
             f"hours for bias instability and random walk."
@@ -57,7 +66,7 @@ def sample_step_s(log: ImuLog) -> float:
         longest = int(np.argmax(np.diff(edges)))
         start, stop = log.time_s[edges[longest]], log.time_s[edges[longest + 1] - 1]
         worst = int(gaps[np.argmax(steps[gaps])])
-        raise UnusableLog(
+        raise Undetermined(
             f"{log.label}: {gaps.size} gap{'s' if gaps.size > 1 else ''} between samples, the "
             f"longest {steps[worst]:.3g} s at {log.time_s[worst]:.6g} s, where one sample in "
             f"{mean:.3g} s is expected. An Allan deviation needs evenly spaced samples. Cut the "
@@ -81,7 +90,7 @@ def require_still(log: ImuLog, triad: Triad, readings: FloatArray, step_s: float
 
     Raises
     ------
-    UnusableLog
+    Undetermined
         It turned, was touched or tilted, or an axis is stuck.
     """
     length = max(STILLNESS.fewest_in_window, round(STILLNESS.window_s / step_s))
@@ -90,17 +99,17 @@ def require_still(log: ImuLog, triad: Triad, readings: FloatArray, step_s: float
     means, variances = windows.mean(axis=1), windows.var(axis=1)
     if triad == "gyroscope" and np.median(
             np.linalg.norm(means, axis=1)) > STILLNESS.turning_rad_s:
-        raise UnusableLog(f"{log.label}: the gyroscope turns at "
+        raise Undetermined(f"{log.label}: the gyroscope turns at "
                           f"{np.rad2deg(np.median(np.linalg.norm(means, axis=1))):.3g} °/s. Record "
                           f"the sensor at rest.")
     for axis, name in enumerate(AXES):
         if np.ptp(readings[:, axis]) == 0:
-            raise UnusableLog(f"{log.label}: the {triad} {name} reads the same in every sample, "
+            raise Undetermined(f"{log.label}: the {triad} {name} reads the same in every sample, "
                               f"which is no noise. Is the axis stuck, or its unit too coarse?")
         moved = _moved(means[:, axis], variances[:, axis])
         if moved is not None:
             at = float(log.time_s[moved * length])
-            raise UnusableLog(
+            raise Undetermined(
                 f"{log.label}: the sensor was not still: the {triad} {name} moves at {at:.6g} s, "
                 f"beyond its own noise. Cut the log to its still part, or record it again on a "
                 f"firm support that nobody touches."

@@ -16,7 +16,8 @@ from calib.poses.averaging import PoseMean, TriadMean, average_pose
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, TRIADS, FloatArray, ImuLog, Triad
 from calib.poses.pose_set import PoseRun
-from calib.poses.runs import PlateRate, gravity_run, stopped_run, turning_run
+from calib.poses.reference import PlateRate
+from calib.poses.runs import gravity_run, stopped_run, turning_run
 
 SI = TriadSpec(np.inf, 0, "si")
 PREFIX: Mapping[Triad, str] = {"accelerometer": "acc", "gyroscope": "gyr"}

@@ -17,9 +17,9 @@ from calib.diagnosis.hypotheses.listed import candidate_effects
 from calib.diagnosis.hypotheses.signature import Projector, Signature, are_aliases, effect_columns
 from calib.effects.effect import Effect
 from calib.effects.needs import unavailable
-from calib.fit.calibration import triad_parameters
 from calib.fit.identifiability import scaled_condition
 from calib.fit.model import Model, stack_columns
+from calib.fit.parameters import triad_parameters
 from calib.fit.residuals import Equations
 from calib.fit.result import Fit
 from calib.fit.solver import fit
@@ -37,10 +37,22 @@ WEDGE = natural_directions(corners=False)
 class Prospect:
     """What a plan determines.
 
-    ``sd`` (3, 3) are the expected sds of misalignment (rad), bias (SI) and scale (relative), each
-    x, y, z. ``blind`` are effects these poses cannot see, ``partly`` maps an effect to
-    how many of its parameters they see of how many, ``aliases`` are groups that look the same,
-    ``absent`` says why an effect cannot be judged at all.
+    Attributes
+    ----------
+    fit : Fit
+        Of the planned poses.
+    sd : array, shape (3, 3)
+        Expected sds of misalignment (rad), bias (SI) and scale (relative), each x, y, z.
+    dof : int
+    condition, d_efficiency : float
+    blind : tuple of str
+        Effects that these poses cannot see.
+    partly : dict of str to (int, int)
+        How many of an effect's parameters they see, of how many.
+    aliases : tuple of tuple of str
+        Groups that look the same.
+    absent : dict of str to str
+        Why an effect cannot be judged at all.
     """
 
     fit: Fit
@@ -55,7 +67,11 @@ class Prospect:
 
 
 def prospect_of(
-    poses: PoseSet, model: Model, spec: TriadSpec, own: Sequence[Effect] = ()
+    poses: PoseSet,
+    model: Model,
+    spec: TriadSpec,
+    own: Sequence[Effect] = (),
+    covariates: Sequence[str] | None = None,
 ) -> Prospect:
     """Judge a plan.
 
@@ -69,6 +85,8 @@ def prospect_of(
         The data sheet.
     own : sequence of Effect
         User-defined effects.
+    covariates : sequence of str, optional
+        Logged columns that may cause an error; without it those whose names say so.
 
     Returns
     -------
@@ -85,7 +103,7 @@ def prospect_of(
     projector = Projector(fitted)
     signatures, absent = [], {}
     partly = {}
-    for effect in candidate_effects(fitted, own):
+    for effect in candidate_effects(fitted, own, covariates):
         reason = unavailable(effect, poses)
         if reason is not None:
             absent[effect.name] = reason
@@ -187,9 +205,16 @@ def d_efficiency(found: Fit) -> float:
 
 @dataclass(frozen=True, eq=False)
 class BestPose:
-    """One more pose: its setting, the side that faces up (3,), and by how much sds shrink.
+    """One more pose.
 
-    ``shrinks`` is the factor on the geometric mean of the sds of all parameters.
+    Attributes
+    ----------
+    run : str
+        Its plate setting.
+    up : array, shape (3,)
+        Unit vector of the side that faces up.
+    shrinks : float
+        The factor on the geometric mean of the sds of all parameters.
     """
 
     run: str

@@ -15,7 +15,10 @@ import numpy as np
 
 from calib.poses.imu_log import FloatArray
 
-STEPS = 12
+STEPS = 12  #: numerical limit
+SMALLEST_STEP = 1e-12
+"""Of a gain, and of a bias over the magnitude: rounding."""
+
 SPARE = 3
 """Rests beyond the number of parameters: Student's factor ν/(ν - 2) needs three."""
 
@@ -27,9 +30,9 @@ ALIKE = 0.1
 """Scores this close are the same: the residual of 20 rests scatters by a sixth. Half of it loses
 1 % of the stops in ``tests.bench.study_static_intervals``, twice of it changes nothing."""
 
-SPHERE_POINTS = 200
+SPHERE_POINTS = 200  #: numerical: directions of the mean over the sphere
 
-_EYE = np.eye(9)
+_EYE = np.eye(9)  #: all nine, each by itself
 #: Columns are parameters, rows the elements xx xy xz yy yz zz of M and the three of c.
 MODELS: tuple[FloatArray, ...] = (
     _EYE,
@@ -77,6 +80,8 @@ def prediction_error(
                 return float("inf")
             step = np.linalg.lstsq(columns @ model, length - magnitude)[0]
             theta = theta - model @ step
+            if np.abs(step).max() < SMALLEST_STEP * magnitude:
+                break
         length, columns = _magnitude(vectors, theta)
         residual = length - magnitude
         variance = float(residual @ residual) / (n - p - 2)

@@ -36,28 +36,36 @@ from calib.poses.pose_checks import (
 )
 from calib.poses.sway import check_calm, sway_square
 
-HARMONICS = (1, 2)
+HARMONICS = (1, 2)  #: per turn; fact: tilt once, ellipticity twice
 LEAST_PER_TURN = 5
 """Samples per turn by which the second harmonic is told from a mean."""
 
 LONGEST_PAUSE = 0.25
 """Of a turn, in which no sample was logged."""
 
-SHORTEST_SAMPLES = 2 * BATCHES
-MOST_DECIMALS = 9
+SHORTEST_SAMPLES = 2 * BATCHES  #: derived: two in each batch
+MOST_DECIMALS = 9  #: of a logged value in SI units; beyond them it counts as not rounded
 PRINTED_TOLERANCE = 1e-6
 """Of the last decimal: far above the rounding of a double, far below one."""
 
 
 @dataclass(frozen=True, eq=False)
 class TriadMean:
-    """Mean of one triad over one pose, in nominal SI units.
+    """Mean of one triad over one pose, in nominal SI units; NaN where it was not logged.
 
-    ``mean`` (3,), ``variance`` and ``coarse_variance`` (3,) of that mean from BATCHES and from
-    COARSE_BATCHES batches, ``scatter`` (3,) variance of the samples about it, ``step`` (3,) between
-    neighbouring values of the log (infinite where there was one value only), ``unit`` (3,) the
-    least step that its converter or its decimals can have; all NaN where the triad was not logged.
-    ``envelope`` (e, 2, 3) lowest and highest sample of equal stretches.
+    Attributes
+    ----------
+    mean : array, shape (3,)
+    variance, coarse_variance : array, shape (3,)
+        Of that mean, from BATCHES and from COARSE_BATCHES batches.
+    scatter : array, shape (3,)
+        Variance of the samples about it.
+    step : array, shape (3,)
+        Between neighbouring values of the log; infinite where there was one value only.
+    unit : array, shape (3,)
+        The least step that its converter or its decimals can have.
+    envelope : array, shape (e, 2, 3)
+        Lowest and highest sample of equal stretches.
     """
 
     mean: FloatArray
@@ -71,11 +79,22 @@ class TriadMean:
 
 @dataclass(frozen=True, eq=False)
 class PoseMean:
-    """One averaged pose: both triads, the time it was taken and every logged column.
+    """One averaged pose.
 
-    ``creep_rad_s`` is how fast it turned although at rest, as far as gravity shows that;
-    ``sway_rad2`` the mean square of the angle by which it rocked, NaN without a gyroscope.
-    ``stated``: the mean and its sd come from a table; an sd that was not stated there is NaN.
+    Attributes
+    ----------
+    label : str
+    accelerometer, gyroscope : TriadMean
+    time_s, duration_s : float
+        Mean of its time stamps, and from the first to the last.
+    columns : dict of str to float
+        Mean of every further column of the log.
+    creep_rad_s : float
+        How fast it turned although at rest, as far as gravity shows that.
+    sway_rad2 : float
+        Mean square of the angle by which it rocked, rad²; NaN without a gyroscope.
+    stated : bool
+        Whether mean and sd come from a table; an sd that was not stated there is NaN.
     """
 
     label: str

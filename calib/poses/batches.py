@@ -4,7 +4,7 @@ import numpy as np
 
 from calib.poses.imu_log import FloatArray
 
-BATCHES = 6
+BATCHES = 6  #: of a pose: few, so that they outlast the correlation; five degrees of freedom
 COARSE_BATCHES = BATCHES // 2
 """Long enough stretches to hold most of the correlation, enough of them to show a scatter."""
 

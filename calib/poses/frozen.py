@@ -19,7 +19,7 @@ CHANCE = 1e-6
 SHORTEST_BLOCK = 10
 """Sensors read faster than they measure repeat each reading a few times."""
 
-BLOCKS_LISTED = 4
+BLOCKS_LISTED = 4  #: it chooses words only
 
 
 def frozen_samples(log: ImuLog) -> BoolArray:
@@ -41,10 +41,20 @@ def frozen_samples(log: ImuLog) -> BoolArray:
 
 
 def without_frozen(log: ImuLog, turning: bool) -> tuple[ImuLog, str | None]:
-    """``log`` without its frozen samples, and a sentence on them; None where there are none.
+    """A log without its frozen samples.
 
-    On a turning plate the longest stretch between frozen blocks is kept, since a mean over whole
-    turns needs one without a gap.
+    Parameters
+    ----------
+    log : ImuLog
+    turning : bool
+        Whether the plate turned. Then the longest stretch between frozen blocks is kept, since a
+        mean over whole turns needs one without a gap.
+
+    Returns
+    -------
+    log : ImuLog
+    note : str or None
+        A sentence on what is left out; None where nothing is.
     """
     frozen = frozen_samples(log)
     if not frozen.any():

@@ -18,7 +18,7 @@ from calib.poses.batches import BATCHES, COARSE_BATCHES
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.sway import shortfall
 
-OWN_DOF = BATCHES - 1
+OWN_DOF = BATCHES - 1  #: degrees of freedom of one pose's batches
 LEAST_BY_CHANCE = 0.042
 """0.1 % quantile of chi-square with OWN_DOF over OWN_DOF: a pose calmer than that in its batches
 shows a converter's step or a frozen block, not how alike the poses are."""

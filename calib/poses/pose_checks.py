@@ -15,17 +15,17 @@ from calib.poses.batches import batch_means
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
 
-SHORT_BATCHES = 12
+SHORT_BATCHES = 12  #: stretches of a pose; derived: twice the batches of its sd
 MEDIAN_OF_NORMAL = 0.6745
 """Median of the absolute value of a standard normal variable."""
 
-FINER = 4
-RAIL_SHARE = 1e-3
-LARGEST_SHIFT_SD = 10.0
+FINER = 4  #: times as many stretches where a pose has the samples for it
+RAIL_SHARE = 1e-3  #: of the samples, at the end of the range; chosen, half and double not measured
+LARGEST_SHIFT_SD = 10.0  #: of the noise of the means: far beyond what noise does
 LARGEST_STILL_SHIFT = {"accelerometer": 0.02, "gyroscope": 0.02}
 """m/s² and rad/s: a tilt of 0.1°, a turn of 1°/s. Smaller shifts are drift, not motion."""
 
-LARGEST_RATE_CHANGE = 0.005
+LARGEST_RATE_CHANGE = 0.005  #: relative, within a pose; chosen, half and double not measured
 LARGEST_TURN = 0.005
 """Of the mean, 0.3°: what is laid on a plate by hand and loosened would turn by more."""
 

@@ -11,6 +11,35 @@ RowIndex = IntArray | BoolArray | slice | Sequence[int]
 """Which poses: their indices, a mask (n,), or a slice."""
 
 
+@dataclass(frozen=True, eq=False)
+class PlateRate:
+    """The measured rate of the plate for one run.
+
+    Parameters
+    ----------
+    name : str
+        Name of the plate setting.
+    rate_rad_s, sd_rad_s : array, shape (1,) or (n,)
+        One rate shared by all poses, or one per pose; always positive.
+    timebase_relative : float
+        Relative sd of the clock, common to everything the same camera filmed; 0 if included.
+    direction : str or None
+        ``ccw`` or ``cw`` as filmed from above, None when unknown.
+    """
+
+    name: str
+    rate_rad_s: FloatArray
+    sd_rad_s: FloatArray
+    timebase_relative: float = 0.0
+    direction: str | None = None
+
+    def of_poses(self, places: IntArray) -> "PlateRate":
+        """The rates of these poses of the run; the same where one rate holds for all."""
+        if len(self.rate_rad_s) == 1:
+            return self
+        return replace(self, rate_rad_s=self.rate_rad_s[places], sd_rad_s=self.sd_rad_s[places])
+
+
 @dataclass(frozen=True)
 class CommonError:
     """One error shared by all poses that name it.

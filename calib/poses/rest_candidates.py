@@ -15,13 +15,14 @@ from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Undetermined
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import SI_UNIT, BoolArray, FloatArray, ImuLog, Triad
+from calib.poses.running_sums import RunningSums
 
 WINDOW_S = 0.5
 """The shortest stop that people make on purpose. In ``tests.bench.study_static_intervals`` a
 quarter of a second finds the same stops where a gyroscope was logged beside, and takes movement
 for stops (0.5 %) where none was; a whole one loses 23 % of the stops."""
 
-FEWEST_WINDOW = 8
+FEWEST_WINDOW = 8  #: samples; derived: the sd of a variance is a third of it
 FEWEST_SAMPLES = 12
 """Those that the sd of a mean needs (:data:`calib.poses.averaging.SHORTEST_SAMPLES`)."""
 
@@ -51,7 +52,7 @@ also how far an attitude may wander within a rest: its mean then falls short by 
 WANDER_S = 2.0
 """Time in which an attitude may wander that far: 1 °/s is the most that a resting hand does."""
 
-NOISE_OF_RANGE = 3.0
+NOISE_OF_RANGE = 3.0  #: sds of one; derived: range of MOST_BLOCKS normal means, 2.8, rounded up
 MOST_BLOCKS = 8
 """Parts of a rest whose means are compared, and their range by noise alone in sds of one: enough of
 them to see a slow turn, few enough to average."""
@@ -96,6 +97,8 @@ class DecidingTriad:
     triad : str
     values : array, shape (t, 3)
         Nominal readings, SI.
+    sums : RunningSums
+        Of the readings.
     time_s : array, shape (t,)
     step_s : float
     variance : array, shape (t - window + 1,)
@@ -113,6 +116,7 @@ class DecidingTriad:
     label: str
     triad: Triad
     values: FloatArray
+    sums: RunningSums
     time_s: FloatArray
     step_s: float
     variance: FloatArray
@@ -157,11 +161,7 @@ class DecidingTriad:
 
     def mean(self, rest: Rest) -> FloatArray:
         """Mean reading (3,), SI."""
-        return np.asarray(self.values[rest.start : rest.stop].mean(axis=0))
-
-    def sd(self, rest: Rest) -> float:
-        """Sd of the samples about it, axes summed, SI."""
-        return math.sqrt(float(self.values[rest.start : rest.stop].var(axis=0).sum()))
+        return np.asarray(self.sums.means(np.array([rest.start, rest.stop]))[0])
 
     def shift(self, rest: Rest) -> float:
         """By how much its halves differ on the axis on which they do most, beyond noise, SI."""
@@ -175,17 +175,6 @@ class DecidingTriad:
     def span(self, rest: Rest) -> str:
         """When, in words."""
         return f"{self.time_s[rest.start]:.1f}-{self.time_s[rest.stop - 1]:.1f} s"
-
-
-def window_variance(values: FloatArray, window: int) -> FloatArray:
-    """Variance of every run of ``window`` samples summed over the axes, shape (t - window + 1,)."""
-    centred = values - values.mean(axis=0)
-    start = np.zeros((1, values.shape[1]))
-    total = np.vstack([start, np.cumsum(centred, axis=0)])
-    square = np.vstack([start, np.cumsum(centred**2, axis=0)])
-    mean = (total[window:] - total[:-window]) / window
-    mean_square = (square[window:] - square[:-window]) / window
-    return np.asarray(np.maximum(mean_square - mean**2, 0.0).sum(axis=1))
 
 
 def deciding_triad(
@@ -226,13 +215,14 @@ def deciding_triad(
     values = spec.nominal(getattr(log, triad))
     step = 0.0 if spec.encoding == "si" else spec.nominal_scale
     smallest = max(3 * step**2 / 12, np.finfo(float).eps * float(np.square(values).max()), 1e-300)
-    variance = window_variance(values, window)
+    sums = RunningSums.of(values)
+    variance = sums.window_variance(window)
     turning = np.zeros(len(variance), dtype=bool)
     if gyroscope is not None and log.has("gyroscope") and not by_gyroscope:
-        rate = window_variance(gyroscope.nominal(log.gyroscope), window)
+        rate = RunningSums.of(gyroscope.nominal(log.gyroscope)).window_variance(window)
         turning = rate > (LARGEST_TURN / SWING_PER_SD) ** 2
-    return DecidingTriad(log.label, triad, values, log.time_s, step_s, variance, window, shortest,
-                         rate_rad_s, smallest, turning)
+    return DecidingTriad(log.label, triad, values, sums, log.time_s, step_s, variance, window,
+                         shortest, rate_rad_s, smallest, turning)
 
 
 def rests_below(triad: DecidingTriad, threshold: float) -> list[Rest]:
@@ -253,17 +243,18 @@ def rests_below(triad: DecidingTriad, threshold: float) -> list[Rest]:
 
 def _fault(triad: DecidingTriad, rest: Rest) -> str | None:
     """Why a quiet stretch is no pose: it turned slowly, or the plate stood still."""
-    values = triad.values[rest.start : rest.stop]
-    count = min(max(2, len(values) // triad.window), MOST_BLOCKS)
-    length = len(values) // count
-    blocks = values[: count * length].reshape(count, length, 3)
-    noise = math.sqrt(float(blocks.var(axis=1).sum(axis=1).mean()) / length)
-    share = min(1.0, len(values) * triad.step_s / WANDER_S)
+    samples = rest.stop - rest.start
+    count = min(max(2, samples // triad.window), MOST_BLOCKS)
+    length = samples // count
+    edges = rest.start + length * np.arange(count + 1)
+    scatter = float(triad.sums.variances(edges).sum()) / count
+    noise = math.sqrt(max(scatter, 0.0) / length)
+    share = min(1.0, samples * triad.step_s / WANDER_S)
     limit = triad.largest_wander * share + NOISE_OF_RANGE * noise
-    wander = float(np.linalg.norm(np.ptp(blocks.mean(axis=1), axis=0)))
+    wander = float(np.linalg.norm(np.ptp(triad.sums.means(edges), axis=0)))
     if wander > limit:
         return f"moved slowly (by up to {wander:.2g} {triad.unit})"
-    rate = float(np.linalg.norm(values.mean(axis=0)))
+    rate = float(np.linalg.norm(triad.mean(rest)))
     if triad.triad == "gyroscope" and rate < PLATE_STANDS * triad.rate_rad_s:
         return PLATE_STOOD
     return None

@@ -1,7 +1,7 @@
 """Averaged poses and what they are measured against, made into runs of a triad."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from calib.errors import Remedy, Undetermined
 from calib.poses.averaging import PoseMean
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseRun
-from calib.poses.reference import CommonError, Reference, constant_reference
+from calib.poses.reference import CommonError, PlateRate, Reference, constant_reference
 
 TURNING_RAD_S = 0.09
 """5 °/s: above any zero-rate offset of a working MEMS gyro, below the rate of any plate."""
@@ -22,29 +22,6 @@ GRAVITY = "local gravity"
 TIME_BASE = "time base of the camera"
 RATE_OF = "rate "
 """Followed by the setting: what the sd of one rate is called in the budget."""
-
-
-@dataclass(frozen=True, eq=False)
-class PlateRate:
-    """The measured rate of the plate for one run.
-
-    Parameters
-    ----------
-    name : str
-        Name of the plate setting.
-    rate_rad_s, sd_rad_s : array, shape (1,) or (n,)
-        One rate shared by all poses, or one per pose; always positive.
-    timebase_relative : float
-        Relative sd of the clock, common to everything the same camera filmed; 0 if included.
-    direction : str or None
-        ``ccw`` or ``cw`` as filmed from above, None when unknown.
-    """
-
-    name: str
-    rate_rad_s: FloatArray
-    sd_rad_s: FloatArray
-    timebase_relative: float = 0.0
-    direction: str | None = None
 
 
 def spin_sign(means: Sequence[PoseMean], direction: str | None) -> FloatArray:

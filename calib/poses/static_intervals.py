@@ -32,8 +32,8 @@ STILL_RATIO = 4.0
 """Twice the noise amplitude of the quietest rest: below it noise alone cuts rests to pieces. Half
 or twice of it moves 0.1 % of the stops in ``tests.bench.study_static_intervals``."""
 
-THRESHOLD_STEP = 2.0
-USUAL_SHARE = 0.75
+THRESHOLD_STEP = 2.0  #: of a variance: 1.4 of an amplitude
+USUAL_SHARE = 0.75  #: of the rests, so that a quarter may be disturbed
 SEARCH = StillSearch()
 
 
@@ -73,6 +73,10 @@ def find_still(
         Rate of the plate, of either sign; 0 where the log was taken at rest.
     search : StillSearch
         What the user overrules.
+
+    Returns
+    -------
+    StaticIntervals
 
     Raises
     ------

@@ -24,6 +24,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "import": ("FILE...", "Write a configuration for logs of any tool."),
     "check": ("CONFIG", "Validate a configuration and find its files."),
     "init": ("[DIR]", "Write a commented config.yaml."),
+    "fleet": ("GLOB", "Run many sessions on Dask, and compare the sensors of a lot."),
     "export": ("RESULTS", "Write the calibration in the format of another program."),
     "noise": ("LOG", "Determine noise density, bias instability and random walk."),
     "apply": ("RESULTS LOG", "Correct a log: counts in, SI units out."),

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 def command(config: Path, as_json: bool, quiet: bool) -> None:
     """Validate CONFIG, read its logs, and list every error with its line.
 
-    The command refuses what `pipeline run` would refuse before it tracks the clips, and planned
-    poses (the section `record`) that cannot determine the model. It measures nothing and writes
-    nothing.
+    The command averages the poses and fits the models as `pipeline run` does, and refuses what that
+    would refuse, but for what the clips decide; it also refuses planned poses (the section
+    `record`) that cannot determine the model. It opens no clip, runs no Python and writes nothing.
     """
     from calib.errors import CalibrationError
     from pipeline.console.triad_text import summary_json, summary_lines
@@ -52,7 +52,7 @@ def _checked(path: Path) -> "Config":
     from pipeline.config.load import load_config
     from pipeline.errors import MissingFiles
     from pipeline.plan.refusal import require_planned
-    from pipeline.stages.run import check_session
+    from pipeline.stages.rehearsal import rehearse
 
     try:
         loaded = load_config(path)
@@ -60,5 +60,5 @@ def _checked(path: Path) -> "Config":
         require_planned(load_config(path, files_may_be_missing=True))
         raise
     require_planned(loaded)
-    check_session(loaded)
+    rehearse(loaded)
     return loaded

@@ -1,4 +1,4 @@
-"""Progress of the clips on standard error, where that is a terminal."""
+"""Progress of clips and sessions on standard error, where that is a terminal."""
 
 import sys
 import threading
@@ -41,7 +41,7 @@ class ClipProgress:
             return
         with self._lock:
             if self._bars is None:
-                self._bars = _bars()
+                self._bars = _bars("frames")
                 self._bars.start()
             if clip not in self._tasks:
                 self._tasks[clip] = self._bars.add_task(shown(clip), total=stated)
@@ -54,7 +54,39 @@ class ClipProgress:
             self._bars = None
 
 
-def _bars() -> "Progress":
+class SessionProgress:
+    """A bar for the sessions of a fleet; nothing where standard error is no terminal."""
+
+    def __init__(self, total: int) -> None:
+        self._total, self._failed = total, 0
+        self._bars: Progress | None = None
+        self._task: TaskID | None = None
+
+    def __enter__(self) -> "SessionProgress":
+        if sys.stderr.isatty():
+            self._bars = _bars("sessions")
+            self._bars.start()
+            self._task = self._bars.add_task("fleet", total=self._total)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._bars is not None:
+            self._bars.stop()
+
+    def advance(self, failed: bool) -> None:
+        """One session more is done."""
+        self._failed += failed
+        if self._bars is not None and self._task is not None:
+            text = f"fleet, {self._failed} not calibrated" if self._failed else "fleet"
+            self._bars.update(self._task, advance=1, description=text)
+
+
+def _bars(unit: str) -> "Progress":
     from rich.console import Console  # 70 ms
     from rich.progress import (
         BarColumn,
@@ -68,7 +100,7 @@ def _bars() -> "Progress":
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn("frames"),
+        TextColumn(unit),
         TimeRemainingColumn(),
         console=Console(file=getattr(sys.stderr, "raw", sys.stderr)),
         transient=True,

@@ -25,6 +25,7 @@ from pipeline.config.types import (
     Effects,
     Files,
     Number,
+    PoseNames,
     Positive,
     RateName,
     Section,
@@ -178,6 +179,7 @@ class AccelerometerSection(Section):
     """What to fit to the accelerometer's poses."""
 
     poses: PosesSection
+    exclude: PoseNames = ()
     model: Effects = BASE
     solver: Literal["default", "paper"] = "default"
     loss: Literal["squares", "huber"] = "squares"
@@ -188,6 +190,7 @@ class RunSection(Section):
 
     poses: PosesSection
     rate: RateName
+    exclude: PoseNames = ()
 
 
 class GyroscopeSection(Section):

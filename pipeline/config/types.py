@@ -209,6 +209,9 @@ Effects = Annotated[tuple[Annotated[str, AfterValidator(_effect)], ...],
                     Field(min_length=1)]
 VisionTerms = Annotated[tuple[Annotated[str, AfterValidator(_vision_term)], ...],
                         Field(min_length=1)]
+PoseNames = Annotated[tuple[Annotated[str, Field(min_length=1, strict=True)] | Count, ...],
+                      BeforeValidator(lambda names: [names] if isinstance(names, str | int)
+                                      else names)]
 Columns = Annotated[
     tuple[InstanceOf[Renamed] | Annotated[tuple[str, ...], Field(min_length=1)], ...],
     BeforeValidator(_rows),

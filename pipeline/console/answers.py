@@ -14,6 +14,7 @@ import numpy as np
 from calib.diagnosis.verdict.explain import SIGNS, Standing
 from calib.diagnosis.verdict.wording import joined
 from calib.poses.attitudes import direction_name
+from pipeline.console.exclude_text import lines_to_exclude
 from pipeline.console.rate_text import RateVerdict, rate_verdict
 from pipeline.console.run_text import aside_text, prediction_text
 from pipeline.stages.run import Outcome
@@ -28,7 +29,10 @@ WORST_FIRST: tuple[Standing, ...] = ("act", "open", "good")
 
 @dataclass(frozen=True)
 class Answer:
-    """Three answers for one triad or for the plate rates, and the commands for the next step."""
+    """Three answers for one triad or for the plate rates, and the commands for the next step.
+
+    ``lines`` are to be written into the configuration before.
+    """
 
     subject: str
     standing: Standing
@@ -37,6 +41,7 @@ class Answer:
     wrong: str
     next: str
     commands: tuple[str, ...]
+    lines: str = ""
 
     @property
     def sign(self) -> str:
@@ -60,7 +65,7 @@ class Headline:
 def answers_of(outcome: Outcome, folder: str) -> tuple[Answer, ...]:
     """The answers on a session, the worst first; ``folder`` is where its results are."""
     config = shlex.quote(str(outcome.config.source.path))
-    answers = [triad_answer(result, config, folder) for result in outcome.triads]
+    answers = [triad_answer(outcome, result, folder) for result in outcome.triads]
     rates = rates_answer([rate_verdict(rate, config) for rate in outcome.rates.values()])
     if rates is not None:
         answers.append(rates)
@@ -130,8 +135,9 @@ def _lacking_sentences(lacking: Sequence[RateVerdict]) -> Iterator[str]:
 # --- a triad -------------------------------------------------------------------------------------
 
 
-def triad_answer(result: TriadResult, config: str, folder: str) -> Answer:
-    """The three answers for one triad; ``config`` is the file as a shell reads it."""
+def triad_answer(outcome: Outcome, result: TriadResult, folder: str) -> Answer:
+    """The three answers for one triad."""
+    config = shlex.quote(str(outcome.config.source.path))
     words = result.diagnosis.explanation
     standing, short = words.standing, words.short
     wrong = _nothing_wrong(result) if standing == "good" else words.text
@@ -141,6 +147,8 @@ def triad_answer(result: TriadResult, config: str, folder: str) -> Answer:
         result.triad, standing, short, _is_it_good(result), f"{wrong}{_aside(result)}",
         f"{words.following}{'' if words.step in ('apply', 'add') else ', then'}:",
         _commands(result, config, shlex.quote(folder)),
+        lines_to_exclude(outcome, result, result.diagnosis.group)
+        if result.diagnosis.verdict == "bad_pose" else "",
     )
 
 

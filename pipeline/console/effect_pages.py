@@ -2,7 +2,7 @@
 
 import sys
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import EFFECTS, Effect
@@ -10,7 +10,8 @@ from calib.poses.imu_log import TRIADS
 from pipeline.errors import ConfigError
 from pipeline.text.names import nearest_name
 from pipeline.text.tables import table_lines
-from vision.rate.terms import MEANING, TERMS
+from vision.rate.term_pages import TERM_PAGES
+from vision.rate.terms import MEANING, TERMS, UNITS
 
 WIDTH = 92
 PLACES = {
@@ -50,7 +51,15 @@ def page_lines(name: str, width: int = WIDTH) -> Iterator[str]:
         No effect has this name.
     """
     if name in TERMS:
-        yield from textwrap.wrap(f"{name}, a term of the plate's phase: {MEANING[name]}.", width)
+        yield name
+        yield from textwrap.wrap(f"A term of the plate's phase: {MEANING[name]}.", width)
+        yield ""
+        term = TERM_PAGES[name]
+        yield from _wrapped((
+            ("formula", term.formula), ("parameters", f"in {UNITS[name]}"),
+            ("typical size", term.typical), ("source", term.source),
+            ("confused with", term.confounded), ("separated by", term.separates)), width)
+        yield ""
         yield f"Add it with: pipeline add CONFIG rate.SETTING.{name}"
         return
     try:
@@ -67,7 +76,7 @@ def page_lines(name: str, width: int = WIDTH) -> Iterator[str]:
     parameters = f"{', '.join(effect.parameters)}  [{_units(effect)}]"
     if effect.shape is not None:
         parameters += f", and the shape parameter {effect.shape.name} [{effect.shape.unit}]"
-    for title, text in (
+    yield from _wrapped((
         ("formula", page.formula),
         ("parameters", parameters),
         ("acts on", f"{_triads(effect)}: {PLACES[effect.acts_on]}"),
@@ -75,12 +84,17 @@ def page_lines(name: str, width: int = WIDTH) -> Iterator[str]:
         ("source", page.source),
         ("confused with", page.confounded),
         ("separated by", page.separates),
-    ):
-        yield from textwrap.wrap(text, width, initial_indent=f"{title:<14} ",
-                                 subsequent_indent=" " * 15)
+    ), width)
     if effect.acts_on != "reading":
         yield ""
         yield f"Add it with: pipeline add CONFIG {effect.triads[0]}.{effect.name}"
+
+
+def _wrapped(facts: Iterable[tuple[str, str]], width: int) -> Iterator[str]:
+    """Titles and texts, the texts wrapped beside their titles."""
+    for title, text in facts:
+        yield from textwrap.wrap(text, width, initial_indent=f"{title:<14} ",
+                                 subsequent_indent=" " * 15)
 
 
 def _units(effect: Effect) -> str:

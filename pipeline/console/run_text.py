@@ -10,10 +10,11 @@ import numpy as np
 from calib.diagnosis.unseen import together
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.units import display_unit
-from calib.fit.calibration import TriadParameters
+from calib.fit.parameters import TriadParameters
 from calib.mounting.mounting import Mounting
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, SI_UNIT
+from pipeline.console.exclude_text import lines_to_exclude
 from pipeline.console.mounting_text import mounting_text
 from pipeline.console.rate_text import rate_verdict
 from pipeline.stages.poses import Recordings
@@ -28,8 +29,11 @@ RANKED = 6  #: candidates that `pipeline diagnose` shows
 
 def recordings_line(recordings: Recordings) -> str:
     """The number of averaged poses; empty if the configuration contains none."""
-    poses = sum(len(recording.means) for recording in recordings.by_setting.values())
-    return f"{'logs':<{NAME_WIDTH}} {count(poses, 'pose')} averaged" if poses else ""
+    every = recordings.by_setting.values()
+    poses, excluded = (sum(map(len, each)) for each in (
+        [recording.means for recording in every], [recording.excluded for recording in every]))
+    without = f", {excluded} excluded" if excluded else ""
+    return f"{'logs':<{NAME_WIDTH}} {count(poses, 'pose')} averaged{without}" if poses else ""
 
 
 def installation_line(mounting: Mounting) -> str:
@@ -142,6 +146,11 @@ def next_step(outcome: Outcome, folder: Path, look: str = "pipeline diagnose {co
     for triad, diagnosis in diagnoses.items():
         if diagnosis.explanation.step == "add":
             return f"next: pipeline add {config} {triad}.{diagnosis.name}"
+    for result in outcome.triads:
+        if result.diagnosis.verdict == "bad_pose":
+            lines = lines_to_exclude(outcome, result, result.diagnosis.group)
+            return (f"next: {result.diagnosis.explanation.following}. These lines in {config} "
+                    f"exclude it; then type: pipeline run {config}\n{lines}")
     for diagnosis in diagnoses.values():
         if diagnosis.record_next:
             return (
@@ -166,9 +175,23 @@ def comparison_lines(result: TriadResult) -> Iterator[str]:
         for pose in result.comparison.worst(WORST_POSES)
     )
     yield f"  largest residuals: {worst}"
+    if result.excluded:
+        yield f"  excluded: {', '.join(excluded_words(result))}"
     covariate = leading_covariate(result)
     if covariate is not None:
         yield f"  the misfit follows: {covariate}"
+
+
+def excluded_words(result: TriadResult) -> Iterator[str]:
+    """Every excluded pose with its residual by the fit without it."""
+    unit, factor = DISPLAY[result.triad]
+    for each in result.excluded:
+        if each.predicted is None:
+            yield f"{each.label} (no pose of its run)"
+            continue
+        residual = each.predicted.residual
+        yield (f"{each.label} {residual.residual * factor:+.3g} {unit} ({residual.in_sd:+.1f} sd "
+               f"by the fit without it)")
 
 
 def leading_covariate(result: TriadResult) -> str | None:

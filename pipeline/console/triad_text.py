@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from pipeline.config.load import Config
-from pipeline.config.schema import PosesSection, VideoRateSection
+from pipeline.config.schema import AccelerometerSection, RunSection, VideoRateSection
 
 
 def summary_lines(config: Config) -> Iterator[str]:
@@ -21,10 +21,10 @@ def summary_lines(config: Config) -> Iterator[str]:
             yield f"rate           {name}: {value}, stated in the configuration"
     if config.accelerometer:
         section = config.accelerometer
-        yield f"accelerometer  {_poses(section.poses)}; model {', '.join(section.model)}"
+        yield f"accelerometer  {_poses(section)}; model {', '.join(section.model)}"
     if config.gyroscope:
         for run in config.gyroscope.runs:
-            yield f"gyroscope      {_poses(run.poses)} at rate {run.rate}"
+            yield f"gyroscope      {_poses(run)} at rate {run.rate}"
         yield f"gyroscope      model {', '.join(config.gyroscope.model)}"
     yield f"results        {config.output_folder}"
     yield f"next: pipeline run {path}"
@@ -44,22 +44,27 @@ def summary_json(config: Config) -> dict[str, Any]:
                  {"rate_rad_s": rate.rate_rad_s, "sd_rad_s": rate.sd_rad_s}
                  for name, rate in config.rate.items()},
         "accelerometer": None if accelerometer is None else {
-            "model": accelerometer.model, "files": _files(accelerometer.poses)},
+            "model": accelerometer.model, **_logs(accelerometer)},
         "gyroscope": None if gyroscope is None else {
             "model": gyroscope.model,
-            "runs": [{"rate": run.rate, "files": _files(run.poses)} for run in gyroscope.runs]},
+            "runs": [{"rate": run.rate, **_logs(run)} for run in gyroscope.runs]},
         "results": str(config.output_folder),
     }
 
 
-def _files(poses: PosesSection) -> list[str]:
-    return [str(path) for paths in poses.files_by_key().values() for path in paths]
+def _logs(section: AccelerometerSection | RunSection) -> dict[str, Any]:
+    paths = [str(path) for each in section.poses.files_by_key().values() for path in each]
+    return {"files": paths, "exclude": list(section.exclude)}
 
 
-def _poses(poses: PosesSection) -> str:
+def _poses(section: AccelerometerSection | RunSection) -> str:
+    poses, excluded = section.poses, section.exclude
+    without = f", without {', '.join(map(str, excluded))}" if excluded else ""
     if poses.log:
-        return f"static intervals in {', '.join(path.name for path in poses.log)}"
-    return _count(len(poses.files), "pose")
+        return f"static intervals in {', '.join(path.name for path in poses.log)}{without}"
+    if poses.means:
+        return f"rows of {', '.join(path.name for path in poses.means)}{without}"
+    return f"{_count(len(poses.files) - len(excluded), 'pose')}{without}"
 
 
 def _count(n: int, noun: str) -> str:

@@ -1,7 +1,8 @@
 """ArduPilot's parameters of the first IMU.
 
 Of a reading v of the driver, in SI units by the data sheet, ArduPilot computes
-(``AP_InertialSensor_Backend``, ``AP_InertialSensor_TCal``)
+(``AP_InertialSensor_Backend::_rotate_and_correct_accel`` and ``..._gyro``,
+``AP_InertialSensor_TCal::correct_sensor``)
 
     accelerometer   (v - p(T) + p(CALTEMP) - INS_ACCOFFS) * INS_ACCSCAL
     gyroscope        v - p(T) + p(CALTEMP) - INS_GYROFFS

@@ -26,9 +26,9 @@ from pipeline.text.formatting import (
     RPM,
     count,
     relative,
-    short_model,
     with_sd,
 )
+from pipeline.text.model_name import short_model
 from pipeline.text.names import DISTRIBUTION
 
 HASH_DIGITS = 16

@@ -64,7 +64,11 @@ def _fusion_unit(each: StoredTriad) -> tuple[str, float]:
 
 
 def to_px4(stored: Stored) -> Export:
-    """PX4 parameters: ``(reading - OFF) * SCALE`` for the accelerometer, ``reading - OFF`` else."""
+    """PX4 parameters: ``(reading - OFF) * SCALE`` for the accelerometer, ``reading - OFF`` else.
+
+    ``Accelerometer::Correct`` and ``Gyroscope::Correct`` of PX4 (``src/lib/sensor_calibration``)
+    rotate what comes out into the body.
+    """
     lines = hash_comments(origin(stored))
     lines.append("# Set CAL_ACC0_ID and CAL_GYRO0_ID to the ids that your board shows; this file "
                  "does not set them.")
@@ -78,7 +82,8 @@ def to_px4(stored: Stored) -> Export:
         # vehicle, component, name, value, type (9 is a float)
         lines += [f"1\t1\t{name}_{key}\t{value:.10g}\t9" for key, value in values]
         loses.append(what_is_left(stored, each, "PX4", keeps_scale=each.triad == "accelerometer"))
-    loses.append("The axes are those of the log; PX4 rotates them by _ROT first if it is set.")
+    loses.append("The axes are those of the log, as the driver publishes them: PX4 rotates into "
+                 "the body (CAL_ACC0_ROT, CAL_GYRO0_ROT, SENS_BOARD_ROT) after the correction.")
     loses += no_effects(stored, "PX4")
     return Export({"px4.params": "\n".join(lines) + "\n"}, tuple(loses))
 

@@ -3,13 +3,14 @@
 Kalibr states the forward model of what a driver publishes in SI units by the data sheet,
 
     accelerometer   y = M_a f + b_a
-    gyroscope       y = M_g C w + A f + b_g
+    gyroscope       y = M_g C w + A C f + b_g
 
-with M lower triangular. Ours is the inverse, ``s = T K (u - b)`` with T upper triangular, in
-frames that magnitudes leave open; in nominal readings ``y = k0 (u - b0)`` it says
-``y = N s + k0 (b - b0)`` with ``N = k0 (T K)⁻¹``, upper triangular too. The decomposition
-``N = L Q``, L lower triangular and Q a rotation, makes M = L, and turns the frame: the body of the
-file is ``Q_a`` times the accelerometer's frame here.
+with M lower triangular and C from the body to the gyroscope's frame, which turns the specific force
+too (``IccScaledMisalignedImu.addGyroscopeErrorTerms`` of Kalibr). Ours is the inverse,
+``s = T K (u - b)`` with T upper triangular, in frames that magnitudes leave open; in nominal
+readings ``y = k0 (u - b0)`` it says ``y = N s + k0 (b - b0)`` with ``N = k0 (T K)⁻¹``, upper
+triangular too. The decomposition ``N = L Q``, L lower triangular and Q a rotation, makes M = L, and
+turns the frame: the body of the file is ``Q_a`` times the accelerometer's frame here.
 """
 
 import math
@@ -72,8 +73,8 @@ def to_kalibr(stored: Stored, noise: StoredNoise | None = None) -> Export:
     body = np.eye(3)
     lines = [f"# {line}" for line in origin(stored)]
     lines += [
-        "# reading in SI units by the data sheet = M * true + bias (accelerometer),",
-        "#                                         M * C_gyro_i * true + A * force + bias (gyro)",
+        "# SI reading by the data sheet = M * true + bias (accelerometer),",
+        "#                               M * C_gyro_i * true + A * C_gyro_i * force + bias (gyro)",
         "imu0:",
         *_block({"T_i_b": _rows(np.eye(4))}),
     ]
@@ -147,11 +148,13 @@ def _kalibr_gyroscope(stored: Stored, gyroscope: StoredTriad, body: FloatArray) 
     effect = gyroscope.effects.get("g_sensitivity")
     if effect is not None:
         sensitivity = np.array(effect["values"], float).reshape(3, 3)
+    to_gyroscope = turned @ to_accelerometer.T @ body.T
     return _block({"gyroscopes": {
         "M": _rows(lower),
-        "C_gyro_i": _rows(turned @ to_accelerometer.T @ body.T),
-        # G acts on the sensitive axes, T turns them into the orthogonal ones that M^-1 takes.
-        "A": _rows(forward @ gyroscope.alignment @ sensitivity @ body.T),
+        "C_gyro_i": _rows(to_gyroscope),
+        # G acts on the sensitive axes, T turns them into the orthogonal ones that M^-1 takes; A
+        # finds the force turned by C_gyro_i.
+        "A": _rows(forward @ gyroscope.alignment @ sensitivity @ body.T @ to_gyroscope.T),
     }})
 
 

@@ -22,20 +22,18 @@ from calib.poses.conditions import OTHER_TRIAD
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseRun, PoseSet, pose_set
-from calib.poses.reference import CommonError
+from calib.poses.reference import CommonError, PlateRate
 from calib.poses.runs import (
     GRAVITY,
     TIME_BASE,
-    PlateRate,
     gravity_run,
     stopped_run,
     turning_run,
 )
 from pipeline.config.load import Config
-from pipeline.config.schema import PosesSection
 from pipeline.config.sensor import sensor_specs
-from pipeline.config.types import STOPPED
 from pipeline.plan.settings import PAUSE_S, PlannedSetting, planned_setting
+from pipeline.stages.session_logs import Setting
 from pipeline.stages.site import gravity_of, latitude_of
 from pipeline.stages.user_effects import user_effects
 
@@ -78,13 +76,13 @@ class TriadPlan:
 
 def plan_of(config: Config, allow_python: bool = False) -> Iterator[TriadPlan]:
     """The outlook of every triad that the configuration fits, user-defined effects included."""
-    means: dict[tuple[PosesSection, str], PlannedSetting] = {}
+    known: dict[Setting, PlannedSetting] = {}
     if config.accelerometer:
         yield _triad_plan(config, "accelerometer", [planned_setting(
-            config, config.accelerometer.poses, STOPPED, means)], allow_python)
+            config, config.accelerometer, known)], allow_python)
     if config.gyroscope:
         yield _triad_plan(config, "gyroscope", [
-            planned_setting(config, run.poses, run.rate, means) for run in config.gyroscope.runs],
+            planned_setting(config, run, known) for run in config.gyroscope.runs],
             allow_python)
 
 
@@ -116,14 +114,16 @@ def _triad_plan(
     real: Fit | None = None
     if recorded:
         try:
-            at_hand = prospect_of(_recorded_poses(config, triad, settings), model, spec, judged)
+            at_hand = prospect_of(_recorded_poses(config, triad, settings), model, spec, judged,
+                                  config.covariates)
             real = at_hand.fit
         except CalibrationError as error:
             at_hand = str(error)
     runs = [run for setting in settings for run in _runs(config, triad, setting, noise_sd, real)]
     try:
         start = real.equations.start if real is not None else None
-        complete: Prospect | str = prospect_of(ideal_poses(triad, runs, start), model, spec, judged)
+        complete: Prospect | str = prospect_of(
+            ideal_poses(triad, runs, start), model, spec, judged, config.covariates)
     except CalibrationError as error:
         complete = str(error)
     return TriadPlan(triad, tuple(settings), noise, noise_sd, at_hand, complete,

@@ -13,11 +13,18 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 from calib.poses.static_intervals import find_still
 from pipeline.config.load import Config
-from pipeline.config.schema import KnownRateSection, PosesSection, VideoRateSection
+from pipeline.config.schema import (
+    AccelerometerSection,
+    KnownRateSection,
+    PosesSection,
+    RunSection,
+    VideoRateSection,
+)
 from pipeline.config.sensor import sensor_specs
+from pipeline.stages.excluded_poses import chosen
 from pipeline.stages.pose_means import read_pose_means
 from pipeline.stages.poses import still_search
-from pipeline.stages.session_logs import long_logs, read_logs
+from pipeline.stages.session_logs import Setting, long_logs, read_logs
 from pipeline.text.formatting import RPM
 
 USUAL_RATE_RAD_S = 100 / 3 * RPM  #: the speed that every record player has
@@ -46,17 +53,18 @@ class PlannedSetting:
 
 def planned_setting(
     config: Config,
-    poses: PosesSection,
-    name: str,
-    known: dict[tuple[PosesSection, str], PlannedSetting],
+    section: AccelerometerSection | RunSection,
+    known: dict[Setting, PlannedSetting],
 ) -> PlannedSetting:
     """Read what is recorded of one setting; each set of files once."""
-    if (poses, name) not in known:
-        known[poses, name] = _read_setting(config, poses, name)
-    return known[poses, name]
+    setting = Setting.of(section)
+    if setting not in known:
+        known[setting] = _read_setting(config, section)
+    return known[setting]
 
 
-def _read_setting(config: Config, poses: PosesSection, name: str) -> PlannedSetting:
+def _read_setting(config: Config, section: AccelerometerSection | RunSection) -> PlannedSetting:
+    poses, name = section.poses, Setting.of(section).rate
     rate, stated = 0.0, config.rate.get(name)
     relative, sd = 0.0, 0.0
     if isinstance(stated, KnownRateSection):
@@ -65,10 +73,12 @@ def _read_setting(config: Config, poses: PosesSection, name: str) -> PlannedSett
         rate = (stated.nominal_rpm or math.nan) * RPM
         relative = stated.timebase.relative_sd
     specs = sensor_specs(config.sensor)
-    means = read_pose_means(poses, config.source.path.parent, specs) if poses.means else []
+    tabled = read_pose_means(poses, config.source.path.parent, specs) if poses.means else []
+    means = [tabled[i] for i in chosen([mean.label for mean in tabled], section, config).kept]
     unusable = []
     usual = USUAL_RATE_RAD_S if math.isnan(rate) else rate
-    for log in _logs(config, poses, usual):
+    logs = list(_logs(config, poses, usual))
+    for log in (logs[i] for i in chosen([log.label for log in logs], section, config).kept):
         if math.isnan(rate):
             rate = _felt_rate(log, specs[1])
         try:

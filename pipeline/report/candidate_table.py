@@ -41,8 +41,7 @@ def _row(result: TriadResult, each: Candidate) -> CandidateRow:
     rms, loo = (("–" if math.isnan(error) else f"{error * factor:.3g}")
                 for error in (each.rms_after, each.loo_after))
     share = each.chi2_drop / max(result.calibration.fit.chi2, 1e-300)
-    name = each.name if each.kind == "listed" else readable(
-        f"~{each.name}" if each.kind == "unknown" else each.name)
+    name = each.name if each.kind == "listed" else readable(each.name, each.follows)
     drop = tick_text(float(f"{each.chi2_drop:.3g}"))
     return CandidateRow(
         name, odds_in_words(each.probability),

@@ -8,7 +8,8 @@ import numpy as np
 
 from pipeline.report.svg import Chart, Figure, rightward, upward
 from pipeline.results.history import Step, TriadStep
-from pipeline.text.formatting import DISPLAY, count, short_model
+from pipeline.text.formatting import DISPLAY, count
+from pipeline.text.model_name import short_model
 
 MOST_STEPS = 12  #: the last ones are shown
 NAMED_STEPS = 4  #: so many names have room under the axis; more steps are numbered

@@ -24,7 +24,7 @@ from pipeline.report.pose_charts import (
     residual_figure,
     run_legend,
 )
-from pipeline.report.pose_sphere import how_to_exclude, pose_rows, sphere_json
+from pipeline.report.pose_sphere import excluded_rows, pose_rows, sphere_json
 from pipeline.report.rate_charts import rate_view
 from pipeline.report.refit_data import constants_json, refit_json
 from pipeline.report.tables import budget_rows, parameter_groups
@@ -162,7 +162,7 @@ def _triad_view(
         "covariates": tuple(covariate_figures(result)),
         "coverage": coverage_figure(result),
         "pose_rows": pose_rows(result),
-        "exclude": how_to_exclude(outcome, result),
+        "excluded_rows": excluded_rows(result),
         "added": added_variable_figure(result, payload),
         "staircase": staircase(result.triad, history),
         "candidates": candidate_rows(result),

@@ -7,8 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammainc
 
+from calib.fit.predicted_pose import PredictedPose
 from calib.poses.attitudes import NEAR_COSINE, list_directions, natural_directions
 from calib.poses.imu_log import FloatArray
+from calib.poses.pose_set import PoseSet
 from pipeline.console.run_text import leading_covariate
 from pipeline.report.svg import (
     SHAPES,
@@ -37,6 +39,8 @@ RUN_COLOURS = 6  #: as many as the style sheet has
 FACES = 18  #: faces and edges, the first of the 26 natural directions
 BY_THE_EQUATOR = 0.1  #: |z| up to which a pose is drawn in both hemispheres
 
+EXCLUDED = "excluded"  #: class of their marks, and what their group in the chart is called
+
 TITLES = {
     "time_s": ("time", "time since the session began [min]", 1 / 60),
     "spin_rad_s": ("the plate's rate", "rate of the plate [rpm]", 30 / np.pi),
@@ -46,11 +50,11 @@ TITLES = {
 
 def residual_figure(result: TriadResult) -> Figure:
     """The residual of every pose with its noise band, in the order of the configuration."""
-    poses = result.comparison.poses
-    position = np.arange(len(poses), dtype=float)
+    poses, excluded = result.comparison.poses, shown_excluded(result)
+    position = np.arange(len(poses) + len(excluded), dtype=float)
     at_rest = result.calibration.fit.equations.is_null
-    chart = _residual_chart(result, rightward(-0.7, len(poses) - 0.3), "pose")
-    runs = [pose.run for pose in poses]
+    chart = _residual_chart(result, rightward(-0.7, len(position) - 0.3), "pose")
+    runs = [*(pose.run for pose in poses), *[EXCLUDED] * len(excluded)]
     starts = [i for i, run in enumerate(runs) if i == 0 or runs[i - 1] != run]
     middles = [(a + b - 1) / 2 for a, b in zip(starts, [*starts[1:], len(runs)], strict=True)]
     if len(starts) > 1:
@@ -66,7 +70,8 @@ def residual_figure(result: TriadResult) -> Figure:
         at = pixel(chart.x(position[i]))
         low = 0.0 if at_rest[i] else -pose.sd  # the residual of a pose at rest is a length
         chart.bar(position[i], low, pose.sd, "band", f' data-i="{i}" data-x="{at}"')
-    _marks(chart, result, position, whole_title=True)
+    _marks(chart, result, position[: len(poses)], whole_title=True)
+    _hollow_marks(chart, result, position[len(poses) :])
     within = sum(abs(pose.in_sd) <= 1 for pose in poses)
     worst = result.comparison.worst(1)[0]
     caption = (
@@ -74,6 +79,10 @@ def residual_figure(result: TriadResult) -> Figure:
         f"{_expected_within(result):.0f} are expected. The largest is "
         f"{abs(worst.in_sd):.1f} sds (pose {worst.label})."
     )
+    if excluded:
+        one = len(excluded) == 1
+        caption += (f" The hollow {'mark is the pose' if one else 'marks are the poses'} that the "
+                    f"configuration excludes, by the fit without {'it' if one else 'them'}.")
     return _figure(chart, "Residual of every pose", caption, _good_residuals(at_rest))
 
 
@@ -112,9 +121,12 @@ def covariate_figures(result: TriadResult) -> Iterator[Figure]:
         if not np.isfinite(values).all() or np.ptp(values) == 0:
             continue
         short, title, factor = TITLES.get(name, (name, name, 1.0))
-        chart = _residual_chart(result, across(values * factor), title)
+        hollow = np.array([_covariate(each.poses, name) for each in shown_excluded(result)])
+        reach = np.concatenate([values, hollow[np.isfinite(hollow)]]) * factor
+        chart = _residual_chart(result, across(reach), title)
         chart.x_axis([(value, tick_text(value)) for value in chart.x.ticks()])
         _marks(chart, result, values * factor, whole_title=False)
+        _hollow_marks(chart, result, hollow * factor)
         follows = leading_covariate(result) == name
         yield _figure(
             chart, f"Residual against {short}",
@@ -163,6 +175,30 @@ def _marks(chart: Chart, result: TriadResult, xs: FloatArray, *, whole_title: bo
         attribute = f' data-i="{i}" data-x="{pixel(chart.x(xs[i]))}"'
         attribute += ' data-titled="1"' if whole_title else ""
         chart.mark(xs[i], pose.residual, shape, f"mark run{shape % RUN_COLOURS}", title, attribute)
+
+
+def shown_excluded(result: TriadResult) -> list[PredictedPose]:
+    """The excluded poses of which the fit says something."""
+    return [each.predicted for each in result.excluded if each.predicted is not None]
+
+
+def _covariate(poses: PoseSet, name: str) -> float:
+    """Time, rate or logged column of one pose; NaN where it is not known."""
+    known = {"time_s": poses.time_s, "spin_rad_s": poses.spin_rad_s, **poses.columns}
+    return float(known[name][0]) if name in known else math.nan
+
+
+def _hollow_marks(chart: Chart, result: TriadResult, xs: FloatArray) -> None:
+    """The excluded poses at ``xs``; those far off stand at the edge of the chart."""
+    unit, factor = DISPLAY[result.triad]
+    for x, each in zip(xs, shown_excluded(result), strict=True):
+        if not np.isfinite(x):
+            continue
+        pose = each.residual
+        value = with_sd(pose.residual * factor, pose.sd * factor)
+        y = float(np.clip(pose.residual, chart.y.low, chart.y.high))
+        chart.mark(x, y, 0, EXCLUDED, f"{pose.label}: excluded; {value} {unit}",
+                   f' data-x="{pixel(chart.x(x))}" data-value="{pose.residual * factor:.6g}"')
 
 
 def _run_numbers(result: TriadResult) -> Mapping[str, int]:

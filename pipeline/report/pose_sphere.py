@@ -11,12 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.fit.leave_one_out import PoseResidual
 from calib.poses.averaging import PoseMean
-from calib.poses.imu_log import AXES, FloatArray
+from calib.poses.imu_log import AXES, FloatArray, Triad
 from calib.poses.pose_set import PoseSet
-from pipeline.config.types import STOPPED
+from pipeline.console.exclude_text import exclude_lines, pose_sections
 from pipeline.report.coverage import coverage_of
 from pipeline.results.json_values import Json
+from pipeline.stages.excluded_poses import ExcludedPose
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, RPM, with_sd
@@ -39,8 +41,7 @@ def sphere_json(outcome: Outcome, result: TriadResult) -> Json:
     means = _means(outcome, result)
     coverage = coverage_of(up)
     return {
-        "up": [None if not np.isfinite(each).all() else [round(float(v), DIGITS) for v in each]
-               for each in up],
+        "up": [_direction(each) for each in up],
         "expected": [
             {"up": [round(float(v), DIGITS) for v in direction], "covered": bool(is_covered)}
             for direction, is_covered in coverage.expected
@@ -50,7 +51,25 @@ def sphere_json(outcome: Outcome, result: TriadResult) -> Json:
         "facts": [list(_facts(result.calibration.fit.poses, mean, i))
                   for i, mean in enumerate(means)],
         "traces": [None if mean.stated else _trace(result, mean) for mean in means],
+        "excluded": [_excluded(result, each) for each in result.excluded],
+        "exclude": _exclude_json(outcome, result),
     }
+
+
+def _excluded(result: TriadResult, each: ExcludedPose) -> Json:
+    """An excluded pose on the sphere: its direction, and what the fit without it makes of it."""
+    if each.predicted is None:
+        return {"label": each.label, "run": each.run, "up": None, "in_sd": None}
+    up = _upward(result.triad, each.predicted.vector[None], each.predicted.poses)[0]
+    return {"label": each.label, "run": each.run, "in_sd": each.predicted.residual.in_sd,
+            "up": _direction(up)}
+
+
+def _exclude_json(outcome: Outcome, result: TriadResult) -> Json:
+    """The lines that exclude a pose, in parts, for the script of the page to put together."""
+    lines = exclude_lines(outcome.config, result.triad)
+    return {"head": lines.head, "before": list(lines.before), "known": list(map(list, lines.known)),
+            "poses": [[each.name, each.number] for each in pose_sections(outcome, result)]}
 
 
 def up_directions(result: TriadResult) -> FloatArray:
@@ -60,10 +79,18 @@ def up_directions(result: TriadResult) -> FloatArray:
     the specific force shows it: NaN where that was not logged.
     """
     fit = result.calibration.fit
-    vector = np.array(fit.rows.vector)
-    if result.triad == "gyroscope":
-        turns = np.sign(fit.poses.spin_rad_s)[:, None]
-        vector = np.where(turns != 0, vector * turns, fit.poses.force)
+    return _upward(result.triad, fit.rows.vector, fit.poses)
+
+
+def _direction(up: FloatArray) -> list[float] | None:
+    return [round(float(v), DIGITS) for v in up] if np.isfinite(up).all() else None
+
+
+def _upward(triad: Triad, vector: FloatArray, poses: PoseSet) -> FloatArray:
+    """The same of corrected vectors (n, 3) of n poses."""
+    if triad == "gyroscope":
+        turns = np.sign(poses.spin_rad_s)[:, None]
+        vector = np.where(turns != 0, vector * turns, poses.force)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.asarray(vector / np.linalg.norm(vector, axis=1, keepdims=True))
 
@@ -73,10 +100,10 @@ def _means(outcome: Outcome, result: TriadResult) -> Sequence[PoseMean]:
     config, recordings = outcome.config, outcome.recordings
     if result.triad == "accelerometer":
         assert config.accelerometer is not None
-        return recordings.of(config.accelerometer.poses, STOPPED).means
+        return recordings.of(config.accelerometer).means
     assert config.gyroscope is not None
     return [mean for run in config.gyroscope.runs
-            for mean in recordings.of(run.poses, run.rate).means]
+            for mean in recordings.of(run).means]
 
 
 def _facts(poses: PoseSet, mean: PoseMean, i: int) -> Iterator[tuple[str, str]]:
@@ -126,22 +153,18 @@ class PoseRow:
 def pose_rows(result: TriadResult) -> tuple[PoseRow, ...]:
     """Every pose with its residual; at rest with the plate stopped that is a length."""
     factor = DISPLAY[result.triad][1]
+    return tuple(_row(pose, factor) for pose in result.comparison.poses)
+
+
+def excluded_rows(result: TriadResult) -> tuple[PoseRow, ...]:
+    """Every excluded pose by the fit without it; without numbers where it is no pose."""
+    factor = DISPLAY[result.triad][1]
     return tuple(
-        PoseRow(pose.label, pose.run,
-                with_sd(pose.residual * factor, pose.sd * factor).replace("-", "−"),
-                f"{pose.in_sd:.1f}".replace("-", "−"))
-        for pose in result.comparison.poses
-    )
+        _row(each.predicted.residual, factor) if each.predicted is not None
+        else PoseRow(each.label, each.run, "no pose of its run", "–") for each in result.excluded)
 
 
-def how_to_exclude(outcome: Outcome, result: TriadResult) -> str:
-    """How the poses that the page leaves out are left out of a run too."""
-    config = outcome.config
-    sections = ([config.accelerometer.poses] if result.triad == "accelerometer"
-                and config.accelerometer else
-                [run.poses for run in config.gyroscope.runs] if config.gyroscope else [])
-    if any(section.log for section in sections):
-        return ("To leave them out of `pipeline run` too, cut the rows of these times out of the "
-                "log.")
-    return ("To leave them out of `pipeline run` too, move these files out of the folder, or list "
-            "the other files under `poses:` in the configuration.")
+def _row(pose: PoseResidual, factor: float) -> PoseRow:
+    return PoseRow(pose.label, pose.run,
+                   with_sd(pose.residual * factor, pose.sd * factor).replace("-", "−"),
+                   f"{pose.in_sd:.1f}".replace("-", "−"))

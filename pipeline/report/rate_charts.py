@@ -11,6 +11,7 @@ from calib.poses.imu_log import FloatArray
 from pipeline.console.rate_text import RateVerdict, rate_verdict, worst_clip
 from pipeline.report.rate_terms import ANGLE_BINS, angle_bins, rate_terms_json, shown_frames
 from pipeline.report.svg import Chart, Figure, across, nice_limit, upward
+from pipeline.report.term_cards import TermCard, term_cards
 from pipeline.results.json_values import Json
 from pipeline.stages.rate import SettingRate
 from pipeline.text.formatting import RPM, count, relative
@@ -31,6 +32,7 @@ class RateView:
     frame_caption: str = ""
     figures: tuple[Figure, ...] = ()
     terms: Json | None = None
+    cards: tuple[TermCard, ...] = ()
 
 
 def rate_view(rate: SettingRate, config: str = "CONFIG") -> RateView:
@@ -58,6 +60,7 @@ def rate_view(rate: SettingRate, config: str = "CONFIG") -> RateView:
         ),
         figures=tuple(_figures(rate, worst)),
         terms=rate_terms_json(rate, worst),
+        cards=term_cards(rate, worst),
     )
 
 

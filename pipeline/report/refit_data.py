@@ -140,7 +140,7 @@ def _boxes(result: TriadResult, defined: Mapping[str, Effect]) -> Iterator[Box]:
 
 def _columns(fit: Fit, model: Model, effect: Effect, shape: float | None) -> FloatArray:
     """Columns (d, k) of ``effect`` as the solver of ``model`` would take its first step on."""
-    equations = Equations(fit.poses, model)
+    equations = Equations(fit.poses, model, whitening=fit.equations.whitening)
     theta = np.zeros(model.size)
     theta[: fit.model.size] = fit.theta
     shapes = {**fit.shapes, **({} if shape is None else {effect.name: shape})}

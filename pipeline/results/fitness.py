@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from calib.fit.determined import BaseParameters, undetermined
+from calib.fit.determined import undetermined
+from calib.fit.parameters import TriadParameters
 from pipeline.errors import UnfitCalibration
 from pipeline.results.read import Stored, StoredTriad
 
@@ -46,11 +47,10 @@ def _faults(stored: Stored, each: StoredTriad) -> Iterator[str]:
     reference = max((abs(pose["reference"]) for pose in section["poses"]), default=0.0)
     # The sds of a run without the Birge ratio: what a run accepts is accepted here.
     widened = section["sd_widened_by"]
-    lost = undetermined(BaseParameters(
-        each.misalignment_rad, each.bias_counts, each.scale_counts_per_unit,
-        each.misalignment_sd / widened, each.bias_sd / widened, each.scale_sd / widened,
-        reference or np.nan,
-    ))
+    sd = np.concatenate([each.misalignment_sd, each.bias_sd, each.scale_sd]) / widened
+    nine = TriadParameters(
+        each.misalignment_rad, each.bias_counts, each.scale_counts_per_unit, np.diag(sd**2))
+    lost = undetermined(nine, reference or np.nan)
     if lost:
         yield f"the poses do not determine, of the {each.triad}: {', '.join(lost)}."
         return

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pipeline.results.candidate import candidate_json
 from pipeline.results.json_values import Json, number, numbers
 from pipeline.stages.rate import SettingRate
 
@@ -103,17 +104,8 @@ def _phase_diagnosis(diagnosis: "PhaseDiagnosis") -> Json:
         "says": diagnosis.explanation,
         "record_next": diagnosis.record_next,
         "ranking": [
-            {
-                "name": each.name,
-                "log_evidence": number(each.log_evidence),
-                "chi2_drop": number(each.chi2_drop),
-                "size": numbers(each.size),
-                "sd": numbers(each.sd),
-                "rms_after": number(each.rms_after_rad),
-                "loo_after": None,  # a revolution left out is no test: those beside it determine it
-                "blind": each.blind,
-                "aliases": list(each.aliases),
-            }
+            # A revolution left out is no test: those beside it determine it.
+            candidate_json(each, each.rms_after_rad, loo_after=None)
             for each in diagnosis.ranking
         ],
     }

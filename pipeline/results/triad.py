@@ -6,6 +6,7 @@ from pathlib import Path
 from calib.fit.calibration import uncertainty_budget
 from calib.poses.data_sheet import TriadSpec
 from pipeline.config.schema import EffectSection
+from pipeline.results.candidate import candidate_json
 from pipeline.results.json_values import Json, number, numbers
 from pipeline.results.read import PARAMETERS
 from pipeline.stages.triads import TriadResult
@@ -47,6 +48,7 @@ def triad_json(
         "worst_poses": [pose.label for pose in comparison.worst(WORST_POSES)],
         "misfit_follows": result.diagnosis.follows,
         "poses": _poses(result),
+        "excluded": _excluded(result),
         "prediction": _prediction(result),
         "diagnosis": _diagnosis(result),
         "correction": correction_json(result, user_effects, folder),
@@ -115,6 +117,19 @@ def _poses(result: TriadResult) -> list[Json]:
     ]
 
 
+def _excluded(result: TriadResult) -> list[Json]:
+    """The poses that the configuration leaves out, with what the fit makes of them."""
+    return [
+        {
+            "label": each.label,
+            "run": each.run,
+            "residual": number(each.predicted.residual.residual) if each.predicted else None,
+            "sd": number(each.predicted.residual.sd) if each.predicted else None,
+        }
+        for each in result.excluded
+    ]
+
+
 def _prediction(result: TriadResult) -> Json | None:
     """What a corrected magnitude will err by, 1 sd, over all directions; SI."""
     prediction = result.prediction
@@ -142,17 +157,7 @@ def _diagnosis(result: TriadResult) -> Json:
         "record_next": diagnosis.record_next,
         "blind": list(diagnosis.blind),
         "ranking": [
-            {
-                "name": each.name,
-                "log_evidence": number(each.log_evidence),
-                "chi2_drop": number(each.chi2_drop),
-                "size": numbers(each.size),
-                "sd": numbers(each.sd),
-                "rms_after": number(each.rms_after),
-                "loo_after": number(each.loo_after),
-                "blind": each.blind,
-                "aliases": list(each.aliases),
-            }
+            candidate_json(each, each.rms_after, each.loo_after)
             for each in diagnosis.ranking
         ]
         + [_blind(name) for name in diagnosis.blind],

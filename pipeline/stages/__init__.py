@@ -2,5 +2,6 @@
 
     plate_settings ─ rate (track_cache, live_clip) ──┐
     session_logs ─ poses ──────────┬─ triads (site, user_effects) ─ certificate
-    context (cache, progress)      └─ mounting                        run: all of them
+    context (cache, progress)      ├─ triad_poses                     run: all of them
+                                   └─ mounting      rehearsal: what needs no clip
 """

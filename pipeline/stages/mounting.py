@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from calib.consistency.repeats import require_no_copies
+from calib.fit.calibration import TriadCalibration
 from calib.mounting.mounting import Mounting, MountingLogs, mounting_from_logs
 from calib.mounting.still_reading import require_at_rest
 from calib.poses.data_sheet import TriadSpec
@@ -15,15 +16,19 @@ from pipeline.config.schema import InstallationSection
 from pipeline.config.sensor import sensor_specs
 from pipeline.stages.poses import Recordings, still_search
 from pipeline.stages.session_logs import read_logs
-from pipeline.stages.triads import TriadResult
+from pipeline.stages.site import Gravity
 
 
 def measure_mounting(
-    config: Config, accelerometer: TriadResult | None, at_rest: FloatArray | None = None
+    config: Config,
+    accelerometer: TriadCalibration | None,
+    gravity: Gravity | None,
+    at_rest: FloatArray | None = None,
 ) -> Mounting | None:
     """Measure the mounting from the logs of the section ``installation``.
 
-    ``at_rest`` (3,) is what the gyroscope reads at rest, see :func:`reading_at_rest`.
+    ``gravity`` is what the accelerometer was calibrated against, ``at_rest`` (3,)
+    is what the gyroscope reads at rest, see :func:`reading_at_rest`.
 
     Returns
     -------
@@ -43,9 +48,9 @@ def measure_mounting(
     # The configuration's rules refuse an installation without an accelerometer, and that without
     # a site.
     assert accelerometer is not None
-    assert accelerometer.gravity is not None
+    assert gravity is not None
     folder = config.source.path.parent
-    spec = accelerometer.calibration.spec
+    spec = accelerometer.spec
     logs = MountingLogs(
         still=_still_logs(section, section.log, folder, spec),
         reverse=_still_logs(section, section.reverse_log, folder, spec),
@@ -57,17 +62,14 @@ def measure_mounting(
     gyroscope = sensor_specs(config.sensor)[1]
     if gyroscope is not None:
         require_at_rest(still, gyroscope, at_rest)
-    gravity = accelerometer.gravity
-    return mounting_from_logs(
-        logs, accelerometer.calibration, gravity.value_m_s2, gravity.sd_m_s2
-    )
+    return mounting_from_logs(logs, accelerometer, gravity.value_m_s2, gravity.sd_m_s2)
 
 
 def reading_at_rest(config: Config, recordings: Recordings) -> FloatArray | None:
     """What the gyroscope reads in the accelerometer's poses, SI, (3,); None where not logged."""
     if config.accelerometer is None:
         return None
-    means = recordings.of(config.accelerometer.poses).means
+    means = recordings.of(config.accelerometer).means
     rate = np.array([mean.gyroscope.mean for mean in means])
     return np.asarray(np.median(rate, axis=0)) if np.isfinite(rate).all() else None
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from calib.poses.runs import PlateRate
+from calib.poses.reference import PlateRate
 from pipeline.config.load import Config
 from pipeline.config.schema import KnownRateSection, PlateSection, TimebaseSection, VideoRateSection
 from pipeline.stages.context import RunContext
@@ -35,7 +35,7 @@ def measure_rates(config: Config, context: RunContext) -> Mapping[str, SettingRa
     clips = list(dict.fromkeys(named))
     tracks = dict(zip(clips, follow_clips(clips, context), strict=True))
     return {
-        name: _stated(name, rate)
+        name: stated_rate(name, rate)
         if isinstance(rate, KnownRateSection)
         else measure_setting(
             name,
@@ -49,7 +49,8 @@ def measure_rates(config: Config, context: RunContext) -> Mapping[str, SettingRa
     }
 
 
-def _stated(name: str, rate: KnownRateSection) -> SettingRate:
+def stated_rate(name: str, rate: KnownRateSection) -> SettingRate:
+    """The rate of a setting that was measured elsewhere."""
     way = "cw" if rate.rate_rad_s < 0 else None
     plate = PlateRate(name, np.array([abs(rate.rate_rad_s)]), np.array([rate.sd_rad_s]),
                       direction=way)

@@ -1,28 +1,27 @@
 """Logs in, pose means out: every set of poses that the configuration names."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from calib.consistency.clock import require_whole_turns
-from calib.errors import Undetermined
+from calib.errors import CalibrationError, Undetermined
 from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.frozen import without_frozen
-from calib.poses.imu_log import ImuLog
+from calib.poses.imu_log import ImuLog, IntArray
 from calib.poses.pose_checks import LARGEST_STILL_SHIFT
 from calib.poses.rest_candidates import PLATE_STOOD, WANDER_M_S2, StillSearch
 from calib.poses.runs import TURNING_RAD_S
 from calib.poses.static_intervals import StaticIntervals, find_still, list_stops
 from pipeline.config.load import Config
-from pipeline.config.schema import PosesSection, StillSection
+from pipeline.config.schema import AccelerometerSection, RunSection, StillSection
 from pipeline.config.sensor import Specs, sensor_specs
-from pipeline.config.types import STOPPED
+from pipeline.stages.excluded_poses import ExcludedMean, chosen
 from pipeline.stages.pose_means import read_pose_means
 from pipeline.stages.rate import SettingRate
-from pipeline.stages.session_logs import SessionLogs, Setting
+from pipeline.stages.session_logs import SessionLogs, Setting, sections_by_setting
 
 LARGEST_OF_USUAL = 10.0
 """How far a stop may give way, as a multiple of what three in four of its log do: speeds and
@@ -39,12 +38,21 @@ class Recording:
 
     ``start_s`` is when its first log begins; ``warnings`` say which found poses were left out;
     ``sense`` is how the plate turns by the accelerometer alone, +1 ccw, -1 cw, 0 unknown.
+    ``places`` (n,) are those of ``means`` among all recorded poses, some of which the configuration
+    excludes.
     """
 
     means: tuple[PoseMean, ...]
     start_s: float
+    places: IntArray
     warnings: tuple[str, ...] = ()
     sense: float = 0.0
+    excluded: tuple[ExcludedMean, ...] = ()
+
+    @property
+    def kept(self) -> tuple[tuple[PoseMean, ...], IntArray]:
+        """``means`` and ``places``."""
+        return self.means, self.places
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,9 +61,9 @@ class Recordings:
 
     by_setting: Mapping[Setting, Recording]
 
-    def of(self, poses: PosesSection, rate: str = STOPPED) -> Recording:
-        """The recording of these poses at this rate."""
-        return self.by_setting[Setting(poses, rate)]
+    def of(self, section: AccelerometerSection | RunSection) -> Recording:
+        """The recording of a section."""
+        return self.by_setting[Setting.of(section)]
 
     @property
     def origin_s(self) -> float:
@@ -84,43 +92,59 @@ def average_recordings(
         The plate turns at another rate in the logs than in its clip.
     """
     specs = sensor_specs(config.sensor)
-    folder = config.source.path.parent
     recordings = {}
-    for setting, each in logs.by_setting.items():
-        recording = (
-            _tabled(setting.poses, folder, specs)
-            if setting.poses.means
-            else _record(setting, specs, rates, each)
-        )
+    sections = sections_by_setting(config)
+    for setting in logs.by_setting:
+        section = sections[setting]
+        if setting.poses.means:
+            recording = _tabled(section, config, specs)
+        elif setting.poses.log:
+            recording = _searched(section, config, specs, rates, logs.by_setting[setting])
+        else:
+            recording = _averaged(setting, specs, rates, logs)
         notes = (*logs.notes[setting], *recording.warnings)
         recordings[setting] = replace(recording, warnings=notes)
     return Recordings(recordings)
 
 
-def _tabled(poses: PosesSection, folder: Path, specs: Specs) -> Recording:
-    means = read_pose_means(poses, folder, specs)
-    return Recording(tuple(means), min(_known(mean.time_s) for mean in means))
-
-
-def _record(
-    setting: Setting,
-    specs: Specs,
-    rates: Mapping[str, SettingRate],
-    logs: Sequence[ImuLog],
+def _tabled(
+    section: AccelerometerSection | RunSection, config: Config, specs: Specs
 ) -> Recording:
+    means = read_pose_means(section.poses, config.source.path.parent, specs)
+    choice = chosen([mean.label for mean in means], section, config)
+    excluded = tuple(ExcludedMean(means[i].label, i, means[i]) for i in map(int, choice.excluded))
+    kept = tuple(means[i] for i in choice.kept)
+    return Recording(kept, min(_known(mean.time_s) for mean in kept), choice.kept,
+                     excluded=excluded)
+
+
+def _averaged(
+    setting: Setting, specs: Specs, rates: Mapping[str, SettingRate], logs: SessionLogs
+) -> Recording:
+    """One file for every pose."""
+    choice, used = logs.choices[setting], logs.by_setting[setting]
     rate = rates.get(setting.rate)
     plate = np.zeros(1) if rate is None else rate.plate.rate_rad_s
-    if setting.poses.log:
-        return _pooled([_searched(log, specs, float(plate.mean()), setting.poses.still)
-                        for log in logs])
-    turning = np.broadcast_to(plate, len(logs))
+    of_all = np.broadcast_to(plate, len(setting.poses.files))
+    turning = of_all[choice.kept]
     wave = None
     if rate is not None and specs[0] is not None:
         others = {name: each.rate_rad_s for name, each in rates.items() if name != setting.rate}
-        wave = require_whole_turns(setting.rate, logs, turning, (specs[0], specs[1]), others)
-    means = [average_pose(log, *specs, float(w)) for log, w in zip(logs, turning, strict=True)]
-    start_s = min(float(log.time_s[0]) for log in logs)
-    return Recording(tuple(means), start_s, sense=0.0 if wave is None else wave.sense)
+        wave = require_whole_turns(setting.rate, used, turning, (specs[0], specs[1]), others)
+    means = [average_pose(log, *specs, float(w)) for log, w in zip(used, turning, strict=True)]
+    excluded = tuple(
+        ExcludedMean(label, int(i), _by_itself(log, specs, float(of_all[i])))
+        for (label, log), i in zip(logs.excluded[setting], choice.excluded, strict=True))
+    return Recording(tuple(means), min(float(log.time_s[0]) for log in used), choice.kept,
+                     sense=0.0 if wave is None else wave.sense, excluded=excluded)
+
+
+def _by_itself(log: ImuLog | None, specs: Specs, rate_rad_s: float) -> PoseMean | None:
+    """The mean of an excluded pose; that it cannot be averaged may be why it is excluded."""
+    try:
+        return None if log is None else average_pose(log, *specs, rate_rad_s)
+    except CalibrationError:
+        return None
 
 
 def _known(time_s: float) -> float:
@@ -135,9 +159,10 @@ def _pooled(found: Sequence[Recording]) -> Recording:
     counts = " + ".join(str(len(each.means)) for each in found)
     means = tuple(mean for each in found for mean in each.means)
     notes = tuple(note for each in found for note in each.warnings)
-    return Recording(means, min(each.start_s for each in found), (
-        f"{len(found)} logs hold the same triads: their poses are pooled ({counts}), and nothing "
-        f"is joined in time.", *notes))
+    note = (f"{len(found)} logs hold the same triads: their poses are pooled ({counts}), and "
+            f"nothing is joined in time.")
+    return Recording(means, min(each.start_s for each in found), np.arange(len(means)),
+                     (note, *notes), excluded=tuple(one for each in found for one in each.excluded))
 
 
 def still_search(section: StillSection) -> StillSearch:
@@ -146,39 +171,64 @@ def still_search(section: StillSection) -> StillSearch:
 
 
 def _searched(
-    log: ImuLog, specs: Specs, rate_rad_s: float, still: StillSection
+    section: AccelerometerSection | RunSection, config: Config, specs: Specs,
+    rates: Mapping[str, SettingRate], logs: Sequence[ImuLog],
+) -> Recording:
+    """The poses of long logs, which are searched for."""
+    setting = Setting.of(section)
+    rate = float(rates[setting.rate].plate.rate_rad_s.mean()) if setting.rate in rates else 0.0
+    running = [without_frozen(log, turning=False) for log in logs]
+    searches = [find_still(log, *specs, rate, still_search(section.poses.still))
+                for log, _ in running]
+    labels = [pose.label for each in searches for pose in each.logs]
+    out = {labels[i] for i in chosen(labels, section, config).excluded}
+    return _pooled([_of_search(log, frozen, search, out, specs, rate)
+                    for (log, frozen), search in zip(running, searches, strict=True)])
+
+
+def _of_search(
+    log: ImuLog, frozen: str | None, intervals: StaticIntervals, out: set[str], specs: Specs,
+    rate_rad_s: float,
 ) -> Recording:
     """The poses of a long log; stops that turn out to be none are left out, with the reason."""
-    log, frozen = without_frozen(log, turning=False)
-    intervals = find_still(log, *specs, rate_rad_s, still_search(still))
     means: list[PoseMean] = []
     refused: list[Undetermined] = []
     largest_shift = _largest_shift(intervals)
     for pose in intervals.logs:
+        if pose.label in out:
+            continue
         try:
             means.append(average_pose(pose, *specs, rate_rad_s, largest_shift))
         except Undetermined as error:
             refused.append(error)
-    if not means:
+    if not means and refused:
         raise refused[0]
+    excluded = tuple(ExcludedMean(pose.label, 0, _by_itself(pose, specs, rate_rad_s))
+                     for pose in intervals.logs if pose.label in out)
     skipped = list(intervals.skipped)
-    if rate_rad_s == 0:
+    if rate_rad_s == 0 and means:
         means, turning = _parted_by_rate(means)
         skipped += [(mean.label.removeprefix(f"{log.label} "), "the plate or the hand turned it")
                     for mean in turning]
-    warnings = [*filter(None, [frozen]), *(f"Left out: {error}" for error in refused)]
-    if skipped:
-        warnings.append(
-            f"{log.label}: {len(means)} stops are poses; left out: {list_stops(skipped)}. Stops "
-            f"are found up to {intervals.threshold:.2g} times the noise of the quietest rest; "
-            f"`still: {{threshold: ...}}` beside `find: still` overrules that."
-        )
-        if rate_rad_s and any(reason == PLATE_STOOD for _, reason in skipped):
-            warnings.append(
-                f"{log.label}: to use the stops of the plate as poses at rest, add the run "
-                f"`{{poses: {{log: {log.label}, find: still}}, rate: stopped}}`."
-            )
-    return Recording(tuple(means), float(log.time_s[0]), tuple(warnings))
+    notes = [*filter(None, [frozen]), *(f"Left out: {error}" for error in refused)]
+    notes += _skipped_notes(log, intervals, skipped, len(means), rate_rad_s)
+    return Recording(tuple(means), float(log.time_s[0]), np.arange(len(means)), tuple(notes),
+                     excluded=excluded)
+
+
+def _skipped_notes(
+    log: ImuLog, intervals: StaticIntervals, skipped: Sequence[tuple[str, str]], poses: int,
+    rate_rad_s: float,
+) -> Iterator[str]:
+    """Which stops are no poses, and what would make them some."""
+    if not skipped:
+        return
+    yield (f"{log.label}: {poses} stops are poses; left out: {list_stops(skipped)}. Stops are "
+           f"found up to {intervals.threshold:.2g} times the noise of the quietest rest; "
+           f"`still: {{threshold: ...}}` beside `find: still` overrules that.")
+    if rate_rad_s and any(reason == PLATE_STOOD for _, reason in skipped):
+        yield (f"{log.label}: to use the stops of the plate as poses at rest, add the run "
+               f"`{{poses: {{log: {log.label}, find: still}}, rate: stopped}}`.")
 
 
 def _largest_shift(intervals: StaticIntervals) -> Mapping[str, float]:

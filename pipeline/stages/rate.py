@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.poses.runs import PlateRate
+from calib.poses.reference import PlateRate
 from pipeline.files import write_whole
 from pipeline.stages.context import RunContext
 

@@ -130,7 +130,10 @@ def run_stages(
     if gyroscope is not None:
         observer.on_triad(gyroscope)
 
-    installation = measure_mounting(config, accelerometer, reading_at_rest(config, recordings))
+    installation = None
+    if accelerometer is not None:
+        installation = measure_mounting(config, accelerometer.calibration, accelerometer.gravity,
+                                        reading_at_rest(config, recordings))
     if installation is not None:
         observer.on_installation(installation)
 

@@ -4,7 +4,7 @@ Each log is labelled by its path from the configuration.
 """
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,17 +14,23 @@ from calib.consistency.clipping import require_unclipped
 from calib.consistency.repeats import require_no_copies, require_running
 from calib.effects.catalogue import find_effect
 from calib.effects.effect import Effect
-from calib.errors import Contradiction, Undetermined
+from calib.errors import CalibrationError, Contradiction, Undetermined
 from calib.poses.frozen import without_frozen
-from calib.poses.imu_log import TRIADS, ImuLog, Triad
+from calib.poses.imu_log import TRIADS, ImuLog, IntArray, Triad
 from pipeline.config.load import Config
-from pipeline.config.schema import LogsSection, PosesSection
+from pipeline.config.schema import (
+    AccelerometerSection,
+    LogsSection,
+    PosesSection,
+    RunSection,
+)
 from pipeline.config.sensor import sensor_specs
 from pipeline.config.types import STOPPED
-from pipeline.errors import ConfigError
+from pipeline.errors import ConfigError, PipelineError
 from pipeline.logs.clock import StatedClock
 from pipeline.logs.join import group_logs, join_logs
 from pipeline.logs.read import read_log
+from pipeline.stages.excluded_poses import Choice, chosen
 from pipeline.text.names import nearest_name
 
 CELSIUS = (-80.0, 150.0)
@@ -36,10 +42,17 @@ OTHER_UNIT = 100.0
 
 @dataclass(frozen=True)
 class Setting:
-    """Which poses, at which plate rate; what a recording is found by."""
+    """Which poses, at which plate rate, without which; what a recording is found by."""
 
     poses: PosesSection
     rate: str
+    exclude: tuple[str | int, ...] = ()
+
+    @classmethod
+    def of(cls, section: AccelerometerSection | RunSection) -> "Setting":
+        """The setting of a section; the accelerometer's poses are at rest."""
+        rate = section.rate if isinstance(section, RunSection) else STOPPED
+        return cls(section.poses, rate, section.exclude)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,11 +60,20 @@ class SessionLogs:
     """The logs of all settings, one for each pose or the long ones that hold all of them.
 
     Of files of one pose the frozen blocks are taken out; ``notes`` say where. A table of means has
-    no logs.
+    no logs. ``choices`` say which files of one pose the configuration excludes; ``excluded`` are
+    these with their labels, None where a log cannot be read.
     """
 
     by_setting: Mapping[Setting, tuple[ImuLog, ...]]
     notes: Mapping[Setting, tuple[str, ...]]
+    choices: Mapping[Setting, Choice]
+    excluded: Mapping[Setting, tuple[tuple[str, ImuLog | None], ...]]
+
+    def at_rates(self, rates: Collection[str]) -> "SessionLogs":
+        """Those of the settings at one of these plate rates."""
+        of_these = {setting: logs for setting, logs in self.by_setting.items()
+                    if setting.rate in rates}
+        return replace(self, by_setting=of_these)
 
     def of_triad(self, config: Config, triad: Triad) -> list[ImuLog]:
         """The logs that ``triad`` is calibrated by, run after run."""
@@ -60,10 +82,22 @@ class SessionLogs:
 
 def settings_of(config: Config, triad: Triad) -> list[Setting]:
     """The settings that the section of ``triad`` names, in its order."""
+    return [Setting.of(section) for section in _sections(config, triad)]
+
+
+def _sections(config: Config, triad: Triad) -> Sequence[AccelerometerSection | RunSection]:
     if triad == "accelerometer":
-        return [Setting(config.accelerometer.poses, STOPPED)] if config.accelerometer else []
-    return [Setting(run.poses, run.rate) for run in (config.gyroscope.runs if config.gyroscope
-                                                     else ())]
+        return [config.accelerometer] if config.accelerometer else []
+    return config.gyroscope.runs if config.gyroscope else ()
+
+
+def sections_by_setting(config: Config) -> dict[Setting, AccelerometerSection | RunSection]:
+    """Every setting of a configuration with the first section that names it."""
+    sections: dict[Setting, AccelerometerSection | RunSection] = {}
+    for triad in TRIADS:
+        for section in _sections(config, triad):
+            sections.setdefault(Setting.of(section), section)
+    return sections
 
 
 def read_logs(
@@ -87,20 +121,20 @@ def read_logs(
     UnreadableInput
         A file is missing, or is not a log with these columns.
     """
-    return [
-        replace(
-            read_log(path, section.columns_of(i),
-                     StatedClock(section.sample_rate_hz, section.time_unit, clock_needed)),
-            label=_shown_name(os.path.relpath(path, folder)),
-        )
-        for i, path in enumerate(paths)
-    ]
+    return [_read_one(section, i, path, folder, clock_needed) for i, path in enumerate(paths)]
 
 
-def _shown_name(path: str) -> str:
+def _read_one(
+    section: LogsSection, i: int, path: Path, folder: Path, clock_needed: bool
+) -> ImuLog:
+    clock = StatedClock(section.sample_rate_hz, section.time_unit, clock_needed)
+    return replace(read_log(path, section.columns_of(i), clock), label=_shown_name(path, folder))
+
+
+def _shown_name(path: Path, folder: Path) -> str:
     """With slashes; bytes that are no text are written out, since a label stands in files."""
-    text = os.fsencode(path).decode(errors="backslashreplace")
-    return text.replace(os.sep, "/")
+    relative = os.path.relpath(path, folder)
+    return os.fsencode(relative).decode(errors="backslashreplace").replace(os.sep, "/")
 
 
 def long_logs(poses: PosesSection, folder: Path) -> list[ImuLog]:
@@ -115,16 +149,23 @@ def read_session(config: Config) -> SessionLogs:
     ------
     UnreadableInput, UnusableLog
         A log cannot be read.
+    ConfigError
+        ``exclude`` names no pose.
     Contradiction, Undetermined
         Samples occur twice, a log froze, or the logs count time in different units.
     """
     folder = config.source.path.parent
-    settings = dict.fromkeys(
-        (*settings_of(config, "accelerometer"), *settings_of(config, "gyroscope")))
-    read = {setting: _read(setting, folder) for setting in settings}
+    sections = sections_by_setting(config)
+    choices = {setting: chosen([_shown_name(path, folder) for path in setting.poses.files],
+                               section, config)
+               for setting, section in sections.items() if setting.poses.files}
+    read = {setting: _read(setting, folder, choices.get(setting)) for setting in sections}
     logs = SessionLogs(
         {setting: tuple(log for log, _ in each) for setting, each in read.items()},
         {setting: tuple(note for _, note in each if note) for setting, each in read.items()},
+        choices,
+        {setting: tuple(_readable(setting, folder, choice.excluded))
+         for setting, choice in choices.items()},
     )
     every = [log for each in logs.by_setting.values() for log in each]
     if every:
@@ -140,14 +181,30 @@ def read_session(config: Config) -> SessionLogs:
     return logs
 
 
-def _read(setting: Setting, folder: Path) -> list[tuple[ImuLog, str | None]]:
+def _read(
+    setting: Setting, folder: Path, choice: Choice | None
+) -> list[tuple[ImuLog, str | None]]:
     poses, turning = setting.poses, setting.rate != STOPPED
     if poses.means:
         return []
-    if poses.log:
+    if choice is None:
         return [(log, None) for log in long_logs(poses, folder)]
-    logs = read_logs(poses, poses.files, folder, clock_needed=turning)
-    return [without_frozen(log, turning) for log in logs]
+    return [without_frozen(_read_one(poses, i, poses.files[i], folder, turning), turning)
+            for i in map(int, choice.kept)]
+
+
+def _readable(
+    setting: Setting, folder: Path, places: IntArray
+) -> Iterator[tuple[str, ImuLog | None]]:
+    """The logs of excluded poses; that one cannot be read may be why it is excluded."""
+    poses, turning = setting.poses, setting.rate != STOPPED
+    for i in map(int, places):
+        label = _shown_name(poses.files[i], folder)
+        try:
+            log = _read_one(poses, i, poses.files[i], folder, turning)
+            yield label, without_frozen(log, turning)[0]
+        except (PipelineError, CalibrationError):
+            yield label, None
 
 
 def _require_celsius(logs: Sequence[ImuLog]) -> None:

@@ -1,6 +1,6 @@
 """The two calibration stages: averaged poses to a calibrated, compared and diagnosed triad."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from calib.assess import assess
@@ -14,28 +14,30 @@ from calib.diagnosis.diagnose import Diagnosis
 from calib.diagnosis.unseen import unseen_budget
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
-from calib.effects.needs import unavailable
-from calib.effects.user_defined import fault_of_user_effect
-from calib.errors import Remedy, Undetermined
 from calib.fit.calibration import TriadCalibration
 from calib.fit.frame_alignment import FrameRotation, frame_rotation
 from calib.fit.leave_one_out import Comparison
-from calib.fit.model import Model
 from calib.fit.prediction import Prediction
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.pose_set import PoseRun, PoseSet, pose_set
-from calib.poses.runs import gravity_run, stopped_run, turning_run
+from calib.poses.pose_set import PoseSet
 from pipeline.config.load import Config
 from pipeline.config.schema import AccelerometerSection, GyroscopeSection
 from pipeline.config.sensor import triad_spec
 from pipeline.config.types import STOPPED
 from pipeline.errors import ConfigError
 from pipeline.stages.context import RunContext
+from pipeline.stages.excluded_poses import ExcludedPose, Recorded, predicted_poses
 from pipeline.stages.logged_columns import check_covariates
-from pipeline.stages.poses import Recordings
+from pipeline.stages.poses import Recording, Recordings
 from pipeline.stages.rate import SettingRate
-from pipeline.stages.site import Gravity, gravity_of, latitude_of
+from pipeline.stages.site import Gravity, gravity_of
+from pipeline.stages.triad_poses import (
+    accelerometer_poses,
+    gyroscope_poses,
+    model_on,
+    senses_of,
+)
 from pipeline.stages.user_effects import check_user_effects, user_effects
 
 
@@ -47,7 +49,8 @@ class TriadResult:
     ``unseen`` the sds by what these poses cannot see, if the sensor is typical of its class;
     ``gravity`` is the reference of an accelerometer, None for a gyroscope; ``frame`` its rotation
     against the accelerometer, None for an accelerometer and where the poses do not show it;
-    ``warnings`` where two stages contradict each other.
+    ``warnings`` where two stages contradict each other; ``excluded`` the poses that the
+    configuration leaves out.
     """
 
     calibration: TriadCalibration
@@ -58,6 +61,7 @@ class TriadResult:
     gravity: Gravity | None = None
     frame: FrameRotation | None = None
     warnings: tuple[str, ...] = ()
+    excluded: tuple[ExcludedPose, ...] = ()
 
     @property
     def triad(self) -> Triad:
@@ -131,12 +135,17 @@ def calibrate_accelerometer(
     assert config.site is not None
     assert config.sensor.accelerometer is not None
     gravity = gravity_of(config.site)
-    means = recordings.of(config.accelerometer.poses).means
-    run = gravity_run(STOPPED, means, gravity.value_m_s2, gravity.sd_m_s2)
-    poses = pose_set("accelerometer", [run], recordings.origin_s)
+    recording = recordings.of(config.accelerometer)
+
+    def poses_of(recorded: Recorded) -> PoseSet:
+        ((means, _),) = recorded
+        return accelerometer_poses(means, gravity, recordings.origin_s)
+
+    poses = poses_of([recording.kept])
     spec = triad_spec(config.sensor.accelerometer)
     defined = user_effects(config, "accelerometer", context.allow_python)
-    return _calibrated(poses, config.accelerometer, spec, defined, config, gravity)
+    result = _calibrated(poses, config.accelerometer, spec, defined, config, gravity)
+    return _with_excluded(result, [(STOPPED, recording)], poses_of)
 
 
 def calibrate_gyroscope(
@@ -171,17 +180,14 @@ def calibrate_gyroscope(
     if config.gyroscope is None:
         return None
     assert config.sensor.gyroscope is not None
-    latitude = latitude_of(config.site)
-    runs: list[PoseRun] = []
-    for run_section in config.gyroscope.runs:
-        means = recordings.of(run_section.poses, run_section.rate).means
-        runs.append(
-            stopped_run(run_section.rate, means, latitude)
-            if run_section.rate == STOPPED
-            else turning_run(means, rates[run_section.rate].plate, latitude)
-        )
+    recorded = [(section.rate, recordings.of(section)) for section in config.gyroscope.runs]
+    plate = {name: rate.plate for name, rate in rates.items()}
     correct = accelerometer.calibration.correct if accelerometer else None
-    poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
+
+    def poses_of(each: Recorded) -> PoseSet:
+        return gyroscope_poses(config, plate, each, recordings.origin_s, correct)
+
+    poses = poses_of([recording.kept for _, recording in recorded])
     unknown: tuple[str, ...] = ()
     if accelerometer is not None and accelerometer.gravity is not None:
         require_gravity(poses, accelerometer.calibration, accelerometer.gravity.value_m_s2)
@@ -189,10 +195,11 @@ def calibrate_gyroscope(
     defined = user_effects(config, "gyroscope", context.allow_python)
     spec = triad_spec(config.sensor.gyroscope)
     result = _calibrated(poses, config.gyroscope, spec, defined, config,
-                         senses=_senses(config, recordings)
+                         senses=senses_of(config, recordings)
                          if accelerometer and not unknown else None)
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
+    result = _with_excluded(result, recorded, poses_of)
     return replace(
         result,
         frame=frame_rotation(result.calibration.fit, beside),
@@ -200,10 +207,15 @@ def calibrate_gyroscope(
     )
 
 
-def _senses(config: Config, recordings: Recordings) -> dict[str, float]:
-    """How the plate turns in each run by the accelerometer, see :class:`Recording`."""
-    sections = config.gyroscope.runs if config.gyroscope else ()
-    return {run.rate: recordings.of(run.poses, run.rate).sense for run in sections}
+def _with_excluded(
+    result: TriadResult, recorded: Sequence[tuple[str, Recording]],
+    poses_of: Callable[[Recorded], PoseSet],
+) -> TriadResult:
+    """The result with the poses that the configuration excludes, run by run."""
+    return replace(result, excluded=predicted_poses(
+        result.calibration.fit, [name for name, _ in recorded],
+        [each.kept for _, each in recorded],
+        [each.excluded for _, each in recorded], poses_of))
 
 
 def _calibrated(
@@ -215,9 +227,7 @@ def _calibrated(
     gravity: Gravity | None = None,
     senses: Mapping[str, float] | None = None,
 ) -> TriadResult:
-    usable, notes = _usable_effects(defined, poses, section.model)
-    model = Model.of(section.model, usable)
-    _require_evaluable(model, poses)
+    model, usable, notes = model_on(section.model, defined, poses)
     assessed = assess(poses, model, spec, solver=section.solver, loss=section.loss,
                       candidates=tuple(usable.values()), covariates=config.covariates,
                       senses=senses)
@@ -235,41 +245,3 @@ def _calibrated(
             *gain_off_the_sheet(assessed.calibration.parameters, spec, poses.triad),
         ),
     )
-
-
-def _usable_effects(
-    defined: Mapping[str, Effect], poses: PoseSet, model: Sequence[str]
-) -> tuple[dict[str, Effect], list[str]]:
-    """The user's effects that these poses can evaluate, and notes on those that stay out.
-
-    Raises
-    ------
-    Undetermined
-        An effect of the model cannot be evaluated.
-    """
-    usable: dict[str, Effect] = {}
-    notes = []
-    for name, effect in defined.items():
-        try:
-            fault = fault_of_user_effect(effect, poses.conditions(poses.reading))
-            problem = None if fault is None else f"effects.{name}: the effect {fault}."
-        except Undetermined as error:  # its Python function raised
-            problem = str(error)
-        if problem is None:
-            usable[name] = effect
-        elif name in model:
-            raise Undetermined(problem)
-        else:
-            notes.append(f"{problem} No model has it; the diagnosis of the {poses.triad} leaves "
-                         f"it out.")
-    return usable, notes
-
-
-def _require_evaluable(model: Model, poses: PoseSet) -> None:
-    for effect in model.effects:
-        reason = unavailable(effect, poses)
-        if reason is not None:
-            raise Undetermined(
-                f"{poses.triad}: '{effect.name}' cannot be evaluated in these poses: {reason}.",
-                Remedy("remove_effect", poses.triad),
-            )

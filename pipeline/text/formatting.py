@@ -1,9 +1,8 @@
 """Numbers and units as people read them; everything else is in SI units."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
-from calib.effects.catalogue import BASE
 from calib.effects.units import ERROR_UNIT
 from calib.fit.rounding import with_sd as with_sd
 from calib.poses.imu_log import SI_UNIT
@@ -31,10 +30,3 @@ def count(n: int, noun: str) -> str:
     """``1 pose``, ``18 poses``."""
     return f"{n} {noun}{'' if n == 1 else 's'}"
 
-
-def short_model(names: Sequence[str]) -> str:
-    """A model's name: the paper's nine parameters, and what was added to them."""
-    added = [f"+ {name}" for name in names if name not in BASE]
-    base = [name for name in names if name in BASE]
-    stem = "base" if set(base) == set(BASE) else " ".join(base)
-    return " ".join([stem, *added]).strip()

@@ -1,4 +1,4 @@
-"""One calibrated session per process, copied for every case."""
+"""Two calibrated sessions per process, copied for every case."""
 
 import shutil
 from pathlib import Path
@@ -6,6 +6,9 @@ from pathlib import Path
 import pytest
 
 from tests.sessions import pipeline, quick_session
+from tests.world.designs import paper_design
+from tests.world.session import simulate
+from tests.world.write import write_session
 
 
 @pytest.fixture(scope="session")
@@ -21,3 +24,21 @@ def copied(prepared: Path, tmp_path: Path) -> Path:
     """The configuration of a copy to spoil."""
     shutil.copytree(prepared.parent, tmp_path / "session")
     return tmp_path / "session" / prepared.name
+
+
+@pytest.fixture(scope="session")
+def prepared_alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A session of an accelerometer alone that was run; never written to."""
+    design = paper_design().scaled(seconds=0.3, sample_rate=0.5)
+    config = write_session(tmp_path_factory.mktemp("alone"), simulate(design, 3), film=False).config
+    text = config.read_text(encoding="utf-8")
+    config.write_text(text.partition("\ngyroscope:")[0] + "\n", encoding="utf-8")
+    assert pipeline("run", config) == 0
+    return config
+
+
+@pytest.fixture
+def alone(prepared_alone: Path, tmp_path: Path) -> Path:
+    """The configuration of a copy of it to spoil."""
+    shutil.copytree(prepared_alone.parent, tmp_path / "session")
+    return tmp_path / "session" / prepared_alone.name

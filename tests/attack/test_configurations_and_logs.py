@@ -35,6 +35,12 @@ def many_missing(config: Path) -> None:
     edit("poses: accelerometer/pose_*.csv", f"poses: [{named}]")(config)
 
 
+def without_accelerometer(name: str) -> Spoil:
+    """A log with its gyroscope alone."""
+    return lines(lambda all_: [",".join([line.split(",")[0], *line.split(",")[4:7]])
+                               for line in all_], name)
+
+
 def without_noise(config: Path) -> None:
     """Every pose gives the same reading in all its samples."""
     for path in (config.parent / "accelerometer").iterdir():
@@ -103,6 +109,15 @@ CONFIGURATIONS = (
       for model in ("reference_scale", "misalignment")),
     Case("a model of cubic alone", "run CONFIG", 5, "larger than the readings themselves",
          edit(MODEL, "model: [cubic]\n\ngyroscope")),
+    Case("an effect that one speed does not show", "check CONFIG", 4, "cannot see 'g_sensitivity'",
+         edit(GYRO_MODEL, f"{GYRO_MODEL[:-1]}, g_sensitivity]")),
+    Case("more parameters than poses", "check CONFIG", 4, "18 equations for 18 parameters",
+         edit(MODEL, "model: [bias, scale, misalignment, cubic, temperature_bias, "
+                     "temperature_scale]\n\ngyroscope")),
+    Case("an effect of the accelerometer, which is not logged", "check CONFIG", 4,
+         "the accelerometer was not logged", both(
+             edit(GYRO_MODEL, f"{GYRO_MODEL[:-1]}, g_sensitivity]"),
+             *(without_accelerometer(f"gyroscope/17rpm/pose_{i:02}.csv") for i in range(1, 19)))),
     *(Case(f"an expression: {text[:30]}", "check CONFIG", 2, "effects.x",
            append(f"effects: {{x: {{expression: '{text}', unit: m}}}}"))
       for text in ("", "(", "1 +", "__import__(1)", "time_s.__class__", "x if y else z", "a" * 600,

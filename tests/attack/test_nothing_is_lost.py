@@ -7,52 +7,40 @@ import signal
 import subprocess
 import sys
 from hashlib import sha256
+from itertools import product
 from pathlib import Path
 
 import pytest
 
 from tests.paths import ROOT
 from tests.sessions import pipeline
-from tests.world.bench import Design
-from tests.world.designs import rich_design
-from tests.world.session import simulate
-from tests.world.write import write_session
 
-ADD = ("add", "CONFIG", "gyroscope.bias_drift", "--although-aliased",
-       "--although-unseen")
-#: Kills its own process at the N-th renaming, or before the N-th forcing to the disk.
+ADD = ("add", "CONFIG", "accelerometer.bias_drift", "--although-aliased", "--although-unseen")
+#: Forks for each line "step N CONFIG"; the fork is killed at the N-th renaming, or before the N-th
+#: forcing to the disk. The first command imports everything.
 KILLER = """
 import os, sys
 from pipeline import cli, files
-count, (name, n) = 0, (sys.argv[1], int(sys.argv[2]))
-real = getattr(os, name)
-def killed(*arguments):
-    global count
-    count += 1
-    if count == n:
-        os.kill(os.getpid(), 9)
-    return real(*arguments)
-setattr(files.os, name, killed)
-sys.exit(cli.main(sys.argv[3:]))
+def kill_at(name, n):
+    count, real = 0, getattr(os, name)
+    def killed(*arguments):
+        nonlocal count
+        count += 1
+        if count == n:
+            os.kill(os.getpid(), 9)
+        return real(*arguments)
+    setattr(files.os, name, killed)
+cli.main(["run", sys.argv[1]])
+for line in sys.stdin:
+    step, n, config = line.rstrip().split(" ", 2)
+    child = os.fork()
+    if child == 0:
+        kill_at(step, int(n))
+        os._exit(cli.main([config if word == "CONFIG" else word for word in sys.argv[2:]]))
+    print("code", os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
 """
-
-
-def design() -> Design:
-    return rich_design().scaled(sample_rate=0.1)
-
-
-@pytest.fixture(scope="module")
-def calibrated(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A session that was run once, with its results."""
-    written = write_session(tmp_path_factory.mktemp("lost"), simulate(design(), 3), film=False)
-    assert pipeline("run", written.config) == 0
-    return written.config
-
-
-@pytest.fixture
-def session(calibrated: Path, tmp_path: Path) -> Path:
-    shutil.copytree(calibrated.parent, tmp_path / "session")
-    return tmp_path / "session" / calibrated.name
+WRITES = 5
+"""Of a model change: configuration, results, report, history and the journal of the four."""
 
 
 def command(*arguments: object) -> list[str]:
@@ -70,29 +58,35 @@ def is_consistent(config: Path) -> bool:
             and json.loads(steps[-1])["config_sha256"] == hashed)
 
 
-@pytest.mark.parametrize("step", ["replace", "fsync"])
-@pytest.mark.parametrize("n", range(1, 7))
 def test_a_kill_at_any_write_leaves_all_or_nothing_to_the_next_command(
-    session: Path, step: str, n: int
+    prepared_alone: Path, tmp_path: Path
 ) -> None:
-    before = session.read_bytes()
-    arguments = [str(session) if word == "CONFIG" else word for word in ADD]
-    done = subprocess.run([sys.executable, "-c", KILLER, step, str(n), *arguments], cwd=ROOT,
-                          capture_output=True, text=True, check=False)
-    assert done.returncode in (0, -signal.SIGKILL), done.stderr
-    killed = done.returncode != 0
-    assert killed or n > 5  # four files and the journal are written
-    assert pipeline("diagnose", session) == 0
-    assert is_consistent(session)
-    if killed and step == "fsync":
-        assert session.read_bytes() == before
+    before = prepared_alone.read_bytes()
+    kills = {}
+    for step, n in product(("replace", "fsync"), range(1, WRITES + 2)):
+        shutil.copytree(prepared_alone.parent, tmp_path / f"{step}{n}")
+        kills[step, n] = tmp_path / f"{step}{n}" / prepared_alone.name
+    shutil.copytree(prepared_alone.parent, tmp_path / "first")
+    done = subprocess.run(
+        [sys.executable, "-c", KILLER, tmp_path / "first" / prepared_alone.name, *ADD], cwd=ROOT,
+        input="".join(f"{step} {n} {config}\n" for (step, n), config in kills.items()),
+        capture_output=True, text=True, check=True)
+    codes = [int(line[4:]) for line in done.stdout.splitlines() if line.startswith("code ")]
+    for ((step, n), config), code in zip(kills.items(), codes, strict=True):
+        assert code in (0, -signal.SIGKILL), (step, n, done.stderr)
+        killed = code != 0
+        assert killed or n > WRITES, (step, n)
+        assert pipeline("diagnose", config) == 0
+        assert is_consistent(config), (step, n)
+        if killed and step == "fsync":
+            assert config.read_bytes() == before
 
 
 @pytest.mark.parametrize("step", ["replace", "fsync"])
-@pytest.mark.parametrize("n", range(1, 6))
+@pytest.mark.parametrize("n", range(1, WRITES + 1))
 @pytest.mark.parametrize("fault", [OSError(28, "No space left on device"), KeyboardInterrupt()])
 def test_a_full_disk_or_an_interrupt_at_any_write_changes_both_or_neither(
-    session: Path, monkeypatch: pytest.MonkeyPatch, step: str, n: int, fault: BaseException,
+    alone: Path, monkeypatch: pytest.MonkeyPatch, step: str, n: int, fault: BaseException,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     real, calls = getattr(os, step), 0
@@ -105,79 +99,79 @@ def test_a_full_disk_or_an_interrupt_at_any_write_changes_both_or_neither(
         return real(*arguments)
 
     monkeypatch.setattr(f"pipeline.files.os.{step}", faulty)
-    code = pipeline(*[session if word == "CONFIG" else word for word in ADD])
+    code = pipeline(*[alone if word == "CONFIG" else word for word in ADD])
     monkeypatch.undo()
     assert code in (2, 130)
-    assert capsys.readouterr().err.lstrip().startswith(("Interrupted", str(session.parent)))
-    assert pipeline("diagnose", session) == 0
-    assert is_consistent(session)
+    assert capsys.readouterr().err.lstrip().startswith(("Interrupted", str(alone.parent)))
+    assert pipeline("diagnose", alone) == 0
+    assert is_consistent(alone)
 
 
-def test_four_runs_at_once_leave_four_lines_of_history(session: Path) -> None:
-    runs = [subprocess.Popen(command("run", session), cwd=ROOT, stdout=subprocess.PIPE,
+def test_four_runs_at_once_leave_four_lines_of_history(alone: Path) -> None:
+    runs = [subprocess.Popen(command("run", alone), cwd=ROOT, stdout=subprocess.PIPE,
                              stderr=subprocess.PIPE, text=True) for _ in range(4)]
     waited = [run.communicate()[1] for run in runs]
     assert [run.returncode for run in runs] == [0] * 4
-    history = session.with_suffix(".run") / "history.jsonl"
+    history = alone.with_suffix(".run") / "history.jsonl"
     assert len(history.read_text(encoding="utf-8").splitlines()) == 1 + 4
     assert sum("another command is working on this session" in text for text in waited) >= 1
 
 
 def test_a_configuration_that_is_edited_meanwhile_is_not_overwritten(
-    session: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    alone: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     from pipeline.commands import model_change
 
-    results = (session.with_suffix(".run") / "results.json").read_bytes()
-    edited = session.read_text(encoding="utf-8") + "# a thought of mine\n"
+    results = (alone.with_suffix(".run") / "results.json").read_bytes()
+    edited = alone.read_text(encoding="utf-8") + "# a thought of mine\n"
     real = model_change.outputs_of
 
     def meanwhile(*arguments: object) -> object:
-        session.write_text(edited, encoding="utf-8")
+        alone.write_text(edited, encoding="utf-8")
         return real(*arguments)  # type: ignore[arg-type]
 
     monkeypatch.setattr(model_change, "outputs_of", meanwhile)
-    assert pipeline(*[session if word == "CONFIG" else word for word in ADD]) == 2
+    assert pipeline(*[alone if word == "CONFIG" else word for word in ADD]) == 2
     assert "was changed by somebody else" in capsys.readouterr().err
-    assert session.read_text(encoding="utf-8") == edited
-    assert (session.with_suffix(".run") / "results.json").read_bytes() == results
+    assert alone.read_text(encoding="utf-8") == edited
+    assert (alone.with_suffix(".run") / "results.json").read_bytes() == results
 
 
-def test_a_reader_that_goes_away_does_not_stop_the_work(session: Path) -> None:
-    shutil.rmtree(session.with_suffix(".run"))
+def test_a_reader_that_goes_away_does_not_stop_the_work(alone: Path) -> None:
+    shutil.rmtree(alone.with_suffix(".run"))
     reader, writer = os.pipe()
     os.close(reader)
-    done = subprocess.run(command("run", session), cwd=ROOT, stdout=writer, check=False,
+    done = subprocess.run(command("run", alone), cwd=ROOT, stdout=writer, check=False,
                           stderr=subprocess.PIPE, text=True)
     os.close(writer)
     assert (done.returncode, done.stderr) == (0, "")
-    assert is_consistent(session)
+    assert is_consistent(alone)
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="this system has no /dev/full")
-def test_a_full_disk_behind_the_output_is_said_and_the_results_are_written(session: Path) -> None:
-    shutil.rmtree(session.with_suffix(".run"))
+def test_a_full_disk_behind_the_output_is_said_and_the_results_are_written(alone: Path) -> None:
+    shutil.rmtree(alone.with_suffix(".run"))
     with open("/dev/full", "w", encoding="utf-8") as full:
-        done = subprocess.run(command("run", session), cwd=ROOT, stdout=full, check=False,
+        done = subprocess.run(command("run", alone), cwd=ROOT, stdout=full, check=False,
                               stderr=subprocess.PIPE, text=True)
     assert done.returncode == 2
     assert "standard output cannot be written (No space left on device)" in done.stderr
-    assert is_consistent(session)
+    assert is_consistent(alone)
 
 
-def test_a_symbolic_link_stays_a_link(session: Path, tmp_path: Path) -> None:
+def test_a_symbolic_link_stays_a_link(alone: Path, tmp_path: Path) -> None:
     link = tmp_path / "session" / "linked.yaml"
-    link.symlink_to(session.name)
+    link.symlink_to(alone.name)
     assert pipeline(*[link if word == "CONFIG" else word for word in ADD]) == 0
     assert link.is_symlink()
-    assert "bias_drift" in session.read_text(encoding="utf-8")
+    assert "bias_drift" in alone.read_text(encoding="utf-8")
 
 
 def test_apply_never_replaces_its_log_the_results_or_a_file_of_the_users(
-    session: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    alone: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    folder = session.with_suffix(".run")
-    log = sorted((session.parent / "accelerometer").iterdir())[0]
+    folder = alone.with_suffix(".run")
+    log = sorted((alone.parent / "accelerometer").iterdir())[0]
     notes, made = tmp_path / "notes.txt", tmp_path / "made.csv"
     notes.write_text("mine")
     for output in (log, folder / "results.json", notes):
@@ -195,14 +189,14 @@ def test_apply_never_replaces_its_log_the_results_or_a_file_of_the_users(
 
 
 def test_export_and_run_replace_only_what_commands_wrote(
-    session: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    alone: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    folder, mine = session.with_suffix(".run"), tmp_path / "mine"
+    folder, mine = alone.with_suffix(".run"), tmp_path / "mine"
     mine.mkdir()
     (mine / "imu.yaml").write_text("by hand")
     (mine / "report.html").write_text("<p>my own")
     assert pipeline("export", folder, "--to", "kalibr", "--output", mine) == 2
-    assert pipeline("run", session, "--output", mine) == 2
+    assert pipeline("run", alone, "--output", mine) == 2
     assert "was not written by `pipeline run`" in capsys.readouterr().err
     assert (mine / "imu.yaml").read_text() == "by hand"
     assert (mine / "report.html").read_text() == "<p>my own"
@@ -211,30 +205,30 @@ def test_export_and_run_replace_only_what_commands_wrote(
 
 
 def test_the_link_of_a_played_port_replaces_no_file(
-    session: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    alone: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     note = tmp_path / "note.txt"
     note.write_text("mine")
-    assert pipeline("playback", session, "--link", note) == 2
+    assert pipeline("playback", alone, "--link", note) == 2
     assert "is no link to a port" in capsys.readouterr().err
     assert note.read_text() == "mine"
 
 
-def test_a_journal_of_somebody_else_moves_nothing(session: Path, tmp_path: Path) -> None:
+def test_a_journal_of_somebody_else_moves_nothing(alone: Path, tmp_path: Path) -> None:
     victim = tmp_path / "victim"
     victim.write_text("mine")
-    folder = session.with_suffix(".run")
+    folder = alone.with_suffix(".run")
     (folder / ".victim.x.part").write_text("theirs")
     (tmp_path / ".victim.x.part").write_text("theirs")
     noted = {os.path.relpath(victim, folder): ".victim.x.part", "results.json": "../../victim"}
     (folder / ".unfinished.json").write_text(json.dumps(noted))
-    assert pipeline("run", session) == 0
+    assert pipeline("run", alone) == 0
     assert victim.read_text() == "mine"
     assert not (folder / ".unfinished.json").exists()
 
 
-def test_sigterm_ends_a_command_as_an_interrupt_does(session: Path) -> None:
-    with subprocess.Popen(command("playback", session), cwd=ROOT, stdout=subprocess.DEVNULL,
+def test_sigterm_ends_a_command_as_an_interrupt_does(alone: Path) -> None:
+    with subprocess.Popen(command("playback", alone), cwd=ROOT, stdout=subprocess.DEVNULL,
                           stderr=subprocess.PIPE, text=True) as run:
         assert run.stderr is not None
         started = run.stderr.readline()
@@ -244,11 +238,11 @@ def test_sigterm_ends_a_command_as_an_interrupt_does(session: Path) -> None:
 
 
 def test_control_characters_out_of_a_file_are_shown_not_sent(
-    session: Path, capsys: pytest.CaptureFixture[str]
+    alone: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    text = '"x\\e]0;owned\\a\\e[2J": 1\n' + session.read_text(encoding="utf-8")
-    session.write_text(text, encoding="utf-8")
-    assert pipeline("check", session) == 2
+    text = '"x\\e]0;owned\\a\\e[2J": 1\n' + alone.read_text(encoding="utf-8")
+    alone.write_text(text, encoding="utf-8")
+    assert pipeline("check", alone) == 2
     printed = capsys.readouterr().err
     assert "\x1b" not in printed
     assert "\x07" not in printed

@@ -1,6 +1,7 @@
 """Signals, terminals that cannot show everything, disks that fill up, pipes and clocks."""
 
 import errno
+import io
 import os
 import pty
 import signal
@@ -22,12 +23,22 @@ HIDE, SHOW = b"\x1b[?25l", b"\x1b[?25h"
 
 
 @pytest.mark.parametrize("encoding", ["cp1252", "ascii", "cp437", "latin-1", "utf-8"])
-def test_every_encoding_of_the_terminal_gets_the_report(copied: Path, encoding: str) -> None:
+def test_every_encoding_of_the_terminal_gets_the_report(
+    copied: Path, monkeypatch: pytest.MonkeyPatch, encoding: str
+) -> None:
+    behind = io.BytesIO()
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(behind, encoding=encoding))
+    assert pipeline("check", copied) == 0
+    assert b"no error in" in behind.getvalue()
+
+
+def test_a_terminal_without_the_signs_of_the_field_gets_the_report(alone: Path) -> None:
+    """In a process of its own, whose streams have that encoding from the start."""
     done = subprocess.run(
-        [sys.executable, "-m", "pipeline", "check", copied], cwd=ROOT, capture_output=True,
-        check=False, env={**os.environ, "PYTHONIOENCODING": encoding, "PYTHONPATH": str(ROOT)})
+        [sys.executable, "-m", "pipeline", "run", alone], cwd=ROOT, capture_output=True,
+        check=False, env={**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONPATH": str(ROOT)})
     assert (done.returncode, done.stderr) == (0, b"")
-    assert b"no error in" in done.stdout
+    assert b"Nothing is missing" in done.stdout
 
 
 def test_sigterm_gives_the_cursor_back() -> None:
@@ -80,29 +91,29 @@ def test_a_log_larger_than_the_memory_is_refused_before_it_is_read(
 @pytest.mark.parametrize("number", [errno.EACCES, errno.EROFS, errno.ENOSPC, errno.EDQUOT,
                                     errno.EIO, errno.ENAMETOOLONG])
 def test_a_folder_that_cannot_be_written_is_said_and_nothing_changes(
-    copied: Path, monkeypatch: pytest.MonkeyPatch, number: int,
+    alone: Path, monkeypatch: pytest.MonkeyPatch, number: int,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     def refused(*_: object, **__: object) -> None:
         raise OSError(number, os.strerror(number))
 
-    before = hashes(copied.parent)
+    before = hashes(alone.parent)
     monkeypatch.setattr("pipeline.files.tempfile.mkstemp", refused)
-    assert pipeline("run", copied) == 2
+    assert pipeline("run", alone) == 2
     printed = capsys.readouterr().err
     assert os.strerror(number) in printed
     assert "--output" in printed
-    assert hashes(copied.parent) == before
+    assert hashes(alone.parent) == before
 
 
-def test_two_commands_at_once_end_one_after_the_other(copied: Path) -> None:
-    add = [sys.executable, "-m", "pipeline", "add", copied, "--although-aliased"]
-    both = [subprocess.Popen([*add, f"gyroscope.{name}"], cwd=ROOT, stdout=subprocess.PIPE,
+def test_two_commands_at_once_end_one_after_the_other(alone: Path) -> None:
+    add = [sys.executable, "-m", "pipeline", "add", alone, "--although-aliased"]
+    both = [subprocess.Popen([*add, f"accelerometer.{name}"], cwd=ROOT, stdout=subprocess.PIPE,
                              stderr=subprocess.PIPE, text=True,
                              env={**os.environ, "PYTHONPATH": str(ROOT)})
             for name in ("bias_drift", "warm_up")]
     ended = [(run.communicate()[1], run.returncode) for run in both]
-    text = copied.read_text(encoding="utf-8")
+    text = alone.read_text(encoding="utf-8")
     for name, (said, code) in zip(("bias_drift", "warm_up"), ended, strict=True):
         assert code in (0, 4, 5), said
         assert (name in text) == (code == 0)
@@ -120,12 +131,12 @@ def test_notes_of_the_program_that_somebody_spoiled_are_made_anew(
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="names of files are text here")
-def test_names_of_files_that_are_no_text_are_names_of_files(copied: Path) -> None:
+def test_names_of_files_that_are_no_text_are_names_of_files(alone: Path) -> None:
     """Also of the configuration, whose name its results, their lock and their journal have."""
-    os.rename(copied.parent / "accelerometer/pose_07.csv",
-              os.fsencode(copied.parent / "accelerometer") + b"/pose_\xff07.csv")
-    named = Path(os.fsdecode(os.fsencode(copied.parent) + b"/c\xff.yaml"))
-    copied.rename(named)
+    os.rename(alone.parent / "accelerometer/pose_07.csv",
+              os.fsencode(alone.parent / "accelerometer") + b"/pose_\xff07.csv")
+    named = Path(os.fsdecode(os.fsencode(alone.parent) + b"/c\xff.yaml"))
+    alone.rename(named)
     assert pipeline("run", named) == 0
     written = (named.parent / named.with_suffix(".run").name / "results.json").read_bytes()
     assert b"pose_\\\\xff07.csv" in written

@@ -126,6 +126,8 @@ def table(record: Any, effects: Sequence[Effect]) -> str:
              "", "| threshold | value | unit, origin | × 0.5 | × 2 |", "|---|---|---|---|---|"]
     for field, text in described(record).items():
         by_factor = [each.in_short for each in effects if each.field == field]
+        if not by_factor:
+            continue
         value = getattr(record, field)
         lines.append(f"| {field} | {value:g} | {text} | {' | '.join(by_factor)} |")
     return "\n".join(lines)

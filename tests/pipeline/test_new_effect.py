@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from calib.effects.effect import EFFECTS, Page, effect, per_axis
+from calib.effects.typical import typical
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, FloatArray
 from tests.sessions import pipeline, quick_session, results_in
@@ -25,7 +26,7 @@ def knee() -> Iterator[str]:
         logged=("temperature_c",),
         page=Page(
             formula="e_k = c_k · (T − 20 °C)²",
-            typical={"any": "unknown"},
+            typical={"any": typical(note="unknown")},
             source="a test",
             confounded="temperature_bias",
             separates="a soak",

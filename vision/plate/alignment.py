@@ -8,8 +8,9 @@ where the residual has no part that turns backwards.
 Where frames come at a nearly whole number per turn (27 at 15 fps and 33 1/3 rpm), waves of that
 many periods per turn stand nearly still: they fit S as well as T. Left to the way the iteration
 begins, some of the plate's own texture would be taken off as standing still, and the slow drift of
-the plate through its places would look larger than it is. So such orders are solved for with what S
-and T take from each other in mind, or belong to S alone.
+the plate through its places would look larger than it is; or what stands would count as texture,
+and the drift look smaller. So such orders are solved for with what S and T take from each other in
+mind, or belong to S alone.
 """
 
 from collections.abc import Callable, Sequence

@@ -2,7 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,8 +12,14 @@ from vision.geometry import FloatArray
 from vision.phase_track import BoolArray
 from vision.video import Luma
 
+SMALL_SIDE = 200  # pixels; what moves is larger than one of them
+BLURRED = (3, 3)  # pixels
+CALM = 0.1  # quantile of the sds of the change that is that of calm places: a plate leaves corners
+OFTEN = 0.75  # quantile of the largest changes: a mark may be out of sight for most of a turn
+SMOOTH_PER_ROUGH = 8**-0.5  # fact: sds of white noise, the mean of 9 pixels over what is beyond it
+ROUNDING = 6**-0.5 / 3  # luma steps: fact, the sd that the blurred change of rounded values has
 MEDIAN_OF = 31  # frames; something in the way for a third of them leaves the median alone
-GOLDEN = (np.sqrt(5) - 1) / 2
+GOLDEN = (np.sqrt(5) - 1) / 2  #: fraction of the golden ratio: its multiples spread evenly
 
 
 @dataclass(frozen=True)
@@ -35,6 +43,25 @@ class RepeatThresholds:
 THRESHOLDS = RepeatThresholds()
 
 
+@dataclass(frozen=True)
+class ChangeThresholds:
+    """When frames change by more than their noise.
+
+    Attributes
+    ----------
+    beyond : float
+        Largest change from frame to frame, in sds of that of calm places. Derived: 5 in 20 000
+        places of Gaussian noise, and twice as much noise in bright places as in dark ones. A plate
+        at rest has up to 5.7 (tests.bench.vision_speed), the faintest mark that can be measured 30
+        (tests.vision.plate.test_background).
+    """
+
+    beyond: float = 10.0
+
+
+CHANGE = ChangeThresholds()
+
+
 def spread_choice(available: int, wanted: int) -> NDArray[np.intp]:
     """Indices spread over a range without a period, in order, shape (≤ wanted,).
 
@@ -43,12 +70,39 @@ def spread_choice(available: int, wanted: int) -> NDArray[np.intp]:
     """
     if available <= wanted:
         return np.arange(available)
-    return np.unique((np.mod(np.arange(wanted) * GOLDEN, 1.0) * available).astype(np.intp))
+    places = (np.mod(np.arange(wanted) * GOLDEN, 1.0) * available).astype(np.intp)
+    return np.flatnonzero(np.bincount(places))
 
 
 def repeated(change: FloatArray) -> BoolArray:
     """Which frames are the one before again, by their mean change since that one, shape (f,)."""
     return np.asarray(change < THRESHOLDS.change * np.quantile(change, THRESHOLDS.usual))
+
+
+def stands_still(images: Sequence[Luma]) -> bool:
+    """Whether nothing changes but by the noise of the camera.
+
+    What turns changes the frames again and again, what an encoder renews does so once.
+
+    Parameters
+    ----------
+    images : sequence of arrays of uint8, shape (h, w)
+        In the order of time, two at least.
+    """
+    h, w = images[0].shape
+    factor = -(-max(h, w) // SMALL_SIDE)
+    size = w // factor, h // factor
+    whole = slice(size[1] * factor), slice(size[0] * factor)
+    small = [cv2.resize(image[whole], size, interpolation=cv2.INTER_AREA) for image in images]
+    square, largest = np.zeros(size[::-1], np.float32), []
+    for before, after in pairwise(small):
+        change = cv2.subtract(after, before, dtype=cv2.CV_32F)
+        smooth = cv2.blur(change, BLURRED)
+        largest.append(cv2.norm(smooth, cv2.NORM_INF))
+        # What differs from pixel to pixel is noise; a lamp that flickers does not.
+        cv2.accumulateSquare(cv2.subtract(change, smooth), square)
+    calm = float(np.quantile(np.sqrt(square / len(largest)), CALM)) * SMOOTH_PER_ROUGH
+    return float(np.quantile(largest, OFTEN)) < CHANGE.beyond * max(calm, ROUNDING)
 
 
 def every_nth(count: int, nth: int) -> NDArray[np.intp]:

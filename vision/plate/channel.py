@@ -55,20 +55,25 @@ class ChromaAxis:
 Channel = Brightness | ChromaAxis
 
 
-def channels(frames: Sequence[Frame]) -> list[Channel]:
-    """What can be measured: the luma; of frames that carry chroma its axes, the strongest first."""
+def channels(frames: Sequence[Frame], *, brightness: bool) -> list[Channel]:
+    """What can be measured: the brightness, the axes of colour; the strongest of these first."""
+    first: list[Channel] = [Brightness()] if brightness else []
     if frames[0].chroma is NO_CHROMA:
-        return [Brightness()]
-    chroma = [
-        frames[i].chroma.astype(np.float32) - GREY
-        for i in spread_choice(len(frames), MOMENTS_OF)
-    ]
-    mean = sum(chroma) / len(chroma)
-    square = sum(c[..., :, None] * c[..., None, :] for c in chroma) / len(chroma)
-    moments = square - mean[..., :, None] * mean[..., None, :]
-    moving = (moments - np.median(moments, axis=(0, 1))).sum(axis=(0, 1), dtype=float)
+        return first
+    chosen = spread_choice(len(frames), MOMENTS_OF)
+    mean = np.zeros((*frames[0].chroma.shape[:2], 2), np.float32)
+    square = np.zeros((3, *mean.shape[:2]), np.float32)
+    for i in chosen:
+        cv2.accumulate(frames[i].chroma, mean)
+        cr, cb = cv2.split(frames[i].chroma)
+        for one, other, product in ((cr, cr, square[0]), (cr, cb, square[1]), (cb, cb, square[2])):
+            cv2.accumulateProduct(one, other, product)
+    cr, cb = np.moveaxis(mean / len(chosen), -1, 0)
+    moments = square / len(chosen) - np.stack([cr * cr, cr * cb, cb * cb])
+    of_cr, of_both, of_cb = (float((m - np.median(m)).sum(dtype=float)) for m in moments)
+    moving = np.array([[of_cr, of_both], [of_both, of_cb]])
     strength, axes = np.linalg.eigh(moving)  # ascending
-    return [
+    return first + [
         ChromaAxis(*(float(a) for a in axis * np.sign(axis[np.abs(axis).argmax()])))
         for size, axis in zip(strength[::-1], axes.T[::-1], strict=True)
         if size > 0

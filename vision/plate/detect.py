@@ -24,16 +24,16 @@ from vision.video import Luma
 LARGEST_SIDE = 400  # pixels; a proposal needs no more
 MOTION_LEVELS = (0.08, 0.2, 0.5)  # of the largest change, above that of the noise
 LEVELS = 9  # brightness thresholds tried
-MOST = 8
+MOST = 8  #: outlines that are tried; a limit of time
 FEWEST_POINTS = 20  # of a contour: that many make an ellipse
 POINT_SPACING = 3.0  # pixels of the reduced frame
 BORDER = 2  # pixels of the reduced frame, in which a contour is the frame's own
 SPOT_REACH = 8  # pixels about the most changed one
-TRACK_FRAMES = 120
+TRACK_FRAMES = 120  #: in which the track of a mark is looked for; a limit of time
 FEWEST_SPOTS = 12  # two per parameter of an ellipse and spindle
 CERTAIN = 0.99  # probability that need not be distinguished from one
 SAMPLE = 6  # spots; five make an ellipse
-TRACK_TRIALS = 300
+TRACK_TRIALS = 300  #: random samples at most; a limit of time
 
 Ellipse = tuple[tuple[float, float], tuple[float, float], float]  # centre, full axes, degrees
 

@@ -79,17 +79,20 @@ def interlacing(frames: Sequence[Frame]) -> Interlacing | None:
         tuple(frames[i + k].luma[:, ::COLUMN_STEP].astype(np.float32) for k in (0, 1))
         for i in chosen
     ]
-    near = far = even_later = odd_later = 0.0
+    near = far = 0.0
     for before, after in pairs:
         change = cv2.blur(np.abs(after - before), (3, 9))
         moving = change[2:-2] >= max(float(np.quantile(change, MOVES)), 1.0)
         middle = after[2:-2]
         near += float(np.abs(2 * middle - after[1:-3] - after[3:-1])[moving].sum())
         far += float(np.abs(2 * middle - after[:-4] - after[4:])[moving].sum())
-        even_later += float(np.abs(_field(after, 1) - _field(before, 0)).sum())
-        odd_later += float(np.abs(_field(after, 0) - _field(before, 1)).sum())
     if near <= THRESHOLDS.combed * far:
         return None
+    # The later field is farther from the frame before.
+    odd_later, even_later = (
+        sum(float(np.abs(_field(after, row) - _field(before, 1 - row)).sum())
+            for before, after in pairs)
+        for row in (0, 1))
     steps = np.array([b.time_s - a.time_s for a, b in pairwise(frames)])
     # The last field of a frame is followed by the first of the next.
     return Interlacing(int(even_later < odd_later), float(np.median(steps)) / 2)

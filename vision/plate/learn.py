@@ -1,35 +1,25 @@
 """Finds the plate among the proposals and learns what it looks like, from the first frames."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vision.errors import RateRefused
+from vision.errors import NothingMoves, RateRefused, more_telling
 from vision.geometry import FloatArray, PlateView
-from vision.plate.alignment import Effort, RoughlyAligned, align
-from vision.plate.background import every_nth, median_image, repeated, spread_choice
-from vision.plate.channel import Brightness, Channel, channels
+from vision.plate.background import median_image, repeated, spread_choice, stands_still
+from vision.plate.channel import Brightness, Channel
 from vision.plate.detect import moving_areas, proposals
+from vision.plate.learning_frames import LearningFrames
 from vision.plate.mark import symmetry
-from vision.plate.polar import polar_grid, ring_spectra
-from vision.plate.refusal import why_it_jumps, why_nothing_turns
-from vision.plate.rotation import CoarseRotation, coarse_rotation, same_spindle, seek_spindle
-from vision.plate.template import Alignment, Template, informative_rings
+from vision.plate.refusal import NOTHING_MOVES, why_it_jumps, why_nothing_turns
+from vision.plate.rotation import CoarseRotation, same_spindle, seek_spindle
+from vision.plate.template import Alignment, Template
 from vision.video import Frame, Luma
 
+CHANGE_OF = 60  # frames, for whether anything changes
 COMPARED_EVERY = (8, 4)  # rows and columns apart, to see whether a frame is the one before again
-COARSE_AZIMUTHS = 256
-COARSE_RADII = np.linspace(0.1, 0.97, 20)  # plate radii
-COARSE_FRAMES = 100
-FINE_FRAMES = 28
-#: The number of azimuths of the fine template, by the radius in pixels above which it holds.
-FINE_AZIMUTHS = {60: 1024, 0: 512}
-#: The coarse template leaves to the fine one what is left of the view's error.
-COARSE = Effort(iterations=8, smallest_step=1e-3, find_covered=True, find_readout=False)
-FINE = Effort(iterations=3, smallest_step=0.0, find_covered=False, find_readout=True)
 
 
 @dataclass(frozen=True)
@@ -91,64 +81,23 @@ class PlateModel:
     symmetry: int
     notes: tuple[str, ...]
 
+    @property
+    def by_brightness(self) -> bool:
+        """It is the luma that is measured."""
+        return isinstance(self.channel, Brightness)
+
 
 Outline = tuple[PlateView, CoarseRotation]
 
 
-@dataclass(frozen=True, eq=False)
-class _LearningFrames:
-    """The frames that are learned from."""
-
-    images: list[Luma]
-    time_s: FloatArray
-    background: Luma
-    on_step: Callable[[], None]
-
-    @property
-    def chosen(self) -> NDArray[np.intp]:
-        """Indices of the frames that templates are made from."""
-        return every_nth(len(self.images), -(-len(self.images) // COARSE_FRAMES))
-
-    def rotation(self, view: PlateView) -> CoarseRotation:
-        """Rough motion about an axis."""
-        self.on_step()
-        grid = polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS // 2, self.background.shape)
-        background = grid.strip(self.background).astype(np.float32)
-        spectra = ring_spectra(grid.differences(background, self.images))
-        return coarse_rotation(spectra, grid.weight(), self.time_s)
-
-    def coarse(self, view: PlateView, rotation: CoarseRotation) -> Alignment:
-        """The template on a coarse grid, the view refined on the way."""
-        chosen = self.chosen
-        frames = RoughlyAligned(
-            [self.images[i] for i in chosen],
-            self.background,
-            rotation.angle_rad[chosen],
-            first=(chosen >= rotation.clearest.start) & (chosen < rotation.clearest.stop),
-        )
-        grid = polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS, self.background.shape)
-        return align(frames, grid, COARSE, self.on_step)
-
-    def fine(self, coarse: Alignment) -> Alignment:
-        """The template again at the clip's own resolution, on the rings that carry the angle."""
-        template = coarse.template
-        usable = np.flatnonzero(coarse.used)
-        part = usable[spread_choice(len(usable), FINE_FRAMES)]
-        frames = RoughlyAligned(
-            [self.images[i] for i in self.chosen[part]],
-            self.background,
-            coarse.angle_rad[part],
-            first=np.ones(len(part), bool),
-        )
-        size_px = template.grid.view.radius_px
-        azimuths = next(n for radius_px, n in FINE_AZIMUTHS.items() if size_px > radius_px)
-        radius = informative_rings(template)
-        grid = template.grid.refined(radius, azimuths, self.background.shape)
-        return align(frames, grid, FINE, self.on_step)
-
-
 def learn(
-    name: str, frames: list[Frame], rim: PlateView | None, on_step: Callable[[], None]
+    name: str,
+    frames: list[Frame],
+    seen: Sequence[Channel],
+    rim: PlateView | None,
+    on_step: Callable[[], None],
+    *,
+    camera_stands: bool = False,
 ) -> PlateModel:
     """Find and learn the plate.
 
@@ -158,23 +107,27 @@ def learn(
         Of the clip, for messages.
     frames : list of Frame
         Of two turns or so.
+    seen : sequence of Channel
+        What of the frames is looked at, one after the other.
     rim : PlateView, optional
         As the user measured it; proposed from the frames where None.
     on_step : callable
         Called often; what it raises ends the work.
+    camera_stands : bool
+        What surrounds the plate is seen, and does not move; for the words of a refusal.
 
     Raises
     ------
     RateRefused
-        No proposal turns about a fixed axis, in any channel of the frames.
+        No proposal turns about a fixed axis, in any of the channels.
     """
-    refusal = RateRefused(f"{name}: the clip has no colour that changes.")
-    for channel in channels(frames):
+    refusal: RateRefused | None = None
+    for channel in seen:
         try:
-            return _learn(name, frames, channel, rim, on_step)
+            return _learn(name, frames, channel, rim, on_step, camera_stands)
         except RateRefused as error:
-            refusal = error
-    raise refusal
+            refusal = more_telling(refusal, error)
+    raise refusal or NothingMoves(f"{name}: {NOTHING_MOVES}")
 
 
 def _learn(
@@ -183,7 +136,10 @@ def _learn(
     channel: Channel,
     rim: PlateView | None,
     on_step: Callable[[], None],
+    camera_stands: bool,
 ) -> PlateModel:
+    if stands_still([channel(frames[i]) for i in spread_choice(len(frames), CHANGE_OF)]):
+        raise NothingMoves(f"{name}: {NOTHING_MOVES}")
     frames = _without_repeated(frames, channel)
     images = [channel(frame) for frame in frames]
     background = median_image(images)
@@ -194,7 +150,7 @@ def _learn(
         luma = [frame.luma for frame in frames]
         in_brightness = median_image(luma)
         views += proposals(in_brightness, luma) if rim is None else []
-    learning = _LearningFrames(
+    learning = LearningFrames(
         images, np.array([frame.time_s for frame in frames]), background, on_step
     )
     outlines = [seek_spindle(view, learning.rotation, THRESHOLDS.certain) for view in views]
@@ -212,11 +168,12 @@ def _learn(
         )
     if jumping is not None:
         raise RateRefused(f"{name}: {why_it_jumps(jumping.template, background.shape)}")
-    raise RateRefused(f"{name}: {why_nothing_turns(outlines, coherence, in_brightness)}")
+    why = why_nothing_turns(outlines, coherence, in_brightness, camera_stands=camera_stands)
+    raise RateRefused(f"{name}: {why}")
 
 
 def _chosen(
-    outlines: list[Outline], learning: _LearningFrames
+    outlines: list[Outline], learning: LearningFrames
 ) -> tuple[Alignment | None, Alignment | None, float]:
     """The plate among the outlines; one that goes by jumps; the highest coherence of all."""
     turning_outlines = [each for each in outlines if each[1].coherence > THRESHOLDS.coherent]

@@ -16,8 +16,8 @@ MOST_FOLD = 12  # turns into itself that are looked for
 NARROWEST = 3  # samples of azimuth, of a mark
 
 FIXED_MARK_RINGS = (1.01, 1.35)  # plate radii in which a fixed mark is looked for
-FIXED_MARK_AZIMUTHS = 720
-FIXED_MARK_SPACING_PX = 1.5
+FIXED_MARK_AZIMUTHS = 720  #: half a degree each
+FIXED_MARK_SPACING_PX = 1.5  #: between rings
 FIXED_MARK_NEIGHBOURHOOD = 61  # azimuths, against whose mean the contrast is
 SD_PER_MAD = 1.4826  # fact: sd of a normal distribution over its median absolute deviation
 

@@ -13,9 +13,19 @@ GRAZING_RAD = np.radians(75)  # tilt; likewise
 DARK = 32.0  # median luma; black is 16; likewise
 NOTHING = 0.1  # coherence of what only flickers; likewise
 
+NOTHING_MOVES = (
+    "nothing in the frame turns about a fixed axis: what changes from frame to frame is no more "
+    "than the noise of the camera. Check that the plate turns; if it does, put a mark of paper or "
+    "tape on it that is much brighter or darker than the plate."
+)
+
 
 def why_nothing_turns(
-    outlines: list[tuple[PlateView, CoarseRotation]], coherence: float, background: Luma
+    outlines: list[tuple[PlateView, CoarseRotation]],
+    coherence: float,
+    background: Luma,
+    *,
+    camera_stands: bool,
 ) -> str:
     """No outline shows enough that turns together; what to change first.
 
@@ -26,6 +36,8 @@ def why_nothing_turns(
         The highest share of what varies that turns together, 0 to 1.
     background : array of uint8, shape (h, w)
         What stands still, in brightness.
+    camera_stands : bool
+        What surrounds the plate is seen, and does not move.
     """
     view = max(outlines, key=lambda outline: outline[1].coherence, default=(None, None))[0]
     fault = "" if view is None else _partly_seen(view, background.shape)
@@ -33,11 +45,11 @@ def why_nothing_turns(
         f"nothing in the frame turns about a fixed axis: {len(outlines)} round outline(s) were "
         f"tried, and at most {coherence:.0%} of what changes inside one turns together (a plate "
         f"shows 50 to 100 %).{fault and f' The likeliest outline {fault}.'} "
-        f"{_to_change_first(fault, float(np.median(background)), coherence)}"
+        f"{_to_change_first(fault, float(np.median(background)), coherence, camera_stands)}"
     )
 
 
-def _to_change_first(fault: str, light: float, coherence: float) -> str:
+def _to_change_first(fault: str, light: float, coherence: float, camera_stands: bool) -> str:
     if light < DARK:
         return "Switch on a light: the frames are almost black."
     if fault:
@@ -46,6 +58,11 @@ def _to_change_first(fault: str, light: float, coherence: float) -> str:
         return (
             "Put a mark of paper or tape on the plate near its rim, or state the rim if there is "
             "one (--rim, or plate: centre_px, radii_px)."
+        )
+    if camera_stands:
+        return (
+            "Put a mark of paper or tape on the plate near its rim, much brighter or darker than "
+            "the plate, and keep hands and shadows out of the frame."
         )
     return "Fix the camera to a stand, and film the whole plate from above."
 

@@ -87,7 +87,7 @@ def coarse_rotation(
     """Rough plate angles from angular spectra, shape (frames, rings, orders)."""
     frames = len(time_s)
     window = min(WINDOW, frames)
-    starts = np.unique(np.linspace(0, frames - window, max(1, -(-frames // window))).astype(int))
+    starts = np.linspace(0, frames - window, max(1, -(-frames // window))).astype(int)
     limit = np.pi / max(float(np.median(np.diff(time_s))), 1e-4)
     rates, shares, energies, middles = [], [], [], []
     for start in starts:

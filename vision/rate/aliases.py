@@ -26,7 +26,7 @@ RETIMED = {  # playback rate over capture rate of clips that were retimed, and h
     30 / 25: "filmed at 25 frames per second and stamped as 30",
     30 / 24: "filmed at 24 frames per second and stamped as 30",
 }
-RPM = 2 * np.pi / 60
+RPM = 2 * np.pi / 60  #: rad/s
 
 
 @dataclass(frozen=True)

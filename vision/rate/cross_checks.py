@@ -15,7 +15,7 @@ from vision.rate.aliases import RPM
 from vision.rate.least_squares import least_squares
 from vision.rate.other_rates import END_SD, FrameCount, LagRate, count_frames, lag_rate
 
-FEWEST_CENTROIDS = 12
+FEWEST_CENTROIDS = 12  #: frames; two per parameter of the ellipse and spindle
 SLIPPED_RAD = 0.5  # between the mark's centroid and the refined angle: not the same mark
 
 

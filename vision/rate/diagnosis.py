@@ -24,10 +24,10 @@ from vision.rate.least_squares import independent, least_squares
 from vision.rate.terms import MEANING, TERMS, Regressors, columns, design
 
 TAUS = 2.0 ** np.arange(-5, 14)  # in units of the noise: the prior of an effect's size
-PRIOR_NONE, PRIOR_LISTED, PRIOR_UNKNOWN = 0.5, 0.35, 0.15
+PRIOR_NONE, PRIOR_LISTED, PRIOR_UNKNOWN = 0.5, 0.35, 0.15  #: probabilities before the data; chosen
 TINY = 1e-10  # relative; directions that waves too close to each other do not span
-ANGLE_ORDERS = range(3, 9)
-TIME_WAVES = range(1, 9)
+ANGLE_ORDERS = range(3, 9)  #: per turn, beyond the two that have names
+TIME_WAVES = range(1, 9)  #: half cosines over the clip
 
 
 @dataclass(frozen=True)

@@ -155,7 +155,7 @@ def confirmed_share(angle: PlateAngle) -> tuple[float, float]:
     put_back = -angle.frame_s * np.cumsum(angle.dropped)
     rows = np.stack([angle.time_s, np.floor(turned), put_back], axis=1)
     place %= SECTORS
-    free = len(rows) - 2 * len(np.unique(place)) - 2
+    free = len(rows) - 2 * int(np.count_nonzero(np.bincount(place))) - 2
     if free < FEWEST_FREE:
         return np.nan, np.inf
     rows = _without_place(rows, place, within)
@@ -214,8 +214,8 @@ def refuse_undecided(source: str, dropped: DroppedFrames, history: RateHistory) 
     raise RateRefused(
         f"{source}: the angle jumps by {dropped.candidates} frame time(s) in all, at about "
         f"{_place(dropped)}. This clip cannot determine whether frames were dropped or the angle "
-        f"is mismeasured there, and the rates differ by {dropped.sd_of_rate:.1%}. Film over more "
-        f"turns, or put a bold mark near the rim.",
+        f"is mismeasured there, and the rates differ by {dropped.sd_of_rate:.1%}. Put a bold "
+        f"mark near the rim; where there is one, film over more turns.",
         history,
     )
 

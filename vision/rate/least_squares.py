@@ -7,7 +7,7 @@ import numpy as np
 from vision.geometry import FloatArray
 from vision.phase_track import BoolArray
 
-ROUNDS = 8
+ROUNDS = 8  #: of the weights; numerical limit
 SLOW_WAVES = 4  # over the rows: what is slower weighs in the slope
 SECTORS = 32  # of a turn: residuals in one may be alike at every turn
 RANK_TOLERANCE = 1e-9  # relative singular value of the scaled columns
@@ -150,7 +150,7 @@ def repetition(influence: FloatArray, error: FloatArray, turn_rad: FloatArray) -
     same angle, and its error with it.
     """
     sector = (np.mod(turn_rad, 2 * np.pi) * SECTORS / (2 * np.pi)).astype(np.intp) % SECTORS
-    seen = len(np.unique(sector))
+    seen = int(np.count_nonzero(np.bincount(sector)))
     if seen < 2:
         return np.ones(influence.shape[1])
     sums = np.zeros((SECTORS, influence.shape[1]))

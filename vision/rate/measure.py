@@ -48,7 +48,7 @@ from vision.rate.unwrap import continuous_angle, rate_history, rough_rate, usabl
 from vision.rate.wow_flutter import SpeedFigures, speed_figures
 
 FEWEST_USABLE = 12  # frames
-FEWEST_TURNS = 1.0
+FEWEST_TURNS = 1.0  #: fact: less shows no point of the plate twice
 
 
 @dataclass(frozen=True)
@@ -160,6 +160,10 @@ def measure_rate(
         ``constant_rate`` and any of ``vision.rate.terms.TERMS``.
     part : ClipPart
         What of the clip is measured; with it no other part is looked for.
+
+    Returns
+    -------
+    RateMeasurement
 
     Raises
     ------

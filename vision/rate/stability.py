@@ -120,7 +120,8 @@ def refuse_wandering(source: str, history: RateHistory, scatter_rad: float) -> N
         f"{source}: the angle wanders by {np.degrees(scatter_rad):.2f}° about an even rotation, "
         f"while the noise of a frame is {np.degrees(history.phase_noise_rad):.2f}° and the plate "
         f"turns by {np.degrees(step):.2f}° from frame to frame: this clip cannot determine whether "
-        f"frames were dropped. Film with fewer frames per second, or put a bold mark near the rim.",
+        f"frames were dropped. Put a bold mark near the rim; where there is one, film with fewer "
+        f"frames per second.",
         history,
     )
 
@@ -152,8 +153,8 @@ def stability_warnings(
         warnings.append(
             f"{source}: the plate turns by {np.degrees(step):.2f}° from frame to frame and the "
             f"angle scatters by {np.degrees(scatter_rad):.2f}°: a dropped frame would not be "
-            f"noticed, and one in a hundred makes the rate 1 % too high. Film with fewer frames "
-            f"per second, or put a bold mark near the rim."
+            f"noticed, and one in a hundred makes the rate 1 % too high. Put a bold mark near the "
+            f"rim; where there is one, film with fewer frames per second."
         )
     if scatter_rad >= THRESHOLDS.scattered_rad:
         late_ms = 1e3 * scatter_rad / float(np.abs(np.median(rate)))

@@ -13,7 +13,7 @@ from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.phase_track import PhaseTrack, RateHistory
 
-FEWEST_FRAMES = 12
+FEWEST_FRAMES = 12  #: of a part; two per parameter of the phase's model
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,13 @@ THRESHOLDS = SteadyPartThresholds()
 
 @dataclass(frozen=True)
 class ClipPart:
-    """The seconds of a clip that are measured; None is its beginning or its end."""
+    """The seconds of a clip that are measured.
+
+    Attributes
+    ----------
+    start_s, stop_s : float or None
+        By the time stamps of the clip; None is its beginning or its end.
+    """
 
     start_s: float | None = None
     stop_s: float | None = None

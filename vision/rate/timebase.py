@@ -17,6 +17,7 @@ from vision.phase_track import PhaseTrack
 #: a stated frame rate ("15 fps") is often a rounded or nominal one.
 CLOCK_PPM = {"container": 100.0, "constant": 500.0}
 
+#: fact: time lapse and high-speed cameras; beyond it is a mistake
 SLOWEST_FPS, FASTEST_FPS = 0.5, 2000.0
 
 

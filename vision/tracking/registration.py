@@ -19,14 +19,15 @@ from vision.geometry import FloatArray
 from vision.plate.background import spread_choice
 from vision.video import Frame, Luma
 
-CORNERS = 160
-APART_PX = 9
+CORNERS = 160  #: followed at most; a limit of time
+APART_PX = 9  #: from corner to corner
 QUALITY = 0.01  # of the strongest corner
-WINDOW = (21, 21)
-LEVELS = 3
+WINDOW = (21, 21)  #: pixels about a corner
+LEVELS = 3  #: of the pyramid: motions of up to eight windows
 LOOKED_AT = 14  # frames, for whether the camera moves and which corners stand still
 FEWEST = 8  # corners, twice what determines a homography
 ENOUGH = 24  # for a homography; fewer give shift, roll and scale
+#: Iterations and pixels at which a corner counts as followed.
 ENDS = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 12, 0.01)
 TRIALS = 300  # of a common motion
 FEWEST_QUARTERS, PER_QUARTER = 3, 3  # of the frame, in which so many corners must stand

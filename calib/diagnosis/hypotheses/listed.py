@@ -17,8 +17,10 @@ from calib.diagnosis.hypotheses.signature import effect_vectors, square_vectors
 from calib.effects.catalogue import BASE
 from calib.effects.effect import EFFECTS, Effect, column_effect
 from calib.effects.needs import unavailable
+from calib.fit.model import Model
 from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray
+from calib.poses.pose_set import PoseSet
 
 Kind = Literal["listed", "unknown", "jump", "bad_pose", "wander", "plate_rate"]
 
@@ -61,7 +63,8 @@ class Hypothesis:
     Parameters
     ----------
     name : str
-        The effect; ``~NAME`` an unknown function of NAME; else the kind, with the pose or time.
+        Hypotheses of one name are one thing at other shapes, poses or times: the effect, the kind,
+        or for an unknown function ``follows`` with a mark that keeps it apart from an effect.
     kind : str
     log_prior : float
         Log odds of being in the model against not, before the data.
@@ -73,6 +76,9 @@ class Hypothesis:
         Errors of the vectors in closed form, of what is not listed.
     detail : str
         The pose, the time or the form, in words.
+    follows : str or None
+        What an unknown function is a function of: a logged column, ``time_s``, ``spin_rad_s``,
+        ``attitude`` or ``previous``; None for everything else.
     """
 
     name: str
@@ -82,6 +88,7 @@ class Hypothesis:
     shape: float | None = None
     course: Course | None = None
     detail: str = ""
+    follows: str | None = None
 
     def errors(self, fit: Fit) -> FloatArray:
         """Errors (n, 3, k) of its effect; a shape parameter that ``fit`` fitted is as fitted."""
@@ -98,8 +105,8 @@ class Hypothesis:
 
     @property
     def subject(self) -> str:
-        """``name`` without the mark of an unknown function."""
-        return self.name.removeprefix("~")
+        """What an unknown function follows, or ``name``."""
+        return self.name if self.follows is None else self.follows
 
     @property
     def can_be_added(self) -> bool:
@@ -128,20 +135,27 @@ def candidate_effects(
     Effect
         It acts on the triad of ``fit``; whether the poses can evaluate it is not checked.
     """
-    in_model = set(fit.model.names)
+    yield from effects_beside(fit.model, fit.poses, own, covariates)
+
+
+def effects_beside(
+    model: Model, poses: PoseSet, own: Sequence[Effect] = (),
+    covariates: Sequence[str] | None = None,
+) -> Iterator[Effect]:
+    """The same by the model (p parameters) and the poses that it is fitted to."""
     # Without a true vector, a gain would be fitted to what the readings themselves have wrong.
-    base = BASE if len(fit.equations.magnitude) else BASE[:1]
+    base = BASE if poses.reference.magnitude.any() else BASE[:1]
     listed = [e for e in EFFECTS.values() if e.acts_on != "reading" or e.name in base]
     columns = [
         column_effect(name)
-        for name in causes(fit.poses, covariates)
+        for name in causes(poses, covariates)
         if name not in EFFECT_OF_COLUMN
     ]
     for effect in (*listed, *columns, *own):
         excluded = covariates is not None and set(effect.logged) - {*covariates}
         if excluded and effect not in own:
             continue
-        if effect.name not in in_model and fit.poses.triad in effect.triads:
+        if effect.name not in model.names and poses.triad in effect.triads:
             yield effect
 
 

@@ -18,14 +18,16 @@ from calib.fit.result import Fit
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, TRIADS, BoolArray, FloatArray
 
+#: half cosines over the range; chosen, half and double not measured
 TIME_WAVES, COLUMN_WAVES = 8, 5
-STEPS_TRIED = 32
+STEPS_TRIED = 32  #: times of a step that are tried; a limit of time
 STEP_MARGIN = 2
 """Poses that a step leaves on either side at least; fewer are bad poses."""
 
 TEMPERATURE = "temperature_c"
+#: s, half a decade apart: how far the temperature within may lag that of the log; not tuned
 LAGS_S = (100.0, 300.0, 1000.0, 3000.0)
-WANDER_MODES = 10
+WANDER_MODES = 10  #: the strongest of the process; a limit of size, half and double not measured
 WANDER_SPANS = (0.05, 0.2, 0.8)
 """Correlation times of a wandering bias over the length of the session."""
 
@@ -64,7 +66,7 @@ def unknown_hypotheses(fit: Fit, columns: tuple[str, ...]) -> list[Hypothesis]:
     each = np.log(CONSTANTS.odds_unknown / max(len(names), 1))
     return [
         Hypothesis(f"~{name}", "unknown", float(each - np.log(count[name])), course=course,
-                   detail=detail)
+                   detail=detail, follows=name)
         for name, detail, course in forms
     ]
 

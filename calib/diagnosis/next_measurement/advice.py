@@ -20,8 +20,8 @@ from calib.fit.result import Fit
 from calib.poses.attitudes import list_directions
 from calib.poses.imu_log import FloatArray
 
-ENOUGH_LAMBDA = 12.0
-LABELS_LISTED = 3
+ENOUGH_LAMBDA = 12.0  #: non-centrality; derived: power 0.93 at 5 % with one degree of freedom
+LABELS_LISTED = 3  #: it chooses words only
 BLIND_SIGNAL_SD = 5.0
 """Strength at which an effect that left no trace yet is judged, noise units over the rows."""
 
@@ -37,7 +37,16 @@ class Advice:
 
 @dataclass(frozen=True, eq=False)
 class Rival:
-    """An effect with the size it is believed to have; None where these poses are blind to it."""
+    """An effect with the size it is believed to have.
+
+    Attributes
+    ----------
+    effect : Effect
+    size : array, shape (k,), or None
+        Its parameters, SI; None where these poses are blind to it.
+    shape : float or None
+        Its shape parameter, where it has one.
+    """
 
     effect: Effect
     size: FloatArray | None

@@ -26,12 +26,13 @@ from calib.poses.pose_set import PoseSet
 from calib.poses.reference import Reference
 from calib.poses.runs import TIME_BASE
 
+#: fact: 16⅔, 33⅓, 45 and 78 rpm
 RECORD_SPEEDS_RAD_S = np.array([50 / 3, 100 / 3, 45.0, 78.0]) * np.pi / 30
 HEADROOM = 0.9
 """Share of the full scale up to which a rate is advised; gain and offset take the rest."""
 
-SOAK_K = 20.0
-POSE_S = 30.0
+SOAK_K = 20.0  #: K above the room, as a hair dryer makes it; it only plans
+POSE_S = 30.0  #: s of a planned pose; it only plans
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ class Block:
     filmed: bool = False
 
 
-MINUTES_PER_PASS = 10.0
+MINUTES_PER_PASS = 10.0  #: 18 poses of half a minute each; it only plans
 CLIPS = Block(
     "clips", "the same poses with a clip of the plate for each of them", 2 * MINUTES_PER_PASS,
     ((1.0, 0.0, 0.0),), filmed=True,

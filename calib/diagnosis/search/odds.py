@@ -21,20 +21,32 @@ REFUTED = 10.0
 """Log odds by which an alias falls short, at its own refit, to be no longer believed. Chosen as
 far beyond any odds that the verdict names by; its half and double are not measured."""
 
-IN_TIME = ("jump", "~time_s", "wander")
-"""Names that all say: the bias has a course in time."""
+COURSES = ("jump", "wander")
+"""Kinds that say, like an unknown function of time: the bias has a course in time."""
 
 
 @dataclass(frozen=True)
 class Inclusion:
     """A class of effects and the probability that one of them is missing.
 
-    ``name`` is its most probable member; ``members`` all, itself first.
+    Attributes
+    ----------
+    name : str
+        Its most probable member.
+    members : tuple of str
+        All, ``name`` first.
+    probability : float
+    kind : str
+        That of the hypothesis ``name``, or ``noise``.
+    follows : str or None
+        What ``name`` is a function of where it is an unknown function.
     """
 
     name: str
     members: tuple[str, ...]
     probability: float
+    kind: str
+    follows: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,19 +90,21 @@ def odds_of(state: Search) -> Odds:
         key: frozenset(state.hypotheses[j].name for j in state.entries[key].members)
         for key in shares
     }
+    first = {h.name: h for h in reversed(state.hypotheses)}
     alone = _by_name(shares, by_name)
     classes = []
     for k in lead.members:
         members = _class_of(state, lead, k, alike[k], alone)
-        classes.append(_inclusion(members, shares, by_name))
-    inside = {name for each in classes for name in each.members}
-    rest = sorted((name for name in alone if name not in inside), key=lambda n: -alone[n])
+        inside = sum(share for key, share in shares.items() if by_name[key] & set(members))
+        classes.append(_inclusion(first[members[0]], members, inside))
+    covered = {name for each in classes for name in each.members}
+    rest = sorted((name for name in alone if name not in covered), key=lambda n: -alone[n])
     return Odds(
         nothing,
         noise,
         lead,
         tuple(classes),
-        tuple(Inclusion(n, (n,), alone[n]) for n in rest),
+        tuple(_inclusion(first[n], (n,), alone[n]) for n in rest),
         tuple(sorted(_sets(shares, by_name).items(), key=lambda item: -item[1])),
     )
 
@@ -114,12 +128,13 @@ def _sets(
     return total
 
 
-def _inclusion(
-    members: Sequence[str], shares: dict[Key, float], by_name: dict[Key, frozenset[str]]
-) -> Inclusion:
-    inside = set(members)
-    probability = sum(share for key, share in shares.items() if inside & by_name[key])
-    return Inclusion(members[0], tuple(members), float(probability))
+def _inclusion(first: Hypothesis, members: Sequence[str], probability: float) -> Inclusion:
+    return Inclusion(first.name, tuple(members), float(probability), first.kind, first.follows)
+
+
+def is_course(each: Hypothesis | Inclusion) -> bool:
+    """Whether it says that the bias has a course in time, without the name of an effect."""
+    return each.kind in COURSES or each.follows == "time_s"
 
 
 def _leading(state: Search) -> Entry:
@@ -142,7 +157,7 @@ def _alike(state: Search, a: Entry, b: Entry) -> bool:
         return True
     if len(mine) != 1 or len(theirs) != 1:
         return False
-    if {state.hypotheses[j].name for j in (*mine, *theirs)} <= set(IN_TIME):
+    if all(is_course(state.hypotheses[j]) for j in (*mine, *theirs)):
         return True
     rest = [j for j in a.members if j not in mine]
     return bool(aliases(state, mine[0], theirs, rest))

@@ -24,8 +24,16 @@ from calib.fit.solver import extend
 class Refit:
     """A base fit with more effects, everything refitted.
 
-    ``names`` of what was added, ``fit`` the joint fit, ``p_value`` whether it explains the rows,
-    ``log_shape_width`` the log share of their range that the data leave to its shape parameters.
+    Attributes
+    ----------
+    names : tuple of str
+        What was added.
+    fit : Fit
+        The joint fit.
+    p_value : float
+        Whether it explains the rows.
+    log_shape_width : float
+        Log share of their range that the data leave to its shape parameters.
     """
 
     names: tuple[str, ...]
@@ -50,9 +58,18 @@ def linear_loo_rms(fit: Fit) -> float:
 
 
 def refit(base: Fit, effects: Sequence[Effect]) -> Refit | None:
-    """``effects`` added to ``base`` and everything refitted; None where the poses cannot carry it.
+    """``effects`` added to ``base`` and everything refitted.
 
-    A shape parameter begins at the first of its effect's starts.
+    Parameters
+    ----------
+    base : Fit
+    effects : sequence of Effect
+        A shape parameter begins at the first of its effect's starts.
+
+    Returns
+    -------
+    Refit or None
+        None where the poses cannot carry the effects.
     """
     try:
         joint = extend(base, effects)

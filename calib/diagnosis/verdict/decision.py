@@ -14,7 +14,7 @@ from enum import StrEnum
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.search.odds import IN_TIME, Inclusion, Odds
+from calib.diagnosis.search.odds import Inclusion, Odds, is_course
 from calib.diagnosis.search.sets import Entry, Search, is_nothing
 from calib.fit.leave_one_out import compare, left_out_square
 from calib.fit.result import Fit
@@ -49,7 +49,7 @@ class Verdict:
         All effects that are named, the largest first.
     group : tuple of str
         All that these poses cannot separate from ``name``, itself first; or all that an ambiguous
-        verdict leaves open, unknown functions of NAME as ``~NAME``.
+        verdict leaves open, an unknown function by the name of its class.
     details : tuple of str
         Poses, times or forms of what is not an effect.
     beside : tuple of Inclusion
@@ -208,7 +208,7 @@ def _beside(state: Search, odds: Odds, named: Sequence[Inclusion]) -> tuple[Incl
 
 def _open(odds: Odds) -> tuple[Inclusion, ...]:
     """What may be missing, the most probable first; noise among it by its own probability."""
-    noise = Inclusion("noise", ("noise",), odds.noise)
+    noise = Inclusion("noise", ("noise",), odds.noise, "noise")
     every = sorted((*odds.classes, *odds.others, noise), key=lambda each: -each.probability)
     least = CONSTANTS.least_offered * (1 - odds.nothing)
     likely = [each for each in every if each.probability >= least]
@@ -239,15 +239,17 @@ def _unlisted(state: Search, odds: Odds, share: float, explains: bool) -> Verdic
         return None
     probability = {each.name: each.probability for each in (*odds.classes, *odds.others)}
     first = max(members, key=lambda h: (h.kind != "bad_pose", probability.get(h.name, 0.0)))
-    alike = IN_TIME if first.name in IN_TIME else (first.name,)
-    mass = min(1.0, sum(probability.get(name, 0.0) for name in alike))
+    mass = probability.get(first.name, 0.0)
+    if is_course(first):
+        every = {each.name: each for each in (*odds.classes, *odds.others)}.values()
+        mass = min(1.0, sum(each.probability for each in every if is_course(each)))
     if mass < CONSTANTS.sure * (1 - odds.nothing):
         return None
     alone = probability.get(first.name, 0.0) >= CONSTANTS.sure * (1 - odds.nothing)
-    if first.name in IN_TIME and not alone:
+    if is_course(first) and not alone:
         return Verdict(
             Code.UNKNOWN, "time_s", details=_best_step(state),
-            beside=tuple(each for each in _open(odds) if each.name in IN_TIME),
+            beside=tuple(each for each in _open(odds) if is_course(each)),
             share=share, explains=explains,
         )
     same = [h for h in members if h.name == first.name]

@@ -8,6 +8,7 @@ import numpy as np
 
 from calib.diagnosis.next_measurement.advice import Advice
 from calib.diagnosis.next_measurement.kind import once_more
+from calib.diagnosis.search.odds import Inclusion
 from calib.diagnosis.search.refit import linear_loo_rms
 from calib.diagnosis.verdict.decision import Code, Verdict
 from calib.diagnosis.verdict.ranking import Candidate
@@ -132,10 +133,14 @@ def _effect(case: _Case) -> Explanation:
     return Explanation("act", short, text.rstrip() + _record(case), *_settle(case))
 
 
+def _with_odds(each: Inclusion) -> str:
+    return f"{readable(each.name, each.follows)} ({odds_in_words(each.probability)})"
+
+
 def _beside(verdict: Verdict) -> str:
     """What may be missing beside what is named, or that something is."""
     if verdict.beside:
-        words = [f"{readable(i.name)} ({odds_in_words(i.probability)})" for i in verdict.beside]
+        words = [_with_odds(each) for each in verdict.beside]
         return f"Beside it may be missing: {joined(words, 'or')}. "
     if not verdict.explains:
         rest = 100 * (1 - verdict.share)
@@ -145,10 +150,8 @@ def _beside(verdict: Verdict) -> str:
 
 def _ambiguous(case: _Case) -> Explanation:
     named = {each.name: each for each in case.verdict.beside}
-    words = []
-    for key in case.verdict.group:
-        odds = f" ({odds_in_words(named[key].probability)})" if key in named else ""
-        words.append(f"{readable(key)}{odds}")
+    words = [_with_odds(named[key]) if key in named else readable(key)
+             for key in case.verdict.group]
     text = (
         f"Something may be missing ({case.misfit}), and these data cannot determine what: "
         f"{joined(words, 'or')}."
@@ -174,7 +177,7 @@ def _unknown(case: _Case) -> Explanation:
 
 
 def _which(verdict: Verdict) -> str:
-    words = [f"{readable(i.name)} ({odds_in_words(i.probability)})" for i in verdict.beside]
+    words = [_with_odds(each) for each in verdict.beside]
     return f": {joined(words, 'or')}" if words else ""
 
 
@@ -216,7 +219,7 @@ def _bad_pose(case: _Case) -> Explanation:
         what, verb = f"One pose does not agree with the others: {names}", "it"
     else:
         what, verb = f"{len(poses)} poses do not agree with the others: {names}", "them"
-    again = f"Record {verb} again, or take {verb} out of the list of poses"
+    again = f"Record {verb} again, or exclude {verb}"
     short = f"the {'pose' if len(poses) == 1 else 'poses'} {names} contradict the others"
     if len(poses) == 1:
         short = f"the pose {names} contradicts the others"

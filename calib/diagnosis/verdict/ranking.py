@@ -20,11 +20,30 @@ LEAST_LEFT = 1e-3
 class Candidate:
     """One hypothesis in the ranking.
 
-    ``probability`` is that of being missing; ``size`` and ``sd`` (k,) of its parameters are those
-    of the leading set's joint refit where it is a member. ``chi2_drop``, ``rms_after`` and
-    ``loo_after``, SI, are what adding it alone does: at its refit where one was made, predicted
-    from the score otherwise; ``p_value`` is that of the score test. ``aliases`` look the same in
-    these poses.
+    Attributes
+    ----------
+    name : str
+        The effect, or the kind; of an unknown function what it follows.
+    kind : str
+        That of its hypothesis, or ``noise``.
+    log_evidence : float
+        Log Bayes factor of the name alone against nothing.
+    probability : float
+        Of being missing.
+    chi2_drop, rms_after, loo_after : float
+        What adding it alone does, errors in SI: at its refit where one was made, predicted from the
+        score otherwise.
+    size, sd : array, shape (k,)
+        Its parameters, those of the leading set's joint refit where it is a member.
+    unit : str
+        Of the parameters, SI.
+    p_value : float
+        Of the score test.
+    blind : bool
+    aliases : tuple of str
+        What looks the same in these poses.
+    follows : str or None
+        What an unknown function is a function of.
     """
 
     name: str
@@ -40,6 +59,7 @@ class Candidate:
     p_value: float
     blind: bool
     aliases: tuple[str, ...]
+    follows: str | None = None
 
 
 def rank(state: Search, odds: Odds) -> tuple[Candidate, ...]:
@@ -108,6 +128,7 @@ def _candidate(
         p_value=p_value,
         blind=False,
         aliases=tuple(dict.fromkeys(state.hypotheses[k].name for k in same)),
+        follows=h.follows,
     )
 
 

@@ -22,17 +22,35 @@ def physics(name: str) -> str:
     return words[0].lower() + words[1:]
 
 
-def readable(key: str) -> str:
-    """What a name of a hypothesis means, in words."""
-    if key.startswith("~"):
-        return f"something that follows {covariate(key[1:])}"
+def readable(name: str, follows: str | None = None) -> str:
+    """What a hypothesis says is missing, in words.
+
+    Parameters
+    ----------
+    name : str
+        An effect or a kind, as :class:`calib.diagnosis.hypotheses.listed.Hypothesis` has it.
+    follows : str or None
+        What it is a function of where it is an unknown function; ``name`` is then not looked at.
+
+    Returns
+    -------
+    str
+        A phrase; an effect stands in quotes.
+
+    Examples
+    --------
+    >>> readable("quadratic"), readable("jump"), readable("", follows="time_s")
+    ("'quadratic'", 'a step of the bias', 'something that follows time')
+    """
+    if follows is not None:
+        return f"something that follows {covariate(follows)}"
     return {
         "jump": "a step of the bias",
         "bad_pose": "a bad pose",
         "noise": "more noise than the poses show by themselves",
         "wander": "a bias that wanders",
         "plate_rate": "a plate whose rate scatters",
-    }.get(key, f"'{key}'")
+    }.get(name, f"'{name}'")
 
 
 def covariate(name: str) -> str:
@@ -48,6 +66,16 @@ def covariate(name: str) -> str:
 def odds_in_words(probability: float) -> str:
     """``9 in 10``: a probability as one would say it.
 
+    Parameters
+    ----------
+    probability : float
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
     >>> odds_in_words(0.63), odds_in_words(0.04), odds_in_words(0.996)
     ('6 in 10', '4 in 100', 'more than 99 in 100')
     """
@@ -63,7 +91,24 @@ def odds_in_words(probability: float) -> str:
 
 
 def joined(words: Sequence[str], last: str) -> str:
-    """``a, b or c``, ``last`` before the last of them."""
+    """Words as an enumeration.
+
+    Parameters
+    ----------
+    words : sequence of str
+    last : str
+        What stands before the last of them: ``and`` or ``or``.
+
+    Returns
+    -------
+    str
+        Empty without words.
+
+    Examples
+    --------
+    >>> joined(["a", "b", "c"], "or")
+    'a, b or c'
+    """
     if len(words) < 2:
         return "".join(words)
     return f"{', '.join(words[:-1])} {last} {words[-1]}"

@@ -36,11 +36,14 @@ class StackedRows:
 class StackedEquations:
     """What does not change between iterations.
 
-    ``columns`` (S, n, 3, p) of the model on the readings, ``magnitude_sd`` (S, k) and ``null_sd``
-    (S, m, 3) of the rows, SI, ``common_relative`` (S, k, q) the common errors over the reference.
+    ``start_matrix`` (S, 3, 3) and ``start_offset`` (S, 3) of the start, ``columns`` (S, n, 3, p) of
+    the model on the readings, ``magnitude_sd`` (S, k) and ``null_sd`` (S, m, 3) of the rows, SI,
+    ``common_relative`` (S, k, q) the common errors over the reference.
     """
 
     stack: PoseStack
+    start_matrix: FloatArray
+    start_offset: FloatArray
     columns: FloatArray
     magnitude_sd: FloatArray
     null_sd: FloatArray
@@ -56,6 +59,8 @@ class StackedEquations:
         across = stack.sd[:, k:] ** 2 @ np.swapaxes(start.matrix**2, 1, 2)
         return cls(
             stack=stack,
+            start_matrix=start.matrix,
+            start_offset=start.offset,
             columns=columns_on(model, stack.reading),
             magnitude_sd=np.sqrt(along + stack.reference_sd[:, :k] ** 2),
             null_sd=np.sqrt(across + stack.reference_sd[:, k:, None] ** 2),

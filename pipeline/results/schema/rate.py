@@ -53,12 +53,12 @@ class RateSds(Part):
     timebase_rad_s: MaybeSd = means("clock of the camera")
 
 
-class FittedTerm(Part):
-    """A fitted term of a phase track."""
+class FittedPart(Part):
+    """A fitted term of a phase track, or an effect that was added to the nine parameters."""
 
-    values: list[MaybeNumber] = means("parameters")
+    values: list[MaybeNumber] = means("parameters; a shape parameter comes last")
     sd: list[MaybeSd] = means("sds")
-    unit: Text = means("unit")
+    unit: Text = means("unit; that of a shape parameter comes last")
 
 
 class ClipRate(Part):
@@ -75,7 +75,7 @@ class ClipRate(Part):
     frame_count: CountedRate | None = means("the same by counting frames")
     sd_parts: RateSds = means("what the sd is made of")
     model: list[Text] = means("terms of the model")
-    terms: dict[str, FittedTerm] = means("fitted terms besides the rate")
+    terms: dict[str, FittedPart] = means("fitted terms besides the rate")
     aliases_rad_s: list[MaybeNumber] = means(
         "rates that give the same frames; negative is clockwise")
     lost_frames: Count = means("dropped frames")

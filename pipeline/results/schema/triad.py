@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from calib.poses.data_sheet import Encoding
-from pipeline.results.schema.rate import PhaseVerdict
+from pipeline.results.schema.rate import FittedPart, PhaseVerdict
 from pipeline.results.schema.types import (
     LARGEST,
     Count,
@@ -42,14 +42,6 @@ class ParameterSds(Part):
     scale_counts_per_unit: ThreeSds = means("of the scale factors")
 
 
-class EffectValues(Part):
-    """An effect that was added to the nine parameters."""
-
-    values: list[MaybeNumber] = means("parameters, then the shape parameter")
-    sd: list[MaybeSd] = means("sds")
-    unit: Text = means("unit, then that of the shape parameter")
-
-
 class PoseResult(Part):
     """One pose."""
 
@@ -64,6 +56,15 @@ class PoseResult(Part):
     reading_sd: ThreeSds = means("its sd")
     corrected: ThreeOrNull = means("the reading corrected by the calibration")
     columns: dict[str, MaybeNumber] = means("mean of every further column of the log")
+
+
+class ExcludedResult(Part):
+    """A pose that the configuration excludes."""
+
+    label: Text = means("its log")
+    run: Text = means("its plate setting")
+    residual: MaybeNumber = means("residual by the fit without it, SI; null where it is no pose")
+    sd: MaybeSd = means("its sd")
 
 
 class PredictionResult(Part):
@@ -166,10 +167,12 @@ class TriadSection(Part):
     sd_parts: dict[str, ParameterSds] = means("what the sds are made of, by cause")
     sd_parts_if_typical: dict[str, ParameterSds] = means(
         "sds by effects that these poses cannot see, if the sensor is typical; not in the sds")
-    effects: dict[str, EffectValues] = means("added effects")
+    effects: dict[str, FittedPart] = means("added effects")
     worst_poses: list[Text] = means("poses with the largest residuals")
     misfit_follows: Text | None = means("what the misfit follows")
     poses: list[PoseResult] = means("every pose", min_length=1)
+    excluded: list[ExcludedResult] = means(
+        "poses that the configuration excludes", default_factory=list)
     prediction: PredictionResult | None = means("error to expect of the next log")
     diagnosis: TriadVerdict = means("what the model misses")
     correction: CorrectionResult = means("what `apply` and `export` need")

@@ -14,7 +14,7 @@ from calib.consistency.certificate import (
     rounding_sd,
 )
 from calib.errors import CalibrationError
-from calib.fit.calibration import TriadParameters
+from calib.fit.parameters import TriadParameters
 from calib.poses.data_sheet import TriadSpec
 from tests.calib.real_xsens import real_accelerometer
 from tests.world.imu import mti

@@ -10,8 +10,9 @@ import numpy as np
 from calib.effects.catalogue import BASE
 from calib.errors import FitFailed
 from calib.fit.angrisano import fit_paper
-from calib.fit.calibration import TriadParameters, calibrate_triad
+from calib.fit.calibration import calibrate_triad
 from calib.fit.model import Model
+from calib.fit.parameters import TriadParameters
 from calib.fit.solver import fit
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray

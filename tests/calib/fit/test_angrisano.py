@@ -16,8 +16,9 @@ from calib.fit.angrisano import (
     iterations_from,
     jacobian,
 )
-from calib.fit.calibration import TriadParameters, alignment, calibrate_triad
+from calib.fit.calibration import calibrate_triad
 from calib.fit.model import Model
+from calib.fit.parameters import TriadParameters, alignment
 from calib.fit.residuals import Equations
 from calib.fit.solver import fit
 from calib.poses.data_sheet import TriadSpec

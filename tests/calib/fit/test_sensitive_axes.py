@@ -8,6 +8,7 @@ import pytest
 from calib.effects.catalogue import BASE, find_effect
 from calib.errors import FitFailed, Undetermined
 from calib.fit.model import Model
+from calib.fit.residuals import Equations
 from calib.fit.sensitive_axes import ALIGNED, solve_sensor
 from calib.fit.solver import fit
 from calib.poses.attitudes import natural_directions
@@ -132,3 +133,14 @@ def test_a_response_that_turns_back_is_refused() -> None:
     with pytest.raises(FitFailed, match="larger than the readings"):
         solve_sensor((find_effect("cubic"),), size, {}, Conditions.of_vectors,
                      9.81 * np.eye(3), ALIGNED)
+
+
+def test_a_gain_of_nothing_has_no_axes_and_no_warning() -> None:
+    """A minimiser tries such gains on its way; numpy's warnings are errors here."""
+    model = Model.of([*BASE, "cubic"])
+    poses = made_poses("accelerometer", [0.0])
+    equations = Equations(poses, model)
+    theta = np.zeros(model.size)
+    theta[model.slices()["scale"]] = [1.0, 0.0, 0.0]
+    rows = equations.rows(theta, np.zeros(equations.common.shape[1]), {})
+    assert np.isfinite(rows.jacobian).all()

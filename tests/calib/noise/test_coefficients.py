@@ -6,7 +6,7 @@ import pytest
 
 from calib.noise.allan import NOISE_TYPES, averaging_factors
 from calib.noise.coefficients import axis_noise
-from calib.noise.spectra import NAMES, variance_columns, variance_covariance
+from calib.noise.spectra import NAMES, VarianceModel
 from tests.calib.noise.simulated import noise
 
 STEP_S = 0.1
@@ -55,10 +55,35 @@ def test_a_ramp_is_a_ramp() -> None:
 def test_the_scatter_is_that_of_greenhall_s_degrees_of_freedom() -> None:
     count = 50_000
     factors = averaging_factors(count)[2:-4:3]
+    model = VarianceModel(factors, STEP_S, count)
     for name in ("noise_density", "bias_instability", "random_walk"):
-        squares = {each: float(each == name) for each in NAMES}
-        sds = np.sqrt(np.diag(variance_covariance(factors, STEP_S, count, squares)))
-        variances = variance_columns(factors, STEP_S)[:, NAMES.index(name)]
+        squares = np.array([float(each == name) for each in NAMES])
+        sds = np.sqrt(np.diag(model.covariance(squares)))
+        variances = model.columns[:, NAMES.index(name)]
         for m, variance, sd in zip(factors, variances, sds, strict=True):
             edf = allantools.edf_greenhall(NOISE_TYPES[name], 2, int(m), count + 1, True)
             assert 2 * (variance / sd) ** 2 == pytest.approx(edf, rel=0.15)
+
+
+def test_the_columns_are_the_allan_variances_of_each_process() -> None:
+    """IEEE Std 952: -1, -1/2, 0, +1/2 and +1 are the slopes of the deviations in log-log."""
+    factors = 2 ** np.arange(4, 12)
+    columns = VarianceModel(factors, STEP_S, 100_000).columns
+    slopes = np.diff(np.log(np.sqrt(columns)), axis=0) / np.log(2)
+    assert slopes.mean(axis=0) == pytest.approx([-1, -0.5, 0, 0.5, 1], abs=1e-2)
+    assert columns[:, 2] == pytest.approx(2 * np.log(2) / np.pi, rel=1e-2)
+
+
+@pytest.mark.parametrize(("mix", "name"), [
+    ((1e-4, 1e-5, 0.0), "bias_instability"), ((1e-4, 0.0, 1e-6), "random_walk"),
+    ((1e-4, 2e-5, 2e-6), "random_walk"),
+])
+def test_a_coefficient_that_a_log_hardly_shows_is_below_its_limit_in_95_per_cent(
+    mix: tuple[float, float, float], name: str
+) -> None:
+    """`python -m tests.bench.study_noise` counts hundreds of logs."""
+    truth = dict(zip(TRUTH, mix, strict=True))[name]
+    limits = np.array([axis_noise(noise(np.random.default_rng(seed), 5000, STEP_S, *mix),
+                                  STEP_S).coefficients[name].limit for seed in range(20)])
+    assert (limits >= truth).sum() >= 16  # fewer in 2.6 of 1000 if 95 % hold
+    assert np.median(limits) < 30 * truth  # and they limit something

@@ -9,7 +9,8 @@ from calib.errors import Undetermined
 from calib.poses.attitude_fit import MODELS, best_threshold, prediction_error
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
-from calib.poses.rest_candidates import StillSearch, window_variance
+from calib.poses.rest_candidates import StillSearch
+from calib.poses.running_sums import RunningSums
 from calib.poses.static_intervals import StaticIntervals, find_still, quiet_level
 from tests.calib.poses.hand_turned_logs import KINDS, count, made
 from tests.world.hand_turned import (
@@ -159,7 +160,7 @@ def test_the_quiet_level_is_that_of_the_noise_even_when_movement_takes_half_the_
     rng = np.random.default_rng(3)
     still = rng.standard_normal((4000, 3))
     moving = 30 * rng.standard_normal((4000, 3))
-    level = quiet_level(window_variance(np.vstack([still, moving]), 100))
+    level = quiet_level(RunningSums.of(np.vstack([still, moving])).window_variance(100))
     assert level == pytest.approx(3.0, rel=0.15)
 
 

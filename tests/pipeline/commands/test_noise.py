@@ -1,6 +1,7 @@
 """`pipeline noise` from a log to Kalibr's file."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +52,21 @@ def test_json_is_the_file(still: Path, tmp_path: Path, capsys: pytest.CaptureFix
     shown = json.loads(capsys.readouterr().out)
     assert shown == json.loads((tmp_path / "noise.json").read_text(encoding="utf-8"))
     assert shown["gyroscope"]["unit"] == "rad/s"
+
+
+@pytest.mark.parametrize(("lines", "code", "message"), [
+    (900, 4, "900 samples; at least 1000"), (0, 3, "."), (None, 3, "cannot be read"),
+])
+def test_a_log_too_short_determines_nothing_and_one_that_cannot_be_read_is_repaired(
+    still: Path, tmp_path: Path, lines: int | None, code: int, message: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    log = tmp_path / "short.csv"
+    if lines is not None:
+        log.write_text("".join(still.read_text().splitlines(keepends=True)[: lines + bool(lines)]))
+    assert pipeline("noise", log, "--output", tmp_path / "n") == code
+    assert re.search(message, capsys.readouterr().err)
+    assert not (tmp_path / "n").exists()
 
 
 def test_noise_is_for_kalibr_alone_and_must_be_ours(

@@ -36,7 +36,15 @@ def vector(value: dict[str, float], name: str) -> np.ndarray:
 def by_ardupilot(
     value: dict[str, float], triad: str, v: np.ndarray, warmth: np.ndarray
 ) -> np.ndarray:
-    """What AP_InertialSensor makes of the driver's SI readings v (n, 3) at these temperatures."""
+    """What AP_InertialSensor makes of the driver's SI readings v (n, 3) at these temperatures.
+
+    In this order, in the axes of the sensor: temperature, offset, scale; the board's rotation comes
+    after. The polynomial has no constant term, its first coefficient is that of the first order,
+    and it is subtracted at the temperature of the sample and added at that of the calibration, both
+    held within TMIN and TMAX. Sources: ArduPilot/ardupilot, ``AP_InertialSensor_tempcal.cpp``
+    (``polynomial_eval``, ``correct_sensor``, TEMP_REFERENCE, SCALE_FACTOR) and
+    ``AP_InertialSensor_Backend.cpp`` (``_rotate_and_correct_accel``, ``_rotate_and_correct_gyro``).
+    """
     short, caltemp = {"accelerometer": ("ACC", "INS_ACC1_CALTEMP"),
                       "gyroscope": ("GYR", "INS_GYR1_CALTEMP")}[triad]
     if value["INS_TCAL1_ENABLE"] == 1:

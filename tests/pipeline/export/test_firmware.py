@@ -103,6 +103,11 @@ def stated_share(made: Export, triad: str) -> float:
 
 
 def test_px4_reads_back_up_to_what_it_says_it_loses(finished: RunSession) -> None:
+    """(reading - offset) * scale in the axes of the sensor, the rotation into the body after it.
+
+    Source: PX4/PX4-Autopilot, ``src/lib/sensor_calibration/Accelerometer.hpp`` and
+    ``Gyroscope.hpp``, ``Correct``.
+    """
     stored, log = load_results(finished.folder), a_log()
     made = EXPORTERS["px4"](stored)
     rows = [line.split("\t") for line in made.files["px4.params"].splitlines()

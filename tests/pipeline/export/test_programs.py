@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from calib.effects.effect import EFFECTS
-from calib.fit.calibration import triad_parameters
+from calib.fit.parameters import triad_parameters
 from pipeline.export.apply import apply_results
 from pipeline.export.programs.routine import Routine, routine_of
 from pipeline.export.write import EXPORTERS

@@ -35,13 +35,19 @@ def nominal(stored: Stored, triad: str, counts: np.ndarray) -> np.ndarray:
 
 
 def corrected_by_kalibr(stored: Stored) -> tuple[np.ndarray, np.ndarray]:
-    """Specific force and rate of the test's log in the body frame of the file."""
+    """Specific force and rate of the test's log in the body frame of the file.
+
+    Inverse of what Kalibr predicts of a reading: accelerometer M a + b, gyroscope
+    M (C w) + A (C a) + b, C = C_gyro_i. Source: ethz-asl/kalibr, ``IccSensors.py``,
+    ``IccScaledMisalignedImu.addAccelerometerErrorTerms`` and ``addGyroscopeErrorTerms``.
+    """
     read, (bias_a, bias_g) = kalibr_of(stored)
     log = a_log()
     m = np.array(read["accelerometers"]["M"])
     force = np.linalg.solve(m, (nominal(stored, "accelerometer", log.accelerometer) - bias_a).T)
     gyro = {key: np.array(read["gyroscopes"][key]) for key in ("M", "C_gyro_i", "A")}
-    left = (nominal(stored, "gyroscope", log.gyroscope) - bias_g).T - gyro["A"] @ force
+    bent = gyro["A"] @ gyro["C_gyro_i"] @ force
+    left = (nominal(stored, "gyroscope", log.gyroscope) - bias_g).T - bent
     rate = np.linalg.solve(gyro["M"] @ gyro["C_gyro_i"], left)
     return force.T, rate.T
 

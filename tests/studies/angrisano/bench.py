@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.consistency.certificate import frame_free
-from calib.fit.calibration import TriadParameters
+from calib.fit.parameters import TriadParameters
 from calib.poses.attitudes import natural_directions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog, Triad

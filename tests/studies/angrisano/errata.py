@@ -10,7 +10,7 @@ import numpy as np
 
 from calib.consistency.certificate import frame_free
 from calib.fit.angrisano import data_sheet_start
-from calib.fit.calibration import alignment
+from calib.fit.parameters import alignment
 from calib.mounting.levelling import mounting_rotation
 from calib.poses.imu_log import FloatArray
 from pipeline.text.tables import aligned

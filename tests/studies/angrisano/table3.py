@@ -18,12 +18,14 @@ import numpy as np
 from calib.earth import EARTH_RATE_RAD_S
 from calib.effects.catalogue import BASE
 from calib.fit.angrisano import fit_paper
-from calib.fit.calibration import TriadParameters, calibrate_triad
+from calib.fit.calibration import calibrate_triad
 from calib.fit.model import Model
+from calib.fit.parameters import TriadParameters
 from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import pose_set
-from calib.poses.runs import PlateRate, turning_run
+from calib.poses.reference import PlateRate
+from calib.poses.runs import turning_run
 from pipeline.text.tables import aligned
 from tests.studies.angrisano.bench import BenchTriad, laid_directions, leaning_axes
 from tests.studies.angrisano.published import (

@@ -125,7 +125,8 @@ def test_a_clip_gives_chroma_only_when_asked(clip: Path) -> None:
     assert plain.luma.shape == (360, 480)
     assert coloured.luma.shape == (180, 240)
     assert coloured.chroma.shape == (180, 240, 2)
-    assert channels([plain]) == [Brightness()]
+    assert channels([plain], brightness=True) == [Brightness()]
+    assert isinstance(channels([coloured], brightness=True)[0], Brightness)
 
 
 def frame(luma: Image, cr: Image, cb: Image) -> Frame:
@@ -142,7 +143,7 @@ def test_the_axes_of_colour_are_those_along_which_it_changes() -> None:
         cr[5:12, x : x + 8] += 30
         cb[5:12, x : x + 8] -= 40
         frames.append(frame(luma, cr.astype(np.uint8), cb.astype(np.uint8)))
-    first = channels(frames)[0]
+    first = channels(frames, brightness=False)[0]
     assert isinstance(first, ChromaAxis)
     assert (first.cr, first.cb) == pytest.approx((-0.6, 0.8), abs=0.02)
     image = first(frames[7]).astype(float)
@@ -154,7 +155,7 @@ def test_the_axes_of_colour_are_those_along_which_it_changes() -> None:
 
 def test_what_has_no_colour_has_no_axis() -> None:
     grey = np.full((30, 40), 128, np.uint8)
-    assert channels([frame(grey, grey, grey)] * 20) == []
+    assert channels([frame(grey, grey, grey)] * 20, brightness=False) == []
 
 
 def test_less_than_a_turn_in_the_brightness_does_not_hide_a_mark_of_colour(

@@ -35,6 +35,9 @@ class ResidualChart {
           + `${short(value[k] / sd[k])} sd`;
       }
     });
+    this.svg.querySelectorAll("g.excluded").forEach((mark) => {
+      place(mark, Math.max(-limit, Math.min(limit, Number(mark.dataset.value))));
+    });
     this.ghosts.forEach((ghost) => place(ghost, before[Number(ghost.dataset.i)]));
     this.svg.querySelectorAll("path.band").forEach((band) => {
       const k = Number(band.dataset.i);

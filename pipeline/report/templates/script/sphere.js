@@ -34,6 +34,12 @@ class Sphere {
       mark.append(element("title"), element("circle", { r: 11, class: "reach" }), element("path"));
       return mark;
     });
+    this.hollow = poses.excluded.filter((each) => each.up).map(({ label, run, up, in_sd: inSd }) => {
+      const mark = element("g", { class: "pose excluded" });
+      mark.append(element("title", {}, `${label}: excluded; ${short(inSd)} sd by the fit without it`),
+        element("path", { d: OUTLINES.excluded }));
+      return { mark, run, up };
+    });
     root.querySelector("[data-stage]").append(this.svg);
     this.listen(root.querySelector("[data-stage]"));
   }
@@ -149,6 +155,13 @@ class Sphere {
         `translate(${(RADIUS * x).toFixed(1)} ${(-RADIUS * y).toFixed(1)}) scale(${size.toFixed(2)})`);
       (z < 0 ? back : front).push(this.marks[k]);
     }
+    for (const { mark, run, up } of this.hollow) {
+      if (this.run !== "" && run !== this.run) continue;
+      const [x, y, z] = this.project(up);
+      mark.classList.toggle("far", z < 0);
+      mark.setAttribute("transform", `translate(${(RADIUS * x).toFixed(1)} ${(-RADIUS * y).toFixed(1)})`);
+      (z < 0 ? back : front).push(mark);
+    }
     for (const [axis, name] of [[0, "x"], [1, "y"], [2, "z"]]) for (const sign of [1, -1]) {
       const up = [0, 0, 0];
       up[axis] = sign;
@@ -180,7 +193,7 @@ class Sphere {
 // Outlines by the sign: longer than the reference, shorter, within the noise, at rest.
 const OUTLINES = {
   above: "M0-7L6.4 4.4H-6.4z", below: "M0 7L6.4-4.4H-6.4z",
-  noise: "M-5 0a5 5 0 1 0 10 0a5 5 0 1 0-10 0z", rest: "M0-6.5L6.5 0L0 6.5L-6.5 0z",
+  excluded: "M-7 0a7 7 0 1 0 14 0a7 7 0 1 0-14 0z", noise: "M-5 0a5 5 0 1 0 10 0a5 5 0 1 0-10 0z", rest: "M0-6.5L6.5 0L0 6.5L-6.5 0z",
 };
 
 // Poses of several runs stand in the same attitudes: each run a little aside, in another direction.

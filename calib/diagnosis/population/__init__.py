@@ -1,0 +1,6 @@
+"""What many sensors show and one cannot.
+
+    evidence (one fit) ─┐
+    evidence_many       ┴─ pool (what is missing in the lot)
+    random_effects ─ spread (each parameter over the lot, sensors unlike it), repeatability
+"""

@@ -1,0 +1,126 @@
+"""The evidence of all sessions of a lot side by side."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.diagnosis.population.evidence import Evidence, Trial
+from calib.fit.identifiability import VISIBLE_SHARE
+from calib.poses.imu_log import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class LotEvidence:
+    """S sessions and K parameters of all trials.
+
+    Parameters
+    ----------
+    sensors : tuple of str, length S
+        Which sensor each session is of.
+    trials : tuple of Trial
+    score, information : array, shapes (S, K) and (S, K, K)
+        What the poses of a session do not show or cannot evaluate is zero.
+    whole : array, shape (S, K)
+        Diagonal of the information beside the fitted models alone.
+    chi2, dof, noise_dof : array, shape (S,)
+    """
+
+    sensors: tuple[str, ...]
+    trials: tuple[Trial, ...]
+    score: FloatArray
+    information: FloatArray
+    whole: FloatArray
+    chi2: FloatArray
+    dof: FloatArray
+    noise_dof: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.sensors)
+
+    @classmethod
+    def of(cls, parts: Iterable[tuple[str, Evidence]]) -> "LotEvidence | None":
+        """The lot of pairs of a sensor's name and the evidence of one of its sessions.
+
+        None where there are none. Trials of the same name, shape and unit are the same.
+        """
+        places: dict[Trial, slice] = {}
+        size = 0
+        sessions: list[tuple[str, Evidence, list[int]]] = []
+        for sensor, evidence in parts:
+            for trial in evidence.trials:
+                if trial not in places:
+                    places[trial] = slice(size, size + trial.size)
+                    size += trial.size
+            index = [i for trial in evidence.trials
+                     for i in range(places[trial].start, places[trial].stop)]
+            sessions.append((sensor, evidence, index))
+        if not sessions:
+            return None
+        score = np.zeros((len(sessions), size))
+        information = np.zeros((len(sessions), size, size))
+        for i, (_, evidence, index) in enumerate(sessions):
+            score[i, index] = evidence.score
+            information[i][np.ix_(index, index)] = evidence.information
+        return cls(
+            sensors=tuple(sensor for sensor, _, _ in sessions),
+            trials=tuple(places),
+            score=score,
+            information=information,
+            whole=np.einsum("skk->sk", information).copy(),
+            chi2=np.array([evidence.chi2 for _, evidence, _ in sessions]),
+            dof=np.array([evidence.dof for _, evidence, _ in sessions]),
+            noise_dof=np.array([evidence.noise_dof for _, evidence, _ in sessions]),
+        )
+
+    @classmethod
+    def joined(cls, parts: Sequence["LotEvidence"]) -> "LotEvidence":
+        """Parts with the same trials as one lot."""
+        sensors = tuple(sensor for part in parts for sensor in part.sensors)
+        fields = ("score", "information", "whole", "chi2", "dof", "noise_dof")
+        arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in fields}
+        return cls(sensors, parts[0].trials, **arrays)
+
+    def only(self, i: int) -> "LotEvidence":
+        """The lot of one session alone."""
+        rows = {name: value[i : i + 1] for name, value in vars(self).items() if name != "trials"}
+        return LotEvidence(trials=self.trials, **rows)
+
+    def place(self, trial: Trial) -> slice:
+        """Where the parameters of ``trial`` stand."""
+        start = 0
+        for each in self.trials:
+            if each == trial:
+                return slice(start, start + each.size)
+            start += each.size
+        raise KeyError(trial)
+
+    def beside(self, trial: Trial) -> "LotEvidence":
+        """The evidence that is left when ``trial`` is fitted to every session, in its own size."""
+        where = self.place(trial)
+        inverse, rank = visible_inverse(self.information[:, where, where], self.whole[:, where])
+        across = self.information[:, :, where]
+        pull = across @ inverse
+        explained = np.einsum("si,sij,sj->s", self.score[:, where], inverse, self.score[:, where])
+        return replace(
+            self,
+            score=self.score - (pull @ self.score[:, where, None])[..., 0],
+            information=self.information - pull @ np.swapaxes(across, 1, 2),
+            chi2=self.chi2 - explained,
+            dof=self.dof - rank,
+        )
+
+
+def visible_inverse(information: FloatArray, whole: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Inverses (S, k, k) of what is seen of S informations, and how many combinations are, (S,).
+
+    A combination is seen that keeps ``VISIBLE_SHARE`` of its signal, ``whole`` (S, k) being the
+    squares of the whole signals; of others the inverse knows nothing.
+    """
+    length = np.sqrt(np.where(whole > 0, whole, 1.0))
+    unit = information / (length[:, :, None] * length[:, None, :])
+    values, vectors = np.linalg.eigh(unit)
+    seen = values > VISIBLE_SHARE**2
+    inverse = np.where(seen, 1 / np.where(seen, values, 1.0), 0.0)
+    product = (vectors * inverse[:, None, :]) @ np.swapaxes(vectors, 1, 2)
+    return product / (length[:, :, None] * length[:, None, :]), seen.sum(axis=1).astype(float)

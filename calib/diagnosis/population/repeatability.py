@@ -1,0 +1,97 @@
+"""Whether a sensor's parameters come back on another evening, within the sds that were stated.
+
+For evenings e of sensor i, with the sds of noise alone (errors that all evenings share, gravity or
+the camera's clock, do not move them against each other):
+
+    chi² = Σ_i Σ_e ((y_ie - ȳ_i) / sd_ie)²,    dof = Σ_i (E_i - 1),    Birge ratio = √(chi²/dof)
+
+A ratio of 1 says that the stated sds hold from evening to evening; of 3, that a sensor's parameter
+moves between evenings by three times what is stated (Birge, Phys. Rev. 40, 207-227, 1932).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import chdtrc
+
+from calib.diagnosis.population.spread import weighed_together
+from calib.poses.imu_log import BoolArray, FloatArray, IntArray
+
+LEAST_NOISE_DOF = 4.0
+"""Degrees of freedom behind sds from which the correction for them is trusted; derived: it needs
+more than two."""
+
+DRIFT_LEVEL = 0.01
+"""Probability that any sensor of a lot whose sds hold is said to have moved. Derived, as
+``UNLIKE_LEVEL``."""
+
+
+@dataclass(frozen=True, eq=False)
+class Repeatability:
+    """One parameter over the evenings of S sensors.
+
+    Parameters
+    ----------
+    name : str
+    birge, p_value : float
+        Of the whole lot; NaN where no sensor has two evenings.
+    dof : int
+    of_sensor : array, shape (S,)
+        Birge ratio of each sensor; NaN where it has one evening.
+    change : array, shape (S,)
+        Largest difference of two of its evenings, in the parameter's unit.
+    moved : array of bool, shape (S,)
+        Sensors that moved by more than the stated sds allow.
+    """
+
+    name: str
+    birge: float
+    p_value: float
+    dof: int
+    of_sensor: FloatArray
+    change: FloatArray
+    moved: BoolArray
+
+
+def repeatability(
+    name: str, value: FloatArray, sd: FloatArray, noise_dof: FloatArray, sensor: IntArray,
+    sensors: int,
+) -> Repeatability:
+    """Compare the evenings of each sensor.
+
+    Parameters
+    ----------
+    name : str
+    value, sd : array, shape (E,)
+        What each of E evenings states, with the sd of its noise; NaN where it does not.
+    noise_dof : array, shape (E,)
+        Degrees of freedom ν behind each sd: squares over estimated variances are larger by
+        Σν/(Σν - 2) on average, which is taken off.
+    sensor : array of int, shape (E,)
+        Which sensor each is of.
+    sensors : int
+        Number S of sensors.
+    """
+    stated = np.isfinite(value) & np.isfinite(sd) & (sd > 0)
+    value, sd, sensor = value[stated], sd[stated], sensor[stated]
+    known = np.maximum(np.bincount(sensor, noise_dof[stated], sensors), LEAST_NOISE_DOF)
+    mean, _ = weighed_together(value, sd, sensor, sensors)
+    pull = ((value - mean[sensor]) / sd) ** 2
+    chi2 = np.bincount(sensor, pull, sensors) * (known - 2) / known
+    dof = np.maximum(np.bincount(sensor, minlength=sensors) - 1, 0)
+    several = dof > 0
+    ratio = np.where(several, np.sqrt(chi2 / np.maximum(dof, 1)), np.nan)
+    p_each = np.where(several, chdtrc(np.maximum(dof, 1), chi2), 1.0)
+    low, high = np.full(sensors, np.inf), np.full(sensors, -np.inf)
+    np.minimum.at(low, sensor, value)
+    np.maximum.at(high, sensor, value)
+    total, free = float(chi2[several].sum()), int(dof.sum())
+    return Repeatability(
+        name=name,
+        birge=float(np.sqrt(total / free)) if free else np.nan,
+        p_value=float(chdtrc(free, total)) if free else np.nan,
+        dof=free,
+        of_sensor=ratio,
+        change=np.where(several, high - np.where(several, low, 0.0), np.nan),
+        moved=p_each < DRIFT_LEVEL / max(int(several.sum()), 1),
+    )

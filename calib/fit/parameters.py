@@ -1,0 +1,137 @@
+"""The parameters of Angrisano et al. eq. (3), and the linear form that is fitted.
+
+With nominal scale k0 and nominal bias b0, the reading is ``y = k0 (u - b0)`` and the fit gives
+``s = (I - S) y - bias``, S upper triangular. Then ``T K = (I - S) k0``, so
+
+    k_j = k0 (1 - S_jj)      alpha = - S_ij / (1 - S_jj)      b = b0 + (I - S)^-1 bias / k0
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.effects.catalogue import BASE
+from calib.fit.model import Model
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import FloatArray
+
+BASE_SIZE = 9  #: parameters of Angrisano et al. eq. (3)
+COMPLEX_STEP = 1e-30  #: its square is nothing beside one, so the derivative is exact to rounding
+
+
+@dataclass(frozen=True, eq=False)
+class TriadParameters:
+    """alpha (rad), b (counts), k^-1 (counts per SI unit), each (3,) in x, y, z; cov (9, 9).
+
+    ``cov`` is in the order misalignment, bias, scale. A group that was not in the model keeps its
+    data-sheet value and has no sd (NaN).
+    """
+
+    misalignment_rad: FloatArray
+    bias_counts: FloatArray
+    scale_counts_per_unit: FloatArray
+    cov: FloatArray
+
+    @property
+    def sd(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Sds of misalignment, bias and scale, each (3,)."""
+        sd = np.sqrt(np.diag(self.cov))
+        return sd[:3], sd[3:6], sd[6:]
+
+    def matrix(self) -> FloatArray:
+        """``T K`` of eq. (1), SI units per count, shape (3, 3)."""
+        return alignment(self.misalignment_rad) / self.scale_counts_per_unit
+
+    def correct(self, counts: FloatArray) -> FloatArray:
+        """``T K (counts - b)`` of eq. (1), shape (n, 3)."""
+        return np.asarray((counts - self.bias_counts) @ self.matrix().T)
+
+
+def alignment(misalignment_rad: FloatArray) -> FloatArray:
+    """T of Angrisano et al. eq. (2).
+
+    Parameters
+    ----------
+    misalignment_rad : array, shape (3,)
+        alpha in x, y, z, rad.
+
+    Returns
+    -------
+    array, shape (3, 3)
+        From the sensitive axes to the orthogonal ones.
+    """
+    x, y, z = misalignment_rad
+    return np.array([[1.0, z, y], [0.0, 1.0, x], [0.0, 0.0, 1.0]])
+
+
+def _paper_vector(theta: np.ndarray, k0: float, b0: float) -> np.ndarray:
+    """(alpha, b, 1/k) of theta = (bias, scale, misalignment), each x, y, z; also complex."""
+    bias, scale, (mx, my, mz) = theta[:3], theta[3:6], theta[6:]
+    gain = 1 - scale
+    alpha = np.array([-mx / gain[2], -my / gain[2], -mz / gain[1]])
+    upper = np.diag(gain) - np.array([[0, mz, my], [0, 0, mx], [0, 0, 0]])
+    b = b0 + np.linalg.solve(upper, bias) / k0
+    return np.concatenate([alpha, b, 1 / (gain * k0)])
+
+
+def base_theta(model: Model, theta: FloatArray, cov: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """theta (9,) and cov (9, 9) of bias, scale and misalignment; NaN cov for what is absent."""
+    full = np.zeros(BASE_SIZE)
+    full_cov = np.full((BASE_SIZE, BASE_SIZE), np.nan)
+    index: list[int] = []
+    source: list[int] = []
+    for i, name in enumerate(BASE):
+        where = model.slices().get(name)
+        if where is not None:
+            index += range(3 * i, 3 * i + 3)
+            source += range(where.start, where.stop)
+    full[index] = theta[source]
+    full_cov[np.ix_(index, index)] = cov[np.ix_(source, source)]
+    return full, full_cov
+
+
+def triad_parameters(
+    model: Model, theta: FloatArray, cov: FloatArray, spec: TriadSpec
+) -> TriadParameters:
+    """The paper's parameters of a fit, with their covariance by exact differentiation.
+
+    Parameters
+    ----------
+    model : Model
+        Of p parameters.
+    theta, cov : array, shapes (p,) and (p, p)
+        Those of the fit, SI.
+    spec : TriadSpec
+        The data sheet that made the readings nominal.
+
+    Returns
+    -------
+    TriadParameters
+        Misalignment in rad, bias in counts, scale in counts per unit; NaN covariance for what the
+        model does not hold.
+    """
+    full, full_cov = base_theta(model, theta, cov)
+    k0, b0 = spec.nominal_scale, spec.nominal_bias_counts
+    value = _paper_vector(full, k0, b0)
+    jacobian = np.empty((BASE_SIZE, BASE_SIZE))
+    for j in range(BASE_SIZE):
+        moved = full.astype(complex)
+        moved[j] += 1j * COMPLEX_STEP
+        jacobian[:, j] = _paper_vector(moved, k0, b0).imag / COMPLEX_STEP
+    known = ~np.isnan(np.diag(full_cov))
+    filled = np.where(np.isnan(full_cov), 0.0, full_cov)
+    out = jacobian @ filled @ jacobian.T
+    for group, rows in ((2, slice(0, 3)), (0, slice(3, 6)), (1, slice(6, 9))):
+        if not known[3 * group]:
+            out[rows, :] = np.nan
+            out[:, rows] = np.nan
+    return TriadParameters(value[:3], value[3:6], value[6:], out)
+
+
+def theta_of(parameters: TriadParameters, spec: TriadSpec) -> FloatArray:
+    """theta (bias, scale, misalignment) of the linear form that is ``parameters``, shape (9,)."""
+    k0, b0 = spec.nominal_scale, spec.nominal_bias_counts
+    upper = parameters.matrix() / k0
+    bias = upper @ (parameters.bias_counts - b0) * k0
+    mx, my, mz = -upper[1, 2], -upper[0, 2], -upper[0, 1]
+    return np.concatenate([bias, 1 - np.diag(upper), [mx, my, mz]])

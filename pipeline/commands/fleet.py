@@ -1,0 +1,68 @@
+"""``pipeline fleet 'GLOB' --output DIR``."""
+
+import os
+from pathlib import Path
+
+import click
+
+from pipeline.commands import examples, paragraph
+from pipeline.commands.arguments import PathArgument
+
+
+@click.command(epilog=examples(
+    "pipeline fleet 'sessions/*/config.yaml' --output lot",
+    "pipeline fleet 'lot7/{sensor}/*/config.yaml' --output lot7.fleet --workers 8",
+    "pipeline fleet 'sessions/*/config.yaml' --output lot --scheduler tcp://10.0.0.5:8786",
+))
+@click.argument("pattern", metavar="GLOB")
+@click.option("--output", type=PathArgument(file_okay=False), required=True,
+              help="Folder for the table, the report, and the results of each session.")
+@click.option("--scheduler", metavar="ADDRESS",
+              help="Scheduler of a Dask cluster, as tcp://HOST:PORT; default: this machine.")
+@click.option("--workers", type=click.IntRange(min=1), default=None,
+              help="Processes on this machine; default: one for each processor.")
+@click.option("--reports/--no-reports", default=True,
+              help="Write report.html of each session, about 1 MB.  [default: reports]")
+@click.option("--allow-python", is_flag=True,
+              help="Run the Python files that configurations name for user-defined effects.")
+def command(
+    pattern: str, output: Path, scheduler: str | None, workers: int | None, reports: bool,
+    allow_python: bool,
+) -> int:
+    """Run many sessions, and put all of them into one table.
+
+    GLOB, in quotes, is a pattern of configurations. {sensor} in it stands like * for any text and
+    names the sensor, so that evenings of the same sensor are compared. A session that fails is in
+    the table with its reason and stops nothing. Typed again, the command goes on where it stopped:
+    sessions whose files have not changed are not run again.
+    """
+    from pipeline.commands.progress import SessionProgress
+    from pipeline.errors import BUG, DONE
+    from pipeline.fleet.cluster import connected, run_fleet
+    from pipeline.fleet.finish import finish_fleet
+    from pipeline.fleet.record import SessionRecord
+    from pipeline.fleet.sessions import find_sessions
+    from pipeline.fleet.summary_text import summary_lines
+    from pipeline.fleet.table import require_parquet
+    from pipeline.fleet.worker import FleetTask
+
+    if scheduler is not None and workers is not None:
+        raise click.UsageError("--workers counts processes of this machine; a scheduler has its "
+                               "own workers. Leave one of the two out.")
+    require_parquet()
+    sessions = find_sessions(pattern)
+    where = output.resolve()
+    tasks = [FleetTask(each, where, allow_python, reports) for each in sessions]
+    records: list[SessionRecord] = []
+    with (
+        connected(scheduler, min(workers or os.cpu_count() or 1, len(tasks))) as client,
+        SessionProgress(len(tasks)) as progress,
+    ):
+        def on_record(record: SessionRecord) -> None:
+            records.append(record)
+            progress.advance(record.exit_code != DONE)
+
+        run_fleet(client, tasks, on_record)
+    for line in summary_lines(finish_fleet(records, output, reports)):
+        click.echo(paragraph(line, "  "))
+    return BUG if any(record.exit_code == BUG for record in records) else DONE

@@ -1,0 +1,95 @@
+"""The lines of a configuration that exclude poses of a triad, for terminal and report."""
+
+import json
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from calib.poses.imu_log import Triad
+from pipeline.config.load import Config
+from pipeline.config.schema import AccelerometerSection, RunSection
+from pipeline.stages.excluded_poses import PoseName, short_names
+from pipeline.stages.run import Outcome
+from pipeline.stages.triads import TriadResult
+
+_PLAIN = re.compile(r"[A-Za-z]\w*[._]\w+", re.ASCII)
+"""Names that YAML reads as text without quotation marks, whatever they are."""
+
+
+@dataclass(frozen=True)
+class ExcludeLines:
+    """The lines that exclude poses: ``head``, then of every section that excludes some ``before``
+    and a list of the names in ``known``, which it excludes already, and of further ones.
+    """
+
+    head: str
+    before: tuple[str, ...]
+    known: tuple[tuple[str, ...], ...]
+
+    def text(self, names: Mapping[int, Sequence[str]]) -> str:
+        """The lines with these further names by the number of their section."""
+        return "\n".join([self.head, *(
+            f"{self.before[k]}[{', '.join([*self.known[k], *names[k]])}]" for k in sorted(names))])
+
+
+def exclude_lines(config: Config, triad: Triad) -> ExcludeLines:
+    """What to write where, of one triad."""
+    if triad == "accelerometer":
+        known = config.accelerometer.exclude if config.accelerometer else ()
+        return ExcludeLines(f"{triad}:", ("  exclude: ",), (tuple(map(yaml_name, known)),))
+    runs = config.gyroscope.runs if config.gyroscope else ()
+    return ExcludeLines(
+        f"{triad}:\n  runs:", tuple(f"  - rate: {run.rate}\n    exclude: " for run in runs),
+        tuple(tuple(map(yaml_name, run.exclude)) for run in runs))
+
+
+@dataclass(frozen=True)
+class PoseSection:
+    """What a pose is called in ``exclude``, and the number of the section that it belongs to."""
+
+    name: str
+    number: int
+
+
+def pose_sections(outcome: Outcome, result: TriadResult) -> tuple[PoseSection, ...]:
+    """Name and section of every pose of a fit, in its order."""
+    config = outcome.config
+    sections: Iterable[AccelerometerSection | RunSection] = ()
+    if result.triad == "accelerometer" and config.accelerometer is not None:
+        sections = [config.accelerometer]
+    elif config.gyroscope is not None:
+        sections = config.gyroscope.runs
+    places = []
+    for number, section in enumerate(sections):
+        recording = outcome.recordings.of(section)
+        labels = [mean.label for mean in recording.means]
+        every = [*labels, *(each.label for each in recording.excluded)]
+        places += [PoseSection(yaml_name(shortest_name(label, every)), number) for label in labels]
+    return tuple(places)
+
+
+def lines_to_exclude(outcome: Outcome, result: TriadResult, labels: Sequence[str]) -> str:
+    """The lines that exclude the poses ``labels`` of a fit."""
+    names: dict[int, list[str]] = {}
+    every = zip(result.calibration.fit.poses.label, pose_sections(outcome, result), strict=True)
+    for label, place in every:
+        if label in labels:
+            names.setdefault(place.number, []).append(place.name)
+    return exclude_lines(outcome.config, result.triad).text(names)
+
+
+def shortest_name(label: str, labels: Sequence[str]) -> str:
+    """The shortest name that means ``label`` alone among ``labels``."""
+    return next((name for name in short_names(label)
+                 if sum(name in short_names(other) for other in labels) == 1), label)
+
+
+def yaml_name(name: PoseName) -> str:
+    """A name or a number as it stands in a YAML list.
+
+    >>> yaml_name("pose_07"), yaml_name("138.0-145.2 s"), yaml_name(7)
+    ('pose_07', '"138.0-145.2 s"', '7')
+    """
+    if isinstance(name, int) or _PLAIN.fullmatch(name):
+        return str(name)
+    return json.dumps(name, ensure_ascii=False)

@@ -1,0 +1,156 @@
+"""fleet.html: a lot on one page that needs no network, as long for ten sensors as for 10,000."""
+
+from collections import Counter
+from collections.abc import Sequence
+from datetime import datetime
+from typing import Any
+from urllib.parse import quote
+
+import numpy as np
+
+from calib.diagnosis.population.pool import FALSE_ALARM, PooledTrial
+from calib.diagnosis.population.spread import Spread
+from calib.fit.rounding import with_sd
+from pipeline.errors import DONE
+from pipeline.fleet.histogram import histogram
+from pipeline.fleet.population import TriadPopulation, parameter_unit
+from pipeline.fleet.record import SESSIONS_FOLDER, SessionRecord
+from pipeline.fleet.words import p_text, pool_headline, pool_text, repeat_text
+from pipeline.report.page import css_text
+from pipeline.report.page_templates import page_templates
+from pipeline.results.read import REPORT_NAME
+
+PAGE_NAME = "fleet.html"
+MOST_ROWS = 100
+"""Rows of a list on the page; the table has all. Derived: what a person looks through, and 10,000
+sensors leave the page under 2 MB."""
+
+
+def fleet_html(
+    title: str, records: Sequence[SessionRecord], populations: Sequence[TriadPopulation],
+    reports: bool, when: datetime | None = None,
+) -> str:
+    """The whole page.
+
+    Parameters
+    ----------
+    title : str
+        What the lot is called.
+    records : sequence of SessionRecord
+    populations : sequence of TriadPopulation
+    reports : bool
+        Whether each session has a report to link to.
+    when : datetime, optional
+        Local time, for the head of the page.
+    """
+    failed = [record for record in records if record.exit_code != DONE]
+    return page_templates().get_template(PAGE_NAME).render(
+        title=title,
+        title_css=css_text(title),
+        when=f"{when:%Y-%m-%d %H:%M}" if when else "",
+        sessions=len(records),
+        calibrated=len(records) - len(failed),
+        sensors=len({record.sensor for record in records}),
+        triads=[_triad_view(each, reports) for each in populations],
+        failed=[{"name": each.name, "code": each.exit_code, "reason": each.reason}
+                for each in failed[:MOST_ROWS]],
+        failed_count=len(failed),
+        most=MOST_ROWS,
+        level=FALSE_ALARM,
+        p_text=p_text,
+    )
+
+
+def _triad_view(population: TriadPopulation, reports: bool) -> dict[str, Any]:
+    """What the page shows of one triad."""
+    verdicts = Counter(row["verdict"] for row in population.rows)
+    named = Counter(name for row in population.rows for name in row["missing"].split(" + ") if name)
+    unlike, moved = _unlike(population, reports), _moved(population, reports)
+    return {
+        "name": population.triad,
+        "sensors": len(population.sensors),
+        "sessions": len(population.rows),
+        "is_good": population.pool is not None and not population.pool.effects,
+        "pool": pool_text(population),
+        "headline": pool_headline(population),
+        "verdicts": [(code, n, n / len(population.rows)) for code, n in verdicts.most_common()],
+        "effects": _effect_rows(population, named),
+        "histograms": [_histogram_view(each, population.triad) for each in population.spreads],
+        "unlike": unlike[:MOST_ROWS],
+        "unlike_count": len(unlike),
+        "repeat": repeat_text(population),
+        "repeats": population.repeats,
+        "moved": moved[:MOST_ROWS],
+        "moved_count": len(moved),
+    }
+
+
+def _effect_rows(population: TriadPopulation, named: Counter[str]) -> list[dict[str, Any]]:
+    """Each candidate: in how many sessions it is named, and what the pool says; strongest first."""
+    pooled = population.pool
+    best: dict[str, PooledTrial] = {}
+    for each in pooled.candidates if pooled else ():
+        if each.trial.name not in best or each.exponent > best[each.trial.name].exponent:
+            best[each.trial.name] = each
+    in_pool = {each.name for each in pooled.effects} if pooled else set()
+    names = sorted({*best, *named}, key=lambda name: (
+        name not in in_pool, -named[name], -(best[name].exponent if name in best else 0.0)))
+    rows = []
+    for name in names:
+        row = {"name": name, "sessions": named[name], "is_missing": name in in_pool}
+        shown = best.get(name)
+        row |= {"shown": "", "p_common": "", "p_any": ""} if shown is None else {
+            "shown": shown.sessions, "p_common": p_text(shown.p_common),
+            "p_any": p_text(shown.p_any)}
+        rows.append(row)
+    return rows
+
+
+def _histogram_view(spread: Spread, triad: str) -> dict[str, Any]:
+    """One parameter: its histogram, mean, spread and typical sd."""
+    of_lot, unit = spread.of_lot, parameter_unit(spread.name, triad)
+    typical_sd = float(np.nanmedian(spread.sd))
+    return {
+        "name": spread.name,
+        "unit": unit,
+        "drawing": histogram(spread.value, spread.unlike, unit),
+        "mean": with_sd(of_lot.mean, of_lot.mean_sd),
+        "spread": with_sd(of_lot.spread, of_lot.spread_sd) if of_lot.spread else "0",
+        "typical_sd": f"{typical_sd:.2g}",
+        "unlike": int(spread.unlike.sum()),
+    }
+
+
+def _unlike(population: TriadPopulation, reports: bool) -> list[dict[str, Any]]:
+    """Sensors unlike the lot, the most distant first: one row for each with all its parameters."""
+    rows = []
+    for i, sensor in enumerate(population.sensors):
+        off = [(abs(each.distance[i]), each) for each in population.spreads if each.unlike[i]]
+        if off:
+            off.sort(key=lambda pair: -pair[0])
+            what = ", ".join(
+                f"{each.name} {with_sd(each.value[i], each.sd[i])} ({distance:.1f} sds away)"
+                for distance, each in off)
+            rows.append({"sensor": sensor, "what": what, "size": off[0][0],
+                         "links": _links(population.sessions_of(i), reports)})
+    return sorted(rows, key=lambda row: -row["size"])
+
+
+def _moved(population: TriadPopulation, reports: bool) -> list[dict[str, Any]]:
+    """Sensors whose evenings differ by more than is stated, the largest first."""
+    rows = []
+    for i, sensor in enumerate(population.sensors):
+        moved = [each for each in population.repeats if each.moved[i]]
+        if moved:
+            worst = max(moved, key=lambda each: each.of_sensor[i])
+            what = (f"{worst.name} by {worst.change[i]:.3g} "
+                    f"{parameter_unit(worst.name, population.triad)}")
+            rows.append({"sensor": sensor, "what": what, "birge": worst.of_sensor[i],
+                         "links": _links(population.sessions_of(i), reports)})
+    return sorted(rows, key=lambda row: -row["birge"])
+
+
+def _links(sessions: Sequence[str], reports: bool) -> list[tuple[str, str]]:
+    """Name and address of each session's report, the address empty where there is none."""
+    return [(name, f"{SESSIONS_FOLDER}/{quote(name)}/{REPORT_NAME}" if reports else "")
+            for name in sessions]

@@ -1,0 +1,162 @@
+"""What the table and the evidence of all sessions show of a lot, triad by triad."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from calib.diagnosis.population.evidence import Evidence
+from calib.diagnosis.population.lot import LotEvidence
+from calib.diagnosis.population.pool import Pool, PooledEffect, pool
+from calib.diagnosis.population.random_effects import RandomEffects
+from calib.diagnosis.population.repeatability import Repeatability, repeatability
+from calib.diagnosis.population.spread import Spread, spread_of, weighed_together
+from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray
+from calib.poses.mean_noise import NOISE_DOF_PER_POSE
+from pipeline.fleet.record import evidence_path, kept_evidence
+from pipeline.fleet.rows import Row
+from pipeline.results.json_values import Json, number, numbers
+from pipeline.results.read import PARAMETERS
+
+POPULATION_NAME = "population.json"
+
+UNIT = {"misalignment_rad": "rad", "bias_counts": "counts",
+        "scale_counts_per_unit": "counts per {u}"}
+
+
+@dataclass(frozen=True, eq=False)
+class TriadPopulation:
+    """One triad over a lot.
+
+    Parameters
+    ----------
+    triad : str
+    rows : sequence of Row
+        Those of its sessions that were calibrated.
+    sensors : tuple of str
+        In the order of the arrays.
+    spreads : tuple of Spread
+        Of each parameter that was fitted.
+    repeats : tuple of Repeatability
+        The same over the evenings of each sensor; empty where no sensor has two.
+    pool : Pool or None
+        What is missing in the lot; None where no evidence is kept.
+    """
+
+    triad: str
+    rows: Sequence[Row]
+    sensors: tuple[str, ...]
+    spreads: tuple[Spread, ...]
+    repeats: tuple[Repeatability, ...]
+    pool: Pool | None
+
+    def sessions_of(self, sensor: int) -> list[str]:
+        """The names of a sensor's sessions."""
+        return [row["session"] for row in self.rows if row["sensor"] == self.sensors[sensor]]
+
+
+def populations_of(rows: Sequence[Row], output: Path) -> tuple[TriadPopulation, ...]:
+    """Every triad of which a session was calibrated; the evidence stands in ``output``."""
+    populations = []
+    for triad in TRIADS:
+        calibrated = [row for row in rows if row["triad"] == triad and row["exit_code"] == 0]
+        if calibrated:
+            populations.append(_population(triad, calibrated, output))
+    return tuple(populations)
+
+
+def _population(triad: str, rows: Sequence[Row], output: Path) -> TriadPopulation:
+    sensors = tuple(dict.fromkeys(row["sensor"] for row in rows))
+    number_of = {sensor: i for i, sensor in enumerate(sensors)}
+    sensor = np.array([number_of[row["sensor"]] for row in rows])
+    noise_dof = NOISE_DOF_PER_POSE * _column(rows, "n_poses")
+    spreads, repeats = [], []
+    for name in parameter_names():
+        value = _column(rows, name)
+        spread = spread_of(
+            name, *weighed_together(value, _column(rows, f"{name}_sd"), sensor, len(sensors)))
+        if spread is not None:
+            spreads.append(spread)
+            repeats.append(repeatability(
+                name, value, _column(rows, f"{name}_noise_sd"), noise_dof, sensor, len(sensors)))
+    lot = LotEvidence.of(_evidence(rows, triad, output))
+    return TriadPopulation(
+        triad, rows, sensors, tuple(spreads), tuple(each for each in repeats if each.dof),
+        None if lot is None else pool(lot),
+    )
+
+
+def parameter_names() -> list[str]:
+    """The columns of the nine parameters."""
+    return [f"{key}_{axis}" for key in PARAMETERS for axis in AXES]
+
+
+def parameter_unit(name: str, triad: str) -> str:
+    """The unit of one of them."""
+    return UNIT[name.rpartition("_")[0]].replace("{u}", SI_UNIT[triad])
+
+
+def _column(rows: Sequence[Row], name: str) -> FloatArray:
+    return np.array([np.nan if row.get(name) is None else row[name] for row in rows], float)
+
+
+def _evidence(
+    rows: Sequence[Row], triad: str, output: Path
+) -> Iterator[tuple[str, Evidence]]:
+    for row in rows:
+        evidence = kept_evidence(evidence_path(output, row["session"], triad))
+        if evidence is not None:
+            yield row["sensor"], evidence
+
+
+def population_json(populations: Sequence[TriadPopulation]) -> Json:
+    """The same for programs: SI units and those of results.json; null for what is not known."""
+    return {each.triad: _triad_json(each) for each in populations}
+
+
+def _triad_json(population: TriadPopulation) -> Json:
+    pooled = population.pool
+    return {
+        "sensors": len(population.sensors),
+        "sessions": len(population.rows),
+        "missing": [] if pooled is None else [_effect_json(each) for each in pooled.effects],
+        "candidates": [] if pooled is None else [
+            {"name": each.trial.name, "shape": each.trial.shape, "sessions": each.sessions,
+             "p_common_size": each.p_common, "p_any_size": each.p_any}
+            for each in pooled.candidates
+        ],
+        "parameters": {
+            each.name: _effects_json(each.of_lot) | {
+                "unlike": [population.sensors[i] for i in np.flatnonzero(each.unlike)]}
+            for each in population.spreads
+        },
+        "repeatability": {
+            each.name: {"birge_ratio": number(each.birge), "dof": each.dof,
+                        "p_value": number(each.p_value),
+                        "moved": [population.sensors[i] for i in np.flatnonzero(each.moved)]}
+            for each in population.repeats
+        },
+    }
+
+
+def _effect_json(effect: PooledEffect) -> Json:
+    trial, sizes = effect.evidence.trial, effect.sizes
+    parameters: dict[str, Any] = {
+        name: None if size is None else _effects_json(size)
+        for name, size in zip(trial.parameters, sizes, strict=True)
+    }
+    return {
+        "name": effect.name, "shape": trial.shape, "unit": trial.unit,
+        "alternatives": list(effect.alternatives), "sessions": effect.evidence.sessions,
+        "p_common_size": effect.evidence.p_common, "p_any_size": effect.evidence.p_any,
+        "parameters": parameters,
+    }
+
+
+def _effects_json(of_lot: RandomEffects) -> Json:
+    mean, mean_sd, spread, spread_sd = numbers(
+        [of_lot.mean, of_lot.mean_sd, of_lot.spread, of_lot.spread_sd])
+    return {"mean": mean, "mean_sd": mean_sd, "spread": spread, "spread_sd": spread_sd,
+            "p_same": of_lot.p_same, "sensors": of_lot.sensors}

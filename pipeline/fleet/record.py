@@ -1,0 +1,104 @@
+"""What one session leaves in its folder for the fleet: its rows, what they cost, and its evidence.
+
+A record is written last, under the fingerprint of the session's inputs. Whoever finds it with the
+same fingerprint has nothing to do again.
+"""
+
+import io
+import json
+import zipfile
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from calib.diagnosis.population.evidence import Evidence, Trial
+from pipeline.files import write_whole
+
+RECORD_NAME = "fleet.json"
+SESSIONS_FOLDER = "sessions"
+
+
+@dataclass(frozen=True)
+class SessionRecord:
+    """What a fleet keeps of one session.
+
+    Parameters
+    ----------
+    name, sensor : str
+    fingerprint : str
+        Of its inputs; empty where these could not be read.
+    exit_code : int
+        As that of ``pipeline run``.
+    reason : str
+        Why it failed or was refused.
+    rows : tuple of dict
+        A row of the table for each triad.
+    seconds : dict
+        Wall time of each stage.
+    """
+
+    name: str
+    sensor: str
+    fingerprint: str
+    exit_code: int
+    reason: str = ""
+    rows: tuple[Mapping[str, Any], ...] = ()
+    seconds: Mapping[str, float] = field(default_factory=dict)
+
+
+def folder_of(output: Path, name: str) -> Path:
+    """Where the results of the session called ``name`` stand."""
+    return output / SESSIONS_FOLDER / name
+
+
+def write_record(output: Path, record: SessionRecord) -> None:
+    """Keep a record."""
+    text = json.dumps(asdict(record), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    write_whole(folder_of(output, record.name) / RECORD_NAME, text)
+
+
+def kept_record(output: Path, name: str) -> SessionRecord | None:
+    """The record of the session called ``name``; None where there is none, or a damaged one."""
+    try:
+        text = (folder_of(output, name) / RECORD_NAME).read_text(encoding="utf-8")
+        entries = json.loads(text)
+        return SessionRecord(**{**entries, "rows": tuple(entries["rows"])})
+    except (OSError, ValueError, TypeError, KeyError, RecursionError):
+        return None
+
+
+def evidence_path(output: Path, name: str, triad: str) -> Path:
+    """Where the evidence of one triad of a session stands."""
+    return folder_of(output, name) / f"evidence_{triad}.npz"
+
+
+def write_evidence(path: Path, evidence: Evidence) -> None:
+    """Keep the evidence of one triad."""
+    buffer = io.BytesIO()
+    upper = np.triu_indices(len(evidence.score))
+    np.savez(
+        buffer, score=evidence.score, information=evidence.information[upper],
+        scalars=[evidence.chi2, evidence.dof, evidence.noise_dof],
+        trials=json.dumps([asdict(trial) for trial in evidence.trials]),
+    )
+    write_whole(path, buffer.getvalue())
+
+
+def kept_evidence(path: Path) -> Evidence | None:
+    """The evidence in ``path``; None where there is none, or a damaged one."""
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            score, packed = stored["score"], stored["information"]
+            chi2, dof, noise_dof = map(float, stored["scalars"])
+            trials = json.loads(str(stored["trials"]))
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+    information = np.zeros((len(score), len(score)))
+    upper = np.triu_indices(len(score))
+    information[upper] = packed
+    information.T[upper] = packed
+    each = tuple(Trial(**{**trial, "parameters": tuple(trial["parameters"])}) for trial in trials)
+    return Evidence(each, score, information, chi2, dof, noise_dof)

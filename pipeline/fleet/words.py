@@ -1,0 +1,86 @@
+"""What a lot shows, in words: for the page and for the terminal."""
+
+from calib.diagnosis.population.pool import FALSE_ALARM, PooledEffect
+from calib.diagnosis.population.random_effects import RandomEffects
+from calib.fit.rounding import with_sd
+from pipeline.fleet.population import TriadPopulation
+from pipeline.text.formatting import count
+
+CLEAR_SDS = 2.0
+"""Sds from zero from which a size is quoted as one; derived: 95 % of a normal distribution."""
+
+
+def pool_headline(population: TriadPopulation) -> str:
+    """What is missing in the lot, by name."""
+    pooled = population.pool
+    if pooled is None or not pooled.effects:
+        return pool_text(population)
+    return f"Missing in the lot: {'; '.join(map(_named, pooled.effects))}."
+
+
+def pool_text(population: TriadPopulation) -> str:
+    """What is missing in the lot, or that nothing is, in one paragraph."""
+    pooled = population.pool
+    if pooled is None:
+        return "No evidence of single sessions is kept, so nothing was pooled."
+    lot = f"{count(len(population.rows), 'session')} of {count(len(pooled.sensors), 'sensor')}"
+    if not pooled.effects:
+        return (f"Nothing is missing in the lot: the evidence of {lot}, added up, shows none of "
+                f"{count(len(pooled.candidates), 'candidate')} (false alarms in "
+                f"{100 * FALSE_ALARM:.0f} % of lots).")
+    return f"Pooled over {lot}: " + " ".join(effect_text(each) for each in pooled.effects)
+
+
+def p_text(p_value: float) -> str:
+    """A probability as one says it.
+
+    >>> p_text(0.25), p_text(3e-7), p_text(0.0)
+    ('0.25', '3e-07', 'below 1e-300')
+    """
+    return f"{p_value:.2g}" if p_value > 1e-300 else "below 1e-300"
+
+
+def effect_text(effect: PooledEffect) -> str:
+    """One effect that is missing in the lot."""
+    form = ("of one size in all sensors" if effect.evidence.p_common < effect.evidence.p_any
+            else "of sizes that differ between sessions")
+    return (f"{_named(effect)} is missing, {form}, p {p_text(effect.evidence.p_value)}. "
+            f"{sizes_text(effect)}")
+
+
+def _named(effect: PooledEffect) -> str:
+    also = f" (or {', '.join(effect.alternatives)})" if effect.alternatives else ""
+    return f"'{effect.name}'{also}"
+
+
+def sizes_text(effect: PooledEffect) -> str:
+    """Common size and spread of the parameters that the lot shows clearly."""
+    trial = effect.evidence.trial
+    parts = [
+        f"{name} {with_sd(size.mean, size.mean_sd)}{_spread(size)}"
+        for name, size in zip(trial.parameters, effect.sizes, strict=True)
+        if size is not None and (abs(size.mean) > CLEAR_SDS * size.mean_sd or
+                                 size.spread > CLEAR_SDS * size.spread_sd)
+    ]
+    if not parts:
+        return ""
+    return f"Common size and spread over the sensors, {trial.unit}: {'; '.join(parts)}."
+
+
+def _spread(size: RandomEffects) -> str:
+    if size.spread <= CLEAR_SDS * size.spread_sd:
+        return ""
+    return f", spread {with_sd(size.spread, size.spread_sd)}"
+
+
+def repeat_text(population: TriadPopulation) -> str:
+    """Whether the stated sds hold from evening to evening, in one sentence."""
+    if not population.repeats:
+        return ("No sensor has two sessions, so that nothing is known of its repeatability. "
+                "{sensor} in the pattern names the sensor of a session.")
+    worst = max(population.repeats, key=lambda each: each.birge)
+    if worst.p_value * len(population.repeats) < FALSE_ALARM:
+        return (f"Parameters differ from evening to evening by more than is stated: {worst.name} "
+                f"by {worst.birge:.1f} times its sd (Birge ratio, {worst.dof} degrees of freedom).")
+    return (f"The stated sds hold from evening to evening: the largest Birge ratio is "
+            f"{worst.birge:.2f} ({worst.name}, {worst.dof} degrees of freedom).")

@@ -1,0 +1,136 @@
+"""One session of a fleet: run it as ``pipeline run`` does, unless that was done before."""
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from calib.diagnosis.population.evidence import evidence_of
+from calib.errors import CalibrationError
+from calib.mounting.mounting import Mounting
+from pipeline.config.load import Config, load_config
+from pipeline.errors import PipelineError, exit_code_of, message_of, of_the_system
+from pipeline.fleet.fingerprint import fingerprint
+from pipeline.fleet.record import (
+    SessionRecord,
+    evidence_path,
+    folder_of,
+    kept_record,
+    write_evidence,
+    write_record,
+)
+from pipeline.fleet.rows import rows_of_failure, rows_of_results
+from pipeline.fleet.sessions import FleetSession
+from pipeline.report.outputs import outputs_of
+from pipeline.results.read import RESULTS_NAME
+from pipeline.results.write import results_of, results_text
+from pipeline.session_folder import working_on, write_session
+from pipeline.stages.context import RunContext
+from pipeline.stages.poses import Recordings
+from pipeline.stages.rate import SettingRate
+from pipeline.stages.run import Outcome, StageObserver, run_stages
+from pipeline.stages.triads import TriadResult
+from pipeline.stages.user_effects import user_effects
+from vision.errors import VisionError
+
+
+@dataclass(frozen=True)
+class FleetTask:
+    """What a worker is to do: one session, where the fleet's results go, and how.
+
+    ``allow_python`` lets Python effects run; ``reports`` writes report.html of each session.
+    """
+
+    session: FleetSession
+    output: Path
+    allow_python: bool
+    reports: bool
+
+
+class StageClock(StageObserver):
+    """Wall time of each stage of a run, s."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._since = time.perf_counter()
+
+    def lap(self, stage: str) -> None:
+        """The stage has ended; the next begins."""
+        now = time.perf_counter()
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._since
+        self._since = now
+
+    def on_rate(self, rate: SettingRate) -> None:
+        """Clips are measured."""
+        self.lap("rates")
+
+    def on_recordings(self, recordings: Recordings) -> None:
+        """Logs are averaged."""
+        self.lap("logs")
+
+    def on_triad(self, result: TriadResult) -> None:
+        """A triad is fitted and diagnosed."""
+        self.lap(result.triad)
+
+    def on_installation(self, installation: Mounting) -> None:
+        """The mounting is measured."""
+        self.lap("installation")
+
+
+def work_on(task: FleetTask) -> SessionRecord:
+    """The record of a session; made now, unless one of the same inputs is kept.
+
+    What a person could do something about, a session that is refused or cannot be read, is in the
+    record. An exception that nobody expects goes through: it is a bug.
+    """
+    session = task.session
+    config, key = None, ""
+    try:
+        config = load_config(session.config)
+        key = fingerprint(config, task.allow_python, task.reports)
+        kept = kept_record(task.output, session.name)
+        if kept is not None and kept.fingerprint == key and kept.sensor == session.sensor:
+            return kept
+        record = _run(task, key)
+    except (PipelineError, CalibrationError, VisionError) as error:
+        record = _failure(session, config, key, error)
+    except (OSError, MemoryError) as error:
+        record = _failure(session, config, "", of_the_system(error))  # another day it may do
+    write_record(task.output, record)
+    return record
+
+
+def _failure(
+    session: FleetSession, config: Config | None, key: str,
+    error: PipelineError | CalibrationError | VisionError,
+) -> SessionRecord:
+    code, reason = exit_code_of(error), message_of(error)
+    rows = rows_of_failure(session, config, code, reason)
+    return SessionRecord(session.name, session.sensor, key, code, reason, rows)
+
+
+def _run(task: FleetTask, key: str) -> SessionRecord:
+    """Every stage; results, report and evidence in the session's folder of the fleet."""
+    session, clock = task.session, StageClock()
+    with working_on(session.config, folder_of(task.output, session.name)) as (config, folder):
+        context = RunContext(folder / "cache", allow_python=task.allow_python)
+        outcome = run_stages(config, context, clock)
+        clock.lap("end")
+        results = results_of(outcome)
+        if task.reports:
+            write_session(folder, outputs_of(outcome, folder))
+        else:
+            write_session(folder, {RESULTS_NAME: results_text(results)})
+        clock.lap("files")
+        _keep_evidence(outcome, task)
+        clock.lap("evidence")
+    return SessionRecord(
+        session.name, session.sensor, key, 0, "", rows_of_results(session, results), clock.seconds
+    )
+
+
+def _keep_evidence(outcome: Outcome, task: FleetTask) -> None:
+    config = outcome.config
+    for result in outcome.triads:
+        defined = tuple(user_effects(config, result.triad, task.allow_python).values())
+        evidence = evidence_of(result.calibration.fit, defined, config.covariates)
+        write_evidence(evidence_path(task.output, task.session.name, result.triad), evidence)

@@ -1,0 +1,199 @@
+"""Poses that the configuration excludes, among those that were recorded.
+
+A pose is excluded as if it had never been recorded: it takes no part in any mean, sd or fit. It is
+averaged by itself where it can be, so that the report shows what the fit predicts for it.
+"""
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.errors import CalibrationError
+from calib.fit.predicted_pose import PredictedPose, predict_pose
+from calib.fit.result import Fit
+from calib.poses.averaging import PoseMean
+from calib.poses.imu_log import IntArray
+from calib.poses.pose_set import PoseSet
+from pipeline.config.load import Config
+from pipeline.config.schema import AccelerometerSection, RunSection
+from pipeline.config.yaml_text import PathTo
+from pipeline.errors import ConfigError
+from pipeline.text.formatting import count
+from pipeline.text.names import nearest_name
+
+_PART_OF_FILE = re.compile(r"(?:row \d+|\d+\.\d-\d+\.\d s)$")
+"""How the labels of rows of a table and of stops of a long log end."""
+
+PoseName = str | int
+Recorded = Sequence[tuple[Sequence[PoseMean], IntArray]]
+"""The poses of every run, and their places among those that were recorded there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """Places of the poses that are used and of those that are excluded, in the recorded order."""
+
+    kept: IntArray
+    excluded: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class ExcludedMean:
+    """One excluded pose by itself: its place among the recorded ones, 0 for a stop of a long log.
+
+    ``mean`` is None where it cannot be averaged.
+    """
+
+    label: str
+    place: int
+    mean: PoseMean | None
+
+
+@dataclass(frozen=True, eq=False)
+class ExcludedPose:
+    """One excluded pose beside the fit; ``section`` is the number of its run.
+
+    ``predicted`` is what the fit says of it, None where it is no pose of its run.
+    """
+
+    label: str
+    run: str
+    section: int
+    mean: PoseMean | None
+    predicted: PredictedPose | None
+
+
+def short_names(label: str) -> tuple[str, ...]:
+    """The names by which a pose may be excluded, the shortest first.
+
+    >>> short_names("gyroscope/17rpm/pose_07.csv.gz")
+    ('pose_07', 'pose_07.csv.gz', 'gyroscope/17rpm/pose_07.csv.gz')
+    >>> short_names("evening.csv 138.0-145.2 s")
+    ('138.0-145.2 s', 'evening.csv 138.0-145.2 s')
+    """
+    part = _PART_OF_FILE.search(label)
+    if part:
+        return part[0], label
+    base = label.rpartition("/")[2]
+    return tuple(dict.fromkeys((base.partition(".")[0] or base, base, label)))
+
+
+def choose(labels: Sequence[str], names: Sequence[PoseName]) -> Choice:
+    """Which of the poses ``labels`` are used when those in ``names`` are excluded.
+
+    Parameters
+    ----------
+    labels : sequence of str
+        All recorded poses of the section.
+    names : sequence of str or int
+        A pose's name as in :func:`short_names`, or its number, the first being 1.
+
+    Raises
+    ------
+    ValueError
+        A name means no pose or several, or no pose remains; with the place in ``names`` first.
+    """
+    out: set[int] = set()
+    for i, name in enumerate(names if labels else ()):  # nothing is recorded yet
+        places = _places(labels, name)
+        if len(places) == 1 and places[0] not in out:
+            out.add(places[0])
+            continue
+        raise ValueError(i, _problem(labels, name, places))
+    kept = np.array([i for i in range(len(labels)) if i not in out], dtype=np.int64)
+    if out and not len(kept):
+        raise ValueError(0, f"all {count(len(labels), 'pose')} of the section are excluded. Keep "
+                            f"those that are to be used, or remove the section")
+    return Choice(kept, np.array(sorted(out), dtype=np.int64))
+
+
+def _places(labels: Sequence[str], name: PoseName) -> list[int]:
+    if isinstance(name, int):
+        return [name - 1] if name <= len(labels) else []
+    return [i for i, label in enumerate(labels) if name in short_names(label)]
+
+
+def _problem(labels: Sequence[str], name: PoseName, places: Sequence[int]) -> str:
+    if len(places) == 1:
+        return f"'{name}' is excluded twice. Delete one of the two"
+    if places:
+        several = ", ".join(labels[i] for i in places)
+        return f"'{name}' means several poses: {several}. Write the whole name of one of them"
+    if isinstance(name, int):
+        return f"there is no pose {name}: the section has {count(len(labels), 'pose')}"
+    known = [each for label in labels for each in short_names(label)]
+    first, last = (short_names(labels[i])[0] for i in (0, -1))
+    return (f"no pose is named '{name}'{nearest_name(name, known)}. The section has "
+            f"{count(len(labels), 'pose')}, from '{first}' to '{last}'")
+
+
+def chosen(
+    labels: Sequence[str], section: AccelerometerSection | RunSection, config: Config
+) -> Choice:
+    """:func:`choose` for a section of a configuration.
+
+    Raises
+    ------
+    ConfigError
+        With the line of the name that is wrong.
+    """
+    try:
+        return choose(labels, section.exclude)
+    except ValueError as error:
+        item, problem = error.args
+        path: PathTo = (*section_path(section, config), "exclude")
+        where = (*path, item) if (*path, item) in config.source.spans else path
+        raise ConfigError(config.source.problem(where, problem)) from error
+
+
+def section_path(section: AccelerometerSection | RunSection, config: Config) -> PathTo:
+    """Where a section with poses stands in its configuration."""
+    if isinstance(section, RunSection):
+        assert config.gyroscope is not None
+        return ("gyroscope", "runs", config.gyroscope.runs.index(section))
+    return ("accelerometer",)
+
+
+def predicted_poses(
+    fit: Fit,
+    names: Sequence[str],
+    recorded: Recorded,
+    excluded: Sequence[Sequence[ExcludedMean]],
+    poses_of: Callable[[Recorded], PoseSet],
+) -> tuple[ExcludedPose, ...]:
+    """The excluded poses of a triad with what its fit says of each.
+
+    Parameters
+    ----------
+    fit : Fit
+    names : sequence of str
+        The runs, in the order of their sections.
+    recorded : sequence of (means, places)
+        The poses of each run that the fit has.
+    excluded : sequence of sequence of ExcludedMean
+        Those of each run that it has not.
+    poses_of : callable
+        The pose set of the poses of all runs.
+    """
+    return tuple(
+        ExcludedPose(each.label, name, run, each.mean,
+                     _predicted(fit, run, recorded, each, poses_of))
+        for run, name in enumerate(names) for each in excluded[run])
+
+
+def _predicted(
+    fit: Fit, run: int, recorded: Recorded, excluded: ExcludedMean,
+    poses_of: Callable[[Recorded], PoseSet],
+) -> PredictedPose | None:
+    if excluded.mean is None:
+        return None
+    means, places = recorded[run]
+    with_it = list(recorded)
+    with_it[run] = ((*means, excluded.mean), np.append(places, excluded.place))
+    place = sum(len(each) for each, _ in with_it[: run + 1]) - 1
+    try:
+        return predict_pose(fit, poses_of(with_it), place)
+    except CalibrationError:  # that it is no pose of this run may be why it is excluded
+        return None

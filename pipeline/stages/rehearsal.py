@@ -1,0 +1,145 @@
+"""What ``pipeline check`` finds: everything that a run refuses and that no clip decides.
+
+The poses are averaged, the models fitted and the mounting measured as a run does it, without the
+diagnosis and without a user's Python. Where the rate of a run comes from a clip, the gyroscope's
+own reading stands in for it: that tells whether its poses can evaluate and determine the model, and
+nothing of what a wrong rate would make of them.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from calib.assess import calibrate
+from calib.consistency.force import require_gravity, unknown_force
+from calib.effects.effect import Effect
+from calib.fit.calibration import TriadCalibration
+from calib.fit.solver import require_determinable
+from calib.poses.averaging import average_pose
+from calib.poses.imu_log import Triad
+from calib.poses.reference import PlateRate
+from calib.poses.runs import TURNING_RAD_S
+from pipeline.config.load import Config
+from pipeline.config.schema import KnownRateSection
+from pipeline.config.sensor import Specs, sensor_specs, triad_spec
+from pipeline.config.types import STOPPED
+from pipeline.stages.mounting import measure_mounting, reading_at_rest
+from pipeline.stages.plate_settings import stated_rate
+from pipeline.stages.poses import Recording, Recordings, average_recordings
+from pipeline.stages.rate import SettingRate
+from pipeline.stages.run import check_session
+from pipeline.stages.session_logs import SessionLogs, Setting
+from pipeline.stages.site import Gravity, gravity_of
+from pipeline.stages.triad_poses import (
+    accelerometer_poses,
+    gyroscope_poses,
+    model_on,
+    senses_of,
+)
+from pipeline.stages.user_effects import user_effects
+
+UNLIMITED: Mapping[str, float] = {"accelerometer": np.inf, "gyroscope": np.inf}
+
+
+def rehearse(config: Config) -> None:
+    """Refuse what :func:`pipeline.stages.run.run_stages` would, as far as no clip decides it.
+
+    Raises
+    ------
+    PipelineError, CalibrationError
+        The first stage that refuses.
+    """
+    logs = check_session(config)
+    stated = {name: stated_rate(name, rate) for name, rate in config.rate.items()
+              if isinstance(rate, KnownRateSection)}
+    known = logs.at_rates((STOPPED, *stated))
+    recordings = average_recordings(config, known, stated)
+    accelerometer, gravity = _accelerometer(config, recordings)
+    _gyroscope(config, logs, stated, recordings, accelerometer, gravity)
+    if accelerometer is not None:
+        measure_mounting(config, accelerometer, gravity, reading_at_rest(config, recordings))
+
+
+def _accelerometer(
+    config: Config, recordings: Recordings
+) -> tuple[TriadCalibration | None, Gravity | None]:
+    section, sheet = config.accelerometer, config.sensor.accelerometer
+    defined = _expressions(config, "accelerometer")
+    if section is None or sheet is None or defined is None or config.site is None:
+        return None, None
+    gravity = gravity_of(config.site)
+    poses = accelerometer_poses(recordings.of(section).means, gravity, recordings.origin_s)
+    model, _, _ = model_on(section.model, defined, poses)
+    return calibrate(poses, model, triad_spec(sheet), solver=section.solver,
+                     loss=section.loss), gravity
+
+
+def _gyroscope(
+    config: Config,
+    logs: SessionLogs,
+    stated: Mapping[str, SettingRate],
+    recordings: Recordings,
+    accelerometer: TriadCalibration | None,
+    gravity: Gravity | None,
+) -> None:
+    section, sheet = config.gyroscope, config.sensor.gyroscope
+    defined = _expressions(config, "gyroscope")
+    if section is None or sheet is None or defined is None:
+        return
+    rates = {name: rate.plate for name, rate in stated.items()}
+    filmed = [run for run in section.runs if run.rate not in (STOPPED, *stated)]
+    if filmed:
+        specs = sensor_specs(config.sensor)
+        felt = _felt(logs, [Setting.of(run) for run in filmed], specs)
+        if felt is None:
+            return
+        recordings = Recordings({**recordings.by_setting, **felt[0]})
+        rates |= felt[1]
+    poses = gyroscope_poses(config, rates, [recordings.of(run).kept for run in section.runs],
+                            recordings.origin_s,
+                            accelerometer.correct if accelerometer else None)
+    model, _, _ = model_on(section.model, defined, poses)
+    if filmed:
+        require_determinable(poses, model)
+        return
+    unknown = False
+    if accelerometer is not None and gravity is not None:
+        require_gravity(poses, accelerometer, gravity.value_m_s2)
+        unknown = bool(unknown_force(poses, accelerometer))
+    calibrate(poses, model, triad_spec(sheet), solver=section.solver, loss=section.loss,
+              senses=senses_of(config, recordings) if accelerometer and not unknown else None)
+
+
+def _expressions(config: Config, triad: Triad) -> dict[str, Effect] | None:
+    """The user's effects without those in Python; None where the model needs one of these."""
+    section = getattr(config, triad)
+    python = {name for name, each in config.effects.items() if each.python is not None}
+    if section is not None and python & set(section.model):
+        return None
+    return user_effects(
+        config.model_copy(update={"effects": {name: each for name, each in config.effects.items()
+                                              if name not in python}}), triad, False)
+
+
+def _felt(
+    logs: SessionLogs, settings: list[Setting], specs: Specs
+) -> tuple[dict[Setting, Recording], dict[str, PlateRate]] | None:
+    """Whole logs averaged, and what the gyroscope reads in them by its data sheet.
+
+    None where poses stand in long logs, which are found by the plate's rate, or in a table; and
+    where the gyroscope reads no turning, which is said with the rate beside it.
+    """
+    recordings, rates = {}, {}
+    for setting in settings:
+        each = logs.by_setting[setting]
+        if setting.poses.log or not each:
+            return None
+        means = tuple(average_pose(log, *specs, 0.0, UNLIMITED) for log in each)
+        turning = np.linalg.norm([mean.gyroscope.mean for mean in means], axis=1)
+        if not (turning > TURNING_RAD_S).all():
+            return None
+        rate = float(np.median(turning))
+        start_s = min(float(log.time_s[0]) for log in each)
+        recordings[setting] = Recording(means, start_s, logs.choices[setting].kept)
+        rates[setting.rate] = PlateRate(setting.rate, np.array([rate]), np.array([0.01 * rate]))
+    return recordings, rates

@@ -1,0 +1,88 @@
+"""What halving and doubling a threshold does on clips whose camera or whose fields move.
+
+    python -m tests.bench.moving_thresholds [--clips 2] [--first 1000] [--only RECORD[.FIELD]]
+                                            [--keep DIR]
+
+The records are those that the clips of ``threshold_sensitivity`` do not touch: registration,
+fields, the motion of the camera, whether anything moves, the smallest area that does. The clips are
+those of ``clip_study``, of the categories below; clips already in DIR are used again.
+"""
+
+import argparse
+import tempfile
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+import vision.plate.background
+import vision.plate.detect
+import vision.plate.fields
+import vision.tracking.camera_motion
+import vision.tracking.registration
+from tests.bench.clip_study import file_of
+from tests.bench.hard_clips.footage import Shot
+from tests.bench.hard_clips.shots import shot
+from tests.bench.threshold_sensitivity import Outcome, sensitivity, summary, table
+from vision.errors import VisionError
+from vision.rate.measure import measure_rate
+from vision.rate.timebase import Timebase
+from vision.tracking.track import track_phase
+
+CATEGORIES = ("plain", "hand_held", "bump", "interlaced", "dark", "small")
+#: Each record with the field that is of interest here, all where None.
+RECORDS = (
+    (vision.tracking.registration.THRESHOLDS, None),
+    (vision.plate.fields.THRESHOLDS, None),
+    (vision.plate.background.CHANGE, None),
+    (vision.tracking.camera_motion.THRESHOLDS, "moved_px"),
+    (vision.plate.detect.THRESHOLDS, "smallest_moving"),
+)
+
+
+def outcome(clip: Shot, path: Path) -> Outcome:
+    """Measure a clip and compare with the truth."""
+    try:
+        track = track_phase(path)
+        rate = measure_rate(track, timebase=Timebase(ppm=0.0), nominal_rpm=clip.nominal_rpm)
+    except VisionError:
+        return Outcome(path.stem, np.nan, np.nan)
+    assert clip.rate_rad_s is not None
+    signed = rate.rate_rad_s * (1 if rate.direction == "ccw" else -1)
+    sd_ppm = rate.uncertainty.image_rad_s / rate.rate_rad_s * 1e6
+    stated = " ".join(sorted(text[:40] for text in rate.warnings))
+    return Outcome(path.stem, (signed / clip.rate_rad_s - 1) * 1e6, sd_ppm, True, stated)
+
+
+def outcomes(clips: list[tuple[Shot, Path]]) -> list[Outcome]:
+    """All clips with the thresholds as they stand."""
+    return [outcome(clip, path) for clip, path in clips]
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--clips", type=int, default=2)
+    parser.add_argument("--first", type=int, default=1000)
+    parser.add_argument("--only", default="")
+    parser.add_argument("--keep", type=Path)
+    options = parser.parse_args()
+    folder = options.keep or Path(tempfile.mkdtemp(prefix="clips_"))
+    folder.mkdir(parents=True, exist_ok=True)
+    shots = [(name, shot(name, seed)) for name in CATEGORIES
+             for seed in range(options.first, options.first + options.clips)]
+    clips = [(clip, file_of(clip, name, folder)) for name, clip in shots]
+    print(summary(outcomes(clips)), flush=True)
+    for record, field in RECORDS:
+        only = options.only or f"{type(record).__name__}{f'.{field}' if field else ''}"
+        effects = []
+        for effect in sensitivity([record], partial(outcomes, clips), only):
+            effects.append(effect)
+            print(f"{effect.record}.{effect.field} = {effect.value:g} x {effect.factor:g}: "
+                  f"{effect}", flush=True)
+        if effects:
+            print(f"\n{table(record, effects)}\n", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,126 @@
+"""Evidence of many sensors: the same stacked and one at a time, and what the pool makes of it."""
+
+import numpy as np
+import pytest
+
+from calib.diagnosis.population.evidence import evidence_of
+from calib.diagnosis.population.evidence_many import evidence_many
+from calib.diagnosis.population.lot import LotEvidence
+from calib.diagnosis.population.pool import Pool, judge, pool
+from calib.effects.catalogue import BASE
+from calib.fit.batch.fit_many import fit_many
+from calib.fit.model import Model
+from calib.fit.solver import fit
+from calib.poses.pose_set import PoseSet
+from tests.fitting import pose_sets
+from tests.lots import pose_sets_of
+from tests.world.designs import paper_design, rich_design, soak_design
+from tests.world.imu import mpu6050
+from tests.world.lot import LotPlan, draw_lot
+from tests.world.session import simulate
+
+NINE = Model.of(BASE)
+
+
+def lot_of(sets: list[PoseSet], names: list[str] | None = None) -> LotEvidence:
+    names = names or [str(i) for i in range(len(sets))]
+    return LotEvidence.joined(list(evidence_many(fit_many(sets, NINE), sets, names)))
+
+
+def pooled(plan: LotPlan, seed: int = 1) -> Pool:
+    return pool(lot_of(pose_sets_of(draw_lot(paper_design(mpu6050()), plan, seed))))
+
+
+@pytest.fixture(scope="module")
+def gyroscopes() -> list[PoseSet]:
+    design = rich_design().scaled(sample_rate=0.06)
+    return [pose_sets(simulate(design, seed))[1] for seed in range(2)]
+
+
+def assert_same(sets: list[PoseSet]) -> None:
+    stacked = lot_of(sets)
+    alone = LotEvidence.of((str(i), evidence_of(fit(each, NINE))) for i, each in enumerate(sets))
+    assert alone is not None
+    assert set(alone.trials) <= set(stacked.trials)
+    for trial in stacked.trials:
+        here = stacked.place(trial)
+        if trial not in alone.trials:
+            assert not stacked.information[:, here, here].any()
+            continue
+        there = alone.place(trial)
+        scale = max(float(np.abs(alone.information[:, there, there]).max()), 1e-300)
+        apart = stacked.information[:, here, here] - alone.information[:, there, there]
+        assert np.abs(apart).max() < 1e-9 * scale
+        apart_score = stacked.score[:, here] - alone.score[:, there]
+        assert np.abs(apart_score).max() < 1e-7 * np.sqrt(scale)
+    np.testing.assert_allclose(stacked.chi2, alone.chi2, rtol=1e-9)
+    np.testing.assert_array_equal(stacked.dof, alone.dof)
+
+
+def test_evidence_of_a_stack_is_that_of_each_gyroscope(gyroscopes: list[PoseSet]) -> None:
+    assert_same(gyroscopes)
+
+
+def test_evidence_of_a_stack_is_that_of_each_accelerometer() -> None:
+    assert_same(pose_sets_of(draw_lot(soak_design(), LotPlan(4), 1)))
+
+
+def test_half_an_sd_in_each_of_a_hundred_sensors_is_found_in_the_pool_and_in_none_alone() -> None:
+    plan = LotPlan(100, hidden="cubic", common_sd=0.5)
+    lot = lot_of(pose_sets_of(draw_lot(paper_design(mpu6050()), plan, 1)))
+    first = pool(lot).effects[0]
+    assert first.name == "cubic"
+    assert first.evidence.p_common < 1e-4
+    alone = [judge(lot.only(i), first.evidence.trial) for i in range(20)]
+    assert min(each.p_value for each in alone if each) > 0.01 / len(lot.trials)
+
+
+def test_the_common_size_is_the_hidden_one() -> None:
+    drawn = draw_lot(soak_design(), LotPlan(60, hidden="temperature_bias", common_sd=1.0), 2)
+    effect = next(each for each in pool(lot_of(pose_sets_of(drawn))).effects)
+    assert "temperature_bias" in (effect.name, *effect.alternatives)
+    sizes = [each for each in effect.sizes if each is not None]
+    assert len(sizes) == 3
+
+
+def test_sizes_that_scatter_about_zero_are_found_by_their_spread() -> None:
+    effect = pooled(LotPlan(100, hidden="hysteresis", spread_sd=1.0)).effects[0]
+    assert effect.name == "hysteresis"
+    assert effect.evidence.p_any < 1e-4
+    assert all(each is not None and each.spread > 2 * each.spread_sd for each in effect.sizes)
+
+
+def test_nothing_is_named_where_nothing_is_missing() -> None:
+    assert not any(pooled(LotPlan(60), seed).effects for seed in range(5))
+
+
+def test_sds_that_are_wrong_by_a_factor_name_nothing() -> None:
+    sets = pose_sets_of(draw_lot(paper_design(mpu6050()), LotPlan(100), 3))
+    small = [each.take(range(18)) for each in sets]
+    for each in small:
+        each.sd[:] *= 0.8
+    assert not pool(lot_of(small)).effects
+
+
+def test_one_sensor_that_nothing_explains_does_not_speak_for_the_lot() -> None:
+    sets = pose_sets_of(draw_lot(paper_design(mpu6050()), LotPlan(60), 4))
+    broken = sets[7].take(range(18))
+    broken.reading[[2, 5, 11]] *= [[1.01], [0.985], [1.02]]
+    assert not pool(lot_of([*sets[:7], broken, *sets[8:]])).effects
+
+
+def test_evenings_of_one_sensor_count_as_one_sensor_in_its_sizes() -> None:
+    plan = LotPlan(40, evenings=3, hidden="cubic", spread_sd=3.0)
+    drawn = draw_lot(soak_design(), plan, 5)
+    effect = pool(lot_of(pose_sets_of(drawn), [f"s{unit}" for unit in drawn.unit])).effects[0]
+    assert effect.name == "cubic"
+    assert all(size is not None and size.sensors == 40 for size in effect.sizes)
+    slope = np.polyfit(drawn.size[::3, 0], effect.size[:, 0], 1)[0]
+    assert slope == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_large_lot_is_not_fooled_by_sds_that_each_session_estimates() -> None:
+    """800 sessions of 400 sensors, the sd of each from 12.6 degrees of freedom."""
+    drawn = draw_lot(paper_design(mpu6050()), LotPlan(400, evenings=2, noise_dof=0.7), 6)
+    pooled_lot = pool(lot_of(pose_sets_of(drawn, 0.7), [f"{unit}" for unit in drawn.unit]))
+    assert not pooled_lot.effects

@@ -1,0 +1,28 @@
+"""Sums formed once give the means and variances of any stretch."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from calib.poses.running_sums import RunningSums
+
+VALUES = np.array([9.8, 0.1, -3.0]) + 1e-3 * np.random.default_rng(1).normal(size=(50_000, 3))
+VALUES[20_000:, 0] -= 19.6  # the sensor is laid down on its other side
+
+
+def test_means_and_variances_are_those_of_the_stretches() -> None:
+    edges = np.array([100, 130, 5000, 19_990, 45_000, 49_999])
+    sums = RunningSums.of(VALUES)
+    parts = [VALUES[a:b] for a, b in pairwise(edges)]
+    assert sums.means(edges) == pytest.approx(np.array([p.mean(axis=0) for p in parts]), abs=1e-9)
+    variances = np.array([p.var(axis=0) for p in parts])
+    assert sums.variances(edges) == pytest.approx(variances, rel=1e-3)
+
+
+def test_the_variance_of_every_window_is_that_of_its_samples() -> None:
+    variance = RunningSums.of(VALUES).window_variance(50)
+    assert variance.shape == (len(VALUES) - 49,)
+    for start in (0, 777, 19_975, len(VALUES) - 50):
+        expected = VALUES[start : start + 50].var(axis=0).sum()
+        assert variance[start] == pytest.approx(expected, rel=1e-3)

@@ -1,0 +1,149 @@
+"""What a lot shows, on the page and in population.json."""
+
+import json
+from dataclasses import dataclass
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote
+
+import numpy as np
+import pytest
+
+from calib.diagnosis.population.evidence import Evidence
+from calib.diagnosis.population.evidence_many import evidence_many
+from calib.effects.catalogue import BASE
+from calib.fit.batch.fit_many import fit_many
+from calib.fit.model import Model
+from pipeline.fleet.finish import FleetSummary, finish_fleet
+from pipeline.fleet.record import SessionRecord, evidence_path, write_evidence
+from pipeline.fleet.rows import Row
+from pipeline.fleet.summary_text import summary_lines
+from tests.lots import pose_sets_of
+from tests.world.designs import soak_design
+from tests.world.lot import LotPlan, draw_lot
+
+SENSORS = 40
+MISFIT, UNLIKE = "u07", "u11"
+HOSTILE = "<script>alert(1)</script>"
+
+
+class Addresses(HTMLParser):
+    """Every address that a page refers to, and every element that it has."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.addresses: list[str] = []
+        self.elements: set[str] = set()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.add(tag)
+        self.addresses += [value or "" for name, value in attrs if name in ("href", "src")]
+
+
+@dataclass(frozen=True, eq=False)
+class Page:
+    """A finished lot."""
+
+    output: Path
+    summary: FleetSummary
+    text: str
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Page:
+    """Two evenings of 40 accelerometers with a hidden cubic effect; two unlike the others."""
+    output = tmp_path_factory.mktemp("lot")
+    plan = LotPlan(SENSORS, evenings=2, hidden="cubic", common_sd=1.0)
+    drawn = draw_lot(soak_design(), plan, 3)
+    drawn.counts[2 * 11 : 2 * 12] *= 1.5  # both evenings of one sensor: another gain
+    drawn.counts[2 * 7] += 400  # one evening of another: its bias moved
+    sets = pose_sets_of(drawn)
+    fits = fit_many(sets, Model.of(BASE))
+    names = [f"u{unit:02d}/e{i % 2}" for i, unit in enumerate(drawn.unit)]
+    for part in evidence_many(fits, sets, names):
+        for i, name in enumerate(part.sensors):
+            write_evidence(evidence_path(output, name, "accelerometer"), Evidence(
+                part.trials, part.score[i], part.information[i], float(part.chi2[i]),
+                float(part.dof[i]), float(part.noise_dof[i])))
+    records = [SessionRecord(name, name[:3], "", 0, "", (row_of(name, theta, sd),))
+               for name, theta, sd in zip(names, fits.theta, fits.sd, strict=True)]
+    failed: Row = {"session": "u99/e0", "sensor": "u99", "triad": "", "exit_code": 3,
+                   "reason": HOSTILE}
+    records.append(SessionRecord("u99/e0", "u99", "", 3, HOSTILE, (failed,)))
+    summary = finish_fleet(records, output, reports=True)
+    return Page(output, summary, (output / "fleet.html").read_text(encoding="utf-8"))
+
+
+def row_of(name: str, theta: np.ndarray, sd: np.ndarray) -> Row:
+    row: Row = {"session": name, "sensor": name[:3], "triad": "accelerometer", "exit_code": 0,
+                "reason": "", "n_poses": 78, "verdict": "nothing_missing", "missing": ""}
+    for stem, where in (("bias_counts", 0), ("scale_counts_per_unit", 3)):
+        for k, axis in enumerate("xyz"):
+            row[f"{stem}_{axis}"] = float(theta[where + k])
+            row[f"{stem}_{axis}_sd"] = row[f"{stem}_{axis}_noise_sd"] = float(sd[where + k])
+    return row
+
+
+def test_what_no_sensor_shows_alone_stands_at_the_top_of_the_page(page: Page) -> None:
+    results = json.loads((page.output / "population.json").read_text(encoding="utf-8"))
+    missing = results["accelerometer"]["missing"][0]
+    assert "cubic" in (missing["name"], *missing["alternatives"])
+    assert missing["p_common_size"] < 1e-4
+    top = page.text[: page.text.index("<main>")]
+    assert "Missing in the lot" in top
+    assert missing["name"] in top
+
+
+def test_sensors_unlike_the_lot_are_listed_with_their_reports(page: Page) -> None:
+    table = page.text.split("Sensors unlike the lot</h3>")[1].split("<h3>")[0]
+    assert f'href="sessions/{UNLIKE}/e0/report.html"' in table
+    assert "scale_counts_per_unit_x" in table
+
+
+def test_the_sensor_that_moved_between_its_evenings_is_listed(page: Page) -> None:
+    table = page.text.split("Sensors that moved</h4>")[1].split("</table>")[0]
+    first = table.split("<tr>")[2]
+    assert MISFIT in first
+    assert "bias_counts" in first
+    spread = {each.name: each for each in page.summary.populations[0].repeats}
+    assert spread["scale_counts_per_unit_y"].birge == pytest.approx(1.0, abs=0.35)
+
+
+def test_the_page_is_one_file_that_needs_no_network(page: Page) -> None:
+    parser = Addresses()
+    parser.feed(page.text)
+    outside = [each for each in parser.addresses if not each.startswith(("#", "sessions/"))]
+    assert outside == []
+    assert not parser.elements & {"script", "img", "link", "iframe"}
+    assert "@import" not in page.text
+    assert "url(" not in page.text
+    assert len(page.text) < 2e6
+
+
+def test_nothing_that_a_session_says_becomes_a_part_of_the_page(page: Page) -> None:
+    assert HOSTILE not in page.text
+    assert "&lt;script&gt;" in page.text
+
+
+def test_addresses_stand_for_the_sessions_they_name(page: Page) -> None:
+    parser = Addresses()
+    parser.feed(page.text)
+    for address in parser.addresses:
+        if address.startswith("sessions/"):
+            name = unquote(address).removeprefix("sessions/").removesuffix("/report.html")
+            assert evidence_path(page.output, name, "accelerometer").exists()
+
+
+def test_the_terminal_says_the_same(page: Page) -> None:
+    lines = list(summary_lines(page.summary))
+    assert lines[0] == "81 sessions of 41 sensors: 80 calibrated"
+    assert any(line.startswith("accelerometer: Pooled over 80 sessions of 40 sensors")
+               for line in lines)
+    assert lines[-1] == str(page.output / "fleet.html")
+
+
+def test_without_a_single_result_there_is_a_page_of_the_failures(tmp_path: Path) -> None:
+    failed: Row = {"session": "a", "sensor": "a", "triad": "", "exit_code": 2, "reason": "wrong"}
+    summary = finish_fleet([SessionRecord("a", "a", "", 2, "wrong", (failed,))], tmp_path, True)
+    assert summary.populations == ()
+    assert "wrong" in (tmp_path / "fleet.html").read_text(encoding="utf-8")

@@ -1,0 +1,40 @@
+"""Whether anything moves at all: noise does not, what an encoder renews once does not."""
+
+import numpy as np
+import pytest
+
+from vision.plate.background import stands_still
+from vision.video import Luma
+
+FRAMES, SHAPE = 60, (180, 240)
+
+
+def frames(rng: np.random.Generator, noise: float) -> list[Luma]:
+    """A still scene of some contrast, in limited-range luma."""
+    scene = 60 + 40 * np.sin(np.arange(SHAPE[1]) / 15) + np.arange(SHAPE[0])[:, None] / 4
+    return [np.clip(np.rint(scene + noise * rng.standard_normal(SHAPE)), 16, 235).astype(np.uint8)
+            for _ in range(FRAMES)]
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.0, 6.0])
+def test_a_still_scene_stands_still_through_the_noise_of_the_camera(noise: float) -> None:
+    assert stands_still(frames(np.random.default_rng(1), noise))
+
+
+def test_blocks_that_an_encoder_renews_once_do_not_move() -> None:
+    rng = np.random.default_rng(2)
+    images = frames(rng, 0.3)
+    renewed = rng.integers(-5, 6, (12, 15)).repeat(15, axis=0).repeat(16, axis=1)
+    for image in images[40:]:
+        image += renewed.astype(np.uint8)
+    assert stands_still(images)
+
+
+@pytest.mark.parametrize("contrast", [12, -12])
+def test_a_faint_mark_that_goes_round_moves(contrast: int) -> None:
+    """Eight pixels of tape, for a twentieth of the turn over each place."""
+    images = frames(np.random.default_rng(3), 2.0)
+    for i, image in enumerate(images):
+        x, y = (round(c) for c in (120 + 70 * np.cos(0.35 * i), 90 + 70 * np.sin(0.35 * i)))
+        image[y - 4 : y + 4, x - 4 : x + 4] += np.uint8(contrast % 256)
+    assert not stands_still(images)

@@ -1,0 +1,77 @@
+"""The frames that a plate is learned from: rough motion about an axis, coarse and fine template."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.geometry import FloatArray, PlateView
+from vision.plate.alignment import Effort, RoughlyAligned, align
+from vision.plate.background import every_nth, spread_choice
+from vision.plate.polar import polar_grid, ring_spectra
+from vision.plate.rotation import CoarseRotation, coarse_rotation
+from vision.plate.template import Alignment, informative_rings
+from vision.video import Luma
+
+COARSE_AZIMUTHS = 256
+COARSE_RADII = np.linspace(0.1, 0.97, 20)  # plate radii
+COARSE_FRAMES = 100
+FINE_FRAMES = 28
+#: The number of azimuths of the fine template, by the radius in pixels above which it holds.
+FINE_AZIMUTHS = {60: 1024, 0: 512}
+#: The coarse template leaves to the fine one what is left of the view's error.
+COARSE = Effort(iterations=8, smallest_step=1e-3, find_covered=True, find_readout=False)
+FINE = Effort(iterations=3, smallest_step=0.0, find_covered=False, find_readout=True)
+
+
+@dataclass(frozen=True, eq=False)
+class LearningFrames:
+    """The frames that are learned from."""
+
+    images: list[Luma]
+    time_s: FloatArray
+    background: Luma
+    on_step: Callable[[], None]
+
+    @property
+    def chosen(self) -> NDArray[np.intp]:
+        """Indices of the frames that templates are made from."""
+        return every_nth(len(self.images), -(-len(self.images) // COARSE_FRAMES))
+
+    def rotation(self, view: PlateView) -> CoarseRotation:
+        """Rough motion about an axis."""
+        self.on_step()
+        grid = polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS // 2, self.background.shape)
+        background = grid.strip(self.background).astype(np.float32)
+        spectra = ring_spectra(grid.differences(background, self.images))
+        return coarse_rotation(spectra, grid.weight(), self.time_s)
+
+    def coarse(self, view: PlateView, rotation: CoarseRotation) -> Alignment:
+        """The template on a coarse grid, the view refined on the way."""
+        chosen = self.chosen
+        frames = RoughlyAligned(
+            [self.images[i] for i in chosen],
+            self.background,
+            rotation.angle_rad[chosen],
+            first=(chosen >= rotation.clearest.start) & (chosen < rotation.clearest.stop),
+        )
+        grid = polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS, self.background.shape)
+        return align(frames, grid, COARSE, self.on_step)
+
+    def fine(self, coarse: Alignment) -> Alignment:
+        """The template again at the clip's own resolution, on the rings that carry the angle."""
+        template = coarse.template
+        usable = np.flatnonzero(coarse.used)
+        part = usable[spread_choice(len(usable), FINE_FRAMES)]
+        frames = RoughlyAligned(
+            [self.images[i] for i in self.chosen[part]],
+            self.background,
+            coarse.angle_rad[part],
+            first=np.ones(len(part), bool),
+        )
+        size_px = template.grid.view.radius_px
+        azimuths = next(n for radius_px, n in FINE_AZIMUTHS.items() if size_px > radius_px)
+        radius = informative_rings(template)
+        grid = template.grid.refined(radius, azimuths, self.background.shape)
+        return align(frames, grid, FINE, self.on_step)

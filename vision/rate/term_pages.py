@@ -1,0 +1,72 @@
+"""What is known of every term of the plate's phase: its formula, its size, how it is separated."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class TermPage:
+    """The page of a term.
+
+    Attributes
+    ----------
+    formula : str
+        What is added to the angle θ_0 + Ω t.
+    typical : str
+        How large it is on record players and with webcams.
+    source : str
+    confounded : str
+        What looks the same.
+    separates : str
+        The recording that tells them apart.
+    over_turn : bool
+        Whether it follows the angle of the plate, and not time.
+    """
+
+    formula: str
+    typical: str
+    source: str
+    confounded: str
+    separates: str
+    over_turn: bool
+
+
+TERM_PAGES: Mapping[str, TermPage] = {
+    "once_per_rev": TermPage(
+        "a cos θ + b sin θ",
+        "amplitude 0.2 to 4°: a centre that is off by 1 % of the mark's radius gives 0.6°, a view "
+        "tilted by 20° from five plate radii away 4°, 0.1 % wow 0.06°",
+        "geometry of the track: A = e / r",
+        "rolling_shutter, and wow of the drive",
+        "the other direction or a second speed; a second mark opposite the first",
+        True),
+    "twice_per_rev": TermPage(
+        "a cos 2θ + b sin 2θ",
+        "amplitude tan²(α/2) for a camera tilted by α: 0.4° for 10°, 1.8° for 20°, less where the "
+        "rim shows the tilt",
+        "geometry of the view: a circle is seen as an ellipse",
+        "a drive that is oval",
+        "a camera straight above the spindle",
+        True),
+    "rate_drift": TermPage(
+        "½ c t²",
+        "0.1 to 1 % of the rate per hour while the motor warms up",
+        "record players: a motor and a belt that warm up",
+        "a clock of the camera that drifts",
+        "a clip that begins minutes after the plate has started",
+        False),
+    "frame_steps": TermPage(
+        "n Ω T, n the frames dropped so far, T the frame time",
+        "13° for each frame lost at 33 rpm and 15 frames per second",
+        "recorders that drop frames and leave the time stamps even",
+        "a plate that slips",
+        "time stamps of the container; a recorder that keeps them",
+        False),
+    "rolling_shutter": TermPage(
+        "Ω τ r(θ), r the rows between spindle and mark, τ the time between rows",
+        "1.2° at 33 rpm for a readout of 30 ms and a mark 100 of 480 rows off the spindle",
+        "CMOS cameras read their rows one after the other",
+        "once_per_rev",
+        "the other direction, a second speed, or the camera turned by 90°",
+        True),
+}

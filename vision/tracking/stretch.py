@@ -1,0 +1,107 @@
+"""The frames of a clip that the plate is learned from, and how those after them are treated."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from vision.video import Frame
+
+if TYPE_CHECKING:
+    from vision.plate.fields import Interlacing
+    from vision.tracking.registration import Registration
+
+LEARN_FROM = (150, 300)  # frames, at least and at most
+LEARN_BYTES = 96_000_000
+
+
+@dataclass(frozen=True)
+class StretchThresholds:
+    """How much of a clip is learned from.
+
+    Attributes
+    ----------
+    learn_for_s : float
+        Seconds to learn the plate from. Derived: two turns at 16 2/3 rpm.
+    fast_s : float
+        Frames to learn from that pass in less seconds are from a fast camera. Tuned on the 240 fps
+        clip of tests.vision.test_clips.
+    """
+
+    learn_for_s: float = 7.2
+    fast_s: float = 2.0
+
+
+THRESHOLDS = StretchThresholds()
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """Frames to learn from.
+
+    Every ``stride``-th of the ``read`` frames that follow the first ``skipped`` of the clip; their
+    fields where they are interlaced, brought back onto one of them where a camera moves;
+    ``camera_stands`` where what surrounds the plate is seen and does not move.
+    """
+
+    frames: list[Frame]
+    stride: int
+    read: int
+    skipped: int
+    interlacing: "Interlacing | None" = None
+    camera: "Registration | None" = None
+    camera_stands: bool = False
+
+    def with_fields(self) -> "Stretch":
+        """Interlaced frames split into their fields."""
+        from vision.plate.fields import interlacing
+
+        fields = interlacing(self.frames)
+        return self if fields is None else replace(
+            self, frames=fields.split(self.frames), interlacing=fields)
+
+    def steadied(self, *, camera_moves: bool) -> "Stretch":
+        """Without the motion of the camera, where it moves or is known to move."""
+        from vision.tracking.registration import THRESHOLDS as REGISTRATION
+        from vision.tracking.registration import registration
+
+        camera, moved_px = registration(self.frames)
+        if camera is None or not (camera_moves or moved_px > REGISTRATION.moved_px):
+            return replace(self, camera_stands=camera is not None)
+        return replace(self, frames=[camera.back(frame) for frame in self.frames], camera=camera)
+
+    def prepared(self, batches: Iterator[list[Frame]]) -> Iterator[list[Frame]]:
+        """Further frames of the clip, treated as these."""
+        if self.interlacing is not None:
+            batches = self.interlacing.fields(batches)
+        return batches if self.camera is None else self.camera.steadied(batches)
+
+
+def next_stretch(
+    batches: Iterator[list[Frame]], skipped: int, on_step: Callable[[], object]
+) -> Stretch:
+    """The next frames to learn from; none at the end of the clip.
+
+    Parameters
+    ----------
+    batches : iterator of lists of Frame
+    skipped : int
+        Frames of the clip before them.
+    on_step : callable
+        Called for every batch.
+    """
+    frames: list[Frame] = []
+    read = 0
+    stride = 1
+    fewest, most = LEARN_FROM
+    for batch in batches:
+        on_step()
+        frames += batch[-read % stride :: stride]
+        read += len(batch)
+        span_s = frames[-1].time_s - frames[0].time_s
+        if len(frames) >= fewest and span_s >= THRESHOLDS.learn_for_s:
+            break
+        if len(frames) >= most or len(frames) * frames[0].nbytes > LEARN_BYTES:
+            if span_s >= THRESHOLDS.fast_s:
+                break
+            frames, stride = frames[::2], 2 * stride
+    return Stretch(frames, stride, read, skipped)
