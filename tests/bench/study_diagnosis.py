@@ -16,14 +16,14 @@ which something else was named, what the errors fell to, and how many 2-sigma in
 truth. ``settle`` follows the advice of every verdict that leaves something open: it records the
 block that was asked for and diagnoses again. ``sets`` hides ``--count`` effects at once, drawn
 with sizes between the two of ``--sizes``, and a disturbance that no catalogue has; it prints the
-share of hidden effects that were named, offered, and of sessions with a wrong name, and stated
-probabilities against frequencies; its designs are also ``hand`` and ``free``. ``--list`` shows the
-trials that went wrong. ``--workers`` and ``--scheduler`` spread the trials of all but ``two`` and
-``settle`` over processes or a Dask cluster; the figures are the same.
+share of hidden effects that were named, offered, and of sessions with a wrong name; each session
+is repeated with nothing hidden, since half of all are sound by the prior of the diagnosis, and over
+both halves stated probabilities stand beside frequencies; its designs are also ``hand`` and
+``free``. ``--list`` shows the trials that went wrong. ``--workers`` and ``--scheduler`` spread the
+trials of all but ``two`` and ``settle`` over processes or a Dask cluster; the figures are the same.
 """
 
 import argparse
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import combinations
@@ -31,18 +31,26 @@ from itertools import combinations
 import numpy as np
 
 from calib.errors import CalibrationError
-from tests.bench.study_tables import HEAD, settled_row, share, table_row, verdict_counts
+from tests.bench.study_tables import (
+    HEAD,
+    set_text,
+    settled_row,
+    share,
+    table_row,
+    verdict_counts,
+)
 from tests.bench.trial_workers import Each, trials_on
 from tests.recorded_blocks import Settled, settle
 from tests.set_trials import (
     DISTURBANCES,
     NAMES,
+    OF_THE_DESIGN,
     SetOutcome,
     design_of,
     disturbed,
     draw_set,
-    reliability,
     set_trial,
+    sound_trial,
 )
 from tests.trials import (
     DESIGNS,
@@ -233,33 +241,28 @@ def sets(asked: argparse.Namespace, each: Each) -> None:
     """Several effects at once, with a disturbance; one diagnosis each."""
     low, high = (asked.sizes * 2)[:2]
     results = [outcome for _, outcome in each(partial(one_set, asked), seeds_of(asked))]
-    found: list[SetOutcome] = [o for o in results if not isinstance(o, CalibrationError)]
-    refused = len(results) - len(found)
-    visible = sum(len(o.visible) for o in found) or 1
-    total = {key: sum(len(getattr(o, key)) for o in found) / visible
-             for key in ("named", "single", "offered")}
+    pairs = [o for o in results if not isinstance(o, CalibrationError)]
+    found: list[SetOutcome] = [hidden for hidden, _ in pairs]
+    sound: list[SetOutcome] = [nothing for _, nothing in pairs]
+    refused = len(results) - len(pairs)
     print(f"{asked.count} effects of {low:g} to {high:g} sd, {asked.design} {asked.triad}, "
-          f"disturbed by {asked.disturb}: {len(found)} sessions ({refused} refused), {visible} "
-          f"visible effects: named as a class {total['named']:.3f}, as one {total['single']:.3f}, "
-          f"named or offered {total['offered']:.3f}; a wrong name in "
-          f"{share([bool(o.wrong) for o in found]):.4f}; "
-          f"{Counter(o.verdict for o in found).most_common()}")
-    print(reliability(found), flush=True)
+          f"disturbed by {asked.disturb} ({refused} refused): {set_text(found, sound)}", flush=True)
     for o in found:
         if asked.list and (o.wrong or len(o.offered) < len(o.visible)):
             print(f"    seed {o.seed}: hidden {o.hidden} wrong {o.wrong} not offered "
                   f"{set(o.visible) - set(o.offered)}: {o.text}")
 
 
-def one_set(asked: argparse.Namespace, seed: int) -> SetOutcome:
-    """The session of one seed, with what is asked to be hidden in it."""
+def one_set(asked: argparse.Namespace, seed: int) -> tuple[SetOutcome, SetOutcome]:
+    """The session of one seed with what is asked to be hidden in it, and with nothing hidden."""
     low, high = (asked.sizes * 2)[:2]
     design = disturbed(design_of(asked.design, seed), asked.disturb)
-    hidden = draw_set(design, seed, asked.triad, asked.count, (low, high), asked.effects or NAMES)
-    if asked.disturb not in ("none", "coarse", "correlated"):
+    hidden = draw_set(design, seed, asked.triad, asked.count, (low, high),
+                      asked.effects or NAMES, asked.nested)
+    if asked.disturb not in OF_THE_DESIGN:
         more = drawn(asked.disturb, asked.triad, asked.strength, design, seed)
         hidden += [] if more is None else [more]
-    return set_trial(design, seed, asked.triad, hidden)
+    return (set_trial(design, seed, asked.triad, hidden), sound_trial(design, seed, asked.triad))
 
 
 QUESTIONS = {
@@ -286,6 +289,8 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--count", type=int, default=1)
     parser.add_argument("--disturb", choices=DISTURBANCES, default="none")
+    parser.add_argument("--nested", action="store_true",
+                        help="also pairs of which one holds the other")
     parser.add_argument("--strength", type=float, default=5.0, help="of the disturbance, sd")
     parser.add_argument("--list", action="store_true", help="show the trials that went wrong")
     parser.add_argument("--workers", type=int, default=1, help="processes of this machine")
