@@ -37,7 +37,7 @@ class SessionRecord:
     rows : tuple of dict
         A row of the table for each triad.
     seconds : dict
-        Wall time of each stage.
+        Processor time of each stage.
     """
 
     name: str

@@ -47,15 +47,15 @@ class FleetTask:
 
 
 class StageClock(StageObserver):
-    """Wall time of each stage of a run, s."""
+    """Processor time of each stage of a run, s, all threads of this process together."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
-        self._since = time.perf_counter()
+        self._since = time.process_time()
 
     def lap(self, stage: str) -> None:
         """The stage has ended; the next begins."""
-        now = time.perf_counter()
+        now = time.process_time()
         self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._since
         self._since = now
 

@@ -31,6 +31,7 @@ from pipeline.logs.clock import StatedClock
 from pipeline.logs.join import group_logs, join_logs
 from pipeline.logs.read import read_log
 from pipeline.stages.excluded_poses import Choice, chosen
+from pipeline.stages.stated_units import require_stated_units
 from pipeline.text.names import nearest_name
 
 CELSIUS = (-80.0, 150.0)
@@ -156,6 +157,8 @@ def read_session(config: Config) -> SessionLogs:
     """
     folder = config.source.path.parent
     sections = sections_by_setting(config)
+    require_stated_units(config, [path for setting in sections for path in
+                                  (*setting.poses.files, *setting.poses.log)])
     choices = {setting: chosen([_shown_name(path, folder) for path in setting.poses.files],
                                section, config)
                for setting, section in sections.items() if setting.poses.files}

@@ -24,8 +24,8 @@ from calib.diagnosis.population.evidence import Evidence
 from calib.diagnosis.population.evidence_many import evidence_many
 from calib.effects.catalogue import BASE
 from calib.fit.batch.fit_many import ManyFits, fit_many
-from calib.fit.calibration import triad_parameters
 from calib.fit.model import Model
+from calib.fit.parameters import triad_parameters
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES
 from pipeline.fleet.finish import finish_fleet
