@@ -31,14 +31,7 @@ from itertools import combinations
 import numpy as np
 
 from calib.errors import CalibrationError
-from tests.bench.study_tables import (
-    HEAD,
-    set_text,
-    settled_row,
-    share,
-    table_row,
-    verdict_counts,
-)
+from tests.bench import study_tables as tables
 from tests.bench.trial_workers import Each, trials_on
 from tests.recorded_blocks import Settled, settle
 from tests.set_trials import (
@@ -89,7 +82,7 @@ def went_wrong(o: Outcome) -> bool:
 def listed(asked: argparse.Namespace, each: Each) -> None:
     """Every listed effect at every size."""
     design = DESIGNS[asked.design]()
-    print(HEAD)
+    print(tables.HEAD)
     seen: dict[float, list[Outcome]] = {}
     for name in asked.effects or LISTED:
         if not calibrates(name, asked.triad):
@@ -98,14 +91,14 @@ def listed(asked: argparse.Namespace, each: Each) -> None:
             found = list(trials_of([name], size, design, asked, each))
             if not found:
                 continue
-            print(table_row(name, size, found), flush=True)
-            if share([o.visible for o in found]) > 0.5:
+            print(tables.table_row(name, size, found), flush=True)
+            if tables.share([o.visible for o in found]) > 0.5:
                 seen.setdefault(size, []).extend(found)
             if asked.list:
                 for o in filter(went_wrong, found):
                     print(f"    seed {o.seed}: {o.verdict} {'/'.join(o.says)}, first {o.top}")
     for size, found in seen.items():
-        print(table_row("all that is visible", size, found), flush=True)
+        print(tables.table_row("all that is visible", size, found), flush=True)
 
 
 def trials_of(
@@ -135,11 +128,12 @@ def nothing(asked: argparse.Namespace, each: Each) -> None:
     """Sessions in which nothing is hidden."""
     design = DESIGNS[asked.design]()
     found = list(trials_of([], 0.0, design, asked, each))
-    quiet = share([o.verdict == "nothing_missing" for o in found])
-    named = share([o.verdict == "effect" for o in found])
+    quiet = tables.share([o.verdict == "nothing_missing" for o in found])
+    named = tables.share([o.verdict == "effect" for o in found])
     print(
         f"nothing hidden, {asked.design} {asked.triad}, {len(found)} trials: "
-        f"'nothing missing' {quiet:.4f}, an effect named {named:.4f}; {verdict_counts(found)}"
+        f"'nothing missing' {quiet:.4f}, an effect named {named:.4f}; "
+        f"{tables.verdict_counts(found)}"
     )
     for o in found:
         if asked.list and o.verdict != "nothing_missing":
@@ -198,11 +192,12 @@ def unlisted(asked: argparse.Namespace, each: Each) -> None:
         accepted = ACCEPTED.get(kind, {column, f"column:{column}"})
         for size in asked.sizes:
             found = list(trials_of([name], size, design, asked, each))
-            hit = share([o.verdict in ("unknown", "effect", "bad_pose") and (
+            hit = tables.share([o.verdict in ("unknown", "effect", "bad_pose") and (
                 bool(accepted & set(o.says)) or o.verdict in accepted) for o in found])
-            blamed = share([o.verdict == "effect" and not accepted & set(o.says) for o in found])
+            blamed = tables.share(
+                [o.verdict == "effect" and not accepted & set(o.says) for o in found])
             print(f"{name:28s} {size:4g}: found {hit:.3f}, a listed effect blamed {blamed:.3f}; "
-                  f"{verdict_counts(found)}", flush=True)
+                  f"{tables.verdict_counts(found)}", flush=True)
             if asked.list:
                 for o in found:
                     if not accepted & {*o.says, o.verdict}:
@@ -226,7 +221,7 @@ def settle_open(asked: argparse.Namespace, _each: Each) -> None:
                 if settled is not None:
                     found.append(settled)
             if found:
-                print(settled_row(name, size, found), flush=True)
+                print(tables.settled_row(name, size, found), flush=True)
                 if asked.list:
                     for s in found:
                         if not s.right:
@@ -234,7 +229,7 @@ def settle_open(asked: argparse.Namespace, _each: Each) -> None:
                                   f"{s.verdict} {'/'.join(s.after)}")
             total += found
     if total:
-        print(settled_row("all that stayed open", 0, total))
+        print(tables.settled_row("all that stayed open", 0, total))
 
 
 def sets(asked: argparse.Namespace, each: Each) -> None:
@@ -246,7 +241,8 @@ def sets(asked: argparse.Namespace, each: Each) -> None:
     sound: list[SetOutcome] = [nothing for _, nothing in pairs]
     refused = len(results) - len(pairs)
     print(f"{asked.count} effects of {low:g} to {high:g} sd, {asked.design} {asked.triad}, "
-          f"disturbed by {asked.disturb} ({refused} refused): {set_text(found, sound)}", flush=True)
+          f"disturbed by {asked.disturb} ({refused} refused): "
+          f"{tables.set_text(found, sound)}", flush=True)
     for o in found:
         if asked.list and (o.wrong or len(o.offered) < len(o.visible)):
             print(f"    seed {o.seed}: hidden {o.hidden} wrong {o.wrong} not offered "
