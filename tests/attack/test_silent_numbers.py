@@ -21,6 +21,7 @@ from tests.attack.spoilt import (
     clipped,
     config_text,
     copy_of,
+    dead,
     frozen,
     logs,
     part,
@@ -162,6 +163,14 @@ CASES: dict[str, tuple[str, Spoil, str, int, str]] = {
                                "pose_07.csv: the sensor moved"),
     "a pose that rocks": ("paper", logs(POSE_7, rocking(8.0, 9500.0)), "run", 4,
                           "pose_07.csv: the sensor was shaken|short of gravity"),
+    "a dead axis of the accelerometer": ("rich", logs(EVERY, dead(3)), "run", 4,
+                                         "stopped: accelerometer z is dead|wiring"),
+    "a dead axis of the gyroscope in one run": (
+        "rich", logs(FAST, dead(6)), "run", 4, "33rpm: gyroscope z is dead"),
+    "a thousand times too small": (
+        "rich", logs(EVERY, scaled(ACC, 1e-3, 0)), "check", 4, "where 9.803 m/s² is expected"),
+    "a pose of zeros": ("rich", logs("gyroscope/17rpm/pose_03.csv", scaled(GYR, 0.0, 0)), "run", 4,
+                        "pose_03.csv|the plate turns at 1.745"),
     "moved on the plate": (
         "paper", logs("gyroscope/17rpm/pose_02.csv", part(axes(GYR, SWAP), 0.3, 0.6)), "run", 4,
         "pose_02.csv: the sensor was moved on the turning plate"),

@@ -24,14 +24,14 @@ from calib.diagnosis.population.evidence import Evidence
 from calib.diagnosis.population.evidence_many import evidence_many
 from calib.effects.catalogue import BASE
 from calib.fit.batch.fit_many import ManyFits, fit_many
-from calib.fit.calibration import triad_parameters
 from calib.fit.model import Model
+from calib.fit.parameters import triad_parameters
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES
 from pipeline.fleet.finish import finish_fleet
 from pipeline.fleet.record import SessionRecord, evidence_path, write_evidence
 from pipeline.fleet.rows import Row
-from pipeline.results.read import PARAMETERS
+from pipeline.results.names import PARAMETERS
 from tests.fitting import spec_of
 from tests.lots import pose_sets_of
 from tests.world.designs import paper_design
