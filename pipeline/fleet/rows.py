@@ -6,7 +6,7 @@ from typing import Any
 from calib.poses.imu_log import AXES, TRIADS
 from pipeline.config.load import Config
 from pipeline.fleet.sessions import FleetSession
-from pipeline.results.read import PARAMETERS
+from pipeline.results.names import PARAMETERS
 
 Row = dict[str, Any]
 

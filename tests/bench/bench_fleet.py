@@ -31,7 +31,7 @@ from calib.poses.imu_log import AXES
 from pipeline.fleet.finish import finish_fleet
 from pipeline.fleet.record import SessionRecord, evidence_path, write_evidence
 from pipeline.fleet.rows import Row
-from pipeline.results.read import PARAMETERS
+from pipeline.results.names import PARAMETERS
 from tests.fitting import spec_of
 from tests.lots import pose_sets_of
 from tests.world.designs import paper_design
