@@ -71,6 +71,12 @@ def check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) ->
         )
 
 
+def is_still(values: FloatArray, largest_shift: float) -> bool:
+    """Whether readings (t, 3), SI, stray by no more than ``largest_shift`` and noise."""
+    stray, noise = _stray(values)
+    return bool((stray <= np.maximum(largest_shift, LARGEST_SHIFT_SD * noise)).all())
+
+
 def check_still(label: str, triad: str, values: FloatArray, largest_shift: float) -> None:
     """Refuse a pose whose readings (t, 3), SI, stray by more than ``largest_shift`` and noise."""
     stray, noise = _stray(values)
