@@ -8,9 +8,9 @@ import numpy as np
 from scipy.special import fdtrc
 
 from calib.effects.effect import Effect
-from calib.errors import Contradiction, FitFailed, Remedy
+from calib.errors import FitFailed
 from calib.fit.column_scaling import inverse_square, pseudo_inverse_square, unit_columns
-from calib.fit.identifiability import require_determined, require_enough
+from calib.fit.identifiability import require_determined, require_enough, require_size
 from calib.fit.model import Model
 from calib.fit.problem import Estimate, Problem, Solution, with_common
 from calib.fit.residuals import Equations, WhitenedRows
@@ -23,10 +23,6 @@ HUBER_VARIANCE = 0.7785
 
 OUTLIER_SD = 4.0
 """Rows beyond are no noise of the stated sd: of normal rows one in 16000 is."""
-
-LARGEST_REFERENCE_ERROR = 2.0
-"""No plate turns, and no site has gravity, half or twice what was stated."""
-
 
 MISFIT_P_VALUE = 0.005
 """The one level at which "the stated noise explains the rows" is given up: both triads of a session
@@ -277,24 +273,3 @@ def _pull_of_outliers(rows: WhitenedRows, weight: FloatArray, cov: FloatArray) -
     pull = np.where(bounded, weight * rows.residual, 0.0)
     pulled = cov @ (rows.jacobian * pull[:, None]).T
     return np.asarray(pulled @ pulled.T)
-
-
-def require_size(equations: Equations, rows: WhitenedRows) -> None:
-    """Refuse the trivial solution: gains of nothing fit a reference that an effect took to zero."""
-    size = np.linalg.norm(rows.vector[equations.magnitude], axis=1)
-    stated = equations.poses.reference.magnitude[equations.magnitude]
-    share = float(np.median(size / stated)) if len(stated) else 1.0
-    if not 1 / LARGEST_REFERENCE_ERROR < share < LARGEST_REFERENCE_ERROR:
-        if not equations.on_reference:
-            raise Contradiction(
-                f"{equations.poses.triad}: no gain fits all poses: fitted, their typical reading "
-                f"is {share:.2g} times the stated reference. The references of some poses "
-                f"contradict those of the others, or their readings do: check the rate of each "
-                f"run, and whether all files are of one sensor at one range."
-            )
-        raise FitFailed(
-            f"the fit of the {equations.poses.triad} ended at {share:.2g} times the stated "
-            f"reference: an effect on the reference has taken the gains along with it. Remove it: "
-            f"these poses cannot separate it from the scale.",
-            Remedy("remove_effect", equations.poses.triad),
-        )

@@ -18,7 +18,7 @@ from pipeline.fleet.record import SESSIONS_FOLDER, SessionRecord
 from pipeline.fleet.words import copies_text, p_text, pool_headline, pool_text, repeat_text
 from pipeline.report.page import css_text
 from pipeline.report.page_templates import page_templates
-from pipeline.results.read import REPORT_NAME
+from pipeline.results.names import REPORT_NAME
 
 PAGE_NAME = "fleet.html"
 MOST_ROWS = 100

@@ -18,7 +18,7 @@ from calib.poses.mean_noise import NOISE_DOF_PER_POSE
 from pipeline.fleet.record import evidence_path, kept_evidence
 from pipeline.fleet.rows import Row
 from pipeline.results.json_values import Json, number, numbers
-from pipeline.results.read import PARAMETERS
+from pipeline.results.names import PARAMETERS
 
 POPULATION_NAME = "population.json"
 

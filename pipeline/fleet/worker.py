@@ -21,7 +21,7 @@ from pipeline.fleet.record import (
 from pipeline.fleet.rows import rows_of_failure, rows_of_results
 from pipeline.fleet.sessions import FleetSession
 from pipeline.report.outputs import outputs_of
-from pipeline.results.read import RESULTS_NAME
+from pipeline.results.names import RESULTS_NAME
 from pipeline.results.write import results_of, results_text
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.context import RunContext

@@ -4,7 +4,7 @@ Each log is labelled by its path from the configuration.
 """
 
 import os
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -69,12 +69,6 @@ class SessionLogs:
     notes: Mapping[Setting, tuple[str, ...]]
     choices: Mapping[Setting, Choice]
     excluded: Mapping[Setting, tuple[tuple[str, ImuLog | None], ...]]
-
-    def at_rates(self, rates: Collection[str]) -> "SessionLogs":
-        """Those of the settings at one of these plate rates."""
-        of_these = {setting: logs for setting, logs in self.by_setting.items()
-                    if setting.rate in rates}
-        return replace(self, by_setting=of_these)
 
     def of_triad(self, config: Config, triad: Triad) -> list[ImuLog]:
         """The logs that ``triad`` is calibrated by, run after run."""

@@ -127,4 +127,4 @@ def test_the_certificate_of_the_file_stands_beside_the_triad(folder: Path) -> No
 
 
 def test_a_triad_without_a_certificate_has_none_beside_it(folder: Path) -> None:
-    assert compare_with_certificate(loaded(folder, CONFIG), calibration(), GRAVITY) is None
+    assert compare_with_certificate(loaded(folder, CONFIG), accelerometer()) is None
