@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.diagnosis.diagnose import diagnose
-from calib.effects.catalogue import BASE
+from calib.effects.catalogue import BASE, find_effect
 from calib.fit.calibration import calibrate_triad
 from calib.fit.model import Model
 from calib.fit.solver import fit
@@ -65,6 +65,7 @@ def block_runs(code: str, triad: str) -> tuple[BenchRun, ...]:
         "direction": (turning("other way", PlateMotion(-SLOW), wedge),),
         "tilt": (turning("tilted", slow, wedge),),
         "repeat": (turning("repeat", slow, wedge),),
+        "clips": (turning("clips", slow, wedge),),
         "corners": (turning("corners", slow, corner_directions()),),
         "soak": (
             replace(turning("warm", slow, wedge), soak_c=SOAK_C, lead_s=1800.0),
@@ -103,7 +104,11 @@ def joined_poses(sessions: Sequence[Session], triad: str) -> PoseSet:
                 if session.design.rests_count_for_gyroscope:
                     of_gyro.append(stopped_run(log.run.name, means, latitude))
                 continue
-            of_gyro.append(turning_run(means, plate_rate(log.run.name, stated), latitude))
+            rate = plate_rate(log.run.name, stated)
+            if log.run.name == "clips":
+                rate = replace(rate, rate_rad_s=np.tile(rate.rate_rad_s, len(means)),
+                               sd_rad_s=np.tile(rate.sd_rad_s, len(means)))
+            of_gyro.append(turning_run(means, rate, latitude))
     accelerometer = pose_set("accelerometer", still, 0.0)
     if triad == "accelerometer":
         return accelerometer
@@ -120,7 +125,10 @@ def settle(design: Design, seed: int, triad: str, hidden: Sequence[Hidden]) -> S
         return None
     if found.advice is None:
         return Settled(seed, found.group, None, found.verdict, found.group, False)
-    more = simulate(block_design(design, found.advice.block, triad), seed, tuple(hidden))
+    # A clip with each pose measures whatever the plate does: it errs in none of them.
+    remaining = [h for h in hidden
+                 if found.advice.block != "clips" or find_effect(h.name).acts_on != "reference"]
+    more = simulate(block_design(design, found.advice.block, triad), seed, tuple(remaining))
     poses = joined_poses([session, more], triad)
     after = diagnose(fit(poses, Model.of(BASE)), (), full_scale)
     names = {h.name for h in hidden}

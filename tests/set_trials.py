@@ -34,7 +34,10 @@ NAMES = (
 the diagnosis is right not to believe beside other effects."""
 
 DISTURBANCES = ("none", "memory", "wander", "temperature_lag", "temperature_squared",
-                "plate_wander", "coarse", "correlated")
+                "plate_wander", "coarse", "correlated", "short")
+SHORT_POSE_S = 3.0
+OF_THE_DESIGN = ("none", "coarse", "correlated", "short")
+"""Disturbances that are no hidden effect."""
 ONE_MAGNITUDE = {"quadratic", "asymmetry", "cross_quadratic"}
 """At one magnitude the first two are one, and the third holds both."""
 
@@ -110,8 +113,11 @@ def design_of(name: str, seed: int) -> Design:
 
 
 def disturbed(design: Design, how: str) -> Design:
-    """The design with a converter of four bits less, or noise correlated over seconds."""
+    """The design with four bits less, noise correlated over seconds, or poses of three seconds."""
     sensor = design.sensor
+    if how == "short":
+        runs = tuple(replace(run, seconds=SHORT_POSE_S) for run in design.runs)
+        return replace(design, runs=runs)
     if how == "coarse":
         sensor = replace(
             sensor,
@@ -129,9 +135,12 @@ def disturbed(design: Design, how: str) -> Design:
 
 def draw_set(
     design: Design, seed: int, triad: str, count: int, sizes: tuple[float, float],
-    names: Sequence[str] = NAMES,
+    names: Sequence[str] = NAMES, nested: bool = False,
 ) -> list[Hidden]:
-    """``count`` different effects that reach the pose equations, sizes log-uniform."""
+    """``count`` different effects that reach the pose equations, sizes log-uniform.
+
+    Pairs of which one holds the other are among them where ``nested``.
+    """
     rng = np.random.default_rng([seed, 31, count])
     possible = [
         n for n in names
@@ -142,14 +151,21 @@ def draw_set(
         if len(chosen) == count:
             break
         size = float(np.exp(rng.uniform(*np.log(sizes))))
-        if any({str(name), h.name} in TOGETHER for h in chosen):
+        if not nested and any({str(name), h.name} in TOGETHER for h in chosen):
             continue
-        if triad == "accelerometer" and any({str(name), h.name} <= ONE_MAGNITUDE for h in chosen):
+        same = triad == "accelerometer" and any(
+            {str(name), h.name} <= ONE_MAGNITUDE for h in chosen)
+        if same and not nested:
             continue
         hidden = drawn(str(name), triad, size, design, seed)  # type: ignore[arg-type]
         if hidden is not None:
             chosen.append(hidden)
     return chosen
+
+
+def sound_trial(design: Design, seed: int, triad: str) -> SetOutcome:
+    """The same session with nothing hidden: half of all sessions are, by the diagnosis's prior."""
+    return set_trial(design, seed, triad, [])
 
 
 def set_trial(design: Design, seed: int, triad: str, hidden: Sequence[Hidden]) -> SetOutcome:

@@ -21,7 +21,13 @@ from calib.diagnosis.hypotheses.unlisted import (
     unknown_hypotheses,
     wander_hypotheses,
 )
-from calib.diagnosis.next_measurement.advice import Advice, Rival, best_block, lay_missing
+from calib.diagnosis.next_measurement.advice import (
+    Advice,
+    Rival,
+    best_block,
+    film_each_pose,
+    lay_missing,
+)
 from calib.diagnosis.search.expansion import search
 from calib.diagnosis.search.odds import Inclusion, Odds, odds_of
 from calib.diagnosis.search.sets import Search
@@ -167,7 +173,9 @@ def diagnose(
     )
     blind = tuple(name for name in blind if name not in {c.name for c in ranking})
     advice = _advise(state, odds, verdict, ranking, full_scale)
-    if verdict.code in (Code.NOTHING_MISSING, Code.AMBIGUOUS, Code.NOISE):
+    if verdict.code in (Code.NOTHING_MISSING, Code.AMBIGUOUS, Code.NOISE) and (
+        verdict.name != "plate_rate"
+    ):
         advice = lay_missing(prediction) or advice
     return Diagnosis(
         verdict=verdict.code,
@@ -214,6 +222,9 @@ def _advise(
     full_scale: float,
 ) -> Advice | None:
     """The block that would settle an open verdict."""
+    plate = [j for j, h in enumerate(state.hypotheses) if h.kind == "plate_rate"]
+    if plate and "plate_rate" in (verdict.name, *verdict.group):
+        return film_each_pose(state.base, float(state.alone.drop[plate].max()))
     is_open = verdict.code == Code.AMBIGUOUS or len(verdict.group) > 1
     if not is_open or verdict.code not in (Code.AMBIGUOUS, Code.EFFECT):
         return None

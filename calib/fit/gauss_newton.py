@@ -80,6 +80,8 @@ def _descend(
     at, cost, moved = start, start.cost(weight), np.inf
     for iteration in range(1, precision.steps + 1):
         step, row_step = step_from(problem, at, weight)
+        if float(np.abs(row_step).max()) < precision.idle_sd:
+            return Solution(at, weight, iteration, 0.0)
         share, trial = _longest_that_falls(problem, at, step, weight, cost)
         moved = share * float(np.abs(row_step).max())
         if trial is None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from calib.effects.effect import Effect
-from calib.errors import Remedy, Undetermined
+from calib.errors import Contradiction, FitFailed, Remedy, Undetermined
 from calib.fit.column_scaling import RANK_TOLERANCE, orthonormal_columns, unit_columns
 from calib.fit.model import stack_columns
 from calib.fit.sensitive_axes import sensor_columns
@@ -33,6 +33,9 @@ VISIBLE_SHARE = 0.02
 
 ROUNDING = 1e-3
 """Share of an error vector below which its part along the reading is rounding, not a signal."""
+
+LARGEST_REFERENCE_ERROR = 2.0
+"""No plate turns, and no site has gravity, half or twice what was stated."""
 
 
 def scaled_condition(jacobian: FloatArray) -> tuple[float, FloatArray]:
@@ -195,3 +198,24 @@ def _is_rounding(equations: "Equations", rows: "WhitenedRows", effect: Effect) -
     seen[equations.null] = np.linalg.norm(columns[equations.null], axis=1)
     whole = np.sqrt((columns**2).sum(axis=(0, 1)))
     return np.asarray(np.sqrt((seen**2).sum(axis=0)) < ROUNDING * whole)
+
+
+def require_size(equations: "Equations", rows: "WhitenedRows") -> None:
+    """Refuse the trivial solution: gains of nothing fit a reference that an effect took to zero."""
+    size = np.linalg.norm(rows.vector[equations.magnitude], axis=1)
+    stated = equations.poses.reference.magnitude[equations.magnitude]
+    share = float(np.median(size / stated)) if len(stated) else 1.0
+    if not 1 / LARGEST_REFERENCE_ERROR < share < LARGEST_REFERENCE_ERROR:
+        if not equations.on_reference:
+            raise Contradiction(
+                f"{equations.poses.triad}: no gain fits all poses: fitted, their typical reading "
+                f"is {share:.2g} times the stated reference. The references of some poses "
+                f"contradict those of the others, or their readings do: check the rate of each "
+                f"run, and whether all files are of one sensor at one range."
+            )
+        raise FitFailed(
+            f"the fit of the {equations.poses.triad} ended at {share:.2g} times the stated "
+            f"reference: an effect on the reference has taken the gains along with it. Remove it: "
+            f"these poses cannot separate it from the scale.",
+            Remedy("remove_effect", equations.poses.triad),
+        )

@@ -21,10 +21,15 @@ CONVERGED_SD = 1e-3
 
 @dataclass(frozen=True)
 class Precision:
-    """How far to go: at most ``steps``, or until one moves no row by more than ``step_sd`` sds."""
+    """How far to go.
+
+    At most ``steps``, or until one has moved no row by more than ``step_sd`` sds. One that would
+    move none by more than ``idle_sd`` is not taken.
+    """
 
     steps: int
     step_sd: float
+    idle_sd: float = 0.0
 
 
 EXACT = Precision(60, 1e-7)

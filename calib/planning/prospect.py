@@ -67,7 +67,11 @@ class Prospect:
 
 
 def prospect_of(
-    poses: PoseSet, model: Model, spec: TriadSpec, own: Sequence[Effect] = ()
+    poses: PoseSet,
+    model: Model,
+    spec: TriadSpec,
+    own: Sequence[Effect] = (),
+    covariates: Sequence[str] | None = None,
 ) -> Prospect:
     """Judge a plan.
 
@@ -81,6 +85,8 @@ def prospect_of(
         The data sheet.
     own : sequence of Effect
         User-defined effects.
+    covariates : sequence of str, optional
+        Logged columns that may cause an error; without it those whose names say so.
 
     Returns
     -------
@@ -97,7 +103,7 @@ def prospect_of(
     projector = Projector(fitted)
     signatures, absent = [], {}
     partly = {}
-    for effect in candidate_effects(fitted, own):
+    for effect in candidate_effects(fitted, own, covariates):
         reason = unavailable(effect, poses)
         if reason is not None:
             absent[effect.name] = reason

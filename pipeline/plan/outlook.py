@@ -114,14 +114,16 @@ def _triad_plan(
     real: Fit | None = None
     if recorded:
         try:
-            at_hand = prospect_of(_recorded_poses(config, triad, settings), model, spec, judged)
+            at_hand = prospect_of(_recorded_poses(config, triad, settings), model, spec, judged,
+                                  config.covariates)
             real = at_hand.fit
         except CalibrationError as error:
             at_hand = str(error)
     runs = [run for setting in settings for run in _runs(config, triad, setting, noise_sd, real)]
     try:
         start = real.equations.start if real is not None else None
-        complete: Prospect | str = prospect_of(ideal_poses(triad, runs, start), model, spec, judged)
+        complete: Prospect | str = prospect_of(
+            ideal_poses(triad, runs, start), model, spec, judged, config.covariates)
     except CalibrationError as error:
         complete = str(error)
     return TriadPlan(triad, tuple(settings), noise, noise_sd, at_hand, complete,

@@ -121,6 +121,18 @@ def test_what_level_poses_at_one_speed_cannot_see_is_blind() -> None:
     assert "g_sensitivity" not in more.partly
 
 
+def test_only_columns_that_may_cause_an_error_are_judged() -> None:
+    warmth = {"temperature_c": np.linspace(20.0, 30.0, len(WEDGE)),
+              "supply_v": np.tile([3.3, 3.2], len(WEDGE) // 2)}
+    spec = specs_of(mpu6050())["accelerometer"]
+    poses = ideal_poses("accelerometer", [planned("accelerometer")])
+    alike = replace(poses, columns={**warmth, "other_v": warmth["supply_v"]})
+    group = {"column:other_v", "column:supply_v"}
+    assert any(group <= {*each} for each in prospect_of(alike, MODEL, spec).aliases)
+    left = prospect_of(alike, MODEL, spec, (), ["supply_v", "temperature_c"])
+    assert not any("column:other_v" in each for each in left.aliases)
+
+
 def test_the_next_best_pose_is_where_poses_are_missing() -> None:
     half = natural_directions()[natural_directions()[:, 0] <= 0.1]
     best = best_pose("accelerometer", [planned("accelerometer", half)], MODEL)

@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.diagnosis.hypotheses.signature import effect_columns
-from calib.diagnosis.next_measurement.pose_blocks import hypothetical
+from calib.diagnosis.next_measurement.kind import shares_a_rate
+from calib.diagnosis.next_measurement.pose_blocks import CLIPS, hypothetical
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.prediction import Prediction
@@ -55,11 +56,11 @@ class Rival:
 def _signal(fit: Fit, rival: Rival, others: Sequence[Rival]) -> float:
     """lambda of ``rival`` when ``others`` and the model are fitted in its place."""
     d = fit.equations.data_count
-    columns = effect_columns(fit, rival.effect, rival.shape)
+    columns = _columns(fit, rival)
     fitted = [fit.rows.jacobian[:, : fit.model.size], fit.rows.jacobian[:, fit.model.size :]]
     for other in others:
         more = np.zeros((len(fit.rows.residual), len(other.effect.parameters)))
-        more[:d] = effect_columns(fit, other.effect, other.shape)
+        more[:d] = _columns(fit, other)
         fitted.append(more)
     basis = orthonormal_columns(np.hstack(fitted))
     full = np.zeros((len(fit.rows.residual), columns.shape[1]))
@@ -73,6 +74,15 @@ def _signal(fit: Fit, rival: Rival, others: Sequence[Rival]) -> float:
     unit = full / norm * np.sqrt(d) * BLIND_SIGNAL_SD
     left_unit = unit - basis @ (basis.T @ unit)
     return float((left_unit**2).sum() / full.shape[1])
+
+
+def _columns(fit: Fit, rival: Rival) -> FloatArray:
+    """Columns (d, k) of a rival; a pose that is filmed has the rate that the plate has."""
+    columns = effect_columns(fit, rival.effect, rival.shape)
+    if rival.effect.acts_on == "reference":
+        run = np.array(fit.poses.run)[fit.equations.row_pose]
+        columns = np.where(run[:, None] == CLIPS.code, 0.0, columns)
+    return columns
 
 
 def _in_all_shapes(rival: Rival) -> list[Rival]:
@@ -116,6 +126,16 @@ def best_block(fit: Fit, rivals: Sequence[Rival], full_scale: float = np.inf) ->
             worth = min(power, 10 * ENOUGH_LAMBDA) / block.minutes
             options.append((worth, Advice(block.code, block.instruction, power)))
     return max(options, key=lambda item: item[0])[1] if options else None
+
+
+def film_each_pose(fit: Fit, drop: float) -> Advice | None:
+    """A clip with each pose, for a plate whose scatter takes ``drop`` off chi-square.
+
+    None where the poses have rates of their own already.
+    """
+    if not shares_a_rate(fit.poses):
+        return None
+    return Advice(CLIPS.code, CLIPS.instruction, drop)
 
 
 def lay_missing(prediction: Prediction | None) -> Advice | None:

@@ -5,10 +5,18 @@ import numpy as np
 from calib.poses.attitudes import natural_directions, uncovered
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
+from calib.poses.runs import GRAVITY, TIME_BASE
 
 TEMPERATURE = "temperature_c"
 FEW_ATTITUDES = 3
 """Natural directions within 25° of one attitude, at most: more are more than one attitude."""
+
+SAME_SPEED = 0.05
+"""Relative: rates of one setting of a plate differ by less, its neighbours (16, 33, 45, 78) by
+more."""
+
+OF_ALL = (GRAVITY, TIME_BASE)
+"""Common errors of every setting; what is left belongs to one setting of the plate."""
 
 SWEEP_K = 5.0
 """A sensor warms itself by less while it is laid on its faces; a chamber is set to more."""
@@ -32,6 +40,22 @@ def in_a_chamber(poses: PoseSet) -> bool:
     if up is None:
         return False
     return len(natural_directions()) - len(uncovered(up, corners=True)) <= FEW_ATTITUDES
+
+
+def at_one_speed(poses: PoseSet) -> bool:
+    """Whether a gyroscope turned at one speed and was never at rest.
+
+    More poses of that kind show nothing of what goes with scale and misalignment at one speed.
+    """
+    if poses.triad != "gyroscope" or poses.reference.is_null.any():
+        return False
+    speed = np.abs(poses.spin_rad_s)
+    return bool(speed.all() and np.ptp(speed) < SAME_SPEED * speed.min())
+
+
+def shares_a_rate(poses: PoseSet) -> bool:
+    """Whether several poses share one measured rate of the plate."""
+    return bool(set(poses.reference.common_names) - set(OF_ALL))
 
 
 def once_more(poses: PoseSet) -> str:

@@ -10,9 +10,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.diagnosis.next_measurement.kind import (
+    OF_ALL,
+    SAME_SPEED,
     TEMPERATURE,
     THROUGH_TEMPERATURES,
+    at_one_speed,
     in_a_chamber,
+    shares_a_rate,
 )
 from calib.fit.residuals import Equations
 from calib.fit.result import Fit
@@ -20,11 +24,10 @@ from calib.poses.attitudes import natural_directions
 from calib.poses.imu_log import BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import Reference
-from calib.poses.runs import GRAVITY, TIME_BASE
+from calib.poses.runs import TIME_BASE
 
 #: fact: 16⅔, 33⅓, 45 and 78 rpm
 RECORD_SPEEDS_RAD_S = np.array([50 / 3, 100 / 3, 45.0, 78.0]) * np.pi / 30
-SAME_SPEED = 0.05  #: relative: within the fine adjustment of a record player
 HEADROOM = 0.9
 """Share of the full scale up to which a rate is advised; gain and offset take the rest."""
 
@@ -38,7 +41,7 @@ class Block:
 
     ``code`` names it for programs, ``instruction`` for people; ``minutes`` is what it takes;
     ``parts`` are (rate factor over the plate's, warmth in K, delay in s) of its passes through the
-    poses.
+    poses; ``filmed`` whether each pose has a clip of its own.
     """
 
     code: str
@@ -47,16 +50,24 @@ class Block:
     parts: tuple[tuple[float, float, float], ...]
     corners: bool = False
     tilt_rad: float = 0.0
+    filmed: bool = False
 
 
 MINUTES_PER_PASS = 10.0  #: 18 poses of half a minute each; it only plans
+CLIPS = Block(
+    "clips", "the same poses with a clip of the plate for each of them", 2 * MINUTES_PER_PASS,
+    ((1.0, 0.0, 0.0),), filmed=True,
+)
 
 
 def menu(fit: Fit, full_scale: float = np.inf) -> list[Block]:
     """The blocks worth considering for the poses of ``fit``, cheapest first.
 
-    In a thermal chamber that is another course of the temperature, and no other attitude.
-    No speed of the plate is among them that would saturate a gyro of ``full_scale`` (rad/s).
+    In a thermal chamber that is another course of the temperature, and no other attitude; of a
+    session at one speed another speed, rest, direction or tilt of the plate, since more attitudes
+    leave unseen what one speed does not show. A plate whose rate several poses share can be filmed
+    with each pose. No speed of the plate is among them that would saturate a gyro of
+    ``full_scale`` (rad/s).
     """
     poses = fit.poses
     has_temperature = TEMPERATURE in poses.columns
@@ -96,7 +107,10 @@ def menu(fit: Fit, full_scale: float = np.inf) -> list[Block]:
             blocks.append(Block("direction", instruction, one, ((-1.0, 0.0, 0.0),)))
         instruction = "the same poses on a plate tilted by about 60°"
         blocks.append(Block("tilt", instruction, 2 * one, ((1.0, 0.0, 0.0),), tilt_rad=np.pi / 3))
-    return [*blocks, repeat, corners, *(soaks if has_temperature else [])]
+        blocks += [CLIPS] if shares_a_rate(poses) else []
+    if not at_one_speed(poses):
+        blocks += [repeat, corners]
+    return [*blocks, *(soaks if has_temperature else [])]
 
 
 def _vectors(fit: Fit, block: Block) -> tuple[FloatArray, FloatArray]:
@@ -160,6 +174,9 @@ def _pass(fit: Fit, block: Block, factor: float, warmth: float, delay_s: float) 
     time_s, columns = _course(poses, n, warmth, delay_s)
     names = poses.reference.common_names
     common = np.zeros((n, len(names)))
+    sd = float(np.median(poses.reference.sd[like])) if like.any() else 0.0
+    if block.filmed:
+        sd = float(np.hypot(sd, _rate_sd(poses) * size))
     for j, name in enumerate(names):
         relative = np.median(np.abs(poses.reference.common[turning, j]) / magnitude)
         if poses.triad == "accelerometer" or name == TIME_BASE:
@@ -180,7 +197,7 @@ def _pass(fit: Fit, block: Block, factor: float, warmth: float, delay_s: float) 
         expected=np.zeros((n, 3)),
         reference=Reference(
             np.full(n, size),
-            np.full(n, float(np.median(poses.reference.sd[like]))) if like.any() else np.zeros(n),
+            np.full(n, sd),
             common,
             names,
         ),
@@ -225,12 +242,8 @@ def _own_rate_error(poses: PoseSet, block: PoseSet) -> PoseSet:
     turning = ~reference.is_null
     if poses.triad == "accelerometer" or not turning.any():
         return poses
-    of_all = (GRAVITY, TIME_BASE)  # what is left belongs to one setting of the plate
-    fresh = [j for j, name in enumerate(reference.common_names) if name not in of_all]
-    loading = np.abs(reference.common[:, fresh]).sum(axis=1) if fresh else reference.sd
-    relative = float(np.median(loading[turning] / reference.magnitude[turning]))
     new = np.zeros((len(poses), 1))
-    new[-len(block) :, 0] = relative * block.reference.magnitude
+    new[-len(block) :, 0] = _rate_sd(poses) * block.reference.magnitude
     return replace(
         poses,
         reference=Reference(
@@ -242,13 +255,21 @@ def _own_rate_error(poses: PoseSet, block: PoseSet) -> PoseSet:
     )
 
 
+def _rate_sd(poses: PoseSet) -> float:
+    """Typical sd of the rate of one setting of the plate, relative to it."""
+    reference, turning = poses.reference, ~poses.reference.is_null
+    fresh = [j for j, name in enumerate(reference.common_names) if name not in OF_ALL]
+    loading = np.abs(reference.common[:, fresh]).sum(axis=1) if fresh else reference.sd
+    return float(np.median(loading[turning] / reference.magnitude[turning]))
+
+
 def with_block(fit: Fit, block: Block) -> Fit:
     """``fit`` as it would stand with the rows of ``block`` added, at the same parameters."""
     poses = fit.poses
     for factor, warmth, delay_s in block.parts:
         part = _pass(fit, block, factor, warmth, delay_s)
         poses = _joined(poses, part)
-        if factor:
+        if factor and not block.filmed:
             poses = _own_rate_error(poses, part)
     equations = Equations(poses, fit.model)
     eta = np.zeros(equations.common.shape[1])

@@ -7,7 +7,8 @@ A block is a hypothesis with columns X; a set of blocks is a covariance of the p
 tau_k the root mean square signal of block k in noise units, V = 1 where the stated noise holds and
 larger where something else is left. Log densities are relative to those of unit rows without any
 constant. They are averaged over tau = 1, 2, 4 ... and over V: no threshold is needed, parameters
-that buy nothing cost, and nothing ties where p-values underflow.
+that buy nothing cost, and nothing ties where p-values underflow. The prior of tau is a half-Cauchy
+distribution (Gelman, Bayesian Analysis 1, 2006), whose tail is heavy enough for any signal.
 """
 
 from collections.abc import Sequence
@@ -19,6 +20,11 @@ from calib.poses.imu_log import FloatArray
 
 #: sizes of an effect, noise units, each twice the one before
 TAUS = 2.0 ** np.arange(CONSTANTS.octaves_of_size)
+HALF_CAUCHY = TAUS / (1.0 + (TAUS / CONSTANTS.typical_size) ** 2)
+"""Derived: its density over the logarithm of tau, up to a factor."""
+
+LOG_PRIOR = np.log(HALF_CAUCHY / HALF_CAUCHY.sum())
+
 SWEEPS = 2
 """Times that the size of each effect is chosen anew beside the others'; not tuned."""
 
@@ -26,12 +32,11 @@ SWEEPS = 2
 NOISE_RANGE = float(np.log(TAUS[-1] / CONSTANTS.least_noise))
 
 
-def log_mean_exp(values: Sequence[float] | FloatArray, axis: int | None = None) -> FloatArray:
-    """Logarithm of the mean of exponentials, along ``axis`` or of all."""
-    v = np.asarray(values, float)
-    top = v.max(axis=axis, keepdims=True)
-    mean = np.log(np.mean(np.exp(v - top), axis=axis, keepdims=True)) + top
-    return np.asarray(np.squeeze(mean, axis=axis))
+def over_sizes(gain: FloatArray) -> FloatArray:
+    """Average over tau, the first axis of ``gain``, of log densities."""
+    weighed = gain + LOG_PRIOR.reshape(-1, *(1,) * (gain.ndim - 1))
+    top = weighed.max(axis=0)
+    return np.asarray(np.log(np.exp(weighed - top).sum(axis=0)) + top)
 
 
 def log_noise_prior(variance: FloatArray, dof: int, tolerated: FloatArray) -> FloatArray:
@@ -78,7 +83,7 @@ def block_log_densities(
     def at(v: FloatArray) -> FloatArray:
         signal = (TAUS[:, None, None] * strength) ** 2 / v[None, :, None]
         gain = 0.5 * amplitude**2 / v[:, None] * signal / (1 + signal) - 0.5 * np.log1p(signal)
-        return log_mean_exp(gain.sum(axis=2), axis=0) - 0.5 * (dof * np.log(v) + chi2 / v)
+        return over_sizes(gain.sum(axis=2)) - 0.5 * (dof * np.log(v) + chi2 / v)
 
     stated = at(np.ones_like(variance))
     if not (variance > 1.0).any():
@@ -175,7 +180,7 @@ def _at_variance(
             ).sum(axis=1) - sizes[k] * np.log(TAUS)
             best = int(np.argmax(grid))
             taus[k] = TAUS[best]
-            averaged[k] = float(log_mean_exp(grid)) - grid[best]
+            averaged[k] = float(over_sizes(grid)) - grid[best]
             others = float((np.log(taus) * sizes).sum() - sizes[k] * np.log(taus[k]))
             density = base + 0.5 * log_det + 0.5 * float(h @ estimate) + grid[best] - others
     return float(density + averaged.sum()), taus

@@ -6,7 +6,7 @@ hypothesis more, one less, or one exchanged, weighed at the solution itself, whe
 is right, and the best of these refitted in turn, until no set beside the best one is better.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -40,7 +40,7 @@ def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Search:
     if is_nothing(state):
         return state
     _refit_singles(state)
-    if not any(e.refit is not None and e.refit.explains for e in state.entries.values()):
+    if not state.is_explained:
         _refit_pairs(state)
     for _ in range(CONSTANTS.expansions):
         following = _next_to_expand(state)
@@ -92,7 +92,11 @@ def _note_by_name(
 
 
 def _refit_singles(state: Search) -> None:
-    """The best effects by themselves, at their refits."""
+    """The best effects by themselves, at their refits.
+
+    Once the best explains the rows, what could stand in its place is weighed at its solution, where
+    the linearisation is right; what has a shape only a refit can weigh.
+    """
     singles = [e for key, e in state.entries.items() if key and state.can_refit(e.members)]
     singles.sort(key=lambda e: -e.log_posterior)
     count, first = 0, None
@@ -101,6 +105,8 @@ def _refit_singles(state: Search) -> None:
             gain = first - state.nothing[0]
             if entry.log_posterior < first - max(CONSTANTS.behind, 0.1 * gain):
                 break
+        if state.best().explains and not _has_shape(state, entry.members):
+            continue
         again = state.refitted(entry.members)
         if again is None:
             continue
@@ -111,8 +117,13 @@ def _refit_singles(state: Search) -> None:
             break
 
 
+def _has_shape(state: Search, members: Iterable[int]) -> bool:
+    """Whether one of the members has a shape parameter: only a refit finds its value."""
+    return any(state.hypotheses[j].shape is not None for j in members)
+
+
 def _refit_pairs(state: Search) -> None:
-    """The best of all pairs, at their refits."""
+    """The best of all pairs, at their refits, until the best of all sets explains the rows."""
     candidates = [
         j for j, h in enumerate(state.hypotheses)
         if h.kind == "listed" and not state.is_refused((j,))
@@ -129,7 +140,7 @@ def _refit_pairs(state: Search) -> None:
         key = state.key(members)
         if key in tried or not state.allowed(members):
             continue
-        if count == CONSTANTS.pairs_refitted or not np.isfinite(score):
+        if state.best().explains or count == CONSTANTS.pairs_refitted or not np.isfinite(score):
             break
         if len(tried) == 2 * CONSTANTS.pairs_refitted:
             break
@@ -181,8 +192,10 @@ def _refit_best(
             break
         if value < state.standard - CONSTANTS.behind:
             break
-        is_near = inside <= set(members)  # one more, small: linear as it is
-        if is_near and value < state.standard - CONSTANTS.near:
+        more = set(members) - inside
+        # One more, small, is linear as it is, but for a shape.
+        near = CONSTANTS.near if _has_shape(state, more) else 0.0
+        if inside <= set(members) and value < state.standard - near:
             continue
         known = state.entries.get(state.key(members))
         if not state.can_refit(members) or (known is not None and known.whole):

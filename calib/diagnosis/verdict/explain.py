@@ -246,7 +246,8 @@ def _noise(case: _Case) -> Explanation:
             f"The rate of the plate scatters {case.verdict.details[0]} ({case.misfit}). {widened} "
             f"Film the plate with each pose, so that each has a rate of its own."
         )
-        return Explanation("open", "the rate of the plate scatters", text, "repeat",
+        step: Step = "repeat" if case.advice is None else "record"
+        return Explanation("open", "the rate of the plate scatters", text, step,
                            "Film the plate with each pose")
     text = (
         f"The residual is {factor:.2g} times what the poses' own noise explains, without a shape "

@@ -16,9 +16,13 @@ from calib.fit.batch.linear_algebra import inverses, scaled_information
 from calib.fit.batch.pose_stack import PoseStack, grouped
 from calib.fit.batch.stacked_rows import StackedEquations, StackedRows, columns_on
 from calib.fit.batch.start import starts_of
-from calib.fit.identifiability import CONDITION_LIMIT, FEWEST_SPARE_ROWS, GAINS
+from calib.fit.identifiability import (
+    CONDITION_LIMIT,
+    FEWEST_SPARE_ROWS,
+    GAINS,
+    LARGEST_REFERENCE_ERROR,
+)
 from calib.fit.model import Model
-from calib.fit.result import LARGEST_REFERENCE_ERROR
 from calib.fit.solver import fit
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 from calib.poses.pose_set import PoseSet

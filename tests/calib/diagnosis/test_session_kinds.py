@@ -5,15 +5,18 @@ from dataclasses import replace
 import numpy as np
 
 from calib.diagnosis.diagnose import diagnose
-from calib.diagnosis.next_measurement.kind import in_a_chamber, once_more
+from calib.diagnosis.next_measurement.advice import Rival, best_block, film_each_pose
+from calib.diagnosis.next_measurement.kind import at_one_speed, in_a_chamber, once_more
 from calib.diagnosis.next_measurement.pose_blocks import menu
+from calib.effects.catalogue import BASE, find_effect
 from calib.fit.model import Model
 from calib.fit.solver import fit
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import constant_reference
-from tests.calib.made_poses import GRAVITY, made_poses, noisy, rich_poses
+from tests.calib.made_poses import GRAVITY, SLOW, made_poses, noisy, rich_poses
 
+BASE_MODEL = Model.of(BASE)
 SD = 1e-4
 
 
@@ -63,3 +66,35 @@ def test_poses_in_many_attitudes_or_at_one_temperature_are_no_chamber() -> None:
     assert "random order" in once_more(poses)
     fitted = fit(noisy(rich_poses("accelerometer"), 2), Model.of(("bias", "scale", "misalignment")))
     assert {"corners", "repeat"} <= {block.code for block in menu(fitted)}
+
+
+def test_a_session_at_one_speed_is_asked_for_another_and_not_for_more_of_the_same() -> None:
+    poses = noisy(made_poses("gyroscope", (SLOW,)), 2)
+    assert at_one_speed(poses)
+    codes = {block.code for block in menu(fit(poses, BASE_MODEL))}
+    assert {"speed", "stopped"} <= codes
+    assert not {"corners", "repeat"} & codes
+    assert not at_one_speed(rich_poses("gyroscope"))
+
+
+def test_a_plate_that_may_drift_is_asked_for_a_clip_with_each_pose() -> None:
+    """A drift of the plate and of all gains differ where each pose has a rate of its own."""
+    poses = noisy(rich_poses("gyroscope"), 2)
+    shared = replace(poses, reference=replace(
+        poses.reference, common=1e-5 * poses.reference.magnitude[:, None],
+        common_names=("rate slow",)))
+    fitted = fit(shared, BASE_MODEL)
+    drift = np.full(3, 0.05)
+    rivals = [Rival(find_effect("reference_drift"), drift[:1]),
+              Rival(find_effect("scale_drift"), drift)]
+    advice = best_block(fitted, rivals)
+    assert advice is not None
+    assert advice.block == "clips"
+    assert "clip" in advice.instruction
+    film = film_each_pose(fitted, 20.0)
+    assert film is not None
+    assert film.block == "clips"
+    own = replace(poses.reference, common=np.zeros((len(poses), 0)), common_names=())
+    filmed = fit(replace(poses, reference=own), BASE_MODEL)
+    assert film_each_pose(filmed, 20.0) is None
+    assert "clips" not in {block.code for block in menu(filmed)}

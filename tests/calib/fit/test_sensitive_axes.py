@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from calib.effects.catalogue import BASE, find_effect
-from calib.errors import Undetermined
+from calib.errors import FitFailed, Undetermined
 from calib.fit.model import Model
 from calib.fit.residuals import Equations
+from calib.fit.sensitive_axes import ALIGNED, solve_sensor
 from calib.fit.solver import fit
 from calib.poses.attitudes import natural_directions
+from calib.poses.conditions import Conditions
 from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.runs import gravity_run
 from tests.calib.made_poses import GRAVITY, base_theta, made_poses, read_through, with_noise
@@ -112,6 +114,25 @@ def test_a_lever_arm_is_refused_where_nothing_turned() -> None:
     assert np.linalg.norm(poses.reading[0]) == pytest.approx(GRAVITY, rel=1e-2)
     with pytest.raises(Undetermined, match="lever_arm"):
         fit(poses, Model.of((*BASE, "lever_arm")))
+
+
+@pytest.mark.parametrize("share", [0.5, 0.9])
+def test_an_effect_that_takes_most_of_the_gain_is_still_taken_off(share: float) -> None:
+    """Reading ``s + c s³`` with ``3 c s² = -share`` at 1 g: a fixed point creeps or fails there."""
+    cubic = find_effect("cubic")
+    size = np.full(3, -share / 3 / 9.81**2)
+    true = 9.81 * np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.6, 0.0, 0.8]])
+    at = Conditions.of_vectors(true)
+    read = true + cubic.evaluate(at) @ size
+    s = solve_sensor((cubic,), size, {}, Conditions.of_vectors, read, ALIGNED)
+    assert s == pytest.approx(true, abs=1e-9)
+
+
+def test_a_response_that_turns_back_is_refused() -> None:
+    size = np.full(3, -1.3 / 3 / 9.81**2)
+    with pytest.raises(FitFailed, match="larger than the readings"):
+        solve_sensor((find_effect("cubic"),), size, {}, Conditions.of_vectors,
+                     9.81 * np.eye(3), ALIGNED)
 
 
 def test_a_gain_of_nothing_has_no_axes_and_no_warning() -> None:

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.hypotheses.signature import Projector, are_aliases, contains, effect_columns
 from calib.diagnosis.search.evidence import (
     TAUS,
     block_log_densities,
-    log_mean_exp,
     nothing_log_density,
     set_log_density,
 )
@@ -46,6 +46,14 @@ def density(r: np.ndarray, columns: list[np.ndarray], taus: tuple[float, ...]) -
     return gaussian(r, cov) - 0.5 * float(r @ r)
 
 
+def prior(tau: float) -> float:
+    """Log prior of one size: half-Cauchy over the octaves."""
+    def at(size: float) -> float:
+        return size / (1 + (size / CONSTANTS.typical_size) ** 2)
+
+    return float(np.log(at(tau) / sum(at(float(size)) for size in TAUS)))
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_the_closed_form_of_one_block_is_the_density_of_its_covariance(seed: int) -> None:
     """The residual is short, so that the stated noise holds and V is 1."""
@@ -54,7 +62,9 @@ def test_the_closed_form_of_one_block_is_the_density_of_its_covariance(seed: int
     basis = np.linalg.qr(rng.standard_normal((n, v)))[0]
     strength = rng.uniform(0.5, 4, v)
     r = 0.5 * rng.standard_normal(n) + basis @ (2 * strength * rng.standard_normal(v))
-    brute = log_mean_exp([density(r, [basis * strength], (tau,)) for tau in TAUS])
+    brute = np.logaddexp.reduce(
+        [prior(tau) + density(r, [basis * strength], (tau,)) for tau in TAUS]
+    )
     one = block_log_densities(strength[None], (basis.T @ r)[None], float(r @ r), n)
     assert one[0] == pytest.approx(float(brute), abs=1e-9)
     x = basis * strength
@@ -71,7 +81,9 @@ def test_a_set_averages_over_the_size_of_each_of_its_blocks(seed: int) -> None:
     r = sum(b @ (4 * rng.standard_normal(b.shape[1])) for b in blocks) + 0.5 * (
         rng.standard_normal(n)
     )
-    brute = log_mean_exp([density(r, blocks, (a, b)) for a in TAUS for b in TAUS])
+    brute = np.logaddexp.reduce(
+        [prior(a) + prior(b) + density(r, blocks, (a, b)) for a in TAUS for b in TAUS]
+    )
     x = np.concatenate(blocks, axis=1)
     together = set_log_density(x.T @ x, x.T @ r, float(r @ r), n, [3, 2])
     assert together == pytest.approx(float(brute), abs=0.25)
