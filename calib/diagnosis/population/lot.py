@@ -9,7 +9,6 @@ from calib.diagnosis.population.evidence import Evidence, Trial
 from calib.fit.identifiability import VISIBLE_SHARE
 from calib.poses.imu_log import FloatArray
 
-
 AT_ONCE = 500
 """Sessions whose matrices are multiplied at once: a limit of memory, 17 MB, and no other."""
 
