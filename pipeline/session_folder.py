@@ -18,7 +18,7 @@ from pipeline.config.load import Config, load_config
 from pipeline.errors import ConfigError, UnwritableOutput
 from pipeline.files import finish_interrupted, remove_parts, write_together
 from pipeline.results.history import HISTORY_NAME
-from pipeline.results.read import REPORT_MARK, REPORT_NAME, RESULTS_NAME
+from pipeline.results.names import REPORT_MARK, REPORT_NAME, RESULTS_NAME
 
 JOURNAL_NAME = ".unfinished.json"
 OUTPUTS = (RESULTS_NAME, HISTORY_NAME, REPORT_NAME)

@@ -3,6 +3,7 @@
 Only what ``vision.video`` asks of ``cv2.VideoCapture`` is here, under the same names.
 """
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ class AvCapture:
     def __init__(self, path: Path | str, *, luma: bool) -> None:
         import av
 
-        self._container = av.open(str(path))
+        self._container = av.open(os.path.abspath(path))
         self._stream = self._container.streams.video[0]
         self._stream.thread_type = "AUTO"
         self._frames = self._container.decode(self._stream)

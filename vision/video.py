@@ -5,6 +5,7 @@ read before, it is one frame late, and index over frame rate is wrong by up to 2
 uneven frame rate. There is no seeking: a clip is read once, from its first frame to its last.
 """
 
+import os
 import queue
 import stat
 import threading
@@ -249,9 +250,10 @@ def _opened(path: Path | str) -> cv2.VideoCapture:
 
     The number of threads can only be asked for while opening.
     """
-    one = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG, [cv2.CAP_PROP_N_THREADS, 1])
+    name = os.path.abspath(path)  # FFmpeg takes what stands before a colon for a protocol
+    one = cv2.VideoCapture(name, cv2.CAP_FFMPEG, [cv2.CAP_PROP_N_THREADS, 1])
     pixels = one.get(cv2.CAP_PROP_FRAME_WIDTH) * one.get(cv2.CAP_PROP_FRAME_HEIGHT)
-    return one if pixels <= SMALL else cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    return one if pixels <= SMALL else cv2.VideoCapture(name, cv2.CAP_FFMPEG)
 
 
 def _refuse_unreadable(path: Path) -> None:

@@ -48,6 +48,14 @@ FEWEST_OF_BLOCK = 3  #: poses; derived: fewer are bad poses, which have a verdic
 WORST_POSES = 2  #: tried one by one: a limit of time
 
 
+CHANGES: tuple[tuple[FloatArray, str], ...] = (
+    *((matrix.T, permutation_words(matrix)) for matrix in SIGNED_PERMUTATIONS[1:]),
+    *((factor * np.eye(3), f"the readings are {words}")
+      for factor, words in FACTORS.items() if words),
+)
+"""What undoes exchanged or mirrored axes, a wrong range or unit, (3, 3); the mistake in words."""
+
+
 @dataclass(frozen=True, eq=False)
 class Mistake:
     """One mistake: the poses without it, and what it is, in words."""
@@ -76,6 +84,9 @@ def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None
     base = Model(tuple(effect for effect in model.effects if effect.name in BASE))
     if set(base.names) != set(BASE):
         return
+    looks = max(1, len(_blocks(poses)) * len(CHANGES))
+    if fitted is not None and fitted.p_value > MISFIT_P_VALUE / looks:
+        return  # without a copy of the poses for every look
     mistakes = [*_of_blocks(poses), *_of_rates(poses, base), *_exchanged_rates(poses)]
     if fitted is not None:
         if fitted.p_value > MISFIT_P_VALUE / len(mistakes):
@@ -169,17 +180,19 @@ def _runs(poses: PoseSet) -> dict[str, BoolArray]:
     }
 
 
-def _of_blocks(poses: PoseSet) -> Iterator[Mistake]:
-    """Mistakes of one run among several; of one run alone, from some pose on."""
+def _blocks(poses: PoseSet) -> dict[str, BoolArray]:
+    """One run among several, each in words; of one run alone, what follows a pose."""
     runs = _runs(poses)
     if len(runs) > 1:
-        blocks = {f"in the poses of {name}": member for name, member in runs.items()}
-    else:
-        index = np.arange(len(poses))
-        last = len(poses) - FEWEST_OF_BLOCK
-        blocks = {f"from {poses.label[k]} on": index >= k
-                  for k in range(FEWEST_OF_BLOCK, last + 1)}
-    for where, member in blocks.items():
+        return {f"in the poses of {name}": member for name, member in runs.items()}
+    index = np.arange(len(poses))
+    last = len(poses) - FEWEST_OF_BLOCK
+    return {f"from {poses.label[k]} on": index >= k for k in range(FEWEST_OF_BLOCK, last + 1)}
+
+
+def _of_blocks(poses: PoseSet) -> Iterator[Mistake]:
+    """Mistakes of one run among several; of one run alone, from some pose on."""
+    for where, member in _blocks(poses).items():
         yield from _of_readings(poses, member, where)
 
 
@@ -192,16 +205,11 @@ def _of_worst_poses(poses: PoseSet, fitted: Fit) -> Iterator[Mistake]:
 
 def _of_readings(poses: PoseSet, member: BoolArray, where: str) -> Iterator[Mistake]:
     """Axes exchanged or mirrored, a wrong range or unit, in the poses ``member``."""
-    changed: list[tuple[FloatArray, str]] = [
-        (matrix.T, f"{permutation_words(matrix)} {where}") for matrix in SIGNED_PERMUTATIONS[1:]
-    ]
-    changed += [(factor * np.eye(3), f"the readings are {words} {where}")
-                for factor, words in FACTORS.items() if words]
-    for matrix, words in changed:
+    for matrix, words in CHANGES:
         reading, sd = poses.reading.copy(), poses.sd.copy()
         reading[member] = reading[member] @ matrix.T
         sd[member] = sd[member] @ np.abs(matrix.T)
-        yield Mistake(replace(poses, reading=reading, sd=sd), words)
+        yield Mistake(replace(poses, reading=reading, sd=sd), f"{words} {where}")
 
 
 def _of_rates(poses: PoseSet, base: Model) -> Iterator[Mistake]:

@@ -50,3 +50,9 @@ def inverse_square(matrix: FloatArray) -> FloatArray:
     unit, norm = unit_columns(matrix)
     inverse = np.linalg.inv(np.linalg.qr(unit, mode="r")) / norm[:, None]
     return np.asarray(inverse @ inverse.T)
+
+
+def pseudo_inverse_square(matrix: FloatArray) -> FloatArray:
+    """The same (k, k) of a matrix (r, k) of any rank, by its pseudo-inverse."""
+    inverse = pseudo_inverse(matrix)
+    return np.asarray(inverse @ inverse.T)

@@ -9,7 +9,7 @@ from scipy.special import fdtrc
 
 from calib.effects.effect import Effect
 from calib.errors import FitFailed
-from calib.fit.column_scaling import inverse_square, pseudo_inverse, unit_columns
+from calib.fit.column_scaling import inverse_square, pseudo_inverse_square, unit_columns
 from calib.fit.identifiability import require_determined, require_enough, require_size
 from calib.fit.model import Model
 from calib.fit.problem import Estimate, Problem, Solution, with_common
@@ -28,8 +28,7 @@ MISFIT_P_VALUE = 0.005
 """The one level at which "the stated noise explains the rows" is given up: both triads of a session
 together raise a false alarm in one session of a hundred."""
 
-AT_BOUND = 1e-3
-"""Relative distance within which a shape parameter is at its bound."""
+AT_BOUND = 1e-3  #: relative distance within which a shape parameter is at its bound
 
 UNDETERMINED_SHARE = 0.02
 """A parameter is seen by itself when no more of it than this lies outside what was fitted."""
@@ -37,7 +36,7 @@ UNDETERMINED_SHARE = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A fitted model, with everything that comparison and diagnosis need.
+    """A fitted model.
 
     Attributes
     ----------
@@ -46,7 +45,7 @@ class Fit:
     theta, cov : array, shapes (p,) and (p, p)
         SI, in the order of the model; the covariance is by the stated sds.
     common_shift, eta : array, shapes (p, q) and (q,)
-        How far one sd of each common error of the references moves theta, and the errors in sds.
+        How far one sd of each common error moves theta, and these errors in sds.
     shapes, log_shape_sd : mapping of str to float
         Fitted shape parameters by effect, and sds of their logarithms if they had no bounds.
     equations, rows : Equations, WhitenedRows
@@ -54,7 +53,7 @@ class Fit:
     weight : array, shape (r,)
         What the robust loss left of each row; 1 without it.
     basis : array, shape (p, v)
-        The combinations of parameters that these poses see and that were fitted.
+        The combinations of parameters that were fitted.
     iterations : int
     """
 
@@ -240,20 +239,15 @@ def _covariance(
     if not problem.free:
         return directions @ inverse_square(linear * root) @ directions.T, {}
     slope, v = at.shape_derivatives(problem).slope, directions.shape[1]
-    unknowns = _square_of_inverse(np.hstack([linear, slope]) * root)
+    unknowns = pseudo_inverse_square(np.hstack([linear, slope]) * root)
     sd = np.where(slope.any(axis=0), np.sqrt(np.diag(unknowns)[v:]), np.nan)
     at_bound = [name in shapes_at_bound(problem.equations.model, at.shapes)
                 for name in problem.free]
     if any(at_bound):
         slope[:, at_bound] = 0.0
-        unknowns = _square_of_inverse(np.hstack([linear, slope]) * root)
+        unknowns = pseudo_inverse_square(np.hstack([linear, slope]) * root)
     cov = directions @ unknowns[:v, :v] @ directions.T
     return cov, dict(zip(problem.free, map(float, sd), strict=True))
-
-
-def _square_of_inverse(matrix: FloatArray) -> FloatArray:
-    inverse = pseudo_inverse(matrix)
-    return np.asarray(inverse @ inverse.T)
 
 
 def shapes_at_bound(model: Model, shapes: Mapping[str, float]) -> set[str]:

@@ -10,13 +10,26 @@ from calib.poses.imu_log import AXES, FloatArray, ImuLog, Triad
 
 @dataclass(frozen=True)
 class StillnessThresholds:
-    """When a log is refused.
+    """When a log is refused; half and double of each: ``tests.bench.stillness_thresholds``.
 
-    ``gap_s`` and ``gap_steps``: an interval longer than both is a gap; shorter ones are how a
-    serial port delivers samples in bursts. ``window_s``: of the means and variances that show a
-    movement. ``jump``: of the difference of neighbouring windows' means, in robust sds; Gaussian
-    noise has 6 in a billion windows. ``louder``: variance of a window over the median one.
-    ``turning_rad_s``: more is no bias of a low-cost gyroscope at rest. ``fewest``: samples.
+    Attributes
+    ----------
+    gap_s, gap_steps : float
+        An interval longer than both, s and usual steps, is a gap. Tuned: shorter ones are how a
+        serial port delivers samples in bursts.
+    window_s : float
+        Of the means and variances that show a movement, s: as long as a touch.
+    fewest_in_window : int
+        Samples; derived: the sd of a variance is a third of it.
+    jump : float
+        Of the difference of neighbouring windows' means, robust sds. Derived: Gaussian noise has 6
+        in a billion windows; what wanders has more.
+    louder : float
+        Variance of a window over the median one. Derived: as ``jump``.
+    turning_rad_s : float
+        Fact: more is no bias of a low-cost gyroscope at rest (MPU-6050: 0.35 rad/s).
+    fewest : int
+        Samples. Derived: the noise density to 5 % and better.
     """
 
     gap_s: float = 0.25

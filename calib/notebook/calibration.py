@@ -2,15 +2,16 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from calib.assess import AssessedTriad, assess
 from calib.diagnosis.diagnose import Diagnosis
-from calib.effects.catalogue import BASE
-from calib.effects.effect import Effect
-from calib.errors import UnusableLog
+from calib.effects.catalogue import BASE, UnknownEffect
+from calib.effects.effect import EFFECTS, Effect
+from calib.errors import CalibrationError, UnusableLog
 from calib.fit.model import Model
 from calib.notebook import display
 from calib.notebook.tables import SI, TIME, columns_of, gravity_runs, names_of, plate_runs
@@ -136,6 +137,9 @@ def calibrate(
     if gravity is not None:
         return _calibrated(_poses("accelerometer", gravity_runs(table, gravity, gravity_sd)),
                            tuple(model))
+    if rate is None and hasattr(table, "keys") and set(names_of("gyroscope")).isdisjoint(table):
+        raise UnusableLog("State `gravity=` in m/s² for an accelerometer, or give a table with "
+                          "gyr_x, gyr_y, gyr_z and `rate=` in rad/s for a gyroscope.")
     correct = accelerometer.assessed.calibration.correct if accelerometer else None
     return _calibrated(_poses("gyroscope", plate_runs(table, rate, rate_sd), correct),
                        tuple(model))
@@ -151,5 +155,10 @@ def _poses(
 
 def _calibrated(poses: PoseSet, effects: tuple[str | Effect, ...]) -> Calibration:
     defined = {each.name: each for each in effects if isinstance(each, Effect)}
-    model = Model.of([display.name_of(each) for each in effects], defined)
+    try:
+        model = Model.of([display.name_of(each) for each in effects], defined)
+    except UnknownEffect as error:
+        near = get_close_matches(error.name, EFFECTS, 3)
+        raise CalibrationError(f"{error}. Did you mean {', '.join(near)}?" if near else
+                               f"{error}. There are {', '.join(EFFECTS)}.") from error
     return Calibration(poses, effects, assess(poses, model, SI, candidates=tuple(defined.values())))

@@ -6,15 +6,17 @@ rest, negative clockwise), ``pose`` (what the pose is called) and any further nu
 is the mean of a pose; where several rows have the same ``pose`` they are its samples.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import UnusableLog
 from calib.poses.averaging import PoseMean, TriadMean, average_pose
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import AXES, TRIADS, FloatArray, ImuLog, Triad
+from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, ImuLog, Triad
 from calib.poses.pose_set import PoseRun
 from calib.poses.reference import PlateRate
 from calib.poses.runs import gravity_run, stopped_run, turning_run
@@ -22,6 +24,16 @@ from calib.poses.runs import gravity_run, stopped_run, turning_run
 SI = TriadSpec(np.inf, 0, "si")
 PREFIX: Mapping[Triad, str] = {"accelerometer": "acc", "gyroscope": "gyr"}
 POSE, TIME, RATE, SAMPLES = "pose", "time_s", "rate_rad_s", "samples"
+
+#: What people have in place of m/s² and rad/s: how long one SI unit is in each.
+FORCE_UNITS: Mapping[str, float] = {"g": 1 / STANDARD_GRAVITY_M_S2,
+                                    "mg": 1e3 / STANDARD_GRAVITY_M_S2}
+RATE_UNITS: Mapping[str, float] = {"°/s": math.degrees(1.0), "m°/s": 1e3 * math.degrees(1.0),
+                                   "rpm": 30 / math.pi}
+EARTH_M_S2 = (9.7, 9.9)  #: beyond gravity anywhere on Earth's surface, 9.76 to 9.84
+FAR, NEAR = 3.0, 1.3
+"""A bias and a gain error together change a typical reading by less than FAR; g and m/s² are 9.8
+apart, rpm and °/s six. Within NEAR of a unit the readings are in it."""
 
 Columns = dict[str, FloatArray]
 
@@ -40,6 +52,11 @@ def columns_of(table: Any, triad: Triad) -> tuple[Columns, list[str]]:
     UnusableLog
         The table has no column of the triad, a column is no numbers, or lengths differ.
     """
+    if isinstance(table, list | tuple):
+        table = np.asarray(table)
+    if not isinstance(table, np.ndarray) and not hasattr(table, "keys"):
+        raise UnusableLog(f"table: {type(table).__name__} found; a DataFrame, a mapping of columns "
+                          f"or an array (n, 3) is expected. A file is read by pandas.read_csv.")
     if isinstance(table, np.ndarray) and table.dtype.names is None:
         if table.ndim != 2 or table.shape[1] != 3:
             raise UnusableLog(f"table: an array of shape {table.shape}, (n, 3) expected: the x, y, "
@@ -49,15 +66,33 @@ def columns_of(table: Any, triad: Triad) -> tuple[Columns, list[str]]:
     absent = [name for name in names_of(triad) if name not in names]
     if absent:
         raise UnusableLog(f"table: no column {', '.join(absent)}; {', '.join(names_of(triad))} are "
-                          f"expected. The table has {', '.join(map(str, names)) or 'no columns'}.")
+                          f"expected. The table has {', '.join(map(str, names)) or 'no columns'}."
+                          f"{_renaming(list(map(str, names)), triad)}")
+    if len(set(names)) < len(names):
+        raise UnusableLog("table: a name stands over two columns; every column needs its own.")
     columns = {str(name): _numbers(str(name), table[name]) for name in names if name != POSE}
     lengths = {name: len(values) for name, values in columns.items()}
     if len(set(lengths.values())) > 1:
         raise UnusableLog(f"table: columns of different lengths: {lengths}.")
     rows = next(iter(lengths.values()))
+    if rows == 0:
+        raise UnusableLog("table: it has no rows; a row for each pose is expected.")
     labels = [str(each) for each in table[POSE]] if POSE in names else [
         f"row {i + 1}" for i in range(rows)]
     return columns, labels
+
+
+def _renaming(names: Sequence[str], triad: Triad) -> str:
+    """How to rename three columns whose names differ in nothing but the axis; empty without."""
+    for name in names:
+        for i, letter in enumerate(name):
+            axes = AXES if letter == "x" else [axis.upper() for axis in AXES]
+            three = [name[:i] + axis + name[i + 1 :] for axis in axes]
+            if letter in "xX" and all(each in names for each in three):
+                pairs = ", ".join(f"'{theirs}': '{ours}'"
+                                  for theirs, ours in zip(three, names_of(triad), strict=True))
+                return f" If these are the readings: table.rename(columns={{{pairs}}})."
+    return " Rename the columns: table.rename(columns={...})."
 
 
 def names_of(triad: Triad, prefix: str = "") -> list[str]:
@@ -75,7 +110,11 @@ def _numbers(name: str, values: Any) -> FloatArray:
 
 def gravity_runs(table: Any, gravity: float, sd: float) -> list[PoseRun]:
     """The poses of an accelerometer under gravity, m/s²; errors as of :func:`columns_of`."""
+    if not EARTH_M_S2[0] <= gravity <= EARTH_M_S2[1]:
+        raise UnusableLog(f"gravity={gravity:g}: {EARTH_M_S2[0]} to {EARTH_M_S2[1]} m/s² is "
+                          f"expected, as everywhere on Earth.")
     columns, labels = columns_of(table, "accelerometer")
+    _require_si(columns, "accelerometer", gravity, FORCE_UNITS)
     return [gravity_run("table", pose_means(columns, labels, "accelerometer", 0.0), gravity, sd)]
 
 
@@ -105,6 +144,10 @@ def plate_runs(table: Any, rate: float | None, sd: float) -> list[PoseRun]:
     rates = rates if rate is None else np.full(len(labels), float(rate))
     if not np.isfinite(rates).all():
         raise UnusableLog("table: a rate of the plate is not a finite number.")
+    turning = np.abs(rates[rates != 0])
+    if turning.size:
+        _require_si({name: values[rates != 0] for name, values in columns.items()}, "gyroscope",
+                    float(np.median(turning)), RATE_UNITS)
     runs = []
     for each in dict.fromkeys(rates.tolist()):
         rows = np.flatnonzero(rates == each)
@@ -119,6 +162,25 @@ def plate_runs(table: Any, rate: float | None, sd: float) -> list[PoseRun]:
     return runs
 
 
+def _require_si(
+    columns: Columns, triad: Triad, magnitude: float, units: Mapping[str, float]
+) -> None:
+    """Refuse readings whose typical length is the reference in another unit than SI's."""
+    readings = np.column_stack([columns[name] for name in names_of(triad)])
+    typical = float(np.nanmedian(np.linalg.norm(readings, axis=1))) if len(readings) else np.nan
+    ratio = typical / magnitude
+    if not np.isfinite(ratio) or 1 / FAR < ratio < FAR:
+        return
+    cure = "Convert counts by the sensitivity of the data sheet"
+    for unit, per_si in units.items():
+        if 1 / NEAR < ratio / per_si < NEAR:
+            cure = f"That is {unit}: multiply the readings by {1 / per_si:.6g}"
+        elif 1 / NEAR < ratio * per_si < NEAR:
+            cure = f"The reference is in {unit}: multiply it by {1 / per_si:.6g}"
+    raise UnusableLog(f"table: a typical reading of the {triad} is {typical:.3g} long, where "
+                      f"{magnitude:.4g} {SI_UNIT[triad]} is expected. {cure}.")
+
+
 def pose_means(
     columns: Columns, labels: Sequence[str], triad: Triad, rate_rad_s: float
 ) -> list[PoseMean]:
@@ -128,7 +190,7 @@ def pose_means(
                 for label in dict.fromkeys(labels)]
     read = {TIME, SAMPLES, *(name for each in TRIADS for prefix in ("", "sd_")
                              for name in names_of(each, prefix))}
-    both = {each: _stated(columns, each, len(labels)) for each in TRIADS}
+    both = {each: _stated(columns, each, labels) for each in TRIADS}
     time_s = columns.get(TIME, np.full(len(labels), np.nan))
     return [
         PoseMean(label, both["accelerometer"][i], both["gyroscope"][i], float(time_s[i]), 0.0,
@@ -152,15 +214,16 @@ def _averaged(columns: Columns, label: str, rows: Any, rate_rad_s: float) -> Pos
     return average_pose(log, SI, SI, abs(rate_rad_s))
 
 
-def _stated(columns: Columns, triad: Triad, rows: int) -> list[TriadMean]:
-    nothing = np.full((rows, 3), np.nan)
+def _stated(columns: Columns, triad: Triad, labels: Sequence[str]) -> list[TriadMean]:
+    nothing = np.full((len(labels), 3), np.nan)
     names, sd_names = names_of(triad), names_of(triad, "sd_")
     if any(name not in columns for name in names):
         return [TriadMean(*(row for _ in range(4))) for row in nothing]
     means = np.column_stack([columns[name] for name in names])
     if not np.isfinite(means).all():
-        raise UnusableLog(f"table: {' or '.join(names)} has no number in some row. Leave that row "
-                          f"out.")
+        row = int(np.flatnonzero(~np.isfinite(means).all(axis=1))[0])
+        raise UnusableLog(f"table: {' or '.join(names)} has no number in {labels[row]}. Leave that "
+                          f"row out: table.dropna().")
     sd = nothing
     if all(name in columns for name in sd_names):
         sd = np.column_stack([columns[name] for name in sd_names])

@@ -224,8 +224,10 @@ def average_pose(
         counts = spec.signed(getattr(log, triad)[:n])
         check_counts(log.label, triad, counts, spec)
         values = spec.nominal(counts)
+        step = value_steps(counts) * spec.nominal_scale
+        known = np.where(np.isfinite(step), step, 0.0)
         if rate_rad_s == 0:
-            check_still(log.label, triad, values, largest_shift[triad])
+            check_still(log.label, triad, values, known, largest_shift[triad])
             rest = values
             if triad == "accelerometer":
                 creep_rad_s = creep_rate(batch_means(values, BATCHES), duration_s)
@@ -235,14 +237,14 @@ def average_pose(
             rest = _without_harmonics(values, log.time_s[:n], abs(rate_rad_s))
             if triad == "gyroscope":
                 check_steady(log.label, rest)
-            check_attitude(log.label, triad, rest)
+            check_attitude(log.label, triad, rest, known)
         means.append(
             TriadMean(
                 mean=values.mean(axis=0),
                 variance=batch_variance(rest, BATCHES),
                 coarse_variance=batch_variance(rest, COARSE_BATCHES),
                 scatter=rest.var(axis=0, ddof=1),
-                step=value_steps(counts) * spec.nominal_scale,
+                step=step,
                 unit=least_steps(counts, spec) * spec.nominal_scale,
                 envelope=envelope(values),
             )

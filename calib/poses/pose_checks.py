@@ -30,6 +30,12 @@ LARGEST_TURN = 0.005
 """Of the mean, 0.3°: what is laid on a plate by hand and loosened would turn by more."""
 
 
+MUST_MOVE, STANDS_STILL = 0.5, 0.05
+"""Of the magnitude: what the other axes demand of one that is alive, and how little a dead one
+moves. Derived: an error of the data sheet by a third leaves the first, cross-axis sensitivities of
+a few per cent move a dead axis by less than the second."""
+
+
 def _stray(values: FloatArray, finer: int = 1) -> tuple[FloatArray, FloatArray]:
     """How far batch means stray from their median, as the module says, and by noise alone, (k,).
 
@@ -71,16 +77,22 @@ def check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) ->
         )
 
 
-def is_still(values: FloatArray, largest_shift: float) -> bool:
-    """Whether readings (t, 3), SI, stray by no more than ``largest_shift`` and noise."""
+def is_still(values: FloatArray, step: FloatArray | float, largest_shift: float) -> bool:
+    """Whether readings (t, 3), SI, pass :func:`check_still`; ``step`` may be one for all axes."""
     stray, noise = _stray(values)
-    return bool((stray <= np.maximum(largest_shift, LARGEST_SHIFT_SD * noise)).all())
+    limit = np.maximum(np.maximum(largest_shift, LARGEST_SHIFT_SD * noise), step)
+    return bool((stray <= limit).all())
 
 
-def check_still(label: str, triad: str, values: FloatArray, largest_shift: float) -> None:
-    """Refuse a pose whose readings (t, 3), SI, stray by more than ``largest_shift`` and noise."""
+def check_still(
+    label: str, triad: str, values: FloatArray, step: FloatArray, largest_shift: float
+) -> None:
+    """Refuse a pose whose readings (t, 3), SI, stray by more than ``largest_shift`` and noise.
+
+    ``step`` (3,) is that of the converter: to and fro between two of its values is no motion.
+    """
     stray, noise = _stray(values)
-    limit = np.maximum(largest_shift, LARGEST_SHIFT_SD * noise)
+    limit = np.maximum(np.maximum(largest_shift, LARGEST_SHIFT_SD * noise), step)
     axis = int(np.argmax(stray / limit))
     if stray[axis] > limit[axis]:
         unit = SI_UNIT[triad]
@@ -91,16 +103,16 @@ def check_still(label: str, triad: str, values: FloatArray, largest_shift: float
         )
 
 
-def check_attitude(label: str, triad: str, values: FloatArray) -> None:
+def check_attitude(label: str, triad: str, values: FloatArray, step: FloatArray) -> None:
     """Refuse a pose on the turning plate that changed its attitude; ``values`` (t, 3), SI.
 
-    What comes back with every turn must be off them.
+    What comes back with every turn must be off them; ``step`` as in :func:`check_still`.
     """
     finer = FINER if len(values) >= 2 * FINER * SHORT_BATCHES else 1
     stray, noise = _stray(values, finer)
     size = float(np.linalg.norm(values.mean(axis=0)))
-    limit = np.maximum(LARGEST_TURN * size, LARGEST_SHIFT_SD * noise)
-    axis = int(np.argmax(stray / limit))
+    limit = np.maximum(np.maximum(LARGEST_TURN * size, LARGEST_SHIFT_SD * noise), step)
+    axis = int(np.argmax(stray - limit))
     if stray[axis] > limit[axis]:
         raise Undetermined(
             f"{label}: the sensor was moved on the turning plate: {triad} {AXES[axis]} strays by "
@@ -126,3 +138,30 @@ def check_steady(label: str, values: FloatArray) -> None:
             f"{100 * limit / start:.1f} % expected). Start the log when the plate has reached its "
             f"speed, or cut the log to the steady part."
         )
+
+
+def check_axes_alive(run: str, triad: str, readings: FloatArray, magnitude: FloatArray) -> None:
+    """Refuse poses of a run in which an axis stays where it is while the others demand a change.
+
+    Two axes leave ``√(m² - a² - b²)`` for the third. Its noise does not tell a dead axis from one
+    that is alive; that it does not follow does.
+
+    Parameters
+    ----------
+    readings : array, shape (n, 3)
+        Pose means by the data sheet, SI.
+    magnitude : array, shape (n,)
+        Of gravity or of the plate's rate, SI.
+    """
+    share = readings / magnitude[:, None]
+    for k, axis in enumerate(AXES):
+        others = np.delete(share, k, axis=1)
+        demanded = np.sqrt(np.clip(1 - (others**2).sum(axis=1), 0.0, None))
+        if np.ptp(demanded) > MUST_MOVE and 0 < np.ptp(share[:, k]) < STANDS_STILL:
+            unit = SI_UNIT[triad]
+            raise Undetermined(
+                f"{run}: {triad} {axis} is dead: it reads {readings[:, k].min():.3g} to "
+                f"{readings[:, k].max():.3g} {unit} in all {len(readings)} poses, where the other "
+                f"axes leave up to {(demanded * magnitude).max():.3g} {unit} for it. Check its "
+                f"wiring, and whether its column is that of the axis."
+            )

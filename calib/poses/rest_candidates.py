@@ -101,6 +101,8 @@ class DecidingTriad:
         What a converter's step makes by itself.
     turning : array, shape (t - window + 1,)
         Windows in which a gyroscope beside a deciding accelerometer speeds up or slows down.
+    step : float
+        Of the converter, SI; 0 where it is not known.
     """
 
     label: str
@@ -115,6 +117,7 @@ class DecidingTriad:
     rate_rad_s: float
     smallest_variance: float
     turning: BoolArray
+    step: float = 0.0
 
     @property
     def unit(self) -> str:
@@ -212,7 +215,7 @@ def deciding_triad(
         rate = RunningSums.of(gyroscope.nominal(log.gyroscope)).window_variance(window)
         turning = rate > (LARGEST_TURN / SWING_PER_SD) ** 2
     return DecidingTriad(log.label, triad, values, sums, log.time_s, step_s, variance, window,
-                         shortest, rate_rad_s, smallest, turning)
+                         shortest, rate_rad_s, smallest, turning, step)
 
 
 def rests_below(triad: DecidingTriad, threshold: float) -> list[Rest]:
@@ -285,6 +288,6 @@ def steady_part(triad: DecidingTriad, rest: Rest, largest_shift: float) -> Rest:
             part = Rest(rest.start + head * step, rest.stop - (cut - head) * step)
             if part.stop - part.start < triad.shortest:
                 return rest
-            if is_still(triad.values[part.start : part.stop], largest_shift):
+            if is_still(triad.values[part.start : part.stop], triad.step, largest_shift):
                 return part
     return rest

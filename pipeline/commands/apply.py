@@ -56,7 +56,7 @@ def command(
 
     If RESULTS contains a mounting, both triads are rotated into the axes of the vehicle. The column
     `saturated` is 1 in samples with an axis at the end of its range. The command refuses logs that
-    this sensor cannot have written, and names what lies beyond what the calibration has seen.
+    this sensor cannot have written, and lists the values outside the range of the calibration.
     """
     from pipeline.export.apply import applied_csv, apply_results
     from pipeline.export.limits import require_counts, require_gravity, warnings_of

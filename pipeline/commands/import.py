@@ -39,8 +39,8 @@ def command(
 
     Reads text tables in any dialect, zip archives of phyphox and Sensor Logger, MATLAB, NumPy and
     JSON files, and with extra packages HDF5, Parquet, ROS bags, MCAP, PX4 and ArduPilot logs. The
-    command shows what it has guessed with the first rows, says what it is not sure of, and runs the
-    configuration before it writes it. It changes no log and never replaces a file without --force.
+    command shows its guesses with the first rows, states what is uncertain, runs the configuration,
+    and then writes it. It changes no log and never replaces a file without --force.
     """
     from pipeline.commands.run_with_progress import run_unwatched
     from pipeline.console.import_text import guess_json, guess_lines

@@ -93,6 +93,7 @@ def _readings(log: Path, config: Path | None, rate_hz: float | None) -> tuple["I
     from pipeline.guess.files import guess_files
     from pipeline.logs.clock import StatedClock
     from pipeline.logs.read import read_log
+    from pipeline.stages.stated_units import require_stated_units
 
     if config is None:
         guess, _ = guess_files([log], rate_hz)
@@ -106,6 +107,7 @@ def _readings(log: Path, config: Path | None, rate_hz: float | None) -> tuple["I
                                   f"`pipeline import {log}` to see what is there.")
         return readings, Path(f"{log.name.split('.')[0]}.noise")
     session = load_config(config, files_may_be_missing=True)
+    require_stated_units(session, [log])
     raw = read_log(log, None, StatedClock(rate_hz))
     nominal: dict[str, Any] = {}
     for triad, spec in zip(TRIADS, sensor_specs(session.sensor), strict=True):

@@ -17,7 +17,7 @@ def json_option(printed: str) -> Decorated:
 def quiet_option(printed: str) -> Decorated:
     """``--quiet``; warnings are printed all the same."""
     return click.option("--quiet", is_flag=True,
-                        help=f"Print {printed} only, and warnings; no progress.")
+                        help=f"Print only {printed}, and warnings.")
 
 
 def echo_json(value: Any) -> None:

@@ -43,7 +43,7 @@ def command(
     )
     from pipeline.console.run_text import next_step
     from pipeline.report.outputs import outputs_of
-    from pipeline.results.read import REPORT_NAME, RESULTS_NAME
+    from pipeline.results.names import REPORT_NAME, RESULTS_NAME
     from pipeline.session_folder import require_own_files, working_on, write_session
 
     run = run_silently if quiet else run_quietly if as_json else run_watched

@@ -24,6 +24,7 @@ from pipeline.text.formatting import DISPLAY, count
 LOG = "LOG.csv"  #: placeholder for a file of the user
 HOLDS_EFFECTS = "json"  #: format that stores added effects
 RATES = "plate rates"  #: subject of the answer on the clips
+ADD = "pipeline add "  #: begins the command that cures a misfit: it comes before what has none
 WORST_FIRST: tuple[Standing, ...] = ("act", "open", "good")
 
 
@@ -69,7 +70,8 @@ def answers_of(outcome: Outcome, folder: str) -> tuple[Answer, ...]:
     rates = rates_answer([rate_verdict(rate, config) for rate in outcome.rates.values()])
     if rates is not None:
         answers.append(rates)
-    return tuple(sorted(answers, key=lambda answer: WORST_FIRST.index(answer.standing)))
+    return tuple(sorted(answers, key=lambda answer: (
+        WORST_FIRST.index(answer.standing), ADD not in "".join(answer.commands))))
 
 
 def headline(answers: Sequence[Answer]) -> Headline:

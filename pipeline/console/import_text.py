@@ -48,7 +48,7 @@ def guessed_table(table: TableGuess) -> list[str]:
     lines = [f"{table.path}: {count(table.table.rows, 'row')}{'' if table.are_means else rate}"]
     rows = []
     if clock.column is not None:
-        rows.append(["  time", clock.column, str(clock.unit), clock.because])
+        rows.append(["  time", clock.column, clock.unit or "ticks", clock.because])
     elif not table.are_means:
         shown = "not known" if clock.rate_hz is None else f"{clock.rate_hz:g} Hz"
         rows.append(["  time", "-", shown, clock.because])

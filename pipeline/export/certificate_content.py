@@ -237,9 +237,9 @@ def _notes(stored: Stored) -> Iterator[str]:
            "subtracted. ± is one standard deviation (k = 1) and includes the noise of the poses "
            "with its autocorrelation and the uncertainty of the references. The calibration holds "
            "for the stated ranges and temperatures.")
-    angles = (stored.contents["gyroscope"] or {}).get("frame_to_accelerometer_rad")
-    if angles is not None:
-        sds = stored.contents["gyroscope"]["frame_sd_rad"]
+    gyroscope = stored.contents["gyroscope"] or {}
+    angles, sds = (gyroscope.get(key) for key in ("frame_to_accelerometer_rad", "frame_sd_rad"))
+    if angles is not None and sds is not None:
         words = ", ".join(with_sd(a * 1e3, s * 1e3) for a, s in zip(angles, sds, strict=True))
         yield f"Rotation of the gyroscope against the accelerometer: {words} mrad.".replace(
             "-", "−")

@@ -7,7 +7,8 @@ import json
 from calib.effects.effect import EFFECTS
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
 from pipeline.export.parts import Export, matrix, no_effects, no_sds, short_name
-from pipeline.results.read import PARAMETERS, Stored, StoredTriad
+from pipeline.results.names import PARAMETERS
+from pipeline.results.read import Stored, StoredTriad
 from pipeline.text.plain import cell
 
 

@@ -15,10 +15,10 @@ from pipeline.errors import DONE
 from pipeline.fleet.histogram import histogram
 from pipeline.fleet.population import TriadPopulation, parameter_unit
 from pipeline.fleet.record import SESSIONS_FOLDER, SessionRecord
-from pipeline.fleet.words import p_text, pool_headline, pool_text, repeat_text
+from pipeline.fleet.words import copies_text, p_text, pool_headline, pool_text, repeat_text
 from pipeline.report.page import css_text
 from pipeline.report.page_templates import page_templates
-from pipeline.results.read import REPORT_NAME
+from pipeline.results.names import REPORT_NAME
 
 PAGE_NAME = "fleet.html"
 MOST_ROWS = 100
@@ -73,6 +73,7 @@ def _triad_view(population: TriadPopulation, reports: bool) -> dict[str, Any]:
         "is_good": population.pool is not None and not population.pool.effects,
         "pool": pool_text(population),
         "headline": pool_headline(population),
+        "copies": copies_text(population),
         "verdicts": [(code, n, n / len(population.rows)) for code, n in verdicts.most_common()],
         "effects": _effect_rows(population, named),
         "histograms": [_histogram_view(each, population.triad) for each in population.spreads],

@@ -1,6 +1,6 @@
 """What the table and the evidence of all sessions show of a lot, triad by triad."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from calib.poses.mean_noise import NOISE_DOF_PER_POSE
 from pipeline.fleet.record import evidence_path, kept_evidence
 from pipeline.fleet.rows import Row
 from pipeline.results.json_values import Json, number, numbers
-from pipeline.results.read import PARAMETERS
+from pipeline.results.names import PARAMETERS
 
 POPULATION_NAME = "population.json"
 
@@ -34,7 +34,10 @@ class TriadPopulation:
     ----------
     triad : str
     rows : sequence of Row
-        Those of its sessions that were calibrated.
+        Those of its sessions that were calibrated, each measurement once.
+    copies : mapping of str to str
+        Sessions that hold the very measurements of another one, and that one: they tell nothing
+        more, and count once.
     sensors : tuple of str
         In the order of the arrays.
     spreads : tuple of Spread
@@ -47,6 +50,7 @@ class TriadPopulation:
 
     triad: str
     rows: Sequence[Row]
+    copies: Mapping[str, str]
     sensors: tuple[str, ...]
     spreads: tuple[Spread, ...]
     repeats: tuple[Repeatability, ...]
@@ -67,7 +71,8 @@ def populations_of(rows: Sequence[Row], output: Path) -> tuple[TriadPopulation, 
     return tuple(populations)
 
 
-def _population(triad: str, rows: Sequence[Row], output: Path) -> TriadPopulation:
+def _population(triad: str, calibrated: Sequence[Row], output: Path) -> TriadPopulation:
+    rows, copies = _distinct(calibrated)
     sensors = tuple(dict.fromkeys(row["sensor"] for row in rows))
     number_of = {sensor: i for i, sensor in enumerate(sensors)}
     sensor = np.array([number_of[row["sensor"]] for row in rows])
@@ -83,9 +88,25 @@ def _population(triad: str, rows: Sequence[Row], output: Path) -> TriadPopulatio
                 name, value, _column(rows, f"{name}_noise_sd"), noise_dof, sensor, len(sensors)))
     lot = LotEvidence.of(_evidence(rows, triad, output))
     return TriadPopulation(
-        triad, rows, sensors, tuple(spreads), tuple(each for each in repeats if each.dof),
+        triad, rows, copies, sensors, tuple(spreads), tuple(each for each in repeats if each.dof),
         None if lot is None else pool(lot),
     )
+
+
+def _distinct(rows: Sequence[Row]) -> tuple[list[Row], dict[str, str]]:
+    """Rows with measurements of their own; names of the others with whose they repeat.
+
+    No two measurements give the same chi-square and parameters to the last bit.
+    """
+    first: dict[tuple[Any, ...], Row] = {}
+    copies = {}
+    for row in rows:
+        key = (row["chi2"], *(row.get(name) for name in parameter_names()))
+        if key in first:
+            copies[row["session"]] = first[key]["session"]
+        else:
+            first[key] = row
+    return list(first.values()), copies
 
 
 def parameter_names() -> list[str]:
@@ -121,6 +142,7 @@ def _triad_json(population: TriadPopulation) -> Json:
     return {
         "sensors": len(population.sensors),
         "sessions": len(population.rows),
+        "copies": dict(population.copies),
         "missing": [] if pooled is None else [_effect_json(each) for each in pooled.effects],
         "candidates": [] if pooled is None else [
             {"name": each.trial.name, "shape": each.trial.shape, "sessions": each.sessions,

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pipeline.errors import BUG, FIT_FAILED, UNDETERMINED, UNREADABLE, USAGE
 from pipeline.fleet.finish import FleetSummary
 from pipeline.fleet.page import PAGE_NAME
-from pipeline.fleet.words import pool_text, repeat_text
+from pipeline.fleet.words import copies_text, pool_text, repeat_text
 from pipeline.text.formatting import count
 
 MEANING = {
@@ -33,7 +33,9 @@ def summary_lines(summary: FleetSummary) -> Iterator[str]:
     for population in summary.populations:
         yield f"{population.triad}: {pool_text(population)}"
         yield f"{population.triad}: {repeat_text(population)}"
+        if population.copies:
+            yield f"{population.triad}: {copies_text(population)}"
     if summary.seconds:
         costs = ", ".join(f"{stage} {s:.2f}" for stage, s in summary.seconds.items() if s >= 0.005)
-        yield f"median seconds of a session: {costs}"
+        yield f"median processor seconds of a session: {costs}"
     yield str(summary.output / PAGE_NAME)

@@ -73,6 +73,15 @@ def _spread(size: RandomEffects) -> str:
     return f", spread {with_sd(size.spread, size.spread_sd)}"
 
 
+def copies_text(population: TriadPopulation) -> str:
+    """How many sessions repeat another one; empty where none does."""
+    if not population.copies:
+        return ""
+    copy, original = next(iter(population.copies.items()))
+    return (f"{count(len(population.copies), 'session')} hold the very measurements of another one "
+            f"and count once: '{copy}' is '{original}'.")
+
+
 def repeat_text(population: TriadPopulation) -> str:
     """Whether the stated sds hold from evening to evening, in one sentence."""
     if not population.repeats:

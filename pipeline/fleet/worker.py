@@ -21,7 +21,7 @@ from pipeline.fleet.record import (
 from pipeline.fleet.rows import rows_of_failure, rows_of_results
 from pipeline.fleet.sessions import FleetSession
 from pipeline.report.outputs import outputs_of
-from pipeline.results.read import RESULTS_NAME
+from pipeline.results.names import RESULTS_NAME
 from pipeline.results.write import results_of, results_text
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.context import RunContext
@@ -47,15 +47,15 @@ class FleetTask:
 
 
 class StageClock(StageObserver):
-    """Wall time of each stage of a run, s."""
+    """Processor time of each stage of a run, s, all threads of this process together."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
-        self._since = time.perf_counter()
+        self._since = time.process_time()
 
     def lap(self, stage: str) -> None:
         """The stage has ended; the next begins."""
-        now = time.perf_counter()
+        now = time.process_time()
         self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._since
         self._since = now
 

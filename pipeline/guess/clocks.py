@@ -8,7 +8,7 @@ import numpy as np
 from calib.poses.imu_log import FloatArray
 from pipeline.guess.header_words import words_of
 from pipeline.logs.clock import ASSUMED_HZ, USUAL_HZ, without_wraps
-from pipeline.logs.columns import SECONDS_PER, TimeUnit
+from pipeline.logs.columns import SECONDS_PER, TIME, TimeUnit, our_name
 
 #: Seconds since 1970 from 2001 to 2128, in each unit.
 EPOCH_S = (1e9, 5e9)
@@ -44,6 +44,9 @@ def guess_clock(
     if stated_hz is None:
         for name in _candidates(columns):
             ticks = without_wraps(columns[name])
+            ours, factor = our_name(name)
+            if ours == TIME and (np.diff(ticks) > 0).all():
+                return ClockGuess(name, None, None, ticks * factor, "its name is a known program's")
             if not np.isfinite(ticks).all():
                 continue
             step = np.diff(ticks)
@@ -51,8 +54,9 @@ def guess_clock(
             if unit is not None and (step > 0).all():
                 seconds = SECONDS_PER["s" if si else unit]
                 return ClockGuess(name, "s" if si else unit, None, ticks * seconds, because, doubt)
-            if unit is not None and words_of(name).quantity == "time" and ticks[-1] > ticks[0]:
-                rate = (rows - 1) / (float(ticks[-1] - ticks[0]) * SECONDS_PER[unit])
+            if unit is not None and words_of(name).quantity == "time" and (step > 0).any():
+                forward = step[step >= 0]  # a board that was reset begins again
+                rate = len(forward) / (float(forward.sum()) * SECONDS_PER[unit])
                 repeated = int((step <= 0).sum())
                 note = (f"'{name}' repeats or goes back {repeated} times, so it is not used")
                 file_hz = file_hz or float(f"{rate:.4g}")

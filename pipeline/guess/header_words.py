@@ -7,7 +7,8 @@ from typing import Literal
 Quantity = Literal["time", "counter", "acc", "gyr", "temperature", "samples", "sd", "label", ""]
 
 UNITS = {
-    "m_s2": ("m/s^2", "m/s²", "m/s2", "m/s/s", "m s^-2", "ms^-2", "mps2", "m_s2", "m_s^2"),
+    "m_s2": ("m/s^2", "m/s²", "m/(s^2)", "m/s2", "m/s/s", "m s^-2", "ms^-2", "mps2", "m_s2",
+             "m_s^2"),
     "g": ("g", "gee"),
     "mg": ("mg",),
     "rad_s": ("rad/s", "rad s^-1", "rads", "rad_s", "rps"),
@@ -24,22 +25,26 @@ _UNIT = {spelling: unit for unit, spellings in UNITS.items() for spelling in spe
 TIME_UNITS = ("s", "ms", "us", "ns", "min")
 
 TIME = {"time", "timestamp", "t", "ts", "stamp", "timeus", "timems", "sampleus", "millis", "micros",
-        "ms", "us", "ns", "datetime", "date", "clock", "elapsed", "seconds", "utc", "epoch"}
-CLOCK_WORDS = {"millis", "micros", "seconds", "ms", "us", "ns"}
+        "ms", "us", "ns", "datetime", "date", "clock", "elapsed", "seconds", "utc", "epoch", "sec",
+        "secs", "second", "msec", "usec", "zeit", "uhrzeit", "temps", "tiempo", "tempo"}
+CLOCK_WORDS = {"millis", "micros", "seconds", "sec", "second", "ms", "msec", "us", "usec", "ns"}
 COUNTER = {"packetcounter", "counter", "samplecounter", "n", "sample", "nsamples",
            "loopiteration", "index", "seq"}
 ACC = {"acc", "accel", "acceleration", "accelerometer", "accl", "a", "ac", "accx", "accsmooth",
-       "accadc", "specificforce", "force"}
+       "accadc", "specificforce", "force", "beschleunigung", "beschl", "accélération",
+       "aceleración", "aceleracion", "accelerazione"}
 GYR = {"gyr", "gyro", "gyroscope", "g", "gy", "w", "omega", "gyroadc", "gyrounfilt", "rate", "rot",
-       "rotation", "angular", "angvel", "rotationrate", "angularvelocity", "angrate"}
+       "rotation", "angular", "angvel", "rotationrate", "angularvelocity", "angrate", "gyroskop",
+       "drehrate", "winkelgeschwindigkeit", "giroscopio", "gyromètre"}
 TEMPERATURE = {"temp", "temperature", "tmp", "tempc", "degc"}
 #: A word that makes a column something else, whatever the others are.
 OTHER = {"mag", "magn", "magnetic", "magnetometer", "user", "gravity", "quat", "quaternion",
          "euler", "roll", "pitch", "yaw", "setpoint", "pos", "position", "axisp", "axisi",
          "axisd", "axisf", "debug", "motor", "bias", "covariance", "orientation"}
+AXES = ("x", "y", "z")
 SD = {"sd", "std", "stddev", "sigma"}
 POSITION = re.compile(r":\d+$")  #: a column of an array, which its name says nothing of
-WORD = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+|[°µ]")
+WORD = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-zà-ÿ]+|[A-Z]+|\d+|[°µ]")
 
 
 @dataclass(frozen=True)
@@ -78,12 +83,13 @@ def words_of(name: str) -> Words:
     unit = unit or next((_UNIT[word] for word in words if word in CLOCK_WORDS), "")
     words += spread
     stem = "".join(words)
-    return Words(_quantity(words, stem, axis), axis, unit, stem, _gravity_free(text, words))
+    quantity = _quantity(words, stem, axis) or _by_unit(words, axis, unit, text != name)
+    return Words(quantity, axis, unit, stem, _gravity_free(text, words))
 
 
 def _split_unit(name: str) -> tuple[str, str]:
     """``Accel X (g)`` -> ``("Accel X", "g")``."""
-    match = re.search(r"[(\[]([^)\]]*)[)\]]\s*$", name)
+    match = re.search(r"[(\[]((?:[^()\[\]]|\([^()]*\))*)[)\]]\s*$", name)
     if match and (unit := _UNIT.get(match.group(1).strip().lower())) is not None:
         return name[: match.start()].strip(), unit
     for spelling in ("m_s2", "rad_s", "deg_s"):
@@ -101,12 +107,15 @@ def _split_index(name: str) -> tuple[str, int | None]:
 def _split_axis(words: list[str]) -> tuple[list[str], int | None]:
     """The axis is a word of one letter, or the end or the beginning of a short word."""
     for i in (-1, 0):
-        if words and words[i] in ("x", "y", "z"):
-            axis = "xyz".index(words[i])
+        if words and words[i] in AXES:
+            axis = AXES.index(words[i])
             return (words[:-1] if i else words[1:]), axis
     if words and words[-1][-1] in "xyz" and words[-1][:-1] in ACC | GYR | {"m", "mag", "t"}:
         last = words[-1]
         return [*words[:-1], last[:-1]], "xyz".index(last[-1])
+    inside = [i for i, word in enumerate(words) if word in AXES]
+    if len(inside) == 1:  # "Gyro_X_CAL"
+        return words[: inside[0]] + words[inside[0] + 1 :], AXES.index(words[inside[0]])
     return words, None
 
 
@@ -133,6 +142,18 @@ def _quantity(words: list[str], stem: str, axis: int | None) -> Quantity:
     if known & TIME:
         return "time"
     return ""
+
+
+def _by_unit(words: list[str], axis: int | None, unit: str, in_brackets: bool) -> Quantity:
+    """What a name that says nothing else says by its unit: "x-axis (deg/s)", "X_Value (s)"."""
+    if {*words} & OTHER or not in_brackets:
+        return ""
+    if unit in TIME_UNITS:
+        return "time"
+    if axis is None:
+        return ""
+    return "acc" if unit in ("m_s2", "g", "mg") else "gyr" if unit in (
+        "rad_s", "deg_s", "mdeg_s") else ""
 
 
 def _gravity_free(text: str, words: list[str]) -> bool:

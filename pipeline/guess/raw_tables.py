@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 from calib.poses.imu_log import FloatArray
@@ -15,6 +16,10 @@ from pipeline.logs.text import LogText, raw_text, table_of
 STATED_RATE = re.compile(
     r"(?:\bfs\b|\bodr\b|(?:sample|sampling|update|output)[ _]?(?:rate|frequency|freq))"
     r"(?:[ _]?\(?hz\)?)?\s*[,:=\s]\s*([0-9.]+)", re.IGNORECASE)
+
+
+EVENTS = 200  #: rows that show whether a file is a list of events
+MOST_KINDS = 12  #: sensors of a phone
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,12 +66,36 @@ def raw_tables(path: Path) -> list[RawTable]:
         lines = text_lines(path, read_bytes(path))
         text = raw_text(path, lines)
         if text is None:
-            raise UnreadableInput(f"{path}: no line holds three numbers. Is it a log?")
+            raise UnreadableInput(
+                f"{path}: no line holds three numbers. Is it a log? Readings are expected as a "
+                f"table, one row for each sample, as in `time_s,acc_x,acc_y,acc_z`.")
+        _require_no_events(text)
         return [_of_text(text)]
     tables = [table for table in tables_of(file, kind) if member in ("", table.name)]
     whole = len(tables) == 1 and kind.si
     return [RawTable(file if whole else file / table.name, table.columns, si=kind.si)
             for table in tables if table.columns]
+
+
+def _require_no_events(text: LogText) -> None:
+    """Refuse a list of events of several sensors, each row named by a word."""
+    rows = [cells for _, cells in islice(text.rows(), EVENTS)]
+    for i in range(min(map(len, rows), default=0)):
+        words = [cells[i] for cells in rows]
+        kinds = dict.fromkeys(words)
+        readings = [word for word in kinds if hint_word(word)]
+        if len(readings) > 1 and len(kinds) <= MOST_KINDS:
+            listed = ", ".join(list(kinds)[:MOST_KINDS])
+            raise UnreadableInput(
+                f"{text.path}: column {i + 1} names the sensor of each row ({listed}): the rows "
+                f"are events of several sensors and no samples of one. Write a file for each "
+                f"sensor, for example by `grep {readings[0]} {text.path.name} > "
+                f"{readings[0].lower()}.csv`, and import these files together.")
+
+
+def hint_word(word: str) -> str:
+    """``acc`` or ``gyr`` where a word of a row names that sensor."""
+    return next((name for name in ("acc", "gyr") if word.lower().startswith(name)), "")
 
 
 def _of_text(text: LogText) -> RawTable:

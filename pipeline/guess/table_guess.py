@@ -21,6 +21,7 @@ from pipeline.guess.triads import (
 )
 from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SECONDS_PER, SKIP, TIME, our_name
+from pipeline.stages.session_logs import CELSIUS
 
 MOST_MEANS = 500
 MEANS_APART = np.radians(5.0)
@@ -28,6 +29,9 @@ MEANS_APART = np.radians(5.0)
 samples lie so far apart in half of the log."""
 
 FEWEST_MEANS = 6
+#: Names of files in which phone apps write what they compute from the sensors, and other sensors.
+OTHER_FILES = {"gravity", "orientation", "magnetometer", "magnetometeruncalibrated", "compass",
+               "barometer", "location", "linear acceleration", "linearacceleration", "pedometer"}
 #: A gyroscope that reads more in half of its samples is on a turning plate, rad/s.
 TURNING_RAD_S = 0.3
 
@@ -112,6 +116,8 @@ def guess_table(table: RawTable, rate_hz: float | None) -> TableGuess | None:
         accelerometer, gyroscope = _stated(table)
     else:
         hint = hint_of(table.path)
+        if hint == "else":
+            return None
         known_s = clock.time_s if clock.is_known else None
         accelerometer = guess_accelerometer(free, hint, known_s)
         gyroscope = guess_gyroscope(free, hint, accelerometer, known_s)
@@ -144,8 +150,13 @@ def _by_turns(
 
 
 def hint_of(path: Path) -> str:
-    """``acc`` or ``gyr`` where the file's name says which sensor it is of: its last word does."""
+    """``acc`` or ``gyr`` where the file's name says which sensor it is of: its last word does.
+
+    ``else`` where it says that it is of neither.
+    """
     name = path.name.lower()
+    if path.stem.lower() in OTHER_FILES:
+        return "else"
     at = {quantity: name.rfind(quantity) for quantity in ("acc", "gyr")}
     last = max(at, key=lambda quantity: at[quantity])
     return last if at[last] >= 0 else ""
@@ -167,7 +178,7 @@ def _further(
     """Temperature, sds and numbers of samples."""
     for name in table.columns:
         words = words_of(name)
-        if words.quantity == "temperature":
+        if words.quantity == "temperature" and _is_celsius(table.columns[name]):
             yield "temperature_c", name
             break
     for name in table.columns:
@@ -178,6 +189,12 @@ def _further(
             of_gyroscope = "gyr" in words.stem and gyroscope is not None
             if of_gyroscope or accelerometer is not None:
                 yield f"sd_{(GYROSCOPE if of_gyroscope else ACCELEROMETER)[words.axis]}", name
+
+
+def _is_celsius(values: FloatArray) -> bool:
+    """Whether a temperature is one in °C and no raw count; without any value it is none."""
+    known = values[np.isfinite(values)]
+    return bool(known.size) and CELSIUS[0] < float(np.median(known)) < CELSIUS[1]
 
 
 def _are_means(values: FloatArray) -> bool:

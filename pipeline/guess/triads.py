@@ -268,7 +268,8 @@ def _beside(columns: Columns, hint: str, accelerometer: TriadGuess | None) -> Tr
              or (accelerometer is not None and name in accelerometer.columns)]
     if accelerometer is None:
         free = [name for name in names if not _is_else(name)]
-        return next(neighbours(free), None) if hint == "gyr" or len(free) == AXES else None
+        alone = hint == "gyr" or (hint != "acc" and len(free) == AXES)
+        return next(neighbours(free), None) if alone else None
     at = names.index(accelerometer.columns[0])
     for start in (at + AXES, at - AXES):
         if start >= 0 and len(names[start : start + AXES]) == AXES:

@@ -35,12 +35,12 @@ class Dialect:
 
 
 def is_number(cell: str) -> bool:
-    """Whether a cell holds a number as C reads it (Python would take ``1_000`` too)."""
+    """Whether a cell holds a number as C reads it (Python takes ``1_000`` and ``１`` too)."""
     try:
         float(cell)
     except ValueError:
         return False
-    return "_" not in cell
+    return "_" not in cell and cell.isascii()
 
 
 def split_cells(line: str, delimiter: str | None) -> list[str]:

@@ -9,6 +9,7 @@ from pipeline.errors import UnreadableInput
 from pipeline.logs.columns import (
     KNOWN_NAMES,
     SKIP,
+    TIME,
     USUAL,
     ColumnNames,
     Renamed,
@@ -105,18 +106,24 @@ def _head(
     fitting = [line for line in above if len(line[1]) in (width, width - 1)]
     if header is None and fitting:
         header = fitting[-1]
-        units = all(unit_like(cell) for cell in header[1])
+        units = all(unit_like(cell) for cell in header[1] if cell)
         if units and len(fitting) > 1:
             at, names = fitting[-2]
-            header = (at, [f"{name} ({unit.strip('()[] ')})" for name, unit in
+            header = (at, [f"{name} ({_bare_unit(unit)})" if unit else name for name, unit in
                            zip(names, header[1], strict=False)])
     if header is None:
         return Head(first, None, first, rate_hz)
     return Head(first, header[1], header[0], rate_hz)
 
 
-UNIT = re.compile(r"[(\[]?(s|ms|us|µs|ns|m/s\^?2|m/s²|g|mg|deg/s|°/s|dps|rad/s|deg|°|c|°c|degc|"
-                  r"counts|lsb|ut|µt|gauss|hz|-|v|hpa|pa|)[)\]]?", re.IGNORECASE)
+UNIT = re.compile(r"[(\[]?(s|ms|us|µs|ns|m/s\^?2|m/s²|m/\(s\^2\)|g|mg|deg/s|°/s|dps|rad/s|deg|°|c|"
+                  r"°c|degc|counts|lsb|ut|µt|gauss|hz|-|v|hpa|pa|)[)\]]?", re.IGNORECASE)
+
+
+def _bare_unit(cell: str) -> str:
+    """``[m/s^2]`` -> ``m/s^2``; brackets inside a unit stay."""
+    text = cell.strip()
+    return text[1:-1].strip() if text[:1] in "([" and text[-1:] in ")]" else text
 
 
 def unit_like(cell: str) -> bool:
@@ -157,7 +164,8 @@ def names_of(
         renamed = columns.apply(head.names or ())
         if renamed is None:
             raise _not_among(path, head, columns)
-        return [our_name(name) if name in columns.ours else (name, 1.0) for name in renamed]
+        return [_renamed(name, theirs, columns)
+                for name, theirs in zip(renamed, head.names or (), strict=True)]
     if columns is not None:
         return [our_name(name) for name in columns]
     if head.names is None:
@@ -166,6 +174,14 @@ def names_of(
     if missing_columns([name for name, _ in names]) is not None:
         raise _wrong_header(path, head.names_line, head.names)
     return names
+
+
+def _renamed(name: str, theirs: str, columns: Renamed) -> tuple[str, float]:
+    """A renamed column with its factor; that of a known program's time is the program's."""
+    known, factor = our_name(theirs)
+    if name == known == TIME:
+        return name, factor
+    return our_name(name) if name in columns.ours else (name, 1.0)
 
 
 def is_time(cell: str) -> bool:

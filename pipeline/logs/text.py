@@ -1,6 +1,7 @@
 """A log as lines of text: its columns, and the rows of numbers in them."""
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +10,8 @@ import numpy as np
 from calib.poses.imu_log import FloatArray
 from pipeline.errors import UnreadableInput
 from pipeline.logs.columns import (
+    ACCELEROMETER,
+    GYROSCOPE,
     KNOWN_NAMES,
     SKIP,
     TIME,
@@ -23,10 +26,14 @@ from pipeline.logs.dialect import (
     local_date_seconds,
     may_be_thousands,
     seconds_of,
+    split_cells,
 )
 from pipeline.logs.head import MISSING_TRIAD, find_head, is_time, names_of, no_rows
 
 DIALECT_ROWS = 1000  #: in which a decimal comma shows
+TRIADS = (*ACCELEROMETER, *GYROSCOPE)
+#: What loggers write, in lower case, where there is no value.
+MISSING = ("", "nan", "null", "none", "na", "n/a", "-", "--")
 
 
 @dataclass(frozen=True)
@@ -65,8 +72,22 @@ class LogText:
     def rows(self) -> Iterator[tuple[int, list[str]]]:
         """Line in the file, from 1, and cells of every row; the slow way, for messages."""
         for number, line in enumerate(self.lines[self.first :], self.first + 1):
-            if cells := self.dialect.cells(line):
+            cells = self.dialect.cells(line)
+            if cells and self.is_sample(cells):
                 yield number, cells
+
+    def is_sample(self, cells: Sequence[str]) -> bool:
+        """Whether a line is a row: it holds a number, and where the readings are known one of them.
+
+        What a sketch says between the rows is none, and no row of a slower sensor that a logger has
+        merged with those of this one.
+        """
+        if not any(self.dialect.holds_number(cell) for cell in cells):
+            return False
+        if len(cells) != len(self.names):
+            return True
+        readings = [cell for name, cell in zip(self.names, cells, strict=True) if name in TRIADS]
+        return not readings or any(cell.lower() not in MISSING for cell in readings)
 
     @property
     def is_rewritten(self) -> bool:
@@ -121,7 +142,9 @@ def raw_text(path: Path, lines: list[str]) -> LogText | None:
         return None
     dialect = dialect_of_rows(lines[head.first : head.first + DIALECT_ROWS])
     cells = dialect.cells(lines[head.first])
-    names = [bare(name) for name in head.names or map(str, range(1, len(cells) + 1))]
+    names = [bare(name) for name in head.names or ()]
+    if len(set(names)) < len(names) or not names:  # names that stand twice name nothing
+        names = [str(i) for i in range(1, len(cells) + 1)]
     names += [""] * (len(cells) - len(names))
     dated = next((i for i, cell in enumerate(cells)
                   if not dialect.holds_number(cell) and is_time(cell)), None)
@@ -159,12 +182,29 @@ def numbers_of(text: LogText) -> FloatArray:
         if table.shape[1] != len(wanted):
             raise ValueError("ragged rows")
     except ValueError as error:
-        raise UnreadableInput(_first_fault(text) or f"{text.path}: {error}") from error
-    if all_wanted:
-        return table
+        if fault := _first_fault(text):
+            raise UnreadableInput(fault) from error
+        whole = (split_cells(row, delimiter) for row in rows)
+        table = _with_gaps(text, [cells for cells in whole if cells and text.is_sample(cells)])
+        table = table[:, wanted]
     full = np.full((len(table), len(text.names)), np.nan)
     full[:, wanted] = table
-    return full
+    readings = [i for i in wanted if text.names[i] in TRIADS]
+    there = ~np.isnan(full[:, readings]).all(axis=1) if readings else np.ones(len(full), bool)
+    if not there.any():
+        raise UnreadableInput(f"{text.path}: no row holds a reading. Record the log again.")
+    return np.asarray(full[there])
+
+
+def _with_gaps(text: LogText, rows: Sequence[Sequence[str]]) -> FloatArray:
+    """The cells of rows (t, columns) as numbers, NaN for what is skipped or missing."""
+    try:
+        return np.asarray([[math.nan if name == SKIP or cell.lower() in MISSING
+                            else float(text.dialect.as_point(cell))
+                            for name, cell in zip(text.names, cells, strict=True)]
+                           for cells in rows], np.float64).reshape(-1, len(text.names))
+    except ValueError as error:
+        raise UnreadableInput(f"{text.path}: {error}.") from error
 
 
 def _plain_rows(text: LogText) -> list[str]:
@@ -220,6 +260,8 @@ def _first_fault(text: LogText) -> str | None:
                     f"({', '.join(text.names)}).{cut}")
         for i, (name, cell) in enumerate(zip(text.names, cells, strict=True)):
             if name == SKIP or is_number(text.dialect.as_point(cell)):
+                continue
+            if name not in KNOWN_NAMES and cell.lower() in MISSING:
                 continue
             if i == text.dated and is_time(cell):
                 continue

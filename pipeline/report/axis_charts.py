@@ -1,6 +1,6 @@
 """Where the model fails, axis by axis: partial residuals of the effects worth showing."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -176,9 +176,19 @@ def lead_panel(result: TriadResult, charts: tuple[AxisCharts, ...]) -> Lead | No
         chart, what = _error_chart(panel, nice_limit(_reach(panel)), PLAIN)
         title = f"{what.capitalize()} against {panel.against}"
         return Lead(Figure(title, chart.svg(f"{title}."), ""), "")
-    panel = max(first.panels, key=lambda each: each.significance)
+    panel = max(first.panels, key=_prominence(first.panels))
     figure = panel_figure(first.effect, panel, nice_limit(_reach(panel)), PLAIN)
     return Lead(replace(figure, title=_sentence(panel) or figure.title), first.effect)
+
+
+def _prominence(shown: Sequence[Panel]) -> Callable[[Panel], float]:
+    """What the most telling panel has most of: the slope, as the verdict quotes the largest one.
+
+    Curves without a slope are compared by what they explain.
+    """
+    if all(np.isfinite(panel.slope) for panel in shown):
+        return lambda panel: abs(panel.slope)
+    return lambda panel: panel.significance
 
 
 def panel_figure(name: str, panel: Panel, limit: float, canvas: Canvas = SMALL) -> Figure:

@@ -34,7 +34,21 @@ def whitened_columns(fit: Fit, effect: Effect, shape: float | None = None) -> Fl
         columns = effect.evaluate(equations.conditions(fit.rows.vector), value)
         return reference_rows(fit) * columns[equations.row_pose]
     turn, at = sensed_conditions(fit, effect)
-    return equations.whitened(turn @ effect.evaluate(at, value), fit.rows.vector)
+    return equations.whitened(turn @ errors_of(fit, effect, at, value), fit.rows.vector)
+
+
+def errors_of(
+    fit: Fit, effect: Effect, at: Conditions, shape: float | None = None
+) -> FloatArray:
+    """Errors of the axes per unit of every parameter, (n, 3, k).
+
+    Of a logged column from its mean on, as the solver judges what is seen of it: its origin has no
+    meaning (5 V), and the bias takes up the rest.
+    """
+    errors = effect.evaluate(at, shape)
+    if effect.follows is None or "bias" not in fit.model.names:
+        return errors
+    return np.asarray(errors - errors.mean(axis=0))
 
 
 def sensed_conditions(fit: Fit, effect: Effect) -> tuple[FloatArray, Conditions]:

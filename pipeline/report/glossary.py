@@ -50,11 +50,14 @@ TERMS = (
     Term("proof-mass", "proof mass", r"proof mass",
          "The small mass inside an inertial sensor whose motion the sensor measures."),
 )
+_CODE = re.compile(r"`([^`<]+)`")
 _ANY = re.compile("|".join(f"(?P<t{i}>{term.pattern})" for i, term in enumerate(TERMS)))
 
 
 def with_terms(text: str) -> str:
     """``text`` as HTML, escaped, with a link to the glossary at the first place of every term.
+
+    What stands between backticks is set as code.
 
     >>> with_terms("1 < 2 ppm")
     '1 &lt; 2 <a class="term" href="#term-ppm">ppm</a>'
@@ -68,4 +71,4 @@ def with_terms(text: str) -> str:
         linked.add(term.key)
         return f'<a class="term" href="#term-{term.key}">{match[0]}</a>'
 
-    return _ANY.sub(link, escape(text))
+    return _CODE.sub(r"<code>\1</code>", _ANY.sub(link, escape(text)))

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pipeline.report.page import report_html
 from pipeline.results.history import HISTORY_NAME, history_text, read_history, with_step
-from pipeline.results.read import REPORT_NAME, RESULTS_NAME
+from pipeline.results.names import REPORT_NAME, RESULTS_NAME
 from pipeline.results.write import results_of, results_text
 from pipeline.stages.run import Outcome
 

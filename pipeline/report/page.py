@@ -1,6 +1,5 @@
 """Everything a run leaves in its folder; report.html is one file that needs no network."""
 
-import json
 import shlex
 from collections.abc import Sequence
 from datetime import datetime
@@ -8,6 +7,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from calib.fit.gauss_newton import HUBER_SD
 from pipeline.console.answers import RATES, Answer, answers_of, headline
 from pipeline.console.mounting_text import mounting_text
 from pipeline.console.run_text import triad_figures
@@ -18,6 +18,7 @@ from pipeline.report.effect_cards import effect_cards
 from pipeline.report.glossary import TERMS
 from pipeline.report.history_chart import staircase
 from pipeline.report.page_templates import page_templates
+from pipeline.report.payload import script_json
 from pipeline.report.pose_charts import (
     covariate_figures,
     coverage_figure,
@@ -29,7 +30,6 @@ from pipeline.report.rate_charts import rate_view
 from pipeline.report.refit_data import constants_json, refit_json
 from pipeline.report.tables import budget_rows, parameter_groups
 from pipeline.results.history import Step
-from pipeline.results.json_values import Json
 from pipeline.results.write import config_sha256
 from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
@@ -82,7 +82,7 @@ def report_html(
         triads=[views[triad] for triad in order],
         warnings=outcome.warnings,
         installation=_installation_view(outcome),
-        payload=_script_json({
+        payload=script_json({
             "config": config,
             "constants": constants_json(),
             "triads": [views[triad]["payload"] for triad in order],
@@ -134,7 +134,11 @@ def _triad_view(
     """What the page shows of one triad."""
     # Python code among them has run before in this run, or there would be no outcome.
     defined = user_effects(outcome.config, result.triad, allow_python=True)
-    payload = refit_json(result, defined) | {"poses": sphere_json(outcome, result)}
+    section = getattr(outcome.config, result.triad)
+    payload = refit_json(result, defined) | {
+        "poses": sphere_json(outcome, result),
+        "huber_sd": HUBER_SD if section.loss == "huber" else None,
+    }
     certificate = compare_with_certificate(outcome.config, result)
     calibration = result.calibration
     axes = axis_charts(result, defined)
@@ -182,9 +186,3 @@ def _installation_view(outcome: Outcome) -> dict[str, Any] | None:
         "after": mounting.after.tolist(),
         "notes": mounting.notes,
     }
-
-
-def _script_json(payload: Json) -> str:
-    """JSON that can stand inside a script element: no text in it ends the element."""
-    text = json.dumps(payload, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-    return text.replace("<", "\\u003c")

@@ -30,6 +30,7 @@ from pipeline.report.drivers import NOTHING, Driver, driver_of
 from pipeline.report.effect_fit import (
     Rows,
     error_per_pose,
+    errors_of,
     reference_rows,
     sensed_conditions,
     solve_effect,
@@ -120,7 +121,7 @@ def panels(
     equations, s = fit.equations, fit.rows.vector
     value = fit.shapes.get(effect.name, shape)
     turn, at = sensed_conditions(fit, effect)
-    errors = effect.evaluate(at, value)
+    errors = errors_of(fit, effect, at, value)
     columns = equations.whitened(turn @ errors, s)
     if (np.abs(columns).max(axis=0) <= NOTHING * np.abs(errors).max() / equations.typical_sd).any():
         return ()  # the rows do not see it: what they show is rounding

@@ -17,14 +17,13 @@ from calib.fit.parameters import alignment, triad_parameters
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from pipeline.errors import UnreadableInput
-from pipeline.results.schema.file import FORMAT, ResultsFile
+from pipeline.results.names import PARAMETERS, RESULTS_NAME
+from pipeline.results.schema import FORMAT
+from pipeline.results.schema.file import ResultsFile
 from pipeline.results.schema.types import problems_of
 
 LARGEST_BYTES = 100_000_000  #: a session of a thousand poses has 2 MB
 ROUNDING = 1e-6  #: relative; of what is stored twice
-RESULTS_NAME = "results.json"
-REPORT_NAME = "report.html"
-REPORT_MARK = '<meta name="generator" content="pipeline run">'
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,10 +208,6 @@ def _user_effects(
     )
 
     return stored_effects(stored, triad, folder, allow_python)
-
-
-#: The keys of the nine parameters in results.json.
-PARAMETERS = ("misalignment_rad", "bias_counts", "scale_counts_per_unit")
 
 
 def _array(values: list[float | None]) -> FloatArray:

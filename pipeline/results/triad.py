@@ -8,7 +8,7 @@ from calib.poses.data_sheet import TriadSpec
 from pipeline.config.schema import EffectSection
 from pipeline.results.candidate import candidate_json
 from pipeline.results.json_values import Json, number, numbers
-from pipeline.results.read import PARAMETERS
+from pipeline.results.names import PARAMETERS
 from pipeline.stages.triads import TriadResult
 from pipeline.stages.user_effects import python_sha256
 

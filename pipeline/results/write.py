@@ -11,7 +11,7 @@ from pipeline.results.certificate import certificate_json
 from pipeline.results.json_values import Json
 from pipeline.results.mounting import mounting_json
 from pipeline.results.rate import rate_json
-from pipeline.results.schema.file import FORMAT
+from pipeline.results.schema import FORMAT
 from pipeline.results.triad import triad_json
 from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome

@@ -19,6 +19,7 @@ from calib.poses.still_search import StillSearch
 from pipeline.config.load import Config
 from pipeline.config.schema import AccelerometerSection, RunSection, StillSection
 from pipeline.config.sensor import Specs, sensor_specs
+from pipeline.config.types import STOPPED
 from pipeline.stages.excluded_poses import ExcludedMean, chosen
 from pipeline.stages.pose_means import read_pose_means
 from pipeline.stages.rate import SettingRate
@@ -44,11 +45,6 @@ class Recording:
     warnings: tuple[str, ...] = ()
     sense: float = 0.0
     excluded: tuple[ExcludedMean, ...] = ()
-
-    @property
-    def kept(self) -> tuple[tuple[PoseMean, ...], IntArray]:
-        """``means`` and ``places``."""
-        return self.means, self.places
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +72,7 @@ class Recordings:
 def average_recordings(
     config: Config, logs: SessionLogs, rates: Mapping[str, SettingRate]
 ) -> Recordings:
-    """Average the poses of both triads; poses that serve both are averaged once.
+    """Average the poses of both triads, of all settings with a rate; shared poses once.
 
     Raises
     ------
@@ -89,9 +85,9 @@ def average_recordings(
     """
     specs = sensor_specs(config.sensor)
     recordings = {}
-    sections = sections_by_setting(config)
-    for setting in logs.by_setting:
-        section = sections[setting]
+    for setting, section in sections_by_setting(config).items():
+        if setting.rate not in (STOPPED, *rates):
+            continue
         if setting.poses.means:
             recording = _tabled(section, config, specs)
         elif setting.poses.log:

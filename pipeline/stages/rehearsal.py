@@ -52,8 +52,7 @@ def rehearse(config: Config) -> None:
     logs = check_session(config)
     stated = {name: stated_rate(name, rate) for name, rate in config.rate.items()
               if isinstance(rate, KnownRateSection)}
-    known = logs.at_rates((STOPPED, *stated))
-    recordings = average_recordings(config, known, stated)
+    recordings = average_recordings(config, logs, stated)
     accelerometer, gravity = _accelerometer(config, recordings)
     _gyroscope(config, logs, stated, recordings, accelerometer, gravity)
     if accelerometer is not None:
@@ -65,10 +64,11 @@ def _accelerometer(
 ) -> tuple[TriadCalibration | None, Gravity | None]:
     section, sheet = config.accelerometer, config.sensor.accelerometer
     defined = _expressions(config, "accelerometer")
-    if section is None or sheet is None or defined is None or config.site is None:
+    if section is None or sheet is None or defined is None:
         return None, None
+    assert config.site is not None  # by the configuration's rules
     gravity = gravity_of(config.site)
-    poses = accelerometer_poses(recordings.of(section).means, gravity, recordings.origin_s)
+    poses = accelerometer_poses(config, recordings, gravity).used
     model, _, _ = model_on(section.model, defined, poses)
     return calibrate(poses, model, triad_spec(sheet), solver=section.solver,
                      loss=section.loss), gravity
@@ -95,9 +95,8 @@ def _gyroscope(
             return
         recordings = Recordings({**recordings.by_setting, **felt[0]})
         rates |= felt[1]
-    poses = gyroscope_poses(config, rates, [recordings.of(run).kept for run in section.runs],
-                            recordings.origin_s,
-                            accelerometer.correct if accelerometer else None)
+    correct = accelerometer.correct if accelerometer else None
+    poses = gyroscope_poses(config, rates, recordings, correct).used
     model, _, _ = model_on(section.model, defined, poses)
     if filmed:
         require_determinable(poses, model)
@@ -139,7 +138,7 @@ def _felt(
         if not (turning > TURNING_RAD_S).all():
             return None
         rate = float(np.median(turning))
-        start_s = min(float(log.time_s[0]) for log in each)
-        recordings[setting] = Recording(means, start_s, logs.choices[setting].kept)
+        recordings[setting] = Recording(
+            means, min(float(log.time_s[0]) for log in each), logs.choices[setting].kept)
         rates[setting.rate] = PlateRate(setting.rate, np.array([rate]), np.array([0.01 * rate]))
     return recordings, rates

@@ -4,7 +4,7 @@ Each log is labelled by its path from the configuration.
 """
 
 import os
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -31,6 +31,7 @@ from pipeline.logs.clock import StatedClock
 from pipeline.logs.join import group_logs, join_logs
 from pipeline.logs.read import read_log
 from pipeline.stages.excluded_poses import Choice, chosen
+from pipeline.stages.stated_units import require_stated_units
 from pipeline.text.names import nearest_name
 
 CELSIUS = (-80.0, 150.0)
@@ -68,12 +69,6 @@ class SessionLogs:
     notes: Mapping[Setting, tuple[str, ...]]
     choices: Mapping[Setting, Choice]
     excluded: Mapping[Setting, tuple[tuple[str, ImuLog | None], ...]]
-
-    def at_rates(self, rates: Collection[str]) -> "SessionLogs":
-        """Those of the settings at one of these plate rates."""
-        of_these = {setting: logs for setting, logs in self.by_setting.items()
-                    if setting.rate in rates}
-        return replace(self, by_setting=of_these)
 
     def of_triad(self, config: Config, triad: Triad) -> list[ImuLog]:
         """The logs that ``triad`` is calibrated by, run after run."""
@@ -156,6 +151,8 @@ def read_session(config: Config) -> SessionLogs:
     """
     folder = config.source.path.parent
     sections = sections_by_setting(config)
+    require_stated_units(config, [path for setting in sections for path in
+                                  (*setting.poses.files, *setting.poses.log)])
     choices = {setting: chosen([_shown_name(path, folder) for path in setting.poses.files],
                                section, config)
                for setting, section in sections.items() if setting.poses.files}

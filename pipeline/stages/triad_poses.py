@@ -1,6 +1,7 @@
 """What a triad is calibrated from: its poses, and the model as they can evaluate it."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 from calib.effects.effect import Effect
 from calib.effects.needs import unavailable
@@ -16,61 +17,66 @@ from calib.poses.runs import gravity_run, stopped_run, turning_run
 from pipeline.config.load import Config
 from pipeline.config.types import STOPPED
 from pipeline.stages.excluded_poses import Recorded
-from pipeline.stages.poses import Recordings
+from pipeline.stages.poses import Recording, Recordings
 from pipeline.stages.site import Gravity, latitude_of
 
 
-def accelerometer_poses(
-    means: Sequence[PoseMean], gravity: Gravity, origin_s: float
-) -> PoseSet:
-    """The poses at rest against gravity; ``origin_s`` is when the session began.
+@dataclass(frozen=True, eq=False)
+class TriadPoses:
+    """The recordings of a triad by run, and how poses of these runs become one set."""
 
-    Raises
-    ------
-    Undetermined
-        The readings are nowhere near gravity, or an axis is stuck.
-    """
-    run = gravity_run(STOPPED, means, gravity.value_m_s2, gravity.sd_m_s2)
-    return pose_set("accelerometer", [run], origin_s)
+    recorded: tuple[tuple[str, Recording], ...]
+    poses_of: Callable[[Recorded], PoseSet]
+
+    @property
+    def used(self) -> PoseSet:
+        """All poses that the configuration does not exclude."""
+        return self.poses_of([(each.means, each.places) for _, each in self.recorded])
+
+
+def accelerometer_poses(config: Config, recordings: Recordings, gravity: Gravity) -> TriadPoses:
+    """The poses at rest, measured against ``gravity``."""
+    assert config.accelerometer is not None
+
+    def poses_of(recorded: Recorded) -> PoseSet:
+        ((means, _),) = recorded
+        run = gravity_run(STOPPED, means, gravity.value_m_s2, gravity.sd_m_s2)
+        return pose_set("accelerometer", [run], recordings.origin_s)
+
+    return TriadPoses(((STOPPED, recordings.of(config.accelerometer)),), poses_of)
 
 
 def gyroscope_poses(
     config: Config,
     rates: Mapping[str, PlateRate],
-    recorded: Recorded,
-    origin_s: float,
-    correct: Callable[[Conditions], FloatArray] | None,
-) -> PoseSet:
+    recordings: Recordings,
+    correct_force: Callable[[Conditions], FloatArray] | None,
+) -> TriadPoses:
     """The poses of all runs of the gyroscope.
 
     Parameters
     ----------
     rates : mapping of str to PlateRate
         The plate's rates by setting.
-    recorded : sequence of (means, places)
-        The averaged poses of each run, in the order of the runs, and their places among those that
-        were recorded.
-    origin_s : float
-        When the session began.
-    correct : callable or None
-        Corrects the specific force of the poses, (n, 3).
-
-    Raises
-    ------
-    Undetermined
-        The gyroscope does not turn where the plate does, or turns where it stands.
+    recordings : Recordings
+        The averaged poses.
+    correct_force : callable or None
+        The calibration of the accelerometer, see :func:`calib.poses.pose_set.pose_set`.
     """
     assert config.gyroscope is not None
     latitude = latitude_of(config.site)
+    recorded = tuple((section.rate, recordings.of(section)) for section in config.gyroscope.runs)
 
     def run_of(name: str, means: Sequence[PoseMean], places: IntArray) -> PoseRun:
         if name == STOPPED:
             return stopped_run(name, means, latitude)
         return turning_run(means, rates[name].of_poses(places), latitude)
 
-    runs = [run_of(section.rate, *each)
-            for section, each in zip(config.gyroscope.runs, recorded, strict=True)]
-    return pose_set("gyroscope", runs, origin_s, correct)
+    def poses_of(each: Recorded) -> PoseSet:
+        runs = [run_of(name, *one) for (name, _), one in zip(recorded, each, strict=True)]
+        return pose_set("gyroscope", runs, recordings.origin_s, correct_force)
+
+    return TriadPoses(recorded, poses_of)
 
 
 def senses_of(config: Config, recordings: Recordings) -> dict[str, float]:

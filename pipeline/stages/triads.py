@@ -1,6 +1,6 @@
 """The two calibration stages: averaged poses to a calibrated, compared and diagnosed triad."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from calib.assess import assess
@@ -24,15 +24,15 @@ from calib.poses.pose_set import PoseSet
 from pipeline.config.load import Config
 from pipeline.config.schema import AccelerometerSection, GyroscopeSection
 from pipeline.config.sensor import triad_spec
-from pipeline.config.types import STOPPED
 from pipeline.errors import ConfigError
 from pipeline.stages.context import RunContext
-from pipeline.stages.excluded_poses import ExcludedPose, Recorded, predicted_poses
+from pipeline.stages.excluded_poses import ExcludedPose, predicted_poses
 from pipeline.stages.logged_columns import check_covariates
-from pipeline.stages.poses import Recording, Recordings
+from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.site import Gravity, gravity_of
 from pipeline.stages.triad_poses import (
+    TriadPoses,
     accelerometer_poses,
     gyroscope_poses,
     model_on,
@@ -135,17 +135,11 @@ def calibrate_accelerometer(
     assert config.site is not None
     assert config.sensor.accelerometer is not None
     gravity = gravity_of(config.site)
-    recording = recordings.of(config.accelerometer)
-
-    def poses_of(recorded: Recorded) -> PoseSet:
-        ((means, _),) = recorded
-        return accelerometer_poses(means, gravity, recordings.origin_s)
-
-    poses = poses_of([recording.kept])
+    poses = accelerometer_poses(config, recordings, gravity)
     spec = triad_spec(config.sensor.accelerometer)
     defined = user_effects(config, "accelerometer", context.allow_python)
-    result = _calibrated(poses, config.accelerometer, spec, defined, config, gravity)
-    return _with_excluded(result, [(STOPPED, recording)], poses_of)
+    result = _calibrated(poses.used, config.accelerometer, spec, defined, config, gravity)
+    return _with_excluded(result, poses)
 
 
 def calibrate_gyroscope(
@@ -180,14 +174,10 @@ def calibrate_gyroscope(
     if config.gyroscope is None:
         return None
     assert config.sensor.gyroscope is not None
-    recorded = [(section.rate, recordings.of(section)) for section in config.gyroscope.runs]
-    plate = {name: rate.plate for name, rate in rates.items()}
+    plates = {name: rate.plate for name, rate in rates.items()}
     correct = accelerometer.calibration.correct if accelerometer else None
-
-    def poses_of(each: Recorded) -> PoseSet:
-        return gyroscope_poses(config, plate, each, recordings.origin_s, correct)
-
-    poses = poses_of([recording.kept for _, recording in recorded])
+    of_runs = gyroscope_poses(config, plates, recordings, correct)
+    poses = of_runs.used
     unknown: tuple[str, ...] = ()
     if accelerometer is not None and accelerometer.gravity is not None:
         require_gravity(poses, accelerometer.calibration, accelerometer.gravity.value_m_s2)
@@ -199,7 +189,7 @@ def calibrate_gyroscope(
                          if accelerometer and not unknown else None)
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
-    result = _with_excluded(result, recorded, poses_of)
+    result = _with_excluded(result, of_runs)
     return replace(
         result,
         frame=frame_rotation(result.calibration.fit, beside),
@@ -207,15 +197,12 @@ def calibrate_gyroscope(
     )
 
 
-def _with_excluded(
-    result: TriadResult, recorded: Sequence[tuple[str, Recording]],
-    poses_of: Callable[[Recorded], PoseSet],
-) -> TriadResult:
+def _with_excluded(result: TriadResult, poses: TriadPoses) -> TriadResult:
     """The result with the poses that the configuration excludes, run by run."""
     return replace(result, excluded=predicted_poses(
-        result.calibration.fit, [name for name, _ in recorded],
-        [each.kept for _, each in recorded],
-        [each.excluded for _, each in recorded], poses_of))
+        result.calibration.fit, [name for name, _ in poses.recorded],
+        [(each.means, each.places) for _, each in poses.recorded],
+        [each.excluded for _, each in poses.recorded], poses.poses_of))
 
 
 def _calibrated(

@@ -152,6 +152,16 @@ def rocking(degrees: float, per_rad_s: float, middle: float = 32767.5) -> Edit:
     return edit
 
 
+def dead(column: int) -> Edit:
+    """An axis that gives noise about nothing."""
+
+    def edit(table: Table) -> Table:
+        table[:, column] = np.random.default_rng(3).integers(-30, 30, len(table))
+        return table
+
+    return edit
+
+
 def clipped(columns: slice, limit: float, middle: float = 0.0) -> Edit:
     """Cut off below the rail."""
 

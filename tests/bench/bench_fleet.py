@@ -24,14 +24,14 @@ from calib.diagnosis.population.evidence import Evidence
 from calib.diagnosis.population.evidence_many import evidence_many
 from calib.effects.catalogue import BASE
 from calib.fit.batch.fit_many import ManyFits, fit_many
-from calib.fit.calibration import triad_parameters
 from calib.fit.model import Model
+from calib.fit.parameters import triad_parameters
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES
 from pipeline.fleet.finish import finish_fleet
 from pipeline.fleet.record import SessionRecord, evidence_path, write_evidence
 from pipeline.fleet.rows import Row
-from pipeline.results.read import PARAMETERS
+from pipeline.results.names import PARAMETERS
 from tests.fitting import spec_of
 from tests.lots import pose_sets_of
 from tests.world.designs import paper_design
@@ -95,13 +95,20 @@ def page(asked: argparse.Namespace) -> None:
                 float(part.dof[i]), float(part.noise_dof[i])))
     records = [SessionRecord(name, name.partition("/")[0], "", 0, "", (_row(fits, i, name, spec),))
                for i, name in enumerate(names)]
-    begun = time.perf_counter()
+    del lot, sets, fits
+    before = _memory()
+    begun, cpu = time.perf_counter(), time.process_time()
     finish_fleet(records, output, reports=True)
     size = (output / "fleet.html").stat().st_size / KB
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / KB
-    seconds = time.perf_counter() - begun
-    print(f"{len(records)} sessions: table, population and page in {seconds:.1f} s; "
-          f"fleet.html {size:.0f} kB; largest memory {memory:.0f} MB; {output}")
+    cpu, seconds = time.process_time() - cpu, time.perf_counter() - begun
+    print(f"{len(records)} sessions: table, population and page in {cpu:.1f} s of one processor, "
+          f"{seconds:.1f} s by the clock; fleet.html {size:.0f} kB; largest memory {_memory():.0f} "
+          f"MB, {before:.0f} MB of it before, to draw the lot; {output}")
+
+
+def _memory() -> float:
+    """Largest memory of this process so far, MB."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / KB
 
 
 def _row(fits: ManyFits, i: int, name: str, spec: TriadSpec) -> Row:

@@ -7,6 +7,7 @@
     python -m tests.bench.study_diagnosis settle paper gyroscope --sizes 5 10 --trials 40
     python -m tests.bench.study_diagnosis sets rich gyroscope --count 3 --sizes 5 300 --trials 100
     python -m tests.bench.study_diagnosis sets soak accelerometer --count 1 --disturb wander
+    python -m tests.bench.study_diagnosis sets paper gyroscope --trials 2000 --workers 8
 
 ``listed`` hides every listed effect in turn, in sizes given as root mean square over the pose
 equations in noise units, and prints the share of trials in which these poses see it at all, in
@@ -18,19 +19,20 @@ with sizes between the two of ``--sizes``, and a disturbance that no catalogue h
 share of hidden effects that were named, offered, and of sessions with a wrong name; each session
 is repeated with nothing hidden, since half of all are sound by the prior of the diagnosis, and over
 both halves stated probabilities stand beside frequencies; its designs are also ``hand`` and
-``free``. ``--list`` shows the
-trials that went wrong.
+``free``. ``--list`` shows the trials that went wrong. ``--workers`` and ``--scheduler`` spread the
+trials of all but ``two`` and ``settle`` over processes or a Dask cluster; the figures are the same.
 """
 
 import argparse
-from collections import Counter
 from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import combinations
 
 import numpy as np
 
 from calib.errors import CalibrationError
-from tests.bench.study_tables import HEAD, settled_row, share, table_row, verdict_counts
+from tests.bench import study_tables as tables
+from tests.bench.trial_workers import Each, trials_on
 from tests.recorded_blocks import Settled, settle
 from tests.set_trials import (
     DISTURBANCES,
@@ -40,7 +42,6 @@ from tests.set_trials import (
     design_of,
     disturbed,
     draw_set,
-    reliability,
     set_trial,
     sound_trial,
 )
@@ -56,7 +57,7 @@ from tests.trials import (
     run_trial,
 )
 from tests.world.bench import Design
-from tests.world.hidden import Hidden
+from tests.world.hidden import Hidden, TriadName
 
 COLUMNS = ("humidity_pct", "supply_v")
 UNLISTED = (
@@ -78,57 +79,68 @@ def went_wrong(o: Outcome) -> bool:
     return o.visible and (not o.first or not o.named or o.named_wrong)
 
 
-def listed(asked: argparse.Namespace) -> None:
+def listed(asked: argparse.Namespace, each: Each) -> None:
     """Every listed effect at every size."""
     design = DESIGNS[asked.design]()
-    print(HEAD)
+    print(tables.HEAD)
     seen: dict[float, list[Outcome]] = {}
     for name in asked.effects or LISTED:
         if not calibrates(name, asked.triad):
             continue
         for size in asked.sizes:
-            found = list(trials_of([name], size, design, asked))
+            found = list(trials_of([name], size, design, asked, each))
             if not found:
                 continue
-            print(table_row(name, size, found), flush=True)
-            if share([o.visible for o in found]) > 0.5:
+            print(tables.table_row(name, size, found), flush=True)
+            if tables.share([o.visible for o in found]) > 0.5:
                 seen.setdefault(size, []).extend(found)
             if asked.list:
                 for o in filter(went_wrong, found):
                     print(f"    seed {o.seed}: {o.verdict} {'/'.join(o.says)}, first {o.top}")
     for size, found in seen.items():
-        print(table_row("all that is visible", size, found), flush=True)
+        print(tables.table_row("all that is visible", size, found), flush=True)
 
 
 def trials_of(
-    names: Sequence[str], size: float, design: Design, asked: argparse.Namespace
+    names: Sequence[str], size: float, design: Design, asked: argparse.Namespace, each: Each
 ) -> Iterator[Outcome]:
-    for seed in range(asked.first_seed, asked.first_seed + asked.trials):
-        hidden = hidden_of(names, asked.triad, size, design, seed)
-        if hidden is None:
-            return
-        try:
-            yield run_trial(design, seed, asked.triad, hidden)
-        except CalibrationError as error:  # a session that is refused is no trial, but told
-            print(f"    seed {seed} is refused: {error}")
+    """The trials of one effect and size; one that is refused is no trial, but told."""
+    trial = partial(trial_of, names, size, design, asked.triad)
+    for seed, outcome in each(trial, seeds_of(asked)):
+        if isinstance(outcome, CalibrationError):
+            print(f"    seed {seed} is refused: {outcome}")
+        elif outcome is not None:
+            yield outcome
 
 
-def nothing(asked: argparse.Namespace) -> None:
+def trial_of(
+    names: Sequence[str], size: float, design: Design, triad: TriadName, seed: int
+) -> Outcome | None:
+    hidden = hidden_of(names, triad, size, design, seed)
+    return None if hidden is None else run_trial(design, seed, triad, hidden)
+
+
+def seeds_of(asked: argparse.Namespace) -> range:
+    return range(asked.first_seed, asked.first_seed + asked.trials)
+
+
+def nothing(asked: argparse.Namespace, each: Each) -> None:
     """Sessions in which nothing is hidden."""
     design = DESIGNS[asked.design]()
-    found = list(trials_of([], 0.0, design, asked))
-    quiet = share([o.verdict == "nothing_missing" for o in found])
-    named = share([o.verdict == "effect" for o in found])
+    found = list(trials_of([], 0.0, design, asked, each))
+    quiet = tables.share([o.verdict == "nothing_missing" for o in found])
+    named = tables.share([o.verdict == "effect" for o in found])
     print(
         f"nothing hidden, {asked.design} {asked.triad}, {len(found)} trials: "
-        f"'nothing missing' {quiet:.4f}, an effect named {named:.4f}; {verdict_counts(found)}"
+        f"'nothing missing' {quiet:.4f}, an effect named {named:.4f}; "
+        f"{tables.verdict_counts(found)}"
     )
     for o in found:
         if asked.list and o.verdict != "nothing_missing":
             print(f"    seed {o.seed}: {o.verdict} {'/'.join(o.says)}, first {o.top}")
 
 
-def two(asked: argparse.Namespace) -> None:
+def two(asked: argparse.Namespace, _each: Each) -> None:
     """Two effects at once, the pair drawn anew for every trial; the loop is run to its end."""
     design = DESIGNS[asked.design]()
     for size in asked.sizes:
@@ -172,26 +184,27 @@ def draw_pair(design: Design, seed: int, asked: argparse.Namespace) -> list[Hidd
             return hidden
 
 
-def unlisted(asked: argparse.Namespace) -> None:
+def unlisted(asked: argparse.Namespace, each: Each) -> None:
     """Effects that no catalogue has, and biases that follow a logged column."""
     design = DESIGNS[asked.design]()
     for name in asked.effects or (*(f"column:{c}" for c in COLUMNS), *UNLISTED):
         kind, _, column = name.partition(":")
         accepted = ACCEPTED.get(kind, {column, f"column:{column}"})
         for size in asked.sizes:
-            found = list(trials_of([name], size, design, asked))
-            hit = share([o.verdict in ("unknown", "effect", "bad_pose") and (
+            found = list(trials_of([name], size, design, asked, each))
+            hit = tables.share([o.verdict in ("unknown", "effect", "bad_pose") and (
                 bool(accepted & set(o.says)) or o.verdict in accepted) for o in found])
-            blamed = share([o.verdict == "effect" and not accepted & set(o.says) for o in found])
+            blamed = tables.share(
+                [o.verdict == "effect" and not accepted & set(o.says) for o in found])
             print(f"{name:28s} {size:4g}: found {hit:.3f}, a listed effect blamed {blamed:.3f}; "
-                  f"{verdict_counts(found)}", flush=True)
+                  f"{tables.verdict_counts(found)}", flush=True)
             if asked.list:
                 for o in found:
                     if not accepted & {*o.says, o.verdict}:
                         print(f"    seed {o.seed}: {o.verdict} {'/'.join(o.says)}, first {o.top}")
 
 
-def settle_open(asked: argparse.Namespace) -> None:
+def settle_open(asked: argparse.Namespace, _each: Each) -> None:
     """Verdicts that leave something open: record what is asked for, diagnose again."""
     design = DESIGNS[asked.design]()
     total: list[Settled] = []
@@ -208,7 +221,7 @@ def settle_open(asked: argparse.Namespace) -> None:
                 if settled is not None:
                     found.append(settled)
             if found:
-                print(settled_row(name, size, found), flush=True)
+                print(tables.settled_row(name, size, found), flush=True)
                 if asked.list:
                     for s in found:
                         if not s.right:
@@ -216,43 +229,36 @@ def settle_open(asked: argparse.Namespace) -> None:
                                   f"{s.verdict} {'/'.join(s.after)}")
             total += found
     if total:
-        print(settled_row("all that stayed open", 0, total))
+        print(tables.settled_row("all that stayed open", 0, total))
 
 
-def sets(asked: argparse.Namespace) -> None:
+def sets(asked: argparse.Namespace, each: Each) -> None:
     """Several effects at once, with a disturbance; one diagnosis each."""
     low, high = (asked.sizes * 2)[:2]
-    found: list[SetOutcome] = []
-    sound: list[SetOutcome] = []
-    refused = 0
-    for seed in range(asked.first_seed, asked.first_seed + asked.trials):
-        design = disturbed(design_of(asked.design, seed), asked.disturb)
-        hidden = draw_set(design, seed, asked.triad, asked.count, (low, high),
-                          asked.effects or NAMES, asked.nested)
-        if asked.disturb not in OF_THE_DESIGN:
-            more = drawn(asked.disturb, asked.triad, asked.strength, design, seed)
-            hidden += [] if more is None else [more]
-        try:
-            found.append(set_trial(design, seed, asked.triad, hidden))
-            sound.append(sound_trial(design, seed, asked.triad))
-        except CalibrationError:
-            refused += 1
-    visible = sum(len(o.visible) for o in found) or 1
-    total = {key: sum(len(getattr(o, key)) for o in found) / visible
-             for key in ("named", "single", "offered")}
+    results = [outcome for _, outcome in each(partial(one_set, asked), seeds_of(asked))]
+    pairs = [o for o in results if not isinstance(o, CalibrationError)]
+    found: list[SetOutcome] = [hidden for hidden, _ in pairs]
+    sound: list[SetOutcome] = [nothing for _, nothing in pairs]
+    refused = len(results) - len(pairs)
     print(f"{asked.count} effects of {low:g} to {high:g} sd, {asked.design} {asked.triad}, "
-          f"disturbed by {asked.disturb}: {len(found)} sessions ({refused} refused), {visible} "
-          f"visible effects: named as a class {total['named']:.3f}, as one {total['single']:.3f}, "
-          f"named or offered {total['offered']:.3f}; a wrong name in "
-          f"{share([bool(o.wrong) for o in found]):.4f}; "
-          f"{Counter(o.verdict for o in found).most_common()}")
-    print(f"the same sessions with nothing hidden: "
-          f"{Counter(o.verdict for o in sound).most_common()}; stated, over both halves:")
-    print(reliability([*found, *sound]), flush=True)
+          f"disturbed by {asked.disturb} ({refused} refused): "
+          f"{tables.set_text(found, sound)}", flush=True)
     for o in found:
         if asked.list and (o.wrong or len(o.offered) < len(o.visible)):
             print(f"    seed {o.seed}: hidden {o.hidden} wrong {o.wrong} not offered "
                   f"{set(o.visible) - set(o.offered)}: {o.text}")
+
+
+def one_set(asked: argparse.Namespace, seed: int) -> tuple[SetOutcome, SetOutcome]:
+    """The session of one seed with what is asked to be hidden in it, and with nothing hidden."""
+    low, high = (asked.sizes * 2)[:2]
+    design = disturbed(design_of(asked.design, seed), asked.disturb)
+    hidden = draw_set(design, seed, asked.triad, asked.count, (low, high),
+                      asked.effects or NAMES, asked.nested)
+    if asked.disturb not in OF_THE_DESIGN:
+        more = drawn(asked.disturb, asked.triad, asked.strength, design, seed)
+        hidden += [] if more is None else [more]
+    return (set_trial(design, seed, asked.triad, hidden), sound_trial(design, seed, asked.triad))
 
 
 QUESTIONS = {
@@ -283,8 +289,11 @@ def main() -> None:
                         help="also pairs of which one holds the other")
     parser.add_argument("--strength", type=float, default=5.0, help="of the disturbance, sd")
     parser.add_argument("--list", action="store_true", help="show the trials that went wrong")
+    parser.add_argument("--workers", type=int, default=1, help="processes of this machine")
+    parser.add_argument("--scheduler", help="address of a Dask cluster")
     asked = parser.parse_args()
-    QUESTIONS[asked.question](asked)
+    with trials_on(asked.workers, asked.scheduler) as each:
+        QUESTIONS[asked.question](asked, each)
 
 
 if __name__ == "__main__":

@@ -21,9 +21,12 @@ CONSTANTS: tuple[tuple[ModuleType, str], ...] = (
     (rest_candidates, "QUIETEST_SHARE"),
     (rest_candidates, "LARGEST_TURN"),
     (rest_candidates, "MARGIN_SHARE"),
+    (rest_candidates, "MARGIN_S"),
     (rest_candidates, "SAME_ATTITUDE"),
     (rest_candidates, "WANDER_S"),
     (rest_candidates, "NOISE_OF_RANGE"),
+    (rest_candidates, "MOST_BLOCKS"),
+    (rest_candidates, "NOISE_OF_SHIFT"),
     (static_intervals, "STILL_RATIO"),
     (static_intervals, "THRESHOLD_STEP"),
     (attitude_fit, "ALIKE"),
@@ -35,7 +38,7 @@ CONSTANTS: tuple[tuple[ModuleType, str], ...] = (
 def changed(module: ModuleType, name: str, factor: float) -> Iterator[None]:
     """A constant of a module multiplied for a while."""
     before = getattr(module, name)
-    setattr(module, name, before * factor)
+    setattr(module, name, type(before)(before * factor))
     try:
         yield
     finally:

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from tests.recorded_blocks import Settled
-from tests.trials import (
-    Outcome,
-)
+from tests.set_trials import SetOutcome, reliability
+from tests.trials import Outcome
 
 
 def share(values: Sequence[bool]) -> float:
@@ -46,3 +45,17 @@ def settled_row(name: str, size: float, found: Sequence[Settled]) -> str:
     blocks = ", ".join(f"{k} {v}" for k, v in Counter(s.block for s in found).most_common())
     return (f"{name:26s} {size:4g}: {len(found)} open, {len(advised)} with a block to record, "
             f"settled {right:.3f}; {blocks}")
+
+
+def set_text(found: Sequence[SetOutcome], sound: Sequence[SetOutcome]) -> str:
+    """Shares of sessions with hidden effects, and of the same sessions with nothing hidden."""
+    visible = sum(len(o.visible) for o in found) or 1
+    total = {key: sum(len(getattr(o, key)) for o in found) / visible
+             for key in ("named", "single", "offered")}
+    return (f"{len(found)} sessions, {visible} visible effects: named as a class "
+            f"{total['named']:.3f}, as one {total['single']:.3f}, named or offered "
+            f"{total['offered']:.3f}; a wrong name in {share([bool(o.wrong) for o in found]):.4f}; "
+            f"{Counter(o.verdict for o in found).most_common()}\n"
+            f"the same sessions with nothing hidden: "
+            f"{Counter(o.verdict for o in sound).most_common()}; stated, over both halves:\n"
+            f"{reliability([*found, *sound])}")

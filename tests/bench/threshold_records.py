@@ -27,10 +27,10 @@ def records_of(package: str) -> list[Any]:
 
 @contextmanager
 def replaced(record: Any, new: Any) -> Iterator[None]:
-    """Every module of ``vision`` that holds the record holds the new one meanwhile."""
+    """Every module of the product that holds the record holds the new one meanwhile."""
     holders = [
         (module, name)
-        for path, module in list(sys.modules.items()) if path.startswith("vision.")
+        for path, module in list(sys.modules.items()) if path.startswith(("vision.", "calib."))
         for name, value in vars(module).items() if value is record
     ]
     for module, name in holders:

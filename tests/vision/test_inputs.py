@@ -33,6 +33,14 @@ def clip(render: Render) -> Path:
     return render(MOTION, seconds=8)[0]
 
 
+def test_a_name_with_colons_is_a_file_and_no_protocol(
+    clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "12:30:00.mp4").symlink_to(clip)
+    monkeypatch.chdir(tmp_path)
+    assert track_phase(Path("12:30:00.mp4")).time_s.size > 100
+
+
 INDEX_FIRST = {"movflags": "faststart"}
 PEAK = """if True:
     import sys

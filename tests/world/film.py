@@ -13,7 +13,7 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.world.picture import Picture
+from tests.world.picture import Picture, picture_of
 from tests.world.plate import PlateMotion
 from tests.world.scene import FloatArray, Scene, random_scene
 
@@ -128,7 +128,7 @@ def film(
     if recorder.late_s:
         stamp = stamp + np.clip(rng.normal(0, recorder.late_s, len(stamp)), -0.4 / fps, 0.4 / fps)
     stamp = stamp * (1 + 1e-6 * recorder.clock_ppm)
-    picture = Picture(scene, seed)
+    picture = picture_of(scene, seed)
     truth = FilmTruth(
         time_s=time[index],
         stamp_s=stamp,

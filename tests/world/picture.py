@@ -2,14 +2,16 @@
 
 The reflectance of the plate is kept as a polar image, in which turning is a shift along the rows:
 each pixel's place on the plate is computed once from the true perspective of a pinhole camera, and
-a frame is one look-up at (radius, azimuth - θ). Nothing is resampled twice and nothing is rotated
-in pixels. Exposure averages the polar image over the angle swept; a rolling shutter gives each
-picture row its own θ.
+a frame is one look-up at (radius, azimuth - θ) in the rectangle that holds the plate. Nothing is
+resampled twice and nothing is rotated in pixels. Exposure averages the polar image over the angle
+swept; a rolling shutter gives each picture row its own θ.
 
 Every edge is drawn from its signed distance with a ramp one picture pixel wide (the blur of an
 ordinary lens) and every pixel averages 2 x 2 samples, so that edges move by exact fractions of a
 pixel.
 """
+
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -21,7 +23,14 @@ Image = NDArray[np.float32]
 
 AZIMUTHS = 4096  # columns of the polar image: 0.2 pixel at the rim of a plate of 140 pixels
 OVERSAMPLING = 2
+ALIGNED = 16  # pixels: what OpenCV adds up at once, so that a part is as exact as the whole
 HAND_LUMA, HAND_CHROMA = 165.0, (-12.0, 20.0)
+
+
+@lru_cache(maxsize=4)
+def picture_of(scene: Scene, seed: int = 0) -> "Picture":
+    """The picture of a scene; many clips show the same."""
+    return Picture(scene, seed)
 
 
 class Picture:
@@ -35,27 +44,35 @@ class Picture:
         rng = np.random.default_rng([seed, 1])
         h, w = scene.height_px, scene.width_px
         self._luma_plate, self._chroma_plate = _polar_plate(scene, rng)
-        self._radius, self._azimuth = _place_on_plate(scene, h, w, OVERSAMPLING)
-        self._radius_c, self._azimuth_c = _place_on_plate(scene, h // 2, w // 2, 1)
-        self._inside = _ramp((1.0 - self._radius) * scene.radius_px * OVERSAMPLING / 2)
-        self._inside_c = _ramp((1.0 - self._radius_c) * scene.radius_px / 2)
+        radius, azimuth = _place_on_plate(scene, h, w, OVERSAMPLING)
+        inside = _ramp((1.0 - radius) * scene.radius_px * OVERSAMPLING / 2)
+        cover = _average(inside)
+        self._part, fine = _part_inside(inside, OVERSAMPLING)
+        self._radius, self._azimuth, self._inside = radius[fine], azimuth[fine], inside[fine]
+        self._cover = cover[self._part]
+        radius, azimuth = _place_on_plate(scene, h // 2, w // 2, 1)
+        inside = _ramp((1.0 - radius) * scene.radius_px / 2)
+        self._part_c, _ = _part_inside(inside, 1)
+        self._radius_c, self._azimuth_c, self._inside_c = (
+            each[self._part_c] for each in (radius, azimuth, inside))
         self._deck = _deck(scene, rng)
-        self._shade, self._glare = _light(scene)
+        self._shade, glare = _light(scene)
+        self._glare = glare * cover
         self._arm = _tonearm(scene) if scene.tonearm else None
         self._blurred: dict[float, tuple[Image, ...]] = {}
 
     def luma(self, angle_by_row: FloatArray, swept_rad: float, time_s: float = 0.0) -> Image:
         """Luma at the plate angle of each picture row (h,), blurred over ``swept_rad``."""
         scene = self.scene
-        rows = np.repeat(angle_by_row, OVERSAMPLING).astype(np.float64)
+        part = self._part
+        rows = np.repeat(angle_by_row[part[0]], OVERSAMPLING).astype(np.float64)
         soft = self._blur(abs(swept_rad))[0]
         plate = self._look_up(soft, self._radius, self._azimuth, rows)
-        plate = _average(plate * self._inside)
-        cover = _average(self._inside)
-        picture = plate + (1 - cover) * self._deck
+        picture = self._deck.copy()
+        picture[part] = _average(plate * self._inside) + (1 - self._cover) * self._deck[part]
         if self._arm is not None:
             picture = picture * (1 - self._arm) + 150.0 * self._arm
-        picture = (picture - 16) * self._shade + 16 + self._glare * cover
+        picture = (picture - 16) * self._shade + 16 + self._glare
         if time_s < scene.hand_until_s:
             hand = _hand(scene, time_s)
             picture = np.asarray(picture * (1 - hand) + HAND_LUMA * hand, np.float32)
@@ -66,12 +83,13 @@ class Picture:
     ) -> tuple[Image, Image]:
         """Both chroma planes, seen as :meth:`luma` is."""
         scene = self.scene
-        rows = angle_by_row[::2][: self._radius_c.shape[0]]
+        part = self._part_c
+        rows = angle_by_row[::2][: scene.height_px // 2][part[0]]
         planes = self._blur(abs(swept_rad))[1:] if scene.coloured_marks else self._chroma_plate
-        cb, cr = (
-            self._inside_c * self._look_up(plane, self._radius_c, self._azimuth_c, rows)
-            for plane in planes
-        )
+        cb, cr = np.zeros((2, scene.height_px // 2, scene.width_px // 2), np.float32)
+        for whole, plane in zip((cb, cr), planes, strict=True):
+            whole[part] = self._inside_c * self._look_up(
+                plane, self._radius_c, self._azimuth_c, rows)
         if scene.coloured_marks:
             shown = _halved(self._shade) * self._gain(time_s)
             if self._arm is not None:
@@ -137,6 +155,18 @@ def _average(samples: Image) -> Image:
     """Mean of the samples of each pixel."""
     h, w = samples.shape
     return cv2.resize(samples, (w // OVERSAMPLING, h // OVERSAMPLING), interpolation=cv2.INTER_AREA)
+
+
+def _part_inside(inside: Image, over: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
+    """The rectangle of pixels that hold the plate, and the same of their ``over`` samples."""
+    part = []
+    for axis in (1, 0):
+        seen = np.flatnonzero(inside.any(axis=axis))
+        first, last = int(seen[0]) // over, int(seen[-1]) // over
+        part.append((first // ALIGNED * ALIGNED, -(-(last + 1) // ALIGNED) * ALIGNED))
+    rows, columns = (slice(*each) for each in part)
+    fine = tuple(slice(a * over, b * over) for a, b in part)
+    return (rows, columns), (fine[0], fine[1])
 
 
 def _halved(plane: FloatArray) -> Image:

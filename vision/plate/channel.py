@@ -22,6 +22,8 @@ from vision.video import NO_CHROMA, Frame, Luma
 
 GREY = 128  # Cr and Cb of what has no colour
 MOMENTS_OF = 60  # frames
+#: Of the strongest axis, which is along the line between two colours. Derived: a third in contrast.
+WEAKEST = 0.1
 
 
 @dataclass(frozen=True)
@@ -76,5 +78,5 @@ def channels(frames: Sequence[Frame], *, brightness: bool) -> list[Channel]:
     return first + [
         ChromaAxis(*(float(a) for a in axis * np.sign(axis[np.abs(axis).argmax()])))
         for size, axis in zip(strength[::-1], axes.T[::-1], strict=True)
-        if size > 0
+        if size > max(0.0, WEAKEST * strength[-1])
     ]

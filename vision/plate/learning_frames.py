@@ -14,14 +14,15 @@ from vision.plate.rotation import CoarseRotation, coarse_rotation
 from vision.plate.template import Alignment, informative_rings
 from vision.video import Luma
 
-COARSE_AZIMUTHS = 256
+COARSE_AZIMUTHS = 256  #: of the first template
 COARSE_RADII = np.linspace(0.1, 0.97, 20)  # plate radii
-COARSE_FRAMES = 100
-FINE_FRAMES = 28
+COARSE_FRAMES = 100  #: at most; a limit of time
+FINE_FRAMES = 28  #: of the fine template; a limit of time
 #: The number of azimuths of the fine template, by the radius in pixels above which it holds.
 FINE_AZIMUTHS = {60: 1024, 0: 512}
 #: The coarse template leaves to the fine one what is left of the view's error.
 COARSE = Effort(iterations=8, smallest_step=1e-3, find_covered=True, find_readout=False)
+#: The fine template refines what the coarse one has, and adds the read-out of the rows.
 FINE = Effort(iterations=3, smallest_step=0.0, find_covered=False, find_readout=True)
 
 

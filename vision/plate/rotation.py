@@ -9,6 +9,9 @@ is a share of the whole energy close to one at the true rate. What brightens and
 flicker, reflections and the blocks of a compressed clip do, is a real amplitude times a pattern and
 has the same power at ω and -ω; what turns has it at one of them. So P(ω) - P(-ω) is looked at. No
 mark, no first guess, no memory of earlier frames.
+
+All trial rates are multiples of one step, and the times are put onto an even grid, with gaps where
+frames are missing: then one Fourier transform over time gives every |Σ_i F_i exp(ikωt_i)|².
 """
 
 import math
@@ -21,7 +24,11 @@ from numpy.typing import NDArray
 from vision.geometry import FloatArray, PlateView
 
 WINDOW = 48  # frames
-BLOCK = 32  # trial rates at once: small products stay on one thread, beside the decoder's
+#: Frame times that a stamp may lie off an even grid. Derived: at the eighth order and 0.5 rad per
+#: frame its phase errs by 0.2 rad, which costs 2 % of the power.
+EVEN = 0.05
+FINER = 4  #: slots per frame of the grid for stamps that do
+SLOTS = 16  #: the grid is as long as a multiple of it, for the sake of the transform
 NEARNESS = (0.1, 0.2, 0.3)  # 1/D tried, D the distance of the camera in plate radii
 ORDERS = 8  # angular orders 1 ... that are added up
 
@@ -140,16 +147,36 @@ def same_spindle(smaller: PlateView, larger: PlateView) -> bool:
     return float(np.hypot(x1 - x2, y1 - y2)) < THRESHOLDS.same_spindle * smaller.radius_px
 
 
-def _power(trial: FloatArray, time_s: FloatArray, weighted: NDArray[np.complex64]) -> FloatArray:
-    """P(ω) for some trial rates, from weighted coefficients of shape (orders, f, rings)."""
-    once = np.exp(1j * np.outer(trial, time_s)).astype(np.complex64)
-    turn = np.ones_like(once)
-    power = np.zeros(len(trial))
-    for coefficients in weighted:
-        turn *= once
-        sums = (turn @ coefficients).view(np.float32)  # real and imaginary parts side by side
-        power += np.einsum("ti,ti->t", sums, sums)
-    return power
+def _slots(time_s: FloatArray) -> tuple[NDArray[np.intp], float]:
+    """Places of times on an even grid that begins with the first, and its step, s."""
+    frame_s = max(float(np.median(np.diff(time_s))), 1e-4)
+    for step_s in (frame_s, frame_s / FINER):
+        place = (time_s - time_s[0]) / step_s
+        slot = np.round(place).astype(np.intp)
+        if np.abs(place - slot).max() < EVEN:
+            break
+    return slot, step_s
+
+
+def _power(
+    varying: NDArray[np.complex64], time_s: FloatArray, limit: float
+) -> tuple[FloatArray, FloatArray]:
+    """Trial rates from -limit to limit and P(ω) at each; coefficients (orders, rings, f)."""
+    orders = len(varying)
+    slot, step_s = _slots(time_s)
+    # Half a cycle of the highest order across the window between trial rates.
+    length = 2 * orders * SLOTS * -(-int(slot[-1] + 1) // SLOTS)
+    on_grid = np.zeros((*varying.shape[:2], length), np.complex64)
+    on_grid[:, :, slot] = varying
+    # NumPy takes six times as long for the transform without the factor 1/n.
+    parts = np.fft.ifft(on_grid, axis=-1).view(np.float32)  # real and imaginary side by side
+    square = np.einsum("orp,orp->op", parts, parts)
+    power = length**2 * (square[:, ::2] + square[:, 1::2])
+    between = 2 * np.pi / (length * step_s)
+    trial = np.arange(-int(limit / between), int(limit / between) + 1)
+    place = np.outer(np.arange(1, orders + 1), trial) % length
+    at_trial = np.take_along_axis(power, place, axis=1).sum(axis=0, dtype=float)
+    return np.asarray(trial * between, float), np.asarray(at_trial)
 
 
 def _without_strays(rate: FloatArray) -> FloatArray:
@@ -169,18 +196,10 @@ def _window_rate(
     """Best rate, the share of the varying energy that turns with it, the varying energy."""
     orders = min(ORDERS, spectra.shape[-1] - 1)
     varying = spectra[:, :, 1 : orders + 1]
-    varying = varying - varying.mean(axis=0)
+    varying = (varying - varying.mean(axis=0)) * np.sqrt(weight)[None, :, None]
+    weighted = np.ascontiguousarray(varying.transpose(2, 1, 0))  # (orders, rings, f)
     time = time_s - time_s.mean()
-    span = max(float(time[-1] - time[0]), 1e-6)
-    # Half a cycle of the highest order across the window between trial rates.
-    trials = int(np.ceil(limit * orders * span / np.pi))
-    trial = np.linspace(-limit, limit, 2 * trials + 1)
-    root = np.sqrt(weight)[None, :, None]
-    # One contiguous matrix per order, or the products below leave the fast path.
-    weighted = np.ascontiguousarray(np.moveaxis(varying * root, 2, 0))
-    power = np.concatenate(
-        [_power(trial[i : i + BLOCK], time, weighted) for i in range(0, len(trial), BLOCK)]
-    )
+    trial, power = _power(weighted, time, limit)
     power -= power[::-1]
     # A plate that looks the same twice per turn ties with its aliases; take the slowest always.
     best = int((power * (1 - THRESHOLDS.favour_slow * np.abs(trial) / limit)).argmax())

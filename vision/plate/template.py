@@ -16,10 +16,12 @@ from numpy.typing import NDArray
 from vision.geometry import FloatArray
 from vision.plate.polar import Grid, Spectra, Strips, ring_spectra, turns
 
-#: |mean exp(ikθ)|² above which order k does not show well enough whether it turns or stands. Tuned
-#: on ``tests.bench.clip_study --only edge_on``, seed 1001 (33.05 frames per turn), which errs by
-#: 1.6 sds; at 0.3 by 3.9, at 0.9 by 5.2. At 0.075 chance takes one order in eight out of 28 frames.
-STANDING = 0.15
+STANDING = 0.9  # |mean exp(ikθ)|² above which order k does not show whether it turns or stands
+#: The same of an order that turns by more than half a wave from frame to frame. Tuned on
+#: ``tests.bench.clip_study --only edge_on``, seed 1001 (33.05 frames per turn), which errs by 1.6
+#: sds; at 0.3 by 3.9, at 0.9 by 5.2. At 0.075 chance takes one order in eight out of 28 frames.
+STROBED = 0.15
+SMALL_STEP = 0.1  # quantile of the steps from frame to frame, some of which are left out
 RING_SPACING_PX = 1.0  #: between rings: no pixel is passed over
 RINGS = (4, 32)  # at least and at most
 INFORMATION = 0.97  # of that on the angle, on the rings that are measured
@@ -67,8 +69,14 @@ class Alignment:
 
 
 def standing_share(angle_rad: FloatArray, orders: int) -> NDArray[np.float32]:
-    """How far a turning wave of each order looks like a standing one, |mean exp(ikθ)|², 0 to 1."""
-    return np.asarray(np.abs(turns(angle_rad, orders).mean(axis=(0, 1))) ** 2)
+    """How far a turning wave of each order looks like a standing one, |mean exp(ikθ)|², 0 to 1.
+
+    One for orders of which the frames do not show whether they turn or stand.
+    """
+    share = np.abs(turns(angle_rad, orders).mean(axis=(0, 1))) ** 2
+    step = np.quantile(np.abs(np.diff(angle_rad)), SMALL_STEP)
+    strobed = np.arange(orders) * step > np.pi
+    return np.asarray(np.where(share > np.where(strobed, STROBED, STANDING), 1, share))
 
 
 def pattern_spectra(strips: Strips) -> Spectra:

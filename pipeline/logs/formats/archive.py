@@ -2,7 +2,7 @@
 
 import io
 import zipfile
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from pipeline.logs.memory import largest_text, too_large
 from pipeline.logs.source import text_lines
 from pipeline.logs.text import raw_text, table_of
 
+ENCRYPTED = 1  #: bit of a member's flags
 TEXT = (".csv", ".txt", ".tsv", ".log")
 
 
@@ -43,6 +44,13 @@ def _wanted(path: Path, archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
     wanted = [each for each in members
               if each.filename.lower().endswith((*TEXT, ".npy"))
               and not Path(each.filename).name.startswith(".")]
+    for each in wanted:
+        if each.flag_bits & ENCRYPTED:
+            raise UnreadableInput(f"{path}: {each.filename} is protected by a password. Unpack the "
+                                  "archive, and import its files.")
+        if PurePosixPath(each.filename).is_absolute() or ".." in Path(each.filename).parts:
+            raise UnreadableInput(f"{path}: the name of its file {each.filename} leads out of the "
+                                  "archive. Unpack it where you trust it, and import the file.")
     limit = largest_text()
     if sum(each.file_size for each in wanted) > limit:
         raise too_large(path, limit)

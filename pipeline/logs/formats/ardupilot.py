@@ -1,11 +1,13 @@
 """ArduPilot logs (DataFlash .bin): ACC and GYR, or IMU where these were not logged."""
 
+import struct
 from pathlib import Path
 
 import numpy as np
-from pymavlink.DFReader import DFReader_binary
+from pymavlink.DFReader import FORMAT_TO_STRUCT, DFReader_binary
 
 from calib.poses.imu_log import FloatArray
+from pipeline.errors import UnreadableInput
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
 from pipeline.logs.formats.file_table import FileTable
 
@@ -15,8 +17,20 @@ MESSAGES = {"ACC": "SampleUS", "GYR": "SampleUS", "IMU": "TimeUS", "IMU2": "Time
             "IMU3": "TimeUS"}
 
 
+BEGINS = b"\xa3\x95"  #: every message; its type follows
+DEFINITION = 0x80  #: the type of a message that defines another
+BODY = struct.Struct("<BB4s16s64s")  #: of a definition: type, length, name, format, labels
+LARGEST_DAMAGE = 0.01
+"""Of the bytes, that belong to no message. A judgement: a log that lost power misses its last
+message, and a file of another kind is no message from end to end; half and double not measured."""
+
+LAST_PAGE = 528
+"""Bytes that block-based logs may leave unwritten at their end. A fact of the library."""
+
+
 def tables(path: Path) -> list[FileTable]:
     """A table for each instance of each sensor, in m/s², rad/s and seconds."""
+    _require_sound(path)
     reader = DFReader_binary(str(path))
     try:
         rows = _rows(reader)
@@ -26,6 +40,39 @@ def tables(path: Path) -> list[FileTable]:
     raw = {name for name in rows if name.startswith(("ACC", "GYR"))}
     return [FileTable(name, _columns(name, samples))
             for name, samples in rows.items() if name in raw or not raw]
+
+
+def _require_sound(path: Path) -> None:
+    """Refuse what the library ends on with an error of no kind, or prints a line for each byte of.
+
+    Raises
+    ------
+    UnreadableInput
+        A message has fields of no known type, or much of the file belongs to no message.
+    """
+    data = path.read_bytes()
+    lengths = {DEFINITION: len(BEGINS) + 1 + BODY.size}
+    at = lost = 0
+    while at + len(BEGINS) < len(data):
+        kind = data[at + len(BEGINS)]
+        if not data.startswith(BEGINS, at) or kind not in lengths:
+            following = data.find(BEGINS, at + 1)
+            following = following if following > 0 else len(data)
+            lost, at = lost + following - at, following
+            continue
+        if kind == DEFINITION and at + lengths[kind] <= len(data):
+            number, length, _, fields, _ = BODY.unpack_from(data, at + len(BEGINS) + 1)
+            if not set(fields.rstrip(b"\0").decode("latin-1")) <= set(FORMAT_TO_STRUCT):
+                raise _damaged(path, at)
+            lengths[number] = max(length, len(BEGINS) + 1)
+        at += lengths[kind]
+    if lost > max(LAST_PAGE, LARGEST_DAMAGE * len(data)):
+        raise _damaged(path, at)
+
+
+def _damaged(path: Path, at: int) -> UnreadableInput:
+    return UnreadableInput(f"{path}: is damaged near byte {at}. Copy it again from the card of the "
+                           "flight controller.")
 
 
 def _rows(reader: DFReader_binary) -> dict[str, list[dict[str, float]]]:

@@ -7,6 +7,8 @@ import numpy as np
 
 from calib.poses.imu_log import FloatArray
 
+REAL = "iuf"  #: kinds of NumPy's types: no complex numbers, whose second half would be lost
+
 
 @dataclass(frozen=True, eq=False)
 class FileTable:
@@ -32,8 +34,8 @@ def columns_of_array(name: str, array: np.ndarray) -> dict[str, FloatArray]:
     """
     if array.dtype.names:
         return {field: np.asarray(array[field], float).ravel() for field in array.dtype.names
-                if np.issubdtype(array[field].dtype, np.number)}
-    if array.ndim > 2 or not np.issubdtype(array.dtype, np.number) or array.size < 2:
+                if array[field].dtype.kind in REAL}
+    if array.ndim > 2 or array.dtype.kind not in REAL or array.size < 2:
         return {}
     table = np.atleast_2d(np.asarray(array, float))
     if table.shape[0] < table.shape[1]:

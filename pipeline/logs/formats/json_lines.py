@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.errors import UnreadableInput
+from pipeline.logs.dialect import seconds_of
 from pipeline.logs.formats.file_table import FileTable
 
 
@@ -36,9 +37,11 @@ def _samples(path: Path, text: str) -> Iterator[Any]:
 
 
 def _numbers(name: str, value: object) -> Iterator[tuple[str, float]]:
-    """Every number in a value, under a name like ``acc.x`` or ``acc[0]``."""
+    """Every number in a value, under a name like ``acc.x`` or ``acc[0]``; dates in seconds."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         yield name, float(value)
+    elif isinstance(value, str) and (seconds := seconds_of(value)) is not None:
+        yield name, seconds
     elif isinstance(value, dict):
         for key, inner in value.items():
             yield from _numbers(f"{name}.{key}" if name else str(key), inner)

@@ -35,6 +35,11 @@ class Kind:
     extra: str | None = None
     si: bool = False
 
+    @property
+    def one(self) -> str:
+        """With its article, as it is spoken."""
+        return f"{'an' if self.name[0] in 'aAH' else 'a'} {self.name}"
+
 
 HDF5 = Kind("HDF5 file", "hdf5", "hdf5")
 ROS = Kind("ROS bag", "ros", "ros", si=True)
@@ -52,6 +57,7 @@ KINDS: Mapping[bytes, Kind] = {
     b"ULog\x01\x12\x35": Kind("PX4 log", "px4", "px4", si=True),
     b"\xa3\x95": Kind("ArduPilot log", "ardupilot", "ardupilot", si=True),
     b"PK\x03\x04": ARCHIVE,
+    b"PK\x05\x06": ARCHIVE,  # with nothing in it
 }
 #: Not read here, with what to do instead.
 OTHERS: Mapping[bytes, str] = {
@@ -73,6 +79,9 @@ def kind_of(path: Path) -> Kind | None:
         It cannot be read, or is of a kind that is known and not read here.
     """
     if path.is_dir():
+        if not (path / BAG_FOLDER_MARK).is_file():
+            raise UnreadableInput(f"{path}: is a folder; a file is expected, or the folder of a "
+                                  f"ROS 2 bag with its {BAG_FOLDER_MARK}.")
         return ROS
     try:
         require_file(path)
@@ -104,7 +113,7 @@ def tables_of(path: Path, kind: Kind) -> list[FileTable]:
         module = import_module(f"pipeline.logs.formats.{kind.module}")
     except ImportError as error:
         raise UnreadableInput(
-            f"{path}: is a {kind.name}; reading it needs {error.name}, which is not installed. "
+            f"{path}: is {kind.one}; reading it needs {error.name}, which is not installed. "
             f"Type: pip install '{DISTRIBUTION}[{kind.extra}]'"
         ) from error
     try:
@@ -113,7 +122,7 @@ def tables_of(path: Path, kind: Kind) -> list[FileTable]:
         raise
     except DAMAGED as error:
         raise UnreadableInput(
-            f"{path}: looks like a {kind.name} but cannot be read ({type(error).__name__}: "
+            f"{path}: looks like {kind.one} but cannot be read ({type(error).__name__}: "
             f"{error}). It may be cut off; copy it again from where it was made."
         ) from error
     if not tables:

@@ -18,7 +18,8 @@ CORRECTED = "sensor_combined"
 def tables(path: Path) -> list[FileTable]:
     """A table for each instance of each sensor, in m/s², rad/s and seconds."""
     try:
-        log = ULog(str(path), [*TOPICS, CORRECTED])
+        with path.open("rb") as file:  # the library leaves what it refuses open
+            log = ULog(file, [*TOPICS, CORRECTED])
     except ULogException as error:
         raise UnreadableInput(f"{path}: is no complete PX4 log ({error}). Copy it again from the "
                               "flight controller.") from error

@@ -1,7 +1,11 @@
 // The script of the page; its modules, in the order of their use, are put in here at rendering.
 (() => {
 "use strict";
-const data = JSON.parse(document.getElementById("refit-data").textContent);
+// Columns of numbers come as 32-bit numbers in base64.
+const unpacked = (text) => Array.from(
+  new Float32Array(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer));
+const data = JSON.parse(document.getElementById("refit-data").textContent,
+  (_, value) => (value && value.f32 ? unpacked(value.f32) : value));
 const {
   visible_share: VISIBLE_SHARE,    // of a signature, below which it cannot be determined
   smallest_block: SMALLEST_BLOCK,  // 1 - largest leverage of a pose

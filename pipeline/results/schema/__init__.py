@@ -5,3 +5,5 @@
 One declaration: :func:`pipeline.results.read.load_results` checks a file by it, and
 ``data/docs/results.md`` is written from it.
 """
+
+FORMAT = 1  #: of results.json; a run writes it without loading the declarations

@@ -18,7 +18,6 @@ from pipeline.results.schema.types import (
     means,
 )
 
-FORMAT = 1
 ROUNDING = 1e-6
 
 

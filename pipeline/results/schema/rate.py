@@ -89,7 +89,8 @@ class RateResult(Part):
 
     rate_rad_s: NotNegative = means("rate of the plate")
     sd_rad_s: NotNegative = means("its sd, all parts together")
-    direction: Direction | None = means("sense of rotation as filmed; null for a stated rate")
+    direction: Direction | None = means(
+        "sense of rotation as filmed; of a stated rate cw where it is negative, else null")
     revolutions: MaybeSd = means("turns in all clips")
     frames: Count | None = means("frames used")
     phase_rms_rad: MaybeSd = means("residual of the phase")

@@ -5,7 +5,7 @@ import pandas
 import pytest
 
 import calib
-from calib.errors import Undetermined, UnusableLog
+from calib.errors import CalibrationError, Undetermined, UnusableLog
 from calib.poses.imu_log import FloatArray
 from pipeline.config.load import load_config
 from pipeline.config.sensor import triad_spec
@@ -95,10 +95,37 @@ def test_samples_of_poses_give_the_command_s_own_figures(
     ({"acc_x": ["a"], "acc_y": [1.0], "acc_z": [1.0]}, "acc_x is not numeric"),
     ({"acc_x": [1.0, 2.0], "acc_y": [1.0], "acc_z": [1.0]}, "different lengths"),
     (np.zeros((4, 2)), r"\(n, 3\) expected"),
+    ({"aX": [1.0], "aY": [1.0], "aZ": [1.0]}, r"rename\(columns=\{'aX': 'acc_x', 'aY': 'acc_y'"),
+    ({"acc_x": [1.0, 0], "acc_y": [0.0, 1], "acc_z": [0.1, 0]}, "is g: multiply .* by 9.80665"),
+    ({"acc_x": [9.8, np.nan], "acc_y": [0.0, 0], "acc_z": [0.1, 0]}, "has no number in row 2"),
+    ({"acc_x": [], "acc_y": [], "acc_z": []}, "it has no rows"),
+    (None, "NoneType found"), ("log.csv", "read by pandas.read_csv"),
+    (pandas.DataFrame(np.ones((2, 4)), columns=["acc_x", "acc_y", "acc_z", "acc_x"]),
+     "a name stands over two columns"),
 ])
 def test_a_wrong_table_is_told_what_is_wrong(table: object, words: str) -> None:
     with pytest.raises(UnusableLog, match=words):
         calib.calibrate(table, gravity=G)
+
+
+def test_a_wrong_reference_is_told_what_is_wrong() -> None:
+    with pytest.raises(UnusableLog, match=r"gravity=981: 9.7 to 9.9"):
+        calib.calibrate(readings(), gravity=981)
+    with pytest.raises(UnusableLog, match="State `gravity=`"):
+        calib.calibrate(readings())
+    table = dict(zip(("gyr_x", "gyr_y", "gyr_z"), 3.49 * wedge_directions().T, strict=True))
+    with pytest.raises(UnusableLog, match=r"reference is in °/s: multiply it by 0.0174533"):
+        calib.calibrate(table, rate=200.0)
+
+
+def test_means_without_any_noise_are_no_measurement() -> None:
+    with pytest.raises(Undetermined, match="show no noise: are they computed"):
+        calib.calibrate(G * 1.01 * wedge_directions() + 0.05, gravity=G)
+
+
+def test_a_wrong_effect_is_answered_with_the_nearest() -> None:
+    with pytest.raises(CalibrationError, match="Did you mean quadratic"):
+        calib.calibrate(readings(), gravity=G).add("quadratik")
 
 
 def test_too_few_poses_are_refused() -> None:

@@ -215,6 +215,7 @@ def test_of_a_rest_that_settles_the_part_that_lies_still_is_the_pose() -> None:
     force = made_log.force_m_s2 + giving_way[:, None] * np.array([0.0, 1.0, 0.0])
     found = find_still(ImuLog("log", made_log.time_s, force, made_log.rate_rad_s), SI, SI)
     [settled] = [log for log in found.logs if start < log.time_s.mean() < end]
-    check_still("settled", "accelerometer", settled.accelerometer, found.largest_shift)
+    check_still("settled", "accelerometer", settled.accelerometer, np.zeros(3),
+                found.largest_shift)
     assert settled.time_s[0] > start + 0.3
     assert np.ptp(settled.time_s) > 0.4 * (end - start)

@@ -5,7 +5,9 @@ import json
 import re
 import shutil
 import subprocess
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -48,12 +50,24 @@ def text_of(stored: Stored, form: str) -> str:
     return next(iter(EXPORTERS[form](stored).files.values()))
 
 
+@cache
+def plain(folder: Path) -> Stored:
+    """The results as they are, read once."""
+    return load_results(folder)
+
+
+@cache
+def read_plainly(folder: Path, form: str) -> Any:
+    """What YAML makes of them."""
+    return yaml.safe_load(text_of(plain(folder), form))
+
+
 @settings(max_examples=150, deadline=None)
 @given(name=TEXTS, title=TEXTS)
 def test_lines_of_parameters_and_commands_are_those_without_names(
     finished: RunSession, name: str, title: str
 ) -> None:
-    stored = load_results(finished.folder)
+    stored = plain(finished.folder)
     hostile = renamed(stored, name, title)
     for form in ("px4", "inav"):
         text = text_of(hostile, form)
@@ -65,12 +79,11 @@ def test_lines_of_parameters_and_commands_are_those_without_names(
 @settings(max_examples=150, deadline=None)
 @given(name=TEXTS, title=TEXTS)
 def test_yaml_reads_back_as_without_names(finished: RunSession, name: str, title: str) -> None:
-    stored = load_results(finished.folder)
-    hostile = renamed(stored, name, title)
+    hostile = renamed(plain(finished.folder), name, title)
     for form in ("kalibr", "ros"):
-        assert yaml.safe_load(text_of(hostile, form)) == yaml.safe_load(text_of(stored, form))
-        assert HIDDEN.sub("", text_of(hostile, form).replace("\n", "")) == text_of(
-            hostile, form).replace("\n", "")
+        text = text_of(hostile, form)
+        assert yaml.safe_load(text) == read_plainly(finished.folder, form)
+        assert not HIDDEN.search(text.replace("\n", ""))
 
 
 def test_small_numbers_are_numbers_in_yaml(finished: RunSession) -> None:

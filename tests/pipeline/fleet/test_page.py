@@ -24,7 +24,7 @@ from tests.world.lot import LotPlan, draw_lot
 
 SENSORS = 40
 MISFIT, UNLIKE = "u07", "u11"
-HOSTILE = "<script>alert(1)</script>"
+HOSTILE = "=1+1 <script>alert(1)</script>"
 
 
 class Addresses(HTMLParser):
@@ -65,8 +65,12 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Page:
             write_evidence(evidence_path(output, name, "accelerometer"), Evidence(
                 part.trials, part.score[i], part.information[i], float(part.chi2[i]),
                 float(part.dof[i]), float(part.noise_dof[i])))
-    records = [SessionRecord(name, name[:3], "", 0, "", (row_of(name, theta, sd),))
-               for name, theta, sd in zip(names, fits.theta, fits.sd, strict=True)]
+    records = [
+        SessionRecord(name, name[:3], "", 0, "", (row_of(name, theta, sd, chi2),))
+        for name, theta, sd, chi2 in zip(names, fits.theta, fits.sd, fits.chi2, strict=True)
+    ]
+    copy = row_of("u98/e0", fits.theta[0], fits.sd[0], fits.chi2[0])
+    records.append(SessionRecord("u98/e0", "u98", "", 0, "", (copy,)))
     failed: Row = {"session": "u99/e0", "sensor": "u99", "triad": "", "exit_code": 3,
                    "reason": HOSTILE}
     records.append(SessionRecord("u99/e0", "u99", "", 3, HOSTILE, (failed,)))
@@ -74,9 +78,10 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Page:
     return Page(output, summary, (output / "fleet.html").read_text(encoding="utf-8"))
 
 
-def row_of(name: str, theta: np.ndarray, sd: np.ndarray) -> Row:
+def row_of(name: str, theta: np.ndarray, sd: np.ndarray, chi2: float) -> Row:
     row: Row = {"session": name, "sensor": name[:3], "triad": "accelerometer", "exit_code": 0,
-                "reason": "", "n_poses": 78, "verdict": "nothing_missing", "missing": ""}
+                "reason": "", "n_poses": 78, "verdict": "nothing_missing", "missing": "",
+                "chi2": float(chi2)}
     for stem, where in (("bias_counts", 0), ("scale_counts_per_unit", 3)):
         for k, axis in enumerate("xyz"):
             row[f"{stem}_{axis}"] = float(theta[where + k])
@@ -123,6 +128,7 @@ def test_the_page_is_one_file_that_needs_no_network(page: Page) -> None:
 def test_nothing_that_a_session_says_becomes_a_part_of_the_page(page: Page) -> None:
     assert HOSTILE not in page.text
     assert "&lt;script&gt;" in page.text
+    assert "'=1+1 <script>" in (page.output / "fleet.csv").read_text(encoding="utf-8")
 
 
 def test_addresses_stand_for_the_sessions_they_name(page: Page) -> None:
@@ -136,10 +142,16 @@ def test_addresses_stand_for_the_sessions_they_name(page: Page) -> None:
 
 def test_the_terminal_says_the_same(page: Page) -> None:
     lines = list(summary_lines(page.summary))
-    assert lines[0] == "81 sessions of 41 sensors: 80 calibrated"
+    assert lines[0] == "82 sessions of 42 sensors: 81 calibrated"
     assert any(line.startswith("accelerometer: Pooled over 80 sessions of 40 sensors")
                for line in lines)
     assert lines[-1] == str(page.output / "fleet.html")
+
+
+def test_a_session_that_is_a_copy_of_another_counts_once(page: Page) -> None:
+    assert page.summary.populations[0].copies == {"u98/e0": "u00/e0"}
+    assert len(page.summary.populations[0].rows) == 2 * SENSORS
+    assert "&#39;u98/e0&#39; is &#39;u00/e0&#39;" in page.text
 
 
 def test_without_a_single_result_there_is_a_page_of_the_failures(tmp_path: Path) -> None:

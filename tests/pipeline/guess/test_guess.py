@@ -7,12 +7,16 @@ import pytest
 
 from pipeline.commands.run_with_progress import run_unwatched
 from pipeline.config.sensor import sensor_specs
+from pipeline.errors import UnreadableInput
 from pipeline.guess.checked import CheckedConfig, checked_config
 from pipeline.guess.config_text import Choices
 from pipeline.guess.files import guess_files
 from tests.pipeline.guess.foreign_files import TOOLS, Foreign
 from tests.pipeline.guess.hand_log import ACC_BIAS, ACC_SCALE, HandLog, hand_log
+from tests.pipeline.guess.mixed_files import MIXED, android_lines
+from tests.pipeline.guess.odd_files import ODD
 
+EVERY = {**TOOLS, **ODD, **MIXED}
 SITE = "{gravity_m_s2: 9.80665}"
 
 
@@ -26,11 +30,11 @@ def imported(foreign: Foreign, folder: Path) -> CheckedConfig:
     return checked_config(guess, folder / "session.yaml", Choices(SITE), run_unwatched)
 
 
-@pytest.mark.parametrize("tool", TOOLS)
+@pytest.mark.parametrize("tool", EVERY)
 def test_the_calibration_of_a_foreign_file_is_that_of_the_recording(
     tmp_path: Path, log: HandLog, tool: str
 ) -> None:
-    foreign = TOOLS[tool](tmp_path, log)
+    foreign = EVERY[tool](tmp_path, log)
     checked = imported(foreign, tmp_path)
     assert checked.fault is None
     assert checked.outcome is not None
@@ -49,3 +53,10 @@ def test_the_calibration_of_a_foreign_file_is_that_of_the_recording(
         assert gyroscope is not None
         assert gyroscope.nominal_scale * foreign.per_rad_s == pytest.approx(1.0, rel=0.01)
         assert checked.outcome.gyroscope is not None
+
+
+def test_a_list_of_events_is_refused_with_the_command_that_splits_it(
+    tmp_path: Path, log: HandLog
+) -> None:
+    with pytest.raises(UnreadableInput, match=r"column 2 names the sensor .*grep ACC events.csv"):
+        guess_files(android_lines(tmp_path, log).files, None)

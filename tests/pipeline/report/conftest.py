@@ -1,5 +1,6 @@
 """A session with something hidden, run once, and its page."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,10 +11,18 @@ from pipeline.config.load import load_config
 from pipeline.report.page import report_html
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
+from tests.pipeline.report.tab import Browser, started_browser
 from tests.world.designs import rich_design
 from tests.world.session import simulate
 from tests.world.sizes import draw_effect
 from tests.world.write import write_session
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """One browser for all tests; each opens a tab of its own."""
+    with started_browser(tmp_path_factory.mktemp("browser")) as browser:
+        yield browser
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,12 @@
 """A page of HTML as a test looks at it: its elements, its text, and whether it is well formed."""
 
+import base64
+import json
 import re
 from html.parser import HTMLParser
+from typing import Any
+
+import numpy as np
 
 VOID = {"meta", "img", "input", "br", "link", "hr"}
 
@@ -38,3 +43,19 @@ class Page(HTMLParser):
 
     def all(self, tag: str) -> list[dict[str, str | None]]:
         return [attributes for name, attributes in self.elements if name == tag]
+
+
+def carried(source: str) -> Any:
+    """What the script of a page works on."""
+    text = re.search(r'id="refit-data">(.*?)</script>', source, re.DOTALL)
+    assert text
+    return unpacked(json.loads(text[1]))
+
+
+def unpacked(value: Any) -> Any:
+    """The same with its columns of numbers as lists."""
+    if isinstance(value, dict):
+        if set(value) == {"f32"}:
+            return np.frombuffer(base64.b64decode(value["f32"]), "<f4").astype(float).tolist()
+        return {key: unpacked(each) for key, each in value.items()}
+    return [unpacked(each) for each in value] if isinstance(value, list) else value

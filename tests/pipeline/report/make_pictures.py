@@ -12,7 +12,7 @@ from pathlib import Path
 from PIL import Image
 
 from tests.paths import DATA
-from tests.pipeline.report.tab import Tab, browser_tab
+from tests.pipeline.report.tab import Tab, started_browser
 from tests.sessions import pipeline
 
 SCREEN = {"width": 1120, "height": 900, "deviceScaleFactor": 1, "mobile": False}
@@ -51,7 +51,7 @@ def make(folder: Path) -> None:
                         ignore=shutil.ignore_patterns("*.run"))
         os.chdir(bench)
         assert pipeline("run", f"data/{SESSION}/config.yaml") == 0
-        with browser_tab(bench) as tab:
+        with started_browser(bench) as browser, browser.tab() as tab:
             tab.open(bench / "data" / SESSION / "config.run" / "report.html", SCREEN)
             for name, (first, last) in PICTURES.items():
                 if name == "report_boxes":

@@ -25,8 +25,8 @@ DESKTOP = {"width": 1280, "height": 900, "deviceScaleFactor": 1, "mobile": False
 class Tab:
     """One open page."""
 
-    def __init__(self, to: int, out: int) -> None:
-        self.to, self.out, self.number = to, out, 0
+    def __init__(self, to: int, out: int, number: int = 0) -> None:
+        self.to, self.out, self.number = to, out, number
         self.buffer, self.session = b"", ""
         self.requests: list[str] = []  #: addresses that the page has asked for
         self.errors: list[str] = []  #: exceptions of its scripts that nobody caught
@@ -52,6 +52,8 @@ class Tab:
             self.buffer += part
         text, _, self.buffer = self.buffer.partition(b"\0")
         message: dict[str, Any] = json.loads(text)
+        if message.get("sessionId", self.session) != self.session:
+            return {}  # of a tab that is closed
         if message.get("method") == "Network.requestWillBeSent":
             url = message["params"]["request"]["url"]
             if not url.startswith("data:"):
@@ -68,7 +70,8 @@ class Tab:
         assert "exceptionDetails" not in result, result["exceptionDetails"]
         return result["result"].get("value")
 
-    def open(self, page: Path, screen: dict[str, Any] | None = None, *, dark: bool = False) -> None:
+    def open(self, page: Path, screen: dict[str, Any] | None = None, *, dark: bool = False,
+             fragment: str = "") -> None:
         """Load a file on a screen of this size, and wait until it has loaded."""
         for domain in ("Page", "Runtime", "Network"):
             self.send(f"{domain}.enable")
@@ -78,7 +81,7 @@ class Tab:
         self.send("Emulation.setEmulatedMedia", features=[
             {"name": "prefers-color-scheme", "value": "dark" if dark else "light"},
             {"name": "prefers-reduced-motion", "value": "reduce"}])
-        self.send("Page.navigate", url=page.as_uri())
+        self.send("Page.navigate", url=f"{page.as_uri()}{fragment}")
         while self.evaluate("document.readyState") != "complete":
             pass
 
@@ -139,26 +142,55 @@ class Tab:
         return base64.b64decode(data)
 
 
+class Browser:
+    """A browser that can reach no host, for one tab after the other."""
+
+    def __init__(self, to: int, out: int) -> None:
+        self.to, self.out, self.commands = to, out, 0
+
+    @contextmanager
+    def tab(self) -> Iterator[Tab]:
+        """A new tab, closed in the end."""
+        tab = Tab(self.to, self.out, self.commands)
+        target = tab.send("Target.createTarget", url="about:blank")["targetId"]
+        tab.session = tab.send("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        try:
+            yield tab
+        finally:
+            tab.session = ""
+            tab.send("Target.closeTarget", targetId=target)
+            self.commands = tab.number
+
+    def ask(
+        self, page: str, folder: Path, script: str, fragment: str = "",
+        screen: dict[str, Any] | None = None,
+    ) -> Any:
+        """What ``script`` returns in the opened page, whose own script must not fail."""
+        path = folder / "asked.html"
+        path.write_text(page, encoding="utf-8")
+        with self.tab() as tab:
+            tab.open(path, screen, fragment=fragment)
+            answer = tab.evaluate(script)
+            assert tab.errors == []
+        return answer
+
+
 @contextmanager
-def browser_tab(folder: Path) -> Iterator[Tab]:
-    """A tab of a new browser that can reach no host; its profile is in ``folder``."""
+def started_browser(folder: Path) -> Iterator[Browser]:
+    """A new browser; its profile is in ``folder``."""
     assert CHROMIUM is not None
     to_browser, from_us = os.pipe()
     to_us, from_browser = os.pipe()
-    options = [option for option in QUIET if not option.startswith("--virtual-time")]
     ends = f"exec \"$0\" \"$@\" 3<&{to_browser} 4>&{from_browser}"
     process = subprocess.Popen(
-        ["bash", "-c", ends, CHROMIUM, *options, "--remote-debugging-pipe",
+        ["bash", "-c", ends, CHROMIUM, *QUIET, "--remote-debugging-pipe",
          "--host-resolver-rules=MAP * ~NOTFOUND", f"--user-data-dir={folder / 'profile'}"],
         pass_fds=(to_browser, from_browser), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
     os.close(to_browser)
     os.close(from_browser)
-    tab = Tab(from_us, to_us)
     try:
-        target = tab.send("Target.createTarget", url="about:blank")["targetId"]
-        tab.session = tab.send("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
-        yield tab
+        yield Browser(from_us, to_us)
     finally:
         process.terminate()
         process.wait(SECONDS)

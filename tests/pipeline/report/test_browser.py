@@ -18,7 +18,8 @@ from pipeline.config.load import load_config
 from pipeline.report.page import report_html
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
-from tests.pipeline.report.browser import ask, needs_browser
+from tests.pipeline.report.browser import needs_browser
+from tests.pipeline.report.tab import PHONE, Browser
 from tests.sessions import pipeline, quick_session, results_in
 from tests.world.designs import rich_design
 from tests.world.session import simulate
@@ -79,7 +80,7 @@ class Opened:
 
 
 @pytest.fixture(scope="module")
-def opened(tmp_path_factory: pytest.TempPathFactory) -> Opened:
+def opened(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Opened:
     folder = tmp_path_factory.mktemp("browser")
     design = rich_design().scaled(seconds=0.3)
     hidden = (
@@ -90,7 +91,7 @@ def opened(tmp_path_factory: pytest.TempPathFactory) -> Opened:
     config = load_config(written.config)
     outcome = run_stages(config, RunContext())
     page = report_html(outcome, ())
-    return Opened(written.config, outcome, page, ask(page, folder, TICK_EACH))
+    return Opened(written.config, outcome, page, browser.ask(page, folder, TICK_EACH))
 
 
 @pytest.mark.parametrize("triad", ["accelerometer", "gyroscope"])
@@ -105,13 +106,13 @@ def test_without_a_tick_the_page_shows_the_fit_itself(opened: Opened, triad: str
 
 
 @pytest.fixture(scope="module")
-def quiet(tmp_path_factory: pytest.TempPathFactory) -> Opened:
+def quiet(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Opened:
     """A session of the paper's size in which nothing is missing."""
     folder = tmp_path_factory.mktemp("quiet")
     config, _ = quick_session(folder, seed=2)
     outcome = run_stages(load_config(config), RunContext())
     page = report_html(outcome, ())
-    return Opened(config, outcome, page, ask(page, folder, TICK_EACH))
+    return Opened(config, outcome, page, browser.ask(page, folder, TICK_EACH))
 
 
 @pytest.mark.parametrize("triad", ["accelerometer", "gyroscope"])
@@ -143,9 +144,11 @@ def test_every_box_gives_what_the_exact_refit_gives(
     assert compared >= 8
 
 
-def test_ticking_both_boxes_is_the_fit_with_both(opened: Opened, tmp_path: Path) -> None:
+def test_ticking_both_boxes_is_the_fit_with_both(
+    browser: Browser, opened: Opened, tmp_path: Path
+) -> None:
     asked = "#tick=gyroscope.g_sensitivity,gyroscope.bias_drift"
-    shown = ask(opened.page, tmp_path, READ, asked)["gyroscope"][""]
+    shown = browser.ask(opened.page, tmp_path, READ, asked)["gyroscope"][""]
     base = opened.fit_of("gyroscope")
     both = base.model + find_effect("g_sensitivity") + find_effect("bias_drift")
     exact = fit(base.poses, both)
@@ -159,7 +162,7 @@ def test_ticking_both_boxes_is_the_fit_with_both(opened: Opened, tmp_path: Path)
 
 
 def test_what_pipeline_add_makes_is_what_the_box_promised_and_back(
-    opened: Opened, tmp_path: Path
+    browser: Browser, opened: Opened, tmp_path: Path
 ) -> None:
     folder = tmp_path / "session"
     shutil.copytree(opened.config.parent, folder)
@@ -173,7 +176,7 @@ def test_what_pipeline_add_makes_is_what_the_box_promised_and_back(
     assert promised["loo"] == pytest.approx(
         after["loo_rms"] * SHOWN["gyroscope"], rel=2 * TICKED_WITHIN)
     # The report of the larger model: its box is ticked, and taking it out leads back.
-    seen = ask((results / "report.html").read_text(encoding="utf-8"), tmp_path, TICK_EACH)
+    seen = browser.ask((results / "report.html").read_text(encoding="utf-8"), tmp_path, TICK_EACH)
     assert seen["gyroscope"][""]["rms"] == pytest.approx(
         after["residual_rms"] * SHOWN["gyroscope"], rel=1e-5)
     without = seen["gyroscope"]["g_sensitivity"]
@@ -182,19 +185,29 @@ def test_what_pipeline_add_makes_is_what_the_box_promised_and_back(
     assert without["commands"] == f"pipeline remove {config} gyroscope.g_sensitivity"
 
 
-def test_rows_that_a_robust_loss_weighted_down_count_as_in_the_results(
-    opened: Opened, tmp_path: Path
+def test_a_tick_under_a_robust_loss_gives_what_the_robust_refit_gives(
+    browser: Browser, opened: Opened, tmp_path: Path
 ) -> None:
     text = opened.config.read_text(encoding="utf-8")
     head, _, tail = text.rpartition("model: [bias, scale, misalignment]")
     config = opened.config.with_name("huber.yaml")
-    config.write_text(f"{head}loss: huber\n  model: [bias, scale, misalignment]{tail}", "utf-8")
+    config.write_text(f"covariates: [humidity_pct]\n{head}loss: huber\n  "
+                      f"model: [bias, scale, misalignment]{tail}", "utf-8")
     outcome = run_stages(load_config(config), RunContext())
     result = outcome.gyroscope
     assert result is not None
     own = result.calibration.fit
     assert own.weight.min() < 0.5
-    shown = ask(report_html(outcome, ()), tmp_path, READ)["gyroscope"][""]
+    ticked = ("g_sensitivity", "column:humidity_pct")
+    seen = browser.ask(report_html(outcome, ()), tmp_path, TICK_EACH.replace(
+        "box.disabled", f"box.disabled || !{list(ticked)}.includes(box.dataset.effect)"))
+    seen = seen["gyroscope"]
+    assert "column:supply_v" not in {each.name for each in result.diagnosis.ranking}
+    for name in ticked:
+        exact = fit(own.poses, own.model + find_effect(name), robust=True)
+        assert seen[name]["rms"] == pytest.approx(
+            exact.residual_rms * SHOWN["gyroscope"], rel=TICKED_WITHIN), name
+    shown = seen[""]
     assert shown["rms"] == pytest.approx(own.residual_rms * SHOWN["gyroscope"], rel=1e-4)
     assert shown["loo"] == pytest.approx(
         result.comparison.loo_rms * SHOWN["gyroscope"], rel=1e-3)
@@ -224,6 +237,8 @@ def test_what_the_poses_cannot_see_is_grey_from_the_start(opened: Opened) -> Non
         assert set(result.diagnosis.blind) <= set(opened.seen[result.triad][""]["disabled"])
 
 
-def test_nothing_reaches_beyond_the_width_of_a_phone(opened: Opened, tmp_path: Path) -> None:
-    needed, there = ask(opened.page, tmp_path, WIDTH, "", "--window-size=390,844")
+def test_nothing_reaches_beyond_the_width_of_a_phone(
+    browser: Browser, opened: Opened, tmp_path: Path
+) -> None:
+    needed, there = browser.ask(opened.page, tmp_path, WIDTH, "", PHONE)
     assert needed <= there

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,7 +17,7 @@ from pipeline.report.refit_data import refit_json
 from tests.pipeline.report.browser import needs_browser
 from tests.pipeline.report.conftest import HiddenSession
 from tests.pipeline.report.html_page import Page
-from tests.pipeline.report.tab import PHONE, browser_tab
+from tests.pipeline.report.tab import PHONE, Browser
 from vision.rate.terms import TERMS
 
 G = 9.80665
@@ -157,11 +156,11 @@ def test_indices_of_a_formula_are_set_low_and_names_stay() -> None:
 
 @needs_browser
 def test_cards_open_and_close_by_keyboard_and_by_touch(
-    hidden_session: HiddenSession, tmp_path: Path
+    browser: Browser, hidden_session: HiddenSession
 ) -> None:
     summary = "#card-gyroscope-cubic > summary"
     is_open = "document.getElementById('card-gyroscope-cubic').open"
-    with browser_tab(tmp_path) as tab:
+    with browser.tab() as tab:
         tab.open(hidden_session.path)
         assert tab.evaluate(is_open) is False
         tab.evaluate(f"document.querySelector('{summary}').focus()")

@@ -23,7 +23,7 @@ from pipeline.stages.run import run_stages
 from pipeline.text.formatting import DISPLAY, with_sd
 from tests.paths import ROOT
 from tests.pipeline.conftest import RunSession
-from tests.pipeline.report.html_page import Page
+from tests.pipeline.report.html_page import Page, carried
 from tests.sessions import pipeline, results_in
 
 LARGEST_BYTES = 2_000_000
@@ -131,9 +131,7 @@ def test_the_page_is_the_same_for_light_dark_print_and_phone(source: str) -> Non
 
 
 def test_the_rows_in_the_page_are_those_of_the_results(source: str, finished: RunSession) -> None:
-    carried = re.search(r'id="refit-data">(.*?)</script>', source, re.DOTALL)
-    assert carried
-    triads = {each["triad"]: each for each in json.loads(carried[1])["triads"]}
+    triads = {each["triad"]: each for each in carried(source)["triads"]}
     found = results_in(finished.folder)
     for name, triad in triads.items():
         assert triad["labels"] == [pose["label"] for pose in found[name]["poses"]]
@@ -261,9 +259,7 @@ def test_names_stand_as_they_are_written(source: str) -> None:
 
 
 def test_the_script_takes_its_levels_from_the_program(source: str) -> None:
-    carried = re.search(r'id="refit-data">(.*?)</script>', source, re.DOTALL)
-    assert carried
-    assert json.loads(carried[1])["constants"] == json.loads(json.dumps(constants_json()))
+    assert carried(source)["constants"] == json.loads(json.dumps(constants_json()))
     script = source.split("<script>")[-1]
     for name in constants_json():
         assert re.search(rf"\b{name}: [A-Z_]+", script), name

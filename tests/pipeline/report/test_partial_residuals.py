@@ -121,6 +121,18 @@ def test_what_the_poses_do_not_determine_has_no_panel(
     assert panels(fit_of(outcome, triad), find_effect(name)) == ()
 
 
+def test_a_logged_column_is_shown_however_far_from_zero_it_is(outcome: Outcome) -> None:
+    base = fit_of(outcome, "accelerometer")
+    supply = base.poses.columns["supply_v"]
+    assert np.ptp(supply) < 0.1 * supply.mean()
+    shown = panels(base, find_effect("column:supply_v"))
+    assert [(p.axis, p.against) for p in shown] == [(axis, "supply_v") for axis in "xyz"]
+    for panel in shown:
+        assert panel.x == pytest.approx(supply[panel.pose])
+        assert panel.slope == pytest.approx(np.ptp(panel.curve[1]) / np.ptp(panel.x)
+                                            * np.sign(panel.slope), rel=1e-6)
+
+
 def test_what_several_conditions_drive_is_shown_against_its_own_column(outcome: Outcome) -> None:
     base = fit_of(outcome, "gyroscope")
     first, *_ = panels(base, find_effect("hysteresis"))

@@ -19,7 +19,7 @@ from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
 from tests.pipeline.report.browser import needs_browser
 from tests.pipeline.report.conftest import HiddenSession
-from tests.pipeline.report.tab import PHONE, Tab, browser_tab
+from tests.pipeline.report.tab import PHONE, Browser, Tab
 from tests.sessions import edit, quick_session
 
 GYRO = "section[data-triad=gyroscope]"
@@ -38,8 +38,8 @@ def pick(tab: Tab, k: int, triad: str = "gyroscope") -> None:
 
 
 @pytest.fixture
-def tab(hidden_session: HiddenSession, tmp_path: Path) -> Iterator[Tab]:
-    with browser_tab(tmp_path) as opened:
+def tab(browser: Browser, hidden_session: HiddenSession) -> Iterator[Tab]:
+    with browser.tab() as opened:
         opened.open(hidden_session.path)
         yield opened
         assert opened.errors == []
@@ -119,9 +119,9 @@ def test_the_sphere_is_rotated_by_mouse_and_by_arrow_keys(tab: Tab) -> None:
 
 @needs_browser
 def test_a_finger_rotates_the_sphere_and_picks_a_pose_on_a_phone(
-    hidden_session: HiddenSession, tmp_path: Path
+    browser: Browser, hidden_session: HiddenSession
 ) -> None:
-    with browser_tab(tmp_path) as tab:
+    with browser.tab() as tab:
         tab.open(hidden_session.path, PHONE)
         before = tab.evaluate(WHERE)
         tab.drag(f"{STAGE} .globe", 70, 0, touch=True)
@@ -214,7 +214,9 @@ def test_a_pose_that_the_others_need_cannot_be_left_out(tab: Tab) -> None:
 
 
 @needs_browser
-def test_no_name_in_a_configuration_or_a_log_becomes_a_script(tmp_path: Path) -> None:
+def test_no_name_in_a_configuration_or_a_log_becomes_a_script(
+    browser: Browser, tmp_path: Path
+) -> None:
     evil = "<img src=x onerror=window.hacked=1>"
     config, _ = quick_session(tmp_path)
     edit(config, "title: ", f"title: '{evil}' # ")
@@ -226,7 +228,7 @@ def test_no_name_in_a_configuration_or_a_log_becomes_a_script(tmp_path: Path) ->
     page = tmp_path / "report.html"
     page.write_text(report_html(run_stages(load_config(config), RunContext()), ()), "utf-8")
     assert "onerror" in page.read_text(encoding="utf-8")
-    with browser_tab(tmp_path) as tab:
+    with browser.tab() as tab:
         tab.open(page)
         for k in range(18):
             pick(tab, k, "accelerometer")

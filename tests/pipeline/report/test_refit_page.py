@@ -14,7 +14,7 @@ from pipeline.stages.run import run_stages
 from tests.paths import DATA
 from tests.pipeline.report.browser import needs_browser
 from tests.pipeline.report.conftest import HiddenSession
-from tests.pipeline.report.tab import PHONE, Tab, browser_tab
+from tests.pipeline.report.tab import PHONE, Browser, Tab
 
 pytestmark = needs_browser
 
@@ -45,8 +45,8 @@ return {
 
 
 @pytest.fixture
-def tab(hidden_session: HiddenSession, tmp_path: Path) -> Iterator[Tab]:
-    with browser_tab(tmp_path) as tab:
+def tab(browser: Browser, hidden_session: HiddenSession) -> Iterator[Tab]:
+    with browser.tab() as tab:
         tab.open(hidden_session.path)
         yield tab
 
@@ -98,7 +98,7 @@ def test_the_waterfall_adds_up(tab: Tab) -> None:
 
 
 def test_the_axis_grows_for_residuals_that_it_could_not_show(
-    hidden_session: HiddenSession, tmp_path: Path
+    browser: Browser, hidden_session: HiddenSession, tmp_path: Path
 ) -> None:
     folder = tmp_path / "session"
     shutil.copytree(hidden_session.outcome.config.source.path.parent, folder)
@@ -107,7 +107,7 @@ def test_the_axis_grows_for_residuals_that_it_could_not_show(
     config.write_text(f"{head}misalignment, g_sensitivity]{tail}", encoding="utf-8")
     page = folder / "report.html"
     page.write_text(report_html(run_stages(load_config(config), RunContext()), ()), "utf-8")
-    with browser_tab(tmp_path) as tab:
+    with browser.tab() as tab:
         tab.open(page)
         before = tab.evaluate(STATE)
         tab.click(BOX.format("g_sensitivity"))
@@ -143,9 +143,9 @@ def test_boxes_are_ticked_by_keyboard(tab: Tab) -> None:
 
 
 def test_on_a_phone_the_plot_stays_in_sight_of_every_box_and_text_can_be_read(
-    hidden_session: HiddenSession, tmp_path: Path
+    browser: Browser, hidden_session: HiddenSession
 ) -> None:
-    with browser_tab(tmp_path) as tab:
+    with browser.tab() as tab:
         tab.open(hidden_session.path, PHONE)
         boxes = tab.evaluate(
             "return [...document.querySelectorAll('#gyroscope input[data-effect]:enabled')]"
@@ -186,7 +186,7 @@ def heights(path: str) -> list[float]:
     return [float(y) for y in re.findall(r"M[\d.]+ ([\d.]+)h0", path)]
 
 
-def test_a_term_of_the_plate_is_tested_by_its_box(tmp_path: Path) -> None:
+def test_a_term_of_the_plate_is_tested_by_its_box(browser: Browser, tmp_path: Path) -> None:
     folder = tmp_path / "example"
     shutil.copytree(DATA / "example", folder)
     config = folder / "config.yaml"
@@ -204,7 +204,7 @@ def test_a_term_of_the_plate_is_tested_by_its_box(tmp_path: Path) -> None:
         commands: root.querySelector('[data-out="commands"]').textContent,
         dots: root.querySelector("path.phase").getAttribute("d"),
         ghost: root.querySelector("path.ghost").getAttribute("d") };"""
-    with browser_tab(tmp_path) as tab:
+    with browser.tab() as tab:
         tab.open(page)
         before = tab.evaluate(look)
         tab.click('[data-rate="17rpm"] input[data-term="once_per_rev"]')

@@ -5,7 +5,8 @@ Run: python -m tests.pipeline.results.json_schema
 
 import json
 
-from pipeline.results.schema.file import FORMAT, ResultsFile
+from pipeline.results.schema import FORMAT
+from pipeline.results.schema.file import ResultsFile
 from tests.paths import DATA
 
 SCHEMA = DATA / "docs/results.schema.json"

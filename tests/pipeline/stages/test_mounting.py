@@ -48,11 +48,12 @@ def write(path: Path, log: ImuLog) -> None:
     np.savetxt(path, rows, "%.10g", ",", header="time_s,acc_x,acc_y,acc_z", comments="")
 
 
+GRAVITY = Gravity(G, 0.0, "stated")
+
+
 def accelerometer() -> Any:
-    """What the stage before hands on, as far as it is read here."""
-    return SimpleNamespace(
-        triad="accelerometer", calibration=calibration(), gravity=Gravity(G, 0.0, "stated")
-    )
+    """What the stage before hands on, as far as a certificate reads it."""
+    return SimpleNamespace(triad="accelerometer", calibration=calibration())
 
 
 @pytest.fixture
@@ -74,7 +75,7 @@ def loaded(folder: Path, text: str) -> Config:
 
 
 def test_a_still_log_gives_roll_and_pitch_and_nothing_else(folder: Path) -> None:
-    found = measure_mounting(loaded(folder, CONFIG), accelerometer())
+    found = measure_mounting(loaded(folder, CONFIG), calibration(), GRAVITY)
     assert found is not None
     said = mounting_json(found)
     assert set(said) >= {"order", "roll_deg", "pitch_deg", "sd_deg", "rotation", "before", "after"}
@@ -88,7 +89,7 @@ def test_a_still_log_gives_roll_and_pitch_and_nothing_else(folder: Path) -> None
 
 def test_reverse_and_drive_logs_give_floor_and_yaw(folder: Path) -> None:
     config = loaded(folder, CONFIG + "  reverse_log: back.csv\n  drive_log: drive.csv\n")
-    found = measure_mounting(config, accelerometer())
+    found = measure_mounting(config, calibration(), GRAVITY)
     assert found is not None
     said = mounting_json(found)
     roll_sd, pitch_sd = said["sd_deg"]
@@ -102,14 +103,14 @@ def test_reverse_and_drive_logs_give_floor_and_yaw(folder: Path) -> None:
 
 def test_still_stretches_are_found_where_the_file_says_so(folder: Path) -> None:
     config = loaded(folder, CONFIG + "  find: still\n")
-    found = measure_mounting(config, accelerometer())
+    found = measure_mounting(config, calibration(), GRAVITY)
     assert found is not None
     assert 2500 < found.samples <= 3000
 
 
 def test_without_the_section_there_is_no_installation(folder: Path) -> None:
     config = loaded(folder, CONFIG.split("installation")[0])
-    assert measure_mounting(config, accelerometer()) is None
+    assert measure_mounting(config, calibration(), GRAVITY) is None
 
 
 def test_the_certificate_of_the_file_stands_beside_the_triad(folder: Path) -> None:

@@ -24,6 +24,32 @@ function qr(columns) {
   return { q, r };
 }
 
+// Least squares of y on columns with these weights of the rows, by Cholesky's factors of the normal
+// equations; a column that depends on others stays near zero.
+function weightedSolution(columns, y, weight) {
+  const n = columns.length, RIDGE = 1e-12;
+  const heavy = columns.map((column) => column.map((value, i) => value * weight[i]));
+  const lower = columns.map(() => new Float64Array(n)), x = new Float64Array(n);
+  for (let i = 0; i < n; i++) {
+    for (let j = 0; j <= i; j++) {
+      let s = dot(heavy[i], columns[j]);
+      if (i === j) s += RIDGE * Math.max(s, 1);
+      for (let k = 0; k < j; k++) s -= lower[i][k] * lower[j][k];
+      lower[i][j] = i === j ? Math.sqrt(Math.max(s, RIDGE)) : s / lower[j][j];
+    }
+  }
+  for (let i = 0; i < n; i++) {
+    let s = dot(heavy[i], y);
+    for (let k = 0; k < i; k++) s -= lower[i][k] * x[k];
+    x[i] = s / lower[i][i];
+  }
+  for (let i = n - 1; i >= 0; i--) {
+    for (let k = i + 1; k < n; k++) x[i] -= lower[k][i] * x[k];
+    x[i] /= lower[i][i];
+  }
+  return x;
+}
+
 // Values and vectors of a small symmetric matrix by Jacobi rotations; vectors[k] is the k-th.
 function eigen(matrix) {
   const n = matrix.length, a = matrix.map((row) => Float64Array.from(row));

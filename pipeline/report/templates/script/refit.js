@@ -18,7 +18,9 @@ function visible(columns, known, norm) {
   return qr([...across, ...each]).q.slice(lost.length).filter((u) => dot(u, u) > 0.5);
 }
 
-function refit(triad, ticked) {
+// The columns that are fitted, factored, and what they leave of the rows: of every row ``residual``
+// with its full weight, also of one that a robust loss has weighted down, as in the results.
+function solution(triad, ticked) {
   const d = triad.row_pose.length, rows = triad.y.length;
   const columns = triad.base.slice(), parts = [], unseen = [];
   let held = 0;                  // shape parameters that count although their column is not seen
@@ -46,6 +48,13 @@ function refit(triad, ticked) {
   const { q, r } = qr(columns), n = columns.length;
   const remainder = Float64Array.from(triad.y), z = new Float64Array(n);
   q.forEach((u, j) => { z[j] = dot(u, remainder); subtract(remainder, z[j], u); });
+  const residual = remainder.map((value, i) => value / Math.max(triad.root[i], 1e-12));
+  return { columns, q, r, n, z, remainder, residual, parts, unseen, held };
+}
+
+function refit(triad, ticked) {
+  const { q, r, n, z, remainder, residual, parts, unseen, held } = solution(triad, ticked);
+  const d = triad.row_pose.length;
   const solve = (rhs) => {        // R x = rhs
     const x = Float64Array.from(rhs);
     for (let j = n - 1; j >= 0; j--) {
@@ -56,8 +65,6 @@ function refit(triad, ticked) {
   };
   const beta = solve(z), inverse = [];
   for (let j = 0; j < n; j++) inverse.push(solve(z.map((_, i) => (i === j ? 1 : 0))));
-  // Rows that a robust loss has weighted down have their full weight again, as in the results.
-  const residual = remainder.map((value, i) => value / Math.max(triad.root[i], 1e-12));
   const chi2 = dot(residual, residual);
   const dof = d - (n - (triad.base.length - triad.base_fitted)) - held;
   const p = dof > 0 ? fTail(chi2 / dof, dof, triad.noise_dof) : NaN;

@@ -8,7 +8,7 @@ class Section {
     this.boxes = new Map(this.effects.map((effect) => [
       effect.name, this.root.querySelector(`input[data-effect="${CSS.escape(effect.name)}"]`)]));
     this.order = this.effects.filter((effect) => effect.in_model);
-    this.asFitted = refit(triad, this.order);
+    this.asFitted = refitWithout(triad, this.order, new Set());
     this.before = shownResiduals(triad, this.asFitted.residual);
     this.limit = residualLimit(this.before.value, this.before.sd);
     this.charts = [...this.root.querySelectorAll("svg.residuals")].map((svg) => new ResidualChart(svg, triad));

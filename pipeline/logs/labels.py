@@ -1,0 +1,96 @@
+"""Lines of text around numbers, as sketches print them, made into rows of a table.
+
+Three manners are read: a name before every number (``ax:12 ay:-7``, ``aX = 1.2, aY = 0.3``, also
+when a sample takes a few lines), rows in brackets (``(0.1, 0.2, 9.8)``), and the clock of a serial
+monitor before an arrow (``12:00:00.010 -> 1,2,3``). Rows keep their lines in the file.
+"""
+
+import re
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+
+from pipeline.logs.dialect import delimiter_of
+
+LOOKED_AT = 60  #: lines, behind what a sketch says when it starts
+LEAST_SHARE = 0.9  #: of them that are written in the manner
+FEWEST = 3  #: numbers of a row: a triad
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+LABEL = re.compile(rf"([A-Za-zµ°][\w ./\[\]()²^°-]*?)\s*[:=]\s*({NUMBER})")
+BRACKETS = re.compile(r"\s*[(\[{](.*)[)\]}]\s*[,;]?\s*")
+ARROW = re.compile(r"\s*\[?(\d{1,2}:\d{2}:\d{2}[.:,]\d+)\]?\s*->\s*(.*)")
+TITLE = re.compile(r"^\s*([A-Za-z ]+):\s*(?=[A-Za-z]\s*[:=])")  #: "Acceleration: X:0.1, Y: 0.2"
+MOST_LINES = 4  #: of a sample, as accelerometer, gyroscope, magnetometer and temperature
+AXES = ("x", "y", "z")
+
+
+def without_labels(lines: list[str]) -> list[str]:
+    """``lines`` as rows of numbers under a header, or unchanged where no manner fits.
+
+    The header stands in the place of the line before the first row; without such a line it takes
+    the place of the first row.
+    """
+    shown = [line for line in lines if line.strip()][-LOOKED_AT:]
+    if _share(shown, lambda line: ARROW.fullmatch(line) is not None) >= LEAST_SHARE:
+        return [_behind_clock(line) for line in lines]
+    if _share(shown, lambda line: BRACKETS.fullmatch(line) is not None) >= LEAST_SHARE:
+        return [match[1] if (match := BRACKETS.fullmatch(line)) else line for line in lines]
+    cycle = _cycle(shown)
+    return _as_table(lines, cycle) if sum(map(len, cycle)) >= FEWEST else lines
+
+
+def labels_of(line: str) -> tuple[str, ...]:
+    """The names before the numbers of a line; an axis alone belongs to the name before it.
+
+    >>> labels_of("Gyro X: 0.1 Y: 0.2 Z: 0.3")
+    ('Gyro X', 'Gyro Y', 'Gyro Z')
+    """
+    names: list[str] = []
+    for label, _ in LABEL.findall(TITLE.sub(r"\1 ", line)):
+        words = label.split()
+        if label.lower() in AXES and names and names[-1].split()[-1].lower() in AXES:
+            words = [*names[-1].split()[:-1], label]
+        names.append(" ".join(words))
+    return tuple(names)
+
+
+def _share(lines: Sequence[str], fits: Callable[[str], bool]) -> float:
+    return sum(map(fits, lines)) / len(lines) if lines else 0.0
+
+
+def _behind_clock(line: str) -> str:
+    match = ARROW.fullmatch(line)
+    return line if match is None else f"{match[1]}{delimiter_of(match[2]) or ' '}{match[2]}"
+
+
+def _cycle(shown: Sequence[str]) -> tuple[tuple[str, ...], ...]:
+    """The labels of the lines that make a sample, one line or a few; empty where none recur."""
+    labels = [labels_of(line) for line in shown]
+    cycle = tuple(dict.fromkeys(labels[: 2 * MOST_LINES]))
+    if not labels or len(cycle) > MOST_LINES or () in cycle:
+        return ()
+    follows = {one: cycle[(i + 1) % len(cycle)] for i, one in enumerate(cycle)}
+    kept = sum(follows.get(one) == other for one, other in pairwise(labels))
+    return cycle if kept >= LEAST_SHARE * (len(labels) - 1) else ()
+
+
+def _as_table(lines: Sequence[str], cycle: tuple[tuple[str, ...], ...]) -> list[str]:
+    """A row in the place of the last line of each sample, comments in those of the others."""
+    rows = []
+    sample: list[str] = []
+    begun = 0
+    for line in lines:
+        labels = labels_of(line)
+        if labels != cycle[begun]:
+            sample, begun = [], 0
+        if labels == cycle[begun]:
+            sample += (number for _, number in LABEL.findall(line))
+            begun += 1
+        whole = begun == len(cycle)
+        rows.append(",".join(sample) if whole else f"# {line}")
+        if whole:
+            sample, begun = [], 0
+    first = next((i for i, row in enumerate(rows) if not row.startswith("#")), None)
+    if first is None:
+        return list(lines)
+    rows[max(first - 1, 0)] = ",".join(name for names in cycle for name in names)
+    return rows

@@ -1,0 +1,34 @@
+"""What the page's script works on, as JSON inside the page.
+
+Columns of numbers make up most of a page. They are rounded to seven digits, as many as a number of
+32 bits has, and stand in the page as such numbers (little-endian, base64): half as long as text.
+"""
+
+import base64
+import json
+from typing import Any
+
+import numpy as np
+
+from pipeline.results.json_values import Json
+
+DIGITS = 7  #: that a number of 32 bits has
+SHORTEST = 8  #: numbers; a shorter list is no shorter when packed
+
+
+def script_json(payload: Json) -> str:
+    """JSON that can stand inside a script element: no text in it ends the element."""
+    text = json.dumps(_packed(payload), separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    return text.replace("<", "\\u003c")
+
+
+def _packed(value: Any) -> Any:
+    """``value`` with every column of rounded numbers as ``{"f32": base64}``."""
+    if isinstance(value, dict):
+        return {key: _packed(each) for key, each in value.items()}
+    if not isinstance(value, list):
+        return value
+    if len(value) >= SHORTEST and all(
+            type(each) is float and float(f"{each:.{DIGITS}g}") == each for each in value):
+        return {"f32": base64.b64encode(np.array(value, "<f4").tobytes()).decode("ascii")}
+    return [_packed(each) for each in value]

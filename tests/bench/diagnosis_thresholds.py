@@ -1,0 +1,129 @@
+"""What halving and doubling each number of the diagnosis changes.
+
+    python -m tests.bench.diagnosis_thresholds [--trials 12] [--first 43000] [--only FIELD]
+
+Sessions of the simulated bench hide none, one or two effects, in rich designs, in those of the
+paper and in poses laid by hand, for both triads. They are fitted once; each field of
+``calib.diagnosis.constants`` is multiplied by a half and by two, one at a time, and all are
+diagnosed again. Of a share close to one, the rest to one is halved and doubled. Printed per value,
+as rows of the table in ``data/docs/thresholds.md``: sessions whose verdict changes (its code, its
+names or what it leaves open), hidden effects that are named, of those that can be seen, and wrong
+names.
+"""
+
+import argparse
+import dataclasses
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.diagnosis.constants import CONSTANTS, Constants
+from calib.diagnosis.diagnose import diagnose
+from calib.diagnosis.search import evidence
+from calib.effects.catalogue import BASE
+from calib.errors import CalibrationError
+from calib.fit.model import Model
+from calib.fit.result import Fit
+from calib.fit.solver import fit
+from tests.bench.threshold_records import FACTORS, replaced
+from tests.set_trials import SetOutcome, design_of, draw_set, scored
+from tests.trials import poses_of
+
+KINDS = (("gyroscope", "rich"), ("accelerometer", "hand"), ("gyroscope", "paper"),
+         ("accelerometer", "rich"))
+SIZES = (4.0, 100.0)  #: noise units over the rows, from hardly seen to plain
+CLOSE_TO_ONE = 0.75  #: a share above it is moved by its rest to one
+
+
+@dataclass(frozen=True, eq=False)
+class Session:
+    """A session and what is hidden in it."""
+
+    seed: int
+    base: Fit
+    hidden: tuple[str, ...]
+
+
+def sessions(first: int, trials: int) -> Iterator[Session]:
+    """``trials`` sessions; one that is refused is left out."""
+    for i in range(trials):
+        seed, (triad, title) = first + i, KINDS[i % 4]
+        design = design_of(title, seed)
+        hidden = draw_set(design, seed, triad, i % 3, SIZES)
+        try:
+            base = fit(poses_of(design, seed, triad, hidden), Model.of(BASE))
+        except CalibrationError as error:
+            print(f"{seed}: refused: {error}")
+            continue
+        yield Session(seed, base, tuple(each.name for each in hidden))
+
+
+def outcomes(every: Sequence[Session]) -> list[tuple[SetOutcome, tuple[str, ...]]]:
+    """What the diagnosis says of each, and what it leaves open."""
+    said = [diagnose(each.base) for each in every]
+    return [(scored(each.seed, diagnosis, each.hidden), diagnosis.group)
+            for each, diagnosis in zip(every, said, strict=True)]
+
+
+def verdict(outcome: tuple[SetOutcome, tuple[str, ...]]) -> tuple[str, object, object]:
+    """What is compared of an outcome."""
+    one, group = outcome
+    return one.text.partition(")")[0], one.named, sorted(group)
+
+
+def moved(value: float, factor: float) -> float:
+    """A value times a factor; of a share close to one, its rest to one."""
+    if CLOSE_TO_ONE < value < 1:
+        return 1 - factor * (1 - value)
+    return type(value)(factor * value)
+
+
+@contextmanager
+def constants(new: Constants) -> Iterator[None]:
+    """The diagnosis with other constants, and what its modules derive from them."""
+    usual = evidence.TAUS, evidence.NOISE_RANGE
+    taus = 2.0 ** np.arange(new.octaves_of_size)
+    with replaced(CONSTANTS, new):
+        evidence.TAUS = taus
+        evidence.NOISE_RANGE = float(np.log(taus[-1] / new.least_noise))
+        try:
+            yield
+        finally:
+            evidence.TAUS, evidence.NOISE_RANGE = usual
+
+
+def summary(found: Sequence[tuple[SetOutcome, tuple[str, ...]]]) -> str:
+    """Effects named, of those visible, and wrong names."""
+    named, visible, wrong = (sum(len(getattr(one, name)) for one, _ in found)
+                             for name in ("named", "visible", "wrong"))
+    return f"{named} of {visible} named, {wrong} wrong"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--trials", type=int, default=12)
+    parser.add_argument("--first", type=int, default=43000)
+    parser.add_argument("--only", default="")
+    options = parser.parse_args()
+    every = list(sessions(options.first, options.trials))
+    usual = outcomes(every)
+    print(f"{len(every)} sessions, as it is: {summary(usual)}\n")
+    print("| constant | value | origin | × 0.5 | × 2 |\n|---|---|---|---|---|")
+    for field in dataclasses.fields(CONSTANTS):
+        if options.only not in ("", field.name):
+            continue
+        value = getattr(CONSTANTS, field.name)
+        cells = []
+        for factor in FACTORS:
+            with constants(dataclasses.replace(CONSTANTS, **{field.name: moved(value, factor)})):
+                now = outcomes(every)
+            changed = sum(verdict(a) != verdict(b) for a, b in zip(usual, now, strict=True))
+            cells.append(f"{changed} change: {summary(now)}" if changed else "no effect")
+        print(f"| {field.name} | {value:g} | {field.metadata['origin']} | {' | '.join(cells)} |",
+              flush=True)
+
+
+if __name__ == "__main__":
+    main()

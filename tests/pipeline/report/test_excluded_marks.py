@@ -1,0 +1,60 @@
+"""Excluded poses in the report: hollow marks, named, and the lines that exclude a further one."""
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from pipeline.config.load import load_config
+from pipeline.report.page import report_html
+from pipeline.stages.context import RunContext
+from pipeline.stages.run import run_stages
+from tests.pipeline.conftest import RunSession
+from tests.pipeline.report.browser import needs_browser
+from tests.pipeline.report.html_page import Page, carried
+from tests.pipeline.report.tab import Browser
+from tests.sessions import edit
+
+OUT = "accelerometer/pose_03.csv"
+POSES = "accelerometer/pose_*.csv\n"
+
+
+@pytest.fixture(scope="module")
+def page(finished: RunSession, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The report of a session that excludes one pose of the accelerometer."""
+    folder = tmp_path_factory.mktemp("excluded")
+    shutil.copytree(finished.config.parent, folder, dirs_exist_ok=True)
+    config = folder / finished.config.name
+    edit(config, POSES, f"{POSES}  exclude: [pose_03]\n")
+    path = folder / "page.html"
+    path.write_text(report_html(run_stages(load_config(config), RunContext()), ()), "utf-8")
+    return path
+
+
+def test_an_excluded_pose_is_hollow_in_the_charts_and_named_in_the_table(page: Path) -> None:
+    source = page.read_text(encoding="utf-8")
+    titles = re.findall(r'<g class="excluded"[^>]*>.*?<title>(.*?)</title>', source, re.DOTALL)
+    assert len(titles) >= 2  # among the residuals and against time
+    assert all(title.startswith(f"{OUT}: excluded; ") for title in titles)
+    assert f"Excluded by the configuration: {OUT}." in Page(source).text
+    poses = next(t for t in carried(source)["triads"] if t["triad"] == "accelerometer")
+    assert OUT not in poses["labels"]
+    (hollow,) = poses["poses"]["excluded"]
+    assert hollow["label"] == OUT
+    assert len(hollow["up"]) == 3
+
+
+@needs_browser
+def test_leaving_a_pose_out_offers_the_lines_with_what_is_excluded_already(
+    browser: Browser, page: Path
+) -> None:
+    with browser.tab() as tab:
+        tab.open(page)
+        section = "document.querySelector('#accelerometer')"
+        assert tab.evaluate(f"{section}.querySelectorAll('.ball .excluded').length") == 1
+        tab.evaluate(f"{section}.querySelector('tr[data-i=\"6\"] button').click()")
+        tab.evaluate(f"{section}.querySelector('[data-do=leaveOut]').click()")
+        lines = tab.evaluate(f"{section}.querySelector('[data-out-lines]').textContent")
+        assert lines == "accelerometer:\n  exclude: [pose_03, pose_08]"
+        assert tab.errors == []
