@@ -77,8 +77,8 @@ def check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) ->
         )
 
 
-def is_still(values: FloatArray, step: FloatArray, largest_shift: float) -> bool:
-    """Whether readings (t, 3), SI, stray by no more than :func:`check_still` accepts."""
+def is_still(values: FloatArray, step: FloatArray | float, largest_shift: float) -> bool:
+    """Whether readings (t, 3), SI, pass :func:`check_still`; ``step`` may be one for all axes."""
     stray, noise = _stray(values)
     return bool((stray <= _accepted(noise, step, largest_shift)).all())
 
@@ -102,7 +102,7 @@ def check_still(
         )
 
 
-def _accepted(noise: FloatArray, step: FloatArray, shift: float) -> FloatArray:
+def _accepted(noise: FloatArray, step: FloatArray | float, shift: float) -> FloatArray:
     """By how much the readings of a still pose may stray, (3,), SI."""
     return np.asarray(np.maximum(np.maximum(shift, LARGEST_SHIFT_SD * noise), step))
 
