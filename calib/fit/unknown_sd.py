@@ -33,6 +33,9 @@ LEAST_REPEATS = 5.0
 BY_RESIDUALS = 1.0
 """Degrees of freedom stated for sds that say nothing of the model: its test then never fires."""
 
+SMALLEST_SD = 1e-9
+"""Of a typical reading: a converter of 24 bits, the finest, steps by 6e-8 of its range."""
+
 START_SD = 1e-3
 """Of the reference, for the first of two fits; it only weighs common errors against the rest."""
 
@@ -84,7 +87,7 @@ def with_estimated_sds(poses: PoseSet, model: Model) -> PoseSet:
     Raises
     ------
     Undetermined
-        There are no more equations than parameters.
+        There are no more equations than parameters, or the means show no noise at all.
     FitFailed
         By the fit.
     """
@@ -102,6 +105,12 @@ def with_estimated_sds(poses: PoseSet, model: Model) -> PoseSet:
         sd, dof = _by_repeats(fitted)
         if dof < LEAST_REPEATS:
             sd, dof = _by_residuals(fitted), BY_RESIDUALS
+        if sd < SMALLEST_SD * typical:
+            raise Undetermined(
+                f"the pose means scatter by {sd / typical:.1g} of a reading, less than any "
+                f"converter resolves, so they show no noise: are they computed, or are rows of "
+                f"them copies? State the sds of the means."
+            )
     by_repeats = dof >= LEAST_REPEATS
     source = (f"estimated from attitudes that were repeated within "
               f"{math.degrees(SAME_ATTITUDE):.0f}° ({dof:.0f} degrees of freedom)" if by_repeats

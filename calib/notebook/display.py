@@ -99,6 +99,7 @@ def pose_frame(assessed: AssessedTriad) -> "DataFrame":
 def figure(assessed: AssessedTriad) -> "Figure":
     """Residuals of every pose, fitted and left out, and the noise band of one and two sds."""
     from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
 
     unit = SI_UNIT[assessed.calibration.triad]
     each = assessed.comparison.poses
@@ -113,8 +114,9 @@ def figure(assessed: AssessedTriad) -> "Figure":
     axes.plot(number, [pose.left_out for pose in each], "x", color="tab:orange",
               label="leave-one-out")
     axes.axhline(0, color="black", lw=0.6)
-    axes.set(xlabel="pose", ylabel=f"magnitude less reference, {unit}", title=head(assessed))
-    axes.title.set_fontsize(9)
-    axes.legend(fontsize=8, ncols=2)
+    axes.set(xlabel="pose", ylabel=f"magnitude less reference, {unit}")
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set_title(head(assessed).replace(": ", "\n", 1), fontsize=9)
+    drawing.legend(loc="outside lower center", fontsize=8, ncols=4, frameon=False)
     return drawing
 

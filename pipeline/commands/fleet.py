@@ -23,11 +23,13 @@ from pipeline.commands.arguments import PathArgument
               help="Processes on this machine; default: one for each processor.")
 @click.option("--reports/--no-reports", default=True,
               help="Write report.html of each session, about 1 MB.  [default: reports]")
+@click.option("--json", "as_json", is_flag=True, help="Print population.json instead of text.")
+@click.option("--quiet", is_flag=True, help="Print the path of the report only.")
 @click.option("--allow-python", is_flag=True,
               help="Run the Python files that configurations name for user-defined effects.")
 def command(
     pattern: str, output: Path, scheduler: str | None, workers: int | None, reports: bool,
-    allow_python: bool,
+    as_json: bool, quiet: bool, allow_python: bool,
 ) -> int:
     """Run many sessions, and put all of them into one table.
 
@@ -40,6 +42,8 @@ def command(
     from pipeline.errors import BUG, DONE
     from pipeline.fleet.cluster import connected, run_fleet
     from pipeline.fleet.finish import finish_fleet
+    from pipeline.fleet.page import PAGE_NAME
+    from pipeline.fleet.population import POPULATION_NAME
     from pipeline.fleet.record import SessionRecord
     from pipeline.fleet.sessions import find_sessions
     from pipeline.fleet.summary_text import summary_lines
@@ -56,13 +60,19 @@ def command(
     records: list[SessionRecord] = []
     with (
         connected(scheduler, min(workers or os.cpu_count() or 1, len(tasks))) as client,
-        SessionProgress(len(tasks)) as progress,
+        SessionProgress(len(tasks), not quiet) as progress,
     ):
         def on_record(record: SessionRecord) -> None:
             records.append(record)
             progress.advance(record.exit_code != DONE)
 
         run_fleet(client, tasks, on_record)
-    for line in summary_lines(finish_fleet(records, output, reports)):
-        click.echo(paragraph(line, "  "))
+    summary = finish_fleet(records, output, reports)
+    if as_json:
+        click.echo((output / POPULATION_NAME).read_text(encoding="utf-8"), nl=False)
+    elif quiet:
+        click.echo(output / PAGE_NAME)
+    else:
+        for line in summary_lines(summary):
+            click.echo(paragraph(line, "  "))
     return BUG if any(record.exit_code == BUG for record in records) else DONE

@@ -57,13 +57,13 @@ class ClipProgress:
 class SessionProgress:
     """A bar for the sessions of a fleet; nothing where standard error is no terminal."""
 
-    def __init__(self, total: int) -> None:
-        self._total, self._failed = total, 0
+    def __init__(self, total: int, shown: bool = True) -> None:
+        self._total, self._failed, self._shown = total, 0, shown
         self._bars: Progress | None = None
         self._task: TaskID | None = None
 
     def __enter__(self) -> "SessionProgress":
-        if sys.stderr.isatty():
+        if self._shown and sys.stderr.isatty():
             self._bars = _bars("sessions")
             self._bars.start()
             self._task = self._bars.add_task("fleet", total=self._total)

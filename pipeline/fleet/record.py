@@ -9,6 +9,7 @@ import json
 import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -93,12 +94,18 @@ def kept_evidence(path: Path) -> Evidence | None:
         with np.load(path, allow_pickle=False) as stored:
             score, packed = stored["score"], stored["information"]
             chi2, dof, noise_dof = map(float, stored["scalars"])
-            trials = json.loads(str(stored["trials"]))
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+            trials = _trials(str(stored["trials"]))
+    except (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile):
         return None
     information = np.zeros((len(score), len(score)))
     upper = np.triu_indices(len(score))
     information[upper] = packed
     information.T[upper] = packed
-    each = tuple(Trial(**{**trial, "parameters": tuple(trial["parameters"])}) for trial in trials)
-    return Evidence(each, score, information, chi2, dof, noise_dof)
+    return Evidence(trials, score, information, chi2, dof, noise_dof)
+
+
+@cache
+def _trials(text: str) -> tuple[Trial, ...]:
+    """The candidates of a session; nearly all sessions of a lot share one list."""
+    return tuple(Trial(**{**trial, "parameters": tuple(trial["parameters"])})
+                 for trial in json.loads(text))

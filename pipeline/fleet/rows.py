@@ -7,6 +7,7 @@ from calib.poses.imu_log import AXES, TRIADS
 from pipeline.config.load import Config
 from pipeline.fleet.sessions import FleetSession
 from pipeline.results.names import PARAMETERS
+from pipeline.text.plain import one_line
 
 Row = dict[str, Any]
 
@@ -28,7 +29,7 @@ def rows_of_failure(
 ) -> tuple[Row, ...]:
     """A row for each triad that was to be calibrated, or one, with the reason why it is not."""
     triads: list[str] = [triad for triad in TRIADS if config and getattr(config, triad) is not None]
-    return tuple(_head(session, triad) | {"exit_code": exit_code, "reason": reason}
+    return tuple(_head(session, triad) | {"exit_code": exit_code, "reason": one_line(reason)}
                  for triad in (triads or [""]))
 
 

@@ -14,6 +14,7 @@ from pipeline.files import write_whole
 from pipeline.fleet.record import SessionRecord
 from pipeline.fleet.rows import SIZE, Row
 from pipeline.text.names import DISTRIBUTION
+from pipeline.text.plain import cell
 
 CSV_NAME, PARQUET_NAME = "fleet.csv", "fleet.parquet"
 WHOLE = {"exit_code", "warnings", "n_poses", "dof"}
@@ -50,11 +51,13 @@ def write_table(rows: Sequence[Row], output: Path) -> None:
 
 
 def csv_text(rows: Sequence[Row]) -> str:
-    """The table as CSV; what has no value is empty."""
+    """The table as CSV; what has no value is empty, and no text is run as a formula."""
     text = io.StringIO()
     writer = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")
     writer.writeheader()
-    writer.writerows(rows)
+    for row in rows:
+        writer.writerow({name: cell(each) if isinstance(each, str) else each
+                         for name, each in row.items()})
     return text.getvalue()
 
 

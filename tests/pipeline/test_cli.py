@@ -95,8 +95,8 @@ def test_the_help_of_every_command_has_examples_that_exist() -> None:
 
 
 @pytest.mark.parametrize(("option", "commands"), [
-    ("--json", "run rate diagnose history plan import check noise"),
-    ("--quiet", "run rate diagnose add remove history record plan demo import check noise"),
+    ("--json", "run rate diagnose history plan import check noise fleet"),
+    ("--quiet", "run rate diagnose add remove history record plan demo import check noise fleet"),
 ])
 def test_commands_that_print_tables_have_json_and_quiet(option: str, commands: str) -> None:
     for name in commands.split():

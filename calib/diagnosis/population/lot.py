@@ -9,6 +9,9 @@ from calib.diagnosis.population.evidence import Evidence, Trial
 from calib.fit.identifiability import VISIBLE_SHARE
 from calib.poses.imu_log import FloatArray
 
+AT_ONCE = 500
+"""Sessions whose matrices are multiplied at once: a limit of memory, 17 MB, and no other."""
+
 
 @dataclass(frozen=True, eq=False)
 class LotEvidence:
@@ -57,21 +60,17 @@ class LotEvidence:
             sessions.append((sensor, evidence, index))
         if not sessions:
             return None
-        score = np.zeros((len(sessions), size))
-        information = np.zeros((len(sessions), size, size))
-        for i, (_, evidence, index) in enumerate(sessions):
+        n = len(sessions)
+        sensors = tuple(sensor for sensor, _, _ in sessions)
+        score, information = np.zeros((n, size)), np.zeros((n, size, size))
+        scalars = np.zeros((3, n))
+        for i in reversed(range(n)):  # each is let go of as soon as it is copied
+            _, evidence, index = sessions.pop()
             score[i, index] = evidence.score
             information[i][np.ix_(index, index)] = evidence.information
-        return cls(
-            sensors=tuple(sensor for sensor, _, _ in sessions),
-            trials=tuple(places),
-            score=score,
-            information=information,
-            whole=np.einsum("skk->sk", information).copy(),
-            chi2=np.array([evidence.chi2 for _, evidence, _ in sessions]),
-            dof=np.array([evidence.dof for _, evidence, _ in sessions]),
-            noise_dof=np.array([evidence.noise_dof for _, evidence, _ in sessions]),
-        )
+            scalars[:, i] = evidence.chi2, evidence.dof, evidence.noise_dof
+        whole = np.einsum("skk->sk", information).copy()
+        return cls(sensors, tuple(places), score, information, whole, *scalars)
 
     @classmethod
     def joined(cls, parts: Sequence["LotEvidence"]) -> "LotEvidence":
@@ -85,6 +84,15 @@ class LotEvidence:
         """The lot of one session alone."""
         rows = {name: value[i : i + 1] for name, value in vars(self).items() if name != "trials"}
         return LotEvidence(trials=self.trials, **rows)
+
+    def of_trials(self, trials: Sequence[Trial]) -> "LotEvidence":
+        """The evidence of these trials alone."""
+        index = [i for trial in trials
+                 for i in range(self.place(trial).start, self.place(trial).stop)]
+        return replace(
+            self, trials=tuple(trials), score=self.score[:, index], whole=self.whole[:, index],
+            information=self.information[:, index][:, :, index],
+        )
 
     def place(self, trial: Trial) -> slice:
         """Where the parameters of ``trial`` stand."""
@@ -102,10 +110,14 @@ class LotEvidence:
         across = self.information[:, :, where]
         pull = across @ inverse
         explained = np.einsum("si,sij,sj->s", self.score[:, where], inverse, self.score[:, where])
+        information = self.information.copy()
+        for first in range(0, len(self), AT_ONCE):
+            part = slice(first, first + AT_ONCE)
+            information[part] -= pull[part] @ np.swapaxes(across[part], 1, 2)
         return replace(
             self,
             score=self.score - (pull @ self.score[:, where, None])[..., 0],
-            information=self.information - pull @ np.swapaxes(across, 1, 2),
+            information=information,
             chi2=self.chi2 - explained,
             dof=self.dof - rank,
         )

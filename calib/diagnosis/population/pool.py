@@ -34,6 +34,10 @@ measured by ``python -m tests.bench.study_population``."""
 MOST_NAMED = 4
 """Effects named in one lot; derived: more than any sensor showed."""
 
+AS_STRONG = 3.0
+"""Behind the strongest in exponent, up to which a candidate that is not named by itself may be the
+true one: derived, odds of 20 to 1."""
+
 LEAST_NOISE_DOF = 8.0
 """Degrees of freedom behind sds from which the correction for them is trusted; derived: it needs
 more than four."""
@@ -112,8 +116,9 @@ def pool(lot: LotEvidence) -> Pool:
         judged = [each for each in _judged(remaining) if each.trial.name not in
                   {one.trial.name for one, _ in named}]
     effects = []
+    of_named = lot.of_trials([best.trial for best, _ in named])
     for best, alternatives in named:
-        beside = lot
+        beside = of_named
         for other, _ in named:
             if other.trial != best.trial:
                 beside = beside.beside(other.trial)
@@ -140,19 +145,23 @@ def judge(lot: LotEvidence, trial: Trial) -> PooledTrial | None:
     widening = _widening(rest, spare, lot.noise_dof[sees])
     like = _as_many(lot.noise_dof[sees])
     spare_dof = float((spare * like).sum())
-    variance = float((rest / widening).sum() / spare.sum()) if spare.any() else 1.0
+    if spare.any():
+        variance = float((rest / widening).sum() / spare.sum())
+    else:
+        variance = float(lot.chi2.sum() / max(lot.dof.sum(), 1.0))  # of all that there was
     total = (information[sees] / widening[:, None, None]).sum(axis=0)
     pull = (score[sees] / widening[:, None]).sum(axis=0)
     whole = (lot.whole[sees][:, where] / widening[:, None]).sum(axis=0)
     of_sum, common_dof = visible_inverse(total[None], whole[None])
     common = float(pull @ of_sum[0] @ pull) / variance * float(like.mean())
-    every = float((drop / widening).sum()) / variance
-    every_dof = float(rank.sum())
+    compared = spare > 0  # a session that the candidate explains whatever it holds says nothing
+    every = float((drop / widening)[compared].sum()) / variance
+    every_dof = float(rank[compared].sum())
     return PooledTrial(
         trial,
         int(sees.sum()),
         _tail(common, float(common_dof[0]), float(common_dof[0]), spare_dof),
-        _tail(every, every_dof, float((rank * like).sum()), spare_dof),
+        _tail(every, every_dof, float((rank * like)[compared].sum()), spare_dof),
         max(_exponent(common, float(common_dof[0])), _exponent(every, every_dof)),
     )
 
@@ -187,12 +196,14 @@ def _exponent(chi2: float, dof: float) -> float:
 def _alternatives(
     lot: LotEvidence, best: PooledTrial, judged: Sequence[PooledTrial], level: float
 ) -> tuple[str, ...]:
-    """Other names beside which ``best`` is not needed any more."""
+    """Names beside which ``best`` is not needed any more, named by themselves or as strong."""
     names = []
     for other in judged:
-        if other.trial.name == best.trial.name or other.p_value >= level:
+        as_strong = other.exponent > best.exponent - AS_STRONG
+        if other.trial.name == best.trial.name or (other.p_value >= level and not as_strong):
             continue
-        again = judge(lot.beside(other.trial), best.trial)
+        both = lot.of_trials([other.trial, best.trial])
+        again = judge(both.beside(other.trial), best.trial)
         if again is None or again.p_value >= level:
             names.append(other.trial.name)
     return tuple(dict.fromkeys(names))

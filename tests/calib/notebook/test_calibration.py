@@ -118,6 +118,11 @@ def test_a_wrong_reference_is_told_what_is_wrong() -> None:
         calib.calibrate(table, rate=200.0)
 
 
+def test_means_without_any_noise_are_no_measurement() -> None:
+    with pytest.raises(Undetermined, match="show no noise: are they computed"):
+        calib.calibrate(G * 1.01 * wedge_directions() + 0.05, gravity=G)
+
+
 def test_a_wrong_effect_is_answered_with_the_nearest() -> None:
     with pytest.raises(CalibrationError, match="Did you mean quadratic"):
         calib.calibrate(readings(), gravity=G).add("quadratik")

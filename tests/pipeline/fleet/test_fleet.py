@@ -1,11 +1,11 @@
-"""``pipeline fleet`` on a cluster of two workers: one table, nothing lost, nothing done twice."""
+"""``pipeline fleet`` on one worker and on two: one table, nothing lost, nothing done twice."""
 
 import csv
 import json
 import os
 import shutil
 import signal
-import threading
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -44,7 +44,7 @@ def lot(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[LocalCluster]:
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as started:
+    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0") as started:
         yield started
 
 
@@ -55,7 +55,7 @@ def fleet(lot: Path, output: Path, cluster: LocalCluster, *options: str) -> int:
 
 @pytest.fixture(scope="module")
 def table(lot: Path, cluster: LocalCluster, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a fleet that was run once."""
+    """The folder of a fleet that was run once, by the one worker of a cluster elsewhere."""
     output = tmp_path_factory.mktemp("once") / "fleet"
     assert fleet(lot, output, cluster) == DONE
     return output
@@ -93,15 +93,6 @@ def test_parquet_is_the_same_table(table: Path) -> None:
         assert row == {name: "" if each is None else str(each) for name, each in written.items()}
 
 
-def test_the_table_is_the_same_whatever_the_number_of_workers(
-    table: Path, lot: Path, tmp_path: Path
-) -> None:
-    assert pipeline("fleet", f"{lot}/{{sensor}}/*/config.yaml", "--output", tmp_path,
-                    "--workers", "1", "--no-reports") == DONE
-    for name in ("fleet.csv", "fleet.parquet"):
-        assert (tmp_path / name).read_bytes() == (table / name).read_bytes()
-
-
 def test_started_again_nothing_is_done_again_but_what_has_changed(
     table: Path, lot: Path, cluster: LocalCluster, tmp_path: Path
 ) -> None:
@@ -117,26 +108,35 @@ def test_started_again_nothing_is_done_again_but_what_has_changed(
     assert rows_of(tmp_path / "again")[2]["title"].startswith("Another ")
 
 
-def test_a_worker_that_is_killed_loses_nothing(
-    table: Path, lot: Path, tmp_path: Path
-) -> None:
+@pytest.fixture(scope="module")
+def survived(lot: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a fleet that was run by two workers, of which one was killed."""
+    output = tmp_path_factory.mktemp("killed")
     with connected(None, 2) as client:
-        tasks = [FleetTask(each, tmp_path, False, False)
+        tasks = [FleetTask(each, output, False, False)
                  for each in find_sessions(f"{lot}/{{sensor}}/*/config.yaml")]
         records: list[SessionRecord] = []
-        victim = next(iter(client.run(os.getpid).values()))
-        killed = threading.Event()
+        victims = list(client.run(os.getpid).values())[:1]
 
         def kill_once(record: SessionRecord) -> None:
             records.append(record)
-            if not killed.is_set():
-                os.kill(victim, signal.SIGKILL)
-                killed.set()
+            if victims:
+                os.kill(victims.pop(), signal.SIGKILL)
 
         run_fleet(client, tasks, kill_once)
-    finish_fleet(records, tmp_path, reports=False)
-    assert killed.is_set()
-    assert (tmp_path / "fleet.csv").read_bytes() == (table / "fleet.csv").read_bytes()
+    assert not victims
+    finish_fleet(records, output, reports=False)
+    return output
+
+
+def test_a_worker_that_is_killed_loses_nothing(survived: Path, table: Path) -> None:
+    assert [row["session"] for row in rows_of(survived)] == [
+        row["session"] for row in rows_of(table)]
+
+
+def test_the_table_is_the_same_whatever_the_number_of_workers(survived: Path, table: Path) -> None:
+    for name in ("fleet.csv", "fleet.parquet", "population.json"):
+        assert (survived / name).read_bytes() == (table / name).read_bytes()
 
 
 def test_the_evidence_of_each_triad_is_kept(table: Path) -> None:
@@ -183,3 +183,16 @@ def test_an_address_that_is_none_is_a_mistake_of_usage(lot: Path, tmp_path: Path
 def test_workers_and_a_scheduler_exclude_each_other(lot: Path, tmp_path: Path) -> None:
     assert pipeline("fleet", f"{lot}/a/*/config.yaml", "--output", tmp_path, "--workers", "2",
                     "--scheduler", "tcp://127.0.0.1:9") == USAGE
+
+
+@pytest.mark.parametrize(("library", "named"), [("distributed", "Dask"), ("pyarrow", "Parquet")])
+def test_a_missing_library_is_named_with_what_installs_it(
+    library: str, named: str, lot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(sys.modules, library, None)
+    assert pipeline("fleet", f"{lot}/a/*/config.yaml", "--output", tmp_path / "out") == USAGE
+    said = capsys.readouterr().err
+    assert named in said
+    assert "pip install 'turntable-imu-calibration[fleet]'" in said
+    assert not (tmp_path / "out").exists()

@@ -24,7 +24,7 @@ from tests.world.lot import LotPlan, draw_lot
 
 SENSORS = 40
 MISFIT, UNLIKE = "u07", "u11"
-HOSTILE = "<script>alert(1)</script>"
+HOSTILE = "=1+1 <script>alert(1)</script>"
 
 
 class Addresses(HTMLParser):
@@ -128,6 +128,7 @@ def test_the_page_is_one_file_that_needs_no_network(page: Page) -> None:
 def test_nothing_that_a_session_says_becomes_a_part_of_the_page(page: Page) -> None:
     assert HOSTILE not in page.text
     assert "&lt;script&gt;" in page.text
+    assert "'=1+1 <script>" in (page.output / "fleet.csv").read_text(encoding="utf-8")
 
 
 def test_addresses_stand_for_the_sessions_they_name(page: Page) -> None:
