@@ -13,6 +13,7 @@ from scipy.special import gammaincinv
 
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Undetermined
+from calib.poses.averaging import value_steps
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import SI_UNIT, BoolArray, FloatArray, ImuLog, Triad
 from calib.poses.pose_checks import is_still
@@ -101,8 +102,6 @@ class DecidingTriad:
         What a converter's step makes by itself.
     turning : array, shape (t - window + 1,)
         Windows in which a gyroscope beside a deciding accelerometer speeds up or slows down.
-    step : float
-        Of the converter, SI; 0 where it is not known.
     """
 
     label: str
@@ -117,7 +116,6 @@ class DecidingTriad:
     rate_rad_s: float
     smallest_variance: float
     turning: BoolArray
-    step: float = 0.0
 
     @property
     def unit(self) -> str:
@@ -215,7 +213,7 @@ def deciding_triad(
         rate = RunningSums.of(gyroscope.nominal(log.gyroscope)).window_variance(window)
         turning = rate > (LARGEST_TURN / SWING_PER_SD) ** 2
     return DecidingTriad(log.label, triad, values, sums, log.time_s, step_s, variance, window,
-                         shortest, rate_rad_s, smallest, turning, step)
+                         shortest, rate_rad_s, smallest, turning)
 
 
 def rests_below(triad: DecidingTriad, threshold: float) -> list[Rest]:
@@ -282,12 +280,14 @@ def steady_part(triad: DecidingTriad, rest: Rest, largest_shift: float) -> Rest:
 
     A hand lets go late, and foam settles. All of the rest where it has no such part.
     """
+    converter = value_steps(triad.values[rest.start : rest.stop])
+    known = np.where(np.isfinite(converter), converter, 0.0)
     step = (rest.stop - rest.start) // MOST_BLOCKS
     for cut in range(MOST_BLOCKS // 2 + 1):
         for head in range(cut, -1, -1):
             part = Rest(rest.start + head * step, rest.stop - (cut - head) * step)
             if part.stop - part.start < triad.shortest:
                 return rest
-            if is_still(triad.values[part.start : part.stop], triad.step, largest_shift):
+            if is_still(triad.values[part.start : part.stop], known, largest_shift):
                 return part
     return rest
