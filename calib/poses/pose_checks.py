@@ -161,7 +161,7 @@ def check_axes_alive(run: str, triad: str, readings: FloatArray, magnitude: Floa
     for k, axis in enumerate(AXES):
         others = np.delete(share, k, axis=1)
         demanded = np.sqrt(np.clip(1 - (others**2).sum(axis=1), 0.0, None))
-        if np.ptp(demanded) > MUST_MOVE and 0 < np.ptp(share[:, k]) < STANDS_STILL:
+        if np.ptp(demanded) > MUST_MOVE and np.ptp(share[:, k]) < STANDS_STILL:
             unit = SI_UNIT[triad]
             raise Undetermined(
                 f"{run}: {triad} {axis} is dead: it reads {readings[:, k].min():.3g} to "

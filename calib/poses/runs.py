@@ -7,7 +7,7 @@ import numpy as np
 
 from calib.earth import EARTH_RATE_RAD_S, earth_rate_horizontal, earth_rate_vertical
 from calib.errors import Remedy, Undetermined
-from calib.poses.averaging import PoseMean
+from calib.poses.averaging import PoseMean, check_alive
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_checks import check_axes_alive
 from calib.poses.pose_set import PoseRun
@@ -71,6 +71,7 @@ def gravity_run(
             f"encoding and unit of the accelerometer, and the order of the columns.",
             Remedy("data_sheet", "accelerometer"),
         )
+    check_alive(means, "accelerometer", name)
     check_axes_alive(name, "accelerometer", readings, np.full(len(means), gravity_m_s2))
     gyro = np.array([mean.gyroscope.mean for mean in means])
     rest = np.linalg.norm(gyro - np.median(gyro, axis=0), axis=1)
@@ -116,6 +117,7 @@ def turning_run(means: Sequence[PoseMean], rate: PlateRate, latitude_rad: float 
             f"or one per pose in the same order."
         )
     plate = np.broadcast_to(rate.rate_rad_s, n).astype(float)
+    check_alive(means, "gyroscope", rate.name)
     check_axes_alive(rate.name, "gyroscope", readings, plate)
     _check_turning(rate.name, means, np.linalg.norm(readings, axis=1), plate)
     sign = spin_sign(means, rate.direction)
