@@ -34,7 +34,7 @@ class Constants:
     typical_size: float = _constant(
         8.0, "tuned: scale of the half-Cauchy prior of sizes, sd; by the log score of the stated "
         "probabilities on 300 sessions of the paper's design (seeds 31000 to 31299) 0.670 with 8, "
-        "0.687 with 4; 0.722 with all octaves alike"
+        "0.687 with 4, 0.684 with 16; 0.722 with all octaves alike"
     )
     bad_pose_size: float = _constant(4.0, "derived: a pose that is off by less is no outlier")
     least_noise: float = _constant(0.35, "derived: 6 % more scatter than stated")

@@ -77,6 +77,12 @@ def check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) ->
         )
 
 
+def is_still(values: FloatArray, step: FloatArray, largest_shift: float) -> bool:
+    """Whether readings (t, 3), SI, stray by no more than :func:`check_still` accepts."""
+    stray, noise = _stray(values)
+    return bool((stray <= _accepted(noise, step, largest_shift)).all())
+
+
 def check_still(
     label: str, triad: str, values: FloatArray, step: FloatArray, largest_shift: float
 ) -> None:
@@ -85,7 +91,7 @@ def check_still(
     ``step`` (3,) is that of the converter: to and fro between two of its values is no motion.
     """
     stray, noise = _stray(values)
-    limit = np.maximum(np.maximum(largest_shift, LARGEST_SHIFT_SD * noise), step)
+    limit = _accepted(noise, step, largest_shift)
     axis = int(np.argmax(stray / limit))
     if stray[axis] > limit[axis]:
         unit = SI_UNIT[triad]
@@ -96,6 +102,11 @@ def check_still(
         )
 
 
+def _accepted(noise: FloatArray, step: FloatArray, shift: float) -> FloatArray:
+    """By how much the readings of a still pose may stray, (3,), SI."""
+    return np.asarray(np.maximum(np.maximum(shift, LARGEST_SHIFT_SD * noise), step))
+
+
 def check_attitude(label: str, triad: str, values: FloatArray, step: FloatArray) -> None:
     """Refuse a pose on the turning plate that changed its attitude; ``values`` (t, 3), SI.
 
@@ -104,7 +115,7 @@ def check_attitude(label: str, triad: str, values: FloatArray, step: FloatArray)
     finer = FINER if len(values) >= 2 * FINER * SHORT_BATCHES else 1
     stray, noise = _stray(values, finer)
     size = float(np.linalg.norm(values.mean(axis=0)))
-    limit = np.maximum(np.maximum(LARGEST_TURN * size, LARGEST_SHIFT_SD * noise), step)
+    limit = _accepted(noise, step, LARGEST_TURN * size)
     axis = int(np.argmax(stray - limit))
     if stray[axis] > limit[axis]:
         raise Undetermined(

@@ -13,9 +13,12 @@ from scipy.special import gammaincinv
 
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Undetermined
+from calib.poses.averaging import value_steps
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import SI_UNIT, BoolArray, FloatArray, ImuLog, Triad
+from calib.poses.pose_checks import is_still
 from calib.poses.running_sums import RunningSums
+from calib.poses.still_search import StillSearch
 
 WINDOW_S = 0.5
 """The shortest stop that people make on purpose. In ``tests.bench.study_static_intervals`` a
@@ -64,18 +67,6 @@ NOISE_OF_SHIFT = 3.0
 PLATE_STOOD = "the plate stood still"
 PLATE_STANDS = 1 / 3
 """Part of the plate's rate. No gain is that wrong, so below it the plate stood still."""
-
-
-@dataclass(frozen=True)
-class StillSearch:
-    """What the user says of the search: both None for the search itself.
-
-    ``seconds`` is the shortest stop; ``threshold`` how noisy a stop may be, as a multiple of the
-    noise amplitude of the quietest rest.
-    """
-
-    seconds: float | None = None
-    threshold: float | None = None
 
 
 @dataclass(frozen=True)
@@ -282,3 +273,21 @@ def _moved_between(triad: DecidingTriad, one: Rest, other: Rest) -> bool:
         return True
     change = float(np.linalg.norm(triad.mean(other) - triad.mean(one)))
     return change > triad.largest_wander
+
+
+def steady_part(triad: DecidingTriad, rest: Rest, largest_shift: float) -> Rest:
+    """The longest part of a rest, half of it at least, that strays by no more than that.
+
+    A hand lets go late, and foam settles. All of the rest where it has no such part.
+    """
+    converter = value_steps(triad.values[rest.start : rest.stop])
+    known = np.where(np.isfinite(converter), converter, 0.0)
+    step = (rest.stop - rest.start) // MOST_BLOCKS
+    for cut in range(MOST_BLOCKS // 2 + 1):
+        for head in range(cut, -1, -1):
+            part = Rest(rest.start + head * step, rest.stop - (cut - head) * step)
+            if part.stop - part.start < triad.shortest:
+                return rest
+            if is_still(triad.values[part.start : part.stop], known, largest_shift):
+                return part
+    return rest

@@ -18,15 +18,18 @@ from calib.errors import Undetermined
 from calib.poses.attitude_fit import best_threshold
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog, Triad
+from calib.poses.pose_checks import LARGEST_STILL_SHIFT
 from calib.poses.rest_candidates import (
     QUIETEST_SHARE,
+    WANDER_M_S2,
     DecidingTriad,
     Rest,
-    StillSearch,
     deciding_triad,
     longest_pieces,
     rests_below,
+    steady_part,
 )
+from calib.poses.still_search import StillSearch
 
 STILL_RATIO = 4.0
 """Twice the noise amplitude of the quietest rest: below it noise alone cuts rests to pieces. Half
@@ -34,6 +37,10 @@ or twice of it moves 0.1 % of the stops in ``tests.bench.study_static_intervals`
 
 THRESHOLD_STEP = 2.0  #: of a variance: 1.4 of an amplitude
 USUAL_SHARE = 0.75  #: of the rests, so that a quarter may be disturbed
+LARGEST_OF_USUAL = 10.0
+"""How far a stop may give way, as a multiple of what three in four of its log do: speeds and
+lengths of stops in a hand spread over a decade each. Half of it loses one of 24 simulated stops in
+a hand."""
 SEARCH = StillSearch()
 
 
@@ -44,6 +51,8 @@ class StaticIntervals:
     ``threshold`` is the multiple of the quietest rest's noise amplitude that was taken,
     ``largest_sd`` the same in SI units of ``triad``, which decided. ``usual_shift`` is by how much
     the halves of three rests in four differ at most, SI: nothing on a table, a degree in a hand.
+    ``largest_shift`` is by how much those of any may; of a rest that gives way more the part is
+    taken that does not, if it is half of it or more.
     ``skipped`` are stops that are not among the rests: when they were, and why.
     """
 
@@ -52,6 +61,7 @@ class StaticIntervals:
     threshold: float
     largest_sd: float
     usual_shift: float
+    largest_shift: float
     skipped: tuple[tuple[str, str], ...] = ()
 
 
@@ -93,13 +103,19 @@ def find_still(
         raise Undetermined(_no_pose(triad, sets[best]))
     faulty = [rest for rest in sets[best] if rest.fault is not None]
     skipped = [*faulty, *_noisier(triad, sets[best], thresholds[best])]
+    usual = float(np.quantile([triad.shift(rest) for rest in poses[best]], USUAL_SHARE))
+    largest = max(LARGEST_STILL_SHIFT[triad.triad], min(LARGEST_OF_USUAL * usual, WANDER_M_S2))
+    rests = poses[best]
+    if triad.triad == "accelerometer":  # a gyroscope's rests show how the plate turned
+        rests = [steady_part(triad, rest, largest) for rest in rests]
     return StaticIntervals(
         logs=tuple(log.between(rest.start, rest.stop, f"{log.label} {triad.span(rest)}")
-                   for rest in poses[best]),
+                   for rest in rests),
         triad=triad.triad,
         threshold=math.sqrt(thresholds[best] / triad.quietest),
         largest_sd=math.sqrt(thresholds[best]),
-        usual_shift=float(np.quantile([triad.shift(rest) for rest in poses[best]], USUAL_SHARE)),
+        usual_shift=usual,
+        largest_shift=largest,
         skipped=tuple((triad.span(rest), str(rest.fault))
                       for rest in sorted(skipped, key=lambda rest: rest.start)),
     )

@@ -12,9 +12,10 @@ from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.frozen import without_frozen
 from calib.poses.imu_log import ImuLog, IntArray
 from calib.poses.pose_checks import LARGEST_STILL_SHIFT
-from calib.poses.rest_candidates import PLATE_STOOD, WANDER_M_S2, StillSearch
+from calib.poses.rest_candidates import PLATE_STOOD
 from calib.poses.runs import TURNING_RAD_S
 from calib.poses.static_intervals import StaticIntervals, find_still, list_stops
+from calib.poses.still_search import StillSearch
 from pipeline.config.load import Config
 from pipeline.config.schema import AccelerometerSection, RunSection, StillSection
 from pipeline.config.sensor import Specs, sensor_specs
@@ -23,11 +24,6 @@ from pipeline.stages.excluded_poses import ExcludedMean, chosen
 from pipeline.stages.pose_means import read_pose_means
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.session_logs import SessionLogs, Setting, sections_by_setting
-
-LARGEST_OF_USUAL = 10.0
-"""How far a stop may give way, as a multiple of what three in four of its log do: speeds and
-lengths of stops in a hand spread over a decade each. Half of it loses one of 24 simulated stops in
-a hand."""
 
 SMALLEST_SHARE_AT_REST = 0.25
 """Poses of one attitude on a turning plate read alike too; no design repeats one so often."""
@@ -235,9 +231,7 @@ def _largest_shift(intervals: StaticIntervals) -> Mapping[str, float]:
     """
     if intervals.triad == "gyroscope":
         return LARGEST_STILL_SHIFT
-    usual = min(LARGEST_OF_USUAL * intervals.usual_shift, WANDER_M_S2)
-    return {**LARGEST_STILL_SHIFT,
-            "accelerometer": max(LARGEST_STILL_SHIFT["accelerometer"], usual)}
+    return {**LARGEST_STILL_SHIFT, "accelerometer": intervals.largest_shift}
 
 
 def _parted_by_rate(means: list[PoseMean]) -> tuple[list[PoseMean], list[PoseMean]]:

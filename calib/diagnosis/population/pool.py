@@ -9,8 +9,8 @@ candidate is fitted to each of them, so that sds which are all wrong by a factor
 The sds of a session come from ν degrees of freedom, s² = σ² x with x = χ²_ν/ν. A sum of its ratios
 scatters like one of c = (ν - 4)/(ν - 2) times as many degrees of freedom; and in a sum that weighs
 sessions by 1/s², as Σu does, those with small s count too much: its variance is 1/c times what the
-rows leave (the moments of 1/x). A session that is not explained (``MISFIT_P_VALUE``) counts with
-its sds widened by the Birge ratio, as in its own calibration. Candidates enter one after another,
+rows leave (the moments of 1/x). A session that nothing explains (``WILD_P_VALUE``) counts with its
+sds widened by the Birge ratio, as in its own calibration. Candidates enter one after another,
 the strongest first; beside each stand those that explain the same.
 """
 
@@ -23,7 +23,6 @@ from scipy.special import fdtrc
 from calib.diagnosis.population.evidence import Trial
 from calib.diagnosis.population.lot import LotEvidence, visible_inverse
 from calib.diagnosis.population.random_effects import RandomEffects, random_effects
-from calib.fit.result import MISFIT_P_VALUE
 from calib.poses.imu_log import FloatArray
 
 FALSE_ALARM = 0.01
@@ -37,6 +36,10 @@ MOST_NAMED = 4
 AS_STRONG = 3.0
 """Behind the strongest in exponent, up to which a candidate that is not named by itself may be the
 true one: derived, odds of 20 to 1."""
+
+WILD_P_VALUE = 1e-6
+"""Below which the residual of a session is no chance. Derived: 10,000 sound sessions have none, so
+that widening takes nothing from what the others leave."""
 
 LEAST_NOISE_DOF = 8.0
 """Degrees of freedom behind sds from which the correction for them is trusted; derived: it needs
@@ -169,7 +172,7 @@ def judge(lot: LotEvidence, trial: Trial) -> PooledTrial | None:
 def _widening(rest: FloatArray, spare: FloatArray, noise_dof: FloatArray) -> FloatArray:
     """By which each session's chi-square counts less, (S,)."""
     ratio = rest / np.maximum(spare, 1.0)
-    misfit = (spare > 0) & (fdtrc(np.maximum(spare, 1.0), noise_dof, ratio) < MISFIT_P_VALUE)
+    misfit = (spare > 0) & (fdtrc(np.maximum(spare, 1.0), noise_dof, ratio) < WILD_P_VALUE)
     return np.asarray(np.where(misfit, ratio, 1.0))
 
 

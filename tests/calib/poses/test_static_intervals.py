@@ -9,9 +9,10 @@ from calib.errors import Undetermined
 from calib.poses.attitude_fit import MODELS, best_threshold, prediction_error
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
-from calib.poses.rest_candidates import StillSearch
+from calib.poses.pose_checks import check_still
 from calib.poses.running_sums import RunningSums
 from calib.poses.static_intervals import StaticIntervals, find_still, quiet_level
+from calib.poses.still_search import StillSearch
 from tests.calib.poses.hand_turned_logs import KINDS, count, made
 from tests.world.hand_turned import (
     GRAVITY_M_S2,
@@ -202,3 +203,19 @@ def test_rests_that_do_not_determine_the_model_score_nothing() -> None:
     assert prediction_error(one_plane, GRAVITY_M_S2) > 1.0
     assert prediction_error(sphere(11, 9), GRAVITY_M_S2) == np.inf
     assert prediction_error(sphere(11, 9), GRAVITY_M_S2, MODELS[1]) < 1e-9
+
+
+def test_of_a_rest_that_settles_the_part_that_lies_still_is_the_pose() -> None:
+    """A stop on a gimbal gives way by 0.2 m/s² for its first second and then lies still."""
+    made_log = turn_through(on_gimbal(27), 27)
+    start, end = max(made_log.rests, key=lambda rest: rest[1] - rest[0])
+    since = made_log.time_s - start
+    giving_way = np.where(since >= 0, 0.2 * np.maximum(0.0, 1 - since), 0.2) * (
+        (made_log.time_s >= start - 0.1) & (made_log.time_s <= end))
+    force = made_log.force_m_s2 + giving_way[:, None] * np.array([0.0, 1.0, 0.0])
+    found = find_still(ImuLog("log", made_log.time_s, force, made_log.rate_rad_s), SI, SI)
+    [settled] = [log for log in found.logs if start < log.time_s.mean() < end]
+    check_still("settled", "accelerometer", settled.accelerometer, np.zeros(3),
+                found.largest_shift)
+    assert settled.time_s[0] > start + 0.3
+    assert np.ptp(settled.time_s) > 0.4 * (end - start)
