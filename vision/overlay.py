@@ -106,7 +106,8 @@ class _Drawing:
         cv2.polylines(canvas, [np.round(rim).astype(np.int32)], True, RIM, 2, cv2.LINE_AA)
         if np.isfinite(angle):
             self._hand(canvas, i, angle)
-        place = f"{track.time_s[i]:7.2f} s   {np.degrees(angle) % 360:5.1f} deg"
+        where = f"{np.degrees(angle) % 360:5.1f} deg" if np.isfinite(angle) else "not seen"
+        place = f"{track.time_s[i]:7.2f} s   {where}"
         cv2.rectangle(canvas, (0, 0), (w, 2 * LINE_PX + 4), (0, 0, 0), -1)
         for line, text in enumerate((self._rate, place), start=1):
             at = (8, LINE_PX * line - 4)

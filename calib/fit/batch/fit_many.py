@@ -116,8 +116,7 @@ def fit_many(sets: Sequence[PoseSet], model: Model) -> ManyFits:
     sets : sequence of PoseSet
         N sets, of any numbers of poses.
     model : Model
-        Effects on the reading alone: bias, scale, misalignment. Sets with further effects are
-        fitted one at a time.
+        Effects on the reading alone: bias, scale, misalignment.
 
     Returns
     -------
