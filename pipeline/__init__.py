@@ -9,6 +9,7 @@ The way of the data
     sensor ─ devices ─ record ─ logs  └─ export ─ calibrated logs, other programs' files
     plan: what poses would determine;  model_change: add and remove;  playback: rehearsal
     guess: a configuration for logs of unknown tools;  text: how people read names and numbers
+    fleet: a run for each of many sessions, one table, what a lot shows
     commands, cli: the command line
 
 ``stages`` holds the five steps of a run (:mod:`pipeline.stages.run`); each calls :mod:`vision` or
