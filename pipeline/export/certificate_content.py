@@ -249,6 +249,6 @@ def _notes(stored: Stored) -> Iterator[str]:
                        for key in ("roll_deg", "pitch_deg"))
         sds = mounting["sd_deg"]
         yield f"Mounting: roll {roll} ± {sds[0]:.2g}°, pitch {pitch} ± {sds[1]:.2g}°."
-    warnings = [one_line(each) for each in stored.contents["warnings"]]
+    warnings = [one_line(each) for each in stored.contents.get("warnings", [])]
     if warnings:
         yield f"Warnings of the run: {' '.join(warnings)}"

@@ -14,7 +14,7 @@ def test_a_named_pose_that_moved_is_refused_by_its_name(
 ) -> None:
     pose = session.parent / "accelerometer/pose_07.csv"
     table = np.loadtxt(pose, delimiter=",", skiprows=1)
-    table[len(table) // 2 :, 1] += 500
+    table[len(table) // 2 :, 1] += 30
     rewrite_rows(pose, table)
     assert pipeline("run", session) == 4
     assert "accelerometer/pose_07.csv: the sensor moved: accelerometer x" in capsys.readouterr().err
@@ -85,9 +85,9 @@ def _one_long_log(session: Path, tilted: int) -> None:
         step = float(np.median(np.diff(table[:, 0])))
         moving = np.repeat(table[:1], 100, axis=0)
         moving[:, 1:4] += rng.normal(0, 2000, (100, 3))
-        if i == tilted:  # by 0.2°, twice: too little to break the pose, and no half of it is still
-            table[len(table) // 3 :, 1:3] += 12
-            table[2 * len(table) // 3 :, 1:3] += 12
+        if i == tilted:  # by 0.4°, twice: too little to break the pose, and no half of it is still
+            table[len(table) // 3 :, 1:3] += 30
+            table[2 * len(table) // 3 :, 1:3] += 30
         both = np.vstack([table, moving])
         both[:, 0] = start + step * np.arange(len(both))
         start = both[-1, 0] + step
