@@ -69,7 +69,7 @@ def test_an_edited_file_is_refused_or_every_command_goes_through(
         for key in where[:-1]:
             inside = inside[key]
         if data.draw(st.booleans()):
-            inside[where[-1]] = data.draw(WRONG)
+            inside[where[-1]] = copy.deepcopy(data.draw(WRONG))
         else:
             del inside[where[-1]]
     folder = tmp_path_factory.mktemp("edited")
