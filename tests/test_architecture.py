@@ -4,9 +4,11 @@ import ast
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -92,10 +94,13 @@ def module_name(path: Path) -> str:
 
 FILES = {module_name(path): path for package in PACKAGES
          for path in sorted((ROOT / package).rglob("*.py"))}
-TREES = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in FILES.items()}
 TEST_FILES = {module_name(path): path for path in sorted((ROOT / "tests").rglob("*.py"))}
-TEST_TREES = {name: ast.parse(path.read_text(encoding="utf-8"))
-              for name, path in TEST_FILES.items()}
+
+
+@cache
+def tree_of(module: str) -> ast.Module:
+    """Parsed when a test asks: every process of the tests collects this file."""
+    return ast.parse((FILES | TEST_FILES)[module].read_text(encoding="utf-8"))
 
 
 def imports(tree: ast.AST) -> Iterator[tuple[str, str | None]]:
@@ -113,14 +118,32 @@ def begins(name: str, home: str) -> bool:
     return name == home or name.startswith(f"{home}.")
 
 
-@pytest.mark.parametrize("module", FILES)
+def of_each(names: Iterable[Any]) -> Callable[[Callable[[Any], None]], Callable[[], None]]:
+    """One test that checks each of ``names`` and lists those that fail."""
+
+    def decorate(check: Callable[[Any], None]) -> Callable[[], None]:
+        def test() -> None:
+            faults = []
+            for name in names:
+                try:
+                    check(name)
+                except AssertionError as fault:
+                    faults.append(f"{name}: {fault}")
+            assert not faults, "\n".join(faults)
+
+        return test
+
+    return decorate
+
+
+@of_each(FILES)
 def test_packages_import_only_what_they_may(module: str) -> None:
     package = module.split(".")[0]
-    ours = {target.split(".")[0] for target, _ in imports(TREES[module])} & {*PACKAGES, "tests"}
+    ours = {target.split(".")[0] for target, _ in imports(tree_of(module))} & {*PACKAGES, "tests"}
     assert ours <= {package} | MAY_IMPORT[package]
 
 
-@pytest.mark.parametrize("folder", FLOORS)
+@of_each(FLOORS)
 def test_inside_a_folder_imports_follow_the_way_of_the_data(folder: str) -> None:
     floor = {name: i for i, rooms in enumerate(FLOORS[folder]) for name in rooms}
     depth = folder.count(".") + 1
@@ -130,16 +153,16 @@ def test_inside_a_folder_imports_follow_the_way_of_the_data(folder: str) -> None
         if not module.startswith(f"{folder}."):
             continue
         room = module.split(".")[depth]
-        for target, name in imports(TREES[module]):
+        for target, name in imports(tree_of(module)):
             if not begins(target, folder):
                 continue
             other = str(name) if target == folder else target.split(".")[depth]
             assert other == room or floor[other] < floor[room], f"{module} imports {target}"
 
 
-@pytest.mark.parametrize("module", FILES)
+@of_each(FILES)
 def test_each_dependency_is_imported_only_at_its_home(module: str) -> None:
-    for target, _ in imports(TREES[module]):
+    for target, _ in imports(tree_of(module)):
         top = target.split(".")[0]
         if top in PACKAGES or top in sys.stdlib_module_names:
             continue
@@ -147,15 +170,15 @@ def test_each_dependency_is_imported_only_at_its_home(module: str) -> None:
         assert any(begins(module, home) for home in HOME[top]), f"{module} imports {top}"
 
 
-@pytest.mark.parametrize("module", FILES)
+@of_each(FILES)
 def test_nothing_private_is_imported_from_another_module(module: str) -> None:
-    for target, name in imports(TREES[module]):
+    for target, name in imports(tree_of(module)):
         assert not (name or "").startswith("_"), f"{module}: from {target} import {name}"
 
 
-@pytest.mark.parametrize("module", TEST_TREES)
+@of_each(TEST_FILES)
 def test_what_tests_share_stands_in_modules_that_are_no_tests_and_no_benches(module: str) -> None:
-    for target, name in imports(TEST_TREES[module]):
+    for target, name in imports(tree_of(module)):
         rooms = (*target.split("."), name or "")
         if rooms[0] != "tests":
             continue
@@ -176,7 +199,7 @@ def test_the_declared_dependencies_are_those_with_a_home() -> None:
 
 def test_modules_import_each_other_without_circles() -> None:
     graph = {}
-    for module, tree in TREES.items():
+    for module, tree in ((name, tree_of(name)) for name in FILES):
         at_import = ast.Module([node for node in tree.body
                                 if isinstance(node, ast.Import | ast.ImportFrom)], [])
         graph[module] = {
@@ -204,15 +227,14 @@ def test_the_top_level_holds_what_it_should_and_no_more() -> None:
     assert {name for name in top if not name.startswith(".")} <= allowed
 
 
-@pytest.mark.parametrize("path", [*FILES.values(), *TEST_FILES.values()],
-                         ids=[*FILES, *TEST_FILES])
+@of_each([*FILES.values(), *TEST_FILES.values()])
 def test_files_are_short(path: Path) -> None:
     assert len(path.read_text(encoding="utf-8").splitlines()) <= LONGEST_FILE
 
 
-@pytest.mark.parametrize("module", FILES)
+@of_each(FILES)
 def test_everything_public_says_what_it_is(module: str) -> None:
-    tree = TREES[module]
+    tree = tree_of(module)
     assert ast.get_docstring(tree), "the module has no docstring"
     for node in tree.body:
         if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
@@ -224,26 +246,26 @@ def test_everything_public_says_what_it_is(module: str) -> None:
 
 def test_a_class_name_occurs_once() -> None:
     homes: dict[str, list[str]] = {}
-    for module, tree in TREES.items():
+    for module, tree in ((name, tree_of(name)) for name in FILES):
         for node in ast.walk(tree):
             if isinstance(node, ast.ClassDef):
                 homes.setdefault(node.name, []).append(module)
     assert {name: modules for name, modules in homes.items() if len(modules) > 1} == {}
 
 
-@pytest.mark.parametrize("module", FILES)
+@of_each(FILES)
 def test_results_are_called_by_what_they_are(module: str) -> None:
     """Variables, fields and loop targets; a parameter is the caller's and no result."""
     bound = {(node.lineno, node.id if isinstance(node, ast.Name) else node.attr)
-             for node in ast.walk(TREES[module])
+             for node in ast.walk(tree_of(module))
              if isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store)}
     assert {(line, name) for line, name in bound if name in NO_RESULTS} == set()
 
 
-@pytest.mark.parametrize("module", FILES)
+@of_each(FILES)
 def test_no_catch_all_no_eval_no_drawer_for_everything(module: str) -> None:
     assert module.split(".")[-1] not in {"util", "utils", "helpers", "common", "misc"}
-    for node in ast.walk(TREES[module]):
+    for node in ast.walk(tree_of(module)):
         if isinstance(node, ast.ExceptHandler):
             caught = ast.unparse(node.type) if node.type else "everything"
             assert caught not in {"everything", "Exception", "BaseException"}, node.lineno
@@ -254,7 +276,7 @@ def test_no_catch_all_no_eval_no_drawer_for_everything(module: str) -> None:
 def undocumented_numbers(module: str) -> Iterator[str]:
     """Upper-case constants made of numbers that no docstring and no comment describes."""
     lines = FILES[module].read_text(encoding="utf-8").splitlines()
-    body = TREES[module].body
+    body = tree_of(module).body
     for node, after in zip(body, [*body[1:], None], strict=True):
         if not isinstance(node, ast.Assign | ast.AnnAssign) or node.value is None:
             continue
@@ -272,7 +294,7 @@ def undocumented_numbers(module: str) -> Iterator[str]:
             yield f"{module}:{node.lineno}: {name}"
 
 
-@pytest.mark.parametrize("module", [name for name in FILES if not begins(name, "pipeline")])
+@of_each([name for name in FILES if not begins(name, "pipeline")])
 def test_a_constant_says_what_it_is_and_where_it_comes_from(module: str) -> None:
     """By a docstring below it or a comment beside it; thresholds may stand in a frozen record."""
     assert list(undocumented_numbers(module)) == []
