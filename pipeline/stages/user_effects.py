@@ -9,6 +9,7 @@ import ast
 import hashlib
 import importlib.util
 from collections.abc import Iterator, Mapping
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import Any
 
@@ -182,8 +183,17 @@ def _not_allowed(python: str, path: Path) -> str:
             f"the command if you trust {path}")
 
 
+class SourceOnly(SourceFileLoader):
+    """Reads no bytecode and writes none: what runs is the file whose hash the results store."""
+
+    def path_stats(self, path: str) -> Mapping[str, Any]:
+        """Raises OSError: without times of the file there is no bytecode of it."""
+        raise OSError(path)
+
+
 def _imported(path: Path, python: str) -> ValueOf:
-    spec = importlib.util.spec_from_file_location(path.stem, path)
+    loader = SourceOnly(path.stem, str(path))
+    spec = importlib.util.spec_from_file_location(path.stem, path, loader=loader)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)

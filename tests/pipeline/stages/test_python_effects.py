@@ -1,5 +1,8 @@
 """Effects that are Python functions run only when the command allows it, and only as fitted."""
 
+import os
+import py_compile
+import sys
 from pathlib import Path
 
 import pytest
@@ -49,6 +52,26 @@ def test_python_does_not_run_unless_the_command_allows_it(
     assert pipeline("run", config) == 2
     assert "runs only when you allow it: add --allow-python" in capsys.readouterr().err
     assert not damp.with_name("ran").exists()
+
+
+def test_neither_is_bytecode_run_in_place_of_the_file_nor_left_beside_it(
+    damp: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Bytecode that says it is of this file, which holds something else than the file."""
+    physics = damp.with_name("physics.py")
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)
+    physics.write_text(TOUCHING, encoding="utf-8")
+    planted = Path(py_compile.compile(str(physics), doraise=True) or "")
+    stat = physics.stat()
+    harmless = "def damp(at):\n    return at.vector\n"
+    physics.write_text(harmless.ljust(len(TOUCHING)), encoding="utf-8")
+    os.utime(physics, ns=(stat.st_atime_ns, stat.st_mtime_ns))
+    config = variant(damp, "python", IN_PYTHON)
+    assert pipeline("run", config, "--allow-python") == 0
+    assert not damp.with_name("ran").exists()
+    planted.unlink()
+    assert pipeline("run", config, "--allow-python") == 0
+    assert not planted.exists()
 
 
 @pytest.mark.parametrize(("python", "says"), [

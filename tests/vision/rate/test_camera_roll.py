@@ -49,6 +49,6 @@ def test_a_camera_that_rolls_is_noticed_and_doubted(
 def test_a_hand_beside_the_plate_is_no_camera_that_rolls(render: Render, fps: float) -> None:
     """It is in most of the frames that are learned from, and moves in one place only."""
     motion = PlateMotion(-45.0 * 2 * np.pi / 60)
-    path, _ = render(motion, Scene(hand_until_s=2.0), seconds=10, fps=fps)
+    path, _ = render(motion, Scene(hand_until_s=2.0), seconds=6, fps=fps)
     track = track_phase(path)
     assert camera_roll(track, CLOCK.times(track)) is None
