@@ -123,7 +123,7 @@ def _effect(case: _Case) -> Explanation:
     short = f"its model lacks {joined(verdict.names, 'and')}"
     if others:
         text += f"In these poses it looks the same as {others}: they cannot determine which it is. "
-        short += f" or {others}, which look the same here"
+        short += f" or {joined(verdict.group[1:], 'or')}, which look the same here"
     text += _beside(verdict)
     if len(verdict.group) == 1:
         return Explanation(
