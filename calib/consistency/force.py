@@ -31,7 +31,8 @@ LARGEST_DRIFT = 0.02
 PLATE_RADIUS_M = 0.15  #: m; fact: of a record
 FEWEST_POSES = 3  #: of a run; derived: the median of fewer is that of one pose
 UNKNOWN_SD = 5.0
-"""Sds of the calibrated |f| within which nothing is contradicted: a chance below 1e-6 a pose."""
+"""Sds of the calibrated |f| within which nothing is contradicted. Derived: normal noise is beyond
+them in 6e-7 of poses, so that none of a session's hundreds contradicts by chance."""
 
 FACTORS: Mapping[float, str] = {
     1.0: "", 2.0: "halved", 0.5: "doubled", 4.0: "a quarter", 0.25: "fourfold", 8.0: "an eighth",

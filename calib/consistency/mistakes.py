@@ -42,7 +42,8 @@ CERTAIN_SD = 5.0
 BOUND_SLACK = 16.0
 """Times the chi-square that a mistake may leave: the bound holds to first order, and for gains that
 are the data sheet's within a third. Tuned by ``tests.bench.contradiction_limits``: at 2 exchanged
-axes of a run are passed over, at 4 and 8 nothing is; what explains nothing is far above."""
+axes of a run are passed over, at 4 and 8 nothing is; what explains nothing is far above. The double
+was not measured: a larger value only tries more mistakes in full."""
 
 FEWEST_OF_BLOCK = 3  #: poses; derived: fewer are bad poses, which have a verdict
 WORST_POSES = 2  #: tried one by one: a limit of time
