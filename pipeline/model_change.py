@@ -158,20 +158,38 @@ def require_addable(result: TriadResult, target: Target, allowed: Allowed) -> No
             f"the model take up all of it. {_next_measurement(result, [name])}"
         )
     candidate = next((c for c in diagnosis.ranking if c.name == name and c.kind == "listed"), None)
-    if candidate is None or name in diagnosis.addable:  # its own refit told it from its aliases
+    # What a verdict names can be added; `note_on` says what else it may be.
+    if candidate is None or diagnosis.named_class(name):
         return
     if not allowed.unseen:
         _require_seen(result, target, candidate)
     if allowed.aliased:
         return
-    group = diagnosis.group if diagnosis.name == name else (name, *candidate.aliases)
-    if len(group) > 1:
-        others = " and ".join(f"'{other}'" for other in group[1:])
+    if candidate.aliases:
         raise Undetermined(
-            f"{target}: looks the same as {others} in these data; adding it would be a guess. "
-            f"{_next_measurement(result, list(group))} To go on with '{name}' all the same, add "
-            f"--although-aliased."
+            f"{target}: looks the same as {_quoted(candidate.aliases)} in these data; adding it "
+            f"would be a guess. {_next_measurement(result, [name, *candidate.aliases])} To go on "
+            f"with '{name}' all the same, add --although-aliased."
         )
+
+
+def note_on(change: ModelChange) -> str:
+    """What an added effect of a named class leaves open; empty where nothing is open."""
+    before, name = result_of(change.before, change.target), change.target.name
+    if before is None:
+        return ""
+    others = [each for each in before.diagnosis.named_class(name) if each != name]
+    if not others:
+        return ""
+    return (
+        f"{change.target} looks the same as {_quoted(others)} in these poses: the correction is "
+        f"valid under the conditions of this session. "
+        f"{_next_measurement(before, [name, *others], 'What separates them')}"
+    )
+
+
+def _quoted(names: Collection[str]) -> str:
+    return " and ".join(f"'{name}'" for name in names)
 
 
 def _require_seen(result: TriadResult, target: Target, candidate: Candidate) -> None:
@@ -183,7 +201,7 @@ def _require_seen(result: TriadResult, target: Target, candidate: Candidate) -> 
         With both errors, and the largest of its parameters in its sds.
     """
     before, after = result.comparison.loo_rms, candidate.loo_after
-    if not after >= before or target.name in result.diagnosis.names:
+    if not after >= before:
         return
     unit, factor = DISPLAY[result.triad]
     in_sd = float(np.max(np.abs(candidate.size) / candidate.sd)) if candidate.size.size else 0.0
@@ -195,7 +213,9 @@ def _require_seen(result: TriadResult, target: Target, candidate: Candidate) -> 
     )
 
 
-def _next_measurement(result: TriadResult, names: list[str]) -> str:
+def _next_measurement(
+    result: TriadResult, names: list[str], title: str = "What would allow it"
+) -> str:
     """The measurement that would make ``names`` visible or separate them."""
     sizes = {c.name: c.size for c in result.diagnosis.ranking if c.kind == "listed"}
     try:
@@ -208,8 +228,8 @@ def _next_measurement(result: TriadResult, names: list[str]) -> str:
         result.calibration.spec.full_scale,
     )
     if advice is not None:
-        return f"What would allow it: record {advice.instruction}."
-    return f"What would allow it: {effects[0].page.separates}."
+        return f"{title}: record {advice.instruction}."
+    return f"{title}: {effects[0].page.separates}."
 
 
 def next_target(outcome: Outcome, refused: Collection[Target] = ()) -> Target | None:

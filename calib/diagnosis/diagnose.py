@@ -111,6 +111,11 @@ class Diagnosis:
         alone = {each.name for each in self.inclusion if len(each.members) == 1}
         return tuple(name for name in self.names if name in alone)
 
+    def named_class(self, name: str) -> tuple[str, ...]:
+        """The named class that ``name`` belongs to, all its members; empty where none does."""
+        classes = (each.members for each in self.inclusion if each.name in self.names)
+        return next((members for members in classes if name in members), ())
+
     @property
     def follows(self) -> str | None:
         """The covariate that the misfit follows best, whatever its physics; None where none."""

@@ -33,9 +33,10 @@ def command(
     """Add effects to the model in CONFIG, run again, and print the errors before and after.
 
     TARGET is accelerometer.NAME, gyroscope.NAME, or rate.SETTING.TERM. Comments in CONFIG are kept.
-    Several effects are added one after the other; if one is refused, CONFIG stays as it was. The
-    command refuses an effect that these data cannot determine, do not show or cannot separate from
-    another one, and states the measurement that would allow it.
+    Several effects are added one after the other; if one is refused, CONFIG stays as it was. What
+    the diagnosis names can always be added. The command refuses any other effect that these data
+    cannot determine, do not show or cannot separate from another one, and states the measurement
+    that would allow it.
     """
     from pipeline.commands.model_change import Manner, add_until_settled, change_and_show
     from pipeline.model_change import Allowed

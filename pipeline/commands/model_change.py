@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from calib.diagnosis.verdict.wording import joined
 from calib.errors import CalibrationError
 from pipeline.commands.run_with_progress import run_quietly, run_silently, say_waiting
 from pipeline.commands.verdicts import echo_verdict
@@ -21,6 +22,7 @@ from pipeline.model_change import (
     Target,
     change_model,
     next_target,
+    note_on,
     predicts_better,
     read_target,
 )
@@ -43,11 +45,12 @@ class Manner:
 
     def show(self, change: ModelChange) -> None:
         """Print the errors before and after."""
-        if self.quiet:
-            return
-        for line in change_lines(change):
-            click.echo(line)
-        click.echo()
+        if not self.quiet:
+            for line in change_lines(change):
+                click.echo(line)
+            click.echo()
+        if note := note_on(change):
+            click.secho(f"note: {note}", fg="yellow", err=True)
 
 
 def change_and_show(
@@ -105,10 +108,19 @@ def add_until_settled(path: Path, manner: Manner) -> None:
     for result in outcome.triads:
         echo_verdict(result)
     if outcome.config.source.text == config.source.text:
-        click.echo(f"{path} was not changed: the diagnosis names no effect to add.")
+        click.echo(f"{path} was not changed: {_why_unchanged(outcome)}.")
         click.echo(next_step(outcome, folder))
         return
     _finish(outcome, folder)
+
+
+def _why_unchanged(outcome: Outcome) -> str:
+    for result in outcome.triads:
+        named = result.diagnosis.named_class(result.diagnosis.name or "")
+        if len(named) > 1:
+            alike = joined([f"'{name}'" for name in named], "and")
+            return f"these data do not separate {alike}, and --auto does not guess"
+    return "the diagnosis names no effect to add"
 
 
 def _write(before: Config, after: Outcome, folder: Path) -> None:

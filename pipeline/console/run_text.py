@@ -151,11 +151,13 @@ def next_step(outcome: Outcome, folder: Path, look: str = "pipeline diagnose {co
             lines = lines_to_exclude(outcome, result, result.diagnosis.group)
             return (f"next: {result.diagnosis.explanation.following}. These lines in {config} "
                     f"exclude it; then type: pipeline run {config}\n{lines}")
-    for diagnosis in diagnoses.values():
+    for triad, diagnosis in diagnoses.items():
         if diagnosis.record_next:
+            trial = "" if diagnosis.verdict != "effect" else (
+                f"\nor see the errors with it: pipeline add {config} {triad}.{diagnosis.name}")
             return (
                 f"next: record {diagnosis.record_next}; add the new logs to {config}, then type: "
-                f"pipeline run {config}"
+                f"pipeline run {config}{trial}"
             )
     if any(diagnosis.explanation.step != "apply" for diagnosis in diagnoses.values()):
         return f"next: {look.format(config=config)}"

@@ -235,6 +235,7 @@ def _box_json(box: Box, root: FloatArray, result: TriadResult) -> Json:
         "in_model": box.theta is not None,
         "share": 0.0 if candidate is None else _share(candidate, result.calibration.fit),
         "aliases": [] if candidate is None else list(candidate.aliases),
+        "is_named": bool(result.diagnosis.named_class(effect.name)),
         "has_shape": effect.shape is not None,
         "start": _rounded(box.start),
         "parameters": parameters,

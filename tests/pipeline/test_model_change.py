@@ -9,12 +9,12 @@ from calib.errors import CalibrationError, Undetermined
 from pipeline.config.load import Config, load_config
 from pipeline.errors import ConfigError
 from pipeline.model_change import (
-    NOTHING_ALLOWED,
     Allowed,
     ModelChange,
     change_model,
     edited_config,
     next_target,
+    note_on,
     predicts_better,
     read_target,
     require_addable,
@@ -182,14 +182,33 @@ def test_a_blind_effect_is_refused_with_its_reason(drift_found: Outcome, driftin
         require_addable(drift_found.gyroscope, target, Allowed(aliased=True))
 
 
-def test_aliases_are_refused_unless_the_user_insists(tmp_path: Path) -> None:
+def test_any_member_of_a_named_class_is_added_with_a_note(tmp_path: Path) -> None:
     config = load_config(session(tmp_path, PAPER, "quadratic", 12.0))
+    before = run(config)
+    assert before.gyroscope is not None
+    named = before.gyroscope.diagnosis.named_class("asymmetry")
+    assert {"quadratic", "asymmetry"} <= set(named)
+    for member in ("quadratic", "asymmetry"):
+        target = read_target(config, f"gyroscope.{member}")
+        change = change_model(config, target, run, before=before)
+        assert predicts_better(change)
+        for other in set(named) - {member}:
+            assert f"'{other}'" in note_on(change)
+        assert "What would allow it: record" not in note_on(change)
+        assert "record" in note_on(change)
+
+
+def test_aliases_that_no_verdict_names_are_refused_unless_the_user_insists(
+    tmp_path: Path,
+) -> None:
+    config = load_config(write_session(tmp_path, simulate(PAPER, 3), film=False).config)
     found = run(config).gyroscope
     assert found is not None
+    assert found.diagnosis.named_class("asymmetry") == ()
     target = read_target(config, "gyroscope.asymmetry")
     with pytest.raises(Undetermined, match=r"looks the same as .*--although-aliased"):
-        require_addable(found, target, NOTHING_ALLOWED)
-    require_addable(found, target, Allowed(aliased=True))
+        require_addable(found, target, Allowed(unseen=True))
+    require_addable(found, target, Allowed(aliased=True, unseen=True))
 
 
 def test_an_effect_that_nothing_calls_for_may_still_be_tried(

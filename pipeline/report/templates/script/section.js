@@ -76,7 +76,8 @@ class Section {
       const target = `${this.config} ${this.triad.triad}.${effect.name}`;
       if (effect.in_model) return `pipeline remove ${target}`;
       if (!result || !result.helps) return "";
-      return `pipeline add ${target}${effect.aliases.length ? " --although-aliased" : ""}`;
+      const isGuess = effect.aliases.length && !effect.is_named;
+      return `pipeline add ${target}${isGuess ? " --although-aliased" : ""}`;
     }).filter(Boolean);
     this.output("commands").textContent = commands.join("\n");
     this.output("commanded").hidden = commands.length === 0;
