@@ -35,6 +35,7 @@ The way of the data
 ``planning``     what poses determine before they are recorded (``prospect_of``)
 ``earth``        gravity and the Earth's rate at a latitude
 ``errors``       what can go wrong, by what the user can do about it
+``rounding``     a value beside its sd, in digits
 
 This package knows nothing of video, YAML, file names or the screen.
 """

@@ -12,14 +12,14 @@ from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.diagnosis.untested import untested
 from calib.effects.effect import Effect
 from calib.errors import FitFailed
-from calib.fit.angrisano import fit_paper
-from calib.fit.calibration import TriadCalibration, calibrate_triad
-from calib.fit.leave_one_out import Comparison, compare
+from calib.fit.least_squares.angrisano import fit_paper
+from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.solver import fit
+from calib.fit.least_squares.unknown_sd import has_sds, tests_the_model, with_estimated_sds
 from calib.fit.model import Model
-from calib.fit.prediction import Prediction, predict
-from calib.fit.result import Fit
-from calib.fit.solver import fit
-from calib.fit.unknown_sd import has_sds, tests_the_model, with_estimated_sds
+from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
+from calib.fit.validation.leave_one_out import Comparison, compare
+from calib.fit.validation.prediction import Prediction, predict
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.pose_set import PoseSet
 

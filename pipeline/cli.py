@@ -1,7 +1,7 @@
 """The entry point ``pipeline``: the commands, and what becomes of an error.
 
 Help is printed without importing click; everything else goes through
-:mod:`pipeline.commands.group`, which imports a command's module when the command is typed.
+:mod:`pipeline.commands.interaction.group`, which imports a command's module when it is typed.
 """
 
 import os
@@ -63,7 +63,7 @@ def _run_command(typed: list[str]) -> int:
     import click
 
     from calib.errors import CalibrationError
-    from pipeline.commands.group import root
+    from pipeline.commands.interaction.group import root
     from pipeline.errors import (
         INTERRUPTED,
         INTERRUPTED_SAYS,

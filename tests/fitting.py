@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.effects.catalogue import BASE
-from calib.fit.angrisano import fit_paper
-from calib.fit.calibration import TriadCalibration, calibrate_triad
+from calib.fit.least_squares.angrisano import fit_paper
+from calib.fit.least_squares.solver import Fit, fit
 from calib.fit.model import Model
-from calib.fit.solver import Fit, fit
+from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.data_sheet import Encoding, TriadSpec
 from calib.poses.imu_log import ImuLog

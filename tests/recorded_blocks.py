@@ -11,9 +11,9 @@ import numpy as np
 
 from calib.diagnosis.diagnose import diagnose
 from calib.effects.catalogue import BASE, find_effect
-from calib.fit.calibration import calibrate_triad
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.fit.solver import fit
+from calib.fit.triad.calibration import calibrate_triad
 from calib.poses.pose_set import PoseRun, PoseSet, pose_set
 from calib.poses.runs import gravity_run, stopped_run, turning_run
 from tests.fitting import averaged, plate_rate, spec_of

@@ -12,8 +12,8 @@ import numpy as np
 
 from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.effects.catalogue import BASE
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.fit.solver import fit
 from tests.trials import COMMON_PARTS, calibrates, drawn, poses_of
 from tests.world.bench import Design, Run, corner_directions, wedge_directions
 from tests.world.designs import FAST, SLOW, paper_design, rich_design, soak_design

@@ -12,6 +12,8 @@ from typing import Any
 
 import pytest
 
+from pipeline.commands import COMMANDS
+from tests.import_contract import EXTRAS, FLOORS, HOME, MAY_IMPORT
 from tests.paths import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -20,71 +22,6 @@ LONGEST_FILE = 300  #: lines
 
 #: No result is called so: a name says what a thing is, not how it was come by.
 NO_RESULTS = {"found", "given", "own", "says", "taken", "asked", "left", "made"}
-
-#: Where each dependency may be imported: a module, or all whose names begin so.
-HOME = {
-    "numpy": ("pipeline", "vision", "calib"),
-    "scipy": ("pipeline", "vision", "calib"),
-    "cv2": ("vision",),
-    "serial": ("pipeline.record",),
-    "yaml": ("pipeline.config", "pipeline.export"),
-    "pydantic": ("pipeline.config", "pipeline.results.schema"),
-    "pydantic_core": ("pipeline.config",),
-    "jinja2": ("pipeline.report",),
-    "rich": ("pipeline.cli", "pipeline.commands"),
-    "filelock": ("pipeline.session_folder",),
-    "matplotlib": ("pipeline.export.sheet", "pipeline.report.noise_figure", "calib.notebook"),
-    "click": ("pipeline.cli", "pipeline.commands"),
-    "rosbags": ("pipeline.logs.formats.ros",),
-    "pyulog": ("pipeline.logs.formats.px4",),
-    "pymavlink": ("pipeline.logs.formats.ardupilot",),
-    "pyarrow": ("pipeline.logs.formats.parquet", "pipeline.fleet.table"),
-    "distributed": ("pipeline.fleet.cluster",),
-    "h5py": ("pipeline.logs.formats.hdf5",),
-    "pandas": ("calib.notebook",),
-    "av": ("vision.av_decoder",),
-    "allantools": ("calib.noise.allan",),
-}
-#: Installed by an extra: what reads them says which where they are missing.
-EXTRAS = {"rosbags": "ros", "pyulog": "px4", "pymavlink": "ardupilot", "pyarrow": "parquet",
-          "h5py": "hdf5", "av": "fields", "pandas": "notebook", "allantools": "noise",
-          "distributed": "fleet"}
-#: Which of our packages each may import besides itself.
-MAY_IMPORT = {"pipeline": {"vision", "calib"}, "vision": set(), "calib": set()}
-#: The way of the data inside a folder: a room imports from itself and from the floors before it,
-#: never from one after it. Rooms in one tuple do not import each other.
-FLOORS = {
-    "calib": [
-        ("errors", "earth"), ("poses",), ("effects",), ("fit",),
-        ("diagnosis", "mounting", "consistency", "noise"),
-        ("planning", "assess"), ("notebook",),
-    ],
-    "calib.noise": [("stillness", "spectra"), ("allan",), ("coefficients",)],
-    "calib.notebook": [("tables", "display"), ("calibration",)],
-    "calib.diagnosis": [
-        ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
-        ("diagnose", "unseen"), ("untested", "population"),
-    ],
-    "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
-    "calib.diagnosis.search": [
-        ("evidence", "raw_columns"), ("table", "refit"), ("beside", "sizes"), ("sets",),
-        ("expansion", "odds"),
-    ],
-    "calib.diagnosis.verdict": [("decision", "ranking", "wording"), ("explain",)],
-    "vision": [
-        ("geometry", "orientation", "av_decoder"), ("phase_track",), ("errors",),
-        ("video", "camera"),
-        ("plate", "rate"), ("tracking", "overlay"), ("clip_rate",),
-    ],
-    "pipeline": [
-        ("errors", "text"), ("files",), ("logs",), ("devices",),
-        ("config",), ("stages",),
-        ("results", "record", "plan", "model_change", "playback", "guess"),
-        ("console", "export"), ("report",), ("session_folder",), ("fleet",), ("commands",),
-        ("cli",),
-        ("__main__",),
-    ],
-}
 
 
 def module_name(path: Path) -> str:
@@ -158,6 +95,11 @@ def test_inside_a_folder_imports_follow_the_way_of_the_data(folder: str) -> None
                 continue
             other = str(name) if target == folder else target.split(".")[depth]
             assert other == room or floor[other] < floor[room], f"{module} imports {target}"
+
+
+def test_the_folder_of_the_commands_shows_them_and_what_they_share_in_one_room() -> None:
+    inside = {name.split(".")[2] for name in FILES if name.startswith("pipeline.commands.")}
+    assert inside == {*COMMANDS, "interaction"}
 
 
 @of_each(FILES)

@@ -19,7 +19,7 @@ import numpy as np
 from calib.consistency.signed_axes import IDENTITY, SIGNED_PERMUTATIONS, permutation_words
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Contradiction
-from calib.fit.calibration import TriadCalibration
+from calib.fit.triad.calibration import TriadCalibration
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet

@@ -18,10 +18,10 @@ from calib.consistency.quadric import least_chi2
 from calib.consistency.signed_axes import SIGNED_PERMUTATIONS, permutation_words
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, Contradiction
-from calib.fit.leave_one_out import compare
+from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model, stack_columns
-from calib.fit.result import MISFIT_P_VALUE, Fit
-from calib.fit.solver import fit
+from calib.fit.validation.leave_one_out import compare
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet

@@ -8,7 +8,7 @@ the diagnosis is counted on other seeds.
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from calib.fit.result import MISFIT_P_VALUE
+from calib.fit.least_squares.result import MISFIT_P_VALUE
 
 
 def _constant(value: Any, origin: str) -> Any:

@@ -35,8 +35,8 @@ from calib.diagnosis.verdict.decision import Code, Verdict, reach_verdict
 from calib.diagnosis.verdict.explain import Explanation, explain
 from calib.diagnosis.verdict.ranking import Candidate, rank
 from calib.effects.effect import Effect
-from calib.fit.prediction import Prediction
-from calib.fit.result import Fit
+from calib.fit.least_squares.result import Fit
+from calib.fit.validation.prediction import Prediction
 
 RIVALS_COMPARED = 4
 """Of a class, at most: a limit of time, since a block of poses is judged for every pair."""

@@ -15,8 +15,8 @@ import numpy as np
 
 from calib.diagnosis.hypotheses.signature import effect_columns
 from calib.effects.effect import EFFECTS, Effect
-from calib.fit.calibration import TriadCalibration, parameter_sds
-from calib.fit.problem import with_common
+from calib.fit.rows.problem import with_common
+from calib.fit.triad.calibration import TriadCalibration, parameter_sds
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.runs import TIME_BASE
 
@@ -37,8 +37,9 @@ def unseen_budget(
     Returns
     -------
     dict of name to array, shape (3, 3)
-        As :func:`calib.fit.calibration.uncertainty_budget`. Effects without a quoted size for this
-        triad, and those that move no parameter, are left out; so is a wrong clock that is stated.
+        As :func:`calib.fit.triad.calibration.uncertainty_budget`. Effects without a quoted size for
+        this triad, and those that move no parameter, are left out; so is a wrong clock that is
+        stated.
     """
     stated = calibration.fit.poses.reference
     clocked = stated.common[:, [name == TIME_BASE for name in stated.common_names]].any()

@@ -1,14 +1,15 @@
 """Poses and a model to a calibration with its uncertainty.
 
-    model ─ sensitive_axes ─ whitening ─ residuals (the rows) ─ shape_derivatives ─ problem
-                                                                                       │
-    initial_estimate, square_start (where to begin) ─ gauss_newton (the one minimiser) ┤
-                                                                                       │
-    solver: fit, from the ellipsoid; extend, from a fit at hand ───────────────────────┼─ result
-    angrisano: as published ───────────────────────────────────────────────────────────┘ (theta,
-    column_scaling, identifiability: what the poses determine                             cov)
-                                                                                           │
-    leave_one_out, frame_alignment, parameters (alpha, b, k) ─ calibration ─ prediction ───┘
-    correction: a model applied to readings
-    batch: the same fit for many sensors at once, as stacked arrays
+    model ─ rows ─ least_squares ─ Fit ─┬─ triad ─ TriadCalibration ─┐
+      │                  │              └────────────────────────────┴─ validation
+      parameters         └─ batch
+
+``model``           a sum of effects, fitted jointly
+``parameters``      alpha, b, k of the paper and the linear form that is fitted
+``column_scaling``  columns of one length, before they are decomposed
+``rows``            the equations: magnitude, null and prior rows with their derivatives
+``least_squares``   the estimate with its covariance, from the ellipsoid or as published
+``triad``           the calibrated triad: its sds, its correction, its frame
+``validation``      errors where no pose was fitted: leave-one-out, excluded poses, next log
+``batch``           the same fit for many sensors at once, as stacked arrays
 """

@@ -3,7 +3,7 @@
 With y the nominal reading and s the corrected vector:
 
     v = y - E(y) theta_reading            the linear form M y + c of Angrisano et al. eq. (1)
-    s + C(s) theta_sensor = v             :mod:`calib.fit.sensitive_axes`
+    s + C(s) theta_sensor = v             :mod:`calib.fit.rows.sensitive_axes`
     m + D theta_reference                 the reference magnitude
 """
 

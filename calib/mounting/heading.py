@@ -20,7 +20,7 @@ from typing import Literal
 import numpy as np
 
 from calib.errors import Undetermined
-from calib.fit.calibration import TriadCalibration
+from calib.fit.triad.calibration import TriadCalibration
 from calib.mounting.still_reading import calibration_covariance, log_conditions, require_evaluable
 from calib.poses.imu_log import FloatArray, ImuLog
 

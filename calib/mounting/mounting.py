@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.errors import Undetermined
-from calib.fit.calibration import TriadCalibration
+from calib.fit.triad.calibration import TriadCalibration
 from calib.mounting.floor_slope import HeadingForces, Slope, floor_slope, turned_short_covariance
 from calib.mounting.heading import FirstPush, Yaw, measure_yaw
 from calib.mounting.levelling import (

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.errors import Remedy, Undetermined
-from calib.fit.calibration import TriadCalibration
+from calib.fit.triad.calibration import TriadCalibration
 from calib.poses.averaging import average_pose
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec

@@ -7,8 +7,8 @@ import numpy as np
 
 from calib.assess import AssessedTriad
 from calib.effects.effect import Effect
-from calib.fit.rounding import with_sd
 from calib.poses.imu_log import AXES, SI_UNIT
+from calib.rounding import with_sd
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

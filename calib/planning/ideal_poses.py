@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from calib.fit.initial_estimate import Start
+from calib.fit.rows.initial_estimate import Start
 from calib.poses.averaging import PoseMean
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.mean_noise import NOISE_DOF_PER_POSE, noise_sd

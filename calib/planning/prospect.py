@@ -17,12 +17,12 @@ from calib.diagnosis.hypotheses.listed import candidate_effects
 from calib.diagnosis.hypotheses.signature import Projector, Signature, are_aliases, effect_columns
 from calib.effects.effect import Effect
 from calib.effects.needs import unavailable
-from calib.fit.identifiability import scaled_condition
+from calib.fit.least_squares.identifiability import scaled_condition
+from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model, stack_columns
 from calib.fit.parameters import triad_parameters
-from calib.fit.residuals import Equations
-from calib.fit.result import Fit
-from calib.fit.solver import fit
+from calib.fit.rows.residuals import Equations
 from calib.planning.ideal_poses import PlannedRun, ideal_poses
 from calib.poses.attitudes import natural_directions
 from calib.poses.data_sheet import TriadSpec

@@ -5,8 +5,8 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.arguments import PathArgument
-from pipeline.commands.output import quiet_option
+from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.output import quiet_option
 
 
 @click.command(epilog=examples(
@@ -38,7 +38,11 @@ def command(
     cannot determine, do not show or cannot separate from another one, and states the measurement
     that would allow it.
     """
-    from pipeline.commands.model_change import Manner, add_until_settled, change_and_show
+    from pipeline.commands.interaction.model_change import (
+        Manner,
+        add_until_settled,
+        change_and_show,
+    )
     from pipeline.model_change import Allowed
 
     if auto == bool(targets):

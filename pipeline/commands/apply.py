@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.arguments import Finite, PathArgument
+from pipeline.commands.interaction.arguments import Finite, PathArgument
 
 if TYPE_CHECKING:
     from pipeline.logs.columns import ColumnNames, TimeUnit

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.arguments import PathArgument
-from pipeline.commands.output import echo_json, json_option, quiet_option
+from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.output import echo_json, json_option, quiet_option
 
 if TYPE_CHECKING:
     from pipeline.config.load import Config

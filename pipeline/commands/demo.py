@@ -6,8 +6,8 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples, paragraph
-from pipeline.commands.arguments import PathArgument
-from pipeline.commands.output import quiet_option
+from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.output import quiet_option
 
 
 @click.command(epilog=examples(

@@ -5,9 +5,9 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples, paragraph
-from pipeline.commands.arguments import PathArgument
-from pipeline.commands.output import echo_whole, json_option, quiet_option
-from pipeline.commands.verdicts import echo_verdict
+from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.output import echo_whole, json_option, quiet_option
+from pipeline.commands.interaction.verdicts import echo_verdict
 
 
 @click.command(epilog=examples(
@@ -24,7 +24,7 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
 
     The command runs every stage and does not change the results or the history.
     """
-    from pipeline.commands.run_with_progress import (
+    from pipeline.commands.interaction.run_with_progress import (
         run_quietly,
         run_silently,
         run_watched,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.arguments import PathArgument
+from pipeline.commands.interaction.arguments import PathArgument
 from pipeline.export.formats import FORMATS
 
 if TYPE_CHECKING:

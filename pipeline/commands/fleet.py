@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples, paragraph
-from pipeline.commands.arguments import PathArgument
+from pipeline.commands.interaction.arguments import PathArgument
 
 
 @click.command(epilog=examples(
@@ -38,7 +38,7 @@ def command(
     the table with its reason and stops nothing. Typed again, the command goes on where it stopped:
     sessions whose files have not changed are not run again.
     """
-    from pipeline.commands.progress import SessionProgress
+    from pipeline.commands.interaction.progress import SessionProgress
     from pipeline.errors import BUG, DONE
     from pipeline.fleet.cluster import connected, run_fleet
     from pipeline.fleet.finish import finish_fleet

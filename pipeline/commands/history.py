@@ -5,8 +5,8 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.arguments import PathArgument
-from pipeline.commands.output import echo_json, json_option, quiet_option
+from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.output import echo_json, json_option, quiet_option
 
 
 @click.command(epilog=examples(

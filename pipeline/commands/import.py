@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.arguments import Finite, PathArgument
-from pipeline.commands.output import echo_json, json_option, quiet_option
+from pipeline.commands.interaction.arguments import Finite, PathArgument
+from pipeline.commands.interaction.output import echo_json, json_option, quiet_option
 
 if TYPE_CHECKING:
     from pipeline.guess.checked import CheckedConfig
@@ -42,7 +42,7 @@ def command(
     command shows its guesses with the first rows, states what is uncertain, runs the configuration,
     and then writes it. It changes no log and never replaces a file without --force.
     """
-    from pipeline.commands.run_with_progress import run_unwatched
+    from pipeline.commands.interaction.run_with_progress import run_unwatched
     from pipeline.console.import_text import guess_json, guess_lines
     from pipeline.errors import UnwritableOutput
     from pipeline.files import write_whole

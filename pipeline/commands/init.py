@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.arguments import Finite, PathArgument
+from pipeline.commands.interaction.arguments import Finite, PathArgument
 
 
 @click.command(epilog=examples(

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.arguments import Finite, PathArgument
-from pipeline.commands.output import echo_whole, json_option, quiet_option
+from pipeline.commands.interaction.arguments import Finite, PathArgument
+from pipeline.commands.interaction.output import echo_whole, json_option, quiet_option
 
 if TYPE_CHECKING:
     from calib.noise.coefficients import AxisNoise

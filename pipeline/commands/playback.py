@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.arguments import Finite, PathArgument
+from pipeline.commands.interaction.arguments import Finite, PathArgument
 from pipeline.playback import PROTOCOLS, Protocol
 
 LONGEST_S = 86_400.0  #: a day

@@ -10,8 +10,8 @@ from typing import Literal
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.arguments import Finite, PathArgument
-from pipeline.commands.output import echo_json, json_option, quiet_option
+from pipeline.commands.interaction.arguments import Finite, PathArgument
+from pipeline.commands.interaction.output import echo_json, json_option, quiet_option
 
 FILMED_S = 60.0
 LONGEST_S = 86_400.0  #: a day
@@ -110,7 +110,7 @@ def _filmed(camera: int | None, seconds: float, keep: Path | None) -> Iterator[P
     if camera is None:
         yield None
         return
-    from pipeline.commands.progress import ClipProgress
+    from pipeline.commands.interaction.progress import ClipProgress
     from pipeline.stages.live_clip import film_clip
 
     with tempfile.TemporaryDirectory(prefix="pipeline-") as folder:
@@ -121,7 +121,7 @@ def _filmed(camera: int | None, seconds: float, keep: Path | None) -> Iterator[P
 
 
 def _measure(chosen: _Chosen, overlay: Path | None) -> None:
-    from pipeline.commands.progress import ClipProgress
+    from pipeline.commands.interaction.progress import ClipProgress
     from pipeline.console.rate_text import clip_lines, history_lines, rate_line
     from pipeline.results.rate import history_json, rate_json
     from pipeline.stages.context import RunContext

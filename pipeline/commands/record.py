@@ -5,8 +5,8 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.arguments import PathArgument
-from pipeline.commands.output import quiet_option
+from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.output import quiet_option
 
 FASTEST_BAUD = 100_000_000  #: bits per second, of a serial line over USB
 
@@ -47,7 +47,7 @@ def command(
         except Undetermined as refused:
             raise Undetermined(f"{refused} To record these all the same, add "
                                f"--although-undetermined.") from refused
-    from pipeline.commands.recording_display import watcher
+    from pipeline.commands.interaction.recording_display import watcher
 
     display = watcher(quiet)
     try:

@@ -5,8 +5,8 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.arguments import PathArgument
-from pipeline.commands.output import quiet_option
+from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.output import quiet_option
 
 
 @click.command(epilog=examples(
@@ -23,6 +23,6 @@ def command(config: Path, targets: tuple[str, ...], allow_python: bool, quiet: b
 
     TARGET is accelerometer.NAME, gyroscope.NAME, or rate.SETTING.TERM. Comments in CONFIG are kept.
     """
-    from pipeline.commands.model_change import Manner, change_and_show
+    from pipeline.commands.interaction.model_change import Manner, change_and_show
 
     change_and_show(config, targets, Manner(allow_python, quiet), remove=True)

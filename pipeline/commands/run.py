@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 import click
 
 from pipeline.commands import examples, paragraph
-from pipeline.commands.arguments import PathArgument
-from pipeline.commands.output import echo_whole, json_option, quiet_option
-from pipeline.commands.verdicts import echo_verdict
+from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.output import echo_whole, json_option, quiet_option
+from pipeline.commands.interaction.verdicts import echo_verdict
 
 if TYPE_CHECKING:
     from pipeline.stages.run import Outcome
@@ -35,7 +35,7 @@ def command(
 
     Later runs read the measured angles of the clips from the folder of the results.
     """
-    from pipeline.commands.run_with_progress import (
+    from pipeline.commands.interaction.run_with_progress import (
         run_quietly,
         run_silently,
         run_watched,

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from calib.earth import gravity_bounds
-from calib.fit.determined import LARGEST_SHARE
+from calib.fit.triad.determined import LARGEST_SHARE
 from pipeline.config.schema import KnownRateSection
 from pipeline.config.yaml_text import PathTo
 

@@ -20,8 +20,8 @@ from scipy.spatial.transform import Rotation
 from calib.effects.effect import Effect, Need
 from calib.effects.needs import lacking
 from calib.errors import Undetermined, UnusableLog
-from calib.fit.correction import Correction
 from calib.fit.model import Model
+from calib.fit.triad.correction import Correction
 from calib.poses.conditions import OTHER_TRIAD, Conditions
 from calib.poses.imu_log import BoolArray, FloatArray, ImuLog
 from pipeline.logs.write import LARGEST, csv_rows

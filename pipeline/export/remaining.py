@@ -12,7 +12,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from calib.effects.effect import Effect
-from calib.fit.sensitive_axes import Axes, sensor_columns
+from calib.fit.rows.sensitive_axes import Axes, sensor_columns
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from pipeline.results.read import Stored, StoredTriad

@@ -10,7 +10,7 @@ import numpy as np
 
 from calib.diagnosis.population.pool import FALSE_ALARM, PooledTrial
 from calib.diagnosis.population.spread import Spread
-from calib.fit.rounding import with_sd
+from calib.rounding import with_sd
 from pipeline.errors import DONE
 from pipeline.fleet.histogram import histogram
 from pipeline.fleet.population import TriadPopulation, parameter_unit

@@ -2,7 +2,7 @@
 
 from calib.diagnosis.population.pool import FALSE_ALARM, PooledEffect
 from calib.diagnosis.population.random_effects import RandomEffects
-from calib.fit.rounding import with_sd
+from calib.rounding import with_sd
 from pipeline.fleet.population import TriadPopulation
 from pipeline.text.formatting import count
 

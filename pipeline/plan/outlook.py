@@ -13,8 +13,8 @@ import numpy as np
 
 from calib.earth import EARTH_RATE_RAD_S, STANDARD_GRAVITY_M_S2, earth_rate_horizontal
 from calib.errors import CalibrationError
+from calib.fit.least_squares.result import Fit
 from calib.fit.model import Model
-from calib.fit.result import Fit
 from calib.planning.ideal_poses import PlannedRun, expected_widening, ideal_poses, one_second_sd
 from calib.planning.prospect import BestPose, Prospect, best_pose, prospect_of
 from calib.poses.averaging import PoseMean

@@ -17,9 +17,9 @@ import numpy as np
 from scipy.special import fdtrc
 
 from calib.effects.effect import Effect
-from calib.fit.identifiability import VISIBLE_SHARE
-from calib.fit.result import MISFIT_P_VALUE, Fit
-from calib.fit.sensitive_axes import ALIGNED
+from calib.fit.least_squares.identifiability import VISIBLE_SHARE
+from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
+from calib.fit.rows.sensitive_axes import ALIGNED
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from pipeline.report.drivers import NOTHING

@@ -7,7 +7,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from calib.fit.gauss_newton import HUBER_SD
+from calib.fit.least_squares.gauss_newton import HUBER_SD
 from pipeline.console.answers import RATES, Answer, answers_of, headline
 from pipeline.console.mounting_text import mounting_text
 from pipeline.console.run_text import triad_figures

@@ -23,7 +23,7 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.errors import Undetermined
-from calib.fit.result import Fit
+from calib.fit.least_squares.result import Fit
 from calib.poses.conditions import FIELDS, Conditions
 from calib.poses.imu_log import AXES, FloatArray, IntArray
 from pipeline.report.drivers import NOTHING, Driver, driver_of

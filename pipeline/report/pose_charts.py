@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammainc
 
-from calib.fit.predicted_pose import PredictedPose
+from calib.fit.validation.predicted_pose import PredictedPose
 from calib.poses.attitudes import NEAR_COSINE, list_directions, natural_directions
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.fit.leave_one_out import PoseResidual
+from calib.fit.validation.leave_one_out import PoseResidual
 from calib.poses.averaging import PoseMean
 from calib.poses.imu_log import AXES, FloatArray, Triad
 from calib.poses.pose_set import PoseSet

@@ -28,11 +28,11 @@ from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import Effect
 from calib.effects.units import display_unit
 from calib.fit.column_scaling import unit_columns
-from calib.fit.identifiability import VISIBLE_SHARE
-from calib.fit.leave_one_out import LARGEST_LEVERAGE
+from calib.fit.least_squares.identifiability import VISIBLE_SHARE
+from calib.fit.least_squares.result import AT_BOUND, MISFIT_P_VALUE, Fit
 from calib.fit.model import Model
-from calib.fit.residuals import Equations
-from calib.fit.result import AT_BOUND, MISFIT_P_VALUE, Fit
+from calib.fit.rows.residuals import Equations
+from calib.fit.validation.leave_one_out import LARGEST_LEVERAGE
 from calib.poses.imu_log import FloatArray
 from pipeline.report.pose_charts import SHOWN_SD
 from pipeline.report.svg import NICE

@@ -8,7 +8,7 @@ import numpy as np
 
 from calib.consistency.certificate import CertificateComparison
 from calib.effects.units import display_unit
-from calib.fit.calibration import NOISE, uncertainty_budget
+from calib.fit.triad.calibration import NOISE, uncertainty_budget
 from calib.poses.imu_log import AXES, SI_UNIT
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, relative, with_sd

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from calib.fit.determined import undetermined
 from calib.fit.parameters import TriadParameters
+from calib.fit.triad.determined import undetermined
 from pipeline.errors import UnfitCalibration
 from pipeline.results.read import Stored, StoredTriad
 

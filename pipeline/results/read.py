@@ -11,9 +11,9 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.errors import CalibrationError
-from calib.fit.correction import Correction
 from calib.fit.model import Model
 from calib.fit.parameters import alignment, triad_parameters
+from calib.fit.triad.correction import Correction
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from pipeline.errors import UnreadableInput

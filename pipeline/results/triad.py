@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from calib.fit.calibration import uncertainty_budget
+from calib.fit.triad.calibration import uncertainty_budget
 from calib.poses.data_sheet import TriadSpec
 from pipeline.config.schema import EffectSection
 from pipeline.results.candidate import candidate_json

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.errors import CalibrationError
-from calib.fit.predicted_pose import PredictedPose, predict_pose
-from calib.fit.result import Fit
+from calib.fit.least_squares.result import Fit
+from calib.fit.validation.predicted_pose import PredictedPose, predict_pose
 from calib.poses.averaging import PoseMean
 from calib.poses.imu_log import IntArray
 from calib.poses.pose_set import PoseSet

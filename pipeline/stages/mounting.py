@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from calib.consistency.repeats import require_no_copies
-from calib.fit.calibration import TriadCalibration
+from calib.fit.triad.calibration import TriadCalibration
 from calib.mounting.mounting import Mounting, MountingLogs, mounting_from_logs
 from calib.mounting.still_reading import require_at_rest
 from calib.poses.data_sheet import TriadSpec

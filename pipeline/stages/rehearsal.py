@@ -13,8 +13,8 @@ import numpy as np
 from calib.assess import calibrate
 from calib.consistency.force import require_gravity, unknown_force
 from calib.effects.effect import Effect
-from calib.fit.calibration import TriadCalibration
-from calib.fit.solver import require_determinable
+from calib.fit.least_squares.solver import require_determinable
+from calib.fit.triad.calibration import TriadCalibration
 from calib.poses.averaging import average_pose
 from calib.poses.imu_log import Triad
 from calib.poses.reference import PlateRate

@@ -14,10 +14,10 @@ from calib.diagnosis.diagnose import Diagnosis
 from calib.diagnosis.unseen import unseen_budget
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
-from calib.fit.calibration import TriadCalibration
-from calib.fit.frame_alignment import FrameRotation, frame_rotation
-from calib.fit.leave_one_out import Comparison
-from calib.fit.prediction import Prediction
+from calib.fit.triad.calibration import TriadCalibration
+from calib.fit.triad.frame_alignment import FrameRotation, frame_rotation
+from calib.fit.validation.leave_one_out import Comparison
+from calib.fit.validation.prediction import Prediction
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet

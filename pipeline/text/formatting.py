@@ -4,8 +4,8 @@ import math
 from collections.abc import Mapping
 
 from calib.effects.units import ERROR_UNIT
-from calib.fit.rounding import with_sd as with_sd
 from calib.poses.imu_log import SI_UNIT
+from calib.rounding import with_sd as with_sd
 
 #: Unit in which a triad's errors are shown, and how many of it one SI unit is.
 DISPLAY: Mapping[str, tuple[str, float]] = {

@@ -120,7 +120,7 @@ def test_four_runs_at_once_leave_four_lines_of_history(alone: Path) -> None:
 def test_a_configuration_that_is_edited_meanwhile_is_not_overwritten(
     alone: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from pipeline.commands import model_change
+    from pipeline.commands.interaction import model_change
 
     results = (alone.with_suffix(".run") / "results.json").read_bytes()
     edited = alone.read_text(encoding="utf-8") + "# a thought of mine\n"

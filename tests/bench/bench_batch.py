@@ -18,8 +18,8 @@ from scipy.optimize import least_squares
 
 from calib.effects.catalogue import BASE
 from calib.fit.batch import fit_many as batch
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.fit.solver import fit
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 from tests.lots import pose_sets_of

@@ -20,10 +20,10 @@ from scipy.optimize import least_squares
 from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.effects.catalogue import BASE
 from calib.effects.effect import EFFECTS
-from calib.fit.gauss_newton import minimise
+from calib.fit.least_squares.gauss_newton import minimise
+from calib.fit.least_squares.solver import Fit, fit
 from calib.fit.model import Model
-from calib.fit.problem import EXACT, Estimate, Precision, Problem, Solution
-from calib.fit.solver import Fit, fit
+from calib.fit.rows.problem import EXACT, Estimate, Precision, Problem, Solution
 from calib.poses.imu_log import FloatArray
 from tests.bench.timing import paired_ms
 from tests.trials import DESIGNS, drawn, poses_of
@@ -73,7 +73,7 @@ class Rows:
 
 
 def by_scipy(problem: Problem, start: Estimate, precision: Precision = EXACT) -> Solution:
-    """What :func:`calib.fit.gauss_newton.minimise` does, by SciPy."""
+    """What :func:`calib.fit.least_squares.gauss_newton.minimise` does, by SciPy."""
     rows = Rows(problem, start)
     low = np.full(len(rows.x), -np.inf)
     high = -low
@@ -89,7 +89,7 @@ def by_scipy(problem: Problem, start: Estimate, precision: Precision = EXACT) ->
 
 def diagnose_by_scipy(base: Fit) -> Diagnosis:
     """The same diagnosis with SciPy's minima."""
-    with mock.patch("calib.fit.solver.minimise", by_scipy):
+    with mock.patch("calib.fit.least_squares.solver.minimise", by_scipy):
         return diagnose(base)
 
 
@@ -104,7 +104,7 @@ def minimised(base: Fit) -> list[Task]:
         tasks.append((problem, start, precision))
         return minimise(problem, start, precision)
 
-    with mock.patch("calib.fit.solver.minimise", noting):
+    with mock.patch("calib.fit.least_squares.solver.minimise", noting):
         diagnose(base)
     return tasks
 

@@ -12,10 +12,10 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from calib.effects.catalogue import BASE
-from calib.fit.calibration import calibrate_triad
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.fit.residuals import Equations
-from calib.fit.solver import fit
+from calib.fit.rows.residuals import Equations
+from calib.fit.triad.calibration import calibrate_triad
 from calib.poses.averaging import average_pose
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog

@@ -24,9 +24,9 @@ from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.search import evidence
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
+from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.fit.result import Fit
-from calib.fit.solver import fit
 from tests.bench.threshold_records import FACTORS, replaced
 from tests.set_trials import SetOutcome, design_of, draw_set, scored
 from tests.trials import poses_of

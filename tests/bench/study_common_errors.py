@@ -13,8 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from calib.fit.calibration import calibrate_triad
-from calib.fit.solver import fit
+from calib.fit.least_squares.solver import fit
+from calib.fit.triad.calibration import calibrate_triad
 from tests.calib.made_poses import MODEL, SLOW, SPECS, base_theta, made_poses, noisy
 
 PPM = (50, 500, 5000, 20_000)

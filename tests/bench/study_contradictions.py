@@ -19,7 +19,7 @@ from pipeline.config.load import load_config
 from pipeline.errors import PipelineError
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
-from tests.calib.fit.coverage import another_evening
+from tests.calib.fit.least_squares.coverage import another_evening
 from tests.world.designs import paper_design, rich_design
 from tests.world.hidden import Hidden
 from tests.world.session import simulate

@@ -14,7 +14,7 @@ import argparse
 import numpy as np
 
 from calib.poses.imu_log import TRIADS
-from tests.calib.fit.coverage import GROUPS, draw
+from tests.calib.fit.least_squares.coverage import GROUPS, draw
 from tests.trials import DESIGNS
 
 

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from calib.effects.catalogue import BASE
 from calib.fit.model import Model
-from calib.fit.residuals import Equations
+from calib.fit.rows.residuals import Equations
 from calib.poses.attitudes import natural_directions
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec

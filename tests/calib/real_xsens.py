@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from calib.effects.catalogue import BASE
-from calib.fit.calibration import TriadCalibration, calibrate_triad
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.fit.solver import fit
+from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.poses.averaging import average_pose
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog

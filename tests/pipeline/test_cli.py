@@ -13,7 +13,8 @@ import pytest
 import calib.errors
 import vision.errors
 from pipeline import cli
-from pipeline.commands import COMMANDS, front_page, group
+from pipeline.commands import COMMANDS, front_page
+from pipeline.commands.interaction import group
 from pipeline.errors import ConfigError, DeviceError, UnreadableInput, exit_code_of
 from tests.paths import ROOT
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from calib.fit.angrisano import data_sheet_start
+from calib.fit.least_squares.angrisano import data_sheet_start
 from calib.poses.imu_log import FloatArray
 from tests.calib.real_xsens import GRAVITY_M_S2, SPEC, real_accelerometer
 from tests.paths import DATA

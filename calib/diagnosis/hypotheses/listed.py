@@ -17,8 +17,8 @@ from calib.diagnosis.hypotheses.signature import effect_vectors, square_vectors
 from calib.effects.catalogue import BASE
 from calib.effects.effect import EFFECTS, Effect, column_effect
 from calib.effects.needs import unavailable
+from calib.fit.least_squares.result import Fit
 from calib.fit.model import Model
-from calib.fit.result import Fit
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 

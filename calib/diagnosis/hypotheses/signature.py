@@ -13,10 +13,10 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import orthonormal_columns
-from calib.fit.identifiability import ROUNDING, VISIBLE_SHARE
-from calib.fit.result import Fit
-from calib.fit.sensitive_axes import sensor_columns
-from calib.fit.square_start import square_columns
+from calib.fit.least_squares.identifiability import ROUNDING, VISIBLE_SHARE
+from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.square_start import square_columns
+from calib.fit.rows.sensitive_axes import sensor_columns
 from calib.poses.imu_log import BoolArray, FloatArray
 
 

@@ -14,7 +14,7 @@ from scipy.linalg import eigh
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Course, Hypothesis
 from calib.effects.effect import Effect, Page, per_axis
-from calib.fit.result import Fit
+from calib.fit.least_squares.result import Fit
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, TRIADS, BoolArray, FloatArray
 

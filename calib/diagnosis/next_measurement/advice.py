@@ -15,8 +15,8 @@ from calib.diagnosis.next_measurement.kind import shares_a_rate
 from calib.diagnosis.next_measurement.pose_blocks import CLIPS, hypothetical
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import orthonormal_columns
-from calib.fit.prediction import Prediction
-from calib.fit.result import Fit
+from calib.fit.least_squares.result import Fit
+from calib.fit.validation.prediction import Prediction
 from calib.poses.attitudes import list_directions
 from calib.poses.imu_log import FloatArray
 

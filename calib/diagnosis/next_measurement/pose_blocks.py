@@ -18,8 +18,8 @@ from calib.diagnosis.next_measurement.kind import (
     in_a_chamber,
     shares_a_rate,
 )
-from calib.fit.residuals import Equations
-from calib.fit.result import Fit
+from calib.fit.least_squares.result import Fit
+from calib.fit.rows.residuals import Equations
 from calib.poses.attitudes import natural_directions
 from calib.poses.imu_log import BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet

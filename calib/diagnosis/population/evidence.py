@@ -18,7 +18,7 @@ from calib.diagnosis.hypotheses.listed import candidate_effects
 from calib.diagnosis.hypotheses.signature import Projector, effect_columns
 from calib.effects.effect import Effect
 from calib.effects.needs import unavailable
-from calib.fit.result import Fit
+from calib.fit.least_squares.result import Fit
 from calib.poses.imu_log import FloatArray
 
 

@@ -15,7 +15,7 @@ from calib.diagnosis.population.lot import LotEvidence
 from calib.diagnosis.population.stacked_conditions import StackedConditions
 from calib.effects.effect import Effect
 from calib.fit.batch.fit_many import FittedStack, ManyFits
-from calib.fit.identifiability import ROUNDING, VISIBLE_SHARE
+from calib.fit.least_squares.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet

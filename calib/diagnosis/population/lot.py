@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.diagnosis.population.evidence import Evidence, Trial
-from calib.fit.identifiability import VISIBLE_SHARE
+from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.poses.imu_log import FloatArray
 
 AT_ONCE = 500

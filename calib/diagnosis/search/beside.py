@@ -8,7 +8,7 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.search.evidence import block_log_densities, nothing_log_density
 from calib.diagnosis.search.table import Table
-from calib.fit.identifiability import VISIBLE_SHARE
+from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.poses.imu_log import FloatArray
 
 

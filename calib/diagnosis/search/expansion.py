@@ -18,7 +18,7 @@ from calib.diagnosis.search.refit import Refit
 from calib.diagnosis.search.sets import OFTEN, Entry, Key, Search, is_nothing
 from calib.diagnosis.search.sizes import within_nature
 from calib.diagnosis.search.table import Table
-from calib.fit.result import Fit
+from calib.fit.least_squares.result import Fit
 
 SCREENED = 4
 """Steps and bad poses that take part in the screen of pairs: the best of each."""

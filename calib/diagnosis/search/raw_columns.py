@@ -15,7 +15,7 @@ from calib.diagnosis.hypotheses.signature import (
     reference_columns,
     vector_columns,
 )
-from calib.fit.result import Fit
+from calib.fit.least_squares.result import Fit
 from calib.poses.imu_log import FloatArray, IntArray
 
 

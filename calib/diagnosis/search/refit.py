@@ -14,10 +14,10 @@ from scipy.special import erfcx, ndtr
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
 from calib.errors import CalibrationError
-from calib.fit.leave_one_out import left_out_residual
-from calib.fit.result import Fit, shapes_at_bound
-from calib.fit.shape_derivatives import shape_derivatives
-from calib.fit.solver import extend
+from calib.fit.least_squares.result import Fit, shapes_at_bound
+from calib.fit.least_squares.solver import extend
+from calib.fit.rows.shape_derivatives import shape_derivatives
+from calib.fit.validation.leave_one_out import left_out_residual
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from calib.diagnosis.search.beside import Beside
 from calib.diagnosis.search.refit import Refit, refit
 from calib.diagnosis.search.table import Table
 from calib.effects.effect import Effect
-from calib.fit.result import Fit
+from calib.fit.least_squares.result import Fit
 from calib.poses.imu_log import FloatArray
 
 Key = tuple[str, ...]

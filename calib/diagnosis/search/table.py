@@ -18,9 +18,9 @@ from calib.diagnosis.hypotheses.signature import Projector
 from calib.diagnosis.search.evidence import likeliest_sizes, nothing_log_density, set_log_density
 from calib.diagnosis.search.raw_columns import RawColumns
 from calib.fit.column_scaling import RANK_TOLERANCE, orthonormal_columns
-from calib.fit.identifiability import VISIBLE_SHARE
-from calib.fit.leave_one_out import left_out_residual
-from calib.fit.result import Fit
+from calib.fit.least_squares.identifiability import VISIBLE_SHARE
+from calib.fit.least_squares.result import Fit
+from calib.fit.validation.leave_one_out import left_out_residual
 from calib.poses.imu_log import FloatArray, IntArray
 
 NORM_FLOOR = 1e-9

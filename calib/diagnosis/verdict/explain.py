@@ -24,9 +24,9 @@ from calib.diagnosis.verdict.wording import (
 from calib.effects.catalogue import find_effect
 from calib.effects.units import display_unit
 from calib.errors import CalibrationError
-from calib.fit.prediction import Prediction
-from calib.fit.result import Fit
-from calib.fit.rounding import with_sd
+from calib.fit.least_squares.result import Fit
+from calib.fit.validation.prediction import Prediction
+from calib.rounding import with_sd
 
 Standing = Literal["good", "act", "open"]
 Step = Literal["apply", "add", "record", "repeat", "define"]

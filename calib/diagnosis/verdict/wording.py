@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from calib.diagnosis.next_measurement.advice import list_labels
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
-from calib.fit.prediction import Prediction
+from calib.fit.validation.prediction import Prediction
 from calib.poses.attitudes import direction_name
 
 MORE_THAN_NOISE = 10.0

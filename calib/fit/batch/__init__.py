@@ -2,7 +2,8 @@
 
     pose_stack (the rows' inputs) ─ start (ellipsoids) ─ stacked_rows ─ descent ─ fit_many
 
-The rows, the start, the steps and the checks are those of :mod:`calib.fit.solver`, for S sets of
-poses in one call of NumPy. What does not go straight to its minimum, or fails a check, leaves the
-stack and is fitted by :func:`calib.fit.solver.fit`, so that results and refusals are the same.
+The rows, the start, the steps and the checks are those of :mod:`calib.fit.least_squares.solver`,
+for S sets of poses in one call of NumPy. What does not go straight to its minimum, or fails a
+check, leaves the stack and is fitted by :func:`calib.fit.least_squares.solver.fit`, so that results
+and refusals are the same.
 """

@@ -1,4 +1,4 @@
-"""Gauss-Newton steps of :mod:`calib.fit.gauss_newton` for a stack, a step mask per set.
+"""Gauss-Newton steps as :mod:`calib.fit.least_squares.gauss_newton` for a stack, masked per set.
 
 A set whose cost rises by a full step is not followed further: the solver of one set halves its
 steps, and fits it.
@@ -10,7 +10,7 @@ import numpy as np
 
 from calib.fit.batch.linear_algebra import scaled_information, solved, times
 from calib.fit.batch.stacked_rows import StackedEquations
-from calib.fit.problem import EXACT
+from calib.fit.rows.problem import EXACT
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 

@@ -1,4 +1,4 @@
-"""Fit one model to many pose sets: :func:`calib.fit.solver.fit` for all of them at once.
+"""Fit one model to many pose sets: :func:`calib.fit.least_squares.solver.fit` for all at once.
 
 Sets with equal numbers of rows are stacked; those of other numbers form stacks of their own. What
 the stack does not bring to rest, or might be refused, is fitted by ``fit`` by itself, and put back.
@@ -16,14 +16,14 @@ from calib.fit.batch.linear_algebra import inverses, scaled_information
 from calib.fit.batch.pose_stack import PoseStack, grouped
 from calib.fit.batch.stacked_rows import StackedEquations, StackedRows, columns_on
 from calib.fit.batch.start import starts_of
-from calib.fit.identifiability import (
+from calib.fit.least_squares.identifiability import (
     CONDITION_LIMIT,
     FEWEST_SPARE_ROWS,
     GAINS,
     LARGEST_REFERENCE_ERROR,
 )
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.fit.solver import fit
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 
@@ -86,7 +86,8 @@ class ManyFits:
     chi2, p_value : array, shape (N,)
     dof, iterations : array of int, shape (N,)
     refusals : mapping of int to CalibrationError
-        Why a set was refused, by its index: what :func:`calib.fit.solver.fit` raises for it.
+        Why a set was refused, by its index: what
+        :func:`calib.fit.least_squares.solver.fit` raises for it.
     alone : tuple of int
         The sets that were fitted by themselves.
     stacks : tuple of FittedStack
@@ -121,8 +122,8 @@ def fit_many(sets: Sequence[PoseSet], model: Model) -> ManyFits:
     Returns
     -------
     ManyFits
-        Estimates, sds, iterations and refusals are those of :func:`calib.fit.solver.fit`, the
-        numbers within 1e-9 of an sd.
+        Estimates, sds, iterations and refusals are those of
+        :func:`calib.fit.least_squares.solver.fit`, the numbers within 1e-9 of an sd.
 
     Raises
     ------

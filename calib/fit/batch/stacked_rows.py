@@ -1,4 +1,4 @@
-"""The rows of :mod:`calib.fit.residuals` for a stack: a model that acts on the reading alone.
+"""The rows of :mod:`calib.fit.rows.residuals` for a stack: a model that acts on the reading alone.
 
     magnitude row   (|s_i| (1 - R_i eta) - m_i) / sd_i,     s = y - E(y) theta
     null row        (s_i - expected_i) / sd_i, three of them
@@ -11,9 +11,9 @@ import numpy as np
 
 from calib.fit.batch.linear_algebra import times
 from calib.fit.batch.pose_stack import PoseStack
-from calib.fit.initial_estimate import Start
 from calib.fit.model import Model, stack_columns
-from calib.fit.whitening import NO_LENGTH
+from calib.fit.rows.initial_estimate import Start
+from calib.fit.rows.whitening import NO_LENGTH
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, IntArray
 

@@ -1,10 +1,10 @@
-"""The ellipsoids that many fits start from: :mod:`calib.fit.initial_estimate` for a stack."""
+"""The ellipsoids that many fits start from: :mod:`calib.fit.rows.initial_estimate` for a stack."""
 
 import numpy as np
 
 from calib.fit.batch.linear_algebra import choleskys, inverses, times
 from calib.fit.batch.pose_stack import PoseStack
-from calib.fit.initial_estimate import SAME_MAGNITUDE, UNKNOWNS, Start
+from calib.fit.rows.initial_estimate import SAME_MAGNITUDE, UNKNOWNS, Start
 from calib.poses.imu_log import BoolArray, FloatArray
 
 WELL_DETERMINED = 1e3

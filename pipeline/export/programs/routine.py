@@ -20,7 +20,7 @@ from pipeline.results.read import Stored, StoredTriad
 from pipeline.text.plain import one_line
 
 FORCE = ("fx", "fy", "fz")
-STEPS = 50  #: of the fixed point at most, as in :mod:`calib.fit.sensitive_axes`
+STEPS = 50  #: of the fixed point at most, as in :mod:`calib.fit.rows.sensitive_axes`
 #: Conditions with a name of their own, and what they are.
 MEANINGS: Mapping[str, str] = {
     "temperature_c": "temperature in degrees Celsius",

@@ -9,7 +9,7 @@ from calib.consistency.mistakes import BOUND_SLACK
 from calib.consistency.quadric import least_chi2
 from calib.consistency.signed_axes import SIGNED_PERMUTATIONS
 from calib.errors import CalibrationError
-from calib.fit.solver import fit
+from calib.fit.least_squares.solver import fit
 from calib.poses.imu_log import Triad
 from calib.poses.pose_set import PoseSet
 from tests.calib.made_poses import MODEL, noisy, rich_poses

@@ -14,8 +14,8 @@ from scipy.stats import chi2
 
 from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.effects.catalogue import BASE
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.fit.solver import fit
 from calib.poses.pose_set import PoseSet
 from tests.chance import fewest_hits, largest_left_out_rms, largest_rms
 from tests.recorded_blocks import settle

@@ -9,8 +9,8 @@ from calib.diagnosis.next_measurement.advice import Rival, best_block, film_each
 from calib.diagnosis.next_measurement.kind import at_one_speed, in_a_chamber, once_more
 from calib.diagnosis.next_measurement.pose_blocks import menu
 from calib.effects.catalogue import BASE, find_effect
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.fit.solver import fit
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import constant_reference

@@ -13,8 +13,8 @@ from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.diagnosis.hypotheses.columns import causes, is_cause
 from calib.diagnosis.verdict.wording import odds_in_words
 from calib.effects.catalogue import BASE
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.fit.solver import fit
 from calib.poses.imu_log import Triad
 from tests.calib.made_poses import base_theta, noisy, read_through, rich_poses, with_noise
 from tests.set_trials import design_of, disturbed, scored

@@ -8,8 +8,8 @@ import pytest
 from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.unseen import absorbed, together, typical_size, unseen_budget
 from calib.effects.effect import EFFECTS
-from calib.fit.calibration import calibrate_triad
-from calib.fit.solver import fit
+from calib.fit.least_squares.solver import fit
+from calib.fit.triad.calibration import calibrate_triad
 from calib.poses.imu_log import TRIADS
 from tests.calib.made_poses import FAST, MODEL, SLOW, SPECS, made_poses, noisy
 

@@ -9,10 +9,10 @@ from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import EFFECTS, REFERENCE_TEMPERATURE_C, Effect
 from calib.effects.needs import unavailable
 from calib.errors import Undetermined
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model, stack_columns
-from calib.fit.residuals import Equations
-from calib.fit.sensitive_axes import ALIGNED, solve_sensor
-from calib.fit.solver import fit
+from calib.fit.rows.residuals import Equations
+from calib.fit.rows.sensitive_axes import ALIGNED, solve_sensor
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from tests.calib.made_poses import (

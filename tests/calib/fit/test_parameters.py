@@ -8,11 +8,11 @@ import pytest
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import EFFECTS
 from calib.errors import CalibrationError
-from calib.fit.calibration import calibrate_triad
+from calib.fit.least_squares.result import MISFIT_P_VALUE
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.parameters import alignment, theta_of, triad_parameters
-from calib.fit.result import MISFIT_P_VALUE
-from calib.fit.solver import fit
+from calib.fit.triad.calibration import calibrate_triad
 from calib.poses.attitudes import direction_name, list_directions, natural_directions, uncovered
 from calib.poses.data_sheet import TriadSpec
 from pipeline.errors import message_of

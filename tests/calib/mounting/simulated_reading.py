@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
-from calib.fit.calibration import TriadCalibration, calibrate_triad
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.fit.solver import fit
+from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.mounting.mounting import Mounting
 from calib.poses.imu_log import ImuLog
 from calib.poses.pose_set import pose_set

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from calib.effects.catalogue import BASE
-from calib.fit.calibration import calibrate_triad
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.fit.solver import fit
+from calib.fit.triad.calibration import calibrate_triad
 from calib.poses.averaging import average_pose, least_steps, value_steps
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.commands.run_with_progress import run_unwatched
+from pipeline.commands.interaction.run_with_progress import run_unwatched
 from pipeline.config.sensor import sensor_specs
 from pipeline.errors import UnreadableInput
 from pipeline.guess.checked import CheckedConfig, checked_config

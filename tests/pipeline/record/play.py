@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.fit.calibration import TriadCalibration, calibrate_triad
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.fit.solver import fit
+from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.pose_set import pose_set
 from calib.poses.runs import gravity_run

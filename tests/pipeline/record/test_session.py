@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calib.fit.calibration import TriadCalibration
+from calib.fit.triad.calibration import TriadCalibration
 from pipeline.errors import ConfigError, DeviceError
 from pipeline.logs.read import read_log
 from pipeline.playback import Protocol

@@ -12,8 +12,8 @@ import pytest
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
-from calib.fit.result import Fit
-from calib.fit.solver import fit
+from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.solver import fit
 from pipeline.config.load import load_config
 from pipeline.report.page import report_html
 from pipeline.stages.context import RunContext

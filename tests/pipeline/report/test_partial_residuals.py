@@ -10,8 +10,8 @@ import pytest
 from calib.effects.catalogue import find_effect
 from calib.effects.expression import read_expression
 from calib.effects.user_defined import user_effect
-from calib.fit.result import MISFIT_P_VALUE, Fit
-from calib.fit.solver import fit
+from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
+from calib.fit.least_squares.solver import fit
 from pipeline.config.load import load_config
 from pipeline.report.axis_charts import axis_charts, lead_panel
 from pipeline.report.partial_residuals import Panel, panels

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calib.fit.result import Fit
-from calib.fit.solver import fit
+from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.solver import fit
 from calib.poses.attitudes import natural_directions
 from pipeline.config.load import load_config
 from pipeline.logs.read import read_log

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pipeline.cli import main
-from pipeline.commands.run_with_progress import run_unwatched
+from pipeline.commands.interaction.run_with_progress import run_unwatched
 from pipeline.config.load import load_config
 from pipeline.stages.run import Outcome
 from tests.pipeline.guess.hand_log import hand_log

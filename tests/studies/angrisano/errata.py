@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from calib.consistency.certificate import frame_free
-from calib.fit.angrisano import data_sheet_start
+from calib.fit.least_squares.angrisano import data_sheet_start
 from calib.fit.parameters import alignment
 from calib.mounting.levelling import mounting_rotation
 from calib.poses.imu_log import FloatArray

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from calib.fit.angrisano import data_sheet_start
+from calib.fit.least_squares.angrisano import data_sheet_start
 from calib.poses.imu_log import AXES
 from tests.studies.angrisano.iteration import Iterations
 from tests.studies.angrisano.published import ACCELEROMETER

@@ -1,15 +1,16 @@
 """The iteration of Angrisano et al. to the letter, for the study that reproduces their tables.
 
 Equation (11) without weights, q the residual form of the *linear* system, ``v = H dX - l``, ``q =
-vᵀv``, and the stop rule as printed. The product's own solver ``paper`` (:mod:`calib.fit.angrisano`)
-differs in what had to be mended: it weights, and judges the misclosure itself.
+vᵀv``, and the stop rule as printed. The product's own solver ``paper``
+(:mod:`calib.fit.least_squares.angrisano`) differs in what had to be mended: it weights, and judges
+the misclosure itself.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from calib.fit.angrisano import corrected_vectors, jacobian
+from calib.fit.least_squares.angrisano import corrected_vectors, jacobian
 from calib.poses.imu_log import FloatArray
 from tests.studies.angrisano.published import STOP_RULE
 

@@ -13,9 +13,14 @@ from functools import lru_cache
 import numpy as np
 
 from calib.effects.catalogue import BASE
-from calib.fit.angrisano import corrected_vectors, data_sheet_start, fit_paper, jacobian
-from calib.fit.calibration import calibrate_triad
+from calib.fit.least_squares.angrisano import (
+    corrected_vectors,
+    data_sheet_start,
+    fit_paper,
+    jacobian,
+)
 from calib.fit.model import Model
+from calib.fit.triad.calibration import calibrate_triad
 from calib.poses.averaging import average_pose
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet, pose_set

@@ -18,11 +18,11 @@ import numpy as np
 
 from calib.effects.catalogue import BASE
 from calib.errors import Undetermined
-from calib.fit.angrisano import data_sheet_start, fit_paper, iterations_from
+from calib.fit.least_squares.angrisano import data_sheet_start, fit_paper, iterations_from
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.parameters import alignment, triad_parameters
-from calib.fit.residuals import Equations
-from calib.fit.solver import fit
+from calib.fit.rows.residuals import Equations
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 from pipeline.text.tables import aligned

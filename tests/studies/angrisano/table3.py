@@ -17,10 +17,10 @@ import numpy as np
 
 from calib.earth import EARTH_RATE_RAD_S
 from calib.effects.catalogue import BASE
-from calib.fit.angrisano import fit_paper
-from calib.fit.calibration import calibrate_triad
+from calib.fit.least_squares.angrisano import fit_paper
 from calib.fit.model import Model
 from calib.fit.parameters import TriadParameters
+from calib.fit.triad.calibration import calibrate_triad
 from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import pose_set

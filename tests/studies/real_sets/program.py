@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from calib.errors import Undetermined
-from calib.fit.calibration import calibrate_triad
-from calib.fit.prediction import Prediction, predict
-from calib.fit.solver import fit
+from calib.fit.least_squares.solver import fit
+from calib.fit.triad.calibration import calibrate_triad
+from calib.fit.validation.prediction import Prediction, predict
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, FloatArray
 from pipeline.config.load import parse_config

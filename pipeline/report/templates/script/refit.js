@@ -1,4 +1,4 @@
-// The refit: one step of calib/fit/solver.py on the rows and columns that the page carries.
+// The refit: one step of calib/fit/least_squares/solver.py on the rows and columns that the page carries.
 // pipeline/report/refit_data.py defines the columns.
 // The combinations of an effect's parameters that the rows determine beside the known columns, as in
 // the solver: all, or those with more than VISIBLE_SHARE of their signal remaining.

@@ -9,8 +9,8 @@ from calib.diagnosis.population.lot import LotEvidence
 from calib.diagnosis.population.pool import Pool, judge, pool
 from calib.effects.catalogue import BASE
 from calib.fit.batch.fit_many import fit_many
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.fit.solver import fit
 from calib.poses.pose_set import PoseSet
 from tests.fitting import pose_sets
 from tests.lots import pose_sets_of

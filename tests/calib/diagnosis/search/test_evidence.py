@@ -14,10 +14,10 @@ from calib.diagnosis.search.evidence import (
 )
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import EFFECTS
-from calib.fit.calibration import calibrate_triad
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.fit.residuals import Equations
-from calib.fit.solver import fit
+from calib.fit.rows.residuals import Equations
+from calib.fit.triad.calibration import calibrate_triad
 from tests.calib.made_poses import (
     SLOW,
     SPECS,

@@ -9,8 +9,8 @@ from calib.diagnosis.hypotheses.listed import listed_hypotheses
 from calib.diagnosis.search.expansion import search
 from calib.diagnosis.search.refit import refit
 from calib.effects.catalogue import BASE, find_effect
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.fit.solver import fit
 from calib.poses.pose_set import PoseSet
 from tests.trials import DESIGNS, drawn, poses_of
 

@@ -10,8 +10,8 @@ import pytest
 from calib.effects.catalogue import BASE
 from calib.errors import Undetermined
 from calib.fit.batch.fit_many import ManyFits, fit_many
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.fit.solver import fit
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import constant_reference
 from tests.fitting import pose_sets

@@ -1,0 +1,275 @@
+"""A fitted model, with everything that comparison and diagnosis need."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.special import fdtrc
+
+from calib.effects.effect import Effect
+from calib.errors import FitFailed
+from calib.fit.column_scaling import inverse_square, pseudo_inverse_square, unit_columns
+from calib.fit.least_squares.identifiability import require_determined, require_enough, require_size
+from calib.fit.model import Model
+from calib.fit.rows.problem import Estimate, Problem, Solution, with_common
+from calib.fit.rows.residuals import Equations, WhitenedRows
+from calib.fit.rows.sensitive_axes import sensor_columns
+from calib.poses.imu_log import BoolArray, FloatArray
+from calib.poses.pose_set import PoseSet
+
+HUBER_VARIANCE = 0.7785
+"""Mean of ψ² for standard normal noise, ``Φ(c) - Φ(-c) - 2cφ(c) + 2c²(1 - Φ(c))`` at 1.5."""
+
+OUTLIER_SD = 4.0
+"""Rows beyond are no noise of the stated sd: of normal rows one in 16000 is."""
+
+MISFIT_P_VALUE = 0.005
+"""The one level at which "the stated noise explains the rows" is given up: both triads of a session
+together raise a false alarm in one session of a hundred."""
+
+AT_BOUND = 1e-3  #: relative distance within which a shape parameter is at its bound
+
+UNDETERMINED_SHARE = 0.02
+"""A parameter is seen by itself when no more of it than this lies outside what was fitted."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fitted model.
+
+    Attributes
+    ----------
+    poses : PoseSet, length n
+    model : Model
+    theta, cov : array, shapes (p,) and (p, p)
+        SI, in the order of the model; the covariance is by the stated sds.
+    common_shift, eta : array, shapes (p, q) and (q,)
+        How far one sd of each common error moves theta, and these errors in sds.
+    shapes, log_shape_sd : mapping of str to float
+        Fitted shape parameters by effect, and sds of their logarithms if they had no bounds.
+    equations, rows : Equations, WhitenedRows
+        The r rows, and what they are at the solution.
+    weight : array, shape (r,)
+        What the robust loss left of each row; 1 without it.
+    basis : array, shape (p, v)
+        The combinations of parameters that were fitted.
+    iterations : int
+    """
+
+    poses: PoseSet
+    model: Model
+    theta: FloatArray
+    cov: FloatArray
+    common_shift: FloatArray
+    eta: FloatArray
+    shapes: Mapping[str, float]
+    log_shape_sd: Mapping[str, float]
+    equations: Equations
+    rows: WhitenedRows
+    weight: FloatArray
+    basis: FloatArray
+    iterations: int
+
+    @property
+    def chi2(self) -> float:
+        """Sum of the squared whitened residuals."""
+        return self.rows.chi2
+
+    @property
+    def bounded_chi2(self) -> float:
+        """Chi-square in which a row counts as the loss bounds it; :attr:`chi2` of plain squares.
+
+        ``Σ ψ²`` over its expected value for noise, so that one bad pose that the robust loss has
+        set aside does not widen the sds of all.
+        """
+        if not self.is_robust:
+            return self.chi2
+        data = slice(self.equations.data_count)
+        bounded = self.weight * self.rows.residual
+        prior = self.rows.residual[self.equations.data_count :]
+        return float((bounded[data] ** 2).sum() / HUBER_VARIANCE + prior @ prior)
+
+    @property
+    def bounded_p_value(self) -> float:
+        """:attr:`p_value` of :attr:`bounded_chi2`."""
+        return float(fdtrc(self.dof, self.poses.noise_dof, self.bounded_chi2 / self.dof))
+
+    @property
+    def p_value(self) -> float:
+        """Probability of a residual this large when the model and the stated sds are right.
+
+        The sds come from the same samples with ``noise_dof`` degrees of freedom, so chi-square
+        over its degrees of freedom is an F ratio.
+        """
+        return float(fdtrc(self.dof, self.poses.noise_dof, self.chi2 / self.dof))
+
+    @property
+    def dof(self) -> int:
+        """Data rows less parameters; the prior rows pay for the common errors."""
+        return int(self.equations.data_count - self.basis.shape[1] - len(self.shapes))
+
+    @property
+    def sensed(self) -> FloatArray:
+        """What each sensitive axis felt in every pose, all errors taken off, SI, (n, 3)."""
+        return self.rows.axes.sensed(self.rows.vector)
+
+    @cached_property
+    def remembering(self) -> Equations:
+        """The equations with what the solution felt in the poses before."""
+        return Equations(self.poses, self.model, self.sensed, self.equations.whitening)
+
+    def columns_of(self, effect: Effect, shape: float | None = None) -> FloatArray:
+        """Columns of ``effect`` at the solution, where and on what it acts.
+
+        Parameters
+        ----------
+        effect : Effect
+            In the model or not.
+        shape : float, optional
+            Value of its shape parameter.
+
+        Returns
+        -------
+        array, shape (n, 3, k) or (n, k)
+            Error of the vector (of an effect on the reading: of the nominal reading), or of the
+            reference magnitude, per unit of each parameter.
+        """
+        equations = self.equations
+        if effect.acts_on != "sensor":
+            return effect.evaluate(equations.at_reading, shape)
+        at = equations.conditions(self.rows.vector)
+        shapes = {} if shape is None else {effect.name: shape}
+        return sensor_columns((effect,), at, shapes, self.rows.axes)
+
+    @property
+    def residual_si(self) -> FloatArray:
+        """Residual of every data row in SI units, (r - q,)."""
+        return np.asarray(self.rows.residual[: self.equations.data_count] * self.equations.row_sd)
+
+    @property
+    def determined(self) -> BoolArray:
+        """Which parameters the poses see by themselves, not only in combination, (p,)."""
+        q, _ = np.linalg.qr(unit_columns(self.basis)[0])
+        return np.asarray((q**2).sum(axis=1) > 1 - UNDETERMINED_SHARE)
+
+    @property
+    def directions(self) -> FloatArray:
+        """What theta and eta were fitted along, (p + q, v + q)."""
+        return with_common(self.basis, len(self.eta))
+
+    @property
+    def shape_sd(self) -> Mapping[str, float]:
+        """Sds of the shape parameters; NaN of one that is held, at a bound, or felt by no row."""
+        at_bound = shapes_at_bound(self.model, self.shapes)
+        return {
+            name: np.nan if name in at_bound else sd * self.shapes[name]
+            for name, sd in self.log_shape_sd.items()
+        }
+
+    @property
+    def is_robust(self) -> bool:
+        """Whether the robust loss took weight off a row."""
+        return bool((self.weight < 1).any())
+
+    @property
+    def residual_rms(self) -> float:
+        """Root mean square of the data rows' residuals, SI."""
+        return float(np.sqrt(np.mean(self.residual_si**2)))
+
+
+def finish(problem: Problem, solution: Solution) -> Fit:
+    """Check that a solution is determined and finite, and give it its covariance.
+
+    Parameters
+    ----------
+    problem : Problem
+    solution : Solution
+        Of the problem; shape parameters that are not free in it are known, not unknown.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    Undetermined
+        The poses do not determine the model.
+    FitFailed
+        No finite parameters are left, or the gains went to nothing.
+    """
+    equations, at, weight = problem.equations, solution.at, solution.weight
+    require_enough(equations, problem.basis.shape[1] + len(problem.free))
+    require_determined(equations, at.rows, problem.basis)
+    p = equations.model.size
+    cov, log_shape_sd = _covariance(problem, at, weight)
+    if not (np.isfinite(at.theta).all() and np.isfinite(cov).all()):
+        raise FitFailed(
+            f"the fit of the {equations.poses.triad} ended without finite parameters. Check the "
+            f"log for poses that are not what they should be."
+        )
+    require_size(equations, at.rows)
+    return Fit(
+        poses=equations.poses,
+        model=equations.model,
+        theta=at.theta,
+        cov=cov[:p, :p] + _pull_of_outliers(at.rows, weight, cov)[:p, :p],
+        common_shift=cov[:p, p:],
+        eta=at.eta,
+        shapes=at.shapes,
+        log_shape_sd=log_shape_sd,
+        equations=equations,
+        rows=at.rows,
+        weight=weight,
+        basis=problem.basis,
+        iterations=solution.iterations,
+    )
+
+
+def _covariance(
+    problem: Problem, at: Estimate, weight: FloatArray
+) -> tuple[FloatArray, dict[str, float]]:
+    """Covariance (p + q, p + q) of theta and eta, and the sds of the shapes' logarithms.
+
+    Free shape parameters are further unknowns. At a bound the value is the bound's, and nothing
+    else depends on it; NaN is the sd of one that no row feels.
+    """
+    root, directions = np.sqrt(weight)[:, None], problem.directions
+    linear = at.rows.jacobian @ directions
+    if not problem.free:
+        return directions @ inverse_square(linear * root) @ directions.T, {}
+    slope, v = at.shape_derivatives(problem).slope, directions.shape[1]
+    unknowns = pseudo_inverse_square(np.hstack([linear, slope]) * root)
+    sd = np.where(slope.any(axis=0), np.sqrt(np.diag(unknowns)[v:]), np.nan)
+    at_bound = [name in shapes_at_bound(problem.equations.model, at.shapes)
+                for name in problem.free]
+    if any(at_bound):
+        slope[:, at_bound] = 0.0
+        unknowns = pseudo_inverse_square(np.hstack([linear, slope]) * root)
+    cov = directions @ unknowns[:v, :v] @ directions.T
+    return cov, dict(zip(problem.free, map(float, sd), strict=True))
+
+
+def shapes_at_bound(model: Model, shapes: Mapping[str, float]) -> set[str]:
+    """Effects of ``model`` whose shape parameter stands at the end of its range."""
+    at_bound = set()
+    for effect in model.effects:
+        if effect.shape is not None and effect.name in shapes:
+            low, high = effect.shape.bounds
+            if not low * (1 + AT_BOUND) < shapes[effect.name] < high * (1 - AT_BOUND):
+                at_bound.add(effect.name)
+    return at_bound
+
+
+def _pull_of_outliers(rows: WhitenedRows, weight: FloatArray, cov: FloatArray) -> FloatArray:
+    """What rows that are no noise may still move the estimate by, as a covariance like ``cov``.
+
+    Huber's loss bounds the pull of a row at ``HUBER_SD``, whatever its residual: it is no noise of
+    the row any more, and of either sign.
+    """
+    bounded = (weight < 1) & (np.abs(rows.residual) > OUTLIER_SD)
+    if not bounded.any():
+        return np.zeros_like(cov)
+    pull = np.where(bounded, weight * rows.residual, 0.0)
+    pulled = cov @ (rows.jacobian * pull[:, None]).T
+    return np.asarray(pulled @ pulled.T)

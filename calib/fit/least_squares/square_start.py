@@ -1,0 +1,64 @@
+"""Where to start parameters that a length shows from their square on only."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from calib.effects.effect import Effect
+from calib.fit.column_scaling import RANK_TOLERANCE, unit_columns
+from calib.fit.rows.residuals import Equations
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import FloatArray
+
+
+def square_start(
+    equations: Equations, theta: FloatArray, effects: Sequence[Effect]
+) -> FloatArray:
+    """Where to start ``effects``, whose derivative vanishes at zero, else 0, (p,); either sign.
+
+    The length feels a transverse error ``F r`` by ``|F r|² / 2|s|``, which is linear in the matrix
+    ``r rᵀ``. That is fitted together with the model; its largest eigenvector is r, up to the sign.
+    """
+    start = np.zeros(equations.model.size)
+    if not effects:
+        return start
+    rows = equations.rows(theta, np.zeros(equations.common.shape[1]), {})
+    at = equations.conditions(rows.vector)
+    for effect in effects:
+        columns = square_columns(equations, effect, at)
+        whitened = np.zeros((len(rows.residual), columns.shape[1]))
+        whitened[: len(equations.magnitude)] = columns / equations.magnitude_sd[:, None]
+        where = equations.model.slices()[effect.name]
+        others = np.delete(rows.jacobian, where, axis=1)
+        unit, norm = unit_columns(np.hstack([whitened, others]))
+        solution = np.linalg.lstsq(unit, rows.residual, rcond=RANK_TOLERANCE)[0] / norm
+        k = len(effect.parameters)
+        square = np.zeros((k, k))
+        square[np.triu_indices(k)] = solution[: columns.shape[1]]
+        values, vectors = np.linalg.eigh((square + square.T) / 2)
+        start[where] = np.sqrt(np.abs(values[-1])) * vectors[:, -1]
+    return start
+
+
+def square_columns(equations: Equations, effect: Effect, at: Conditions) -> FloatArray:
+    """Errors of the magnitude rows, SI, by the products r_i r_j of an effect's parameters.
+
+    Parameters
+    ----------
+    equations : Equations
+    effect : Effect
+        Whose signal in a length begins with the square of its k parameters (``in_square``).
+    at : Conditions
+        Of the n poses, with the corrected vectors.
+
+    Returns
+    -------
+    array, shape (rows, k (k + 1) / 2)
+        For i ≤ j in the order of ``numpy.triu_indices``: ``F_i·F_j / |s|``, half of it for i = j.
+    """
+    chosen = equations.magnitude
+    columns = effect.evaluate(at)[chosen]
+    size = np.linalg.norm(at.vector[chosen], axis=1)
+    i, j = np.triu_indices(columns.shape[2])
+    products = (columns[:, :, i] * columns[:, :, j]).sum(axis=1)
+    return np.asarray(products / size[:, None] / np.where(i == j, 2.0, 1.0))

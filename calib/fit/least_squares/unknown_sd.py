@@ -1,0 +1,159 @@
+"""Sds of pose means that were stated without any.
+
+Where poses were repeated in the same attitude, the scatter of their residuals is noise alone,
+whatever the model misses (pure error; Draper and Smith, *Applied Regression Analysis*, 3rd ed.,
+section 2.1): with r_gi the residuals of group g,
+
+    σ² = Σ_g Σ_i (r_gi - r̄_g)² / Σ_g (n_g - 1).
+
+Without repeated poses the scatter about the model is all there is. It gives the parameters their
+sds, but it says nothing of the model: what the model misses counts as noise.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from calib.errors import Undetermined
+from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.solver import fit
+from calib.fit.model import Model
+from calib.poses.imu_log import SI_UNIT, FloatArray
+from calib.poses.pose_set import PoseSet
+
+SAME_ATTITUDE = math.radians(5.0)
+"""A sensor laid down again on the same face of a box lies within this. What the model misses
+differs little between such poses, and counts as noise."""
+
+LEAST_REPEATS = 5.0
+"""Degrees of freedom that a test of the model needs."""
+
+BY_RESIDUALS = 1.0
+"""Degrees of freedom stated for sds that say nothing of the model: its test then never fires."""
+
+SMALLEST_SD = 1e-9
+"""Of a typical reading: a converter of 24 bits, the finest, steps by 6e-8 of its range."""
+
+START_SD = 1e-3
+"""Of the reference, for the first of two fits; it only weighs common errors against the rest."""
+
+
+def has_sds(poses: PoseSet) -> bool:
+    """Whether the sd of every pose mean is known.
+
+    Parameters
+    ----------
+    poses : PoseSet
+
+    Returns
+    -------
+    bool
+    """
+    return bool(np.isfinite(poses.sd).all())
+
+
+def tests_the_model(poses: PoseSet) -> bool:
+    """Whether the sds come from something else than the residuals of the model.
+
+    Parameters
+    ----------
+    poses : PoseSet
+
+    Returns
+    -------
+    bool
+        Also True for sds that were stated or measured.
+    """
+    return poses.sd_dof is None or poses.sd_dof >= LEAST_REPEATS
+
+
+def with_estimated_sds(poses: PoseSet, model: Model) -> PoseSet:
+    """``poses`` (n) with one sd for all means, by repeated attitudes or by the residuals.
+
+    Parameters
+    ----------
+    poses : PoseSet
+        Whose sds are not known.
+    model : Model
+        By whose residuals they are estimated.
+
+    Returns
+    -------
+    PoseSet
+        With ``sd`` (n, 3), SI, its degrees of freedom ``sd_dof`` and a note of where they are from.
+
+    Raises
+    ------
+    Undetermined
+        There are no more equations than parameters, or the means show no noise at all.
+    FitFailed
+        By the fit.
+    """
+    typical = float(np.median(np.linalg.norm(poses.reading, axis=1)))
+    sd = START_SD * typical
+    dof = 0.0
+    for _ in range(2):
+        fitted = fit(replace(poses, sd=np.full_like(poses.reading, sd)), model)
+        if fitted.dof < 1:
+            raise Undetermined(
+                f"{len(poses)} pose means without sds give as many equations as the model has "
+                f"parameters, so their noise cannot be estimated. State the sds of the means, or "
+                f"record more poses."
+            )
+        sd, dof = _by_repeats(fitted)
+        if dof < LEAST_REPEATS:
+            sd, dof = _by_residuals(fitted), BY_RESIDUALS
+        if sd < SMALLEST_SD * typical:
+            raise Undetermined(
+                f"the pose means scatter by {sd / typical:.1g} of a reading, less than any "
+                f"converter resolves, so they show no noise: are they computed, or are rows of "
+                f"them copies? State the sds of the means."
+            )
+    by_repeats = dof >= LEAST_REPEATS
+    source = (f"estimated from attitudes that were repeated within "
+              f"{math.degrees(SAME_ATTITUDE):.0f}° ({dof:.0f} degrees of freedom)" if by_repeats
+              else "the scatter of the poses about the model, which cannot test the model itself")
+    note = (f"the pose means have no sds: {sd:.2g} {SI_UNIT[poses.triad]}, taken for all of them, "
+            f"is {source}.")
+    return replace(poses, sd=np.full_like(poses.reading, sd), sd_dof=dof,
+                   notes=(*poses.notes, note))
+
+
+def _residuals(fitted: Fit) -> FloatArray:
+    """Residual of the magnitude of every pose, SI, (n,)."""
+    return np.asarray(np.linalg.norm(fitted.rows.vector - fitted.poses.expected, axis=1)
+                      - fitted.poses.reference.magnitude)
+
+
+def _by_repeats(fitted: Fit) -> tuple[float, float]:
+    """Sd within groups of one attitude, and its degrees of freedom."""
+    residuals = _residuals(fitted)
+    squares, dof = 0.0, 0.0
+    for group in _groups(fitted):
+        squares += float(((residuals[group] - residuals[group].mean()) ** 2).sum())
+        dof += len(group) - 1.0
+    return (math.sqrt(squares / dof) if dof else 0.0), dof
+
+
+def _groups(fitted: Fit) -> Iterator[list[int]]:
+    """Poses of one attitude and one reference, each in one group."""
+    length = np.linalg.norm(fitted.rows.vector, axis=1, keepdims=True)
+    unit = fitted.rows.vector / np.maximum(length, np.finfo(float).tiny)
+    cosine = math.cos(SAME_ATTITUDE)
+    magnitude = fitted.poses.reference.magnitude
+    free = [i for i in range(len(unit)) if not fitted.poses.reference.is_null[i]]
+    while free:
+        first = free[0]
+        alike = [i for i in free
+                 if unit[i] @ unit[first] >= cosine and magnitude[i] == magnitude[first]]
+        free = [i for i in free if i not in alike]
+        yield alike
+
+
+def _by_residuals(fitted: Fit) -> float:
+    """Sd of the residuals about the model."""
+    rows = fitted.rows.residual[: fitted.equations.data_count]
+    stated = float(fitted.poses.sd[0, 0])
+    return stated * math.sqrt(float(rows @ rows) / fitted.dof)

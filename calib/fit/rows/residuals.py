@@ -1,0 +1,261 @@
+"""The rows that are fitted, and their exact derivatives.
+
+    magnitude row   (|s_i| (1 - R_i eta) - m_i - D_i theta) / sd_i
+    null row        (s_i - expected_i) / sd_i, three of them
+    prior row       eta_j, one for each error that several references have in common
+
+All rows have unit variance when the stated sds hold. ``eta`` are the common errors of the
+references in units of their own sd; carrying them as unknowns with a prior puts the sd of a shared
+rate into the scale, where it does not average down. R is their size relative to the reference, and
+it acts on the magnitude of the model, not on the one that was measured: otherwise a gain that
+shrinks together with the reference would shrink any misfit too, and gain would be lost to it
+(Peelle's puzzle).
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+
+import numpy as np
+
+from calib.effects.effect import Effect
+from calib.fit.model import Model, stack_columns
+from calib.fit.rows.sensitive_axes import (
+    ALIGNED,
+    Axes,
+    axes_of,
+    follows_vector,
+    probes_of,
+    sensor_columns,
+    solve_sensor,
+)
+from calib.fit.rows.vector_derivatives import matrix_slopes, vector_derivatives
+from calib.fit.rows.whitening import NO_LENGTH, Whitening
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import FloatArray, IntArray
+from calib.poses.pose_set import PoseSet
+
+
+@dataclass(frozen=True, eq=False)
+class WhitenedRows:
+    """Whitened rows at one estimate.
+
+    ``residual`` (r,), ``jacobian`` (r, p + q) with the q common errors last, ``vector`` (n, 3) the
+    corrected vectors, ``slope`` (n, 3, 3) what effects that follow the vector make of its changes
+    (None without such effects), ``axes_there`` gives the sensitive axes. The first rows are the
+    magnitude rows, then the null rows, then the priors.
+    """
+
+    residual: FloatArray
+    jacobian: FloatArray
+    vector: FloatArray
+    slope: FloatArray | None
+    axes_there: Callable[[], Axes]
+
+    @cached_property
+    def axes(self) -> Axes:
+        """The sensitive axes at the estimate."""
+        return self.axes_there()
+
+    @property
+    def chi2(self) -> float:
+        """Sum of the squared whitened residuals."""
+        return float(self.residual @ self.residual)
+
+
+class Equations:
+    """The rows of one pose set under one model; holds what does not change between iterations.
+
+    Parameters
+    ----------
+    poses : PoseSet
+        n poses.
+    model : Model
+    sensed : array, shape (n, 3), optional
+        What each sensitive axis felt in its pose, SI, for the memory of the pose before; by the
+        start where it is not given.
+    whitening : Whitening, optional
+        That of ``poses``, where it is known already.
+    """
+
+    def __init__(
+        self,
+        poses: PoseSet,
+        model: Model,
+        sensed: FloatArray | None = None,
+        whitening: Whitening | None = None,
+    ) -> None:
+        self.poses = poses
+        self.whitening = whitening or Whitening.of(poses)
+        self.start = self.whitening.start
+        self.magnitude, self.null = self.whitening.magnitude, self.whitening.null
+        self.magnitude_sd, self.null_sd = self.whitening.magnitude_sd, self.whitening.null_sd
+        self.common_relative = self.whitening.common_relative
+        self.common = poses.reference.common[self.magnitude]
+        self.is_null = poses.reference.is_null
+        self.at_reading = poses.conditions(poses.reading)
+        if sensed is None:
+            sensed = axes_of(self.start.matrix).sensed(self.whitening.vector)
+        self.at_start = poses.conditions(self.whitening.vector, sensed)
+        self.follows: dict[str, bool] = {}
+        self._hold(model)
+
+    def extended(self, effects: Sequence[Effect]) -> "Equations":
+        """The rows of the same poses under the model with more ``effects``."""
+        larger = copy(self)
+        larger.__dict__.pop("matrix_slopes", None)
+        larger.probes = self.probes
+        larger._hold(Model((*self.model.effects, *effects)))
+        return larger
+
+    def _hold(self, model: Model) -> None:
+        """What depends on the model and not on its parameters."""
+        self.model = model
+        self.on_reading = model.acting_on("reading")
+        self.on_sensor = model.acting_on("sensor")
+        self.on_reference = model.acting_on("reference")
+        self.reading_index = model.positions(self.on_reading)
+        self.sensor_index = model.positions(self.on_sensor)
+        self.reference_index = model.positions(self.on_reference)
+        self.reading_columns = stack_columns(self.on_reading, self.at_reading, {})
+        for e in self.on_sensor:
+            if e.name not in self.follows:
+                self.follows = {**self.follows, e.name: follows_vector(e, self.at_start)}
+        self.varying = tuple(e for e in self.on_sensor if self.follows[e.name])
+        self.fixed = tuple(e for e in self.on_sensor if not self.follows[e.name])
+        self.varying_on_axes = tuple(e for e in self.varying if not e.orthogonal)
+        self.varying_orthogonal = tuple(e for e in self.varying if e.orthogonal)
+        on_axes = tuple(e for e in self.on_sensor if not e.orthogonal)
+        self.on_axes_index = model.positions(on_axes)
+        self.on_axes_columns = [self.sensor_index.index(i) for i in self.on_axes_index]
+        self.varying_index = model.positions(self.varying)
+        self.fixed_index = model.positions(self.fixed)
+
+    @cached_property
+    def probes(self) -> Conditions:
+        """The poses six times, for the differences by which slopes are computed."""
+        return probes_of(self.at_start)
+
+    @cached_property
+    def matrix_slopes(self) -> FloatArray:
+        """dM/dtheta of the linear form for the parameters of the reading, (p', 3, 3)."""
+        return matrix_slopes(self.on_reading)
+
+    @cached_property
+    def typical_sd(self) -> float:
+        """Median of :attr:`row_sd`, SI."""
+        return float(np.median(self.row_sd))
+
+    @cached_property
+    def row_pose(self) -> IntArray:
+        """Pose of every data row (the prior rows left out), shape (r - q,)."""
+        return np.concatenate([self.magnitude, np.repeat(self.null, 3)])
+
+    @property
+    def row_sd(self) -> FloatArray:
+        """Sd of every data row in SI units, shape (r - q,)."""
+        return np.concatenate([self.magnitude_sd, self.null_sd.ravel()])
+
+    @property
+    def data_count(self) -> int:
+        """Number of data rows."""
+        return len(self.magnitude) + 3 * len(self.null)
+
+    def conditions(self, vector: FloatArray) -> Conditions:
+        """What effects are evaluated on at ``vector``.
+
+        In a null pose that is what it should read, not what it reads: scaled by an effect, its
+        noise would look like a signal. The pose before stays as the start has it, so that rows
+        are independent and a sign that flips with noise cannot make the iteration jump.
+        """
+        held = np.where(self.is_null[:, None], self.poses.expected, vector)
+        return replace(self.at_start, vector=held)
+
+    def whitened(self, vectors: FloatArray, s: FloatArray) -> FloatArray:
+        """Data rows (d, k) of errors ``vectors`` (n, 3, k) of the corrected vectors s (n, 3)."""
+        size = np.linalg.norm(s[self.magnitude], axis=1, keepdims=True)
+        n = s[self.magnitude] / np.maximum(size, NO_LENGTH)
+        along = np.einsum("ni,nik->nk", n, vectors[self.magnitude]) / self.magnitude_sd[:, None]
+        rest = vectors[self.null] / self.null_sd[:, :, None]
+        return np.concatenate([along, rest.reshape(-1, vectors.shape[2])])
+
+    def axes(self, theta: FloatArray) -> Axes:
+        """The sensitive axes at ``theta``."""
+        if not len(self.reading_index):
+            return ALIGNED
+        return axes_of(np.eye(3) + np.tensordot(theta[self.reading_index], self.matrix_slopes, 1))
+
+    def corrected(
+        self, theta: FloatArray, shapes: Mapping[str, float], axes: Axes
+    ) -> tuple[FloatArray, FloatArray]:
+        """The corrected vectors s (n, 3) at ``theta``, and the sensor's columns (n, 3, p'') there.
+        """
+        s = self.at_reading.vector - self.reading_columns @ theta[self.reading_index]
+        columns = np.zeros((len(s), 3, self.model.size))
+        if self.fixed:
+            fixed = sensor_columns(self.fixed, self.conditions(s), shapes, axes)
+            columns[:, :, self.fixed_index] = fixed
+            s = s - fixed @ theta[self.fixed_index]
+        if self.varying:
+            sizes = theta[self.varying_index]
+            s = solve_sensor(self.varying, sizes, shapes, self.conditions, s, axes)
+            columns[:, :, self.varying_index] = sensor_columns(
+                self.varying, self.conditions(s), shapes, axes
+            )
+        return s, columns[:, :, self.sensor_index]
+
+    def directions(self, s: FloatArray, slope: FloatArray | None = None) -> FloatArray:
+        """What every data row shows of an error of its pose's vector, (d, 3), per SI unit.
+
+        Parameters
+        ----------
+        s : array, shape (n, 3)
+            The corrected vectors.
+        slope : array, shape (n, 3, 3), optional
+            ``I + C'``; with it the error is that ahead of the effects that follow the vector.
+        """
+        turning = s[self.magnitude]
+        size = np.sqrt((turning**2).sum(axis=1))
+        along = turning / (np.maximum(size, NO_LENGTH) * self.magnitude_sd)[:, None]
+        if slope is not None:
+            transposed = slope[self.magnitude].transpose(0, 2, 1)
+            along = np.linalg.solve(transposed, along[:, :, None])[:, :, 0]
+        at_rest = np.eye(3) / self.null_sd[:, :, None]
+        return np.concatenate([along, at_rest.reshape(-1, 3)])
+
+    def reference_columns(self, shapes: Mapping[str, float]) -> FloatArray:
+        """Errors (k, p'') of the magnitude rows' references, SI, per unit of their parameters."""
+        each = [e.evaluate(self.at_reading, shapes.get(e.name)) for e in self.on_reference]
+        return np.concatenate(each, axis=1)[self.magnitude]
+
+    def rows(self, theta: FloatArray, eta: FloatArray, shapes: Mapping[str, float]) -> WhitenedRows:
+        """Whitened residual and exact Jacobian at ``theta`` (p,), ``eta`` (q,)."""
+        axes = self.axes(theta) if self.on_sensor else ALIGNED  # which nothing else depends on
+        s, columns = self.corrected(theta, shapes, axes)
+        errors, slope = vector_derivatives(self, theta, shapes, s, columns, axes)
+        directions = self.directions(s, slope)
+        p, q, k = self.model.size, len(eta), len(self.magnitude)
+        residual = np.empty(self.data_count + q)
+        jacobian = np.zeros((self.data_count + q, p + q))
+
+        s_turning = s[self.magnitude]
+        size = np.sqrt((s_turning**2).sum(axis=1))
+        true_share = 1 - self.common_relative @ eta
+        stated = self.poses.reference.magnitude[self.magnitude]
+        residual[:k] = (size * true_share - stated) / self.magnitude_sd
+        rest = s[self.null] - self.poses.expected[self.null]
+        residual[k : self.data_count] = (rest / self.null_sd).ravel()
+        directions[:k] *= -true_share[:, None]
+        directions[k:] *= -1
+        jacobian[: self.data_count, :p] = np.einsum(
+            "di,dip->dp", directions, errors[self.row_pose]
+        )
+        if self.on_reference:
+            of_reference = self.reference_columns(shapes) / self.magnitude_sd[:, None]
+            residual[:k] -= of_reference @ theta[self.reference_index]
+            jacobian[:k, self.reference_index] -= of_reference
+        jacobian[:k, p:] = -self.common_relative * (size / self.magnitude_sd)[:, None]
+        residual[self.data_count :] = eta
+        jacobian[self.data_count :, p:] = np.eye(q)
+        return WhitenedRows(residual, jacobian, s, slope, partial(self.axes, theta))

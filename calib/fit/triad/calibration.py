@@ -1,0 +1,175 @@
+"""A calibrated triad: its parameters, their sds, and what those are of.
+
+**Budget.** The estimate is linear in the whitened rows, ``theta = P r`` with ``P = (JᵀJ)⁻¹ Jᵀ``,
+and every row has unit variance; so the covariance is the sum of ``p pᵀ`` over the columns p of P.
+The column of a prior row is what one sd of that common error (local gravity, the camera's clock,
+the rate of a setting) does to the parameters; what remains is noise, and misfit where the sds were
+widened.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.errors import Undetermined
+from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
+from calib.fit.parameters import TriadParameters, triad_parameters
+from calib.fit.triad.correction import Correction
+from calib.fit.triad.determined import LARGEST_SHARE, undetermined
+from calib.poses.conditions import Conditions
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import FloatArray, Triad
+
+NOISE = "noise"
+
+
+@dataclass(frozen=True, eq=False)
+class TriadCalibration:
+    """One calibrated triad.
+
+    Attributes
+    ----------
+    triad : str
+    spec : TriadSpec
+        The data sheet that made the readings nominal.
+    fit : Fit
+        Its ``cov`` is widened.
+    parameters : TriadParameters
+        Those of Angrisano et al. eq. (3).
+    widening : float
+        The root of chi-square over its degrees of freedom (Birge ratio), by which noise is widened
+        where the stated sds do not explain the residual (``MISFIT_P_VALUE``); else 1.
+    """
+
+    triad: Triad
+    spec: TriadSpec
+    fit: Fit
+    parameters: TriadParameters
+    widening: float
+
+    @property
+    def p_value(self) -> float:
+        """See :attr:`calib.fit.least_squares.result.Fit.p_value`."""
+        return self.fit.p_value
+
+    def effect_values(self) -> dict[str, tuple[FloatArray, FloatArray]]:
+        """Value and sd of each added effect's parameters, the shape parameter last.
+
+        A parameter that these poses see only in combination with others has no sd of its own (NaN).
+        """
+        values = {}
+        sd = np.where(self.fit.determined, np.sqrt(np.diag(self.fit.cov)), np.nan)
+        for effect in self.fit.model.effects:
+            if effect.acts_on == "reading":
+                continue
+            where = self.fit.model.slices()[effect.name]
+            value, value_sd = self.fit.theta[where], sd[where]
+            if effect.shape is not None:
+                value = np.append(value, self.fit.shapes[effect.name])
+                value_sd = np.append(value_sd, self.fit.shape_sd[effect.name])
+            values[effect.name] = (value, value_sd)
+        return values
+
+    @property
+    def correction(self) -> Correction:
+        """What corrects readings, without the fit it came from."""
+        return Correction(self.spec, self.fit.model, self.fit.theta, self.fit.shapes)
+
+    def correct(self, at: Conditions) -> FloatArray:
+        """Corrected vectors for nominal readings ``at.vector`` and their conditions, (n, 3)."""
+        return self.correction.correct(at)
+
+
+def calibrate_triad(fit: Fit, spec: TriadSpec) -> TriadCalibration:
+    """Read the paper's parameters off ``fit``, with honest sds.
+
+    Parameters
+    ----------
+    fit : Fit
+        As :func:`calib.fit.least_squares.solver.fit` gives it.
+    spec : TriadSpec
+        The data sheet that made the readings nominal.
+
+    Returns
+    -------
+    TriadCalibration
+        Where the noise does not explain the residual, noise is widened by the Birge ratio w, and
+        the errors that the references have in common are left as they were stated:
+        ``C + w² (cov - C)``, C the sum of their parts.
+
+    Raises
+    ------
+    Undetermined
+        Sds that are no smaller than what they belong to.
+    """
+    _require_determined(fit, spec)
+    misfit = fit.bounded_p_value < MISFIT_P_VALUE
+    widening = float(np.sqrt(fit.bounded_chi2 / fit.dof)) if misfit else 1.0
+    common = fit.common_shift @ fit.common_shift.T
+    cov = common + widening**2 * (fit.cov - common)
+    return TriadCalibration(
+        triad=fit.poses.triad,
+        spec=spec,
+        fit=replace(fit, cov=cov),
+        parameters=triad_parameters(fit.model, fit.theta, cov, spec),
+        widening=widening,
+    )
+
+
+def _require_determined(fit: Fit, spec: TriadSpec) -> None:
+    value = triad_parameters(fit.model, fit.theta, fit.cov, spec)
+    stated = fit.poses.reference.magnitude
+    lost = undetermined(value, float(stated.max()) if stated.any() else np.nan)
+    if not lost:
+        return
+    variance = np.diag(fit.cov)
+    common = fit.common_shift**2  # (p, q)
+    share = (common / np.maximum(variance, 1e-300)[:, None]).max(axis=0, initial=0.0)
+    names = fit.poses.reference.common_names
+    cause = (
+        f"Most of that comes from the stated sd of: {names[int(np.argmax(share))]}. State it as "
+        f"small as it is"
+        if share.size and share.max() > 1 / 2
+        else "Record more poses, in directions all round and with a larger reference, or fit less"
+    )
+    raise Undetermined(
+        f"{fit.poses.triad}: these {len(fit.poses)} poses do not determine {', '.join(lost)}: an "
+        f"sd of more than {100 * LARGEST_SHARE:.0f} % of what is measured is no calibration. "
+        f"{cause}."
+    )
+
+
+def uncertainty_budget(calibration: TriadCalibration) -> Mapping[str, FloatArray]:
+    """Sd of misalignment (rad), bias (counts) and scale (counts per unit) by each cause.
+
+    The squares of the causes add up to that of ``calibration.parameters.sd``.
+
+    Parameters
+    ----------
+    calibration : TriadCalibration
+
+    Returns
+    -------
+    mapping of cause to array, shape (3, 3)
+        Rows are misalignment, bias and scale, columns x, y, z; NaN for what was not fitted. The
+        causes are ``NOISE`` and the common errors of the reference.
+    """
+    fit = calibration.fit
+    reference = fit.poses.reference
+    parts = {
+        name: np.outer(shift, shift)
+        for name, shift, stated in zip(
+            reference.common_names, fit.common_shift.T, reference.common.T, strict=True
+        )
+        if stated.any()  # not an error that was stated to be none
+    }
+    rest = fit.cov - sum(parts.values(), start=np.zeros_like(fit.cov))
+    return {name: parameter_sds(calibration, cov) for name, cov in {NOISE: rest, **parts}.items()}
+
+
+def parameter_sds(calibration: TriadCalibration, cov: FloatArray) -> FloatArray:
+    """Sds of misalignment, bias and scale, (3, 3), where theta has the covariance ``cov``."""
+    fit = calibration.fit
+    variance = np.diag(triad_parameters(fit.model, fit.theta, cov, calibration.spec).cov)
+    return np.asarray(np.sqrt(np.maximum(variance, 0.0)).reshape(3, 3))  # 0 may round below 0

@@ -1,0 +1,6 @@
+"""How far a fit is from measurements that took no part in it.
+
+    leave_one_out: every pose by a fit without it
+    predicted_pose: a pose that was excluded
+    prediction: the sd of a corrected magnitude on the next log, by direction
+"""

@@ -1,0 +1,213 @@
+"""The model beside the measurements: residual of every pose, and its leave-one-out error."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.errors import CalibrationError, FitFailed
+from calib.fit.column_scaling import inverse_square, orthonormal_columns
+from calib.fit.least_squares.gauss_newton import minimise, step_from
+from calib.fit.least_squares.result import Fit
+from calib.fit.rows.problem import Estimate, Problem
+from calib.poses.imu_log import FloatArray, IntArray
+
+LINEAR_SD = 0.01
+"""Error of a linear step, in sds of a row, that leave-one-out errors are allowed."""
+
+LARGEST_LEVERAGE = 0.999
+"""A pose that the fit passes through exactly has no leave-one-out error to speak of."""
+
+
+@dataclass(frozen=True, eq=False)
+class PoseResidual:
+    """One pose beside the model, SI units.
+
+    Attributes
+    ----------
+    label, run : str
+    residual : float
+        The magnitude less the reference's, or the length of what a null pose still reads.
+    sd : float
+        Of ``residual``.
+    left_out : float
+        The same residual when the pose takes no part in the fit.
+    """
+
+    label: str
+    run: str
+    residual: float
+    sd: float
+    left_out: float
+
+    @property
+    def in_sd(self) -> float:
+        """The residual in units of its sd."""
+        return self.residual / self.sd
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Model against measurements.
+
+    Attributes
+    ----------
+    poses : tuple of PoseResidual, length n
+    residual_rms, loo_rms : float
+        Root mean squares of the residuals, and of the residuals of poses that took no part, SI.
+    """
+
+    poses: tuple[PoseResidual, ...]
+    residual_rms: float
+    loo_rms: float
+
+    def worst(self, count: int) -> list[PoseResidual]:
+        """The poses farthest from the model, in their own sds, the worst first."""
+        return sorted(self.poses, key=lambda pose: -abs(pose.in_sd))[:count]
+
+
+def pose_blocks(q: FloatArray, pose: IntArray) -> Iterator[tuple[IntArray, FloatArray]]:
+    """Rows (m, b) of the poses that have b rows each, and their blocks of ``I - H``, (m, b, b).
+
+    ``q`` (r, k) is an orthonormal basis of what was fitted, ``pose`` (d,) numbers the data rows'
+    poses; the rows of a pose stand together.
+    """
+    _, first, count = np.unique(pose, return_index=True, return_counts=True)
+    for size in np.unique(count):
+        rows = first[count == size][:, None] + np.arange(size)
+        part = q[rows]
+        yield rows, np.eye(size) - part @ part.transpose(0, 2, 1)
+
+
+def left_out_residual(residual: FloatArray, jacobian: FloatArray, pose: IntArray) -> FloatArray:
+    """Whitened residual of every data row when its whole pose is left out of the fit, (d,).
+
+    ``pose`` (d,) numbers the poses of the data rows; prior rows may follow them in ``residual``
+    and ``jacobian``. Closed form: ``(I - H_bb)^-1 r_b`` for the rows b of a pose, H the hat matrix.
+    """
+    q = orthonormal_columns(jacobian)
+    out = np.empty(len(pose))
+    for rows, block in pose_blocks(q, pose):
+        values, vectors = np.linalg.eigh(block)
+        values = np.maximum(values, 1 - LARGEST_LEVERAGE)
+        turned = np.einsum("mji,mj->mi", vectors, residual[rows]) / values
+        out[rows] = np.einsum("mij,mj->mi", vectors, turned)
+    return out
+
+
+def left_out_square(residual: FloatArray, basis: FloatArray, pose: IntArray) -> FloatArray:
+    """By how much the sum of squares falls when a whole pose is left out of the fit, (n,).
+
+    ``basis`` (r, k) is an orthonormal basis of what was fitted, ``residual`` (r,) perpendicular to
+    it, ``pose`` (d,) numbers the data rows' poses. Closed form: ``r_bᵀ (I - H_bb)⁻¹ r_b`` for the
+    rows b of a pose, along the directions in which the other poses say anything of it.
+    """
+    fall = np.zeros(int(pose.max()) + 1)
+    for rows, block in pose_blocks(basis, pose):
+        values, vectors = np.linalg.eigh(block)
+        turned = np.einsum("mji,mj->mi", vectors, residual[rows])
+        known = values > 1 - LARGEST_LEVERAGE
+        fall[pose[rows[:, 0]]] = np.where(known, turned**2 / np.where(known, values, 1.0), 0.0).sum(
+            axis=1
+        )
+    return fall
+
+
+def redundancy(jacobian: FloatArray, pose: IntArray) -> FloatArray:
+    """Share of an error of each pose that its residual shows, in the worst direction, (n,).
+
+    The least eigenvalue of the pose's block of ``I - H``; the arguments are those of
+    :func:`left_out_residual`.
+    """
+    share = np.ones(len(np.unique(pose)))
+    for rows, block in pose_blocks(orthonormal_columns(jacobian), pose):
+        share[pose[rows[:, 0]]] = np.linalg.eigvalsh(block)[:, 0]
+    return share
+
+
+def compare(fit: Fit) -> Comparison:
+    """Lay the fitted model beside every pose.
+
+    Parameters
+    ----------
+    fit : Fit
+
+    Returns
+    -------
+    Comparison
+        Leave-one-out errors are those of refits without the pose, with the loss of the fit; shape
+        parameters are held.
+    """
+    equations = fit.equations
+    pose, sd, residual = equations.row_pose, equations.row_sd, fit.residual_si
+    left_out = sd * refitted_residual(fit)
+    is_null = fit.poses.reference.is_null
+    squares = np.stack([residual**2, left_out**2, sd**2])
+    lengths = np.sqrt(np.stack([np.bincount(pose, row, len(fit.poses)) for row in squares]))
+    signed = np.zeros((2, len(fit.poses)))
+    single = ~is_null[pose]
+    signed[:, pose[single]] = residual[single], left_out[single]
+    poses = []
+    for k in range(len(fit.poses)):
+        within, out = lengths[:2, k] if is_null[k] else signed[:, k]
+        poses.append(
+            PoseResidual(
+                label=fit.poses.label[k],
+                run=fit.poses.run[k],
+                residual=float(within),
+                sd=float(lengths[2, k]),
+                left_out=float(out),
+            )
+        )
+    return Comparison(tuple(poses), fit.residual_rms, float(np.sqrt(np.mean(left_out**2))))
+
+
+def refitted_residual(fit: Fit) -> FloatArray:
+    """Whitened residual of every data row when its pose takes no part in the fit, (d,).
+
+    Each refit starts from the closed form of :func:`left_out_residual`, which is exact for a linear
+    model and plain squares; where the step is too small for lengths to bend, that is the refit. A
+    pose without which the model is not determined keeps the closed form, too.
+    """
+    equations = fit.equations
+    problem = Problem.of(equations, fit.basis, fit.is_robust).with_shapes_held()
+    basis, root = problem.directions, np.sqrt(fit.weight)
+    jacobian = fit.rows.jacobian @ basis * root[:, None]
+    inverse = inverse_square(jacobian)
+    whitened = fit.rows.residual * root
+    pose = equations.row_pose
+    closed = left_out_residual(whitened, jacobian, pose)
+    magnitude = fit.poses.reference.magnitude[equations.magnitude]
+    relative_sd = float(np.max(equations.magnitude_sd / magnitude, initial=0.0))
+    out = np.empty(len(pose))
+    for k in np.unique(pose):
+        rows = np.flatnonzero(pose == k)
+        step = inverse @ (jacobian[rows].T @ closed[rows])
+        # A length bends by |ds|²/2|s|: half the square of the move in sds, times sd/|s|.
+        bend = float(np.abs(jacobian @ step).max()) ** 2 * relative_sd / 2
+        if bend < LINEAR_SD and not fit.is_robust:
+            out[rows] = closed[rows]
+            continue
+        move = basis @ step
+        try:
+            out[rows] = _refit_without(fit, problem, rows, move)
+        except CalibrationError:
+            out[rows] = closed[rows] / np.maximum(root[rows], 1e-300)
+    return out
+
+
+def _refit_without(fit: Fit, problem: Problem, rows: IntArray, move: FloatArray) -> FloatArray:
+    """Residuals of ``rows`` after a refit without them, begun ``move`` (p + q,) from the fit."""
+    weight = problem.weight.copy()
+    weight[rows] = 0.0
+    p = fit.model.size
+    theta, eta = fit.theta + move[:p], fit.eta + move[p:]
+    start = Estimate.of(fit.equations, theta, eta, fit.shapes)
+    if not fit.is_robust:
+        _, row_step = step_from(problem, start, weight)
+        if float(np.abs(row_step).max()) < LINEAR_SD**0.5:
+            return np.asarray((start.rows.residual + row_step)[rows])
+    solution = minimise(replace(problem, weight=weight), start)
+    if not solution.is_converged:
+        raise FitFailed("the refit without the pose did not converge")
+    return np.asarray(solution.at.rows.residual[rows])

@@ -1,0 +1,209 @@
+"""What a calibration will err by on the next log: the sd of a corrected magnitude, by direction.
+
+    sd(n)² = g cov gᵀ,   g = n · ds/dtheta   at the true vector m n
+
+with cov that of the parameters, noise and common errors together, and m every magnitude that was
+measured. A small residual says nothing of directions in which no pose was taken; this does.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.fit.least_squares.result import Fit
+from calib.fit.rows.residuals import Equations
+from calib.fit.rows.sensitive_axes import axes_of, sensor_columns
+from calib.fit.triad.calibration import TriadCalibration
+from calib.fit.validation.leave_one_out import redundancy
+from calib.poses.attitudes import natural_directions
+from calib.poses.imu_log import FloatArray
+from calib.poses.pose_set import PoseSet
+from calib.poses.reference import Reference
+
+SPREAD_DIRECTIONS = 200
+"""Beside the 26 natural ones, 14° apart: the sd is a smooth function of second order in n."""
+
+SAME_MAGNITUDE = 0.01  #: relative; a gain's error is the same at both to 1 % of itself
+LARGEST_TO_POSE = 1.5
+"""Where a calibration knows a direction this many times worse than one pose laid there would show,
+that pose would nearly halve its error there. 18 wedge poses stay at 0.8; without those of one face
+and the edges beside it 2."""
+
+MOST_WANTED = 8
+"""Directions that an advice lists; where more are missing, as many again come with the next run."""
+
+LEAST_REDUNDANCY = 0.01
+"""Share of a pose's own error that its residual shows. Derived: an error is noticed (in 8 of 10
+cases at 1 in 1000) from 4.1/√share of the pose's sds on (Baarda, *A Testing Procedure for Use in
+Geodetic Networks*, 1968): at 0.01 from 41, while the rest of it stands in the parameters."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """Sd of a corrected magnitude over the sphere of directions, SI.
+
+    Attributes
+    ----------
+    sd_median, sd_worst : float
+        Over all directions and magnitudes.
+    worst_direction : array, shape (3,)
+        Unit vector of ``sd_worst``.
+    noise_worst : float
+        The largest sd without the errors that the references have in common.
+    pose_sd : float
+        The typical sd of the magnitude of one pose.
+    wanted : tuple of array, shape (3,)
+        Natural directions in which poses would mend that, the best first.
+    unchecked : tuple of str
+        The poses that no other pose checks (:data:`LEAST_REDUNDANCY`).
+    """
+
+    sd_median: float
+    sd_worst: float
+    worst_direction: FloatArray
+    noise_worst: float
+    pose_sd: float
+    wanted: tuple[FloatArray, ...] = ()
+    unchecked: tuple[str, ...] = ()
+
+    @property
+    def holds_everywhere(self) -> bool:
+        """Whether no direction is known much worse than one pose there would show."""
+        return self.times_a_pose <= LARGEST_TO_POSE
+
+    @property
+    def times_a_pose(self) -> float:
+        """How many times worse than one pose there would show the worst direction is known."""
+        return self.noise_worst / self.pose_sd
+
+
+def spread_directions(count: int) -> FloatArray:
+    """``count`` unit vectors spread evenly over the sphere (Fibonacci's spiral), (count, 3)."""
+    i = np.arange(count) + 0.5
+    z = 1 - 2 * i / count
+    azimuth = np.pi * (1 + np.sqrt(5)) * i
+    radius = np.sqrt(1 - z**2)
+    return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z], axis=1)
+
+
+def predict(calibration: TriadCalibration) -> Prediction | None:
+    """The error to expect in every direction; None where nothing but rest was measured.
+
+    Effects of the session are taken at its median time, those of logged columns at their medians.
+
+    Parameters
+    ----------
+    calibration : TriadCalibration
+
+    Returns
+    -------
+    Prediction or None
+    """
+    fit = calibration.fit
+    stated = fit.poses.reference.magnitude
+    turning = stated[stated > 0]
+    if turning.size == 0:
+        return None
+    directions = np.vstack([natural_directions(), spread_directions(SPREAD_DIRECTIONS)])
+    gradients, variances, by_noise = [], [], []
+    common = fit.common_shift @ fit.common_shift.T
+    for magnitude in _distinct(turning):
+        gradient = _gradient(calibration, float(magnitude) * directions)
+        gradients.append(gradient)
+        variances.append(np.einsum("np,pq,nq->n", gradient, fit.cov, gradient))
+        by_noise.append(np.einsum("np,pq,nq->n", gradient, fit.cov - common, gradient))
+    sd = np.sqrt(np.maximum(np.array(variances), 0.0))  # (magnitudes, directions)
+    worst = int(np.argmax(sd.max(axis=0)))
+    pose_sd = float(np.median(fit.equations.magnitude_sd)) * calibration.widening
+    return Prediction(
+        sd_median=float(np.median(sd)),
+        sd_worst=float(sd.max()),
+        worst_direction=directions[worst],
+        noise_worst=float(np.sqrt(max(np.max(by_noise), 0.0))),
+        pose_sd=pose_sd,
+        wanted=_wanted(np.array(gradients), fit.cov - common, pose_sd, directions),
+        unchecked=_unchecked(fit),
+    )
+
+
+def _wanted(
+    gradients: FloatArray, cov: FloatArray, pose_sd: float, directions: FloatArray
+) -> tuple[FloatArray, ...]:
+    """Natural directions to lay poses in until none is known worse than one pose would show.
+
+    Each is the natural direction known worst beside those before it, and enters as one more pose:
+    ``cov - cov g (σ² + gᵀ cov g)⁻¹ gᵀ cov``. ``gradients`` (k, n, p) at every magnitude.
+    """
+    natural = len(natural_directions())
+    wanted: list[FloatArray] = []
+    for _ in range(MOST_WANTED):
+        variance = np.einsum("knp,pq,knq->kn", gradients, cov, gradients)
+        if variance.max() <= (LARGEST_TO_POSE * pose_sd) ** 2:
+            break
+        at, worst = np.unravel_index(np.argmax(variance[:, :natural]), (len(gradients), natural))
+        pull = cov @ gradients[at, worst]
+        cov = cov - np.outer(pull, pull) / (pose_sd**2 + gradients[at, worst] @ pull)
+        wanted.append(directions[worst])
+    return tuple(wanted)
+
+
+def _unchecked(fit: Fit) -> tuple[str, ...]:
+    """The poses whose error would pass into the parameters unseen."""
+    root = np.sqrt(fit.weight)[:, None]
+    shares = redundancy(fit.rows.jacobian @ fit.directions * root, fit.equations.row_pose)
+    return tuple(
+        label for label, share in zip(fit.poses.label, shares, strict=True)
+        if share < LEAST_REDUNDANCY
+    )
+
+
+def _distinct(magnitudes: FloatArray) -> list[float]:
+    """The magnitudes that differ by more than ``SAME_MAGNITUDE``, ascending."""
+    kept: list[float] = []
+    for value in np.sort(magnitudes):
+        if not kept or value > kept[-1] * (1 + SAME_MAGNITUDE):
+            kept.append(float(value))
+    return kept
+
+
+def _gradient(calibration: TriadCalibration, true: FloatArray) -> FloatArray:
+    """Derivative of the corrected magnitude by theta at the true vectors (n, 3), (n, p)."""
+    fit = calibration.fit
+    poses = _imagined(fit.poses, true)
+    at = poses.conditions(true)
+    correction = calibration.correction
+    matrix, offset = correction.linear_form()
+    linear = true
+    sensor = fit.model.acting_on("sensor")
+    if sensor:
+        size = fit.theta[fit.equations.sensor_index]
+        linear = true + sensor_columns(sensor, at, fit.shapes, axes_of(matrix)) @ size
+    readings = np.asarray((linear - offset) @ np.linalg.inv(matrix).T)
+    equations = Equations(_imagined(fit.poses, true, readings), fit.model)
+    jacobian = equations.rows(fit.theta, np.zeros_like(fit.eta), fit.shapes).jacobian
+    gradient = jacobian[: len(true), : fit.model.size] * equations.magnitude_sd[:, None]
+    gradient[:, equations.reference_index] = 0.0  # the next log has another reference
+    return np.asarray(gradient)
+
+
+def _imagined(poses: PoseSet, true: FloatArray, readings: FloatArray | None = None) -> PoseSet:
+    """Poses of these true vectors (n, 3) under the typical conditions of the real ones."""
+    n = len(true)
+    size = np.linalg.norm(true, axis=1)
+    up = true / size[:, None]
+    gravity = float(np.median(np.linalg.norm(poses.force, axis=1)))
+    q = len(poses.reference.common_names)
+    return PoseSet(
+        triad=poses.triad,
+        label=("",) * n,
+        run=("",) * n,
+        reading=true if readings is None else readings,
+        sd=np.tile(np.median(poses.sd, axis=0), (n, 1)),
+        force=gravity * up,
+        vibration=np.tile(np.median(poses.vibration, axis=0), (n, 1)),
+        spin_rad_s=size if poses.triad == "gyroscope" else np.zeros(n),
+        time_s=np.full(n, np.median(poses.time_s)),
+        expected=np.zeros((n, 3)),
+        reference=Reference(size, np.zeros(n), np.zeros((n, q)), poses.reference.common_names),
+        columns={name: np.full(n, np.median(values)) for name, values in poses.columns.items()},
+    )

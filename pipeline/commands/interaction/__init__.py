@@ -1,0 +1,6 @@
+"""What the commands have in common: how they are typed, and what a person sees meanwhile.
+
+    group: the command by its name;  arguments: types of arguments;  output: --json and --quiet
+    progress ─ run_with_progress ─ model_change: runs, with a line for each stage
+    verdicts: a diagnosis in its colour;  recording_display: the panel of a guided recording
+"""

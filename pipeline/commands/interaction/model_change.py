@@ -1,0 +1,134 @@
+"""A model change at the terminal: run, change the model, run again, print both results."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+
+from calib.diagnosis.verdict.wording import joined
+from calib.errors import CalibrationError
+from pipeline.commands.interaction.run_with_progress import run_quietly, run_silently, say_waiting
+from pipeline.commands.interaction.verdicts import echo_verdict
+from pipeline.config.load import Config
+from pipeline.console.model_change_text import change_lines
+from pipeline.console.run_text import next_step
+from pipeline.errors import ConfigError
+from pipeline.model_change import (
+    MOST_CHANGES,
+    NOTHING_ALLOWED,
+    Allowed,
+    ModelChange,
+    Target,
+    change_model,
+    next_target,
+    note_on,
+    predicts_better,
+    read_target,
+)
+from pipeline.report.outputs import outputs_of
+from pipeline.session_folder import working_on, write_session
+from pipeline.stages.run import Outcome
+
+
+@dataclass(frozen=True)
+class Manner:
+    """How the runs are made and shown; ``quiet`` leaves out progress and tables."""
+
+    allow_python: bool
+    quiet: bool
+
+    def runner(self, folder: Path) -> Callable[[Config], Outcome]:
+        """A run of a configuration with its cache in ``folder``."""
+        run = run_silently if self.quiet else run_quietly
+        return lambda config: run(config, folder, self.allow_python)
+
+    def show(self, change: ModelChange) -> None:
+        """Print the errors before and after."""
+        if not self.quiet:
+            for line in change_lines(change):
+                click.echo(line)
+            click.echo()
+        if note := note_on(change):
+            click.secho(f"note: {note}", fg="yellow", err=True)
+
+
+def change_and_show(
+    path: Path,
+    targets: Sequence[str],
+    manner: Manner,
+    *,
+    remove: bool = False,
+    allowed: Allowed = NOTHING_ALLOWED,
+) -> None:
+    """Change the model by ``targets``, one after the other; print each and write the last.
+
+    A target that is refused leaves the configuration as it was before the first.
+    """
+    with working_on(path, on_wait=say_waiting) as (config, folder):
+        run = manner.runner(folder)
+        changes: list[ModelChange] = []
+        for target in targets:
+            before = changes[-1].after if changes else None
+            now = before.config if before is not None else config
+            try:
+                changes.append(change_model(now, read_target(now, target), run, before=before,
+                                            remove=remove, allowed=allowed))
+            except (CalibrationError, ConfigError):
+                if changes:
+                    click.echo(f"{path} was not changed: {target} is refused.", err=True)
+                raise
+            manner.show(changes[-1])
+        _write(changes[0].before.config, changes[-1].after, folder)
+    if manner.quiet:
+        for result in changes[-1].after.triads:
+            echo_verdict(result)
+    _finish(changes[-1].after, folder)
+
+
+def add_until_settled(path: Path, manner: Manner) -> None:
+    """Add what the diagnosis names, again and again, while the leave-one-out error falls."""
+    with working_on(path, on_wait=say_waiting) as (config, folder):
+        run = manner.runner(folder)
+        outcome = run(config)
+        write_session(folder, outputs_of(outcome, folder))
+        refused: list[Target] = []
+        for _ in range(MOST_CHANGES):
+            target = next_target(outcome, refused)
+            if target is None:
+                break
+            change = change_model(outcome.config, target, run, before=outcome)
+            manner.show(change)
+            if not predicts_better(change):
+                click.echo(f"{target} is not kept: the leave-one-out error does not fall with it.")
+                refused.append(target)
+                continue
+            _write(change.before.config, change.after, folder)
+            outcome = change.after
+    for result in outcome.triads:
+        echo_verdict(result)
+    if outcome.config.source.text == config.source.text:
+        click.echo(f"{path} was not changed: {_why_unchanged(outcome)}.")
+        click.echo(next_step(outcome, folder))
+        return
+    _finish(outcome, folder)
+
+
+def _why_unchanged(outcome: Outcome) -> str:
+    for result in outcome.triads:
+        named = result.diagnosis.named_class(result.diagnosis.name or "")
+        if len(named) > 1:
+            alike = joined([f"'{name}'" for name in named], "and")
+            return f"these data do not separate {alike}, and --auto does not guess"
+    return "the diagnosis names no effect to add"
+
+
+def _write(before: Config, after: Outcome, folder: Path) -> None:
+    """The configuration and its results change together."""
+    write_session(folder, outputs_of(after, folder), before, after.config.source.text)
+
+
+def _finish(outcome: Outcome, folder: Path) -> None:
+    path = outcome.config.source.path
+    click.echo(f"{path} was changed. `pipeline history {path}` lists all runs.")
+    click.echo(next_step(outcome, folder))

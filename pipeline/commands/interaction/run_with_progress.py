@@ -1,0 +1,87 @@
+"""Running the stages at the terminal: a line for each, warnings, progress of the clips."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import click
+
+from calib.mounting.mounting import Mounting
+from pipeline.commands.interaction.progress import ClipProgress
+from pipeline.config.load import Config
+from pipeline.console.rate_text import rate_line
+from pipeline.console.run_text import installation_line, recordings_line, triad_line
+from pipeline.stages.context import RunContext
+from pipeline.stages.poses import Recordings
+from pipeline.stages.rate import SettingRate
+from pipeline.stages.run import Outcome, StageObserver, run_stages
+from pipeline.stages.triads import TriadResult
+
+CACHE_NAME = "cache"  #: folder of the phase tracks, in that of the results
+
+
+def say_waiting(folder: Path) -> None:
+    """Another command is working on this session."""
+    click.echo(f"{folder}: another command is working on this session; waiting for it to end "
+               f"(Ctrl-C to give up)", err=True)
+
+
+class StageDisplay(StageObserver):
+    """Shows each stage: its warnings on standard error, its line on standard output.
+
+    ``progress`` is closed before anything is written; ``lines`` is False for commands that show
+    what they compare, and then only the warnings are written.
+    """
+
+    def __init__(self, progress: ClipProgress, lines: bool) -> None:
+        self._progress, self._lines = progress, lines
+
+    def on_rate(self, rate: SettingRate) -> None:
+        """The rate of a plate setting."""
+        self._show(rate.warnings, rate_line(rate))
+
+    def on_recordings(self, recordings: Recordings) -> None:
+        """How many poses are averaged."""
+        self._show(recordings.warnings, recordings_line(recordings))
+
+    def on_triad(self, result: TriadResult) -> None:
+        """Residual and leave-one-out error of a triad."""
+        self._show(result.warnings, triad_line(result))
+
+    def on_installation(self, installation: Mounting) -> None:
+        """The mounting angles."""
+        self._show(installation.notes, installation_line(installation))
+
+    def _show(self, warnings: Iterable[str], line: str) -> None:
+        self._progress.close()
+        for warning in warnings:
+            click.secho(f"warning: {warning}", fg="yellow", err=True)
+        if self._lines and line:
+            click.echo(line)
+
+
+def run_watched(config: Config, folder: Path, allow_python: bool = False) -> Outcome:
+    """Run every stage of ``config``; phase tracks are kept in ``folder``."""
+    return _run(config, folder, allow_python, lines=True)
+
+
+def run_quietly(config: Config, folder: Path, allow_python: bool = False) -> Outcome:
+    """The same with warnings and progress only, for commands that show what they compare."""
+    return _run(config, folder, allow_python, lines=False)
+
+
+def run_silently(config: Config, folder: Path, allow_python: bool = False) -> Outcome:
+    """The same with warnings only, for ``--quiet``."""
+    return _run(config, folder, allow_python, lines=False, bars=False)
+
+
+def run_unwatched(config: Config) -> Outcome:
+    """Run every stage of a configuration that no folder of results belongs to yet."""
+    return run_stages(config, RunContext())
+
+
+def _run(
+    config: Config, folder: Path, allow_python: bool, *, lines: bool, bars: bool = True
+) -> Outcome:
+    with ClipProgress(bars) as progress:
+        context = RunContext(folder / CACHE_NAME, progress, allow_python)
+        return run_stages(config, context, StageDisplay(progress, lines))

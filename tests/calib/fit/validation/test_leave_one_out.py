@@ -1,0 +1,112 @@
+"""Model beside measurements: leave-one-out in closed form, and which pose is worst."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from calib.effects.catalogue import BASE
+from calib.fit.least_squares.solver import fit
+from calib.fit.model import Model
+from calib.fit.rows.residuals import Equations
+from calib.fit.triad.calibration import calibrate_triad
+from calib.fit.validation.leave_one_out import compare
+from calib.poses.pose_set import PoseSet
+from tests.calib.made_poses import (
+    FAST,
+    SLOW,
+    SPECS,
+    base_theta,
+    chosen,
+    made_poses,
+    noisy,
+    read_through,
+    with_noise,
+)
+
+MODEL = Model.of(BASE)
+
+
+@pytest.mark.parametrize("pose", [0, 9, 20, 40])
+def test_leaving_one_out_in_closed_form_is_refitting_without_it(pose: int) -> None:
+    """Magnitude rows and the three rows of a pose at rest alike."""
+    read = noisy(made_poses("gyroscope", (SLOW, FAST, 0.0), shared_sd=1e-4), 3)
+    compared = compare(fit(read, MODEL)).poses[pose]
+    rest = [i for i in range(len(read)) if i != pose]
+    without = fit(chosen(read, rest), MODEL)
+    rows = Equations(read, MODEL).rows(without.theta, without.eta, {})
+    equations = Equations(read, MODEL)
+    mine = equations.row_pose == pose
+    left_out = (rows.residual[: equations.data_count] * equations.row_sd)[mine]
+    if read.reference.is_null[pose]:
+        assert compared.left_out == pytest.approx(np.linalg.norm(left_out), rel=2e-3)
+    else:
+        assert compared.left_out == pytest.approx(left_out[0], rel=5e-3, abs=1e-8)
+
+
+def test_the_pose_that_was_spoilt_is_the_worst() -> None:
+    read = noisy(made_poses("gyroscope", (SLOW, -SLOW)), 5)
+    reading = read.reading.copy()
+    reading[11] *= 1.01
+    worst = compare(fit(replace(read, reading=reading), MODEL)).worst(1)[0]
+    assert worst.label == "pose 12"
+    assert worst.in_sd > 10
+    assert worst.left_out > worst.residual
+
+
+def test_the_root_mean_squares_are_those_of_the_rows() -> None:
+    found = fit(noisy(made_poses("gyroscope", (SLOW, 0.0)), 6), MODEL)
+    compared = compare(found)
+    assert compared.residual_rms == pytest.approx(np.sqrt(np.mean(found.residual_si**2)))
+    assert compared.loo_rms > compared.residual_rms
+    assert len(compared.poses) == 36
+    signed = [pose.residual for pose in compared.poses[:18]]
+    assert min(signed) < 0 < max(signed)
+    lengths = [pose.residual for pose in compared.poses[18:]]
+    assert min(lengths) > 0
+
+
+def spoilt(pose: int, factor: float) -> PoseSet:
+    """Eighteen wedge poses under gravity, one of them off by ``factor``."""
+    read = noisy(made_poses("accelerometer", (0.0,)), 4)
+    reading = read.reading.copy()
+    reading[pose] *= factor
+    return replace(read, reading=reading)
+
+
+@pytest.mark.parametrize("robust", [False, True])
+@pytest.mark.parametrize("pose", [2, 11])
+def test_the_error_of_a_spoilt_pose_is_that_of_a_refit_without_it(robust: bool, pose: int) -> None:
+    """A tenth of gravity off in one of eighteen poses, far from where the fit is linear."""
+    read = spoilt(pose, 0.9)
+    fitted = fit(read, MODEL, robust=robust)
+    compared = compare(fitted)
+    for k in (pose, 5):
+        rest = [i for i in range(len(read)) if i != k]
+        without = fit(read.take(rest), MODEL, robust=robust)
+        rows = fitted.equations.rows(without.theta, without.eta, {})
+        expected = rows.residual[k] * fitted.equations.row_sd[k]
+        assert compared.poses[k].left_out == pytest.approx(expected, rel=2e-3, abs=1e-4)
+    assert compared.poses[pose].left_out == pytest.approx(-0.98, abs=0.05)  # what was done to it
+
+
+@pytest.mark.parametrize("bad_poses", [0, 1])
+def test_huber_s_sds_hold_with_and_without_a_bad_pose(bad_poses: int) -> None:
+    """30 draws of 18 poses; the bad one by 8 to 30 sds, anywhere."""
+    truth = base_theta(MODEL, "accelerometer")
+    scores, widenings = [], []
+    for seed in range(60):
+        rng = np.random.default_rng([seed, 9])
+        poses = read_through(made_poses("accelerometer", (0.0,), seed=seed), MODEL, truth)
+        read = with_noise(poses, rng)
+        reading = read.reading.copy()
+        for k in rng.permutation(18)[:bad_poses]:
+            off = rng.choice([-1, 1]) * rng.uniform(8, 30) * read.sd[k, 0]
+            reading[k] *= 1 + off / np.linalg.norm(reading[k])
+        fitted = fit(replace(read, reading=reading), MODEL, robust=True)
+        calibration = calibrate_triad(fitted, SPECS["accelerometer"])
+        widenings.append(calibration.widening)
+        scores.append((fitted.theta - truth) / np.sqrt(np.diag(calibration.fit.cov)))
+    covered = np.mean(np.abs(scores) < 1.96)
+    assert 0.90 < covered < 0.985
+    assert np.median(widenings) < 1.3

@@ -1,0 +1,82 @@
+"""The import contract: which module may import what; held by tests/test_architecture.py."""
+
+from collections.abc import Mapping
+
+#: Where each dependency may be imported: a module, or all whose names begin so.
+HOME: Mapping[str, tuple[str, ...]] = {
+    "numpy": ("pipeline", "vision", "calib"),
+    "scipy": ("pipeline", "vision", "calib"),
+    "cv2": ("vision",),
+    "serial": ("pipeline.record",),
+    "yaml": ("pipeline.config", "pipeline.export"),
+    "pydantic": ("pipeline.config", "pipeline.results.schema"),
+    "pydantic_core": ("pipeline.config",),
+    "jinja2": ("pipeline.report",),
+    "rich": ("pipeline.cli", "pipeline.commands"),
+    "filelock": ("pipeline.session_folder",),
+    "matplotlib": ("pipeline.export.sheet", "pipeline.report.noise_figure", "calib.notebook"),
+    "click": ("pipeline.cli", "pipeline.commands"),
+    "rosbags": ("pipeline.logs.formats.ros",),
+    "pyulog": ("pipeline.logs.formats.px4",),
+    "pymavlink": ("pipeline.logs.formats.ardupilot",),
+    "pyarrow": ("pipeline.logs.formats.parquet", "pipeline.fleet.table"),
+    "distributed": ("pipeline.fleet.cluster",),
+    "h5py": ("pipeline.logs.formats.hdf5",),
+    "pandas": ("calib.notebook",),
+    "av": ("vision.av_decoder",),
+    "allantools": ("calib.noise.allan",),
+}
+#: Installed by an extra: what reads them says which where they are missing.
+EXTRAS = {"rosbags": "ros", "pyulog": "px4", "pymavlink": "ardupilot", "pyarrow": "parquet",
+          "h5py": "hdf5", "av": "fields", "pandas": "notebook", "allantools": "noise",
+          "distributed": "fleet"}
+#: Which of our packages each may import besides itself.
+MAY_IMPORT: Mapping[str, set[str]] = {
+    "pipeline": {"vision", "calib"}, "vision": set(), "calib": set(),
+}
+#: The way of the data inside a folder: a room imports from itself and from the floors before it,
+#: never from one after it. Rooms in one tuple do not import each other.
+FLOORS: Mapping[str, list[tuple[str, ...]]] = {
+    "calib": [
+        ("errors", "earth", "rounding"), ("poses",), ("effects",), ("fit",),
+        ("diagnosis", "mounting", "consistency", "noise"),
+        ("planning", "assess"), ("notebook",),
+    ],
+    "calib.fit": [
+        ("model", "column_scaling"), ("parameters", "rows"), ("least_squares",),
+        ("triad", "batch"), ("validation",),
+    ],
+    "calib.fit.least_squares": [
+        ("identifiability", "square_start", "gauss_newton"), ("result",), ("solver", "angrisano"),
+        ("unknown_sd",),
+    ],
+    "calib.fit.triad": [
+        ("correction", "determined", "rotation"), ("calibration", "frame_alignment"),
+    ],
+    "calib.fit.validation": [("leave_one_out",), ("predicted_pose", "prediction")],
+    "calib.noise": [("stillness", "spectra"), ("allan",), ("coefficients",)],
+    "calib.notebook": [("tables", "display"), ("calibration",)],
+    "calib.diagnosis": [
+        ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
+        ("diagnose", "unseen"), ("untested", "population"),
+    ],
+    "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
+    "calib.diagnosis.search": [
+        ("evidence", "raw_columns"), ("table", "refit"), ("beside", "sizes"), ("sets",),
+        ("expansion", "odds"),
+    ],
+    "calib.diagnosis.verdict": [("decision", "ranking", "wording"), ("explain",)],
+    "vision": [
+        ("geometry", "orientation", "av_decoder"), ("phase_track",), ("errors",),
+        ("video", "camera"),
+        ("plate", "rate"), ("tracking", "overlay"), ("clip_rate",),
+    ],
+    "pipeline": [
+        ("errors", "text"), ("files",), ("logs",), ("devices",),
+        ("config",), ("stages",),
+        ("results", "record", "plan", "model_change", "playback", "guess"),
+        ("console", "export"), ("report",), ("session_folder",), ("fleet",), ("commands",),
+        ("cli",),
+        ("__main__",),
+    ],
+}
