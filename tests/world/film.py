@@ -157,14 +157,17 @@ def _frames(
             rows = motion.angle(np.maximum(time + row_delay, 0.0))
             swept = float(motion.rate(np.array([time]))[0]) * scene.exposure_s
             luma = truth.picture.luma(rows, swept, time)
-            luma = luma + scene.noise * _piece(stock, (h, w), rng)
+            luma += scene.noise * _piece(stock, (h, w), rng)
             chroma = truth.picture.chroma(rows, swept, time)
             if scene.chroma_noise:
                 chroma = tuple(p + scene.chroma_noise * _piece(stock, p.shape, rng) for p in chroma)
-            planes = tuple(
-                np.clip(np.rint(p), 0, 255).astype(np.uint8) for p in (luma, *chroma)
-            )
+            planes = tuple(_rounded(p) for p in (luma, *chroma))
         yield planes
+
+
+def _rounded(plane: NDArray[np.float32]) -> NDArray[np.uint8]:
+    np.rint(plane, out=plane)
+    return np.clip(plane, 0, 255, out=plane).astype(np.uint8)
 
 
 def _piece(

@@ -15,13 +15,10 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from tests.world.polar_plate import AZIMUTHS, Image, Samples, polar_plate, ramp, two_turns
 from tests.world.scene import FloatArray, Scene, homography
 
-Image = NDArray[np.float32]
-
-AZIMUTHS = 4096  # columns of the polar image: 0.2 pixel at the rim of a plate of 140 pixels
 OVERSAMPLING = 2
 ALIGNED = 16  # pixels: what OpenCV adds up at once, so that a part is as exact as the whole
 HAND_LUMA, HAND_CHROMA = 165.0, (-12.0, 20.0)
@@ -43,22 +40,27 @@ class Picture:
         self.scene = scene
         rng = np.random.default_rng([seed, 1])
         h, w = scene.height_px, scene.width_px
-        self._luma_plate, self._chroma_plate = _polar_plate(scene, rng)
+        luma, self._chroma_plate = polar_plate(scene, rng)
         radius, azimuth = _place_on_plate(scene, h, w, OVERSAMPLING)
-        inside = _ramp((1.0 - radius) * scene.radius_px * OVERSAMPLING / 2)
+        inside = ramp((1.0 - radius) * scene.radius_px * OVERSAMPLING / 2)
         cover = _average(inside)
         self._part, fine = _part_inside(inside, OVERSAMPLING)
-        self._radius, self._azimuth, self._inside = radius[fine], azimuth[fine], inside[fine]
-        self._cover = cover[self._part]
+        self._samples = Samples(scene, radius[fine], azimuth[fine])
+        self._inside, cover_part = inside[fine], cover[self._part]
         radius, azimuth = _place_on_plate(scene, h // 2, w // 2, 1)
-        inside = _ramp((1.0 - radius) * scene.radius_px / 2)
+        inside = ramp((1.0 - radius) * scene.radius_px / 2)
         self._part_c, _ = _part_inside(inside, 1)
-        self._radius_c, self._azimuth_c, self._inside_c = (
-            each[self._part_c] for each in (radius, azimuth, inside))
-        self._deck = _deck(scene, rng)
+        self._samples_c = Samples(scene, radius[self._part_c], azimuth[self._part_c])
+        self._inside_c = inside[self._part_c]
+        deck = _deck(scene, rng)
         self._shade, glare = _light(scene)
         self._glare = glare * cover
         self._arm = _tonearm(scene) if scene.tonearm else None
+        # What stands still is lit once; in the part of the plate its share under the plate's.
+        self._rest = self._lit(deck, (slice(None), slice(None)))
+        self._deck_part = (1 - cover_part) * deck[self._part]
+        seen = (luma, *(self._chroma_plate if scene.coloured_marks else ()))
+        self._spectra = [np.fft.rfft(plane[:, :AZIMUTHS], axis=1) for plane in seen]
         self._blurred: dict[float, tuple[Image, ...]] = {}
 
     def luma(self, angle_by_row: FloatArray, swept_rad: float, time_s: float = 0.0) -> Image:
@@ -66,13 +68,10 @@ class Picture:
         scene = self.scene
         part = self._part
         rows = np.repeat(angle_by_row[part[0]], OVERSAMPLING).astype(np.float64)
-        soft = self._blur(abs(swept_rad))[0]
-        plate = self._look_up(soft, self._radius, self._azimuth, rows)
-        picture = self._deck.copy()
-        picture[part] = _average(plate * self._inside) + (1 - self._cover) * self._deck[part]
-        if self._arm is not None:
-            picture = picture * (1 - self._arm) + 150.0 * self._arm
-        picture = (picture - 16) * self._shade + 16 + self._glare
+        plate = self._samples.look_up(self._blur(abs(swept_rad))[0], rows)
+        plate *= self._inside
+        picture = self._rest.copy()
+        picture[part] = self._lit(_average(plate) + self._deck_part, part)
         if time_s < scene.hand_until_s:
             hand = _hand(scene, time_s)
             picture = np.asarray(picture * (1 - hand) + HAND_LUMA * hand, np.float32)
@@ -88,8 +87,7 @@ class Picture:
         planes = self._blur(abs(swept_rad))[1:] if scene.coloured_marks else self._chroma_plate
         cb, cr = np.zeros((2, scene.height_px // 2, scene.width_px // 2), np.float32)
         for whole, plane in zip((cb, cr), planes, strict=True):
-            whole[part] = self._inside_c * self._look_up(
-                plane, self._radius_c, self._azimuth_c, rows)
+            whole[part] = self._inside_c * self._samples_c.look_up(plane, rows)
         if scene.coloured_marks:
             shown = _halved(self._shade) * self._gain(time_s)
             if self._arm is not None:
@@ -111,10 +109,12 @@ class Picture:
         )
         return float((((ahead - behind) / (2 * step)) ** 2).sum())
 
-    def _look_up(self, polar: Image, radius: Image, azimuth: Image, rows: FloatArray) -> Image:
-        shift = (np.mod(rows, 2 * np.pi) * AZIMUTHS / (2 * np.pi)).astype(np.float32)
-        column = azimuth - shift[:, None] + AZIMUTHS  # the polar image holds two turns
-        return cv2.remap(polar, column, radius * _rows_per_radius(self.scene), cv2.INTER_LINEAR)
+    def _lit(self, picture: Image, part: tuple[slice, slice]) -> Image:
+        """A part of the picture behind the tonearm, in the light of the room."""
+        if self._arm is not None:
+            arm = self._arm[part]
+            picture = picture * (1 - arm) + 150.0 * arm
+        return (picture - 16) * self._shade[part] + 16 + self._glare[part]
 
     def _gain(self, time_s: float) -> np.float64:
         """How bright the light is."""
@@ -132,23 +132,11 @@ class Picture:
             self._blurred.clear()
             half = np.arange(AZIMUTHS // 2 + 1)
             transfer = np.sinc(half * columns / AZIMUTHS)
-            chroma = self._chroma_plate if self.scene.coloured_marks else ()
             self._blurred[columns] = tuple(
-                _two_turns(np.fft.irfft(
-                    np.fft.rfft(plane[:, :AZIMUTHS], axis=1) * transfer, AZIMUTHS, axis=1
-                ))
-                for plane in (self._luma_plate, *chroma)
+                two_turns(np.fft.irfft(spectrum * transfer, AZIMUTHS, axis=1))
+                for spectrum in self._spectra
             )
         return self._blurred[columns]
-
-
-def _rows_per_radius(scene: Scene) -> np.float32:
-    return np.float32(np.ceil(2 * scene.radius_px))
-
-
-def _ramp(distance_px: Image) -> Image:
-    """Coverage of an edge seen by the lens: 0 outside to 1 inside over one pixel."""
-    return np.clip(0.5 + distance_px, 0, 1).astype(np.float32)
 
 
 def _average(samples: Image) -> Image:
@@ -175,10 +163,6 @@ def _halved(plane: FloatArray) -> Image:
     return np.asarray(small, np.float32)
 
 
-def _two_turns(polar: FloatArray) -> Image:
-    return np.hstack([polar, polar, polar[:, :2]]).astype(np.float32)
-
-
 def _place_on_plate(scene: Scene, h: int, w: int, over: int) -> tuple[Image, Image]:
     """Radius (radii) and azimuth (columns of the polar image) of every sample."""
     scale = scene.width_px / w
@@ -190,57 +174,6 @@ def _place_on_plate(scene: Scene, h: int, w: int, over: int) -> tuple[Image, Ima
     u, v = u / n, v / n
     azimuth = np.mod(np.arctan2(v, u), 2 * np.pi) * AZIMUTHS / (2 * np.pi)
     return np.hypot(u, v).astype(np.float32), azimuth.astype(np.float32)
-
-
-def _polar_plate(scene: Scene, rng: np.random.Generator) -> tuple[Image, tuple[Image, Image]]:
-    """Luma and chroma (offset from grey) of the plate at angle zero, as polar images."""
-    rows = int(_rows_per_radius(scene))
-    radius = (np.arange(rows + 2) / rows)[:, None]
-    azimuth = (np.arange(AZIMUTHS) * 2 * np.pi / AZIMUTHS)[None, :]
-    x, y = radius * np.cos(azimuth), radius * np.sin(azimuth)
-    px = scene.radius_px
-
-    grooves = 1.5 * np.sin(radius * px * 1.9)
-    luma = np.broadcast_to(scene.plate_luma + grooves, x.shape).copy()
-    cb, cr = np.zeros_like(x), np.zeros_like(x)
-    if scene.texture:
-        speckle = cv2.GaussianBlur(rng.standard_normal((256, 256)), (0, 0), 1.5)
-        speckle *= scene.texture / speckle.std()
-        luma += cv2.remap(
-            speckle.astype(np.float32),
-            ((x + 1.05) * 121).astype(np.float32),
-            ((y + 1.05) * 121).astype(np.float32),
-            cv2.INTER_LINEAR,
-        )
-
-    def paint(inside: FloatArray, value: float, blue: float = 0.0, red: float = 0.0) -> None:
-        for plane, colour in ((luma, value), (cb, blue), (cr, red)):
-            plane += inside * (colour - plane)
-
-    def box(cx: float, cy: float, turn: float, length: float, width: float) -> FloatArray:
-        along = (x - cx) * np.cos(turn) + (y - cy) * np.sin(turn)
-        across = -(x - cx) * np.sin(turn) + (y - cy) * np.cos(turn)
-        return _ramp(px * (length / 2 - np.abs(along))) * _ramp(px * (width / 2 - np.abs(across)))
-
-    if scene.label:
-        paint(_ramp(px * (0.30 - radius)) * np.ones_like(x), 95, -10, 40)
-        sector = _ramp(px * radius * (0.7 - np.abs(np.angle(np.exp(1j * (azimuth - 4.0))))))
-        paint(_ramp(px * (0.30 - radius)) * sector, 190, -8, 6)
-    if scene.sensor_box:
-        paint(box(0.02, -0.01, 0.3, 0.34, 0.27), 150, -70, 60)
-        reach = radius - 0.15
-        bend = 0.3 + 0.12 * np.sin(9 * reach)
-        across = np.abs(np.angle(np.exp(1j * (azimuth - bend - np.pi)))) * radius
-        cable = _ramp(px * (0.012 - across)) * _ramp(px * reach) * _ramp(px * (0.62 - radius))
-        paint(cable, 22)
-    for mark in scene.marks:
-        cx, cy = mark.radius * np.cos(mark.azimuth_rad), mark.radius * np.sin(mark.azimuth_rad)
-        paint(box(cx, cy, mark.azimuth_rad, mark.length, mark.width), mark.luma,
-              mark.blue, mark.red)
-    paint(_ramp(px * (0.02 - radius)) * np.ones_like(x), 180)
-    if not scene.colour:
-        cb[:], cr[:] = 0, 0
-    return _two_turns(luma), (_two_turns(cb), _two_turns(cr))
 
 
 def _deck(scene: Scene, rng: np.random.Generator) -> Image:
@@ -255,7 +188,7 @@ def _deck(scene: Scene, rng: np.random.Generator) -> Image:
         a = scene.deck_mark_azimuth_rad
         along = (u * np.cos(a) + v * np.sin(a)) / n - 1.08
         across = (-u * np.sin(a) + v * np.cos(a)) / n
-        inside = _ramp(scene.radius_px * (0.055 - np.abs(along))) * _ramp(
+        inside = ramp(scene.radius_px * (0.055 - np.abs(along))) * ramp(
             scene.radius_px * (0.03 - np.abs(across))
         )
         deck = deck + inside * (215 - deck)
@@ -278,7 +211,7 @@ def _tonearm(scene: Scene) -> Image:
     foot, tip = np.array([cx + 1.15 * r, cy - 0.9 * r]), np.array([cx + 0.5 * r, cy + 0.25 * r])
     along = (tip - foot) / np.linalg.norm(tip - foot)
     s = np.clip((x - foot[0]) * along[0] + (y - foot[1]) * along[1], 0, np.linalg.norm(tip - foot))
-    return _ramp(0.035 * r - np.hypot(x - foot[0] - s * along[0], y - foot[1] - s * along[1]))
+    return ramp(0.035 * r - np.hypot(x - foot[0] - s * along[0], y - foot[1] - s * along[1]))
 
 
 def _hand(scene: Scene, time_s: float) -> Image:
@@ -287,4 +220,4 @@ def _hand(scene: Scene, time_s: float) -> Image:
     cx, cy, r = *scene.centre_px, scene.radius_px
     away = max(0.0, time_s / scene.hand_until_s - 0.3) * 1.2
     px, py = cx + (0.95 + away) * r, cy + (0.35 + 0.2 * np.sin(3 * time_s)) * r
-    return _ramp(0.02 * r * (1 - ((x - px) / (0.4 * r)) ** 2 - ((y - py) / (0.25 * r)) ** 2) * 20)
+    return ramp(0.02 * r * (1 - ((x - px) / (0.4 * r)) ** 2 - ((y - py) / (0.25 * r)) ** 2) * 20)
