@@ -58,12 +58,13 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "calib.notebook": [("tables", "display"), ("calibration",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
-        ("diagnose", "unseen"), ("untested", "population"),
+        ("finding",), ("diagnose", "unseen"), ("untested", "population"),
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
     "calib.diagnosis.search": [
-        ("evidence", "raw_columns"), ("table", "refit"), ("beside", "sizes"), ("sets",),
-        ("expansion", "odds"),
+        ("evidence", "joint_conditions"), ("raw_columns", "table", "refit"),
+        ("stacked_tables", "set_densities", "beside", "sizes"), ("steps",),
+        ("sets", "together"), ("expansion", "odds"),
     ],
     "calib.diagnosis.verdict": [("decision", "ranking", "wording"), ("explain",)],
     "vision": [

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.diagnosis.diagnose import Diagnosis, diagnose
+from calib.diagnosis.finding import Finding, find
 from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
@@ -171,22 +171,23 @@ def sound_trial(design: Design, seed: int, triad: str) -> SetOutcome:
 def set_trial(design: Design, seed: int, triad: str, hidden: Sequence[Hidden]) -> SetOutcome:
     """Hide, calibrate, diagnose once; raises CalibrationError where the session is refused."""
     base = fit(poses_of(design, seed, triad, hidden), Model.of(BASE))
-    return scored(seed, diagnose(base), [h.name for h in hidden])
+    return scored(seed, find(base), [h.name for h in hidden])
 
 
-def scored(seed: int, said: Diagnosis, hidden: Sequence[str]) -> SetOutcome:
+def scored(seed: int, found: Finding, hidden: Sequence[str]) -> SetOutcome:
     """What one diagnosis says, against what was hidden."""
-    listed = {c.name for c in said.ranking if c.kind == "listed"}
+    said, inclusion = found.verdict, found.inclusion
+    listed = {h.name for h in found.state.hypotheses if h.kind == "listed"} - {*found.blind}
     visible = [n for n in hidden if n in listed]
     right = {n: {n} | COMMON_PARTS.get(n, set()) for n in visible}
     allowed = set().union(*right.values(), *(ALIKE.get(n, set()) for n in hidden), hidden)
-    classes = {i.name: set(i.members) for i in said.inclusion}
+    classes = {i.name: set(i.members) for i in inclusion}
     named = [classes.get(name, {name}) | ({*said.group} if name == said.name else set())
              for name in said.names]
-    open_names = {m for i in said.inclusion if i.probability >= OFFERED for m in i.members}
-    open_names |= {*said.group} if said.verdict == "ambiguous" else set()
+    open_names = {m for i in inclusion if i.probability >= OFFERED for m in i.members}
+    open_names |= {*said.group} if said.code == "ambiguous" else set()
     told = set().union(*named) if named else set()
-    silent = said.verdict in ("noise", "unknown", "nothing_missing", "bad_pose")
+    silent = said.code in ("noise", "unknown", "nothing_missing", "bad_pose")
     return SetOutcome(
         seed=seed,
         hidden=tuple(hidden),
@@ -198,11 +199,11 @@ def scored(seed: int, said: Diagnosis, hidden: Sequence[str]) -> SetOutcome:
         wrong=tuple(name for name, c in zip(said.names, named, strict=True) if not c & allowed),
         stated=tuple(
             (i.probability, bool({*i.members} & allowed))
-            for i in said.inclusion if i.kind == "listed"
+            for i in inclusion if i.kind == "listed"
         ),
-        verdict=str(said.verdict),
-        text=f"{said.verdict} {said.names} "
-             + " ".join(f"{'/'.join(i.members)}:{i.probability:.2f}" for i in said.inclusion[:6]),
+        verdict=str(said.code),
+        text=f"{said.code} {said.names} "
+             + " ".join(f"{'/'.join(i.members)}:{i.probability:.2f}" for i in inclusion[:6]),
     )
 
 

@@ -12,15 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses.columns import causes, set_aside
-from calib.diagnosis.hypotheses.listed import Hypothesis, listed_hypotheses
-from calib.diagnosis.hypotheses.unlisted import (
-    bad_pose_hypotheses,
-    plate_hypotheses,
-    step_hypotheses,
-    unknown_hypotheses,
-    wander_hypotheses,
-)
+from calib.diagnosis.finding import find
+from calib.diagnosis.hypotheses.columns import set_aside
 from calib.diagnosis.next_measurement.advice import (
     Advice,
     Rival,
@@ -28,10 +21,9 @@ from calib.diagnosis.next_measurement.advice import (
     film_each_pose,
     lay_missing,
 )
-from calib.diagnosis.search.expansion import search
-from calib.diagnosis.search.odds import Inclusion, Odds, odds_of
+from calib.diagnosis.search.odds import Inclusion, Odds
 from calib.diagnosis.search.sets import Search
-from calib.diagnosis.verdict.decision import Code, Verdict, reach_verdict
+from calib.diagnosis.verdict.decision import Code, Verdict
 from calib.diagnosis.verdict.explain import Explanation, explain
 from calib.diagnosis.verdict.ranking import Candidate, rank
 from calib.effects.effect import Effect
@@ -164,19 +156,9 @@ def diagnose(
         What the calibration will err by; where it does not hold in every direction, the verdict
         says so and asks for poses there.
     """
-    listed, unavailable = listed_hypotheses(fit, own, covariates)
-    hypotheses = [*listed, *unlisted_hypotheses(fit, covariates)]
-    state = search(fit, hypotheses)
-    odds = odds_of(state)
-    verdict = reach_verdict(state, odds)
+    finding = find(fit, own, covariates)
+    state, odds, verdict = finding.state, finding.odds, finding.verdict
     ranking = rank(state, odds)
-    blind = tuple(
-        dict.fromkeys(
-            h.name for j, h in enumerate(hypotheses)
-            if h.kind == "listed" and state.table.is_blind(j)
-        )
-    )
-    blind = tuple(name for name in blind if name not in {c.name for c in ranking})
     advice = _advise(state, odds, verdict, ranking, full_scale)
     if verdict.code in (Code.NOTHING_MISSING, Code.AMBIGUOUS, Code.NOISE) and (
         verdict.name != "plate_rate"
@@ -187,35 +169,15 @@ def diagnose(
         name=verdict.name,
         names=verdict.names,
         group=verdict.group,
-        inclusion=_reported(odds),
+        inclusion=finding.inclusion,
         sets=tuple(each for each in odds.sets if each[1] >= CONSTANTS.least_listed),
         explanation=explain(fit, verdict, ranking, state.p_value, advice, prediction),
         advice=advice,
         ranking=ranking,
-        blind=blind,
-        unavailable=unavailable,
+        blind=finding.blind,
+        unavailable=finding.unavailable,
         aside=set_aside(fit.poses, covariates),
         p_value=state.p_value,
-    )
-
-
-def unlisted_hypotheses(fit: Fit, covariates: Sequence[str] | None = None) -> list[Hypothesis]:
-    """Everything that could be missing and that no model can hold by a name."""
-    return [
-        *unknown_hypotheses(fit, causes(fit.poses, covariates)),
-        *step_hypotheses(fit),
-        *bad_pose_hypotheses(fit),
-        *wander_hypotheses(fit),
-        *plate_hypotheses(fit),
-    ]
-
-
-def _reported(odds: Odds) -> tuple[Inclusion, ...]:
-    every = sorted((*odds.classes, *odds.others), key=lambda each: -each.probability)
-    unique = {each.name: each for each in reversed(every)}
-    return tuple(
-        each for each in every
-        if unique[each.name] is each and each.probability >= CONSTANTS.least_listed
     )
 
 

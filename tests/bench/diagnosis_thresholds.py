@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS, Constants
-from calib.diagnosis.diagnose import diagnose
+from calib.diagnosis.finding import find_many
 from calib.diagnosis.search import evidence
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
@@ -62,9 +62,8 @@ def sessions(first: int, trials: int) -> Iterator[Session]:
 
 def outcomes(every: Sequence[Session]) -> list[tuple[SetOutcome, tuple[str, ...]]]:
     """What the diagnosis says of each, and what it leaves open."""
-    said = [diagnose(each.base) for each in every]
-    return [(scored(each.seed, diagnosis, each.hidden), diagnosis.group)
-            for each, diagnosis in zip(every, said, strict=True)]
+    return [(scored(each.seed, found, each.hidden), found.verdict.group)
+            for each, found in zip(every, find_many([each.base for each in every]), strict=True)]
 
 
 def verdict(outcome: tuple[SetOutcome, tuple[str, ...]]) -> tuple[str, object, object]:

@@ -14,6 +14,7 @@ from tests.world.hidden import Hidden
 from tests.world.imu import MPU_SPREAD, FloatArray, Triad
 from tests.world.moments import Moments
 from tests.world.physics import courses
+from tests.world.sizes import WARM_UP_TAU_S
 
 POSE_S, REST_S = 8.0, 4.0
 SAMPLE_RATE_HZ = 100.0
@@ -60,9 +61,11 @@ class LotPlan:
     """What a lot is to be.
 
     ``hidden`` is the name of an effect, ``common_sd`` and ``spread_sd`` its size in the whole lot
-    and the spread of its sizes over the sensors, root mean square over the pose equations in noise
-    units. ``evening_sd`` is by how many sds of a pose mean a bias differs from evening to evening,
-    ``noise_dof`` the degrees of freedom that a pose adds to the estimate of its own noise.
+    and the spread of its sizes over the sensors, ``own_sd`` the lowest and the highest size that
+    every evening has in a direction of its own (log-uniform); all are root mean squares over the
+    pose equations in noise units. ``evening_sd`` is by how many sds of a pose mean a bias differs
+    from evening to evening, ``noise_dof`` the degrees of freedom that a pose adds to the estimate
+    of its own noise.
     """
 
     sensors: int
@@ -70,6 +73,7 @@ class LotPlan:
     hidden: str | None = None
     common_sd: float = 0.0
     spread_sd: float = 0.0
+    own_sd: tuple[float, float] | None = None
     evening_sd: float = 0.0
     noise_dof: float = 2.0
 
@@ -94,8 +98,13 @@ def draw_lot(design: Design, plan: LotPlan, seed: int) -> Lot:
     warmth = _warmth(design.temperature, time_s, sets, rng)
     size, error = np.zeros((sets, 0)), np.zeros((sets, n, 3))
     if plan.hidden is not None:
-        each = _unit_errors(plan.hidden, design, true, force, time_s, warmth)
-        size = _sizes(plan, each, up / sd, rng)[unit]
+        tau_s = np.random.default_rng([seed, 61]).uniform(*WARM_UP_TAU_S)
+        each = _unit_errors(plan.hidden, design, true, force, time_s, warmth, tau_s)
+        rows = _rows_of(plan.hidden, each, up / sd)
+        if plan.own_sd is None:
+            size = _sizes(plan, rows, rng)[unit]
+        else:
+            size = _own_sizes(plan.own_sd, rows, rng)
         error = np.einsum("snik,sk->sni", each, size)
     offset_s = offset[unit] + plan.evening_sd * (sd * typical.gain) * rng.standard_normal((sets, 3))
     noise = sd * typical.gain * rng.standard_normal((sets, n, 3))
@@ -137,11 +146,12 @@ def _warmth(
 
 def _unit_errors(
     name: str, design: Design, true: FloatArray, force: FloatArray, time_s: FloatArray,
-    warmth: FloatArray,
+    warmth: FloatArray, tau_s: float,
 ) -> FloatArray:
     """Errors (S, n, 3, k) along the axes per unit of each of the k sizes of an effect.
 
-    Every pose of every evening is one pose of a single long run.
+    Every pose of every evening is one pose of a single long run; ``tau_s`` is the time constant of
+    a warm-up.
     """
     sets, n, _ = true.shape
     before = np.concatenate([np.zeros((sets, 1, 3)), true[:, :-1]], axis=1)
@@ -162,8 +172,10 @@ def _unit_errors(
     shape = Hidden(name, "accelerometer", _size_like(name)).physics.shape
     units = np.eye(int(np.prod(shape))).reshape(-1, *shape)
     along = true.reshape(-1, 1, 3)
-    each = [np.broadcast_to(Hidden(name, "accelerometer", unit).error(along, moments), along.shape)
-            for unit in units]
+    detail = {"tau_s": tau_s}
+    each = [np.broadcast_to(
+        Hidden(name, "accelerometer", unit, detail).error(along, moments), along.shape)
+        for unit in units]
     return np.stack([e.reshape(sets, n, 3) for e in each], axis=-1)
 
 
@@ -171,14 +183,17 @@ def _size_like(name: str) -> FloatArray:
     return np.zeros((3, 3) if name == "cross_quadratic" else 3)
 
 
-def _sizes(
-    plan: LotPlan, each: FloatArray, whitening: FloatArray, rng: np.random.Generator
-) -> FloatArray:
-    """Sizes (sensors, k): one for all, and a spread, each of the root mean square asked for."""
+def _rows_of(name: str, each: FloatArray, whitening: FloatArray) -> FloatArray:
+    """What an effect adds to the pose equations per unit of each size, noise units, (S, n, k)."""
     rows = np.einsum("sni,snik->snk", whitening, each)
-    if plan.hidden and plan.hidden.endswith(("_bias", "_scale", "_drift")):
+    if name.endswith(("_bias", "_scale", "_drift", "warm_up")):
         rows = rows - rows.mean(axis=1, keepdims=True)  # what does not vary is a bias or a gain
-    k = each.shape[3]
+    return rows
+
+
+def _sizes(plan: LotPlan, rows: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Sizes (sensors, k): one for all, and a spread, each of the root mean square asked for."""
+    k = rows.shape[2]
 
     def of_size(wanted: float, direction: FloatArray) -> FloatArray:
         rms = np.sqrt(np.mean(np.einsum("snk,k->sn", rows, direction) ** 2))
@@ -188,3 +203,14 @@ def _sizes(
     per_axis = np.array([of_size(1.0, axis)[j] for j, axis in enumerate(np.eye(k))])
     spread = plan.spread_sd / np.sqrt(k) * per_axis * rng.standard_normal((plan.sensors, k))
     return common + spread
+
+
+def _own_sizes(
+    limits: tuple[float, float], rows: FloatArray, rng: np.random.Generator
+) -> FloatArray:
+    """Sizes (S, k) of evenings that each have a direction and a root mean square of their own."""
+    sets, _, k = rows.shape
+    direction = rng.standard_normal((sets, k))
+    rms = np.sqrt(np.mean(np.einsum("snk,sk->sn", rows, direction) ** 2, axis=1))
+    wanted = np.exp(rng.uniform(*np.log(limits), sets))
+    return direction * (wanted / rms)[:, None]

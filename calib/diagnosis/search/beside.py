@@ -9,7 +9,7 @@ from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.search.evidence import block_log_densities, nothing_log_density
 from calib.diagnosis.search.table import Table
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,37 +24,98 @@ class Beside:
     drop: FloatArray
 
 
-def beside(table: Table, members: Sequence[int]) -> Beside:
-    """Every hypothesis beside the set of ``members``, whose space is projected out."""
-    q = table.space(members)
-    residual = table.residual - q @ (q.T @ table.residual)
-    chi2, dof = float(residual @ residual), table.dof - q.shape[1]
-    rows = table.rows - (table.rows @ q) @ q.T if q.shape[1] else table.rows
-    product = rows @ residual
-    m = len(table.seen)
-    log_factor, drop = np.full(m, -np.inf), np.zeros(m)
-    nothing = float(np.logaddexp(*nothing_log_density(chi2, dof)))
-    outside = np.ones(m, bool)
-    outside[list(members)] = False
-    for width in np.unique(table.seen[table.seen > 0]):
-        which = np.flatnonzero((table.seen == width) & outside)
-        if len(which) == 0:
-            continue
-        index = table.first[which][:, None] + np.arange(width)
-        along = product[index]
-        if width == 1 or not q.shape[1]:  # orthogonal as they are
-            squared = (rows[index] ** 2).sum(axis=2)
-        else:
-            stacked = rows[index]
-            squared, turns = np.linalg.eigh(stacked @ stacked.transpose(0, 2, 1))
-            along = (turns.transpose(0, 2, 1) @ along[:, :, None])[:, :, 0]
-        visible = squared > (VISIBLE_SHARE * table.total[which][:, None]) ** 2
-        strength = np.where(visible, np.sqrt(np.maximum(squared, 0.0)), 0.0)
-        amplitude = np.where(visible, along / np.where(visible, strength, 1.0), 0.0)
-        drop[which] = (amplitude**2).sum(axis=1)
-        density = block_log_densities(strength, amplitude, chi2, dof)
-        log_factor[which] = np.where(visible.any(axis=1), density - nothing, -np.inf)
-    return Beside(log_factor, drop)
+@dataclass(frozen=True, eq=False)
+class BesideSets:
+    """Asks for every hypothesis of ``table`` beside each of ``sets``."""
+
+    table: Table
+    sets: Sequence[Sequence[int]]
+
+
+@dataclass(frozen=True, eq=False)
+class _Remaining:
+    """What the space of one set leaves of a table: rows (v, r), their products with what it leaves
+    of the residual (v,), that one's chi-square and degrees of freedom.
+
+    ``outside`` (m,) are the hypotheses that are not in the set, ``turned`` says whether the rows of
+    a hypothesis are no longer orthogonal.
+    """
+
+    table: Table
+    rows: FloatArray
+    product: FloatArray
+    chi2: float
+    dof: int
+    outside: BoolArray
+    turned: bool
+
+    @classmethod
+    def of(cls, table: Table, members: Sequence[int]) -> "_Remaining":
+        q = table.space(members)
+        residual = table.residual - q @ (q.T @ table.residual)
+        rows = table.rows - (table.rows @ q) @ q.T if q.shape[1] else table.rows
+        outside = table.seen > 0
+        outside[list(members)] = False
+        return cls(table, rows, rows @ residual, float(residual @ residual),
+                   table.dof - q.shape[1], outside, bool(q.shape[1]))
+
+
+def besides(asked: Sequence[BesideSets]) -> list[list[Beside]]:
+    """Every hypothesis beside the sets of each request, the set's space projected out.
+
+    Parameters
+    ----------
+    asked : sequence of BesideSets
+        Of tables with equally many rows.
+
+    Returns
+    -------
+    list of list of Beside
+        One for each set of each request.
+    """
+    rests = [_Remaining.of(each.table, members) for each in asked for members in each.sets]
+    nothing = [float(np.logaddexp(*nothing_log_density(each.chi2, each.dof))) for each in rests]
+    weighed = [
+        Beside(np.full(len(each.outside), -np.inf), np.zeros(len(each.outside))) for each in rests
+    ]
+    for turned in (False, True):
+        some = [i for i, each in enumerate(rests) if each.turned == turned]
+        widths = {int(k) for i in some for k in rests[i].table.seen[rests[i].outside]}
+        for width in sorted(widths):
+            _weigh(width, [(rests[i], nothing[i], weighed[i]) for i in some])
+    ends = iter(weighed)
+    return [[next(ends) for _ in each.sets] for each in asked]
+
+
+def _weigh(width: int, cases: Sequence[tuple[_Remaining, float, Beside]]) -> None:
+    """Weigh the hypotheses of ``width`` visible columns in all ``cases``, and note it there."""
+    which = [np.flatnonzero((each.table.seen == width) & each.outside) for each, _, _ in cases]
+    count = [len(part) for part in which]
+    index = [each.table.first[part][:, None] + np.arange(width)
+             for (each, _, _), part in zip(cases, which, strict=True)]
+    along = np.concatenate([each.product[i] for (each, _, _), i in zip(cases, index, strict=True)])
+    stacked = np.concatenate([each.rows[i] for (each, _, _), i in zip(cases, index, strict=True)])
+    if width == 1 or not cases[0][0].turned:  # orthogonal as they are
+        squared = (stacked**2).sum(axis=2)
+    else:
+        squared, turns = np.linalg.eigh(stacked @ stacked.transpose(0, 2, 1))
+        along = (turns.transpose(0, 2, 1) @ along[:, :, None])[:, :, 0]
+    total = np.concatenate([each.table.total[part]
+                            for (each, _, _), part in zip(cases, which, strict=True)])
+    visible = squared > (VISIBLE_SHARE * total[:, None]) ** 2
+    strength = np.where(visible, np.sqrt(np.maximum(squared, 0.0)), 0.0)
+    amplitude = np.where(visible, along / np.where(visible, strength, 1.0), 0.0)
+    drop = (amplitude**2).sum(axis=1)
+    chi2 = np.repeat([each.chi2 for each, _, _ in cases], count)
+    dof = np.repeat([each.dof for each, _, _ in cases], count)
+    density = block_log_densities(strength, amplitude, chi2, dof)
+    factor = density - np.repeat([nothing for _, nothing, _ in cases], count)
+    factor[~visible.any(axis=1)] = -np.inf
+    end = 0
+    for (_, _, weighed), part in zip(cases, which, strict=True):
+        weighed.drop[part] = drop[end : end + len(part)]
+        weighed.log_factor[part] = factor[end : end + len(part)]
+        end += len(part)
 
 
 def pair_scores(table: Table, candidates: Sequence[int]) -> tuple[FloatArray, FloatArray]:

@@ -11,12 +11,13 @@ that buy nothing cost, and nothing ties where p-values underflow. The prior of t
 distribution (Gelman, Bayesian Analysis 1, 2006), whose tail is heavy enough for any signal.
 """
 
-from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 #: sizes of an effect, noise units, each twice the one before
 TAUS = 2.0 ** np.arange(CONSTANTS.octaves_of_size)
@@ -39,14 +40,16 @@ def over_sizes(gain: FloatArray) -> FloatArray:
     return np.asarray(np.log(np.exp(weighed - top).sum(axis=0)) + top)
 
 
-def log_noise_prior(variance: FloatArray, dof: int, tolerated: FloatArray) -> FloatArray:
+def log_noise_prior(
+    variance: FloatArray, dof: IntArray, tolerated: FloatArray
+) -> FloatArray:
     """Log prior of a noise variance V > 1 with the width that ``dof`` rows leave it.
 
     Uniform in the logarithm of the extra scatter n = √(V - 1): rare where nothing is in the model,
     and as likely as none while n is what a formula may be off by, ``tolerated``.
     """
     extra = np.maximum(variance - 1.0, 1e-12)
-    width = np.sqrt(4 * np.pi / max(dof, 1)) * variance / (2 * extra)
+    width = np.sqrt(4 * np.pi / np.maximum(dof, 1)) * variance / (2 * extra)
     rare = CONSTANTS.odds_rare * np.minimum(1.0, width / NOISE_RANGE)
     span = np.log(np.maximum(tolerated / CONSTANTS.least_noise, 1.0))
     inside = np.sqrt(extra) <= tolerated
@@ -55,7 +58,8 @@ def log_noise_prior(variance: FloatArray, dof: int, tolerated: FloatArray) -> Fl
 
 
 def over_noise(
-    stated: FloatArray, larger: FloatArray, variance: FloatArray, dof: int, tolerated: FloatArray
+    stated: FloatArray, larger: FloatArray, variance: FloatArray, dof: IntArray,
+    tolerated: FloatArray,
 ) -> FloatArray:
     """Average of log densities at V = 1 and at the V that the rows ask for, where it is larger."""
     more = larger + log_noise_prior(variance, dof, tolerated)
@@ -63,7 +67,7 @@ def over_noise(
 
 
 def block_log_densities(
-    strength: FloatArray, amplitude: FloatArray, chi2: float, dof: int
+    strength: FloatArray, amplitude: FloatArray, chi2: FloatArray, dof: IntArray
 ) -> FloatArray:
     """Log density of the residual under each of m single blocks, (m,).
 
@@ -72,23 +76,27 @@ def block_log_densities(
     strength, amplitude : array, shape (m, v)
         Signal along each visible direction for unit tau, and the residual along it; both zero
         where a block has fewer directions.
-    chi2, dof : float, int
-        Of the whole projected residual.
+    chi2, dof : array, shape (m,)
+        Of the whole projected residual that each is weighed on.
     """
     seen = (strength > 0).sum(axis=1)
     drop = (amplitude**2).sum(axis=1)
     variance = np.maximum((chi2 - drop) / np.maximum(dof - seen, 1), 1.0)
-    tolerated = CONSTANTS.tolerance * np.sqrt(drop / max(dof, 1))
+    tolerated = CONSTANTS.tolerance * np.sqrt(drop / np.maximum(dof, 1))
 
-    def at(v: FloatArray) -> FloatArray:
-        signal = (TAUS[:, None, None] * strength) ** 2 / v[None, :, None]
-        gain = 0.5 * amplitude**2 / v[:, None] * signal / (1 + signal) - 0.5 * np.log1p(signal)
-        return over_sizes(gain.sum(axis=2)) - 0.5 * (dof * np.log(v) + chi2 / v)
+    def at(v: FloatArray, some: BoolArray | slice) -> FloatArray:
+        signal = (TAUS[:, None, None] * strength[some]) ** 2 / v[None, :, None]
+        gain = 0.5 * amplitude[some] ** 2 / v[:, None] * signal / (1 + signal)
+        gain -= 0.5 * np.log1p(signal)
+        return over_sizes(gain.sum(axis=2)) - 0.5 * (dof[some] * np.log(v) + chi2[some] / v)
 
-    stated = at(np.ones_like(variance))
-    if not (variance > 1.0).any():
-        return stated
-    return over_noise(stated, at(variance), variance, dof, tolerated)
+    density = at(np.ones_like(variance), slice(None))
+    more = variance > 1.0
+    if more.any():
+        density[more] = over_noise(
+            density[more], at(variance[more], more), variance[more], dof[more], tolerated[more]
+        )
+    return density
 
 
 def nothing_log_density(chi2: float, dof: int) -> tuple[float, float]:
@@ -98,89 +106,108 @@ def nothing_log_density(chi2: float, dof: int) -> tuple[float, float]:
     if variance <= 1.0:
         return stated, -np.inf
     larger = -0.5 * (dof * np.log(variance) + dof)
-    prior = log_noise_prior(np.array(variance), dof, np.zeros(()))
+    prior = log_noise_prior(np.array(variance), np.array(dof), np.zeros(()))
     return stated, float(larger + prior)
 
 
-def set_log_density(
-    gram: FloatArray, product: FloatArray, chi2: float, dof: int, sizes: Sequence[int]
-) -> float:
-    """Log density of the residual under a set of blocks, each with a size of its own.
+@dataclass(frozen=True, eq=False)
+class Sets:
+    """B sets of blocks of equal ``sizes``, their numbers of columns.
 
     Parameters
     ----------
-    gram, product : array, shapes (p, p) and (p,)
+    gram, product : array, shapes (B, p, p) and (B, p)
         ``XᵀX`` and ``Xᵀr`` of the blocks' columns side by side.
-    chi2, dof : float, int
-        Of the whole projected residual.
-    sizes : sequence of int
-        Number of columns of each block.
+    chi2, dof : array, shape (B,)
+        Of the whole projected residual of each.
+    sizes : tuple of int
     """
-    p = len(product)
-    ridge = 1e-9 * float(np.trace(gram)) / p
-    solution = np.asarray(np.linalg.solve(gram + ridge * np.eye(p), product), dtype=float)
-    drop = float(product @ solution)
-    variance = max((chi2 - drop) / max(dof - p, 1), 1.0)
-    stated, _ = _at_variance(gram, product, chi2, dof, sizes, solution, 1.0)
-    if variance <= 1.0:
-        return stated
-    larger, _ = _at_variance(gram, product, chi2, dof, sizes, solution, variance)
-    tolerated = np.array(CONSTANTS.tolerance * np.sqrt(max(drop, 0.0) / max(dof, 1)))
-    return float(
-        over_noise(np.array(stated), np.array(larger), np.array(variance), dof, tolerated)
-    )
+
+    gram: FloatArray
+    product: FloatArray
+    chi2: FloatArray
+    dof: IntArray
+    sizes: tuple[int, ...]
+
+    @cached_property
+    def solution(self) -> FloatArray:
+        """The columns' least-squares coefficients, (B, p)."""
+        p = self.product.shape[1]
+        ridge = 1e-9 * np.trace(self.gram, axis1=1, axis2=2) / p
+        matrix = self.gram + ridge[:, None, None] * np.eye(p)
+        return np.asarray(np.linalg.solve(matrix, self.product[:, :, None])[:, :, 0])
+
+    @property
+    def drop(self) -> FloatArray:
+        """What they take off chi-square, (B,)."""
+        return np.asarray((self.product * self.solution).sum(axis=1))
+
+    @property
+    def variance(self) -> FloatArray:
+        """The noise variance V that the rows ask for beside them, (B,)."""
+        rest = self.dof - self.product.shape[1]
+        return np.asarray(np.maximum((self.chi2 - self.drop) / np.maximum(rest, 1), 1.0))
+
+    def take(self, some: BoolArray) -> "Sets":
+        """These of the sets alone."""
+        return Sets(self.gram[some], self.product[some], self.chi2[some], self.dof[some],
+                    self.sizes)
 
 
-def likeliest_sizes(
-    gram: FloatArray, product: FloatArray, chi2: float, dof: int, sizes: Sequence[int]
-) -> tuple[FloatArray, float]:
-    """The likeliest tau of every block, and the noise variance V that goes with them.
-
-    The parameters are those of :func:`set_log_density`.
+def set_log_densities(sets: Sets) -> FloatArray:
+    """Log density of the residual under each of B sets, every block with a size of its own, (B,).
     """
-    p = len(product)
-    ridge = 1e-9 * float(np.trace(gram)) / p
-    solution = np.asarray(np.linalg.solve(gram + ridge * np.eye(p), product), dtype=float)
-    rest = (chi2 - float(product @ solution)) / max(dof - p, 1)
-    variance = max(rest if dof > p else 1.0, 1.0)
-    _, taus = _at_variance(gram, product, chi2, dof, sizes, solution, variance)
-    return taus, variance
+    variance = sets.variance
+    density, _ = _at_variance(sets, np.ones_like(variance))
+    more = variance > 1.0
+    if more.any():
+        some, v = sets.take(more), variance[more]
+        larger, _ = _at_variance(some, v)
+        tolerated = CONSTANTS.tolerance * np.sqrt(
+            np.maximum(some.drop, 0.0) / np.maximum(some.dof, 1)
+        )
+        density[more] = over_noise(density[more], larger, v, some.dof, tolerated)
+    return density
 
 
-def _at_variance(
-    gram: FloatArray,
-    product: FloatArray,
-    chi2: float,
-    dof: int,
-    sizes: Sequence[int],
-    solution: FloatArray,
-    variance: float,
-) -> tuple[float, FloatArray]:
-    """:func:`set_log_density` at one V, each tau averaged with the others at their best; taus."""
-    h, ends = product / variance, np.cumsum(sizes)
+def likeliest_sizes(sets: Sets) -> tuple[FloatArray, FloatArray]:
+    """The likeliest tau of every block, (B, blocks), and the noise variance V with them, (B,)."""
+    variance = np.where(sets.dof > sets.product.shape[1], sets.variance, 1.0)
+    return _at_variance(sets, variance)[1], variance
+
+
+def _at_variance(sets: Sets, variance: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """:func:`set_log_densities` at V (B,), each tau averaged with the others at their best; taus.
+    """
+    sizes, ends = np.array(sets.sizes), np.cumsum(sets.sizes)
     where = [slice(end - size, end) for end, size in zip(ends, sizes, strict=True)]
-    taus = np.array([max(1.0, float(np.sqrt(np.mean(solution[part] ** 2)))) for part in where])
-    taus = np.minimum(taus, TAUS[-1])
-    averaged = np.zeros(len(sizes))
-    base = -0.5 * (dof * np.log(variance) + chi2 / variance)
-    density = 0.0
+    gram = sets.gram / variance[:, None, None]
+    h = sets.product / variance[:, None]
+    taus = np.stack(
+        [np.sqrt(np.mean(sets.solution[:, part] ** 2, axis=1)) for part in where], axis=1
+    )
+    taus = np.clip(taus, 1.0, TAUS[-1])
+    averaged, density = np.zeros_like(taus), np.zeros(len(variance))
+    base = -0.5 * (sets.dof * np.log(variance) + sets.chi2 / variance)
+    delta = (TAUS**-2.0 - TAUS[-1] ** -2.0)[:, None, None]
     for _ in range(SWEEPS if len(sizes) > 1 else 1):
         for k, part in enumerate(where):
-            precision = np.repeat(taus**-2.0, sizes)
-            precision[part] = TAUS[-1] ** -2.0
-            inverse = np.linalg.inv(gram / variance + np.diag(precision))
+            precision = np.repeat(taus**-2.0, sizes, axis=1)
+            precision[:, part] = TAUS[-1] ** -2.0
+            inverse = np.linalg.inv(gram + precision[:, :, None] * np.eye(len(h[0])))
             _, log_det = np.linalg.slogdet(inverse)
-            estimate = inverse @ h
-            m, turn = np.linalg.eigh(inverse[part, part])
+            estimate = (inverse @ h[:, :, None])[:, :, 0]
+            m, turn = np.linalg.eigh(inverse[:, part, part])
             m = np.maximum(m, 0.0)
-            q = turn.T @ estimate[part]
-            delta = TAUS[:, None] ** -2.0 - TAUS[-1] ** -2.0
+            q = (turn.swapaxes(1, 2) @ estimate[:, part, None])[:, :, 0]
             grid = (
                 -0.5 * np.log1p(delta * m) - 0.5 * delta * q**2 / (1 + delta * m)
-            ).sum(axis=1) - sizes[k] * np.log(TAUS)
-            best = int(np.argmax(grid))
-            taus[k] = TAUS[best]
-            averaged[k] = float(over_sizes(grid)) - grid[best]
-            others = float((np.log(taus) * sizes).sum() - sizes[k] * np.log(taus[k]))
-            density = base + 0.5 * log_det + 0.5 * float(h @ estimate) + grid[best] - others
-    return float(density + averaged.sum()), taus
+            ).sum(axis=2) - sizes[k] * np.log(TAUS)[:, None]
+            best = grid.argmax(axis=0)
+            at_best = grid[best, np.arange(len(best))]
+            taus[:, k] = TAUS[best]
+            averaged[:, k] = over_sizes(grid) - at_best
+            others = np.log(taus) @ sizes - sizes[k] * np.log(taus[:, k])
+            pulled = (h * estimate).sum(axis=1)
+            density = base + 0.5 * log_det + 0.5 * pulled + at_best - others
+    return density + averaged.sum(axis=1), taus

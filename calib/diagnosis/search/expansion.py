@@ -12,12 +12,12 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis
-from calib.diagnosis.search.beside import Beside, beside, pair_scores
+from calib.diagnosis.search.beside import Beside, pair_scores
 from calib.diagnosis.search.evidence import nothing_log_density
 from calib.diagnosis.search.refit import Refit
 from calib.diagnosis.search.sets import OFTEN, Entry, Key, Search, is_nothing
 from calib.diagnosis.search.sizes import within_nature
-from calib.diagnosis.search.table import Table
+from calib.diagnosis.search.steps import Steps, densities, larger, table_at
 from calib.fit.least_squares.result import Fit
 
 SCREENED = 4
@@ -27,11 +27,11 @@ WEIGHED = 10
 """Sets beside a solution whose evidence is computed with every size averaged."""
 
 
-def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Search:
+def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Steps[Search]:
     """Search the sets of ``hypotheses`` for what the model of ``base`` lacks."""
-    table = Table(base, hypotheses)
+    table = yield from table_at(base, hypotheses)
     hypotheses = within_nature(table, hypotheses)
-    alone = beside(table, ())
+    (alone,) = yield from larger(table, [()])
     nothing = nothing_log_density(table.chi2, table.dof)
     state = Search(base, hypotheses, table, alone, nothing, base.bounded_p_value)
     empty = float(np.logaddexp(*nothing))
@@ -39,14 +39,14 @@ def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Search:
     _note_by_name(state, (), empty, alone, None)
     if is_nothing(state):
         return state
-    _refit_singles(state)
+    yield from _refit_singles(state)
     if not state.is_explained:
-        _refit_pairs(state)
+        yield from _refit_pairs(state)
     for _ in range(CONSTANTS.expansions):
         following = _next_to_expand(state)
         if following is None:
             break
-        _expand(state, following)
+        yield from _expand(state, following)
     return state
 
 
@@ -91,7 +91,7 @@ def _note_by_name(
     return sorted(noted, reverse=True)
 
 
-def _refit_singles(state: Search) -> None:
+def _refit_singles(state: Search) -> Steps[None]:
     """The best effects by themselves, at their refits.
 
     Once the best explains the rows, what could stand in its place is weighed at its solution, where
@@ -107,7 +107,7 @@ def _refit_singles(state: Search) -> None:
                 break
         if state.best().explains and not _has_shape(state, entry.members):
             continue
-        again = state.refitted(entry.members)
+        again = yield from state.refitted(entry.members)
         if again is None:
             continue
         state.note(again)
@@ -122,7 +122,7 @@ def _has_shape(state: Search, members: Iterable[int]) -> bool:
     return any(state.hypotheses[j].shape is not None for j in members)
 
 
-def _refit_pairs(state: Search) -> None:
+def _refit_pairs(state: Search) -> Steps[None]:
     """The best of all pairs, at their refits, until the best of all sets explains the rows."""
     candidates = [
         j for j, h in enumerate(state.hypotheses)
@@ -145,38 +145,41 @@ def _refit_pairs(state: Search) -> None:
         if len(tried) == 2 * CONSTANTS.pairs_refitted:
             break
         tried.add(key)
-        entry = state.refitted(members)
+        entry = yield from state.refitted(members)
         if entry is not None:
             state.note(entry)
             count += 1
 
 
-def _expand(state: Search, entry: Entry) -> None:
+def _expand(state: Search, entry: Entry) -> Steps[None]:
     """The sets beside one solution: one more, one exchanged, one less; the best are refitted."""
     state.expanded.add(state.key(entry.members))
     inside = [j for j in entry.members if state.can_refit([j])]
     joint = entry.refit if inside else None
     fit = state.base if joint is None else joint.fit
-    table = state.table if joint is None else Table(fit, state.hypotheses, joint.names)
+    table = state.table
+    if joint is not None:
+        table = yield from table_at(fit, state.hypotheses, joint.names)
     members = entry.members
-    ahead: list[tuple[float, tuple[int, ...]]] = []
     smaller = [tuple(m for m in members if m != k) for k in members]
-    for each in (members, *smaller):
-        density = table.log_density(each)
-        if not np.isfinite(density):
-            continue
+    values = yield from densities(table, [members, *smaller])
+    weighed = [(each, value) for each, value in zip([members, *smaller], values, strict=True)
+               if np.isfinite(value)]
+    beside = yield from larger(table, [each for each, _ in weighed])
+    ahead: list[tuple[float, tuple[int, ...]]] = []
+    for (each, density), more in zip(weighed, beside, strict=True):
         if each and each != members:
             state.note(Entry(tuple(sorted(each)), density + state.log_prior(each)))
-        ahead += _note_by_name(state, each, density, beside(table, each), joint)
+        ahead += _note_by_name(state, each, density, more, joint)
     ahead.sort(reverse=True)
-    weighed = []
-    for rough, chosen in ahead[:WEIGHED]:
-        if rough < state.standard - CONSTANTS.behind:
-            break
-        value = table.log_density(chosen) + state.log_prior(chosen)
+    near = [chosen for rough, chosen in ahead[:WEIGHED]
+            if rough >= state.standard - CONSTANTS.behind]
+    values = yield from densities(table, near)
+    better = [(value + state.log_prior(chosen), chosen)
+              for value, chosen in zip(values, near, strict=True)]
+    for value, chosen in better:
         state.note(Entry(chosen, value, joint))
-        weighed.append((value, chosen))
-    _refit_best(state, weighed, joint, set(members))
+    yield from _refit_best(state, better, joint, set(members))
 
 
 def _refit_best(
@@ -184,7 +187,7 @@ def _refit_best(
     weighed: list[tuple[float, tuple[int, ...]]],
     joint: Refit | None,
     inside: set[int],
-) -> None:
+) -> Steps[None]:
     """Refit the sets that could be the best."""
     count = 0
     for value, members in sorted(weighed, reverse=True):
@@ -201,6 +204,6 @@ def _refit_best(
         if not state.can_refit(members) or (known is not None and known.whole):
             continue
         count += 1
-        again = state.refitted(members, joint)
+        again = yield from state.refitted(members, joint)
         if again is not None:
             state.note(again)

@@ -12,6 +12,7 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis
 from calib.diagnosis.search.sets import Entry, Key, Search, with_refit
+from calib.diagnosis.search.steps import Steps, table_at
 from calib.diagnosis.search.table import Table
 
 LEADING = 6
@@ -76,16 +77,17 @@ class Odds:
     sets: tuple[tuple[tuple[str, ...], float], ...]
 
 
-def odds_of(state: Search) -> Odds:
+def odds_of(state: Search) -> Steps[Odds]:
     """The probabilities of a finished search."""
     lead = _leading(state)
     if lead.members:
-        lead = with_refit(state, lead)
-    at_lead = state.table if lead.refit is None else Table(
-        lead.refit.fit, state.hypotheses, lead.refit.names)
+        lead = yield from with_refit(state, lead)
+    at_lead = state.table
+    if lead.refit is not None:
+        at_lead = yield from table_at(lead.refit.fit, state.hypotheses, lead.refit.names)
     alike = {k: _alias_names(state, at_lead, lead, k) for k in lead.members}
     for k in lead.members:
-        _refit_aliases(state, lead, k, alike[k])
+        yield from _refit_aliases(state, lead, k, alike[k])
     total = float(np.logaddexp.reduce([e.log_posterior for e in state.entries.values()]))
     nothing, noise = (float(np.exp(v - total)) for v in state.nothing)
     shares = {key: float(np.exp(e.log_posterior - total)) for key, e in state.entries.items()}
@@ -143,6 +145,9 @@ def is_course(each: Hypothesis | Inclusion) -> bool:
 def _leading(state: Search) -> Entry:
     """The most probable set, sets counted together that differ by aliases only."""
     best = sorted(state.entries.values(), key=lambda e: -e.log_posterior)[:LEADING]
+    others = float(np.logaddexp.reduce([e.log_posterior for e in best[1:]], initial=-np.inf))
+    if not best[0].members and best[0].log_posterior > others:
+        return best[0]  # nothing else looks like nothing, and all together weigh less
     mass = [
         float(np.logaddexp.reduce([b.log_posterior for b in best if _alike(state, a, b)]))
         for a in best
@@ -202,7 +207,9 @@ def _alias_names(state: Search, table: Table, lead: Entry, k: int) -> dict[str, 
     return places
 
 
-def _refit_aliases(state: Search, lead: Entry, k: int, alike: Mapping[str, int]) -> None:
+def _refit_aliases(
+    state: Search, lead: Entry, k: int, alike: Mapping[str, int]
+) -> Steps[None]:
     """The leading set with ``k`` exchanged for each that is ``alike``, at their refits."""
     if lead.refit is None:
         return
@@ -212,7 +219,7 @@ def _refit_aliases(state: Search, lead: Entry, k: int, alike: Mapping[str, int])
         known = state.entries.get(state.key(members))
         if not state.can_refit(members) or (known is not None and known.whole):
             continue
-        again = state.refitted(members, lead.refit)
+        again = yield from state.refitted(members, lead.refit)
         if again is not None:
             state.note(again)
 

@@ -1,7 +1,8 @@
-"""What every hypothesis would leave in the whitened rows, nothing projected out.
+"""What every hypothesis would leave in the whitened rows of many fits, nothing projected out.
 
-Columns lie as rows of one array, those of a hypothesis one after another: everything that is done
-to them then runs along the memory.
+Effects are row by row by law, so that one call evaluates them on the poses of all fits. Columns lie
+as rows of one array, those of a hypothesis one after another: everything that is done to them then
+runs along the memory.
 """
 
 from collections.abc import Sequence
@@ -10,22 +11,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.diagnosis.hypotheses.listed import Hypothesis
-from calib.diagnosis.hypotheses.signature import (
-    is_rounding,
-    reference_columns,
-    vector_columns,
-)
+from calib.diagnosis.hypotheses.signature import square_vectors
+from calib.diagnosis.search.joint_conditions import JointConditions
+from calib.effects.effect import Effect
+from calib.fit.least_squares.identifiability import ROUNDING
 from calib.fit.least_squares.result import Fit
 from calib.poses.imu_log import FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
 class RawColumns:
-    """The columns of m hypotheses over r rows.
+    """The columns of m hypotheses over r rows of S fits.
 
     Parameters
     ----------
-    rows : array, shape (c, r)
+    rows : array, shape (S, c, r)
         Each column as a row; zero over the rows of the common errors.
     start, width : array, shape (m,)
         Where those of each hypothesis begin, and how many it has.
@@ -39,24 +39,32 @@ class RawColumns:
     owner: IntArray
 
     @classmethod
-    def of(cls, fit: Fit, hypotheses: Sequence[Hypothesis], root: FloatArray) -> "RawColumns":
-        """Those at the solution ``fit``; ``root`` (r,) are the roots of the rows' weights."""
-        reference, vector, size, axes = _in_groups(hypotheses)
-        parts = [_of_reference(fit, hypotheses[j]) for j in reference]
-        widths = [len(part) for part in parts]
+    def of(
+        cls, fits: Sequence[Fit], hypotheses: Sequence[Sequence[Hypothesis]], root: FloatArray
+    ) -> "RawColumns":
+        """Those at the solutions ``fits``, which are alike, as are their ``hypotheses``.
+
+        ``root`` (S, r) are the roots of the rows' weights.
+        """
+        reference, vector, size, axes = _in_groups(hypotheses[0])
+        at = JointConditions.of(fits)
+        d = fits[0].equations.data_count
+        parts = [np.zeros((len(fits), 0, d))]
+        widths: list[int] = []
+        for j in reference:
+            parts.append(_of_reference(at, [each[j] for each in hypotheses]))
+            widths.append(parts[-1].shape[1])
         for group, columns in ((vector, _of_effects), (size, _of_courses), (axes, _of_courses)):
             if group:
-                part, each = columns(fit, [hypotheses[j] for j in group])
+                part, count = columns(at, [[each[j] for j in group] for each in hypotheses])
                 parts.append(part)
-                widths += each
+                widths += count
         order = np.array([*reference, *vector, *size, *axes], int)
-        width, start = np.zeros((2, len(hypotheses)), int)
+        width, start = np.zeros((2, len(hypotheses[0])), int)
         width[order] = widths
         start[order] = np.cumsum(widths, dtype=int) - width[order]
-        rows = np.zeros((sum(widths), len(root)))
-        if parts:
-            d = fit.equations.data_count
-            np.multiply(np.concatenate(parts), root[:d], out=rows[:, :d])
+        rows = np.zeros((len(fits), sum(widths), root.shape[1]))
+        np.multiply(np.concatenate(parts, axis=1), root[:, None, :d], out=rows[:, :, :d])
         return cls(rows, start, width, np.repeat(order, width[order]))
 
 
@@ -71,38 +79,62 @@ def _in_groups(hypotheses: Sequence[Hypothesis]) -> tuple[list[int], ...]:
     return groups
 
 
-def _of_reference(fit: Fit, hypothesis: Hypothesis) -> FloatArray:
-    """Columns (k, d) of an effect on the reference."""
+def _of_reference(at: JointConditions, alike: Sequence[Hypothesis]) -> FloatArray:
+    """Columns (S, k, d) of one effect on the reference."""
+    effect, equations = _effect_of(alike[0]), at.fits[0].equations
+    errors = at.of_effect(effect, [None] * len(alike))[:, equations.magnitude]
+    sd = np.array([fit.equations.magnitude_sd for fit in at.fits])
+    columns = np.zeros((len(errors), errors.shape[2], equations.data_count))
+    columns[:, :, : len(equations.magnitude)] = (errors / sd[:, :, None]).swapaxes(1, 2)
+    return columns
+
+
+def _of_effects(
+    at: JointConditions, hypotheses: Sequence[Sequence[Hypothesis]]
+) -> tuple[FloatArray, list[int]]:
+    """Columns (S, k, d) of effects on the vectors, and how many each has."""
+    errors = [_errors(at, [each[i] for each in hypotheses]) for i in range(len(hypotheses[0]))]
+    vectors = np.concatenate(errors, axis=3)
+    rows = np.einsum("sdi,sdik->skd", at.directions, vectors[:, at.row_pose], optimize=True)
+    rows[_is_rounding(at, (rows**2).sum(axis=2), (vectors**2).sum(axis=(1, 2)))] = 0.0
+    return rows, [each.shape[3] for each in errors]
+
+
+def _errors(at: JointConditions, alike: Sequence[Hypothesis]) -> FloatArray:
+    """Errors (S, n, 3, k) of one effect; a shape parameter that a fit fitted is as fitted."""
+    effect, name = _effect_of(alike[0]), alike[0].name
+    if effect.in_square and name not in at.fits[0].model.names:
+        return np.array([square_vectors(fit, effect) for fit in at.fits])
+    shapes = [None if h.shape is None else fit.shapes.get(name, h.shape)
+              for fit, h in zip(at.fits, alike, strict=True)]
+    return at.of_effect(effect, shapes)
+
+
+def _effect_of(hypothesis: Hypothesis) -> Effect:
     assert hypothesis.effect is not None
-    return reference_columns(fit, hypothesis.effect).T
+    return hypothesis.effect
 
 
-def _of_effects(fit: Fit, hypotheses: Sequence[Hypothesis]) -> tuple[FloatArray, list[int]]:
-    """Columns (k, d) of effects on the vectors, and how many each has."""
-    errors = [h.errors(fit) for h in hypotheses]
-    columns = vector_columns(fit, np.concatenate(errors, axis=2))
-    return columns.T, [each.shape[2] for each in errors]
+def _of_courses(
+    at: JointConditions, hypotheses: Sequence[Sequence[Hypothesis]]
+) -> tuple[FloatArray, list[int]]:
+    """Columns (S, k, d) of courses of one kind, all of size or all on the axes, and how many each.
+    """
+    values = np.array([
+        np.concatenate([h.course.values for h in each if h.course is not None], axis=1)
+        for each in hypotheses
+    ])  # (S, n, courses, a)
+    directions, counted = at.directions, values
+    if values.shape[3] == 1:
+        directions = at.along_vectors
+        counted = values[:, at.fits[0].equations.magnitude]
+    whole = (counted**2).sum(axis=1).reshape(len(values), -1)
+    felt = values.transpose(0, 2, 3, 1)[..., at.row_pose]
+    columns = (felt * directions.swapaxes(1, 2)[:, None]).reshape(*whole.shape, -1)
+    columns[_is_rounding(at, (columns**2).sum(axis=2), whole)] = 0.0
+    return columns, [h.course.values[0].size for h in hypotheses[0] if h.course is not None]
 
 
-def _of_courses(fit: Fit, hypotheses: Sequence[Hypothesis]) -> tuple[FloatArray, list[int]]:
-    """Columns (k, d) of courses of one kind, all of size or all on the axes, and how many each."""
-    courses = [h.course for h in hypotheses if h.course is not None]
-    values = np.concatenate([course.values for course in courses], axis=1)  # (n, courses, a)
-    directions = fit.equations.directions(fit.rows.vector, fit.rows.slope)
-    whole = (values**2).sum(axis=0).ravel()
-    if courses[0].is_of_size:
-        directions = _along_vectors(fit, directions)
-        whole = ((values[fit.equations.magnitude]) ** 2).sum(axis=0).ravel()
-    felt = np.ascontiguousarray(values.transpose(1, 2, 0))[:, :, fit.equations.row_pose]
-    columns = (felt * directions.T).reshape(-1, len(directions))
-    columns[is_rounding(fit, (columns**2).sum(axis=1), whole)] = 0.0
-    return columns, [course.values[0].size for course in courses]
-
-
-def _along_vectors(fit: Fit, directions: FloatArray) -> FloatArray:
-    """What every data row shows of an error in the length of its vector, (d, 1); 0 at rest."""
-    s = fit.rows.vector[fit.equations.magnitude]
-    along = np.zeros((len(directions), 1))
-    unit = s / np.linalg.norm(s, axis=1, keepdims=True)
-    along[: len(s), 0] = (directions[: len(s)] * unit).sum(axis=1)
-    return along
+def _is_rounding(at: JointConditions, shown: FloatArray, whole: FloatArray) -> FloatArray:
+    """Which columns (S, k) are rounding, as :func:`..hypotheses.signature.is_rounding` has it."""
+    return np.asarray(np.sqrt(shown) < ROUNDING * np.sqrt(whole) / at.typical_sd[:, None])

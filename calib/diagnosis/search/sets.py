@@ -9,7 +9,8 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis, held
 from calib.diagnosis.search.beside import Beside
-from calib.diagnosis.search.refit import Refit, refit
+from calib.diagnosis.search.refit import Refit
+from calib.diagnosis.search.steps import Steps, densities, joint_refit, table_at
 from calib.diagnosis.search.table import Table
 from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
@@ -66,14 +67,19 @@ class Search:
         """What each row keeps of itself in the base, (r,)."""
         return np.asarray((self.table.projector.model**2).sum(axis=1))
 
-    def key(self, members: Iterable[int]) -> Key:
-        """Names of the members; steps and bad poses by their place."""
-        return tuple(sorted(self.label(j) for j in members))
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """Name of every hypothesis among all: of steps and bad poses with their place."""
+        return tuple(f"{h.name} {h.detail}" if h.kind in OFTEN else h.name
+                     for h in self.hypotheses)
 
     def label(self, j: int) -> str:
-        """Name of one hypothesis among all: of steps and bad poses with their place."""
-        h = self.hypotheses[j]
-        return f"{h.name} {h.detail}" if h.kind in OFTEN else h.name
+        """Name of one hypothesis among all."""
+        return self.labels[j]
+
+    def key(self, members: Iterable[int]) -> Key:
+        """Names of the members; steps and bad poses by their place."""
+        return tuple(sorted([self.labels[j] for j in members]))
 
     def log_prior(self, members: Iterable[int]) -> float:
         """Log odds of the members before the data."""
@@ -94,6 +100,8 @@ class Search:
 
     def is_refused(self, members: Sequence[int]) -> bool:
         """Whether the rows have no solution with these members, or with one of them alone."""
+        if not self.refused:
+            return False
         key = self.key(members)
         return key in self.refused or any((label,) in self.refused for label in key)
 
@@ -108,12 +116,14 @@ class Search:
 
     def allowed(self, members: Sequence[int]) -> bool:
         """Whether the members can stand in one set: no effect twice, not too many."""
-        names = [self.label(j) for j in members]
-        if self.is_refused(members):
+        names = {self.labels[j] for j in members}
+        if not len(names) == len(members) <= CONSTANTS.largest_set:
             return False
-        return len(set(names)) == len(names) <= CONSTANTS.largest_set
+        return not self.is_refused(members)
 
-    def refitted(self, members: Sequence[int], start: Refit | None = None) -> Entry | None:
+    def refitted(
+        self, members: Sequence[int], start: Refit | None = None
+    ) -> Steps[Entry | None]:
         """The set of ``members`` at its joint refit.
 
         None where it would leave too few degrees of freedom to check it with, or where the rows
@@ -122,14 +132,14 @@ class Search:
         effects = [self._effect(j, start) for j in members]
         if self.base.dof - sum(int(self.table.seen[j]) for j in members) < CONSTANTS.fewest_dof:
             return None
-        joint = refit(self.base, effects)
+        joint = yield from joint_refit(self.base, effects)
         if joint is None:
             self.refused.add(self.key(members))
             self.entries.pop(self.key(members), None)
             return None
         chosen = [self.hypotheses[j] for j in members]
-        table = Table(joint.fit, chosen, joint.names)
-        density = table.log_density(range(len(members)))
+        table = yield from table_at(joint.fit, chosen, joint.names)
+        (density,) = yield from densities(table, [range(len(members))])
         prior = self.log_prior(members) + joint.log_shape_width
         prior += sum(
             float(np.log(len(h.effect.shape.starts)))
@@ -167,7 +177,7 @@ def is_nothing(state: Search) -> bool:
     return bool(likely or (leading and stated > np.log(1 - CONSTANTS.credible)))
 
 
-def with_refit(state: Search, entry: Entry) -> Entry:
+def with_refit(state: Search, entry: Entry) -> Steps[Entry]:
     """``entry`` with the joint refit of those of its members that a model can hold."""
     if entry.whole:
         return entry
@@ -175,7 +185,10 @@ def with_refit(state: Search, entry: Entry) -> Entry:
     if not inside:
         return replace(entry, refit=None)
     known = state.entries.get(state.key(inside))
-    again = known if known is not None and known.whole else state.refitted(inside, entry.refit)
+    if known is not None and known.whole:
+        again: Entry | None = known
+    else:
+        again = yield from state.refitted(inside, entry.refit)
     if again is None:
         return replace(entry, refit=None)
     state.note(again)

@@ -10,9 +10,11 @@ import pytest
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.diagnose import Diagnosis, diagnose
+from calib.diagnosis.finding import find
 from calib.diagnosis.hypotheses.columns import causes, is_cause
 from calib.diagnosis.verdict.wording import odds_in_words
 from calib.effects.catalogue import BASE
+from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.poses.imu_log import Triad
@@ -21,13 +23,19 @@ from tests.set_trials import design_of, disturbed, scored
 from tests.trials import hidden_of, poses_of
 
 
-def said(
+def base_of(
     design_name: str, triad: Triad, names: tuple[str, ...], size: float, seed: int
-) -> Diagnosis:
+) -> Fit:
     design = design_of(design_name, seed)
     hidden = hidden_of(names, triad, size, design, seed)
     assert hidden is not None
-    return diagnose(fit(poses_of(design, seed, triad, hidden), Model.of(BASE)))
+    return fit(poses_of(design, seed, triad, hidden), Model.of(BASE))
+
+
+def said(
+    design_name: str, triad: Triad, names: tuple[str, ...], size: float, seed: int
+) -> Diagnosis:
+    return diagnose(base_of(design_name, triad, names, size, seed))
 
 
 # --- several at once ------------------------------------------------------------------------------
@@ -43,7 +51,7 @@ def test_three_effects_are_named_at_once(names: tuple[str, ...], size: float) ->
     """In three sessions each; at 5 sd one name of nine may be offered only."""
     count = 0
     for seed in (31, 32, 33):
-        found = scored(seed, said("rich", "gyroscope", names, size, seed), names)
+        found = scored(seed, find(base_of("rich", "gyroscope", names, size, seed)), names)
         assert set(found.offered) == set(names), found.text
         assert found.wrong == ()
         count += len(found.named)
@@ -53,7 +61,7 @@ def test_three_effects_are_named_at_once(names: tuple[str, ...], size: float) ->
 @pytest.mark.parametrize("seed", [41, 42, 43])
 def test_two_effects_of_an_accelerometer_in_26_poses_are_named_or_offered(seed: int) -> None:
     names = ("quadratic", "hysteresis")
-    found = scored(seed, said("hand", "accelerometer", names, 30.0, seed), names)
+    found = scored(seed, find(base_of("hand", "accelerometer", names, 30.0, seed)), names)
     assert set(found.offered) == set(names), found.text
     assert found.wrong == ()
 

@@ -8,9 +8,10 @@ from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.hypotheses.signature import Projector, are_aliases, contains, effect_columns
 from calib.diagnosis.search.evidence import (
     TAUS,
+    Sets,
     block_log_densities,
     nothing_log_density,
-    set_log_density,
+    set_log_densities,
 )
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import EFFECTS
@@ -54,6 +55,20 @@ def prior(tau: float) -> float:
     return float(np.log(at(tau) / sum(at(float(size)) for size in TAUS)))
 
 
+def of_blocks(
+    strength: np.ndarray, amplitude: np.ndarray, chi2: float, dof: int
+) -> np.ndarray:
+    """Blocks of one residual."""
+    m = len(strength)
+    return block_log_densities(strength, amplitude, np.full(m, chi2), np.full(m, dof))
+
+
+def one_set(x: np.ndarray, r: np.ndarray, sizes: tuple[int, ...]) -> Sets:
+    """The set of blocks ``x`` (n, p) about a residual of n rows."""
+    gram, product = x.T @ x, x.T @ r
+    return Sets(gram[None], product[None], np.array([r @ r]), np.array([len(r)]), sizes)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_the_closed_form_of_one_block_is_the_density_of_its_covariance(seed: int) -> None:
     """The residual is short, so that the stated noise holds and V is 1."""
@@ -65,10 +80,10 @@ def test_the_closed_form_of_one_block_is_the_density_of_its_covariance(seed: int
     brute = np.logaddexp.reduce(
         [prior(tau) + density(r, [basis * strength], (tau,)) for tau in TAUS]
     )
-    one = block_log_densities(strength[None], (basis.T @ r)[None], float(r @ r), n)
+    one = of_blocks(strength[None], (basis.T @ r)[None], r @ r, n)
     assert one[0] == pytest.approx(float(brute), abs=1e-9)
     x = basis * strength
-    several = set_log_density(x.T @ x, x.T @ r, float(r @ r), n, [v])
+    several = set_log_densities(one_set(x, r, (v,)))[0]
     assert several == pytest.approx(float(brute), abs=1e-5)
 
 
@@ -85,7 +100,7 @@ def test_a_set_averages_over_the_size_of_each_of_its_blocks(seed: int) -> None:
         [prior(a) + prior(b) + density(r, blocks, (a, b)) for a in TAUS for b in TAUS]
     )
     x = np.concatenate(blocks, axis=1)
-    together = set_log_density(x.T @ x, x.T @ r, float(r @ r), n, [3, 2])
+    together = set_log_densities(one_set(x, r, (3, 2)))[0]
     assert together == pytest.approx(float(brute), abs=0.25)
 
 
@@ -93,8 +108,8 @@ def test_blocks_of_fewer_directions_are_padded_with_zeros() -> None:
     rng = np.random.default_rng(5)
     strength, amplitude = rng.uniform(0.1, 3, (1, 2)), rng.standard_normal((1, 2))
     padded = [np.pad(values, ((0, 0), (0, 3))) for values in (strength, amplitude)]
-    alone = block_log_densities(strength, amplitude, 15.0, 20)
-    assert block_log_densities(*padded, 15.0, 20) == pytest.approx(alone)
+    alone = of_blocks(strength, amplitude, 15.0, 20)
+    assert of_blocks(*padded, 15.0, 20) == pytest.approx(alone)
 
 
 def test_larger_noise_is_believed_as_the_residual_grows() -> None:
@@ -106,8 +121,8 @@ def test_larger_noise_is_believed_as_the_residual_grows() -> None:
 
 def test_parameters_that_buy_nothing_cost() -> None:
     nothing = np.zeros((1, 3))
-    small = block_log_densities(np.ones((1, 1)), nothing[:, :1], 20.0, 20)[0]
-    large = block_log_densities(np.ones((1, 3)), nothing, 20.0, 20)[0]
+    small = of_blocks(np.ones((1, 1)), nothing[:, :1], 20.0, 20)[0]
+    large = of_blocks(np.ones((1, 3)), nothing, 20.0, 20)[0]
     assert large < small < nothing_log_density(20.0, 20)[0]
 
 
@@ -120,7 +135,7 @@ def test_more_signal_never_means_less_evidence(size: float) -> None:
     def odds(of: float) -> float:
         r = of * basis @ np.ones(3) + 0.02 * of * rng.standard_normal(40) / np.sqrt(40)
         chi2 = float(r @ r)
-        one = block_log_densities(np.full((1, 3), 6.0), (basis.T @ r)[None], chi2, 40)[0]
+        one = of_blocks(np.full((1, 3), 6.0), (basis.T @ r)[None], chi2, 40)[0]
         return float(one - np.logaddexp(*nothing_log_density(chi2, 40)))
 
     assert odds(2 * size) > odds(size) - 3
@@ -130,7 +145,7 @@ def test_more_signal_never_means_less_evidence(size: float) -> None:
 def test_huge_misfits_do_not_tie() -> None:
     """Where p-values underflow the evidence still tells strong from stronger."""
     one, two = (
-        block_log_densities(np.full((1, 3), 6.0), np.full((1, 3), a), 7 * a**2, 20)[0]
+        of_blocks(np.full((1, 3), 6.0), np.full((1, 3), a), 7 * a**2, 20)[0]
         for a in (1e4, 2e4)
     )
     assert np.isfinite([one, two]).all()

@@ -1,0 +1,117 @@
+"""What a search finds about one fit, or about many fits at once: the verdict, without its report.
+
+:func:`find` and :func:`find_many` reach the same findings; :mod:`calib.diagnosis.diagnose` makes of
+one what a reader needs beside it: the ranking, the words, and what to record next.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.columns import causes
+from calib.diagnosis.hypotheses.listed import Hypothesis, listed_hypotheses
+from calib.diagnosis.hypotheses.unlisted import (
+    bad_pose_hypotheses,
+    plate_hypotheses,
+    step_hypotheses,
+    unknown_hypotheses,
+    wander_hypotheses,
+)
+from calib.diagnosis.search.expansion import search
+from calib.diagnosis.search.odds import Inclusion, Odds, odds_of
+from calib.diagnosis.search.sets import Search
+from calib.diagnosis.search.steps import Steps, alone
+from calib.diagnosis.search.together import together
+from calib.diagnosis.verdict.decision import Verdict, reach_verdict
+from calib.effects.effect import Effect
+from calib.fit.least_squares.result import Fit
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """What is missing in one fit, and how it was weighed.
+
+    Parameters
+    ----------
+    state : Search
+    odds : Odds
+    verdict : Verdict
+    unavailable : dict
+        Listed effects that could not be evaluated, and why.
+    """
+
+    state: Search
+    odds: Odds
+    verdict: Verdict
+    unavailable: dict[str, str]
+
+    @property
+    def blind(self) -> tuple[str, ...]:
+        """Listed effects that these poses cannot see, whatever their shape."""
+        is_blind: dict[str, bool] = {}
+        for j, h in enumerate(self.state.hypotheses):
+            if h.kind == "listed":
+                is_blind[h.name] = is_blind.get(h.name, True) and self.state.table.is_blind(j)
+        return tuple(name for name, blind in is_blind.items() if blind)
+
+    @property
+    def inclusion(self) -> tuple[Inclusion, ...]:
+        """Every class that may be missing with its probability, the most probable first."""
+        odds = self.odds
+        every = sorted((*odds.classes, *odds.others), key=lambda each: -each.probability)
+        unique = {each.name: each for each in reversed(every)}
+        return tuple(
+            each for each in every
+            if unique[each.name] is each and each.probability >= CONSTANTS.least_listed
+        )
+
+
+def find(
+    fit: Fit, own: Sequence[Effect] = (), covariates: Sequence[str] | None = None
+) -> Finding:
+    """What is missing in ``fit``; the parameters are those of :func:`diagnose`."""
+    return alone(_finding(fit, own, covariates))
+
+
+def find_many(
+    fits: Sequence[Fit], own: Sequence[Effect] = (), covariates: Sequence[str] | None = None
+) -> list[Finding]:
+    """What is missing in each of ``fits``: as :func:`find` has it, to rounding.
+
+    Fits of one design, with equal numbers of poses and the same logged columns, are the fastest:
+    what their searches ask is answered for all of them as stacked arrays.
+
+    Parameters
+    ----------
+    fits : sequence of Fit
+        Of any designs; as many as memory holds, about 0.3 MB each.
+    own : sequence of Effect
+        Users' effects, weighed with the listed ones.
+    covariates : sequence of str, optional
+        Logged columns that may cause an error.
+
+    Returns
+    -------
+    list of Finding
+    """
+    return together([_finding(fit, own, covariates) for fit in fits])
+
+
+def _finding(
+    fit: Fit, own: Sequence[Effect], covariates: Sequence[str] | None
+) -> Steps[Finding]:
+    listed, unavailable = listed_hypotheses(fit, own, covariates)
+    state = yield from search(fit, [*listed, *unlisted_hypotheses(fit, covariates)])
+    odds = yield from odds_of(state)
+    return Finding(state, odds, reach_verdict(state, odds), unavailable)
+
+
+def unlisted_hypotheses(fit: Fit, covariates: Sequence[str] | None = None) -> list[Hypothesis]:
+    """Everything that could be missing and that no model can hold by a name."""
+    return [
+        *unknown_hypotheses(fit, causes(fit.poses, covariates)),
+        *step_hypotheses(fit),
+        *bad_pose_hypotheses(fit),
+        *wander_hypotheses(fit),
+        *plate_hypotheses(fit),
+    ]

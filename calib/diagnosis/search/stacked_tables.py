@@ -1,0 +1,208 @@
+"""Tables of hypotheses at many solutions of one shape, as stacked arrays."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.listed import Hypothesis
+from calib.diagnosis.hypotheses.signature import Projector
+from calib.diagnosis.search.raw_columns import RawColumns
+from calib.diagnosis.search.table import Spectrum, Table
+from calib.effects.effect import EFFECTS
+from calib.fit.column_scaling import RANK_TOLERANCE
+from calib.fit.least_squares.identifiability import VISIBLE_SHARE
+from calib.fit.least_squares.result import Fit
+from calib.poses.imu_log import BoolArray, FloatArray, IntArray
+
+NORM_FLOOR = 1e-9
+"""Share of a block's largest column below which a column is zero: rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class TableAt:
+    """Asks for the table of ``hypotheses`` at ``fit``, whose effects ``members`` are on trial."""
+
+    fit: Fit
+    hypotheses: Sequence[Hypothesis]
+    members: Sequence[str] = ()
+
+    @property
+    def shape(self) -> tuple[object, ...]:
+        """What requests share that are answered as one stack."""
+        equations, names = self.fit.equations, self.fit.model.names
+        return (
+            self.fit.rows.residual.shape, equations.magnitude.tobytes(), "bias" in names,
+            tuple(self.fit.poses.columns),
+            tuple(_kind(h, h.name in names) for h in self.hypotheses),
+        )
+
+
+def _kind(hypothesis: Hypothesis, is_fitted: bool) -> tuple[object, ...]:
+    """What two hypotheses share whose columns are made in one call."""
+    if hypothesis.course is not None:
+        return (hypothesis.kind, hypothesis.course.values.shape)
+    name, effect = hypothesis.name, hypothesis.effect
+    of_catalogue = EFFECTS.get(name) is effect or name.startswith("column:")
+    return (name if of_catalogue else id(effect), is_fitted)
+
+
+@dataclass(frozen=True, eq=False)
+class _Block:
+    """The turned columns of w hypotheses of k columns each at S solutions.
+
+    ``turned`` (S, w, v, r), which of them are ``visible`` (S, w, v); ``turns`` (S, w, k, k),
+    ``squared`` and ``along`` (S, w, k) where all have an effect.
+    """
+
+    which: IntArray
+    index: IntArray
+    turned: FloatArray
+    visible: BoolArray
+    turns: FloatArray
+    squared: FloatArray
+    along: FloatArray
+
+
+class _Spectra(Mapping[int, Spectrum]):
+    """The spectra of one table, taken out of its stack when they are asked for."""
+
+    def __init__(self, blocks: Sequence[_Block], unit: FloatArray, at: int) -> None:
+        self._place = {int(j): (block, i) for block in blocks for i, j in enumerate(block.which)}
+        self._unit, self._at = unit, at
+
+    def __getitem__(self, j: int) -> Spectrum:
+        block, i = self._place[j]
+        s = self._at
+        return Spectrum(block.turns[s, i], block.squared[s, i], block.along[s, i],
+                        self._unit[block.index[i]])
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self._place)
+
+    def __len__(self) -> int:
+        return len(self._place)
+
+
+def tables_at(asked: Sequence[TableAt]) -> list[Table]:
+    """The tables of requests of one :attr:`TableAt.shape`.
+
+    Parameters
+    ----------
+    asked : sequence of TableAt
+
+    Returns
+    -------
+    list of Table
+        In their order.
+    """
+    projectors = [Projector(each.fit, each.members) for each in asked]
+    residual = np.array([each.residual for each in projectors])
+    model = _side_by_side([each.model for each in projectors])
+    root = np.array([each.root for each in projectors])
+    hypotheses = [each.hypotheses for each in asked]
+    raw = RawColumns.of([each.fit for each in asked], hypotheses, root)
+    unit, total = _units(raw, hypotheses[0], projectors[0].data_count)
+    projected = raw.rows * unit[:, :, None]
+    projected -= (projected @ model) @ model.swapaxes(1, 2)
+    # One that was fitted was seen where its shape began; where that ended, less of it may be.
+    least = total * np.array([
+        [RANK_TOLERANCE if h.shape is not None and h.name in each.members else VISIBLE_SHARE
+         for h in each.hypotheses] for each in asked
+    ])
+    blocks = [_turned(which, raw, projected, residual, least)
+              for which in _alike(raw, hypotheses[0])]
+    return [_one(asked[s], projectors[s], blocks, total[s], unit[s], s) for s in range(len(asked))]
+
+
+def _side_by_side(bases: Sequence[FloatArray]) -> FloatArray:
+    """Bases (r, k) of S models as (S, r, k), columns of zeros where one has fewer."""
+    most = max(basis.shape[1] for basis in bases)
+    stacked = np.zeros((len(bases), len(bases[0]), most))
+    for each, basis in zip(stacked, bases, strict=True):
+        each[:, : basis.shape[1]] = basis
+    return stacked
+
+
+def _alike(raw: RawColumns, hypotheses: Sequence[Hypothesis]) -> Iterator[IntArray]:
+    """Hypotheses of equally many columns, those with an effect apart from those without."""
+    has_effect = np.array([h.effect is not None for h in hypotheses], bool)
+    for width in np.unique(raw.width[raw.width > 0]):
+        for with_effect in (True, False):
+            which = np.flatnonzero((raw.width == width) & (has_effect == with_effect))
+            if len(which):
+                yield which
+
+
+def _turned(
+    which: IntArray, raw: RawColumns, projected: FloatArray, residual: FloatArray,
+    least: FloatArray,
+) -> _Block:
+    """The columns of the hypotheses ``which`` turned until they are orthogonal."""
+    width = int(raw.width[which[0]])
+    index = raw.start[which][:, None] + np.arange(width)
+    stacked = projected[:, index]  # (S, w, k, r)
+    squared, turns = np.linalg.eigh(stacked @ stacked.swapaxes(2, 3))
+    turned = turns.swapaxes(2, 3) @ stacked
+    visible = squared > (least[:, which] ** 2)[:, :, None]
+    along = np.einsum("swkr,sr->swk", turned, residual)
+    return _Block(which, index, turned, visible, turns, squared, along)
+
+
+def _one(
+    asked: TableAt, projector: Projector, blocks: Sequence[_Block], total: FloatArray,
+    unit: FloatArray, s: int,
+) -> Table:
+    """Table number ``s`` of the stack."""
+    first, seen = np.zeros((2, len(asked.hypotheses)), int)
+    parts, before = [np.zeros((0, len(projector.residual)))], 0
+    for block in blocks:
+        visible = block.visible[s]
+        count = visible.sum(axis=1)
+        seen[block.which] = count
+        first[block.which] = before + np.cumsum(count) - count
+        parts.append(block.turned[s][visible])
+        before += len(parts[-1])
+    with_effect = [b for b in blocks if asked.hypotheses[int(b.which[0])].effect is not None]
+    return Table(
+        projector=projector,
+        log_prior=np.array([h.log_prior for h in asked.hypotheses]),
+        total=total,
+        rows=np.concatenate(parts),
+        first=first,
+        seen=seen,
+        spectra=_Spectra(with_effect, unit, s),
+    )
+
+
+def _units(
+    raw: RawColumns, hypotheses: Sequence[Hypothesis], rows: int
+) -> tuple[FloatArray, FloatArray]:
+    """Factor of every raw column (S, c), and the signal of each one's strongest column (S, m).
+
+    All columns of a hypothesis together then have the signal of unit size.
+    """
+    owner, shape = raw.owner, (len(raw.rows), len(hypotheses))
+    squared = (raw.rows**2).sum(axis=2)
+    has_effect = np.array([h.effect is not None for h in hypotheses], bool)
+    some = np.flatnonzero(raw.width)
+    some = some[np.argsort(raw.start[some], kind="stable")]
+    mean, largest, count = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    mean[:, some] = np.add.reduceat(squared, raw.start[some], axis=1) / raw.width[some]
+    # Not parameters of their own units: their proportions count.
+    norm = np.sqrt(np.where(has_effect[owner] | (squared == 0), squared, mean[:, owner]))
+    largest[:, some] = np.maximum.reduceat(norm, raw.start[some], axis=1)
+    norm[norm <= NORM_FLOOR * np.maximum(largest, 1e-300)[:, owner]] = np.inf
+    count[:, some] = np.add.reduceat(np.isfinite(norm).astype(float), raw.start[some], axis=1)
+    count = np.maximum(count, 1)
+    signal = np.array([_unit_signal(h, rows) for h in hypotheses])
+    unit = (signal / np.sqrt(count))[:, owner] / norm
+    # Each combination of parameters of an effect is judged as the fit will judge it.
+    is_listed = np.array([h.kind == "listed" for h in hypotheses], bool)
+    return unit, signal / np.sqrt(np.where(is_listed, count, 1))
+
+
+def _unit_signal(hypothesis: Hypothesis, rows: int) -> float:
+    """Length of the signal of unit size: one sd in every row, or four of a bad pose's own."""
+    return CONSTANTS.bad_pose_size if hypothesis.kind == "bad_pose" else float(np.sqrt(rows))
