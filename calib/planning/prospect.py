@@ -193,6 +193,7 @@ def d_efficiency(found: Fit) -> float:
                             reference.common[take], reference.common_names),
         columns={name: values[take] for name, values in poses.columns.items()},
         other_reading=None,
+        run_time_s=None,
     )
     ideal = Equations(wedge, found.model)
     eta = np.zeros(ideal.common.shape[1])

@@ -15,6 +15,8 @@ from calib.poses.sway import shaken
 
 PER_POSE = ("reading", "sd", "force", "vibration", "spin_rad_s", "time_s", "expected")
 """Arrays of a :class:`PoseSet` with one row per pose."""
+WHERE_LOGGED = ("other_reading", "run_time_s")
+"""Further ones that a set may lack."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +50,9 @@ class PoseSet:
     other_reading : array, shape (n, 3), or None
         Mean nominal reading of the other triad, NaN where not logged. Ideal poses have None: what
         the other triad reads follows from the plate and from gravity.
+    run_time_s : array, shape (n,), or None
+        Mid time on the clock of the pose's own run; NaN in runs whose logs do not show the order,
+        None for ideal poses.
     sd_dof : float or None
         Degrees of freedom behind ``sd`` where it does not come from the poses' own samples.
     """
@@ -66,6 +71,7 @@ class PoseSet:
     columns: Mapping[str, FloatArray] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     other_reading: FloatArray | None = None
+    run_time_s: FloatArray | None = None
     sd_dof: float | None = None
 
     def __len__(self) -> int:
@@ -82,8 +88,8 @@ class PoseSet:
             columns={name: values[index] for name, values in self.columns.items()},
             notes=self.notes,
             sd_dof=self.sd_dof,
-            other_reading=None if self.other_reading is None else self.other_reading[index],
             **{name: getattr(self, name)[index] for name in PER_POSE},
+            **{name: values[index] for name, values in self._where_logged.items()},
         )
 
     def concat(self, other: "PoseSet") -> "PoseSet":
@@ -101,16 +107,18 @@ class PoseSet:
                 for name, values in self.columns.items()
                 if name in other.columns
             },
-            other_reading=None
-            if self.other_reading is None or other.other_reading is None
-            else np.concatenate([self.other_reading, other.other_reading]),
             notes=tuple(dict.fromkeys((*self.notes, *other.notes))),
             sd_dof=self.sd_dof,
             **{
                 name: np.concatenate([getattr(self, name), getattr(other, name)])
-                for name in PER_POSE
+                for name in (*PER_POSE, *(self._where_logged.keys() & other._where_logged.keys()))
             },
         )
+
+    @property
+    def _where_logged(self) -> dict[str, FloatArray]:
+        every = {name: getattr(self, name) for name in WHERE_LOGGED}
+        return {name: values for name, values in every.items() if values is not None}
 
     @property
     def noise_dof(self) -> float:
@@ -236,12 +244,7 @@ def pose_set(
     for run in runs:
         check_alive(run.means, triad, run.name)
     means = [mean for run in runs for mean in run.means]
-    time_s = np.array([mean.time_s for mean in means]) - origin_s
-    half = np.array([mean.duration_s for mean in means]) / 2
-    order = np.argsort(time_s)
-    overlap = (time_s - half)[order][1:] < (time_s + half)[order][:-1] - 1e-6
-    if overlap.any():  # every file starts its own clock: the order of the poses is not known
-        time_s = np.full(len(means), np.nan)
+    time_s = _on_one_clock(means) - origin_s
     names = sorted(set.intersection(*(set(mean.columns) for mean in means)))
     other = "gyroscope" if triad == "accelerometer" else "accelerometer"
     poses = PoseSet(
@@ -259,10 +262,20 @@ def pose_set(
         columns={name: np.array([mean.columns[name] for mean in means]) for name in names},
         notes=_notes(runs, triad),
         other_reading=np.array([getattr(mean, other).mean for mean in means]),
+        run_time_s=np.concatenate([_on_one_clock(run.means) for run in runs]),
     )
     if correct_force is None or not np.isfinite(poses.force).all():
         return poses
     return replace(poses, force=correct_force(poses.accelerometer_conditions(poses.force)))
+
+
+def _on_one_clock(means: Sequence[PoseMean]) -> FloatArray:
+    """Mid times of poses (n,); NaN where every file starts its own clock, so that they overlap."""
+    time_s = np.array([mean.time_s for mean in means])
+    half = np.array([mean.duration_s for mean in means]) / 2
+    order = np.argsort(time_s)
+    overlap = (time_s - half)[order][1:] < (time_s + half)[order][:-1] - 1e-6
+    return np.full(len(means), np.nan) if overlap.any() else time_s
 
 
 def _notes(runs: Sequence[PoseRun], triad: Triad) -> tuple[str, ...]:

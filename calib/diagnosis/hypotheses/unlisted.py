@@ -17,6 +17,8 @@ from calib.effects.effect import Effect, Page, per_axis
 from calib.fit.least_squares.result import Fit
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, TRIADS, BoolArray, FloatArray
+from calib.poses.pose_checks import LARGEST_RATE_CHANGE
+from calib.poses.pose_set import PoseSet
 
 #: half cosines over the range; chosen, half and double not measured
 TIME_WAVES, COLUMN_WAVES = 8, 5
@@ -27,7 +29,7 @@ STEP_MARGIN = 2
 TEMPERATURE = "temperature_c"
 #: s, half a decade apart: how far the temperature within may lag that of the log; not tuned
 LAGS_S = (100.0, 300.0, 1000.0, 3000.0)
-WANDER_MODES = 10  #: the strongest of the process; a limit of size, half and double not measured
+WANDER_MODES = 10  #: the strongest of a course; a limit of size, half and double not measured
 WANDER_SPANS = (0.05, 0.2, 0.8)
 """Correlation times of a wandering bias over the length of the session."""
 
@@ -164,16 +166,21 @@ def bad_pose_hypotheses(fit: Fit) -> list[Hypothesis]:
 
 
 def wander_hypotheses(fit: Fit) -> list[Hypothesis]:
-    """A bias that wanders: an Ornstein-Uhlenbeck process, by its strongest modes."""
-    t = fit.poses.time_s
-    if not np.isfinite(t).all() or np.ptp(t) == 0:
+    """A bias that wanders: an Ornstein-Uhlenbeck process, by its strongest modes.
+
+    Where the runs have no common clock, each wanders on its own.
+    """
+    apart_s = _times_apart(fit.poses)
+    length_s = float(apart_s[np.isfinite(apart_s)].max(initial=0.0))
+    if length_s == 0:
         return []
     prior = float(np.log(CONSTANTS.odds_wander / len(WANDER_SPANS)))
-    kernel = np.exp(-np.abs(t[:, None] - t) / float(np.ptp(t)))
-    strongest = (max(len(t) - WANDER_MODES, 0), len(t) - 1)
+    kernel = np.exp(-apart_s / length_s)
+    courses = 1 if np.isfinite(apart_s).all() else len(set(fit.poses.run))
+    strongest = (max(len(kernel) - courses * WANDER_MODES, 0), len(kernel) - 1)
     hypotheses = []
     for span in WANDER_SPANS:
-        tau_s = span * float(np.ptp(t))
+        tau_s = span * length_s
         values, modes = eigh(kernel ** (1 / span), subset_by_index=strongest)
         strong = modes * np.sqrt(np.maximum(values, 0.0))
         hypotheses.append(
@@ -183,10 +190,29 @@ def wander_hypotheses(fit: Fit) -> list[Hypothesis]:
     return hypotheses
 
 
+def _times_apart(poses: PoseSet) -> FloatArray:
+    """How far apart in time every two poses are, (n, n); infinite in runs without a common clock.
+
+    Where not even the order within a run is known, it is infinite for all of them.
+    """
+    if np.isfinite(poses.time_s).all():
+        return np.asarray(np.abs(poses.time_s[:, None] - poses.time_s))
+    never = np.full((len(poses), len(poses)), np.inf)
+    if poses.run_time_s is None or not np.isfinite(poses.run_time_s).all():
+        return never
+    run = np.array(poses.run)
+    within = np.abs(poses.run_time_s[:, None] - poses.run_time_s)
+    return np.asarray(np.where(run[:, None] == run, within, never))
+
+
 def plate_hypotheses(fit: Fit) -> list[Hypothesis]:
-    """A plate whose rate scatters: from run to run, and from pose to pose beside poses at rest."""
+    """A plate whose rate scatters: from run to run, and from pose to pose beside poses at rest.
+
+    One that would scatter by more than a plate may change within a pose does not turn steadily, and
+    is none to calibrate with: a rate of its own for every pose would hide any error of the sensor.
+    """
     poses, turning = fit.poses, ~fit.poses.reference.is_null
-    if poses.triad != "gyroscope" or not turning.any():
+    if poses.triad != "gyroscope" or not turning.any() or _asked(fit) > LARGEST_RATE_CHANGE:
         return []
     size = np.where(turning, 1.0, 0.0)
     marks = [("from run to run", _by_run(poses.run, turning))]
@@ -198,6 +224,14 @@ def plate_hypotheses(fit: Fit) -> list[Hypothesis]:
         for detail, shapes in marks
         if shapes.shape[1] > 0
     ]
+
+
+def _asked(fit: Fit) -> float:
+    """Scatter of the plate's rate that would explain the turning poses, relative, rms."""
+    equations = fit.equations
+    n = equations.magnitude
+    off = fit.rows.residual[: len(n)] * equations.magnitude_sd
+    return float(np.sqrt(np.mean((off / fit.poses.reference.magnitude[n]) ** 2)))
 
 
 def _by_run(runs: tuple[str, ...], turning: BoolArray) -> FloatArray:

@@ -231,6 +231,7 @@ def _joined(a: PoseSet, b: PoseSet) -> PoseSet:
         time_s=both(lambda p: p.time_s),
         expected=both(lambda p: p.expected),
         other_reading=None,  # of hypothetical poses it follows from the plate and from gravity
+        run_time_s=None,
         reference=reference,
         columns={name: np.concatenate([a.columns[name], b.columns[name]]) for name in a.columns},
     )

@@ -12,6 +12,7 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis
 from calib.diagnosis.search.sets import Entry, Key, Search, with_refit
+from calib.diagnosis.search.table import Table
 
 LEADING = 6
 """Sets among which the leading one is looked for, those of one class counted together: a
@@ -80,7 +81,9 @@ def odds_of(state: Search) -> Odds:
     lead = _leading(state)
     if lead.members:
         lead = with_refit(state, lead)
-    alike = {k: _alias_names(state, lead, k) for k in lead.members}
+    at_lead = state.table if lead.refit is None else Table(
+        lead.refit.fit, state.hypotheses, lead.refit.names)
+    alike = {k: _alias_names(state, at_lead, lead, k) for k in lead.members}
     for k in lead.members:
         _refit_aliases(state, lead, k, alike[k])
     total = float(np.logaddexp.reduce([e.log_posterior for e in state.entries.values()]))
@@ -160,19 +163,25 @@ def _alike(state: Search, a: Entry, b: Entry) -> bool:
     if all(is_course(state.hypotheses[j]) for j in (*mine, *theirs)):
         return True
     rest = [j for j in a.members if j not in mine]
-    return bool(aliases(state, mine[0], theirs, rest))
+    return bool(aliases(state, state.table, mine[0], theirs, rest))
 
 
-def aliases(state: Search, k: int, others: Sequence[int], beside: Sequence[int]) -> list[int]:
-    """Which of ``others`` these poses cannot tell from hypothesis ``k`` beside a set."""
+def aliases(
+    state: Search, table: Table, k: int, others: Sequence[int], beside: Sequence[int]
+) -> list[int]:
+    """Which of ``others`` these poses cannot tell from hypothesis ``k`` beside a set.
+
+    ``table`` holds the signatures: those at the base are bent by what the base lacks, the more so
+    the stronger it is, and no longer look the same.
+    """
     listed = [
         j for j in others
-        if state.hypotheses[j].kind == "listed" and not state.table.is_blind(j)
-        and (state.table.seen[j] == state.table.seen[k] or _is_reference(state.hypotheses[k]))
+        if state.hypotheses[j].kind == "listed" and not table.is_blind(j)
+        and (table.seen[j] == table.seen[k] or _is_reference(state.hypotheses[k]))
     ]
-    if not listed or state.table.is_blind(k) or state.hypotheses[k].kind != "listed":
+    if not listed or table.is_blind(k) or state.hypotheses[k].kind != "listed":
         return []
-    least = state.table.correlations(k, listed, beside)
+    least = table.correlations(k, listed, beside)
     return [j for j, value in zip(listed, least, strict=True)
             if value > CONSTANTS.alias_correlation]
 
@@ -182,13 +191,13 @@ def _is_reference(hypothesis: Hypothesis) -> bool:
     return hypothesis.on_reference
 
 
-def _alias_names(state: Search, lead: Entry, k: int) -> dict[str, int]:
+def _alias_names(state: Search, table: Table, lead: Entry, k: int) -> dict[str, int]:
     """The aliases of member ``k`` beside the rest of the leading set, one start of each shape."""
     rest = [j for j in lead.members if j != k]
     inside = {state.hypotheses[j].name for j in lead.members}
     others = [j for j, h in enumerate(state.hypotheses) if h.name not in inside]
     places: dict[str, int] = {}
-    for j in aliases(state, k, others, rest):
+    for j in aliases(state, table, k, others, rest):
         places.setdefault(state.hypotheses[j].name, j)
     return places
 

@@ -233,13 +233,15 @@ def _unlisted(state: Search, odds: Odds, share: float, explains: bool) -> Verdic
     members = [state.hypotheses[j] for j in odds.lead.members]
     members = [h for h in members if h.kind != "listed"]
     if not odds.lead.members:
-        sure = odds.noise >= CONSTANTS.sure * (1 - odds.nothing)
-        return Verdict(Code.NOISE) if sure else None
+        return Verdict(Code.NOISE, beside=_open(odds)) if _is_noise(odds, odds.noise) else None
     if not members:
         return None
     probability = {each.name: each.probability for each in (*odds.classes, *odds.others)}
     first = max(members, key=lambda h: (h.kind != "bad_pose", probability.get(h.name, 0.0)))
     mass = probability.get(first.name, 0.0)
+    if first.kind in NOISES and _is_noise(odds, mass):
+        details = tuple(h.detail for h in members if h.name == first.name)
+        return Verdict(Code.NOISE, first.name, details=details, beside=_open(odds))
     if is_course(first):
         every = {each.name: each for each in (*odds.classes, *odds.others)}.values()
         mass = min(1.0, sum(each.probability for each in every if is_course(each)))
@@ -259,8 +261,6 @@ def _unlisted(state: Search, odds: Odds, share: float, explains: bool) -> Verdic
             Code.BAD_POSE, details[0], group=details, details=details, share=share,
             explains=explains,
         )
-    if first.kind in NOISES:
-        return Verdict(Code.NOISE, first.name, details=details, beside=_open(odds))
     if first.kind == "unknown" and _explaining(state, odds):
         return None  # effects that have names would do as well
     if first.kind == "unknown" and not _smoother_predicts(state, odds):
@@ -269,6 +269,17 @@ def _unlisted(state: Search, odds: Odds, share: float, explains: bool) -> Verdic
         Code.UNKNOWN, first.subject, details=details, beside=_beside(state, odds, odds.classes),
         share=share, explains=explains,
     )
+
+
+def _is_noise(odds: Odds, leading: float) -> bool:
+    """Whether the rows hold noise that the poses do not show: the leading kind is sure by itself,
+    or one of its kinds is and no effect is likely. They differ by what would lower them only.
+    """
+    of_a_kind = sum(share for names, share in odds.sets if {*names} & {*NOISES})
+    effects = [each for each in (*odds.classes, *odds.others) if each.kind == "listed"]
+    likely = any(each.probability >= 1 - CONSTANTS.sure for each in effects)
+    least = CONSTANTS.sure * (1 - odds.nothing)
+    return leading >= least or (of_a_kind + odds.noise >= least and not likely)
 
 
 def _best_step(state: Search) -> tuple[str, ...]:

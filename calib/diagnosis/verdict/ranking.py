@@ -113,7 +113,7 @@ def _candidate(
     names = {state.hypotheses[k].name for k in odds.lead.members}
     if h.kind == "listed" and h.name in names and odds.lead.refit is not None:
         size, sd = _fitted(odds.lead.refit, h.name)
-    same = aliases(state, j, _others(state, h.name), ()) if h.kind == "listed" else []
+    same = aliases(state, state.table, j, _others(state, h.name), ()) if h.kind == "listed" else []
     return Candidate(
         name=h.subject,
         kind=h.kind,

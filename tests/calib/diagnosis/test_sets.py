@@ -58,6 +58,23 @@ def test_two_effects_of_an_accelerometer_in_26_poses_are_named_or_offered(seed: 
     assert found.wrong == ()
 
 
+@pytest.mark.parametrize("name", ["vibration_rectification", "cross_quadratic"])
+def test_a_scattering_plate_takes_no_strong_effect_s_place(name: str) -> None:
+    """A rate of its own for every pose would hide any error: 300 to 1000 sd are 1 % of a rate."""
+    for size in (300.0, 1000.0):
+        found = said("rich", "gyroscope", (name,), size, 7101)
+        assert found.names == (name,), found.text
+        assert "plate_rate" not in {each.name for each in found.inclusion}
+
+
+def test_what_looks_the_same_does_so_at_every_strength() -> None:
+    """With one speed two quadratic effects are one class, however far the base is bent by them."""
+    for size in (10.0, 30.0, 100.0, 300.0):
+        found = said("paper", "gyroscope", ("quadratic",), size, 7102)
+        assert {"quadratic", "g_squared_sensitivity"} <= {*found.group}, found.text
+        assert found.verdict == "effect"
+
+
 @pytest.mark.parametrize("size", [5.0, 30.0, 100.0, 300.0])
 @pytest.mark.parametrize("design", ["soak", "hand"])
 def test_more_signal_never_means_less_verdict(design: str, size: float) -> None:
@@ -77,6 +94,39 @@ def test_a_bias_that_wanders_is_given_no_name(design: str) -> None:
     for seed in range(61, 65):
         found = said(design, triad, ("wander",), 2.0, seed)
         assert found.verdict != "effect", found.text
+
+
+def test_a_bias_wanders_in_every_log_where_each_has_a_clock_of_its_own() -> None:
+    """Without the times within the logs the same sessions are noise of no kind, or left open."""
+    design = design_of("rich", 0)
+    for seed in (64, 65, 66):
+        hidden = hidden_of(("wander",), "gyroscope", 5.0, design, seed)
+        assert hidden is not None
+        poses = poses_of(design, seed, "gyroscope", hidden)
+        apart = replace(poses, time_s=np.full(len(poses), np.nan))
+        found = diagnose(fit(apart, Model.of(BASE)))
+        assert (found.verdict, found.name) == ("noise", "wander"), found.text
+        unknown = diagnose(fit(replace(apart, run_time_s=None), Model.of(BASE)))
+        assert "wander" not in {c.name for c in unknown.ranking}
+
+
+def test_kinds_of_noise_are_one_verdict_that_says_what_else_it_may_be() -> None:
+    """A bias that wanders by one sd, and sds stated too small by a quarter."""
+
+    def found(seed: int) -> Diagnosis:
+        design = design_of("rich", seed)
+        hidden = hidden_of(("wander",), "gyroscope", 1.0, design, seed)
+        assert hidden is not None
+        poses = poses_of(design, seed, "gyroscope", hidden)
+        return diagnose(fit(replace(poses, sd=poses.sd / 1.3), Model.of(BASE)))
+
+    several = found(95)
+    assert several.verdict == "noise"
+    assert max(each.probability for each in several.inclusion) < CONSTANTS.sure
+    assert "It may be a bias that wanders (2 in 10) or a plate" in several.text
+    one = found(91)
+    assert (one.verdict, one.name) == ("noise", "plate_rate")
+    assert "'temperature_bias' (6 in 10)" in one.text
 
 
 def test_a_memory_that_saturates_is_hysteresis_with_a_width() -> None:
