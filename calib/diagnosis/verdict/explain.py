@@ -231,13 +231,13 @@ def _noise(case: _Case) -> Explanation:
     chi2 = float(case.fit.weight @ case.fit.rows.residual**2)
     factor = np.sqrt(chi2 / max(case.fit.dof, 1))
     widened = "The sds of the parameters are widened by that factor."
-    left = _left_by_noise(case.verdict)
+    instead = _instead_of_noise(case.verdict)
     if case.verdict.name == "wander":
         how = case.verdict.details[0] if case.verdict.details else ""
         text = (
             f"The bias wanders during the session, {how} ({case.misfit}): standard in low-cost "
             f"sensors, and no calibration takes it away. The residual is {factor:.2g} times the "
-            f"poses' own noise. {widened} {left}A faster session, or poses repeated throughout "
+            f"poses' own noise. {widened} {instead}A faster session, or poses repeated throughout "
             f"it, leaves less of it."
         )
         return Explanation("open", "its bias wanders during the session", text, "repeat",
@@ -245,20 +245,20 @@ def _noise(case: _Case) -> Explanation:
     if case.verdict.name == "plate_rate":
         text = (
             f"The rate of the plate scatters {case.verdict.details[0]} ({case.misfit}). {widened} "
-            f"{left}Film the plate with each pose, so that each has a rate of its own."
+            f"{instead}Film the plate with each pose, so that each has a rate of its own."
         )
         step: Step = "repeat" if case.advice is None else "record"
         return Explanation("open", "the rate of the plate scatters", text, step,
                            "Film the plate with each pose")
     text = (
         f"The residual is {factor:.2g} times what the poses' own noise explains, without a shape "
-        f"that any effect has ({case.misfit}). {widened} {left}{remedy_of_noise(factor)}"
+        f"that any effect has ({case.misfit}). {widened} {instead}{remedy_of_noise(factor)}"
     )
     return Explanation("open", "the residual is larger than the noise, without any shape", text,
                        "repeat", f"Record {once_more(case.fit.poses)}")
 
 
-def _left_by_noise(verdict: Verdict) -> str:
+def _instead_of_noise(verdict: Verdict) -> str:
     """What else it may be than the noise that is named, with odds."""
     lead = verdict.name or "noise"
     words = [_with_odds(each) for each in verdict.beside if each.name != lead]
