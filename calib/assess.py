@@ -81,6 +81,8 @@ def assess(
         A mistake in the files explains the misfit, or the axes of the triads contradict each other.
     FitFailed
         The fit does not converge, or fails its own check.
+    CalibrationError
+        ``solver="paper"`` with more than bias, scale and misalignment.
     """
     calibration = calibrate(poses, model, spec, solver=solver, loss=loss, senses=senses)
     fitted = calibration.fit
@@ -103,7 +105,13 @@ def calibrate(
     loss: str = "squares",
     senses: Mapping[str, float] | None = None,
 ) -> TriadCalibration:
-    """The calibration of :func:`assess` alone, with all that it refuses."""
+    """The calibration of :func:`assess` alone, with all that it refuses.
+
+    Raises
+    ------
+    CalibrationError
+        As :func:`assess`.
+    """
     if not has_sds(poses):
         poses = with_estimated_sds(poses, model)
     fitted = _fitted(poses, model, spec, solver, loss)

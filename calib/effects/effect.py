@@ -143,7 +143,20 @@ class Effect:
         return self.unit.replace("{u}", SI_UNIT[triad])
 
     def evaluate(self, at: Conditions, shape: float | None = None) -> FloatArray:
-        """Columns at ``at``; ``shape`` is the value of the shape parameter where there is one."""
+        """The columns of the effect.
+
+        Parameters
+        ----------
+        at : Conditions
+            n rows.
+        shape : float, optional
+            Value of the shape parameter, in its unit; by default the first of its starts.
+
+        Returns
+        -------
+        array, shape (n, 3, k), or (n, k) for an effect on the reference
+            Error in SI units per unit of each of the k parameters.
+        """
         if self.shape is None:
             return self.columns(at)
         return self.columns(at, self.shape.starts[0] if shape is None else shape)
@@ -212,7 +225,17 @@ def effect(
 
 
 def per_axis(values: FloatArray) -> FloatArray:
-    """Columns (n, 3, 3) of an effect whose axis k errs by ``values[:, k]`` times parameter k."""
+    """Columns of an effect whose axis k errs by ``values[:, k]`` times parameter k.
+
+    Parameters
+    ----------
+    values : array, shape (n, 3)
+        SI units per unit of the parameter.
+
+    Returns
+    -------
+    array, shape (n, 3, 3)
+    """
     columns = np.zeros((len(values), 3, 3))
     columns.reshape(-1, 9)[:, ::4] = values
     return columns

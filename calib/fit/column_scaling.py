@@ -34,13 +34,34 @@ def unit_columns(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def orthonormal_columns(matrix: FloatArray) -> FloatArray:
-    """Orthonormal basis of the space that the columns of ``matrix`` (r, k) span, (r, rank)."""
+    """Orthonormal basis of the space that the columns of a matrix span.
+
+    Parameters
+    ----------
+    matrix : array, shape (r, k)
+
+    Returns
+    -------
+    array, shape (r, rank)
+        The rank is that of the unit columns, by :data:`RANK_TOLERANCE`.
+    """
     u, singular, _ = np.linalg.svd(unit_columns(matrix)[0], full_matrices=False)
     return np.asarray(u[:, singular > RANK_TOLERANCE * singular.max(initial=0.0)])
 
 
 def pseudo_inverse(matrix: FloatArray, tolerance: float = 1e-15) -> FloatArray:
-    """Pseudo-inverse (k, r) of ``matrix`` (r, k), its rank judged on the unit columns."""
+    """Pseudo-inverse of a matrix, its rank judged on the unit columns.
+
+    Parameters
+    ----------
+    matrix : array, shape (r, k)
+    tolerance : float
+        Singular value of the unit columns, relative to the largest, that counts as zero.
+
+    Returns
+    -------
+    array, shape (k, r)
+    """
     unit, norm = unit_columns(matrix)
     return np.asarray(np.linalg.pinv(unit, rcond=tolerance) / norm[:, None])
 

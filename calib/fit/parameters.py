@@ -21,10 +21,20 @@ COMPLEX_STEP = 1e-30  #: its square is nothing beside one, so the derivative is 
 
 @dataclass(frozen=True, eq=False)
 class TriadParameters:
-    """alpha (rad), b (counts), k^-1 (counts per SI unit), each (3,) in x, y, z; cov (9, 9).
+    """The nine parameters of Angrisano et al. eq. (3), each group in x, y, z.
 
-    ``cov`` is in the order misalignment, bias, scale. A group that was not in the model keeps its
-    data-sheet value and has no sd (NaN).
+    A group that was not in the model keeps its data-sheet value and has no sd (NaN).
+
+    Parameters
+    ----------
+    misalignment_rad : array, shape (3,)
+        alpha of eq. (2), rad.
+    bias_counts : array, shape (3,)
+        b, counts of the converter.
+    scale_counts_per_unit : array, shape (3,)
+        1 / k, counts per m/s² or per rad/s.
+    cov : array, shape (9, 9)
+        In the order misalignment, bias, scale.
     """
 
     misalignment_rad: FloatArray
@@ -34,7 +44,7 @@ class TriadParameters:
 
     @property
     def sd(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Sds of misalignment, bias and scale, each (3,)."""
+        """Sds of misalignment (rad), bias (counts) and scale (counts per unit), each shape (3,)."""
         sd = np.sqrt(np.diag(self.cov))
         return sd[:3], sd[3:6], sd[6:]
 
@@ -43,7 +53,18 @@ class TriadParameters:
         return alignment(self.misalignment_rad) / self.scale_counts_per_unit
 
     def correct(self, counts: FloatArray) -> FloatArray:
-        """``T K (counts - b)`` of eq. (1), shape (n, 3)."""
+        """``T K (counts - b)`` of eq. (1).
+
+        Parameters
+        ----------
+        counts : array, shape (n, 3)
+            Readings of the converter, signed.
+
+        Returns
+        -------
+        array, shape (n, 3)
+            m/s² or rad/s, on the orthogonal axes.
+        """
         return np.asarray((counts - self.bias_counts) @ self.matrix().T)
 
 
@@ -75,7 +96,22 @@ def _paper_vector(theta: np.ndarray, k0: float, b0: float) -> np.ndarray:
 
 
 def base_theta(model: Model, theta: FloatArray, cov: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """theta (9,) and cov (9, 9) of bias, scale and misalignment; NaN cov for what is absent."""
+    """Bias, scale and misalignment out of the parameters of any model.
+
+    Parameters
+    ----------
+    model : Model
+        Of p parameters.
+    theta, cov : array, shapes (p,) and (p, p)
+        SI.
+
+    Returns
+    -------
+    theta : array, shape (9,)
+        0 for what the model does not hold.
+    cov : array, shape (9, 9)
+        NaN for what the model does not hold.
+    """
     full = np.zeros(BASE_SIZE)
     full_cov = np.full((BASE_SIZE, BASE_SIZE), np.nan)
     index: list[int] = []
@@ -129,7 +165,19 @@ def triad_parameters(
 
 
 def theta_of(parameters: TriadParameters, spec: TriadSpec) -> FloatArray:
-    """theta (bias, scale, misalignment) of the linear form that is ``parameters``, shape (9,)."""
+    """The linear form that is ``parameters``.
+
+    Parameters
+    ----------
+    parameters : TriadParameters
+    spec : TriadSpec
+        The data sheet that makes the readings nominal.
+
+    Returns
+    -------
+    array, shape (9,)
+        Bias (m/s² or rad/s), scale and misalignment (without a unit), each x, y, z.
+    """
     k0, b0 = spec.nominal_scale, spec.nominal_bias_counts
     upper = parameters.matrix() / k0
     bias = upper @ (parameters.bias_counts - b0) * k0

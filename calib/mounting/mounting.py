@@ -124,11 +124,22 @@ class Mounting:
 
     @property
     def sd_rad(self) -> FloatArray:
-        """Sds of roll and pitch, shape (2,)."""
+        """Sds of roll and pitch, rad, shape (2,)."""
         return np.asarray(np.sqrt(np.diag(self.cov)))
 
     def turn(self, vectors: FloatArray) -> FloatArray:
-        """Vectors (n, 3) of the sensor's axes in the vehicle's, ``Rᵀ v``."""
+        """Vectors of the sensor's axes in those of the vehicle, ``Rᵀ v``.
+
+        Parameters
+        ----------
+        vectors : array, shape (n, 3)
+            In any unit.
+
+        Returns
+        -------
+        array, shape (n, 3)
+            In the same unit.
+        """
         return np.asarray(vectors @ self.rotation)
 
 
@@ -160,6 +171,8 @@ def mounting_from_logs(
     Undetermined
         The sensor moved, the corrected magnitude is not gravity, the order is locked at this
         mounting, the second log is not the reverse heading, or the drive has no clear direction.
+    Contradiction, UnusableLog
+        A log contradicts the calibration, or holds counts that the converter cannot give.
     """
     upright = _upright(logs, accelerometer)
     cov, notes = _with_drift(upright, gravity_m_s2, gravity_sd_m_s2)

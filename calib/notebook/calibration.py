@@ -61,7 +61,25 @@ class Calibration:
             each for each in self.model if display.name_of(each) not in names))
 
     def correct(self, table: Any) -> FloatArray:
-        """Corrected readings (n, 3), SI, of a table of readings with the columns of the effects."""
+        """Correct a table of readings.
+
+        Parameters
+        ----------
+        table : DataFrame, mapping of name to sequence, structured array, or array of shape (n, 3)
+            Readings as those of the calibration, with the columns that its effects follow.
+
+        Returns
+        -------
+        array, shape (n, 3)
+            m/s² or rad/s.
+
+        Raises
+        ------
+        UnusableLog
+            A column of the triad is missing, a column is no numbers, or lengths differ.
+        FitFailed
+            The effects are larger than the readings.
+        """
         columns, _ = columns_of(table, self.triad)
         vector = np.column_stack([columns.pop(name) for name in names_of(self.triad)])
         known = {TIME: columns.pop(TIME)} if TIME in columns else {}
@@ -121,6 +139,12 @@ def calibrate(
         The table lacks a column, or holds something that is no number.
     Undetermined
         The poses do not determine the model.
+    Contradiction
+        The readings contradict the reference, or one another.
+    FitFailed
+        The fit does not converge.
+    CalibrationError
+        An effect of ``model`` is unknown, or not for this triad.
 
     Examples
     --------

@@ -55,7 +55,15 @@ class PlannedRun:
     columns: Mapping[str, FloatArray] = field(default_factory=dict)
 
     def turned(self, up: FloatArray, time_s: FloatArray) -> "PlannedRun":
-        """Other poses at the same setting; vibration and columns go on as they were."""
+        """Other poses at the same setting; vibration and columns go on as they were.
+
+        Parameters
+        ----------
+        up : array, shape (n, 3)
+            Unit vectors, the direction that faces up.
+        time_s : array, shape (n,)
+            When each is taken, since the session began.
+        """
         n = len(up)
         return replace(
             self, up=up, time_s=time_s,

@@ -98,6 +98,8 @@ def prospect_of(
         The poses would be too few, or not determine the model; the message says what is missing.
     FitFailed
         The fit of the poses did not converge.
+    Contradiction
+        By the fit of recorded poses: their readings or references contradict each other.
     """
     fitted = fit(poses, model)
     projector = Projector(fitted)
@@ -142,17 +144,17 @@ def alias_groups(signatures: Sequence[Signature]) -> tuple[tuple[str, ...], ...]
     return tuple(tuple(s.name for s in group) for group in groups if len(group) > 1)
 
 
-def _about_zero(found: Fit) -> FloatArray:
+def _about_zero(fitted: Fit) -> FloatArray:
     """Whitened rows (d, p) of the parameters about the corrected vector's own zero.
 
     About a false origin that is far away bias and scale look alike, which says nothing of poses.
     """
-    equations, p = found.equations, found.model.size
-    data = found.rows.jacobian[: equations.data_count, :p].copy()
+    equations, p = fitted.equations, fitted.model.size
+    data = fitted.rows.jacobian[: equations.data_count, :p].copy()
     if equations.on_reading:
-        at = replace(equations.at_reading, vector=found.rows.vector)
+        at = replace(equations.at_reading, vector=fitted.rows.vector)
         columns = stack_columns(equations.on_reading, at, {})
-        data[:, equations.reading_index] = equations.whitened(columns, found.rows.vector)
+        data[:, equations.reading_index] = equations.whitened(columns, fitted.rows.vector)
     return np.asarray(data)
 
 
@@ -162,13 +164,13 @@ def _information(rows: FloatArray) -> float:
     return float(np.exp(2 * np.log(np.maximum(singular, 1e-300)).mean()) / len(rows))
 
 
-def d_efficiency(found: Fit) -> float:
+def d_efficiency(fitted: Fit) -> float:
     """Information per row, compared with that of the 18 wedge poses at the first setting.
 
     It is that of bias, scale and misalignment: effects that follow a logged column say nothing of
     attitudes.
     """
-    poses = found.poses
+    poses = fitted.poses
     turning = np.flatnonzero(~poses.reference.is_null)
     first = poses.run[turning[0]] if turning.size else poses.run[0]
     like = np.array([run == first for run in poses.run])
@@ -176,7 +178,7 @@ def d_efficiency(found: Fit) -> float:
     take = np.full(len(WEDGE), at)
     sign = float(np.sign(poses.spin_rad_s[at]) or 1.0) if poses.triad == "gyroscope" else 1.0
     reference = poses.reference
-    matrix = found.equations.start.matrix  # from the data sheet's units to true ones
+    matrix = fitted.equations.start.matrix  # from the data sheet's units to true ones
     typical_sd = np.sqrt(np.median(poses.sd[like] ** 2, axis=0) @ (matrix**2).T)
     wedge = replace(
         poses,
@@ -195,13 +197,13 @@ def d_efficiency(found: Fit) -> float:
         other_reading=None,
         run_time_s=None,
     )
-    ideal = Equations(wedge, found.model)
+    ideal = Equations(wedge, fitted.model)
     eta = np.zeros(ideal.common.shape[1])
-    p = found.model.size
-    wedge_rows = ideal.rows(np.zeros(p), eta, found.shapes).jacobian[: ideal.data_count, :p]
-    base = found.equations.reading_index
-    basis = found.basis if len(base) == p else np.eye(p)[:, base]
-    return _information(_about_zero(found) @ basis) / _information(wedge_rows @ basis)
+    p = fitted.model.size
+    wedge_rows = ideal.rows(np.zeros(p), eta, fitted.shapes).jacobian[: ideal.data_count, :p]
+    base = fitted.equations.reading_index
+    basis = fitted.basis if len(base) == p else np.eye(p)[:, base]
+    return _information(_about_zero(fitted) @ basis) / _information(wedge_rows @ basis)
 
 
 @dataclass(frozen=True, eq=False)

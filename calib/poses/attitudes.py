@@ -17,6 +17,9 @@ NEAR_COSINE = float(np.cos(np.radians(25.0)))
 """A pose covers a direction up to 25° away: the neighbours are 35 to 45° apart."""
 
 
+WEDGE_DIRECTIONS = 18  #: fact: the 6 faces and 12 edges, the first of the natural directions
+
+
 def natural_directions(corners: bool = True) -> FloatArray:
     """The unit vectors of 6 faces, 12 edges and (``corners``) 8 corners, in this order.
 
@@ -62,7 +65,20 @@ def direction_name(direction: FloatArray) -> str:
 
 
 def uncovered(directions: FloatArray, corners: bool = False) -> FloatArray:
-    """The natural directions with no pose near them, shape (k, 3)."""
+    """The natural directions with no pose near them.
+
+    Parameters
+    ----------
+    directions : array, shape (n, 3)
+        Vectors of any length.
+    corners : bool
+        Whether the corners are asked for.
+
+    Returns
+    -------
+    array, shape (k, 3)
+        Unit vectors.
+    """
     natural = natural_directions(corners)
     unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     return np.asarray(natural[(natural @ unit.T).max(axis=1) < NEAR_COSINE])

@@ -207,6 +207,8 @@ def average_pose(
         Counts outside what the converter can give.
     Undetermined
         Too short, saturated, moved while still, or the plate not steady.
+    Contradiction
+        A turn of the plate has fewer than five samples: the clock or the rate is wrong.
     """
     n = len(log.time_s) if rate_rad_s == 0 else _whole_turns(log, abs(rate_rad_s))
     if n < SHORTEST_SAMPLES:

@@ -59,9 +59,15 @@ class Conditions:
         columns: Mapping[str, FloatArray] | None = None,
         **known: FloatArray,
     ) -> "Conditions":
-        """Conditions of which only ``vector`` (n, 3), ``columns`` and the fields in ``known`` are.
+        """Conditions of which only some are known; all others are NaN.
 
-        All others are NaN. A field in ``known`` may be one row, which then holds for all.
+        Parameters
+        ----------
+        vector : array, shape (n, 3)
+            SI.
+        columns : mapping of str to array, shape (n,)
+        known : array, shape (n,) or (n, 3)
+            Any other field by its name; a single row holds for all n.
         """
         n = len(vector)
         shape = {name: (n, 3) if name in VECTORS else (n,) for name in FIELDS}
@@ -75,7 +81,13 @@ class Conditions:
         return len(self.vector)
 
     def take(self, rows: IntArray | slice | Sequence[int]) -> "Conditions":
-        """The conditions of these rows alone."""
+        """The conditions of some rows alone.
+
+        Parameters
+        ----------
+        rows : array of int, slice or sequence of int, k rows
+            A row may be taken more than once.
+        """
         return Conditions(
             vector=self.vector[rows],
             columns={name: values[rows] for name, values in self.columns.items()},
@@ -87,5 +99,5 @@ class Conditions:
         return replace(self, previous=previous)
 
     def column(self, name: str) -> FloatArray:
-        """The logged column ``name``, all NaN where it was not logged, shape (n,)."""
+        """The logged column ``name``, all NaN where it was not logged, in its unit, shape (n,)."""
         return self.columns.get(name, np.full(len(self.time_s), np.nan))

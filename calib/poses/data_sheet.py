@@ -54,9 +54,18 @@ class TriadSpec:
         return (2**self.bits - 1) / 2.0 if self.encoding == "offset-binary" else 0.0
 
     def signed(self, logged: FloatArray) -> FloatArray:
-        """Counts of the converter from the numbers in a log, same shape.
+        """Counts of the converter from the numbers in a log.
 
-        Numbers that no such converter gives stay as they are, outside :attr:`count_range`.
+        Parameters
+        ----------
+        logged : array, shape (..., 3)
+            As the log's encoding has them.
+
+        Returns
+        -------
+        array, the same shape
+            Counts. Numbers that no such converter gives stay as they are, outside
+            :attr:`count_range`.
         """
         if self.encoding != "unsigned-twos-complement":
             return logged
@@ -76,6 +85,17 @@ class TriadSpec:
         return 0.0, float(2**self.bits - 1)
 
     def nominal(self, counts: FloatArray) -> FloatArray:
-        """Readings in SI units by the data sheet alone, same shape as ``counts``."""
+        """Readings by the data sheet alone.
+
+        Parameters
+        ----------
+        counts : array, shape (..., 3)
+            As the log's encoding has them.
+
+        Returns
+        -------
+        array, the same shape
+            m/s² or rad/s.
+        """
         counts = self.signed(counts)
         return np.asarray((counts - self.nominal_bias_counts) * self.nominal_scale)

@@ -91,7 +91,12 @@ class ImuLog:
         )
 
     def where(self, kept: BoolArray) -> "ImuLog":
-        """The samples at which ``kept`` (t,) is true; their times show the gaps."""
+        """Some of the samples; their times show the gaps.
+
+        Parameters
+        ----------
+        kept : array of bool, shape (t,)
+        """
         return ImuLog(
             self.label,
             self.time_s[kept],

@@ -61,11 +61,20 @@ degrees of freedom (24) that Student's factor is small."""
 
 
 def variance_of_mean(values: FloatArray) -> FloatArray:
-    """Variance of the mean of each column of ``values`` (t, k), shape (k,).
+    """Variance of the mean of each of k columns of samples.
 
     The axes of one triad share the colour of their noise: by how much it exceeds white noise is
     taken from all of them together, and never as less than 1. Student's factor allows for the
     degrees of freedom of that estimate.
+
+    Parameters
+    ----------
+    values : array, shape (t, k)
+
+    Returns
+    -------
+    array, shape (k,)
+        In the square of their unit.
     """
     samples, axes = values.shape
     centred = values - values.mean(axis=0)
@@ -209,7 +218,13 @@ def too_short(means: Sequence[PoseMean], triad: Triad, run: str) -> str | None:
 
 
 def noise_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
-    """Sd (n, 3) of every pose mean of all runs by its noise, correlation included, nominal SI."""
+    """Sd of every pose mean by its noise, correlation included.
+
+    Returns
+    -------
+    array, shape (n, 3)
+        For the n poses of all runs in their order, nominal m/s² or rad/s.
+    """
     length = [float(np.median([mean.duration_s for mean in means])) for means in runs]
     parts = []
     for means, seconds in zip(runs, length, strict=True):
@@ -246,7 +261,7 @@ def pose_mean_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray
 
 
 def known_step(means: Sequence[TriadMean]) -> FloatArray:
-    """The step of a converter, SI, (3,): the least that a pose shows, else the least it can be."""
+    """The step of a converter, SI, shape (3,): the least a pose shows, else the least it can be."""
     step = np.min([mean.step for mean in means], axis=0)
     unit = np.min([mean.unit for mean in means], axis=0)
     return np.asarray(np.where(np.isfinite(step), step, unit))

@@ -136,9 +136,14 @@ class PoseSet:
         return before
 
     def conditions(self, vector: FloatArray, sensed: FloatArray | None = None) -> Conditions:
-        """What effects are evaluated on, when the triad's vectors are ``vector`` (n, 3).
+        """What effects are evaluated on.
 
-        ``sensed`` (n, 3), else ``vector``, is what each axis felt, for the memory of a pose before.
+        Parameters
+        ----------
+        vector : array, shape (n, 3)
+            The triad's vectors, SI.
+        sensed : array, shape (n, 3), optional
+            What each axis felt, for the memory of the pose before; by default ``vector``.
         """
         before = self.before
         remembers = (before >= 0) & ~self.reference.is_null[before]  # rest leaves no memory

@@ -34,7 +34,12 @@ class PlateRate:
     direction: str | None = None
 
     def of_poses(self, places: IntArray) -> "PlateRate":
-        """The rates of these poses of the run; the same where one rate holds for all."""
+        """The rates of some poses of the run; the same where one rate holds for all.
+
+        Parameters
+        ----------
+        places : array of int, shape (k,)
+        """
         if len(self.rate_rad_s) == 1:
             return self
         return replace(self, rate_rad_s=self.rate_rad_s[places], sd_rad_s=self.sd_rad_s[places])
@@ -92,7 +97,12 @@ class Reference:
         return np.asarray(self.magnitude == 0.0)
 
     def take(self, rows: RowIndex) -> "Reference":
-        """The references of these poses alone."""
+        """The references of some poses alone.
+
+        Parameters
+        ----------
+        rows : array of int, mask (n,), slice or sequence of int
+        """
         return replace(
             self, magnitude=self.magnitude[rows], sd=self.sd[rows], common=self.common[rows]
         )
@@ -126,7 +136,17 @@ def constant_reference(
 
 
 def join_references(parts: Sequence[Reference]) -> Reference:
-    """The poses of ``parts`` one after another; common errors of the same name are the same."""
+    """The poses of several runs one after another.
+
+    Parameters
+    ----------
+    parts : sequence of Reference
+
+    Returns
+    -------
+    Reference
+        Common errors of the same name are the same error.
+    """
     names = tuple(dict.fromkeys(name for part in parts for name in part.common_names))
     blocks = []
     for part in parts:

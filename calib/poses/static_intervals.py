@@ -48,12 +48,23 @@ SEARCH = StillSearch()
 class StaticIntervals:
     """The rests of a log, in time order, each as a log of its own.
 
-    ``threshold`` is the multiple of the quietest rest's noise amplitude that was taken,
-    ``largest_sd`` the same in SI units of ``triad``, which decided. ``usual_shift`` is by how much
-    the halves of three rests in four differ at most, SI: nothing on a table, a degree in a hand.
-    ``largest_shift`` is by how much those of any may; of a rest that gives way more the part is
-    taken that does not, if it is half of it or more.
-    ``skipped`` are stops that are not among the rests: when they were, and why.
+    Parameters
+    ----------
+    logs : tuple of ImuLog
+    triad : str
+        The triad that decided.
+    threshold : float
+        The multiple of the quietest rest's noise amplitude up to which a stop is a rest.
+    largest_sd : float
+        The same as an sd of ``triad``, m/s² or rad/s.
+    usual_shift : float
+        By how much the halves of three rests in four differ at most, in the same unit: nothing on a
+        table, a degree in a hand.
+    largest_shift : float
+        By how much those of any rest may differ; of a rest that gives way more the part is taken
+        that does not, if it is half of it or more.
+    skipped : tuple of (str, str)
+        Stops that are not among the rests: when they were, and why.
     """
 
     logs: tuple[ImuLog, ...]

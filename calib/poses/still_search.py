@@ -7,8 +7,12 @@ from dataclasses import dataclass
 class StillSearch:
     """What the user says of the search: both None for the search itself.
 
-    ``seconds`` is the shortest stop; ``threshold`` how noisy a stop may be, as a multiple of the
-    noise amplitude of the quietest rest.
+    Parameters
+    ----------
+    seconds : float or None
+        The shortest stop, s.
+    threshold : float or None
+        How noisy a stop may be: its noise amplitude in multiples of that of the quietest rest.
     """
 
     seconds: float | None = None

@@ -39,7 +39,19 @@ LARGEST_REFERENCE_ERROR = 2.0
 
 
 def scaled_condition(jacobian: FloatArray) -> tuple[float, FloatArray]:
-    """Condition number of the column-scaled Jacobian and its weakest combination (p,)."""
+    """How well the rows determine every combination of the parameters.
+
+    Parameters
+    ----------
+    jacobian : array, shape (r, p)
+
+    Returns
+    -------
+    condition : float
+        Condition number of the column-scaled Jacobian; infinite where it has no full rank.
+    combination : array, shape (p,)
+        Of the scaled parameters, the one that the rows determine least.
+    """
     nothing = (jacobian == 0).all(axis=0)
     if nothing.any():
         return np.inf, nothing.astype(float)

@@ -111,7 +111,7 @@ class Fit:
 
     @property
     def sensed(self) -> FloatArray:
-        """What each sensitive axis felt in every pose, all errors taken off, SI, (n, 3)."""
+        """What each sensitive axis felt in every pose, all errors taken off, SI, shape (n, 3)."""
         return self.rows.axes.sensed(self.rows.vector)
 
     @cached_property
@@ -144,18 +144,18 @@ class Fit:
 
     @property
     def residual_si(self) -> FloatArray:
-        """Residual of every data row in SI units, (r - q,)."""
+        """Residual of every data row in SI units (m/s² or rad/s), shape (r - q,)."""
         return np.asarray(self.rows.residual[: self.equations.data_count] * self.equations.row_sd)
 
     @property
     def determined(self) -> BoolArray:
-        """Which parameters the poses see by themselves, not only in combination, (p,)."""
+        """Whether the poses see a parameter by itself, not in combination only, shape (p,)."""
         q, _ = np.linalg.qr(unit_columns(self.basis)[0])
         return np.asarray((q**2).sum(axis=1) > 1 - UNDETERMINED_SHARE)
 
     @property
     def directions(self) -> FloatArray:
-        """What theta and eta were fitted along, (p + q, v + q)."""
+        """What theta and eta were fitted along, as columns, shape (p + q, v + q)."""
         return with_common(self.basis, len(self.eta))
 
     @property

@@ -74,6 +74,8 @@ def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
         The poses do not determine the model; the message says which directions are missing.
     FitFailed
         The iteration did not converge.
+    Contradiction
+        No gain fits all poses: their readings or references contradict each other.
     """
     equations = Equations(poses, model)
     theta = equations.start.theta(model)

@@ -90,6 +90,8 @@ def with_estimated_sds(poses: PoseSet, model: Model) -> PoseSet:
         There are no more equations than parameters, or the means show no noise at all.
     FitFailed
         By the fit.
+    Contradiction
+        By the fit.
     """
     typical = float(np.median(np.linalg.norm(poses.reading, axis=1)))
     sd = START_SD * typical

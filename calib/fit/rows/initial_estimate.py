@@ -22,18 +22,37 @@ SAME_MAGNITUDE = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """``matrix`` M (..., 3, 3), ``offset`` c (..., 3) of the linear form that fits start from."""
+    """The linear form ``M y + c`` that fits start from; of many sets with leading axes.
+
+    Parameters
+    ----------
+    matrix : array, shape (..., 3, 3)
+        M, upper triangular, without a unit.
+    offset : array, shape (..., 3)
+        c, m/s² or rad/s.
+    """
 
     matrix: FloatArray
     offset: FloatArray
 
     @property
     def bias(self) -> FloatArray:
-        """The nominal reading at which the corrected vector is zero, (3,)."""
+        """The nominal reading at which the corrected vector is zero, SI, shape (3,)."""
         return np.asarray(np.linalg.solve(self.matrix, -self.offset))
 
     def theta(self, model: Model) -> FloatArray:
-        """Start values (..., p): bias, scale, misalignment of the ellipsoid, 0 elsewhere."""
+        """Values of the parameters of a model to start from.
+
+        Parameters
+        ----------
+        model : Model
+            Of p parameters.
+
+        Returns
+        -------
+        array, shape (..., p)
+            Bias, scale and misalignment of the ellipsoid, 0 for every other effect.
+        """
         upper = self.matrix
         values = {
             "bias": -self.offset,
@@ -48,7 +67,17 @@ class Start:
 
 
 def start_of(poses: PoseSet) -> Start:
-    """The ellipsoid of the poses where they span one, else the data sheet."""
+    """The ellipsoid of the poses where they span one, else the data sheet.
+
+    Parameters
+    ----------
+    poses : PoseSet
+
+    Returns
+    -------
+    Start
+        Of single arrays, shapes (3, 3) and (3,).
+    """
     ellipsoid = _ellipsoid(*_one_magnitude(poses))
     return Start(np.eye(3), np.zeros(3)) if ellipsoid is None else Start(*ellipsoid)
 

@@ -79,7 +79,18 @@ class Problem:
 
 
 def with_common(basis: FloatArray, common: int) -> FloatArray:
-    """``basis`` (p, v) extended by the ``common`` errors, which are always fitted."""
+    """A basis of the parameters extended by the common errors, which are always fitted.
+
+    Parameters
+    ----------
+    basis : array, shape (p, v)
+    common : int
+        Their number q.
+
+    Returns
+    -------
+    array, shape (p + q, v + q)
+    """
     p, v = basis.shape
     full = np.zeros((p + common, v + common))
     full[:p, :v] = basis

@@ -139,7 +139,7 @@ class Equations:
 
     @cached_property
     def matrix_slopes(self) -> FloatArray:
-        """dM/dtheta of the linear form for the parameters of the reading, (p', 3, 3)."""
+        """dM/dtheta of the linear form for the p' parameters of the reading, shape (p', 3, 3)."""
         return matrix_slopes(self.on_reading)
 
     @cached_property
@@ -163,7 +163,7 @@ class Equations:
         return len(self.magnitude) + 3 * len(self.null)
 
     def conditions(self, vector: FloatArray) -> Conditions:
-        """What effects are evaluated on at ``vector``.
+        """What effects are evaluated on at the corrected vectors ``vector`` (n, 3), SI.
 
         In a null pose that is what it should read, not what it reads: scaled by an effect, its
         noise would look like a signal. The pose before stays as the start has it, so that rows
@@ -173,7 +173,20 @@ class Equations:
         return replace(self.at_start, vector=held)
 
     def whitened(self, vectors: FloatArray, s: FloatArray) -> FloatArray:
-        """Data rows (d, k) of errors ``vectors`` (n, 3, k) of the corrected vectors s (n, 3)."""
+        """What errors of the corrected vectors make of the data rows.
+
+        Parameters
+        ----------
+        vectors : array, shape (n, 3, k)
+            k errors of every vector, SI.
+        s : array, shape (n, 3)
+            The corrected vectors, SI.
+
+        Returns
+        -------
+        array, shape (d, k)
+            In sds of the rows.
+        """
         size = np.linalg.norm(s[self.magnitude], axis=1, keepdims=True)
         n = s[self.magnitude] / np.maximum(size, NO_LENGTH)
         along = np.einsum("ni,nik->nk", n, vectors[self.magnitude]) / self.magnitude_sd[:, None]
@@ -181,7 +194,7 @@ class Equations:
         return np.concatenate([along, rest.reshape(-1, vectors.shape[2])])
 
     def axes(self, theta: FloatArray) -> Axes:
-        """The sensitive axes at ``theta``."""
+        """The sensitive axes at ``theta`` (p,)."""
         if not len(self.reading_index):
             return ALIGNED
         return axes_of(np.eye(3) + np.tensordot(theta[self.reading_index], self.matrix_slopes, 1))
@@ -189,8 +202,7 @@ class Equations:
     def corrected(
         self, theta: FloatArray, shapes: Mapping[str, float], axes: Axes
     ) -> tuple[FloatArray, FloatArray]:
-        """The corrected vectors s (n, 3) at ``theta``, and the sensor's columns (n, 3, p'') there.
-        """
+        """The corrected vectors s (n, 3), SI, at ``theta`` (p,), and the sensor's columns there."""
         s = self.at_reading.vector - self.reading_columns @ theta[self.reading_index]
         columns = np.zeros((len(s), 3, self.model.size))
         if self.fixed:
@@ -230,7 +242,20 @@ class Equations:
         return np.concatenate(each, axis=1)[self.magnitude]
 
     def rows(self, theta: FloatArray, eta: FloatArray, shapes: Mapping[str, float]) -> WhitenedRows:
-        """Whitened residual and exact Jacobian at ``theta`` (p,), ``eta`` (q,)."""
+        """Whitened residual and exact Jacobian.
+
+        Parameters
+        ----------
+        theta, eta : array, shapes (p,) and (q,)
+            Parameters of the model, SI, and common errors in their sds.
+        shapes : mapping of str to float
+            Value of every shape parameter, by its effect.
+
+        Raises
+        ------
+        FitFailed
+            By the fixed point of the sensor's effects: they are larger than the readings.
+        """
         axes = self.axes(theta) if self.on_sensor else ALIGNED  # which nothing else depends on
         s, columns = self.corrected(theta, shapes, axes)
         errors, slope = vector_derivatives(self, theta, shapes, s, columns, axes)

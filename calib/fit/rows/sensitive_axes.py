@@ -45,7 +45,18 @@ class Axes:
     to_sensed: FloatArray
 
     def sensed(self, vector: FloatArray) -> FloatArray:
-        """What the sensitive axes feel, ``T⁻¹ s``, of vectors (n, 3) in orthogonal axes."""
+        """What the sensitive axes feel, ``T⁻¹ s``.
+
+        Parameters
+        ----------
+        vector : array, shape (n, 3)
+            s in orthogonal axes, SI.
+
+        Returns
+        -------
+        array, shape (n, 3)
+            In the same unit.
+        """
         return np.asarray(vector @ self.to_sensed.T)
 
 

@@ -54,9 +54,13 @@ class TriadCalibration:
         return self.fit.p_value
 
     def effect_values(self) -> dict[str, tuple[FloatArray, FloatArray]]:
-        """Value and sd of each added effect's parameters, the shape parameter last.
+        """Value and sd of each added effect's parameters, by its name.
 
-        A parameter that these poses see only in combination with others has no sd of its own (NaN).
+        Returns
+        -------
+        dict of str to (array, array), both shape (k,), or (k + 1,) with a shape parameter
+            In the unit of the effect, the shape parameter last in its own. A parameter that these
+            poses see only in combination with others has no sd of its own (NaN).
         """
         values = {}
         sd = np.where(self.fit.determined, np.sqrt(np.diag(self.fit.cov)), np.nan)
@@ -77,7 +81,23 @@ class TriadCalibration:
         return Correction(self.spec, self.fit.model, self.fit.theta, self.fit.shapes)
 
     def correct(self, at: Conditions) -> FloatArray:
-        """Corrected vectors for nominal readings ``at.vector`` and their conditions, (n, 3)."""
+        """Corrected vectors.
+
+        Parameters
+        ----------
+        at : Conditions
+            Of n nominal readings: ``at.vector`` (n, 3), m/s² or rad/s by the data sheet.
+
+        Returns
+        -------
+        array, shape (n, 3)
+            In the same unit.
+
+        Raises
+        ------
+        FitFailed
+            The effects are larger than the readings.
+        """
         return self.correction.correct(at)
 
 
@@ -169,7 +189,19 @@ def uncertainty_budget(calibration: TriadCalibration) -> Mapping[str, FloatArray
 
 
 def parameter_sds(calibration: TriadCalibration, cov: FloatArray) -> FloatArray:
-    """Sds of misalignment, bias and scale, (3, 3), where theta has the covariance ``cov``."""
+    """Sds of the nine parameters where theta has another covariance.
+
+    Parameters
+    ----------
+    calibration : TriadCalibration
+        Of a model of p parameters.
+    cov : array, shape (p, p)
+
+    Returns
+    -------
+    array, shape (3, 3)
+        Rows misalignment (rad), bias (counts), scale (counts per unit); columns x, y, z.
+    """
     fit = calibration.fit
     variance = np.diag(triad_parameters(fit.model, fit.theta, cov, calibration.spec).cov)
     return np.asarray(np.sqrt(np.maximum(variance, 0.0)).reshape(3, 3))  # 0 may round below 0

@@ -38,7 +38,7 @@ class Correction:
     shapes: Mapping[str, float]
 
     def linear_form(self) -> tuple[FloatArray, FloatArray]:
-        """M (3, 3) and c (3,) of ``M y + c``, which bias, scale and misalignment make up."""
+        """M (3, 3) and c (3,), SI, of ``M y + c``: what bias, scale and misalignment make up."""
         probes = np.vstack([np.zeros(3), np.eye(3)])
         at = Conditions.of_vectors(probes)
         effects = self.model.acting_on("reading")

@@ -33,12 +33,16 @@ LEAST_SINGULAR = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class FrameRotation:
-    """Gyro frame to accelerometer frame.
+    """The frame of the gyroscope in that of the accelerometer.
 
-    ``angles_rad`` and ``sd_rad`` (3,) of the rotation vector, so that to first order
-    ``v_accelerometer = v_gyro + angles × v_gyro``; ``lever_m`` and ``lever_sd_m`` (3,) of the
-    accelerometer from the axis, fixed in the case; ``placement_m`` the scatter of where the case
-    was put down.
+    Parameters
+    ----------
+    angles_rad, sd_rad : array, shape (3,)
+        Rotation vector and its sds: ``v_accelerometer = v_gyro + angles × v_gyro`` to first order.
+    lever_m, lever_sd_m : array, shape (3,)
+        The accelerometer from the axis of the plate, in the axes of the case, and its sds.
+    placement_m : float
+        Scatter of where the case was put down, m.
     """
 
     angles_rad: FloatArray

@@ -80,10 +80,21 @@ def pose_blocks(q: FloatArray, pose: IntArray) -> Iterator[tuple[IntArray, Float
 
 
 def left_out_residual(residual: FloatArray, jacobian: FloatArray, pose: IntArray) -> FloatArray:
-    """Whitened residual of every data row when its whole pose is left out of the fit, (d,).
+    """Whitened residual of every data row when its whole pose is left out of the fit.
 
-    ``pose`` (d,) numbers the poses of the data rows; prior rows may follow them in ``residual``
-    and ``jacobian``. Closed form: ``(I - H_bb)^-1 r_b`` for the rows b of a pose, H the hat matrix.
+    Closed form: ``(I - H_bb)^-1 r_b`` for the rows b of a pose, H the hat matrix.
+
+    Parameters
+    ----------
+    residual, jacobian : array, shapes (r,) and (r, k)
+        Whitened; prior rows may follow the d data rows.
+    pose : array of int, shape (d,)
+        Number of the pose of every data row.
+
+    Returns
+    -------
+    array, shape (d,)
+        In sds of the rows.
     """
     q = orthonormal_columns(jacobian)
     out = np.empty(len(pose))
@@ -96,11 +107,23 @@ def left_out_residual(residual: FloatArray, jacobian: FloatArray, pose: IntArray
 
 
 def left_out_square(residual: FloatArray, basis: FloatArray, pose: IntArray) -> FloatArray:
-    """By how much the sum of squares falls when a whole pose is left out of the fit, (n,).
+    """By how much the sum of squares falls when a whole pose is left out of the fit.
 
-    ``basis`` (r, k) is an orthonormal basis of what was fitted, ``residual`` (r,) perpendicular to
-    it, ``pose`` (d,) numbers the data rows' poses. Closed form: ``r_bᵀ (I - H_bb)⁻¹ r_b`` for the
-    rows b of a pose, along the directions in which the other poses say anything of it.
+    Closed form: ``r_bᵀ (I - H_bb)⁻¹ r_b`` for the rows b of a pose, along the directions in which
+    the other poses say anything of it.
+
+    Parameters
+    ----------
+    residual : array, shape (r,)
+        Whitened, perpendicular to ``basis``.
+    basis : array, shape (r, k)
+        Orthonormal basis of what was fitted.
+    pose : array of int, shape (d,)
+        Number of the pose of every data row.
+
+    Returns
+    -------
+    array, shape (n,)
     """
     fall = np.zeros(int(pose.max()) + 1)
     for rows, block in pose_blocks(basis, pose):
