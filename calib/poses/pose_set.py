@@ -102,11 +102,8 @@ class PoseSet:
             label=self.label + other.label,
             run=self.run + other.run,
             reference=join_references([self.reference, other.reference]),
-            columns={
-                name: np.concatenate([values, other.columns[name]])
-                for name, values in self.columns.items()
-                if name in other.columns
-            },
+            columns={name: np.concatenate([values, other.columns[name]])
+                     for name, values in self.columns.items() if name in other.columns},
             notes=tuple(dict.fromkeys((*self.notes, *other.notes))),
             sd_dof=self.sd_dof,
             **{
