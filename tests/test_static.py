@@ -24,3 +24,10 @@ def test_the_tree_is_clean(checker: list[str]) -> None:
 @pytest.mark.parametrize("bench", sorted(path.stem for path in (ROOT / "tests/bench").glob("*.py")))
 def test_every_bench_goes_with_what_it_measures(bench: str) -> None:
     importlib.import_module(f"tests.bench.{bench}")
+
+
+def test_every_bench_that_is_run_stands_in_the_table() -> None:
+    table = (ROOT / "tests/bench/README.md").read_text(encoding="utf-8")
+    benches = {path.stem for path in (ROOT / "tests/bench").glob("*.py")
+               if "__main__" in path.read_text(encoding="utf-8")}
+    assert {name for name in benches if f"`{name}`" not in table} == set()

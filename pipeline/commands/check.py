@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 def command(config: Path, as_json: bool, quiet: bool) -> None:
     """Validate CONFIG, read its logs, and list every error with its line.
 
-    The command averages the poses and fits the models as `pipeline run` does, and refuses what that
-    would refuse, but for what the clips decide; it also refuses planned poses (the section
-    `record`) that cannot determine the model. It opens no clip, runs no Python and writes nothing.
+    The command averages the poses and fits the models as `pipeline run` does, and makes the same
+    checks except those that need the clips. It also refuses planned poses (the section `record`)
+    that cannot determine the model. It opens no clip, runs no Python and writes nothing.
     """
     from calib.errors import CalibrationError
     from pipeline.console.triad_text import summary_json, summary_lines

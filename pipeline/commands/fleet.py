@@ -31,12 +31,12 @@ def command(
     pattern: str, output: Path, scheduler: str | None, workers: int | None, reports: bool,
     as_json: bool, quiet: bool, allow_python: bool,
 ) -> int:
-    """Run many sessions, and put all of them into one table.
+    """Run many sessions, and write one table of all of them.
 
-    GLOB, in quotes, is a pattern of configurations. {sensor} in it stands like * for any text and
-    names the sensor, so that evenings of the same sensor are compared. A session that fails is in
-    the table with its reason and stops nothing. Typed again, the command goes on where it stopped:
-    sessions whose files have not changed are not run again.
+    GLOB, in quotes, is a pattern of configurations. {sensor} in it matches any text, as * does, and
+    this text names the sensor: the command compares the sessions of a sensor with each other. A
+    session that fails does not stop the others; the table states the reason. If you type the
+    command again, it continues where it stopped and runs only sessions whose files have changed.
     """
     from pipeline.commands.interaction.progress import SessionProgress
     from pipeline.errors import BUG, DONE

@@ -108,7 +108,7 @@ def poses(section: Values) -> Problems:
     """Files, long logs or a table of means, and columns that fit them."""
     yield from _one_of(section, "log", "files", "means")
     if "log" in section and "find" not in section:
-        yield "find", "is missing: say `find: still` to find the still parts of the log"
+        yield "find", "is missing: write `find: still` to search the log for static intervals"
     if "files" in section and "find" in section:
         yield "find", "only for `log`; each of `files` is one pose"
     if "means" in section and "find" in section:
@@ -171,7 +171,7 @@ def user_effect(section: Values) -> Problems:
 def record(section: Values) -> Problems:
     """A line's pattern, where and only where lines are read by one."""
     if section.get("device") == "lines" and "pattern" not in section:
-        yield "pattern", ("is missing; say what a line looks like, as in "
+        yield "pattern", ("is missing; describe a line, as in "
                           "'{time_ms},{acc_x},{acc_y},{acc_z},{gyr_x},{gyr_y},{gyr_z}'")
     if "pattern" in section and section.get("device") != "lines":
         yield "pattern", "only for `device: lines`; the other devices are known. Delete it"

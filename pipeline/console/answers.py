@@ -207,7 +207,7 @@ def _nothing_wrong(result: TriadResult) -> str:
 
 
 def _aside(result: TriadResult) -> str:
-    """The logged columns that were not taken for causes, as a sentence; empty without any."""
+    """The logged columns that the diagnosis does not use, as a sentence; empty without any."""
     columns = result.diagnosis.aside
     if not columns:
         return ""

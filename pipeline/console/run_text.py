@@ -17,13 +17,13 @@ from calib.poses.imu_log import AXES, SI_UNIT
 from pipeline.console.exclude_text import lines_to_exclude
 from pipeline.console.mounting_text import mounting_text
 from pipeline.console.rate_text import rate_verdict
+from pipeline.results.triad import WORST_POSES
 from pipeline.stages.poses import Recordings
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, NAME_WIDTH, count, with_sd
 from pipeline.text.tables import table_lines
 
-WORST_POSES = 3  #: poses that `pipeline diagnose` names
 RANKED = 6  #: candidates that `pipeline diagnose` shows
 
 
@@ -261,9 +261,9 @@ def unseen_text(result: TriadResult) -> str:
 
 
 def aside_text(columns: Sequence[str]) -> str:
-    """Which logged columns were not taken for causes, and how to make them one."""
+    """Which logged columns the diagnosis does not use, and how to change that."""
     return (
-        f"logged columns not taken for causes, since they follow the attitude, the journey or the "
-        f"clock: {', '.join(columns)}; `covariates: [{columns[0]}]` in the configuration makes "
-        f"the columns that it lists the possible causes"
+        f"logged columns that the diagnosis does not use, because their names state an attitude, a "
+        f"position, a velocity or a clock: {', '.join(columns)}; `covariates: [{columns[0]}]` in "
+        f"the configuration lists the columns to use"
     )

@@ -138,7 +138,7 @@ def _unlike(population: TriadPopulation, reports: bool) -> list[dict[str, Any]]:
 
 
 def _moved(population: TriadPopulation, reports: bool) -> list[dict[str, Any]]:
-    """Sensors whose evenings differ by more than is stated, the largest first."""
+    """Sensors whose sessions differ by more than is stated, the largest first."""
     rows = []
     for i, sensor in enumerate(population.sensors):
         moved = [each for each in population.repeats if each.moved[i]]

@@ -43,7 +43,7 @@ class TriadPopulation:
     spreads : tuple of Spread
         Of each parameter that was fitted.
     repeats : tuple of Repeatability
-        The same over the evenings of each sensor; empty where no sensor has two.
+        The same over the sessions of each sensor; empty where no sensor has two.
     pool : Pool or None
         What is missing in the lot; None where no evidence is kept.
     """

@@ -83,13 +83,13 @@ def copies_text(population: TriadPopulation) -> str:
 
 
 def repeat_text(population: TriadPopulation) -> str:
-    """Whether the stated sds hold from evening to evening, in one sentence."""
+    """Whether the stated sds hold from session to session, in one sentence."""
     if not population.repeats:
         return ("No sensor has two sessions, so that nothing is known of its repeatability. "
                 "{sensor} in the pattern names the sensor of a session.")
     worst = max(population.repeats, key=lambda each: each.birge)
     if worst.p_value * len(population.repeats) < FALSE_ALARM:
-        return (f"Parameters differ from evening to evening by more than is stated: {worst.name} "
+        return (f"Parameters differ from session to session by more than is stated: {worst.name} "
                 f"by {worst.birge:.1f} times its sd (Birge ratio, {worst.dof} degrees of freedom).")
-    return (f"The stated sds hold from evening to evening: the largest Birge ratio is "
+    return (f"The stated sds hold from session to session: the largest Birge ratio is "
             f"{worst.birge:.2f} ({worst.name}, {worst.dof} degrees of freedom).")

@@ -30,7 +30,7 @@ def test_what_was_set_aside_is_said_with_the_key_that_names_it(
     named = variant(damp, "aside", "covariates: [temperature_c]")
     assert pipeline("diagnose", named) == 0
     said = capsys.readouterr().out
-    assert "logged columns not taken for causes" in said
+    assert "logged columns that the diagnosis does not use" in said
     assert "humidity_pct" in said
     assert "`covariates: [" in said
 
