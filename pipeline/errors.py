@@ -26,8 +26,9 @@ import traceback
 from types import TracebackType
 from typing import ClassVar
 
+#: Exit codes; their meaning stands above, and in `pipeline --help`.
 DONE, BUG, USAGE, UNREADABLE, UNDETERMINED, FIT_FAILED, DEVICE = range(7)
-INTERRUPTED = 130
+INTERRUPTED = 130  #: 128 and the number of SIGINT, as shells report it
 SHOWN_PATH = 200  #: characters of a path that a message repeats
 INTERRUPTED_SAYS = "Interrupted. Every file is either complete or unchanged."
 

@@ -5,7 +5,6 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Callable, Iterable, Iterator
-from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import Any
@@ -15,44 +14,13 @@ import pytest
 from pipeline.commands import COMMANDS
 from tests.import_contract import EXTRAS, FLOORS, HOME, MAY_IMPORT
 from tests.paths import ROOT
+from tests.source_tree import FILES, PACKAGES, TEST_FILES, begins, imports, module_name, tree_of
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-PACKAGES = ("pipeline", "vision", "calib")
 LONGEST_FILE = 300  #: lines
 
 #: No result is called so: a name says what a thing is, not how it was come by.
 NO_RESULTS = {"found", "given", "own", "says", "taken", "asked", "left", "made"}
-
-
-def module_name(path: Path) -> str:
-    parts = path.relative_to(ROOT).with_suffix("").parts
-    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
-
-
-FILES = {module_name(path): path for package in PACKAGES
-         for path in sorted((ROOT / package).rglob("*.py"))}
-TEST_FILES = {module_name(path): path for path in sorted((ROOT / "tests").rglob("*.py"))}
-
-
-@cache
-def tree_of(module: str) -> ast.Module:
-    """Parsed when a test asks: every process of the tests collects this file."""
-    return ast.parse((FILES | TEST_FILES)[module].read_text(encoding="utf-8"))
-
-
-def imports(tree: ast.AST) -> Iterator[tuple[str, str | None]]:
-    """Module and, for ``from`` imports, name of every import, also those inside functions."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from ((alias.name, None) for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"line {node.lineno}: imports are absolute"
-            yield from ((node.module or "", alias.name) for alias in node.names)
-
-
-def begins(name: str, home: str) -> bool:
-    """``pipeline.config.rules`` begins with ``pipeline.config``, ``pipeline.configure`` not."""
-    return name == home or name.startswith(f"{home}.")
 
 
 def of_each(names: Iterable[Any]) -> Callable[[Callable[[Any], None]], Callable[[], None]]:
@@ -236,7 +204,7 @@ def undocumented_numbers(module: str) -> Iterator[str]:
             yield f"{module}:{node.lineno}: {name}"
 
 
-@of_each([name for name in FILES if not begins(name, "pipeline")])
+@of_each(FILES)
 def test_a_constant_says_what_it_is_and_where_it_comes_from(module: str) -> None:
     """By a docstring below it or a comment beside it; thresholds may stand in a frozen record."""
     assert list(undocumented_numbers(module)) == []

@@ -9,7 +9,7 @@ from pipeline.commands.interaction.arguments import Finite, PathArgument
 from pipeline.playback import PROTOCOLS, Protocol
 
 LONGEST_S = 86_400.0  #: a day
-SHARE = Finite(min=0, max=1)
+SHARE = Finite(min=0, max=1)  #: by definition
 
 
 @click.command(epilog=examples(

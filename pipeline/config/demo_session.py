@@ -40,6 +40,8 @@ def copy_session(folder: Path) -> Path:
     ------
     UnwritableOutput
         ``folder`` exists and holds something, or cannot be written.
+    UnreadableInput
+        The session is not among the files of the installation.
     """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise UnwritableOutput(f"{folder}: exists and is left as it is. Name another folder, as in "

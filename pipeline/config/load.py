@@ -86,7 +86,13 @@ def load_config(path: Path, *, files_may_be_missing: bool = False) -> Config:
 
 
 def parse_config(path: Path, text: str) -> Config:
-    """Check ``text`` as if it stood in the file ``path``; errors as :func:`load_config`."""
+    """Check ``text`` as if it stood in the file ``path``; errors as :func:`load_config`.
+
+    Raises
+    ------
+    ConfigError
+        With a paragraph for each mistake.
+    """
     return _checked(parse_source(path, text), False)
 
 

@@ -13,7 +13,7 @@ from pipeline.text.tables import table_lines
 from vision.rate.term_pages import TERM_PAGES
 from vision.rate.terms import MEANING, TERMS, UNITS
 
-WIDTH = 92
+WIDTH = 92  #: characters of a page that is not shown on a terminal; chosen
 PLACES = {
     "reading": "the raw reading: it is one of the nine parameters of the linear form",
     "sensor": "the corrected vector; all effects are fitted jointly",

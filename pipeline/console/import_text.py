@@ -12,9 +12,9 @@ from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
 from pipeline.text.formatting import count
 from pipeline.text.tables import table_lines
 
-ROWS_SHOWN = 3
+ROWS_SHOWN = 3  #: first rows of a table: enough to see a unit by; chosen
 LONGEST_NAMES = 44  #: characters of a triad's columns
-TABLES_SHOWN = 3
+TABLES_SHOWN = 3  #: of many files alike; chosen
 
 
 def guess_lines(guess: SessionGuess) -> Iterator[str]:

@@ -17,7 +17,7 @@ ROWS = {
                       ("random_walk", "random walk [mm/s²/√h]", 60_000.0),
                       ("rate_ramp", "ramp [mm/s²/h]", 3_600_000.0)),
 }
-CELL = 17
+CELL = 17  #: characters: the longest value ± sd, as 1.234e-05 ± 3e-06
 
 
 def noise_lines(

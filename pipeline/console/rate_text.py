@@ -16,7 +16,7 @@ from vision.rate.terms import ALWAYS
 if TYPE_CHECKING:
     from vision.phase_track import RateHistory
 
-MOST_ROWS = 20
+MOST_ROWS = 20  #: lines of rate against time, less than a screen of 24
 COMPLETE = "nothing_missing"  #: verdict on a clip whose rate model describes it
 
 

@@ -47,7 +47,7 @@ def cut_between_words(line: str, columns: int) -> str:
 
     >>> print(cut_between_words("logs            36 poses averaged", 30))
     logs            36 poses
-                    averaged
+                averaged
     """
     plain = re.sub(FACE, "", line)
     if len(plain) <= columns or COMMAND.match(plain) or os.path.lexists(plain):

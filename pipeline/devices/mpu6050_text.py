@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from pipeline.devices.sample import COUNTS, NOT_SENT, DeviceClock, Sample, Triple
 from pipeline.devices.sketch_lines import (
     HEADER,
-    MICROS,
     header_settings,
     is_sketch_line,
     parse_sketch_line,
@@ -19,6 +18,7 @@ from pipeline.devices.sketch_lines import (
 from pipeline.devices.text_dialects import (
     ARDUINO_STAMP,
     BLOCK_LINES,
+    MICROS,
     PLOTTER,
     PLX_DAQ,
     RAW,

@@ -6,6 +6,7 @@ from typing import Protocol
 
 Triple = tuple[float, float, float]
 NOT_SENT: Triple = (math.nan, math.nan, math.nan)
+CLOCK_MODULUS = 1 << 32  #: fact: the clocks of Arduinos and the fine time of an Xsens have 32 bits
 
 COUNTS = "counts"  #: unit of readings straight from the converter
 AS_LABELLED = "unit not stated"  #: unit of readings whose line states none

@@ -10,11 +10,10 @@ everything before the ``*``, as two hexadecimal digits.
 
 import re
 
-from pipeline.devices.sample import DeviceClock, Sample
+from pipeline.devices.sample import Sample
 
 HEADER = "#turntable "
-MICROS = DeviceClock("board microseconds", 1e-6, 1 << 32)
-POLYNOMIAL = 0x07
+POLYNOMIAL = 0x07  #: of the CRC-8 above, without its leading term
 
 _WORD = r"(-?\d{1,5})"
 _LINE = re.compile(rf"(S,(\d{{1,10}}),(\d{{1,10}}),{','.join([_WORD] * 7)})\*([0-9A-Fa-f]{{2}})")

@@ -51,6 +51,8 @@ class Device:
 
 
 ARDUINO_BAUDS = (115200, 38400, 9600, 57600, 250000, 230400, 19200)
+"""Speeds that sketches open their port with; 115200 is that of this project's, 38400 that of
+i2cdevlib's MPU6050_raw, 9600 that of Arduino's own examples."""
 
 DEVICES: Mapping[str, Device] = {
     "xsens-mti": Device("Xsens MTi, legacy protocol, raw readings", (115200, 460800, 230400),

@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from pipeline.devices.sample import AS_LABELLED, COUNTS, DeviceClock
+from pipeline.devices.sample import AS_LABELLED, CLOCK_MODULUS, COUNTS, DeviceClock
 from pipeline.logs.columns import ACCELEROMETER, COUNTER, GYROSCOPE, SKIP, TIME, our_name
 
 N = r"([-+]?\d{1,9}(?:\.\d{0,9})?(?:[eE][-+]?\d{1,2})?)"
@@ -84,8 +84,8 @@ class HeaderTable:
     unit: str
 
 
-MILLIS = DeviceClock("board milliseconds", 1e-3, 1 << 32)
-MICROS = DeviceClock("board microseconds", 1e-6, 1 << 32)
+MILLIS = DeviceClock("board milliseconds", 1e-3, CLOCK_MODULUS)
+MICROS = DeviceClock("board microseconds", 1e-6, CLOCK_MODULUS)
 SECONDS = DeviceClock("board seconds, in microseconds", 1e-6, None)
 ROWS = DeviceClock("row counter", None, None)
 

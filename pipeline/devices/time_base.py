@@ -18,6 +18,9 @@ from pipeline.devices.sample import DeviceClock
 FloatArray = NDArray[np.float64]
 
 STRETCHES = 120
+"""Of a stream, one arrival of each. For ten minutes of simulated bursts, those of the test of this
+module, the step errs 1.4 times as much with half as many and 1.1 times with twice as many."""
+
 EARLIEST_SHARE = 0.1  #: of the stretches' earliest arrivals lie below the line
 
 

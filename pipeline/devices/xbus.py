@@ -6,7 +6,7 @@ the next two bytes hold the length. (Xsens, MTi and MTx User Manual, MT0100P, p.
 
 from dataclasses import dataclass
 
-PREAMBLE, BUS = 0xFA, 0xFF
+PREAMBLE, BUS = 0xFA, 0xFF  #: fact: the first two bytes of every message of a single device
 START = bytes([PREAMBLE, BUS])
 EXTENDED = 0xFF  #: the LEN that is followed by a length of two bytes
 LONGEST_DATA = 2048  #: a longer length is taken for damage: no message of these devices has it

@@ -10,11 +10,11 @@ import struct
 from pipeline.devices.sample import COUNTS, DeviceClock, Sample
 from pipeline.devices.xbus import Message, XbusReader
 
-MTDATA = 0x32
+MTDATA = 0x32  #: fact: its message identifier
 RAW = struct.Struct(">9Hh")
 RAW_COUNTED = struct.Struct(">9HhH")
 COUNTER = DeviceClock("sample counter", None, 1 << 16)
-TEMPERATURE_STEP_C = 1 / 256
+TEMPERATURE_STEP_C = 1 / 256  #: fact, of the raw temperature word
 
 
 def raw_sample(words: tuple[int, ...], ticks: int | None) -> Sample:

@@ -9,17 +9,19 @@ import math
 import struct
 from collections.abc import Iterator
 
-from pipeline.devices.sample import COUNTS, NOT_SENT, DeviceClock, Sample, Triple
+from pipeline.devices.sample import CLOCK_MODULUS, COUNTS, NOT_SENT, DeviceClock, Sample, Triple
 from pipeline.devices.xbus import Message, XbusReader
 from pipeline.devices.xsens_mtdata import RAW, raw_sample
 
+#: Facts of the protocol: the message identifier, and DataIDs.
 MTDATA2 = 0x36
-PACKET_COUNTER, SAMPLE_TIME_FINE = 0x1020, 0x1060
-RAW_ALL, TEMPERATURE, ACCELERATION, RATE_OF_TURN = 0xA010, 0x0810, 0x4020, 0x8020
+PACKET_COUNTER, SAMPLE_TIME_FINE = 0x1020, 0x1060  # 16 bits; ticks of 100 µs
+RAW_ALL, TEMPERATURE = 0xA010, 0x0810  # readings of the converters; °C
+ACCELERATION, RATE_OF_TURN = 0x4020, 0x8020  # m/s² and rad/s
 KIND = 0xFFF0  #: of a DataID; the low four bits are number format and frame
 
 COUNTER = DeviceClock("packet counter", None, 1 << 16)
-FINE = DeviceClock("sample time fine", 1e-4, 1 << 32)
+FINE = DeviceClock("sample time fine", 1e-4, CLOCK_MODULUS)
 SI = "m/s², rad/s"
 
 

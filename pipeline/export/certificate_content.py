@@ -31,7 +31,7 @@ from pipeline.text.formatting import (
 from pipeline.text.model_name import short_model
 from pipeline.text.names import DISTRIBUTION
 
-HASH_DIGITS = 16
+HASH_DIGITS = 16  #: hexadecimal; two of a million files agree by chance with a probability of 3e-8
 _MINUS = re.compile(r"(?<![\w.])-(?=\d)|(?<=\de)-(?=\d)")
 NOT_RECORDED = "not recorded"
 

@@ -21,8 +21,8 @@ from pipeline.results.read import Stored
 from pipeline.text.formatting import count
 
 FILE_NAME = "certificate.pdf"
-MARGIN, GAP = 16.0, 8.0  #: mm
-TOP, BOTTOM = 17.0, HEIGHT - 12.0
+MARGIN, GAP = 16.0, 8.0  #: mm; layout
+TOP, BOTTOM = 17.0, HEIGHT - 12.0  #: mm, of the title and of the foot; layout
 LINE_HEIGHT, ROW = 4.3, 9.2  #: of a table's line, of a row of parameters
 PLOT = (24.0, 72.0)  #: least and largest height of a chart
 VERDICT_LINES, SIZE = 6, 6.8  #: of a verdict at most; of the text, pt

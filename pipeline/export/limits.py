@@ -14,11 +14,10 @@ from calib.effects.effect import Effect
 from calib.errors import UnusableLog
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray, ImuLog
+from calib.poses.rest_candidates import FEWEST_SAMPLES, WINDOW_S
 from pipeline.export.apply import Applied, apply_results, at_the_rails
 from pipeline.results.read import Stored, StoredTriad
 
-WINDOW_S = 0.5
-FEWEST_SAMPLES = 12  #: of a window, and of a log of which an axis can be called stuck
 QUIETEST = 0.25
 """Share of the windows that count as rest, and the median of these is what counts: a vehicle that
 never stands still is quiet where it moves evenly, and there the force is gravity too."""
@@ -100,7 +99,13 @@ def _magnitude_at_rest(time_s: FloatArray, force: FloatArray) -> float:
 
 
 def warnings_of(stored: Stored, log: ImuLog, session_clock: bool) -> Iterator[str]:
-    """What of this log lies beyond what the calibration has seen, a paragraph each."""
+    """What of this log lies beyond what the calibration has seen, a paragraph each.
+
+    Raises
+    ------
+    UnusableLog, Undetermined
+        By the correction of the log, as :func:`pipeline.export.apply.apply_results`.
+    """
     for each in stored.triads:
         if not log.has(each.triad):
             continue
@@ -165,15 +170,15 @@ def _consequence(
     stored: Stored, log: ImuLog, name: str, bounds: tuple[float, float], named: list[str]
 ) -> str:
     if not named:
-        return "What the readings change by with it there is not known and not corrected."
+        return "The effect of these values on the readings is unknown and not corrected."
     if name not in log.columns:
         return f"There {' and '.join(named)} is extrapolated."
     inside = replace(log, columns={**log.columns, name: np.clip(log.columns[name], *bounds)})
     full, clipped = (apply_results(stored, each).triads for each in (log, inside))
     parts = [f"{np.abs(full[triad] - clipped[triad]).max():.2g} {SI_UNIT[triad]} of the {triad}"
              for triad in full if not np.array_equal(full[triad], clipped[triad])]
-    return (f"There {' and '.join(named)} is extrapolated: up to {' and '.join(parts) or '0'} rest "
-            f"on it alone.")
+    return (f"There {' and '.join(named)} is extrapolated; this changes the result by up to "
+            f"{' and '.join(parts) or '0'}.")
 
 
 def _beyond_readings(each: StoredTriad, stored: Stored, log: ImuLog) -> Iterator[str]:

@@ -5,7 +5,6 @@ force gravity along every face, edge and corner; of time and of every logged col
 the poses.
 """
 
-import itertools
 import math
 from collections.abc import Iterable
 
@@ -13,11 +12,11 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.fit.rows.sensitive_axes import Axes, sensor_columns
+from calib.poses.attitudes import natural_directions
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from pipeline.results.read import Stored, StoredTriad
 
-DIRECTIONS = np.array([each for each in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(each)])
 #: Effects whose conditions a results.json does not hold: what they add cannot be evaluated.
 UNKNOWN = ("previous", "vibration")
 
@@ -69,7 +68,7 @@ def session_conditions(
         return whole
     accelerometer = stored.contents["accelerometer"]
     gravity = 9.81 if accelerometer is None else accelerometer["gravity"]["value_m_s2"]
-    units = DIRECTIONS / np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)
+    units = natural_directions()
     rows = np.repeat(np.arange(len(whole)), len(units))
     repeated = whole.take(rows)
     force = np.tile(gravity * units, (len(whole), 1))

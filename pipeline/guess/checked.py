@@ -11,9 +11,10 @@ from pipeline.guess.config_text import WHOLE_MODEL, Choices, config_text
 from pipeline.guess.session import SessionGuess
 from pipeline.stages.run import Outcome
 
-MOST_TRIES = 8
 MODELS = (WHOLE_MODEL, ("bias", "scale"), ("bias",))
 TRIADS = ("accelerometer", "gyroscope")
+MOST_TRIES = len(TRIADS) * len(MODELS) + 1
+"""Derived: for each triad every smaller model and its removal, and the last try."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,6 @@ from pipeline.logs.columns import SECONDS_PER, TIME, TimeUnit, our_name
 
 #: Seconds since 1970 from 2001 to 2128, in each unit.
 EPOCH_S = (1e9, 5e9)
-USUAL_LOGGER_HZ = (15.0, 2500.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,13 +94,11 @@ def _unit(name: str, ticks: FloatArray) -> tuple[TimeUnit | None, str, str]:
         return stated, "its name states the unit", ""
     if since_1970 and (since_1970[0] in likely or not likely):
         return since_1970[0], "it counts from 1970", ""
-    best = [unit for unit in likely if USUAL_LOGGER_HZ[0] <= 1 / (usual * SECONDS_PER[unit])
-            <= USUAL_LOGGER_HZ[1]] or likely
-    if not best:
+    if not likely:
         return "s", rate, f"{rate} make no usual sample rate in any unit"
     doubt = ""
     if stated is not None:
-        doubt = f"its name states {stated}, but {rate} are usual in {best[0]} only"
-    elif len(best) > 1:
-        doubt = f"{rate} are usual in {' and in '.join(best)}"
-    return best[0], rate, doubt
+        doubt = f"its name states {stated}, but {rate} are usual in {likely[0]} only"
+    elif len(likely) > 1:
+        doubt = f"{rate} are usual in {' and in '.join(likely)}"
+    return likely[0], rate, doubt

@@ -14,7 +14,9 @@ from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.poses.imu_log import FloatArray
 
 COUNTS_PER_G = (16384, 8192, 4096, 2048, 1024, 512, 256)
+"""Facts: 16 bits over ±2, 4, 8 and 16 g; 12 bits over ±2 and 4 g; 10 bits over ±2 g."""
 COUNTS_PER_DEG_S = (131.072, 65.536, 32.768, 16.384)
+"""Facts: 16 bits over ±250, 500, 1000 and 2000 °/s."""
 RATE_UNITS = {"rad_s": 1.0, "deg_s": math.radians(1), "mrad_s": 1e-3, "mdeg_s": math.radians(1e-3)}
 RECORD_RPM = (100 / 6, 100 / 3, 45.0, 78.26)
 """Of record players; the slowest and the last one from gramophones."""
@@ -30,8 +32,11 @@ LOOSEST, LOOSEST_SPREAD = 1.8, 0.7
 in a hand half of the readings are accelerated."""
 
 PHYSICAL_PER_G = (("m_s2", STANDARD_GRAVITY_M_S2), ("g", 1.0), ("mg", 1000.0))
-CODES = 65536.0
+CODES = 65536.0  #: fact: of a converter of 16 bits
 MOST_INNER = 0.7
+"""Share of readings in the inner half of the codes from which zero is in the middle, not at the
+ends. Tuned: ``tests.bench.study_import``, half changes no set, double one of 37."""
+
 LEAST_AGREEMENT = 0.5
 """Correlation of the turns by gyroscope and by gravity from which their ratio is a unit: the units
 in use lie a factor of 57 apart."""
@@ -39,9 +44,13 @@ in use lie a factor of 57 apart."""
 LEAST_TURN = 0.02
 """Change of the direction of gravity from block to block, rad, that is no noise."""
 
-MEDIAN_OF_NORMAL = 0.6745
+MEDIAN_OF_NORMAL = 0.6745  #: fact: median of the absolute value of a standard normal number
 BLOCK_S = 0.1
+"""Within it a hand turns by less than a right angle, and noise averages out. Tuned:
+``tests.bench.study_import``, half changes two and double three of 37 sets."""
 FEWEST_TURNS = 8
+"""Blocks that turn. Derived: among their 24 components a correlation of ``LEAST_AGREEMENT`` is
+chance in one of 78 (t = 2.7). Half and double change nothing in ``tests.bench.study_import``."""
 
 
 def decoded(values: FloatArray) -> tuple[FloatArray, str]:

@@ -10,11 +10,13 @@ from calib.errors import CalibrationError
 from calib.poses.averaging import average_pose
 from calib.poses.data_sheet import TriadSpec
 from pipeline.guess.magnitudes import record_rpm
-from pipeline.guess.table_guess import TableGuess
+from pipeline.guess.table_guess import FEWEST_MEANS, TableGuess
 from pipeline.guess.triads import TriadGuess
 
-FEWEST_FILES = 6
 MOST_POSE_S = 120.0
+"""A longer file is a log of many poses. Half and double change nothing in
+``tests.bench.study_import``; chosen."""
+
 SI = TriadSpec(float("inf"), 0, "si")
 RECORD_SD = 0.003
 """Relative sd of a record player's nominal speed: what belt drives and worn idlers are off by."""
@@ -118,7 +120,7 @@ def _setting(table: TableGuess) -> tuple[str | None, float]:
 def _layout(tables: Sequence[TableGuess]) -> Layout:
     """Files of one pose each, or long logs that hold many."""
     alone = [table for table in tables if table.accelerometer] or list(tables)
-    if len(alone) < FEWEST_FILES:
+    if len(alone) < FEWEST_MEANS:
         return "log"
     return "files" if sum(map(_is_pose, alone)) > len(alone) / 2 else "log"
 

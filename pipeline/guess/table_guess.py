@@ -23,12 +23,12 @@ from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SECONDS_PER, SKIP, TIME, our_name
 from pipeline.stages.session_logs import CELSIUS
 
-MOST_MEANS = 500
+MOST_MEANS = 500  #: at ten seconds each they take a hand an hour and a half; tuned
 MEANS_APART = np.radians(5.0)
 """Between one row and the next of a table of pose means; no sensor is turned so fast that its
 samples lie so far apart in half of the log."""
 
-FEWEST_MEANS = 6
+FEWEST_MEANS = 6  #: fact: the parameters of bias and scale, one equation a pose
 #: Names of files in which phone apps write what they compute from the sensors, and other sensors.
 OTHER_FILES = {"gravity", "orientation", "magnetometer", "magnetometeruncalibrated", "compass",
                "barometer", "location", "linear acceleration", "linearacceleration", "pedometer"}

@@ -100,10 +100,19 @@ def sample_times(
 
 
 def without_wraps(ticks: FloatArray) -> FloatArray:
-    """A counter's values (t,) as if it never began again.
+    """A counter's values as if it never began again.
 
     A step back is a wrap where it is one whole period of a counter (or a day) short of a usual
     step; any other step back is left for the caller to refuse.
+
+    Parameters
+    ----------
+    ticks : array, shape (t,)
+
+    Returns
+    -------
+    array, shape (t,)
+        In the same unit.
     """
     step = np.diff(ticks)
     back = np.flatnonzero(step < 0)

@@ -113,7 +113,12 @@ def column_names(path: Path, columns: ColumnNames | None = None) -> list[str]:
 def read_tables(path: Path, columns: ColumnNames | None = None) -> list[LogTable]:
     """Read the columns of one log file; several tables where its triads stand apart.
 
-    Parameters and errors are those of :func:`read_log`.
+    Parameters are those of :func:`read_log`.
+
+    Raises
+    ------
+    UnreadableInput
+        As :func:`read_log`, or the file is one table of text and ``path`` names a member of it.
     """
     file, member = split_member(path)
     kind = kind_of(file)

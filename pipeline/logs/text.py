@@ -155,7 +155,13 @@ def raw_text(path: Path, lines: list[str]) -> LogText | None:
 
 
 def table_of(text: LogText) -> dict[str, FloatArray]:
-    """The columns of a text that are read, as they stand in the file."""
+    """The columns of a text that are read, as they stand in the file, each of shape (t,).
+
+    Raises
+    ------
+    UnreadableInput
+        A cell is no number.
+    """
     return {name: column for name, column in zip(text.names, numbers_of(text).T, strict=True)
             if name != SKIP}
 

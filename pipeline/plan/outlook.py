@@ -53,9 +53,22 @@ NoiseSource = Literal["measured", "typical", "unknown"]
 class TriadPlan:
     """The outlook of one triad.
 
-    ``at_hand`` is judged on the recorded poses, ``complete`` with the missing ones added; either
-    is the words of a refusal where poses do not determine the model, or None where there are none.
-    ``not_planned`` says which effects of the model the plan leaves out, and why.
+    Parameters
+    ----------
+    triad : str
+    settings : tuple of PlannedSetting
+    noise : str
+        Where ``noise_sd`` comes from: ``measured``, ``typical`` or ``unknown``.
+    noise_sd : array, shape (3,)
+        Sd of the mean of one second of readings, SI.
+    at_hand, complete : Prospect, str or None
+        Judged on the recorded poses, and with the missing ones added: the words of a refusal where
+        poses do not determine the model, None where there are none.
+    next_pose : BestPose
+    saturates : tuple of str
+        Warnings of settings at which the converter would saturate.
+    not_planned : mapping of str to str
+        Effects of the model that the plan leaves out, and why.
     """
 
     triad: Triad
@@ -75,7 +88,15 @@ class TriadPlan:
 
 
 def plan_of(config: Config, allow_python: bool = False) -> Iterator[TriadPlan]:
-    """The outlook of every triad that the configuration fits, user-defined effects included."""
+    """The outlook of every triad that the configuration fits, user-defined effects included.
+
+    Raises
+    ------
+    ConfigError, UnreadableInput
+        A log, a table of means or a user-defined effect cannot be read.
+    Undetermined
+        By the recorded poses: too short, saturated, or moved.
+    """
     known: dict[Setting, PlannedSetting] = {}
     if config.accelerometer:
         yield _triad_plan(config, "accelerometer", [planned_setting(

@@ -18,6 +18,8 @@ def require_planned(config: Config) -> None:
     ------
     Undetermined
         With what is missing, and what to change.
+    ConfigError, UnreadableInput
+        As :func:`pipeline.plan.outlook.plan_of`.
     """
     if config.record is None:
         return

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.errors import CalibrationError
-from calib.poses.attitudes import NEAR_COSINE, natural_directions
+from calib.poses.attitudes import NEAR_COSINE, WEDGE_DIRECTIONS, natural_directions
 from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
@@ -31,7 +31,6 @@ USUAL_RATE_RAD_S = 100 / 3 * RPM  #: the speed that every record player has
 PAUSE_S = 20.0  #: between two planned poses
 POSE_S = 10.0  #: of a pose, where the configuration has no ``record``
 TURNS = 3.0  #: of the plate in a pose at least
-WEDGE = 18
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,8 +113,8 @@ def _missing(config: Config, means: list[PoseMean]) -> FloatArray:
 
     Without a ``record`` section nothing is missing once something is recorded.
     """
-    count = config.record.poses if config.record else (0 if means else WEDGE)
-    wanted = natural_directions(corners=count > WEDGE)[:count]
+    count = config.record.poses if config.record else (0 if means else WEDGE_DIRECTIONS)
+    wanted = natural_directions(corners=count > WEDGE_DIRECTIONS)[:count]
     force = np.array([mean.accelerometer.mean for mean in means]).reshape(-1, 3)
     if len(force) == 0 or not np.isfinite(force).all():
         return wanted[len(force) :]

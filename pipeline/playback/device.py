@@ -14,6 +14,7 @@ import numpy as np
 
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
+from pipeline.devices.sample import CLOCK_MODULUS
 from pipeline.devices.sketch_lines import sketch_line
 from pipeline.devices.xbus import XbusReader, frame
 from pipeline.devices.xsens_mtdata import MTDATA, RAW_COUNTED
@@ -23,7 +24,6 @@ MOVE_S = 1.2  #: a hand's motion from one pose to the next
 HAND_M_S2, HAND_RAD_S = 3.0, 1.5  #: standard deviation of what the hand adds
 GREETING = b"Initializing I2C devices...\r\nMPU6050 connection successful\r\n"
 HEADER_EVERY = 1000  #: samples
-SAMPLE_MICROS_MODULUS = 1 << 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +135,7 @@ class PlaybackDevice:
             return frame(MTDATA, RAW_COUNTED.pack(*words, 32768, 32768, 32768, celsius,
                                                   n % 65536))
         if self._protocol == "sketch":
-            micros = round(n / self._rate_hz * 1e6) % SAMPLE_MICROS_MODULUS
+            micros = round(n / self._rate_hz * 1e6) % CLOCK_MODULUS
             line = sketch_line(n, micros, (*words, round((temperature_c - 36.53) * 340)))
             head = "" if n % HEADER_EVERY else "#turntable v1 mpu6050\r\n"
             return f"{head}{line}\r\n".encode()

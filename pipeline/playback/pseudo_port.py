@@ -35,7 +35,13 @@ class PseudoPort:
         self.plug_in()
 
     def plug_in(self) -> None:
-        """Open a terminal."""
+        """Open a terminal.
+
+        Raises
+        ------
+        DeviceError
+            The system has no pseudo-terminals.
+        """
         if not hasattr(os, "openpty"):
             raise DeviceError("this system has no pseudo-terminals; a played device needs Linux or "
                               "macOS (on Windows, WSL has them).")

@@ -22,6 +22,8 @@ def played_poses(config: Config) -> tuple[list[Pose], float]:
     ------
     ConfigError
         The configuration names no files of poses, or they lack a triad.
+    UnreadableInput
+        A log cannot be read.
     """
     named: list[PosesSection] = [config.accelerometer.poses] if config.accelerometer else []
     named += [run.poses for run in config.gyroscope.runs] if config.gyroscope else []

@@ -20,7 +20,7 @@ from pipeline.record.xsens_setup import XsensError, XsensStream, start_mtdata, s
 
 LISTEN_S = 4.0  #: for first readings at one speed; an Arduino takes two seconds to start
 FIRST_SAMPLES = 3  #: by which a stream is recognised
-DEFAULT_RATE_HZ = 100.0
+DEFAULT_RATE_HZ = 100.0  #: every sensor of the table can send it; `record.sample_rate_hz` overrules
 SILENT_S = 3.0  #: without a reading, after which the user is told
 DEAD_S = 20.0  #: after which the line counts as lost
 SHOWN_BYTES = 48  #: of a stream nobody understands, in a message

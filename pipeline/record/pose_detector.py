@@ -21,8 +21,8 @@ from pipeline.record.stream import TimedSample
 from pipeline.record.task import Complete, Phase, Refused, Status, Task
 from pipeline.text.formatting import RPM
 
-HOP_S = 0.25
-WINDOW_HOPS = 4
+HOP_S = 0.25  #: s; the display follows a hand at four a second; chosen
+WINDOW_HOPS = 4  #: a second; chosen, half and double not measured
 STEADY_HOPS = 8  #: over which the plate's rate is compared with itself
 HISTORY = 2400  #: windows remembered, ten minutes
 CEILING = {"accelerometer": 0.5, "gyroscope": 0.1}
@@ -31,7 +31,7 @@ hand at rest has several times that, the noisiest sensor of this kind a tenth.""
 
 MOVED_RATIO = 4 * STILL_RATIO  #: a pose that has begun ends only on a clear movement
 STEADY_CHANGE = 0.005  #: of the rate, from one second to the next
-STEADY_SD = 4.0
+STEADY_SD = 4.0  #: sds of the difference; derived: by chance one look of 16 000 exceeds it
 NEAR_DEG = float(np.degrees(np.arccos(NEAR_COSINE)))
 MOVED_DEG = 3.0  #: a slow turn of the sensor within a pose; a plate tilts by a degree at most
 SAME_SPEED = 0.4

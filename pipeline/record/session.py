@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from calib.errors import CalibrationError
-from calib.poses.attitudes import direction_name, natural_directions
+from calib.poses.attitudes import WEDGE_DIRECTIONS, direction_name, natural_directions
 from calib.poses.averaging import average_pose
 from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.config.load import Config
@@ -30,14 +30,13 @@ from pipeline.record.store import Store
 from pipeline.record.stream import Stream, TimedSample
 from pipeline.record.task import Complete, Refused, Status, Task
 
-WEDGE = 18  #: faces and edges; more directions than that add the corners
 RETRY_S, GIVE_UP_S = 0.5, 120.0  #: after the device is gone
 LOST_SHARE = 0.02  #: of a pose's samples, from which on the loss is told
 
 
 @dataclass(frozen=True, eq=False)
 class RecordingView:
-    """What a display shows: the block, its progress, what the sensor does."""
+    """What a display shows; ``wanted`` (n, 3) are the unit vectors of the block's directions."""
 
     block: RecordingBlock
     wanted: FloatArray
@@ -96,7 +95,7 @@ def wanted_directions(config: Config, seed: int, block: int) -> FloatArray:
     """The directions a block is to cover, (n, 3), in the order in which they are suggested."""
     assert config.record is not None
     count = config.record.poses
-    directions = natural_directions(corners=count > WEDGE)[:count]
+    directions = natural_directions(corners=count > WEDGE_DIRECTIONS)[:count]
     if config.record.order == "random":
         order = list(range(count))
         random.Random(seed * 1000 + block).shuffle(order)

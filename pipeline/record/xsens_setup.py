@@ -15,20 +15,21 @@ from pipeline.devices.xsens_mtdata2 import PACKET_COUNTER, RAW_ALL, SAMPLE_TIME_
 from pipeline.errors import DeviceError
 from pipeline.record.serial_port import Port
 
+#: Facts of the protocol: message identifiers.
 GO_TO_CONFIG, GO_TO_MEASUREMENT, RESET = 0x30, 0x10, 0x40
-WAKE_UP, WAKE_UP_ACK, ERROR = 0x3E, 0x3F, 0x42
-REQUEST_CONFIGURATION, SET_PERIOD = 0x0C, 0x04
-SET_OUTPUT_MODE, SET_OUTPUT_SETTINGS, SET_SKIP_FACTOR = 0xD0, 0xD2, 0xD4
-SET_OUTPUT_CONFIGURATION = 0xC0
+WAKE_UP, WAKE_UP_ACK, ERROR = 0x3E, 0x3F, 0x42  # what a reset and a fault are reported by
+REQUEST_CONFIGURATION, SET_PERIOD = 0x0C, 0x04  # answered with 118 bytes; in ticks of 1/115200 s
+SET_OUTPUT_MODE, SET_OUTPUT_SETTINGS, SET_SKIP_FACTOR = 0xD0, 0xD2, 0xD4  # of the legacy series
+SET_OUTPUT_CONFIGURATION = 0xC0  # of the newer series
 
-RAW_MODE, SAMPLE_COUNTER_ON = 0x4000, 0x00000001
+RAW_MODE, SAMPLE_COUNTER_ON = 0x4000, 0x00000001  #: facts: bits of output mode and settings
 TICKS_PER_S = 115200  #: in which the sampling period is stated
 SHORTEST_PERIOD, LONGEST_PERIOD = 225, 1152  #: 512 Hz and 100 Hz
 DATA_LENGTH_AT = 102  #: in the answer to ReqConfiguration
-EVERY_SAMPLE = 0xFFFF
+EVERY_SAMPLE = 0xFFFF  #: fact: the rate that means "with every packet"
 
 ANSWER_S = 0.6  #: at 115200 baud an answer takes milliseconds, a reset half a second
-TRIES = 3
+TRIES = 3  #: a device that streams may overlook a request; chosen
 ERRORS = {
     0x03: "the sampling period is not one it can do",
     0x04: "it does not know this message; is it the other kind of MTi (record.device)?",

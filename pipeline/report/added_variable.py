@@ -19,7 +19,7 @@ from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import count
 
 ROOM = 1.08  #: the chart reaches beyond the largest value by this factor
-TWO_SD = 2.0
+TWO_SD = 2.0  #: half-width of the stripe: noise leaves it once in 22
 
 
 def subject_of(result: TriadResult) -> str | None:

@@ -4,11 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.poses.attitudes import NEAR_COSINE, list_directions, natural_directions
+from calib.poses.attitudes import (
+    NEAR_COSINE,
+    WEDGE_DIRECTIONS,
+    list_directions,
+    natural_directions,
+)
 from calib.poses.imu_log import FloatArray
 from pipeline.text.formatting import count
 
-FACES = 18  #: faces and edges, the first of the 26 natural directions
 LAID_WITHIN = float(np.cos(np.radians(10.0)))
 """The recording guide asks for the wedge poses to 10°; directions at random lie 17° off."""
 MOST_REPEATS = 2.0
@@ -35,14 +39,14 @@ def coverage_of(directions: FloatArray) -> Coverage:
     natural = natural_directions()
     near = natural @ known.T  # (26, n)
     covered = near.max(axis=1) >= NEAR_COSINE
-    faces, corners = int(covered[:FACES].sum()), int(covered[FACES:].sum())
+    faces, corners = int(covered[:WEDGE_DIRECTIONS].sum()), int(covered[WEDGE_DIRECTIONS:].sum())
     if not _follows_design(near, faces):
         return Coverage((), f"{count(len(known), 'pose')}. They do not follow the design of 6 "
                             f"faces and 12 edges, so no direction is marked as missing.")
     caption = (f"{count(len(known), 'pose')} cover {faces} of the 18 faces and edges and "
                f"{corners} of the 8 corners.")
-    if faces < FACES:
-        missing = list_directions(natural[:FACES][~covered[:FACES]])
+    if faces < WEDGE_DIRECTIONS:
+        missing = list_directions(natural[:WEDGE_DIRECTIONS][~covered[:WEDGE_DIRECTIONS]])
         caption += f" These directions are missing: {missing}."
     return Coverage(tuple(zip(natural, map(bool, covered), strict=True)), caption)
 
@@ -56,7 +60,7 @@ def _follows_design(near: FloatArray, faces: int) -> bool:
     repeats = np.bincount(near.argmax(axis=0))
     repeats = repeats[repeats > 0]
     return bool(
-        faces > FACES / 2
+        faces > WEDGE_DIRECTIONS / 2
         and np.median(near.max(axis=0)) >= LAID_WITHIN
         and repeats.max() <= MOST_REPEATS * np.median(repeats)
     )

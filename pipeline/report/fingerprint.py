@@ -15,7 +15,7 @@ from calib.poses.imu_log import FloatArray
 from pipeline.report.svg import PLAIN, Canvas, drawing, pixel, tick_text
 from pipeline.results.json_values import Json
 
-LEFT, RIGHT = 44.0, 4.0
+LEFT, RIGHT = 44.0, 4.0  #: px of the drawing beside the strips; layout
 STRIP, GAP, TOP, FOOT = 52.0, 28.0, 16.0, 16.0  #: height of a strip, and the room about it
 NOISE = 1.0  #: sd of a whitened row
 REACH = 4.0  #: sds that a strip shows at least

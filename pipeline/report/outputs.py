@@ -17,6 +17,8 @@ def outputs_of(outcome: Outcome, folder: Path) -> dict[str, str]:
     ------
     UnreadableInput
         The history there is damaged.
+    ConfigError
+        A user-defined effect cannot be read.
     """
     results = results_of(outcome)
     history, now = read_history(folder), datetime.now().astimezone()

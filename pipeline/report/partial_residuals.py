@@ -37,7 +37,7 @@ from pipeline.report.effect_fit import (
 )
 from pipeline.text.formatting import DISPLAY
 
-PPM = 1e6
+PPM = 1e6  #: by definition
 GRID = 60  #: points of a drawn curve
 POOREST = 2.5  #: times the best sd of an axis: poses that say less about it are not shown
 FEWEST = 4  #: poses of a panel: fewer show no shape

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from scipy.special import gammainc
 
 from calib.fit.validation.predicted_pose import PredictedPose
-from calib.poses.attitudes import NEAR_COSINE, list_directions, natural_directions
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 from pipeline.console.run_text import leading_covariate
+from pipeline.report.coverage import coverage_of
 from pipeline.report.svg import (
     SHAPES,
     Canvas,
@@ -33,10 +33,9 @@ SHOWN_SD = 4.0  #: residual charts reach at least this many typical sds
 FRACTIONS = (-1.0, -0.5, 0.0, 0.5, 1.0)  #: of the limit of a residual chart, that have a number
 MOST_COLUMNS = 8  #: logged columns with a chart; those that explain most of the misfit first
 SPHERE = Canvas(400.0, 232.0, 0.0, 0.0, "chart sphere")
-SPHERE_RADIUS = 88.0
-SPHERE_CENTRES = (104.0, 296.0)
+SPHERE_RADIUS = 88.0  #: px of the drawing; layout
+SPHERE_CENTRES = (104.0, 296.0)  #: px from the left; layout
 RUN_COLOURS = 6  #: as many as the style sheet has
-FACES = 18  #: faces and edges, the first of the 26 natural directions
 BY_THE_EQUATOR = 0.1  #: |z| up to which a pose is drawn in both hemispheres
 
 EXCLUDED = "excluded"  #: class of their marks, and what their group in the chart is called
@@ -230,37 +229,26 @@ def coverage_figure(result: TriadResult) -> Figure | None:
     unit = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
     if not len(unit):
         return None
-    natural = natural_directions()
-    covered = (natural @ unit.T).max(axis=1) >= NEAR_COSINE
-    faces, corners = int(covered[:FACES].sum()), int(covered[FACES:].sum())
-    by_design = faces > FACES / 2
-    marked = list(zip(natural, covered, strict=True)) if by_design else []
+    coverage = coverage_of(unit)
     parts: list[str] = []
     names = ("+z hemisphere", "−z hemisphere")
     for centre, sign, name in zip(SPHERE_CENTRES, (1, -1), names, strict=True):
         parts += _hemisphere(centre, name)
-        for direction, is_covered in marked:
+        for direction, is_covered in coverage.expected:
             corner = np.count_nonzero(direction) == 3
             kind = "natural" + (" corner" if corner else "") + ("" if is_covered else " missing")
             outline = "M-7 0a7 7 0 1 0 14 0a7 7 0 1 0-14 0z" if is_covered else "M-5-5L5 5M5-5L-5 5"
             parts += _on_sphere(centre, sign, direction, kind, outline)
         for direction in unit:
             parts += _on_sphere(centre, sign, direction, "direction", SHAPES[0])
-    if by_design:
+    if coverage.expected:
         good = ("every solid ring contains a dot, and there is no cross: the poses cover the 6 "
                 "faces and 12 edges. Corners (dotted) are optional; they determine cross-coupling.")
-        caption = (f"{count(len(unit), 'pose')} cover {faces} of the 18 faces and edges and "
-                   f"{corners} of the 8 corners.")
-        if faces < FACES:
-            missing = list_directions(natural[:FACES][~covered[:FACES]])
-            caption += f" These directions are missing: {missing}."
     else:
         good = "the dots are spread over both hemispheres."
-        caption = (f"{count(len(unit), 'pose')}. They do not follow the design of 6 faces and 12 "
-                   f"edges, so the chart marks no direction as missing.")
     title = "Attitude coverage"
-    picture = drawing(parts, f"{title}. {caption}", SPHERE)
-    return Figure(title, picture, good, caption)
+    picture = drawing(parts, f"{title}. {coverage.caption}", SPHERE)
+    return Figure(title, picture, good, coverage.caption)
 
 
 def _hemisphere(centre: float, name: str) -> list[str]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from calib.poses.imu_log import FloatArray
 from pipeline.console.rate_text import RateVerdict, rate_verdict, worst_clip
+from pipeline.report.partial_residuals import PPM
 from pipeline.report.rate_terms import ANGLE_BINS, angle_bins, rate_terms_json, shown_frames
 from pipeline.report.svg import Chart, Figure, across, nice_limit, upward
 from pipeline.report.term_cards import TermCard, term_cards
@@ -16,8 +17,6 @@ from pipeline.results.json_values import Json
 from pipeline.stages.rate import SettingRate
 from pipeline.text.formatting import RPM, count, relative
 from vision.phase_track import LUMA
-
-PPM = 1e6
 
 
 @dataclass(frozen=True)

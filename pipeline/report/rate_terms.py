@@ -20,10 +20,10 @@ from pipeline.stages.rate import SettingRate
 from vision.rate.diagnosis import THRESHOLDS
 from vision.rate.terms import CONSTANT_RATE, MEANING, StatedFit
 
-DIGITS, DIGITS_SHOWN = 8, 3
+DIGITS, DIGITS_SHOWN = 8, 3  #: of the sums that the page solves; of the dots that it draws
 MOST_DOTS = 400  #: of a chart of the phase; a clip of a minute has two to four times as many
 SHOWN_SHARE = 99.5  #: per cent of the residuals that a chart of the phase shows
-ANGLE_BINS = 36
+ANGLE_BINS = 36  #: of 10°: half a wave of a twice-per-turn term has nine; chosen
 LEAST_LIMIT_DEG = 1e-6  #: of a chart, where the residual vanishes
 
 

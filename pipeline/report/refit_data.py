@@ -40,7 +40,7 @@ from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY
 
-DIGITS = 7
+DIGITS = 7  #: of the numbers of the page: those of 32 bits
 SHAPE_STEP = 1e-3  #: relative step of the derivative with respect to a shape parameter
 BLIND_REASON = (
     "these poses cannot determine it: bias, scale, misalignment and the effects in the model have "

@@ -17,7 +17,7 @@ import numpy as np
 from calib.poses.imu_log import FloatArray, IntArray
 
 NICE = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0)  #: limits of a symmetrical axis, in any decade
-TICK_STEPS = (1.0, 2.0, 5.0, 10.0)
+TICK_STEPS = (1.0, 2.0, 5.0, 10.0)  #: of a linear axis, in any decade
 LABELLED_DECADE = (1.0, 2.0, 5.0)  #: of a logarithmic axis
 
 SQUARE = 5.4  #: side of an open square
@@ -93,7 +93,7 @@ class Scale:
 
 
 def across(values: FloatArray, canvas: Canvas = PLAIN) -> Scale:
-    """The x scale that shows all ``values`` with a little room on both sides."""
+    """The x scale that shows all ``values`` (n,) with a little room on both sides."""
     low, high = float(np.min(values)), float(np.max(values))
     room = 0.04 * (high - low) or 0.5 * abs(low) or 0.5
     return rightward(low - room, high + room, canvas)
@@ -205,21 +205,21 @@ class Chart:
         )
 
     def line(self, xs: FloatArray, ys: FloatArray, kind: str) -> None:
-        """A line through the points."""
+        """A line through the points ``xs``, ``ys``, both of shape (n,), in units of the axes."""
         points = "L".join(
             f"{pixel(self.x(a))} {pixel(self.y(b))}" for a, b in zip(xs, ys, strict=True)
         )
         self.parts.append(f'<path class="line {kind}" d="M{points}"/>')
 
     def dots(self, xs: FloatArray, ys: FloatArray, kind: str) -> None:
-        """Many small dots as one path."""
+        """Many small dots at ``xs``, ``ys``, both of shape (n,), as one path."""
         points = "".join(
             f"M{pixel(self.x(a))} {pixel(self.y(b))}h0" for a, b in zip(xs, ys, strict=True)
         )
         self.parts.append(f'<path class="dots {kind}" d="{points}"/>')
 
     def poses(self, xs: FloatArray, ys: FloatArray, poses: IntArray, kind: str) -> None:
-        """A round dot for every pose, which the script of the page knows by its number."""
+        """A round dot for every pose (n,), which the script of the page knows by its number."""
         dots = "".join(
             f'<path data-i="{i}" d="M{pixel(self.x(a))} {pixel(self.y(b))}h0"/>'
             for a, b, i in zip(xs, ys, poses, strict=True)
@@ -227,7 +227,7 @@ class Chart:
         self.parts.append(f'<g class="pose-dots {kind}">{dots}</g>')
 
     def squares(self, xs: FloatArray, ys: FloatArray, kind: str) -> None:
-        """Open squares as one path."""
+        """Open squares at ``xs``, ``ys``, both of shape (n,), as one path."""
         half = SQUARE / 2
         outlines = "".join(
             f"M{pixel(self.x(a) - half)} {pixel(self.y(b) - half)}"
@@ -237,7 +237,7 @@ class Chart:
         self.parts.append(f'<path class="{kind}" d="{outlines}"/>')
 
     def bars(self, xs: FloatArray, lows: FloatArray, highs: FloatArray, kind: str) -> None:
-        """Vertical bars as one path."""
+        """Vertical bars at ``xs`` from ``lows`` to ``highs``, all of shape (n,), as one path."""
         lines = "".join(
             f"M{pixel(self.x(a))} {pixel(self.y(low))}V{pixel(self.y(high))}"
             for a, low, high in zip(xs, lows, highs, strict=True)

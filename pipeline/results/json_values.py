@@ -17,5 +17,5 @@ def number(value: float) -> float | None:
 
 
 def numbers(values: Sequence[float] | FloatArray) -> list[float | None]:
-    """A JSON array of any array, row by row; null for what is not finite."""
+    """A JSON array of an array of any shape, row by row; null for what is not finite."""
     return [number(value) for value in np.asarray(values, float).ravel()]

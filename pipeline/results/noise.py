@@ -9,11 +9,11 @@ from typing import Any
 
 from calib.poses.imu_log import SI_UNIT, TRIADS
 from pipeline.errors import UnreadableInput
+from pipeline.results.read import LARGEST_BYTES
 from pipeline.results.schema.noise import FORMAT, NoiseFile
 from pipeline.results.schema.types import problems_of
 
 NOISE_NAME = "noise.json"
-LARGEST_BYTES = 10_000_000
 
 
 @dataclass(frozen=True)

@@ -30,8 +30,18 @@ ROUNDING = 1e-6  #: relative; of what is stored twice
 class StoredTriad:
     """One calibrated triad as results.json has it.
 
-    ``misalignment_rad``, ``bias_counts`` and ``scale_counts_per_unit`` (3,) with their sds (3,),
-    NaN where they were not fitted; ``effects`` are the names of those added to the nine parameters.
+    Parameters
+    ----------
+    triad : str
+    correction : Correction
+    misalignment_rad, misalignment_sd : array, shape (3,)
+        rad; all sds are NaN where a parameter was not fitted.
+    bias_counts, bias_sd : array, shape (3,)
+        Counts.
+    scale_counts_per_unit, scale_sd : array, shape (3,)
+        Counts per m/s² or per rad/s.
+    effects : mapping of str to object
+        Those added to the nine parameters, as the file has them.
     """
 
     triad: str
@@ -51,7 +61,7 @@ class StoredTriad:
 
     @property
     def units_per_count(self) -> FloatArray:
-        """The diagonal of K, shape (3,)."""
+        """The diagonal of K, m/s² or rad/s per count, shape (3,)."""
         return 1 / self.scale_counts_per_unit
 
 
@@ -70,13 +80,13 @@ class Stored:
 
     @property
     def mounting_rotation(self) -> FloatArray | None:
-        """R (3, 3) of the installation, from the vehicle's axes to the sensor's; None without."""
+        """R, shape (3, 3), from the axes of the vehicle to the sensor's; None if not measured."""
         section = self.contents.get("installation")
         return None if section is None else np.array(section["rotation"], dtype=float)
 
     @property
     def gyroscope_to_accelerometer_rad(self) -> FloatArray | None:
-        """Rotation vector (3,) between the triads' frames; None where it was not measured."""
+        """Rotation vector between the frames of the triads, rad, (3,); None if not measured."""
         angles = (self.contents.get("gyroscope") or {}).get("frame_to_accelerometer_rad")
         return None if angles is None else np.array(angles, dtype=float)
 

@@ -12,7 +12,7 @@ from pipeline.results.names import PARAMETERS
 from pipeline.stages.triads import TriadResult
 from pipeline.stages.user_effects import python_sha256
 
-WORST_POSES = 3
+WORST_POSES = 3  #: in results.json, and named by `pipeline diagnose`: chosen
 
 
 def triad_json(

@@ -7,7 +7,7 @@ from pathlib import Path
 from pipeline.errors import DeviceError
 from vision.camera import Camera, CameraFailed
 
-LOOK_S = 0.1
+LOOK_S = 0.1  #: s between two looks at the progress; chosen
 
 
 def film_clip(

@@ -144,17 +144,18 @@ def _known(time_s: float) -> float:
     return time_s if math.isfinite(time_s) else math.inf
 
 
-def _pooled(found: Sequence[Recording]) -> Recording:
+def _pooled(recordings: Sequence[Recording]) -> Recording:
     """The poses of several recordings of one sensor; each has a clock of its own."""
-    if len(found) == 1:
-        return found[0]
-    counts = " + ".join(str(len(each.means)) for each in found)
-    means = tuple(mean for each in found for mean in each.means)
-    notes = tuple(note for each in found for note in each.warnings)
-    note = (f"{len(found)} logs hold the same triads: their poses are pooled ({counts}), and "
+    if len(recordings) == 1:
+        return recordings[0]
+    counts = " + ".join(str(len(each.means)) for each in recordings)
+    means = tuple(mean for each in recordings for mean in each.means)
+    notes = tuple(note for each in recordings for note in each.warnings)
+    note = (f"{len(recordings)} logs hold the same triads: their poses are pooled ({counts}), and "
             f"nothing is joined in time.")
-    return Recording(means, min(each.start_s for each in found), np.arange(len(means)),
-                     (note, *notes), excluded=tuple(one for each in found for one in each.excluded))
+    return Recording(means, min(each.start_s for each in recordings), np.arange(len(means)),
+                     (note, *notes),
+                     excluded=tuple(one for each in recordings for one in each.excluded))
 
 
 def still_search(section: StillSection) -> StillSearch:

@@ -133,7 +133,13 @@ def _shown_name(path: Path, folder: Path) -> str:
 
 
 def long_logs(poses: PosesSection, folder: Path) -> list[ImuLog]:
-    """The recordings of a section: the triads of each are joined in time."""
+    """The recordings of a section: the triads of each are joined in time.
+
+    Raises
+    ------
+    UnreadableInput
+        A log cannot be read, or its triads do not overlap in time.
+    """
     return [join_logs(group) for group in group_logs(read_logs(poses, poses.log, folder))]
 
 

@@ -26,6 +26,8 @@ def require_stated_units(config: Config, paths: Iterable[Path]) -> None:
     ------
     ConfigError
         With the line of the sensor, the unit of the format, and what to write.
+    UnreadableInput
+        A file cannot be read.
     """
     for path in paths:
         file, _ = split_member(path)

@@ -25,6 +25,7 @@ THRESHOLDS = (
     ("triads", "LEAST_SCATTER"), ("triads", "FASTEST_HAND_RAD_S"), ("triads", "NOISIEST_RAD_S"),
     ("triads", "LARGEST_BIAS_RAD_S"), ("table_guess", "MEANS_APART"),
     ("table_guess", "MOST_MEANS"), ("table_guess", "TURNING_RAD_S"),
+    ("magnitudes", "FEWEST_TURNS"), ("table_guess", "FEWEST_MEANS"), ("session", "MOST_POSE_S"),
 )
 PUBLIC = (
     "snu/imu_good3.txt.gz", "sundevil/imu_data_int.txt.gz", "sundevil/IMU_Rev2_Data_Long.txt.gz",

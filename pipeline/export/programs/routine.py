@@ -31,7 +31,7 @@ MEANINGS: Mapping[str, str] = {
 }
 #: What the worked example takes for a condition.
 EXAMPLE_CONDITIONS: Mapping[str, float] = {"temperature_c": 30.0, "time_s": 60.0}
-EXAMPLE_CONDITION = 1.0
+EXAMPLE_CONDITION = 1.0  #: of any other column, in its unit: an example only
 
 
 @dataclass(frozen=True)

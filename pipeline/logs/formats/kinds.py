@@ -15,7 +15,7 @@ from pipeline.logs.source import require_file
 
 DISTRIBUTION = "turntable-imu-calibration"
 BAG_FOLDER_MARK = "metadata.yaml"  #: makes a folder a ROS 2 bag
-HEAD_BYTES = 16
+HEAD_BYTES = 16  #: the longest mark below has 15; the blanks before a brace take the rest
 JSON_BEGINS = re.compile(rb"\s*(\[\s*)?\{")
 
 #: What libraries raise when a file is cut off or damaged.

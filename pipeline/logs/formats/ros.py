@@ -12,7 +12,7 @@ from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
 from pipeline.logs.formats.file_table import FileTable
 
 IMU = "sensor_msgs/msg/Imu"
-NANOSECOND = 1e-9
+NANOSECOND = 1e-9  #: s
 
 
 def tables(path: Path) -> list[FileTable]:

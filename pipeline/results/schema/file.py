@@ -18,7 +18,7 @@ from pipeline.results.schema.types import (
     means,
 )
 
-ROUNDING = 1e-6
+ROUNDING = 1e-6  #: of a stored rotation matrix: no worse in the files of other programs
 
 
 class InstallationResult(Part):

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from calib.effects.catalogue import find_effect
 from pipeline.export.apply import of_the_sensor
 from pipeline.export.parts import triad_named
-from pipeline.export.remaining import DIRECTIONS, remaining_error, session_conditions
+from pipeline.export.remaining import remaining_error, session_conditions
 from pipeline.export.write import EXPORTERS
 from pipeline.results.read import load_results
 from tests.pipeline.conftest import RunSession
@@ -53,7 +54,8 @@ def test_the_force_comes_from_every_direction(finished: RunSession, tmp_path: Pa
     said = re.search(r"up to ([\d.]+) °/s\.", note)
     assert said is not None
     assert float(said[1]) == pytest.approx(math.degrees(size), rel=0.05)
-    assert len(DIRECTIONS) == 26
+    at = session_conditions(stored, each, [find_effect("g_sensitivity")])
+    assert len(at) == 26 * len(stored.contents["gyroscope"]["poses"])
 
 
 def test_errors_of_the_bench_are_no_loss(finished: RunSession, tmp_path: Path) -> None:
