@@ -1,0 +1,141 @@
+"""What one room calls in another states the errors that it raises; examples give what they show."""
+
+import ast
+import doctest
+import importlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+
+from tests.source_tree import FILES, imports, tree_of
+
+ERRORS = ("calib.errors", "pipeline.errors", "vision.errors")
+Function = tuple[str, str]  #: module and name
+
+
+def room(module: str) -> str:
+    """``calib.fit`` of ``calib.fit.rows.residuals``."""
+    return ".".join(module.split(".")[:2])
+
+
+def classes(module: str) -> Iterator[tuple[str, set[str]]]:
+    """The classes of a module, each with the names of its bases."""
+    for node in tree_of(module).body:
+        if isinstance(node, ast.ClassDef):
+            yield node.name, {ast.unparse(base).split(".")[-1] for base in node.bases}
+
+
+BASES = {name: bases for module in ERRORS for name, bases in classes(module) if bases}
+
+
+@cache
+def with_bases(error: str) -> frozenset[str]:
+    """An error and all that catch it."""
+    return frozenset({error}).union(*map(with_bases, BASES.get(error, ())))
+
+
+@dataclass(frozen=True)
+class Body:
+    """What a function raises itself, and whom it calls, each with the errors caught around it."""
+
+    raised: frozenset[tuple[str, frozenset[str]]]
+    called: frozenset[tuple[Function, frozenset[str]]]
+
+
+def names_in(node: ast.AST) -> frozenset[str]:
+    """All names and attributes of an expression."""
+    return frozenset(each.id if isinstance(each, ast.Name) else each.attr for each in ast.walk(node)
+                     if isinstance(each, ast.Name | ast.Attribute))
+
+
+def guarded(function: ast.FunctionDef) -> Iterator[tuple[ast.AST, frozenset[str]]]:
+    """Every node of a function with the errors that are caught around it."""
+    waiting: list[tuple[ast.AST, frozenset[str]]] = [(function, frozenset())]
+    while waiting:
+        node, caught = waiting.pop()
+        yield node, caught
+        inside = caught
+        if isinstance(node, ast.Try):
+            inside |= frozenset().union(*(names_in(handler.type) for handler in node.handlers
+                                          if handler.type is not None))
+        elif isinstance(node, ast.With):
+            contexts = [names_in(item.context_expr) for item in node.items]
+            inside |= frozenset().union(*(names for names in contexts if "suppress" in names))
+        body = {id(child) for child in getattr(node, "body", ())} if inside is not caught else ()
+        waiting += [(child, inside if id(child) in body else caught)
+                    for child in ast.iter_child_nodes(node)]
+
+
+@cache
+def origins(module: str) -> dict[str, str]:
+    """From where a module has the names that it imports from our packages."""
+    return {name: target for target, name in imports(tree_of(module)) if name and target in FILES}
+
+
+def body_of(module: str, function: ast.FunctionDef) -> Body:
+    """The errors of a function; a name that was imported means the function there."""
+    raised, called = set(), set()
+    for node, caught in guarded(function):
+        if isinstance(node, ast.Raise) and node.exc is not None:
+            raised |= {(name, caught) for name in names_in(node.exc) & BASES.keys()}
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+            called.add(((origins(module).get(node.func.id, module), node.func.id), caught))
+    return Body(frozenset(raised), frozenset(called))
+
+
+def errors_of_all() -> dict[Function, set[str]]:
+    """The errors that leave every function, those of the functions it calls included."""
+    bodies = {(module, node.name): body_of(module, node) for module in FILES
+              for node in tree_of(module).body if isinstance(node, ast.FunctionDef)}
+    errors: dict[Function, set[str]] = {
+        function: {name for name, caught in body.raised if not with_bases(name) & caught}
+        for function, body in bodies.items()
+    }
+    is_settled = False
+    while not is_settled:
+        is_settled = True
+        for function, body in bodies.items():
+            more = {name for other, caught in body.called for name in errors.get(other, ())
+                    if not with_bases(name) & caught}
+            if not more <= errors[function]:
+                errors[function] |= more
+                is_settled = False
+    return errors
+
+
+def test_what_another_room_calls_states_the_errors_that_it_raises() -> None:
+    shared = {(target, str(name)) for module in FILES for target, name in imports(tree_of(module))
+              if target in FILES and room(target) != room(module)}
+    silent = []
+    for (module, name), errors in errors_of_all().items():
+        if (module, name) not in shared:
+            continue
+        function = next(node for node in tree_of(module).body
+                        if isinstance(node, ast.FunctionDef) and node.name == name)
+        stated = ast.get_docstring(function) or ""
+        silent += [f"{module}.{name}: {error}" for error in sorted(errors)
+                   if not any(each in stated for each in with_bases(error))]
+    assert silent == []
+
+
+def test_an_error_that_is_caught_does_not_count() -> None:
+    source = """
+def outer():
+    try:
+        raise UnusableLog("x")
+    except CalibrationError:
+        pass
+    raise FitFailed("y")
+"""
+    function = ast.parse(source).body[0]
+    assert isinstance(function, ast.FunctionDef)
+    left = {name for name, caught in body_of("calib.errors", function).raised
+            if not with_bases(name) & caught}
+    assert left == {"FitFailed"}
+
+
+def test_examples_give_what_they_show() -> None:
+    shown = [module for module, path in FILES.items() if ">>>" in path.read_text(encoding="utf-8")]
+    results = {module: doctest.testmod(importlib.import_module(module)) for module in shown}
+    assert sum(result.attempted for result in results.values()) > 0
+    assert {module: result.failed for module, result in results.items() if result.failed} == {}
