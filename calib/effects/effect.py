@@ -113,7 +113,7 @@ class Effect:
     names_column : str or None
         Logged column whose linear effect on the bias this is: ``column:NAME`` would say the same.
     follows_words : str
-        What its columns follow where no single condition drives them, for the axis of a picture;
+        What its columns follow where no single condition drives them, for the axis of a chart;
         ``{axis}`` and ``{parameter}`` stand for theirs. By default the formula.
     largest : float
         No parameter of it exceeds this in nature, SI; infinite where nothing bounds it.

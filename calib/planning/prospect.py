@@ -252,7 +252,7 @@ def best_pose(triad: Triad, runs: Sequence[PlannedRun], model: Model) -> BestPos
     information = jacobian[pose < at_hand].T @ jacobian[pose < at_hand]
     scale = np.sqrt(np.diag(information))
     scale[scale == 0] = 1.0
-    # A hair of prior knowledge keeps plans comparable that are not determined yet.
+    # A weak prior keeps plans comparable that are not determined yet.
     cov = np.linalg.inv(information / np.outer(scale, scale) + 1e-9 * np.eye(len(scale)))
     gains = []
     for k in range(at_hand, len(poses)):

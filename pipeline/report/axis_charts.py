@@ -154,9 +154,9 @@ def _reach(panel: Panel) -> float:
 
 @dataclass(frozen=True)
 class Lead:
-    """The picture of the first screen, and the effect whose before and after it shows.
+    """The figure of the first screen, and the effect whose before and after it shows.
 
-    ``effect`` is empty where the picture shows the error alone.
+    ``effect`` is empty where the figure shows the error alone.
     """
 
     figure: Figure

@@ -1,4 +1,4 @@
-"""What drives an effect: the condition of the poses against which its picture is drawn.
+"""What drives an effect: the condition of the poses against which its chart is drawn.
 
 The effect itself is asked: the one condition whose change changes a column is its driver. A column
 that depends on several conditions at once (a product in the user's expression, the direction of the

@@ -1,4 +1,4 @@
-"""The picture of an Allan deviation: every axis with its band, and the fitted processes."""
+"""The figure of an Allan deviation: every axis with its band, and the fitted processes."""
 
 import io
 import math

@@ -121,10 +121,10 @@ def css_text(text: str) -> str:
 
 
 def _answer_view(answer: Answer, views: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """An answer with its picture: what the missing effect does, or the residuals."""
+    """An answer with its figure: what the missing effect does, or the residuals."""
     view = views.get(answer.subject)
-    picture = view and answer.standing != "good" and (view["lead"] or view["residual"])
-    return {"of": answer, "picture": picture or None, "effect": view and view["lead_effect"],
+    figure = view and answer.standing != "good" and (view["lead"] or view["residual"])
+    return {"of": answer, "figure": figure or None, "effect": view and view["lead_effect"],
             "anchor": answer.subject if view else "rates"}
 
 

@@ -247,8 +247,8 @@ def coverage_figure(result: TriadResult) -> Figure | None:
     else:
         good = "the dots are spread over both hemispheres."
     title = "Attitude coverage"
-    picture = drawing(parts, f"{title}. {coverage.caption}", SPHERE)
-    return Figure(title, picture, good, coverage.caption)
+    figure = drawing(parts, f"{title}. {coverage.caption}", SPHERE)
+    return Figure(title, figure, good, coverage.caption)
 
 
 def _hemisphere(centre: float, name: str) -> list[str]:
