@@ -154,7 +154,7 @@ class DecidingTriad:
 
     def mean(self, rest: Rest) -> FloatArray:
         """Mean reading (3,), SI."""
-        return np.asarray(self.sums.means(np.array([rest.start, rest.stop]))[0])
+        return self.sums.mean(rest.start, rest.stop)
 
     def shift(self, rest: Rest) -> float:
         """By how much its halves differ on the axis on which they do most, beyond noise, SI."""
@@ -240,11 +240,12 @@ def _fault(triad: DecidingTriad, rest: Rest) -> str | None:
     count = min(max(2, samples // triad.window), MOST_BLOCKS)
     length = samples // count
     edges = rest.start + length * np.arange(count + 1)
-    scatter = float(triad.sums.variances(edges).sum()) / count
+    means, variances = triad.sums.moments(edges)
+    scatter = float(variances.sum()) / count
     noise = math.sqrt(max(scatter, 0.0) / length)
     share = min(1.0, samples * triad.step_s / WANDER_S)
     limit = triad.largest_wander * share + NOISE_OF_RANGE * noise
-    wander = float(np.linalg.norm(np.ptp(triad.sums.means(edges), axis=0)))
+    wander = float(np.linalg.norm(np.ptp(means, axis=0)))
     if wander > limit:
         return f"moved slowly (by up to {wander:.2g} {triad.unit})"
     rate = float(np.linalg.norm(triad.mean(rest)))

@@ -37,16 +37,16 @@ class RunningSums:
         np.cumsum(np.square(centred, out=centred), axis=0, out=square[1:])
         return cls(centre, total, square)
 
-    def means(self, edges: IntArray) -> FloatArray:
-        """Mean readings between neighbouring ``edges`` (k + 1,), SI, (k, 3)."""
-        length = np.diff(edges)[:, None]
-        return np.asarray(self.centre + np.diff(self.total[edges], axis=0) / length)
+    def mean(self, start: int, stop: int) -> FloatArray:
+        """Mean reading (3,) of the samples ``start`` to ``stop``, SI."""
+        return np.asarray(self.centre + (self.total[stop] - self.total[start]) / (stop - start))
 
-    def variances(self, edges: IntArray) -> FloatArray:
-        """Variances of the readings about these means, SI, (k, 3)."""
-        length = np.diff(edges)[:, None]
-        mean = np.diff(self.total[edges], axis=0) / length
-        return np.asarray(np.diff(self.square[edges], axis=0) / length - mean**2)
+    def moments(self, edges: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Means between neighbouring ``edges`` (k + 1,) and variances about them, SI, (k, 3)."""
+        length = (edges[1:] - edges[:-1])[:, None]
+        total, square = self.total[edges], self.square[edges]
+        mean = (total[1:] - total[:-1]) / length
+        return self.centre + mean, (square[1:] - square[:-1]) / length - mean**2
 
     def window_variance(self, window: int) -> FloatArray:
         """Variance of every run of ``window`` samples, axes summed, SI, (t - window + 1,)."""

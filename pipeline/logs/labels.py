@@ -7,7 +7,7 @@ monitor before an arrow (``12:00:00.010 -> 1,2,3``). Rows keep their lines in th
 
 import re
 from collections.abc import Callable, Sequence
-from itertools import pairwise
+from itertools import islice, pairwise
 
 from pipeline.logs.dialect import delimiter_of
 
@@ -29,7 +29,7 @@ def without_labels(lines: list[str]) -> list[str]:
     The header stands in the place of the line before the first row; without such a line it takes
     the place of the first row.
     """
-    shown = [line for line in lines if line.strip()][-LOOKED_AT:]
+    shown = list(islice((line for line in reversed(lines) if line.strip()), LOOKED_AT))[::-1]
     if _share(shown, lambda line: ARROW.fullmatch(line) is not None) >= LEAST_SHARE:
         return [_behind_clock(line) for line in lines]
     if _share(shown, lambda line: BRACKETS.fullmatch(line) is not None) >= LEAST_SHARE:

@@ -130,7 +130,7 @@ def _shape(result: TriadResult, effect: Effect) -> float | None:
     fit = result.calibration.fit
     if effect.shape is None or effect.name in fit.model.names:
         return None
-    return best_shape(fit, fit.model + effect, effect)
+    return best_shape(fit, effect)
 
 
 def _charts(

@@ -30,7 +30,6 @@ from calib.effects.units import display_unit
 from calib.fit.column_scaling import unit_columns
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.least_squares.result import AT_BOUND, MISFIT_P_VALUE, Fit
-from calib.fit.model import Model
 from calib.fit.rows.residuals import Equations
 from calib.fit.validation.leave_one_out import LARGEST_LEVERAGE
 from calib.poses.imu_log import FloatArray
@@ -126,25 +125,24 @@ def _boxes(result: TriadResult, defined: Mapping[str, Effect]) -> Iterator[Box]:
             continue
         shape = fit.shapes.get(effect.name)
         theta = fit.theta[slices[effect.name]]
-        yield _with_derivative(fit, fit.model, effect, shape, theta, in_model=True)
+        yield _with_derivative(fit, fit.equations, effect, shape, theta, in_model=True)
     rank = {c.name: i for i, c in enumerate(result.diagnosis.ranking) if c.kind == "listed"}
     every = candidate_effects(fit, tuple(defined.values()), tuple(fit.poses.columns))
     listed = [e for e in every if e.name in rank]
     for effect in sorted(listed, key=lambda e: rank[e.name]):
-        model = fit.model + effect
-        shape = best_shape(fit, model, effect)
-        columns = _columns(fit, model, effect, shape)
+        extended = fit.equations.extended([effect])
+        shape = best_shape(fit, effect)
+        columns = _columns(fit, extended, effect, shape)
         size = _sizes(fit, columns)
-        yield _with_derivative(fit, model, effect, shape, size, in_model=False)
+        yield _with_derivative(fit, extended, effect, shape, size, in_model=False)
 
 
-def _columns(fit: Fit, model: Model, effect: Effect, shape: float | None) -> FloatArray:
-    """Columns (d, k) of ``effect`` as the solver of ``model`` would take its first step on."""
-    equations = Equations(fit.poses, model, whitening=fit.equations.whitening)
-    theta = np.zeros(model.size)
+def _columns(fit: Fit, equations: Equations, effect: Effect, shape: float | None) -> FloatArray:
+    """Columns (d, k) of ``effect`` as the solver of ``equations`` would take its first step on."""
+    theta = np.zeros(equations.model.size)
     theta[: fit.model.size] = fit.theta
     shapes = {**fit.shapes, **({} if shape is None else {effect.name: shape})}
-    slices = model.slices()
+    slices = equations.model.slices()
     jacobian = equations.rows(theta, fit.eta, shapes).jacobian[: equations.data_count]
     columns = -jacobian[:, slices[effect.name]]
     if effect.follows is not None and "bias" in slices:
@@ -156,15 +154,16 @@ def _columns(fit: Fit, model: Model, effect: Effect, shape: float | None) -> Flo
 
 
 def _with_derivative(
-    fit: Fit, model: Model, effect: Effect, shape: float | None, theta: FloatArray, in_model: bool
+    fit: Fit, equations: Equations, effect: Effect, shape: float | None, theta: FloatArray,
+    in_model: bool,
 ) -> Box:
-    columns = _columns(fit, model, effect, shape)
+    columns = _columns(fit, equations, effect, shape)
     judged = columns if effect.shape is None else _columns(
-        fit, model, effect, effect.shape.starts[0])
+        fit, equations, effect, effect.shape.starts[0])
     start = np.zeros(len(theta))
     if shape is not None:
         step = SHAPE_STEP * shape
-        up, down = (_columns(fit, model, effect, shape + by) for by in (step, -step))
+        up, down = (_columns(fit, equations, effect, shape + by) for by in (step, -step))
         derivative = (up - down) @ theta / (2 * step)
         if not _inside(effect, shape):
             derivative = np.zeros_like(derivative)  # the solver does not go beyond the bound
@@ -197,7 +196,7 @@ def _sizes(fit: Fit, columns: FloatArray) -> FloatArray:
     return np.asarray(beta[-columns.shape[1] :])
 
 
-def best_shape(fit: Fit, model: Model, effect: Effect) -> float | None:
+def best_shape(fit: Fit, effect: Effect) -> float | None:
     """The shape value of the joint refit, which begins where the linearised one leaves least.
 
     None without a shape.
@@ -206,8 +205,10 @@ def best_shape(fit: Fit, model: Model, effect: Effect) -> float | None:
     if shape is None:
         return None
 
+    equations = fit.equations.extended([effect])
+
     def cost(value: float) -> float:
-        remainder = _left(fit, _columns(fit, model, effect, value))
+        remainder = _left(fit, _columns(fit, equations, effect, value))
         return float(remainder @ remainder)
 
     start = min(shape.starts, key=cost)
