@@ -8,8 +8,10 @@ each other.
 from collections.abc import Sequence
 
 from calib.diagnosis.search.beside import BesideSets
+from calib.diagnosis.search.set_densities import SetDensities
 from calib.diagnosis.search.stacked_tables import TableAt
 from calib.diagnosis.search.steps import Request, Result, Steps, answers
+from calib.fit.batch.extend_many import Extension
 
 AT_ONCE = 50
 """Requests in one stack, which then stays in a processor's cache. Tuned on ``python -m
@@ -50,4 +52,6 @@ def _stack_of(request: Request) -> object:
         return (TableAt, request.shape)
     if isinstance(request, BesideSets):
         return (BesideSets, len(request.table.residual))
-    return type(request)
+    if isinstance(request, Extension):
+        return (Extension, request.shape)
+    return SetDensities
