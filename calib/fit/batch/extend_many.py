@@ -11,10 +11,10 @@ from itertools import product
 
 import numpy as np
 
-from calib.effects.effect import EFFECTS, Effect
+from calib.effects.effect import Effect
 from calib.errors import CalibrationError
 from calib.fit.batch.joint_descent import JointEstimate, JointProblem, descend_jointly
-from calib.fit.batch.joint_equations import JointEquations
+from calib.fit.batch.joint_equations import JointEquations, is_listed, is_mark
 from calib.fit.batch.linear_algebra import times
 from calib.fit.column_scaling import RANK_TOLERANCE
 from calib.fit.least_squares.identifiability import visible_basis
@@ -43,23 +43,22 @@ class Extension:
     def shape(self) -> tuple[object, ...] | None:
         """What extensions share that are one stack; None of one that is made by itself."""
         base = self.base
-        effects = (*base.model.effects, *self.effects)
-        if base.is_robust or not self.effects or not all(map(_can_be_stacked, effects)):
+        kinds = [_kind(each, base) for each in (*base.model.effects, *self.effects)]
+        if base.is_robust or None in kinds:
             return None
         return (
-            base.rows.residual.shape, base.equations.magnitude.tobytes(), base.model.names,
-            tuple((e.name, e.shape and len(e.shape.starts)) for e in self.effects),
-            tuple(base.poses.columns),
+            base.rows.residual.shape, base.equations.magnitude.tobytes(),
+            tuple(base.poses.columns), *kinds,
         )
 
 
-def _can_be_stacked(effect: Effect) -> bool:
-    """Whether one call evaluates it for sets with shape parameters of their own."""
+def _kind(effect: Effect, base: Fit) -> tuple[object, ...] | None:
+    """What effects of one stack share in one place of their models; None of one that has none."""
     if effect.in_square or (effect.acts_on != "sensor" and effect.shape is not None):
-        return False
-    listed = EFFECTS.get(effect.name)
-    is_listed = listed is not None and listed.columns is effect.columns
-    return is_listed or effect.name.startswith("column:")
+        return None
+    if is_listed(effect):
+        return (effect.name, effect.shape and len(effect.shape.starts))
+    return ("mark", effect.parameters) if is_mark(effect, base.equations.at_start) else None
 
 
 def extend_many(asked: Sequence[Extension]) -> list[Fit | None]:

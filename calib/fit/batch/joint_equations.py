@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from calib.effects.effect import Effect
+from calib.effects.effect import EFFECTS, Effect
 from calib.fit.batch.joint_axes import JointAxes
 from calib.fit.batch.joint_rows import JointRows
 from calib.fit.batch.linear_algebra import times
@@ -20,6 +20,7 @@ from calib.fit.rows.sensitive_axes import (
     FIXED_POINT_STEPS,
     FIXED_POINT_TOLERANCE,
     SLOPE_STEP,
+    follows_vector,
 )
 from calib.fit.rows.whitening import NO_LENGTH
 from calib.poses.conditions import Conditions, joined
@@ -35,7 +36,8 @@ class JointEquations:
     Parameters
     ----------
     each : sequence of Equations
-        Of models with the same effects, and with magnitude and null rows in the same poses.
+        Of models with the same listed effects in the same places, and with magnitude and null rows
+        in the same poses. An effect that is not listed is one that :func:`is_mark`, each set's own.
     """
 
     def __init__(self, each: Sequence[Equations]) -> None:
@@ -49,6 +51,10 @@ class JointEquations:
         self.expected = np.array([e.poses.expected for e in each])
         self.stated = np.array([e.poses.reference.magnitude[e.magnitude] for e in each])
         self.at_start = joined([e.at_start for e in each])
+        self.marks = {
+            effect.name: np.array([e.model.effects[j].evaluate(e.at_start) for e in each])
+            for j, effect in enumerate(self.one.model.effects) if not is_listed(effect)
+        }
 
     def __len__(self) -> int:
         return len(self.each)
@@ -84,7 +90,9 @@ class JointEquations:
         columns = []
         for effect in effects:
             shape = _per_row(effect, shapes, n)
-            if effect.orthogonal:
+            if effect.name in self.marks:
+                columns.append(self.marks[effect.name])
+            elif effect.orthogonal:
                 columns.append(effect.evaluate(here, shape).reshape(sets, n, 3, -1))
             else:
                 errors = effect.evaluate(sensed, shape).reshape(sets, n, 3, -1)
@@ -253,6 +261,19 @@ class JointEquations:
             along = np.linalg.solve(transposed, along[..., None])[..., 0]
         at_rest = np.eye(3) / self.null_sd[..., None]
         return np.concatenate([along, at_rest.reshape(len(s), -1, 3)], axis=1)
+
+
+def is_listed(effect: Effect) -> bool:
+    """Whether one call evaluates it for many sets: it is of the catalogue, or follows a column."""
+    listed = EFFECTS.get(effect.name)
+    known = listed is not None and listed.columns is effect.columns
+    return known or effect.name.startswith("column:")
+
+
+def is_mark(effect: Effect, at: Conditions) -> bool:
+    """Whether it errs by a fixed amount in the poses of its own set, whatever they read."""
+    return (effect.acts_on == "sensor" and effect.orthogonal and effect.shape is None
+            and not follows_vector(effect, at))
 
 
 def _per_row(effect: Effect, shapes: Shapes, rows: int) -> FloatArray | None:

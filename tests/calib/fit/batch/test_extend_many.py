@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from calib.diagnosis.hypotheses.listed import held
+from calib.diagnosis.hypotheses.unlisted import bad_pose_hypotheses, step_hypotheses
 from calib.effects.catalogue import BASE, find_effect
 from calib.errors import CalibrationError
 from calib.fit.batch import extend_many as stacked
@@ -84,6 +86,18 @@ def test_effects_with_a_shape_with_a_memory_and_of_which_the_poses_see_a_part(na
 @pytest.mark.usefixtures("none_alone")
 def test_rows_at_rest_common_errors_and_effects_on_the_reference(names: tuple[str, ...]) -> None:
     assert_same(asked(gyroscopes("g_sensitivity"), *names))
+
+
+@pytest.mark.usefixtures("none_alone")
+def test_poses_of_its_own_that_each_set_marks() -> None:
+    """Bad poses and steps, at other places in every set, beside a listed effect."""
+    requests = []
+    for k, base in enumerate(accelerometers("cubic", 6.0)):
+        marks = (bad_pose_hypotheses(base)[2 * k], step_hypotheses(base)[k])
+        effects = [held(mark, k) for mark in marks]
+        requests.append(Extension(base, (effects[0], find_effect("cubic"), effects[1])))
+    assert len({each.shape for each in requests}) == 1
+    assert_same(requests)
 
 
 def test_what_poses_do_not_determine_is_none_as_alone() -> None:
