@@ -5,7 +5,8 @@ one what a reader needs beside it: the ranking, the words, and what to record ne
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import lru_cache
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.columns import causes
@@ -110,8 +111,28 @@ def unlisted_hypotheses(fit: Fit, covariates: Sequence[str] | None = None) -> li
     """Everything that could be missing and that no model can hold by a name."""
     return [
         *unknown_hypotheses(fit, causes(fit.poses, covariates)),
-        *step_hypotheses(fit),
-        *bad_pose_hypotheses(fit),
-        *wander_hypotheses(fit),
+        *_by_clock(_Clock.of(fit)),
         *plate_hypotheses(fit),
     ]
+
+
+@dataclass(frozen=True)
+class _Clock:
+    """When the poses of ``fit`` were taken, their names and runs, and the constants: ``key``."""
+
+    key: tuple[object, ...]
+    fit: Fit = field(compare=False)
+
+    @classmethod
+    def of(cls, fit: Fit) -> "_Clock":
+        poses = fit.poses
+        times = [None if each is None else each.tobytes()
+                 for each in (poses.time_s, poses.run_time_s)]
+        return cls((*times, poses.label, poses.run, *vars(CONSTANTS).values()), fit)
+
+
+@lru_cache(maxsize=4)  # sessions of one design are diagnosed by the thousand
+def _by_clock(clock: _Clock) -> tuple[Hypothesis, ...]:
+    """The hypotheses that know of a pose no more than when it was taken."""
+    fit = clock.fit
+    return (*step_hypotheses(fit), *bad_pose_hypotheses(fit), *wander_hypotheses(fit))

@@ -33,6 +33,9 @@ REFERENCE_TEMPERATURE_C = 25.0
 
 Columns = Callable[..., FloatArray]
 
+ShapeValue = float | FloatArray
+"""A shape parameter: one value, or (n, 1) a value for each row, which listed effects take too."""
+
 Need = Literal["force", "time", "previous", "vibration", "plate"]
 """What the columns of an effect are made of besides the vector itself, as the fields of
 :class:`calib.poses.conditions.Conditions`: the specific force; the time since the session began;
@@ -142,14 +145,14 @@ class Effect:
         """Unit of the parameters when the effect acts on ``triad``."""
         return self.unit.replace("{u}", SI_UNIT[triad])
 
-    def evaluate(self, at: Conditions, shape: float | None = None) -> FloatArray:
+    def evaluate(self, at: Conditions, shape: ShapeValue | None = None) -> FloatArray:
         """The columns of the effect.
 
         Parameters
         ----------
         at : Conditions
             n rows.
-        shape : float, optional
+        shape : float or array, shape (n, 1), optional
             Value of the shape parameter, in its unit; by default the first of its starts.
 
         Returns

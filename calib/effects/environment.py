@@ -2,7 +2,14 @@
 
 import numpy as np
 
-from calib.effects.effect import REFERENCE_TEMPERATURE_C, Page, Shape, effect, per_axis
+from calib.effects.effect import (
+    REFERENCE_TEMPERATURE_C,
+    Page,
+    Shape,
+    ShapeValue,
+    effect,
+    per_axis,
+)
 from calib.effects.typical import between, quoted, typical
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, FloatArray
@@ -120,9 +127,9 @@ def scale_drift(at: Conditions) -> FloatArray:
     ),
     shape=Shape("tau_s", "s", (600.0, 150.0, 300.0, 1200.0, 2400.0), (30.0, 7200.0)),
 )
-def warm_up(at: Conditions, tau_s: float) -> FloatArray:
+def warm_up(at: Conditions, tau_s: ShapeValue) -> FloatArray:
     """Bias that settles exponentially after power-on."""
-    settling = np.exp(-at.time_s / tau_s)[:, None]
+    settling = np.exp(-at.time_s[:, None] / tau_s)
     return per_axis(settling * np.ones_like(at.vector))
 
 
@@ -143,7 +150,7 @@ def warm_up(at: Conditions, tau_s: float) -> FloatArray:
     shape=Shape("width", "1", (0.3, 0.03, 1.0, 2e-4), (1e-4, 3.0)),
     follows_words="memory of the pose before along {axis}",
 )
-def hysteresis(at: Conditions, width: float) -> FloatArray:
+def hysteresis(at: Conditions, width: ShapeValue) -> FloatArray:
     """Memory of the last pose: stress that has not relaxed when the next one is taken.
 
     Narrow, it keeps the sign of what an axis felt; wide, it is in proportion to it.

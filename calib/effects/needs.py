@@ -7,23 +7,22 @@ import numpy as np
 from calib.effects.effect import Effect, Need
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
-from calib.poses.pose_set import PoseSet
 
 
-def unavailable(effect: Effect, poses: PoseSet) -> str | None:
+def unavailable(effect: Effect, at: Conditions) -> str | None:
     """Why ``effect`` cannot be evaluated on these poses, or None when it can.
 
     Parameters
     ----------
     effect : Effect
-    poses : PoseSet
+    at : Conditions
+        Of the n poses with their nominal readings.
 
     Returns
     -------
     str or None
         In words that end a sentence which names the effect.
     """
-    at = poses.conditions(poses.reading)
     if np.isfinite(effect.evaluate(at)).all():
         return None
     return why_lacking(effect, at) or "its columns are not numbers in these poses"

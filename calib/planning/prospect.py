@@ -106,7 +106,7 @@ def prospect_of(
     signatures, absent = [], {}
     partly = {}
     for effect in candidate_effects(fitted, own, covariates):
-        reason = unavailable(effect, poses)
+        reason = unavailable(effect, poses.conditions(poses.reading))
         if reason is not None:
             absent[effect.name] = reason
             continue

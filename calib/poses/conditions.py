@@ -101,3 +101,15 @@ class Conditions:
     def column(self, name: str) -> FloatArray:
         """The logged column ``name``, all NaN where it was not logged, in its unit, shape (n,)."""
         return self.columns.get(name, np.full(len(self.time_s), np.nan))
+
+
+def joined(parts: Sequence[Conditions]) -> Conditions:
+    """The rows of all ``parts``, which have the same logged columns, one after another."""
+    if len(parts) == 1:
+        return parts[0]
+    return Conditions(
+        vector=np.concatenate([part.vector for part in parts]),
+        columns={name: np.concatenate([part.columns[name] for part in parts])
+                 for name in parts[0].columns},
+        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in FIELDS},
+    )

@@ -128,7 +128,7 @@ def model_on(
                          f"it out.")
     model = Model.of(names, usable)
     for effect in model.effects:
-        reason = unavailable(effect, poses)
+        reason = unavailable(effect, poses.conditions(poses.reading))
         if reason is not None:
             raise Undetermined(
                 f"{poses.triad}: '{effect.name}' cannot be evaluated in these poses: {reason}.",

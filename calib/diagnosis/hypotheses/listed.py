@@ -166,7 +166,7 @@ def listed_hypotheses(
     absent: dict[str, str] = {}
     effects: list[Effect] = []
     for effect in candidate_effects(fit, own, covariates):
-        reason = unavailable(effect, fit.poses)
+        reason = unavailable(effect, fit.equations.at_reading)
         if reason is None:
             effects.append(effect)
         else:

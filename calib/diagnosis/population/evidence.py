@@ -96,7 +96,7 @@ def evidence_of(
     trials: list[Trial] = []
     visible: list[FloatArray] = [np.zeros((len(projector.residual), 0))]
     for effect in candidate_effects(fit, own, covariates):
-        if effect.in_square or unavailable(effect, fit.poses) is not None:
+        if effect.in_square or unavailable(effect, fit.equations.at_reading) is not None:
             continue
         for trial in trials_of(effect, fit.poses.triad):
             columns = effect_columns(fit, effect, trial.shape)

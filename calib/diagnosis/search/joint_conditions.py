@@ -8,7 +8,7 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
-from calib.poses.conditions import FIELDS, Conditions
+from calib.poses.conditions import Conditions, joined
 from calib.poses.imu_log import FloatArray, IntArray
 
 
@@ -111,14 +111,3 @@ class JointConditions:
         from_mean = (logged - logged.mean(axis=1, keepdims=True)).ravel()
         return replace(at, columns={**at.columns, effect.follows: from_mean})
 
-
-def joined(parts: Sequence[Conditions]) -> Conditions:
-    """The rows of all ``parts``, which have the same logged columns, one after another."""
-    if len(parts) == 1:
-        return parts[0]
-    return Conditions(
-        vector=np.concatenate([part.vector for part in parts]),
-        columns={name: np.concatenate([part.columns[name] for part in parts])
-                 for name in parts[0].columns},
-        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in FIELDS},
-    )

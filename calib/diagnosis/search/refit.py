@@ -13,9 +13,8 @@ from scipy.special import erfcx, ndtr
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
-from calib.errors import CalibrationError
+from calib.fit.batch.extend_many import Extension, extend_many
 from calib.fit.least_squares.result import Fit, shapes_at_bound
-from calib.fit.least_squares.solver import extend
 from calib.fit.rows.shape_derivatives import shape_derivatives
 from calib.fit.validation.leave_one_out import left_out_residual
 
@@ -57,28 +56,34 @@ def linear_loo_rms(fit: Fit) -> float:
     return float(np.sqrt(np.mean((equations.row_sd * out) ** 2)))
 
 
-def refit(base: Fit, effects: Sequence[Effect]) -> Refit | None:
-    """``effects`` added to ``base`` and everything refitted.
+def refits(asked: Sequence[Extension]) -> list[Refit | None]:
+    """Effects added to fits and everything refitted.
 
     Parameters
     ----------
-    base : Fit
-    effects : sequence of Effect
-        A shape parameter begins at the first of its effect's starts.
+    asked : sequence of Extension
+        Of one :attr:`Extension.shape`. A shape parameter begins at the first of its effect's
+        starts.
 
     Returns
     -------
-    Refit or None
+    list of Refit or None
         None where the poses cannot carry the effects.
     """
-    try:
-        joint = extend(base, effects)
-    except (CalibrationError, np.linalg.LinAlgError):
-        return None
-    if joint.dof < CONSTANTS.fewest_dof:
-        return None
-    names = tuple(effect.name for effect in effects)
-    return Refit(names, joint, joint.bounded_p_value, _log_shape_width(joint, effects))
+    joints: list[Refit | None] = []
+    for each, joint in zip(asked, extend_many(asked), strict=True):
+        if joint is None or joint.dof < CONSTANTS.fewest_dof:
+            joints.append(None)
+            continue
+        names = tuple(effect.name for effect in each.effects)
+        width = _log_shape_width(joint, each.effects)
+        joints.append(Refit(names, joint, joint.bounded_p_value, width))
+    return joints
+
+
+def refit(base: Fit, effects: Sequence[Effect]) -> Refit | None:
+    """One of :func:`refits`."""
+    return refits([Extension(base, tuple(effects))])[0]
 
 
 def _log_shape_width(joint: Fit, effects: Sequence[Effect]) -> float:
@@ -88,6 +93,8 @@ def _log_shape_width(joint: Fit, effects: Sequence[Effect]) -> float:
     bound, where the minimum lies beyond, it is the tail on this side.
     """
     names = [effect.name for effect in effects if effect.shape is not None]
+    if not names:
+        return 0.0
     slope = shape_derivatives(
         joint.equations, joint.theta, joint.eta, joint.shapes, joint.rows, names
     ).slope

@@ -7,30 +7,22 @@ Both give the same answers, since one request is a stack of one.
 """
 
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from calib.diagnosis.hypotheses.listed import Hypothesis
 from calib.diagnosis.search.beside import Beside, BesideSets, besides
-from calib.diagnosis.search.refit import Refit, refit
+from calib.diagnosis.search.refit import Refit, refits
 from calib.diagnosis.search.set_densities import SetDensities, set_densities
 from calib.diagnosis.search.stacked_tables import TableAt, tables_at
 from calib.diagnosis.search.table import Table
 from calib.effects.effect import Effect
+from calib.fit.batch.extend_many import Extension
 from calib.fit.least_squares.result import Fit
 
 Result = TypeVar("Result")
 
 
-@dataclass(frozen=True, eq=False)
-class JointRefit:
-    """``effects`` added to ``base`` and everything refitted."""
-
-    base: Fit
-    effects: Sequence[Effect]
-
-
-Request = TableAt | JointRefit | BesideSets | SetDensities
+Request = TableAt | Extension | BesideSets | SetDensities
 Steps = Generator[Request, Any, Result]
 """A computation that asks on its way and returns a result."""
 
@@ -57,7 +49,7 @@ def larger(table: Table, sets: Sequence[Sequence[int]]) -> Steps[list[Beside]]:
 
 def joint_refit(base: Fit, effects: Sequence[Effect]) -> Steps[Refit | None]:
     """``effects`` added to ``base``; None where the poses cannot carry them."""
-    joint: Refit | None = yield JointRefit(base, effects)
+    joint: Refit | None = yield Extension(base, tuple(effects))
     return joint
 
 
@@ -70,7 +62,7 @@ def answers(requests: Sequence[Request]) -> list[object]:
         return [*besides([each for each in requests if isinstance(each, BesideSets)])]
     if isinstance(first, SetDensities):
         return [*set_densities([each for each in requests if isinstance(each, SetDensities)])]
-    return [refit(each.base, each.effects) for each in requests if isinstance(each, JointRefit)]
+    return [*refits([each for each in requests if isinstance(each, Extension)])]
 
 
 def alone(steps: Steps[Result]) -> Result:

@@ -1,15 +1,17 @@
-"""Many searches at once: in every round all of them ask, and what is alike is answered together.
+"""Many searches at once: what they ask that is alike is answered together.
 
-A round takes the next request of every search that is not at its end. Requests of one kind and one
-shape are one stack; those that are like no other form stacks of one. The searches do not know of
-each other.
+Every search has one request open. Requests of one kind and one shape are a stack; the largest stack
+is answered first, so that rare ones grow meanwhile, and the searches that it belonged to go on to
+their next request. They do not know of each other.
 """
 
 from collections.abc import Sequence
 
 from calib.diagnosis.search.beside import BesideSets
+from calib.diagnosis.search.set_densities import SetDensities
 from calib.diagnosis.search.stacked_tables import TableAt
 from calib.diagnosis.search.steps import Request, Result, Steps, answers
+from calib.fit.batch.extend_many import Extension
 
 AT_ONCE = 50
 """Requests in one stack, which then stays in a processor's cache. Tuned on ``python -m
@@ -19,29 +21,27 @@ tests.bench.bench_find``."""
 def together(searches: Sequence[Steps[Result]]) -> list[Result]:
     """The results of many computations, in their order."""
     results: dict[int, Result] = {}
-    replies: dict[int, object] = dict.fromkeys(range(len(searches)))
-    while replies:
-        requests: dict[int, Request] = {}
-        for i, reply in replies.items():
-            try:
-                requests[i] = searches[i].send(reply)
-            except StopIteration as end:
-                results[i] = end.value
-        replies = _replies(requests)
-    return [results[i] for i in range(len(searches))]
+    stacks: dict[object, dict[int, Request]] = {}
 
+    def go_on(i: int, reply: object) -> None:
+        try:
+            request = searches[i].send(reply)
+        except StopIteration as end:
+            results[i] = end.value
+        else:
+            stacks.setdefault(_stack_of(request), {})[i] = request
 
-def _replies(requests: dict[int, Request]) -> dict[int, object]:
-    """The answers to requests, each under the number of its search."""
-    alike: dict[object, list[int]] = {}
-    for i, request in requests.items():
-        alike.setdefault(_stack_of(request), []).append(i)
-    replies: dict[int, object] = {}
-    for which in alike.values():
+    for i in range(len(searches)):
+        go_on(i, None)
+    while stacks:
+        stack = stacks.pop(max(stacks, key=lambda shape: len(stacks[shape])))
+        which = list(stack)
         for first in range(0, len(which), AT_ONCE):
             some = which[first : first + AT_ONCE]
-            replies.update(zip(some, answers([requests[i] for i in some]), strict=True))
-    return replies
+            replies = answers([stack[i] for i in some])
+            for i, reply in zip(some, replies, strict=True):
+                go_on(i, reply)
+    return [results[i] for i in range(len(searches))]
 
 
 def _stack_of(request: Request) -> object:
@@ -50,4 +50,6 @@ def _stack_of(request: Request) -> object:
         return (TableAt, request.shape)
     if isinstance(request, BesideSets):
         return (BesideSets, len(request.table.residual))
-    return type(request)
+    if isinstance(request, Extension):
+        return (Extension, request.shape)
+    return SetDensities

@@ -6,6 +6,7 @@ the stack does not bring to rest, or might be refused, is fitted by ``fit`` by i
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.special import fdtrc
@@ -22,8 +23,12 @@ from calib.fit.least_squares.identifiability import (
     GAINS,
     LARGEST_REFERENCE_ERROR,
 )
+from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
+from calib.fit.rows.initial_estimate import Start
+from calib.fit.rows.residuals import Equations, WhitenedRows
+from calib.fit.rows.whitening import Whitening
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 
@@ -72,6 +77,22 @@ class FittedStack:
         p = self.theta.shape[1]
         return np.asarray(self.cov[:, :p, p:])
 
+    def one(self, k: int, poses: PoseSet, model: Model) -> Fit:
+        """Fit number ``k`` of the stack, of ``poses``, by itself."""
+        stacked, p = self.equations, model.size
+        start = Start(stacked.start_matrix[k], stacked.start_offset[k])
+        equations = Equations(poses, model, whitening=Whitening.of(poses, start))
+        vector = np.empty_like(poses.reading)
+        vector[stacked.stack.order[k]] = self.rows.vector[k]
+        rows = WhitenedRows(self.rows.residual[k], self.rows.jacobian[k], vector, None,
+                            partial(equations.axes, self.theta[k]))
+        return Fit(
+            poses=poses, model=model, theta=self.theta[k], cov=self.cov[k, :p, :p],
+            common_shift=self.cov[k, :p, p:], eta=self.eta[k], shapes={}, log_shape_sd={},
+            equations=equations, rows=rows, weight=np.ones(len(rows.residual)), basis=np.eye(p),
+            iterations=int(self.iterations[k]),
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class ManyFits:
@@ -107,6 +128,25 @@ class ManyFits:
 
     def __len__(self) -> int:
         return len(self.theta)
+
+    def each(self, sets: Sequence[PoseSet]) -> list[Fit | None]:
+        """The fits by themselves, as :func:`calib.fit.least_squares.solver.fit` returns them.
+
+        Parameters
+        ----------
+        sets : sequence of PoseSet
+            Those that were fitted.
+
+        Returns
+        -------
+        list of Fit or None
+            None where one was refused.
+        """
+        fits: list[Fit | None] = [None] * len(self)
+        for stack in self.stacks:
+            for k, i in enumerate(map(int, stack.index)):
+                fits[i] = stack.one(k, sets[i], self.model)
+        return fits
 
 
 def fit_many(sets: Sequence[PoseSet], model: Model) -> ManyFits:

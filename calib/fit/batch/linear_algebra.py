@@ -19,7 +19,12 @@ def choleskys(matrices: FloatArray) -> FloatArray:
 
 def solved(matrices: FloatArray, right: FloatArray) -> FloatArray:
     """Solutions (S, k) of S systems with the right sides (S, k), NaN for each that is singular."""
-    return _each(np.linalg.solve, matrices, right[..., None])[..., 0]
+    return each_solved(matrices, right[..., None])[..., 0]
+
+
+def each_solved(matrices: FloatArray, right: FloatArray) -> FloatArray:
+    """Solutions (S, k, c) of S systems with the right sides (S, k, c), NaN where singular."""
+    return _each(np.linalg.solve, matrices, right)
 
 
 def _each(operation: Callable[..., FloatArray], *stacks: FloatArray) -> FloatArray:

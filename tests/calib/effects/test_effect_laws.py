@@ -230,7 +230,7 @@ def test_what_went_in_comes_out_and_nothing_else_changes(name: str, triad: Triad
 @pytest.mark.parametrize(("name", "triad"), pairs(ADDED))
 def test_what_an_effect_lacks_is_said(name: str, triad: Triad) -> None:
     poses = rich_poses(triad)
-    assert unavailable(EFFECTS[name], poses) is None
+    assert unavailable(EFFECTS[name], poses.conditions(poses.reading)) is None
     n = len(poses)
     bare = replace(
         poses,
@@ -241,7 +241,7 @@ def test_what_an_effect_lacks_is_said(name: str, triad: Triad) -> None:
     )
     of_time = {"bias_drift", "scale_drift", "warm_up", "hysteresis", "reference_drift"}
     of_force = {"g_sensitivity", "g_squared_sensitivity", "earth_rate", "vibration_rectification"}
-    said = unavailable(EFFECTS[name], bare)
+    said = unavailable(EFFECTS[name], bare.conditions(bare.reading))
     if name.startswith("temperature_"):
         assert said == "the logs have no complete column temperature_c"
     elif name in of_time:

@@ -10,6 +10,7 @@ import pytest
 from calib.effects.catalogue import BASE
 from calib.errors import Undetermined
 from calib.fit.batch.fit_many import ManyFits, fit_many
+from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.poses.pose_set import PoseSet
@@ -29,15 +30,28 @@ def lot(sensors: int, seed: int = 1) -> list[PoseSet]:
     return pose_sets_of(draw_lot(paper_design(mpu6050()), LotPlan(sensors), seed))
 
 
+def assert_each_is(one: Fit | None, alone: Fit) -> None:
+    """The fit taken out of its stack has the rows of the fit alone."""
+    assert one is not None
+    np.testing.assert_allclose(one.rows.residual, alone.rows.residual, atol=1e-7)
+    np.testing.assert_allclose(one.rows.vector, alone.rows.vector, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(one.cov, alone.cov, rtol=1e-6, atol=1e-9 * alone.cov.max())
+    np.testing.assert_allclose(one.sensed, alone.sensed, rtol=1e-9, atol=1e-12)
+    assert (one.dof, one.eta.shape) == (alone.dof, alone.eta.shape)
+
+
 def assert_same(many: ManyFits, sets: Sequence[PoseSet]) -> None:
     """Each of ``sets`` by itself: its numbers, or its refusal in the same words."""
+    each = many.each(sets)
     for i, poses in enumerate(sets):
         if i in many.refusals:
             with pytest.raises(type(many.refusals[i]), match=re.escape(str(many.refusals[i]))):
                 fit(poses, many.model)
             assert np.isnan(many.theta[i]).all()
+            assert each[i] is None
             continue
         alone = fit(poses, many.model)
+        assert_each_is(each[i], alone)
         sd = np.sqrt(np.diag(alone.cov))
         assert np.abs((many.theta[i] - alone.theta) / sd).max() < SAME_SD
         np.testing.assert_allclose(many.sd[i], sd, rtol=1e-9)

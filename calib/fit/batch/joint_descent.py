@@ -1,0 +1,238 @@
+"""Steps of :mod:`calib.fit.least_squares.gauss_newton` for a stack, shape parameters among them.
+
+A set of which neither trial of a full step falls is not followed further: the solver of one set
+halves its steps, and fits it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.effects.effect import Shape
+from calib.fit.batch.joint_equations import JointEquations, Shapes
+from calib.fit.batch.joint_rows import JointRows, either
+from calib.fit.batch.linear_algebra import each_solved, times
+from calib.fit.column_scaling import RANK_TOLERANCE
+from calib.fit.least_squares.gauss_newton import LONGEST_SHAPE_STEP
+from calib.fit.rows.problem import Precision
+from calib.fit.rows.shape_derivatives import DIFFERENCE_STEP
+from calib.poses.imu_log import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class JointEstimate:
+    """``theta`` (S, p), ``eta`` (S, q), the shape parameters, and the rows there."""
+
+    theta: FloatArray
+    eta: FloatArray
+    shapes: Shapes
+    rows: JointRows
+
+    @classmethod
+    def of(
+        cls, equations: JointEquations, theta: FloatArray, eta: FloatArray, shapes: Shapes
+    ) -> "JointEstimate":
+        """The estimates at these parameters."""
+        with np.errstate(all="ignore"):  # such a set leaves the stack
+            return cls(theta, eta, shapes, equations.rows(theta, eta, shapes))
+
+    def where(self, chosen: BoolArray, other: "JointEstimate") -> "JointEstimate":
+        """These estimates in the ``chosen`` sets (S,), the ``other`` ones elsewhere."""
+        return JointEstimate(
+            either(chosen, self.theta, other.theta), either(chosen, self.eta, other.eta),
+            {name: either(chosen, value, other.shapes[name])
+             for name, value in self.shapes.items()},
+            self.rows.where(chosen, other.rows),
+        )
+
+    def take(self, sets: IntArray) -> "JointEstimate":
+        """The estimates of these sets alone."""
+        return JointEstimate(
+            self.theta[sets], self.eta[sets],
+            {name: value[sets] for name, value in self.shapes.items()}, self.rows.take(sets),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class JointProblem:
+    """S sets of which each moves along combinations of its own.
+
+    Parameters
+    ----------
+    equations : JointEquations
+    directions : array, shape (S, p + q, v + q)
+        What theta and eta move along.
+    free : mapping of effect name to Shape
+        The h shape parameters that move.
+    """
+
+    equations: JointEquations
+    directions: FloatArray
+    free: dict[str, Shape]
+
+    def take(self, sets: IntArray) -> "JointProblem":
+        """That of these sets alone."""
+        return JointProblem(self.equations.take(sets), self.directions[sets], self.free)
+
+    def with_shapes_held(self) -> "JointProblem":
+        """The same with no shape parameter free."""
+        return replace(self, free={})
+
+
+def descend_jointly(
+    problem: JointProblem, start: JointEstimate, precision: Precision
+) -> tuple[JointEstimate, IntArray, FloatArray]:
+    """Full steps from ``start``, each set until its rows rest.
+
+    Returns
+    -------
+    at : JointEstimate
+    iterations : array of int, shape (S,)
+        0 for a set that did not go straight to a minimum.
+    moved : array, shape (S,)
+        By how many sds the last step moved the row that it moved most.
+    """
+    at, moved = start, np.zeros(len(start.theta))
+    iterations = np.zeros(len(start.theta), dtype=int)
+    active, part, here = np.arange(len(iterations)), problem, start
+    for iteration in range(1, precision.steps + 1):
+        step, row_step = step_from(part, here)
+        largest = np.abs(row_step).max(axis=1)
+        rests = largest < precision.idle_sd
+        trial, falls = _trial(part, here, step)
+        goes = falls & ~rests
+        here = trial.where(goes, here)
+        ends = rests | (goes & (largest < precision.step_sd))
+        iterations[active[ends]] = iteration
+        moved[active[ends]] = np.where(rests, 0.0, largest)[ends]
+        at = _put(at, active, here)
+        on = np.flatnonzero(goes & ~ends)
+        if not on.size:
+            break
+        if len(on) < len(active):
+            active, part, here = active[on], part.take(on), here.take(on)
+    return at, iterations, moved
+
+
+def _put(at: JointEstimate, sets: IntArray, part: JointEstimate) -> JointEstimate:
+    """``at`` with the estimates of ``sets`` replaced by ``part``."""
+    if len(sets) == len(at.theta):
+        return part
+    place = np.zeros(len(at.theta), dtype=int)
+    place[sets] = np.arange(len(sets))
+    chosen = np.zeros(len(at.theta), dtype=bool)
+    chosen[sets] = True
+    return part.take(place).where(chosen, at)
+
+
+def _trial(
+    problem: JointProblem, at: JointEstimate, step: FloatArray
+) -> tuple[JointEstimate, BoolArray]:
+    """The estimates one ``step`` on, or with their shapes and all else fitted; and which fall."""
+    most = at.rows.cost * (1 + 1e-10) + 1e-12
+    p = at.theta.shape[1] + at.eta.shape[1]
+    shapes = dict(at.shapes)
+    for j, name in enumerate(problem.free):
+        shapes[name] = shapes[name] * np.exp(step[:, p + j])
+    trial = _moved(problem, at, step[:, :p], shapes)
+    falls = trial.rows.cost <= most
+    if problem.free and not falls.all():
+        beside = _moved(problem, at, np.zeros((len(step), p)), shapes)
+        with np.errstate(all="ignore"):
+            linear, _ = step_from(problem.with_shapes_held(), beside)
+        second = _moved(problem, beside, linear, shapes)
+        trial = trial.where(falls, second)
+        falls |= second.rows.cost <= most
+    return trial, np.asarray(falls & np.isfinite(most))
+
+
+def _moved(
+    problem: JointProblem, at: JointEstimate, linear: FloatArray, shapes: Shapes
+) -> JointEstimate:
+    p = at.theta.shape[1]
+    linear = np.where(np.isfinite(linear), linear, 0.0)
+    return JointEstimate.of(
+        problem.equations, at.theta + linear[:, :p], at.eta + linear[:, p:], shapes
+    )
+
+
+def step_from(problem: JointProblem, at: JointEstimate) -> tuple[FloatArray, FloatArray]:
+    """The step (S, p + q + h) from an estimate, and by what it moves the rows, (S, r)."""
+    residual = at.rows.residual
+    linear = np.where(np.isfinite(at.rows.jacobian), at.rows.jacobian, 0.0) @ problem.directions
+    norm = np.sqrt((linear**2).sum(axis=1))
+    norm[norm == 0] = 1.0
+    q, r = np.linalg.qr(linear / norm[:, None, :])
+    onto = times(q.swapaxes(1, 2), residual)
+    row_step, shape_step = np.zeros_like(residual), np.zeros((len(residual), 0))
+    if problem.free:
+        slope, shape_step, coupling = _shape_step(problem, at, q, r, norm)
+        onto = onto + times(coupling, shape_step)
+        row_step = times(slope, shape_step)
+    solution = -each_solved(r, onto[..., None])[..., 0] / norm
+    step = np.concatenate([times(problem.directions, solution), shape_step], axis=1)
+    return step, row_step + times(linear, solution)
+
+
+def _shape_step(
+    problem: JointProblem, at: JointEstimate, q: FloatArray, r: FloatArray, norm: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Slope of the rows (S, r, h), step (S, h) of the shapes' logarithms, P (S, v + q, h)."""
+    residual = at.rows.residual
+    slope, curvature, mixed = shape_derivatives(problem.equations, at, list(problem.free))
+    pulled = np.einsum("sr,srph->sph", residual, mixed)
+    full = np.zeros((*problem.directions.shape[:2], slope.shape[2]))
+    full[:, : pulled.shape[1]] = pulled
+    along = problem.directions.swapaxes(1, 2) @ full / norm[:, :, None]
+    onto = q.swapaxes(1, 2) @ slope
+    coupling = onto + each_solved(r.swapaxes(1, 2), along)
+    transposed = slope.swapaxes(1, 2)
+    matrix = transposed @ slope - coupling.swapaxes(1, 2) @ coupling
+    matrix += np.einsum("sr,srh->sh", residual, curvature)[:, :, None] * np.eye(matrix.shape[2])
+    matrix = np.where(np.isfinite(matrix), matrix, 0.0)
+    projected = times(q.swapaxes(1, 2), residual)
+    pull = times(transposed, residual) - times(coupling.swapaxes(1, 2), projected)
+    newton = np.asarray((np.linalg.eigvalsh(matrix) > 0).all(axis=1))
+    step = -each_solved(matrix, pull[..., None])[..., 0]
+    if not newton.all():
+        beside = np.nan_to_num(slope - q @ onto)
+        inverse = np.asarray(np.linalg.pinv(beside, rcond=RANK_TOLERANCE), dtype=float)
+        short = times(inverse, -residual)
+        coupling = np.where(newton[:, None, None], coupling, onto)
+        step = np.where(newton[:, None], step, short)
+    return slope, _within_bounds(problem, at, step), coupling
+
+
+def _within_bounds(problem: JointProblem, at: JointEstimate, change: FloatArray) -> FloatArray:
+    """What of a ``change`` (S, h) of the logarithms of the free shapes is allowed."""
+    value = np.log([at.shapes[name] for name in problem.free]).T
+    low, high = np.log([shape.bounds for shape in problem.free.values()]).T
+    change = np.clip(change, -LONGEST_SHAPE_STEP, LONGEST_SHAPE_STEP)
+    return np.asarray(np.clip(change, low - value, high - value))
+
+
+def shape_derivatives(
+    equations: JointEquations, at: JointEstimate, names: Sequence[str]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Slope, curvature (S, r, h) and mixed derivatives (S, r, p, h) of the rows by the shapes.
+
+    As of :func:`calib.fit.rows.shape_derivatives.shape_derivatives`.
+    """
+    one, rows = equations.one, at.rows
+    (sets, r), p = rows.residual.shape, at.theta.shape[1]
+    d, k = one.data_count, len(one.magnitude)
+    slope, curvature = np.zeros((2, sets, r, len(names)))
+    mixed = np.zeros((sets, r, p, len(names)))
+    true_share = np.ones((sets, d))
+    true_share[:, :k] = 1 - times(equations.common_relative, at.eta)
+    for j, effect in enumerate(e for name in names for e in one.model.effects if e.name == name):
+        where = one.model.positions((effect,))
+        first, second = (
+            equations.whitened(each, rows.vector) * true_share[:, :, None]
+            for each in equations.by_shape(effect, rows, at.shapes[effect.name], DIFFERENCE_STEP)
+        )
+        mixed[:, :d, where, j] = -first
+        slope[:, :d, j] = -times(first, at.theta[:, where])
+        curvature[:, :d, j] = -times(second, at.theta[:, where])
+    return slope, curvature, mixed

@@ -1,0 +1,163 @@
+"""How often stated probabilities come true: simulated evenings of accelerometers by the thousand.
+
+    python -m tests.bench.study_evenings paper --evenings 20000 --workers 2
+    python -m tests.bench.study_evenings hand --evenings 20000 --sizes 2 50
+    python -m tests.bench.study_evenings paper --evenings 400 --loop
+
+Half of the evenings hide nothing, as the prior of the diagnosis has it; each of the others hides
+one listed effect in a direction and of a size of its own, log-uniform between ``--sizes`` (root
+mean square over the pose equations, noise units). They are drawn (``tests.world.lot``), fitted and
+diagnosed as stacks. The tables show what was named, and every stated probability beside how often
+it came true. ``--loop`` diagnoses the same evenings one after the other too, counts the findings
+that differ, and prints both times. ``--workers`` and ``--scheduler`` are those of
+``tests.bench.study_diagnosis``.
+"""
+
+import argparse
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+
+from calib.diagnosis.finding import Finding, find, find_many
+from calib.effects.catalogue import BASE
+from calib.fit.batch.fit_many import fit_many
+from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.solver import fit
+from calib.fit.model import Model
+from calib.poses.pose_set import PoseSet
+from tests.bench import study_tables as tables
+from tests.bench.trial_workers import trials_on
+from tests.lots import pose_sets_of
+from tests.set_trials import SetOutcome, hand_design, scored
+from tests.world.bench import Design
+from tests.world.designs import paper_design
+from tests.world.imu import mpu6050
+from tests.world.lot import LotPlan, draw_lot
+
+HIDDEN = ("quadratic", "cubic", "asymmetry", "cross_quadratic", "temperature_bias",
+          "temperature_scale", "bias_drift", "scale_drift", "warm_up", "hysteresis")
+EACH = 100  #: evenings of one lot that hide one effect; as many as of all effects hide nothing
+IN_ONE = 2 * EACH * len(HIDDEN)
+"""Evenings that one seed stands for, diagnosed together."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """The evenings of one seed: with an effect hidden, with nothing, and what the times were."""
+
+    hidden: tuple[SetOutcome, ...]
+    sound: tuple[SetOutcome, ...]
+    refused: int
+    seconds: dict[str, float]
+    differ: int
+
+
+def design_called(name: str) -> Design:
+    """18 wedge poses of the paper, or 26 laid by hand."""
+    return paper_design(mpu6050()) if name == "paper" else hand_design()
+
+
+def evenings(
+    design: Design, seed: int, sizes: tuple[float, float]
+) -> Iterator[tuple[str | None, list[PoseSet]]]:
+    """The pose sets of one seed, with what they hide."""
+    for name in HIDDEN:
+        plan = LotPlan(EACH, hidden=name, own_sd=sizes)
+        yield name, pose_sets_of(draw_lot(design, plan, seed))
+    yield None, pose_sets_of(draw_lot(design, LotPlan(IN_ONE // 2), seed))
+
+
+def part_of(name: str, sizes: tuple[float, float], loop: bool, seed: int) -> Part:
+    """Draw, fit and diagnose the evenings of one seed."""
+    seconds: dict[str, float] = {}
+
+    def clocked(step: str, since: float) -> float:
+        seconds[step] = time.process_time() - since
+        return time.process_time()
+
+    now = time.process_time()
+    drawn = [(what, poses) for what, sets in evenings(design_called(name), seed, sizes)
+             for poses in sets]
+    now = clocked("drawing", now)
+    sets = [poses for _, poses in drawn]
+    each = fit_many(sets, Model.of(BASE)).each(sets)
+    kept: list[tuple[str | None, Fit]] = [
+        (what, one) for (what, _), one in zip(drawn, each, strict=True) if one is not None
+    ]
+    now = clocked("fitting", now)
+    findings = find_many([one for _, one in kept])
+    now = clocked("diagnosing", now)
+    differ = 0
+    if loop:
+        alone = [find(fit(one.poses, Model.of(BASE))) for _, one in kept]
+        clocked("fitting and diagnosing in a loop", now)
+        differ = sum(not _agree(a, b) for a, b in zip(findings, alone, strict=True))
+    outcomes = [(what, scored(seed, finding, () if what is None else (what,)))
+                for (what, _), finding in zip(kept, findings, strict=True)]
+    return Part(
+        tuple(outcome for what, outcome in outcomes if what is not None),
+        tuple(outcome for what, outcome in outcomes if what is None),
+        len(sets) - len(kept), seconds, differ,
+    )
+
+
+def _agree(one: Finding, other: Finding) -> bool:
+    """Whether two findings say the same, probabilities to a millionth."""
+    a, b = one.verdict, other.verdict
+    stated = list(zip(one.inclusion, other.inclusion, strict=False))
+    return (
+        (a.code, a.names, a.group) == (b.code, b.names, b.group)
+        and len(one.inclusion) == len(other.inclusion)
+        and all(i.members == j.members and abs(i.probability - j.probability) < 1e-6
+                for i, j in stated)
+    )
+
+
+def main() -> None:
+    """Print the tables and the times."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("design", choices=("paper", "hand"))
+    parser.add_argument("--evenings", type=int, default=20_000)
+    parser.add_argument("--sizes", type=float, nargs=2, default=(5.0, 5.0))
+    parser.add_argument("--first-seed", type=int, default=0)
+    parser.add_argument("--loop", action="store_true")
+    parser.add_argument("--workers", type=int, default=1, help="processes of this machine")
+    parser.add_argument("--scheduler", help="address of a Dask cluster")
+    asked = parser.parse_args()
+    low, high = asked.sizes
+    seeds = range(asked.first_seed, asked.first_seed + max(1, round(asked.evenings / IN_ONE)))
+    trial = partial(part_of, asked.design, (low, high), asked.loop)
+    begun = time.perf_counter()
+    with trials_on(asked.workers, asked.scheduler) as each:
+        parts = [part for _, part in each(trial, seeds) if isinstance(part, Part)]
+    by_the_clock = time.perf_counter() - begun
+    hidden = [outcome for part in parts for outcome in part.hidden]
+    sound = [outcome for part in parts for outcome in part.sound]
+    count = len(hidden) + len(sound)
+    print(f"{count} evenings, {asked.design} accelerometer, seeds {seeds[0]} to {seeds[-1]}, half "
+          f"with one effect of {low:g} to {high:g} sd; {sum(p.refused for p in parts)} refused; a "
+          f"wrong name in {tables.share([bool(o.wrong) for o in hidden]):.5f} of those with an "
+          f"effect, in {tables.share([bool(o.wrong) for o in sound]):.5f} of those without")
+    print(tables.set_text(hidden, sound))
+    for name in HIDDEN:
+        of_one = [o for o in hidden if o.hidden == (name,)]
+        print(f"{name:20s} {tables.share([bool(o.named) for o in of_one]):.3f} named as a class, "
+              f"{tables.share([bool(o.single) for o in of_one]):.3f} as one, a wrong name in "
+              f"{tables.share([bool(o.wrong) for o in of_one]):.4f}")
+    seconds: Counter[str] = Counter()
+    for part in parts:
+        seconds.update(part.seconds)
+    for step, total in seconds.items():
+        print(f"{step:34s} {total:8.1f} s of one processor, {1e3 * total / count:7.3f} ms each")
+    print(f"{by_the_clock:.0f} s by the clock")
+    if asked.loop:
+        print(f"{sum(part.differ for part in parts)} of {count} findings differ from those of the "
+              f"loop")
+
+
+if __name__ == "__main__":
+    main()
