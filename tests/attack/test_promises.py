@@ -11,7 +11,7 @@ from tests.paths import DATA, ROOT
 from tests.sessions import pipeline
 
 PROMISES = (DATA / "docs/promises.md").read_text(encoding="utf-8")
-UNTESTED = "## What it cannot see"
+UNTESTED = "## What it cannot detect"
 
 
 def test_every_promise_names_tests_that_exist() -> None:

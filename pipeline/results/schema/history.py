@@ -29,5 +29,5 @@ class HistoryLine(Part):
 
     when: Annotated[str, AfterValidator(_moment)] = means("local time, ISO 8601")
     config_sha256: Text = means("SHA-256 of the configuration")
-    accelerometer: HistoryTriad | None = means("null where it was not calibrated")
-    gyroscope: HistoryTriad | None = means("null where it was not calibrated")
+    accelerometer: HistoryTriad | None = means("null if it was not calibrated")
+    gyroscope: HistoryTriad | None = means("null if it was not calibrated")

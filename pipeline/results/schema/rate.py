@@ -19,13 +19,13 @@ class PhaseCandidate(Part):
 
     name: Text = means("term")
     log_evidence: MaybeNumber = means("log of its evidence against the present model")
-    chi2_drop: MaybeNumber = means("by how much chi² falls with it")
+    chi2_drop: MaybeNumber = means("reduction of chi² with it")
     size: list[MaybeNumber] = means("its parameters")
     sd: list[MaybeSd] = means("their sds")
     rms_after: MaybeSd = means("residual with it, rad; of a triad in SI units")
     loo_after: MaybeSd = means("leave-one-out error with it, in the same unit; null where none is")
-    blind: bool = means("these data cannot see it")
-    aliases: list[Text] = means("what looks the same in these data")
+    blind: bool = means("these data cannot determine it")
+    aliases: list[Text] = means("terms with the same signature in these data")
 
 
 class PhaseVerdict(Part):
@@ -33,10 +33,10 @@ class PhaseVerdict(Part):
 
     verdict: Text = means("code")
     name: Text | None = means("the term that is missing")
-    group: list[Text] = means("the term and what looks the same")
+    group: list[Text] = means("the term and those with the same signature")
     in_words: Text = means("the verdict in words", alias="says")
-    record_next: Text | None = means("what to record to know more")
-    ranking: list[PhaseCandidate] = means("every term, the likeliest first")
+    record_next: Text | None = means("the measurement to record next")
+    ranking: list[PhaseCandidate] = means("every term, the most likely first")
 
 
 class CountedRate(Part):
@@ -73,7 +73,7 @@ class ClipRate(Part):
     frames: Count = means("frames used")
     phase_rms_rad: NotNegative = means("residual of the phase")
     frame_count: CountedRate | None = means("the same by counting frames")
-    sd_parts: RateSds = means("what the sd is made of")
+    sd_parts: RateSds = means("contributions to the sd")
     model: list[Text] = means("terms of the model")
     terms: dict[str, FittedPart] = means("fitted terms besides the rate")
     aliases_rad_s: list[MaybeNumber] = means(
@@ -95,7 +95,7 @@ class RateResult(Part):
     frames: Count | None = means("frames used")
     phase_rms_rad: MaybeSd = means("residual of the phase")
     frame_count: CountedRate | None = means("the same by counting frames")
-    sd_parts: RateSds = means("what the sd is made of")
+    sd_parts: RateSds = means("contributions to the sd")
     source: Literal["video", "stated"] = means("where the rate comes from")
     diagnosis: PhaseVerdict | None = means("of the clip that the model fits worst")
     clips: list[ClipRate] = means("every clip")

@@ -51,7 +51,7 @@ class PoseResult(Part):
     sd: NotNegative = means("its sd")
     left_out: MaybeNumber = means("the same, predicted from all other poses")
     reference: Number = means("gravity or the rate of the plate, SI")
-    time_s: MaybeNumber = means("when, by the clock of the log")
+    time_s: MaybeNumber = means("time by the clock of the log")
     reading: ThreeOrNull = means("mean reading in SI units by the data sheet")
     reading_sd: ThreeSds = means("its sd")
     corrected: ThreeOrNull = means("the reading corrected by the calibration")
@@ -88,7 +88,7 @@ class TriadVerdict(PhaseVerdict):
 
     names: list[Text] = means("all effects that are named as missing")
     inclusion: list[InclusionResult] = means("probability of every class of effects")
-    blind: list[Text] = means("effects that these data cannot see")
+    blind: list[Text] = means("effects that these data cannot determine")
 
 
 class Sheet(Part):
@@ -135,7 +135,7 @@ class GravityResult(Part):
     """The reference of the accelerometer."""
 
     value_m_s2: Annotated[float, Field(gt=0, le=LARGEST)] = means("gravity")
-    sd_m_s2: NotNegative = means("its sd; 0 where it was stated without")
+    sd_m_s2: NotNegative = means("its sd; 0 if it was stated without one")
     source: Text = means("where it comes from")
 
 
@@ -163,13 +163,14 @@ class TriadSection(Part):
     iterations: Count = means("steps of the solver")
     parameters: Parameters = means("the nine parameters")
     sd: ParameterSds = means("their sds")
-    sd_widened_by: NotNegative = means("Birge ratio in these sds; 1 where the model explains")
-    sd_parts: dict[str, ParameterSds] = means("what the sds are made of, by cause")
+    sd_widened_by: NotNegative = means(
+        "Birge ratio in these sds; 1 if the model explains the residual")
+    sd_parts: dict[str, ParameterSds] = means("contributions to the sds, by cause")
     sd_parts_if_typical: dict[str, ParameterSds] = means(
-        "sds by effects that these poses cannot see, if the sensor is typical; not in the sds")
+        "sds by effects that these poses cannot determine, if the sensor is typical; not in `sd`")
     effects: dict[str, FittedPart] = means("added effects")
     worst_poses: list[Text] = means("poses with the largest residuals")
-    misfit_follows: Text | None = means("what the misfit follows")
+    misfit_follows: Text | None = means("the quantity that the misfit follows")
     poses: list[PoseResult] = means("every pose", min_length=1)
     excluded: list[ExcludedResult] = means(
         "poses that the configuration excludes", default_factory=list)
