@@ -7,6 +7,7 @@ beside everything else in the model, as means over parts of a turn or of the cli
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,9 +18,11 @@ from pipeline.report.rate_terms import ANGLE_BINS, LEAST_LIMIT_DEG, angle_bins
 from pipeline.report.svg import PLAIN, Chart, nice_limit, rightward, upward
 from pipeline.stages.rate import SettingRate
 from pipeline.text.formatting import with_sd
-from vision.rate.measure import RateMeasurement
 from vision.rate.term_pages import TERM_PAGES, TermPage
 from vision.rate.terms import CONSTANT_RATE, MEANING, TERMS, StatedFit
+
+if TYPE_CHECKING:  # a session without clips measures none
+    from vision.rate.measure import RateMeasurement
 
 NO_FRAME_DROPPED = "no frame was dropped"
 
@@ -48,7 +51,7 @@ def term_cards(rate: SettingRate, number: int) -> tuple[TermCard, ...]:
     return tuple(sorted(cards, key=lambda card: not card.expanded))
 
 
-def _card(clip: RateMeasurement, name: str) -> TermCard:
+def _card(clip: "RateMeasurement", name: str) -> TermCard:
     page, standing = TERM_PAGES[name], _standing(clip, name)
     seen = name in clip.fit.columns and standing != "unseen"
     measured, pattern = _signature(clip.fit, name) if seen else (np.zeros(1), np.zeros(1))
@@ -75,7 +78,7 @@ def _card(clip: RateMeasurement, name: str) -> TermCard:
     )
 
 
-def _standing(clip: RateMeasurement, name: str) -> Standing:
+def _standing(clip: "RateMeasurement", name: str) -> Standing:
     diagnosis = clip.diagnosis
     if name not in clip.fit.columns:
         return "unavailable"
@@ -126,7 +129,7 @@ def _drawn(fit: StatedFit, name: str, measured: FloatArray, pattern: FloatArray)
     return chart.svg(f"Mean angle residual without {name}, and {name} at its best size.")
 
 
-def _size(clip: RateMeasurement, name: str) -> str:
+def _size(clip: "RateMeasurement", name: str) -> str:
     """The fitted size, or that of the diagnosis, with its sd; empty without any."""
     sizes = {c.name: (c.size, c.sd) for c in clip.diagnosis.ranking if not c.blind}
     sizes |= {term.name: (term.value, term.sd) for term in clip.fit.terms}

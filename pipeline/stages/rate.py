@@ -107,6 +107,8 @@ def follow_clips(
     UnreadableInput, UnreadableVideo, RateRefused
         Of the first clip, in their order, that cannot be tracked.
     """
+    if not clips:
+        return []  # and nothing of the vision stage is imported
     from pipeline.stages.track_cache import kept_track, track_key
 
     # FFmpeg writes its own remarks on damaged files past Python; ours say what to do.

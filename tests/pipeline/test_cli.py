@@ -17,6 +17,7 @@ from pipeline.commands import COMMANDS, front_page
 from pipeline.commands.interaction import group
 from pipeline.errors import ConfigError, DeviceError, UnreadableInput, exit_code_of
 from tests.paths import ROOT
+from tests.sessions import quick_session
 
 HEAVY = ("numpy", "scipy", "cv2", "matplotlib", "pydantic", "yaml", "rich", "jinja2", "serial")
 
@@ -56,6 +57,18 @@ def test_measuring_a_clip_loads_nothing_that_only_configurations_and_fits_need()
     loaded = set(done.stdout.splitlines()[-1].split())
     assert "vision.tracking.track" in loaded
     assert not loaded & {*HEAVY} - {"numpy", "cv2"}
+
+
+def test_a_session_without_clips_loads_nothing_that_follows_or_measures_them(
+    tmp_path: Path
+) -> None:
+    config, _ = quick_session(tmp_path)
+    code = "import sys, pipeline.cli; pipeline.cli.main(sys.argv[1:]); print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code, "run", config], cwd=ROOT, text=True,
+                          capture_output=True, check=True)
+    loaded = set(done.stdout.splitlines()[-1].split())
+    assert "pipeline.report.term_cards" in loaded
+    assert not loaded & {"cv2", "vision.rate.measure", "vision.tracking.track"}
 
 
 def test_every_command_of_the_table_is_there_and_on_the_front_page() -> None:
