@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.bench.hard_clips.art import MARGIN, disc, streak, table
-from tests.bench.hard_clips.stage import Camera, disc_to_frame, table_to_frame
+from tests.bench.hard_clips.stage import Camera, disc_box, disc_to_frame, table_to_frame
 
 Light = NDArray[np.float32]
 
@@ -82,11 +82,12 @@ class _Film:
         rng = np.random.default_rng([shot.seed, 3])
         self._shot = shot
         self._side = int(2.4 * MARGIN * shot.camera.radius_px)
-        self._disc = disc(shot.disc, self._side, rng, shot.off_centre)
+        drawn = disc(shot.disc, self._side, rng, shot.off_centre)
+        self._disc = [np.ascontiguousarray(drawn[..., i]) for i in range(3 if shot.streak else 2)]
         self._streak = streak(self._side, rng.uniform(0, 3), 0.12, shot.streak)
         self._table = table(TABLE_PIXELS, rng, bare=shot.bare)
         self._rng = rng
-        self._still: tuple[Light, Light] | None = None
+        self._still: _Still | None = None
         w, h = shot.camera.size_px
         y, x = np.mgrid[:h, :w].astype(np.float32)
         x0, y0, size = w / 2, h / 2, w / 2
@@ -101,9 +102,11 @@ class _Film:
         swept = abs(shot.angle(time_s + exposure) - shot.angle(time_s)) * shot.camera.radius_px
         moments = int(np.clip(np.ceil(swept / SMEAR_PX), 1, MOST_MOMENTS))
         at = time_s + exposure * (np.arange(moments) + 0.5) / moments
-        light = sum(self._moment(t) for t in at) / moments
-        light = light * shot.light(time_s)
-        h, w = light.shape
+        w, h = shot.camera.size_px
+        light = np.zeros((h, w), np.float32)
+        for moment_s in at:
+            self._add_moment(float(moment_s), light)
+        light *= np.float32(shot.light(time_s) / moments)
         if shot.flicker:
             row_s = time_s + exposure / 2 + np.arange(h) * shot.line_s
             depth = shot.flicker * np.sinc(MAINS_HZ * exposure)
@@ -119,26 +122,47 @@ class _Film:
         i, j = self._rng.integers(0, 64, 2)
         grain = self._noise[i : i + h, j : j + w] * self._rng.choice([-1, 1])
         # Read noise, and that of the light's own grains.
-        light = light + grain * np.sqrt(shot.noise**2 + 0.02 * shot.noise * np.maximum(light, 0))
-        luma = 16 + 219 * np.clip(light, 0, 1) ** (1 / 2.2)
+        variance = shot.noise**2 + 0.02 * shot.noise * np.maximum(light, 0)
+        light = np.asarray(light + grain * np.sqrt(variance), np.float32)
+        luma = 16 + 219 * np.asarray(cv2.pow(np.clip(light, 0, 1), 1 / 2.2))
         return np.rint(luma).astype(np.uint8)
 
-    def _moment(self, time_s: float) -> Light:
+    def _add_moment(self, time_s: float, light: Light) -> None:
+        """Add the light of a moment."""
+        shot = self._shot
+        view = shot.camera.view(time_s) if shot.camera.moves else None
+        if self._still is None or (view is not None and (view != self._still.view).any()):
+            self._still = self._what_stands(shot.camera.view(time_s))
+        still = self._still
+        turned = disc_to_frame(
+            still.view, self._side, MARGIN, shot.angle(time_s), shot.wobble_rad)
+        (rows, columns), size = still.box, still.mirrored.shape[::-1]
+        onto_box = np.array([[1, 0, -columns.start], [0, 1, -rows.start], [0, 0, 1.0]]) @ turned
+        surface, there, *grooves = (cv2.warpPerspective(d, onto_box, size) for d in self._disc)
+        light += still.table
+        light[still.box] += surface - there * still.table[still.box]
+        for each in grooves:
+            light[still.box] += still.mirrored * each
+
+    def _what_stands(self, view: NDArray[np.float64]) -> "_Still":
         shot, size = self._shot, self._shot.camera.size_px
-        view = shot.camera.view(time_s)
-        if self._still is None or shot.camera.moves:
-            on_table = table_to_frame(view, TABLE_PIXELS)
-            table_light = cv2.warpPerspective(
-                self._table, on_table, size, borderMode=cv2.BORDER_REPLICATE)
-            at_rest = disc_to_frame(view, self._side, MARGIN, 0.0, 0.0)
-            self._still = table_light, cv2.warpPerspective(self._streak, at_rest, size)
-        turned = disc_to_frame(view, self._side, MARGIN, shot.angle(time_s), shot.wobble_rad)
-        drawn = cv2.warpPerspective(self._disc, turned, size)
-        below, mirrored = self._still
-        light = drawn[..., 0] + (1 - drawn[..., 1]) * below
-        if shot.streak:
-            light = light + mirrored * drawn[..., 2]
-        return np.asarray(light, np.float32)
+        on_table = table_to_frame(view, TABLE_PIXELS)
+        table_light = cv2.warpPerspective(
+            self._table, on_table, size, borderMode=cv2.BORDER_REPLICATE)
+        at_rest = disc_to_frame(view, self._side, MARGIN, 0.0, 0.0)
+        mirrored = cv2.warpPerspective(self._streak, at_rest, size)
+        box = disc_box(view, size, MARGIN, shot.wobble_rad)
+        return _Still(view, np.asarray(table_light), np.asarray(mirrored)[box], box)
+
+
+@dataclass(frozen=True, eq=False)
+class _Still:
+    """What does not turn, before a camera: the table, and in the disc's box what it mirrors."""
+
+    view: NDArray[np.float64]
+    table: Light
+    mirrored: Light
+    box: tuple[slice, slice]
 
 
 def write(shot: Shot, path: Path) -> None:

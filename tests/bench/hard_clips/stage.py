@@ -102,6 +102,22 @@ def disc_to_frame(
     return _plane(view, np.array([0, 0, DISC_HEIGHT]), u, v, 2 * half_side / side, side)
 
 
+def disc_box(
+    view: Matrix, size_px: tuple[int, int], half_side: float, wobble_rad: float
+) -> tuple[slice, slice]:
+    """Rows and columns of the frame outside which the disc never is, however it turns."""
+    around = np.linspace(0, 2 * np.pi, 90)
+    reach = half_side  # beyond the rim the drawing is empty
+    rim = np.array([[reach * np.cos(a), reach * np.sin(a), DISC_HEIGHT + z, 1.0]
+                    for a in around for z in reach * np.sin(wobble_rad) * np.array([-1, 1])])
+    x, y, depth = view @ rim.T
+    w, h = size_px
+    columns, rows = ((int(np.clip(np.floor((c / depth).min()), 0, most - 1)),
+                      int(np.clip(np.ceil((c / depth).max()) + 1, 1, most)))
+                     for c, most in ((x, w), (y, h)))
+    return slice(*rows), slice(*columns)
+
+
 def _plane(view: Matrix, origin: Matrix, u: Matrix, v: Matrix, step: float, side: int) -> Matrix:
     middle = (side - 1) / 2
     plane = np.column_stack([u, v, origin])
