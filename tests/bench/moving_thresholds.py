@@ -1,11 +1,12 @@
 """What halving and doubling a threshold does on clips whose camera or whose fields move.
 
     python -m tests.bench.moving_thresholds [--clips 2] [--first 1000] [--only RECORD[.FIELD]]
-                                            [--keep DIR]
+                                            [--categories hand_held,bump] [--keep DIR]
 
 The records are those that the clips of ``threshold_sensitivity`` do not touch: registration,
-fields, the motion of the camera, whether anything moves, the smallest area that does. The clips are
-those of ``clip_study``, of the categories below; clips already in DIR are used again.
+fields, the motion of the camera, whether anything moves, the smallest area that does, the inertia
+of a plate whose mark leaves the frame, the orders that look standing. The clips are those of
+``clip_study``, by default of the categories below; clips already in DIR are used again.
 """
 
 import argparse
@@ -18,6 +19,8 @@ import numpy as np
 import vision.plate.background
 import vision.plate.detect
 import vision.plate.fields
+import vision.plate.inertia
+import vision.plate.template
 import vision.tracking.camera_motion
 import vision.tracking.registration
 from tests.bench.clip_study import file_of
@@ -37,6 +40,8 @@ RECORDS = (
     (vision.plate.background.CHANGE, None),
     (vision.tracking.camera_motion.THRESHOLDS, "moved_px"),
     (vision.plate.detect.THRESHOLDS, "smallest_moving"),
+    (vision.plate.inertia.THRESHOLDS, None),
+    (vision.plate.template.THRESHOLDS, None),
 )
 
 
@@ -65,11 +70,12 @@ def main() -> None:
     parser.add_argument("--clips", type=int, default=2)
     parser.add_argument("--first", type=int, default=1000)
     parser.add_argument("--only", default="")
+    parser.add_argument("--categories", default=",".join(CATEGORIES))
     parser.add_argument("--keep", type=Path)
     options = parser.parse_args()
     folder = options.keep or Path(tempfile.mkdtemp(prefix="clips_"))
     folder.mkdir(parents=True, exist_ok=True)
-    shots = [(name, shot(name, seed)) for name in CATEGORIES
+    shots = [(name, shot(name, seed)) for name in options.categories.split(",")
              for seed in range(options.first, options.first + options.clips)]
     clips = [(clip, file_of(clip, name, folder)) for name, clip in shots]
     print(summary(outcomes(clips)), flush=True)

@@ -204,8 +204,7 @@ def cases() -> dict[str, tuple[Shot, bool]]:
         ROLLING: shot(Scene(tilt_rad=0.3), seconds=12.0),
         "hand, fast camera": shot(Scene(hand_until_s=2.0), -45.0, fps=50.0, seconds=6.0),
         "at rest": shot(Scene(), 0.0, measurable=False),
-        "mark half hidden": shot(dataclasses.replace(bare, centre_px=(5.0, 181.0)),
-                                 measurable=False),
+        "mark half hidden": shot(dataclasses.replace(bare, centre_px=(5.0, 181.0))),
         "strobe dots": shot(dataclasses.replace(bare, marks=dots), measurable=False),
     }
 

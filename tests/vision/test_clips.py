@@ -168,13 +168,15 @@ def test_a_plate_half_outside_the_frame_is_followed_by_its_label_and_mark(render
 
 
 @pytest.mark.parametrize("rpm", [16.7, 33.3])
-def test_a_mark_that_leaves_the_frame_for_half_of_each_turn_gives_no_wrong_rate(
+def test_a_mark_that_leaves_the_frame_for_half_of_each_turn_is_followed(
     rpm: float, render: Render
 ) -> None:
     scene = Scene(centre_px=(5.0, 181.0), label=False, sensor_box=False)
-    path, _ = render(PlateMotion(rpm * RPM), scene, seconds=12, recorder=STRONG)
-    with pytest.raises(RateRefused):
-        measure_rate(track_phase(path), timebase=CLOCK)
+    motion = PlateMotion(rpm * RPM)
+    path, _ = render(motion, scene, seconds=12, recorder=STRONG)
+    rate = measure_rate(track_phase(path), timebase=CLOCK)
+    sd_ppm = rate.uncertainty.image_rad_s / rate.rate_rad_s * 1e6
+    assert abs(error_ppm(rate, motion)) < min(100, 4 * sd_ppm)
 
 
 def test_two_equal_marks_opposite_each_other_do_not_halve_the_turn(render: Render) -> None:

@@ -13,7 +13,7 @@ and the drift look smaller. So such orders are solved for with what S and T take
 mind, or belong to S alone.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import cv2
@@ -21,10 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import VIEW_PARAMETERS, FloatArray, PlateView
+from vision.plate.inertia import carried_on, turns_on
 from vision.plate.polar import Grid, Spectra, Strips, ring_spectra
+from vision.plate.template import THRESHOLDS as STANDS
 from vision.plate.template import (
-    STANDING,
     Alignment,
+    RoughlyAligned,
     Template,
     correlated_angle,
     energy,
@@ -34,9 +36,10 @@ from vision.plate.template import (
     turned,
 )
 from vision.plate.view_refinement import view_change
-from vision.video import Luma
 
 NEIGHBOURHOOD = 3  # rings and azimuths
+FEWEST_SHOW = 0.2  # of the frames; with fewer it is not known which of them show their angle
+HALF = 0.5  # of the energy of the frame that shows most: a mark is in the frame or is not
 MARGIN = (3, 5)  # rings and azimuths left out about a covered place, whose edges are mixed
 
 
@@ -81,29 +84,6 @@ class AlignmentThresholds:
 
 
 THRESHOLDS = AlignmentThresholds()
-
-
-@dataclass(frozen=True, eq=False)
-class RoughlyAligned:
-    """Frames with rough angles.
-
-    Attributes
-    ----------
-    images : sequence of arrays of uint8, shape (h, w)
-    background : array of uint8, shape (h, w)
-        Their median.
-    angle_rad : array, shape (f,)
-        Rough plate angles. They hold among neighbours only: where frames are missing in between,
-        two images of the plate would lie over each other for good.
-    first : array of bool, shape (f,)
-        Frames that make the first template, to which the others are turned. Where they are all the
-        frames, their angles hold until the background has been separated from what turns.
-    """
-
-    images: Sequence[Luma]
-    background: Luma
-    angle_rad: FloatArray
-    first: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -163,6 +143,7 @@ class _Fit:
         self._frames, self._grid = frames, grid
         self._angle = frames.angle_rad
         self._used = frames.first
+        self._shows = frames.shows
         self._angles_hold = bool(frames.first.all())
         self._background = grid.strip(frames.background).astype(np.float32)
         self._beyond_median = np.zeros_like(self._background)  # of the background
@@ -182,7 +163,7 @@ class _Fit:
         turning = mean_turning(spectra, self._angle, self._used, grid, self._standing)
         if not (first and self._angles_hold):
             near_enough = -np.inf if self._angles_hold else THRESHOLDS.near_enough
-            self._angle = correlated_angle(spectra, turning, grid, self._angle, near_enough)
+            self._carry_on(correlated_angle(spectra, turning, grid, self._angle, near_enough))
         if first:
             self._used = np.ones(len(self._angle), bool)
             self._standing = standing_share(self._angle, len(self._standing))
@@ -197,17 +178,26 @@ class _Fit:
         self._beyond_median = self._beyond_median + change
         self._difference -= change
 
+    def _carry_on(self, angle_rad: FloatArray) -> None:
+        """Take the angles that the frames show; elsewhere those that a plate has meanwhile."""
+        rough = self._frames.angle_rad
+        self._shows = self._frames.shows if self._angles_hold else turns_on(angle_rad, rough)
+        if self._shows.mean() < FEWEST_SHOW:
+            self._shows = np.ones(len(rough), bool)
+        self._angle = carried_on(angle_rad, rough, self._shows)
+
     def reject_outliers(self) -> None:
         """Leave out frames with something in the way.
 
-        A mark that is seen on part of its way misfits there as much as any, and nowhere else: the
-        more of what turns is in a frame, the more may misfit.
+        The misfit is noise, and a share of what turns and is seen: of a mark that is in the frame
+        for a part of each turn it is large there, and nowhere else.
         """
         self._misfit_energy = energy(self._misfit, self._grid)
         turning = energy(self._turned, self._grid)
-        more_to_see = np.maximum(turning / max(float(np.median(turning)), 1e-9), 1.0)
-        usual = np.median(self._misfit_energy)
-        self._used = self._misfit_energy <= THRESHOLDS.outlier * usual * more_to_see
+        plain = turning >= HALF * turning.max()
+        share = float(np.median(self._misfit_energy[plain] / np.maximum(turning[plain], 1e-9)))
+        usual = np.maximum(share * turning, np.median(self._misfit_energy))
+        self._used = self._misfit_energy <= THRESHOLDS.outlier * usual
 
     def refine_view(self, effort: Effort) -> bool:
         """Move the view to where the misfit is least; True where it stays within the last step."""
@@ -258,7 +248,7 @@ class _Fit:
         unexplained = float(energy(self._misfit[used] * grid.seen, grid).sum())
         turning = np.fft.irfft(self.turning, grid.azimuths, axis=-1).astype(np.float32)
         template = Template(grid, self._background, turning, 1 - unexplained / max(total, 1e-9))
-        return Alignment(template, self._angle, used)
+        return Alignment(template, self._angle, used, self._shows)
 
 
 def _background_change(misfit: Strips, standing: NDArray[np.float32], seen: Strips) -> Strips:
@@ -268,7 +258,7 @@ def _background_change(misfit: Strips, standing: NDArray[np.float32], seen: Stri
     shows (1 - |mean exp(ikθ)|²) δ only. Where part of the plate is not seen it shows δ more or
     less, up to the whole, and a step that is twice too long would go to and fro for good.
     """
-    shown = np.where(standing > STANDING, 1, 1 - standing)
+    shown = np.where(standing > STANDS.standing, 1, 1 - standing)
     if not seen.all():
         shown = np.maximum(shown, THRESHOLDS.least_change)
     spectrum = ring_spectra(misfit) / shown

@@ -7,10 +7,11 @@ from itertools import pairwise
 import numpy as np
 
 from vision.errors import NothingMoves, RateRefused, more_telling
-from vision.geometry import FloatArray, PlateView
+from vision.geometry import PlateView
 from vision.plate.background import median_image, repeated, spread_choice, stands_still
 from vision.plate.channel import Brightness, Channel
 from vision.plate.detect import moving_areas, proposals
+from vision.plate.inertia import smooth
 from vision.plate.learning_frames import LearningFrames
 from vision.plate.mark import symmetry
 from vision.plate.refusal import NOTHING_MOVES, why_it_jumps, why_nothing_turns
@@ -19,6 +20,7 @@ from vision.plate.template import Alignment, Template
 from vision.video import Frame, Luma
 
 CHANGE_OF = 60  # frames, for whether anything changes
+LONGEST_REPEAT_S = 0.2  #: fact: a camera that gives fewer than five frames per second is none
 COMPARED_EVERY = (8, 4)  # rows and columns apart, to see whether a frame is the one before again
 
 
@@ -37,18 +39,11 @@ class SearchThresholds:
         Times as much must turn in an outline as in one inside it that turns more coherently, for
         the inner one to be its label only. Tuned on the coasting disc of
         tests.vision.test_real_clips, whose stand lies within the larger outline.
-    smooth_rad : float
-        Median second difference from the coarse angle, rad, at most: a plate has inertia. Tuned on
-        tests.bench.vision_films and the slow cameras of tests.vision.test_clips.
-    slipping : float
-        Of the usual step: what stands or goes slowly took the place of the plate.
     """
 
     coherent: float = 0.3
     certain: float = 0.8
     whole: float = 1.2
-    smooth_rad: float = 0.12
-    slipping: float = 0.5
 
 
 THRESHOLDS = SearchThresholds()
@@ -198,7 +193,7 @@ def _chosen(
         label_of_it = plate is not None and same_spindle(refined, plate.template.grid.view)
         if label_of_it and THRESHOLDS.whole * turning < plate_turning:
             continue
-        if not _smooth(coarse, rotation.angle_rad[learning.chosen]):
+        if not smooth(coarse.angle_rad, rotation.angle_rad[learning.chosen]):
             jumping = jumping or coarse
             continue
         plate, plate_coherence, plate_turning = coarse, again.coherence, turning
@@ -207,25 +202,19 @@ def _chosen(
     return plate, jumping, highest
 
 
-def _smooth(coarse: Alignment, rough_rad: FloatArray) -> bool:
-    """The refined angle goes with the rough one, without jumps."""
-    beyond = coarse.angle_rad - rough_rad
-    step = float(np.median(np.abs(np.diff(rough_rad))))
-    slip = abs(float(np.median(np.diff(beyond))))
-    # Stamps may come early and late in turn; then the plate goes on evenly over two frames.
-    each, over_two = (float(np.median(np.abs(np.diff(beyond[::n], 2)))) for n in (1, 2))
-    return min(each, over_two) < THRESHOLDS.smooth_rad and slip < THRESHOLDS.slipping * step
-
-
 def _without_repeated(frames: list[Frame], channel: Channel) -> list[Frame]:
     """The frames that are not the one before again: a camera slower than its clip repeats some.
 
-    With them the plate would seem to go by jerks.
+    With them the plate would seem to go by jerks. Where nothing changes for longer, the mark is out
+    of the frame, and what stands behind it is seen best.
     """
     rows, columns = COMPARED_EVERY
     small = [channel(frame)[::rows, ::columns].astype(np.int16) for frame in frames]
     change = np.array([float(np.abs(b - a).mean()) for a, b in pairwise(small)])
-    fresh = np.concatenate([[True], ~repeated(change)])
+    again = np.concatenate([[False], repeated(change)])
+    time_s = np.array([frame.time_s for frame in frames])
+    since_fresh = time_s - np.maximum.accumulate(np.where(again, -np.inf, time_s))
+    fresh = ~again | (since_fresh > LONGEST_REPEAT_S)
     return [frame for frame, new in zip(frames, fresh, strict=True) if new]
 
 

@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray, PlateView
-from vision.plate.alignment import Effort, RoughlyAligned, align
+from vision.plate.alignment import Effort, align
 from vision.plate.background import every_nth, spread_choice
 from vision.plate.polar import polar_grid, ring_spectra
 from vision.plate.rotation import CoarseRotation, coarse_rotation
-from vision.plate.template import Alignment, informative_rings
+from vision.plate.template import Alignment, RoughlyAligned, informative_rings
 from vision.video import Luma
 
 COARSE_AZIMUTHS = 256  #: of the first template
@@ -56,6 +56,7 @@ class LearningFrames:
             self.background,
             rotation.angle_rad[chosen],
             first=(chosen >= rotation.clearest.start) & (chosen < rotation.clearest.stop),
+            shows=np.ones(len(chosen), bool),
         )
         grid = polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS, self.background.shape)
         return align(frames, grid, COARSE, self.on_step)
@@ -70,6 +71,7 @@ class LearningFrames:
             self.background,
             coarse.angle_rad[part],
             first=np.ones(len(part), bool),
+            shows=coarse.shows[part],
         )
         size_px = template.grid.view.radius_px
         azimuths = next(n for radius_px, n in FINE_AZIMUTHS.items() if size_px > radius_px)

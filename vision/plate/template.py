@@ -8,25 +8,45 @@ Here are S and T and the operations on them; ``vision.plate.alignment`` estimate
 the angles θ_i and the view.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
+from vision.phase_track import BoolArray
 from vision.plate.polar import Grid, Spectra, Strips, ring_spectra, turns
+from vision.video import Luma
 
-STANDING = 0.9  # |mean exp(ikθ)|² above which order k does not show whether it turns or stands
-#: The same of an order that turns by more than half a wave from frame to frame. Tuned on
-#: ``tests.bench.clip_study --only edge_on``, seed 1001 (33.05 frames per turn), which errs by 1.6
-#: sds; at 0.3 by 3.9, at 0.9 by 5.2. At 0.075 chance takes one order in eight out of 28 frames.
-STROBED = 0.15
 SMALL_STEP = 0.1  # quantile of the steps from frame to frame, some of which are left out
 RING_SPACING_PX = 1.0  #: between rings: no pixel is passed over
 RINGS = (4, 32)  # at least and at most
 INFORMATION = 0.97  # of that on the angle, on the rings that are measured
 OVERSAMPLED = 4  # correlations per sample of azimuth
 NEAR = 1 / 12  # of a turn, about the expected angle
+
+
+@dataclass(frozen=True)
+class StandingThresholds:
+    """Which orders of the pattern belong to the background alone, by |mean exp(ikθ)|².
+
+    Attributes
+    ----------
+    standing : float
+        Above it order k does not show whether it turns or stands.
+    strobed : float
+        The same of an order that turns by more than half a wave from frame to frame. Tuned on
+        ``tests.bench.clip_study --only edge_on``, seed 1001 (33.05 frames per turn), which errs by
+        1.6 sds; at 0.3 by 3.9, at 0.9 by 5.2. At 0.075 chance takes one order in eight out of 28
+        frames.
+    """
+
+    standing: float = 0.9
+    strobed: float = 0.15
+
+
+THRESHOLDS = StandingThresholds()
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +71,32 @@ class Template:
 
 
 @dataclass(frozen=True, eq=False)
+class RoughlyAligned:
+    """Frames with rough angles.
+
+    Attributes
+    ----------
+    images : sequence of arrays of uint8, shape (h, w)
+    background : array of uint8, shape (h, w)
+        Their median.
+    angle_rad : array, shape (f,)
+        Rough plate angles. They hold among neighbours only: where frames are missing in between,
+        two images of the plate would lie over each other for good.
+    first : array of bool, shape (f,)
+        Frames that make the first template, to which the others are turned. Where they are all the
+        frames, their angles hold until the background has been separated from what turns.
+    shows : array of bool, shape (f,)
+        Frames that show their angle. Others keep the rough one; they show the background.
+    """
+
+    images: Sequence[Luma]
+    background: Luma
+    angle_rad: FloatArray
+    first: BoolArray
+    shows: BoolArray
+
+
+@dataclass(frozen=True, eq=False)
 class Alignment:
     """A template together with the frames it was made from.
 
@@ -61,11 +107,14 @@ class Alignment:
         Plate angle in each frame.
     used : array of bool, shape (f,)
         Frames that are no outliers.
+    shows : array of bool, shape (f,)
+        Frames that show their angle; of the others it is carried on.
     """
 
     template: Template
     angle_rad: FloatArray
-    used: NDArray[np.bool_]
+    used: BoolArray
+    shows: BoolArray
 
 
 def standing_share(angle_rad: FloatArray, orders: int) -> NDArray[np.float32]:
@@ -76,7 +125,8 @@ def standing_share(angle_rad: FloatArray, orders: int) -> NDArray[np.float32]:
     share = np.abs(turns(angle_rad, orders).mean(axis=(0, 1))) ** 2
     step = np.quantile(np.abs(np.diff(angle_rad)), SMALL_STEP)
     strobed = np.arange(orders) * step > np.pi
-    return np.asarray(np.where(share > np.where(strobed, STROBED, STANDING), 1, share))
+    limit = np.where(strobed, THRESHOLDS.strobed, THRESHOLDS.standing)
+    return np.asarray(np.where(share > limit, 1, share))
 
 
 def pattern_spectra(strips: Strips) -> Spectra:
@@ -120,7 +170,7 @@ def mean_turning(
         share = np.fft.irfft(seen, grid.azimuths, axis=-1).sum(axis=0)
         mean = back.sum(axis=0) / np.maximum(share, 1.0)
         turning = pattern_spectra(mean.astype(np.float32))
-    turning[:, standing > STANDING] = 0
+    turning[:, standing > THRESHOLDS.standing] = 0
     return turning
 
 

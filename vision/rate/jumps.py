@@ -80,14 +80,14 @@ def _jumps(excess: FloatArray, whole: FloatArray, width: int) -> list[tuple[int,
             apart.append(int(i))
     steps = [(i + int(np.abs(excess[i : i + width]).argmax()), int(count[i])) for i in apart]
     put_back = excess.copy()
-    for at, frames in steps:
-        put_back[at] -= frames * whole[at]
+    for i, (at, frames) in zip(apart, steps, strict=True):
+        put_back[at] -= frames * whole[i]
     level = np.concatenate([[0.0], np.cumsum(put_back)])
     jumps = []
     for i, (at, frames) in zip(apart, steps, strict=True):
         before, after = level[max(0, i + 1 - STAYS) : i + 1], level[i + width : i + width + STAYS]
         # An angle that jumps there and back, or creeps back, was mismeasured.
-        as_measured = np.concatenate([before, after + frames * whole[at]])
+        as_measured = np.concatenate([before, after + frames * whole[i]])
         if _spread(np.concatenate([before, after])) < THRESHOLDS.tidied * _spread(as_measured):
             jumps.append((at, frames))
     return jumps
