@@ -10,7 +10,6 @@ from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis, held
 from calib.diagnosis.search.beside import Beside
 from calib.diagnosis.search.refit import Refit
-from calib.diagnosis.search.sizes import beyond_nature
 from calib.diagnosis.search.steps import Steps, densities, joint_refit, table_at
 from calib.diagnosis.search.table import Table
 from calib.effects.effect import Effect
@@ -128,13 +127,13 @@ class Search:
         """The set of ``members`` at its joint refit.
 
         None where it would leave too few degrees of freedom to check it with, or where the rows
-        have no solution that nature allows; then the set is out of the search.
+        have no such solution; then the set is out of the search.
         """
         effects = [self._effect(j, start) for j in members]
         if self.base.dof - sum(int(self.table.seen[j]) for j in members) < CONSTANTS.fewest_dof:
             return None
         joint = yield from joint_refit(self.base, effects)
-        if joint is None or beyond_nature(joint.fit, joint.names):
+        if joint is None:
             self.refused.add(self.key(members))
             self.entries.pop(self.key(members), None)
             return None

@@ -1,4 +1,4 @@
-"""Sizes that the residual asks for, before a refit and at one, held against what nature allows."""
+"""Sizes that the residual asks for, before any refit, held against what nature allows."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,7 +8,6 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis
 from calib.diagnosis.search.table import Table
-from calib.fit.least_squares.result import Fit
 from calib.poses.imu_log import FloatArray
 
 SEEN_SHARE = 1e-3
@@ -39,18 +38,3 @@ def within_nature(table: Table, hypotheses: Sequence[Hypothesis]) -> list[Hypoth
             judged[j] = replace(h, log_prior=h.log_prior + float(np.log(CONSTANTS.odds_unnatural)))
             table.log_prior[j] = judged[j].log_prior
     return judged
-
-
-def beyond_nature(fit: Fit, names: Sequence[str]) -> frozenset[str]:
-    """Those of the effects ``names`` of ``fit`` that are larger than nature has them.
-
-    Their sds are allowed for. What looks like such an effect is something else: a gyroscope held
-    in a hand turns with the hand, not with the Earth.
-    """
-    size, sd = np.abs(fit.theta), np.sqrt(np.diag(fit.cov)[: fit.model.size])
-    least = size - CONSTANTS.limit_sd * sd
-    where = fit.model.slices()
-    return frozenset(
-        effect.name for effect in fit.model.effects
-        if effect.name in names and (least[where[effect.name]] > effect.largest).any()
-    )

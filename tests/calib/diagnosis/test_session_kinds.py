@@ -3,13 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.next_measurement.advice import Rival, best_block, film_each_pose
 from calib.diagnosis.next_measurement.kind import at_one_speed, in_a_chamber, once_more
 from calib.diagnosis.next_measurement.pose_blocks import menu
-from calib.earth import EARTH_RATE_RAD_S
 from calib.effects.catalogue import BASE, find_effect
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
@@ -100,17 +98,3 @@ def test_a_plate_that_may_drift_is_asked_for_a_clip_with_each_pose() -> None:
     filmed = fit(replace(poses, reference=own), BASE_MODEL)
     assert film_each_pose(filmed, 20.0) is None
     assert "clips" not in {block.code for block in menu(filmed)}
-
-
-@pytest.mark.parametrize("times", [1.0, 6.0])
-def test_what_turns_faster_than_the_earth_is_not_named_after_it(times: float) -> None:
-    """A gyroscope at rest in many attitudes; a hand that holds it turns with it."""
-    poses = noisy(made_poses("gyroscope", (0.0,), corners=True), 3)
-    up = poses.force / np.linalg.norm(poses.force, axis=1, keepdims=True)
-    sd = 0.05 * EARTH_RATE_RAD_S * times
-    noise = sd * np.random.default_rng(4).standard_normal(up.shape)
-    turned = replace(poses, reading=times * EARTH_RATE_RAD_S * up + noise,
-                     sd=np.full(up.shape, sd), expected=np.zeros(up.shape))
-    said = diagnose(fit(turned, Model.of(("bias",))))
-    assert ("earth_rate" in said.group) is (times == 1.0), said.text
-    assert ("Earth" in said.text) is (times == 1.0)
