@@ -77,7 +77,10 @@ def find(
 def find_many(
     fits: Sequence[Fit], own: Sequence[Effect] = (), covariates: Sequence[str] | None = None
 ) -> list[Finding]:
-    """What is missing in each of ``fits``: as :func:`find` has it, to rounding.
+    """What is missing in each of ``fits``: as :func:`find` has it.
+
+    Probabilities are the same to rounding, where an effect has a shape parameter to about 1e-5: its
+    fit is as exact as sets are weighed.
 
     Fits of one design, with equal numbers of poses and the same logged columns, are the fastest:
     what their searches ask is answered for all of them as stacked arrays.

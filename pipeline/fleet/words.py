@@ -78,8 +78,9 @@ def copies_text(population: TriadPopulation) -> str:
     if not population.copies:
         return ""
     copy, original = next(iter(population.copies.items()))
-    return (f"{count(len(population.copies), 'session')} hold the very measurements of another one "
-            f"and count once: '{copy}' is '{original}'.")
+    verb = "has" if len(population.copies) == 1 else "have"
+    return (f"{count(len(population.copies), 'session')} {verb} the very measurements of another "
+            f"one, which count once: '{copy}' is '{original}'.")
 
 
 def repeat_text(population: TriadPopulation) -> str:

@@ -103,14 +103,18 @@ def part_of(name: str, sizes: tuple[float, float], loop: bool, seed: int) -> Par
     )
 
 
+SAME_PROBABILITY = 1e-4
+"""Derived: fits are weighed with a chi-square that is exact to 1e-4."""
+
+
 def _agree(one: Finding, other: Finding) -> bool:
-    """Whether two findings say the same, probabilities to a millionth."""
+    """Whether two findings say the same."""
     a, b = one.verdict, other.verdict
     stated = list(zip(one.inclusion, other.inclusion, strict=False))
     return (
         (a.code, a.names, a.group) == (b.code, b.names, b.group)
         and len(one.inclusion) == len(other.inclusion)
-        and all(i.members == j.members and abs(i.probability - j.probability) < 1e-6
+        and all(i.members == j.members and abs(i.probability - j.probability) < SAME_PROBABILITY
                 for i, j in stated)
     )
 

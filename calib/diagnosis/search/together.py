@@ -14,8 +14,7 @@ from calib.diagnosis.search.steps import Request, Result, Steps, answers
 from calib.fit.batch.extend_many import Extension
 
 AT_ONCE = 50
-"""Requests in one stack, which then stays in a processor's cache. Tuned on ``python -m
-tests.bench.bench_find``."""
+"""Requests in one stack: a limit of memory, half and double not measured."""
 
 
 def together(searches: Sequence[Steps[Result]]) -> list[Result]:
