@@ -18,6 +18,7 @@ from calib.consistency.quadric import least_chi2
 from calib.consistency.signed_axes import SIGNED_PERMUTATIONS, permutation_words
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, Contradiction
+from calib.fit.batch.fit_many import fit_many
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model, stack_columns
@@ -96,11 +97,11 @@ def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None
     before = _chi2(poses, base)
     whole = np.inf if before is None else before[0]
     hopeful = _hopeful(mistakes, whole, len(poses))
-    tried = [(*outcome, mistake) for mistake in hopeful
-             if (outcome := _chi2(mistake.undone, base)) is not None]
-    if not tried:
+    tried = fit_many([mistake.undone for mistake in hopeful], base)
+    if len(tried) == len(tried.refusals):
         return
-    chi2, dof, mistake = min(tried, key=lambda each: each[0])
+    best = int(np.nanargmin(tried.chi2))
+    chi2, dof, mistake = tried.chi2[best], tried.dof[best], hopeful[best]
     gained = dof / 2 * np.log(max(whole, dof) / max(chi2, dof))
     if gained < np.log(len(mistakes) / FALSE_ALARM) or chi2 - dof > LEFT_OVER * (whole - dof):
         return

@@ -17,6 +17,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from calib.poses.imu_log import BoolArray, FloatArray
 from tests.studies.real_sets.logs import Stops
 
+UPPER = np.triu_indices(3)
 LEAST_LEFT = 1e-3
 STEP_MARGIN, FEWEST_FOR_STEPS = 2, 8
 Extra = Callable[[FloatArray, FloatArray], FloatArray]
@@ -43,7 +44,7 @@ def weights_of(sd: FloatArray) -> FloatArray:
 def magnitudes(x: FloatArray, readings: FloatArray) -> FloatArray:
     """|M (v - b)|, (n,), by the nine parameters: six of M, three of b."""
     matrix = np.zeros((3, 3))
-    matrix[np.triu_indices(3)] = x[:6]
+    matrix[UPPER] = x[:6]
     return np.asarray(np.linalg.norm((readings - x[6:9]) @ matrix.T, axis=1))
 
 
@@ -66,7 +67,7 @@ def _corrected(x: FloatArray, readings: FloatArray, extra: Extra | None) -> Floa
     if extra is None:
         return magnitudes(x, readings)
     matrix = np.zeros((3, 3))
-    matrix[np.triu_indices(3)] = x[:6]
+    matrix[UPPER] = x[:6]
     s = (readings - x[6:9]) @ matrix.T
     return np.asarray(np.linalg.norm(s - extra(x[9:], s), axis=1))
 
