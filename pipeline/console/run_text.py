@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from calib.diagnosis.diagnose import Diagnosis
 from calib.diagnosis.unseen import together
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.units import display_unit
@@ -152,13 +153,10 @@ def next_step(outcome: Outcome, folder: Path, look: str = "pipeline diagnose {co
             return (f"next: {result.diagnosis.explanation.following}. These lines in {config} "
                     f"exclude it; then type: pipeline run {config}\n{lines}")
     for triad, diagnosis in diagnoses.items():
-        if diagnosis.record_next:
+        if measurement := _measurement(diagnosis, config):
             trial = "" if diagnosis.verdict != "effect" else (
                 f"\nor see the errors with it: pipeline add {config} {triad}.{diagnosis.name}")
-            return (
-                f"next: record {diagnosis.record_next}; add the new logs to {config}, then type: "
-                f"pipeline run {config}{trial}"
-            )
+            return f"next: {measurement}, then type: pipeline run {config}{trial}"
     if any(diagnosis.explanation.step != "apply" for diagnosis in diagnoses.values()):
         return f"next: {look.format(config=config)}"
     for rate in outcome.rates.values():
@@ -167,6 +165,14 @@ def next_step(outcome: Outcome, folder: Path, look: str = "pipeline diagnose {co
     if diagnoses:
         return f"next: pipeline apply {shlex.quote(str(folder))} LOG --output FILE"
     return f"next: add the sections accelerometer and gyroscope to {config}"
+
+
+def _measurement(diagnosis: Diagnosis, config: str) -> str:
+    """What to record next, as an order; empty where the next step is none."""
+    if diagnosis.record_next:
+        return f"record {diagnosis.record_next}; add the new logs to {config}"
+    words = diagnosis.explanation.following if diagnosis.explanation.step == "repeat" else ""
+    return words[:1].lower() + words[1:]
 
 
 def comparison_lines(result: TriadResult) -> Iterator[str]:

@@ -2,10 +2,12 @@
 
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from calib.diagnosis.verdict.decision import Code
 from pipeline.config.load import load_config
 from pipeline.console.answers import RATES, answers_of, headline
 from pipeline.console.rate_text import rate_verdict
@@ -67,6 +69,21 @@ def caused(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
     hidden = draw_effect("column:supply_v", "gyroscope", 20.0, design, 8)
     written = write_session(folder, simulate(design, 8, (hidden,)), film=False)
     return run_stages(load_config(written.config), RunContext())
+
+
+def test_what_no_calibration_takes_away_ends_in_the_measurement_that_leaves_less(
+    caused: Outcome,
+) -> None:
+    result = caused.gyroscope
+    assert result is not None
+    words = replace(result.diagnosis.explanation, step="repeat",
+                    following="Film the plate with each pose")
+    noise = replace(result.diagnosis, verdict=Code.NOISE, advice=None, explanation=words)
+    outcome = replace(caused, gyroscope=replace(result, diagnosis=noise))
+    config = caused.config.source.path
+    for look in ("pipeline diagnose {config}", "pipeline effects"):
+        assert next_step(outcome, Path("out"), look) == (
+            f"next: film the plate with each pose, then type: pipeline run {config}")
 
 
 def test_the_worst_comes_first_and_its_command_is_the_next_step(caused: Outcome) -> None:
