@@ -174,7 +174,9 @@ def test_a_named_class_is_added_by_any_member_with_the_measurement_that_tells_th
     }
     assert "next: record" in seen.printed
     name = seen.gyroscope["diagnosis"]["name"]
-    assert f"pipeline add {config} gyroscope.{name}" in seen.printed
+    add = f"pipeline add {config} gyroscope.{name}"
+    assert add in seen.printed
+    assert add in (config.with_suffix(".run") / "report.html").read_text(encoding="utf-8")
     text = config.read_bytes()
     typed(capsys, config, "add", config, "--auto")  # the data cannot tell: nothing is added
     assert config.read_bytes() == text

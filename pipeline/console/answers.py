@@ -147,11 +147,22 @@ def triad_answer(outcome: Outcome, result: TriadResult, folder: str) -> Answer:
         standing, short = "open", "directions are missing among its poses"
     return Answer(
         result.triad, standing, short, _is_it_good(result), f"{wrong}{_aside(result)}",
-        f"{words.following}{'' if words.step in ('apply', 'add') else ', then'}:",
+        _what_next(result),
         _commands(result, config, shlex.quote(folder)),
         lines_to_exclude(outcome, result, result.diagnosis.group)
         if result.diagnosis.verdict == "bad_pose" else "",
     )
+
+
+def _what_next(result: TriadResult) -> str:
+    """The sentence before the commands."""
+    words = result.diagnosis.explanation
+    if words.step in ("apply", "add"):
+        return f"{words.following}:"
+    if result.diagnosis.verdict == "effect":  # a class: its members cannot be told apart here
+        return (f"{words.following}, then type the first command. The second one shows the errors "
+                f"with {result.diagnosis.name} in the model:")
+    return f"{words.following}, then:"
 
 
 def _is_it_good(result: TriadResult) -> str:
@@ -222,6 +233,8 @@ def _commands(result: TriadResult, config: str, folder: str) -> tuple[str, ...]:
         base_only = all(e.acts_on == "reading" for e in result.calibration.fit.model.effects)
         return (f"pipeline apply {folder} {LOG} --output calibrated.csv",
                 f"pipeline export {folder} --to {'arduino' if base_only else HOLDS_EFFECTS}")
+    add = (f"pipeline add {config} {result.triad}.{result.diagnosis.name}",)
     if step == "add":
-        return (f"pipeline add {config} {result.triad}.{result.diagnosis.name}",)
-    return (f"pipeline {'diagnose' if step == 'define' else 'run'} {config}",)
+        return add
+    return (f"pipeline {'diagnose' if step == 'define' else 'run'} {config}",
+            *(add if result.diagnosis.verdict == "effect" else ()))
