@@ -38,8 +38,12 @@ from vision.plate.template import (
 from vision.plate.view_refinement import view_change
 
 NEIGHBOURHOOD = 3  # rings and azimuths
-FEWEST_SHOW = 0.2  # of the frames; with fewer it is not known which of them show their angle
-HALF = 0.5  # of the energy of the frame that shows most: a mark is in the frame or is not
+FEWEST_SHOW = 0.2
+"""Share of the frames; with fewer it is not known which of them show their angle. Chosen on
+mark_leaves of tests.bench.clip_study; half and double not measured."""
+HALF = 0.5
+"""Of the energy of the frame that shows most; derived: midway between a mark that is in the frame
+and one that is not."""
 MARGIN = (3, 5)  # rings and azimuths left out about a covered place, whose edges are mixed
 
 

@@ -15,7 +15,9 @@ import numpy as np
 from vision.geometry import FloatArray
 from vision.phase_track import BoolArray
 
-APART_RAD = 0.3  #: of rough rotation, over which frames are compared: several samples of azimuth
+APART_RAD = 0.3
+"""Rotation by the rough rate, over which frames are compared. Chosen as several samples of azimuth;
+half and double not measured."""
 
 
 @dataclass(frozen=True)
