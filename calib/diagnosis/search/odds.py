@@ -1,27 +1,21 @@
 """From the sets of a search to probabilities: of each set, each effect, each class of effects.
 
-A class holds the effects that these poses cannot separate beside the rest of the leading set: their
-signatures agree to a canonical correlation over 0.99, and no refit gave one of them away.
+A class holds what :mod:`calib.diagnosis.search.classes` finds that these poses do not separate.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis
+from calib.diagnosis.search.classes import aliases, alike, class_of, refit_alike, similar
 from calib.diagnosis.search.sets import Entry, Key, Search, with_refit
 from calib.diagnosis.search.steps import Steps, table_at
-from calib.diagnosis.search.table import Table
 
 LEADING = 6
 """Sets among which the leading one is looked for, those of one class counted together: a
 limit of time."""
-
-REFUTED = 10.0
-"""Log odds by which an alias falls short, at its own refit, to be no longer believed. Chosen as
-far beyond any odds that the verdict names by; its half and double are not measured."""
 
 COURSES = ("jump", "wander")
 """Kinds that say, like an unknown function of time: the bias has a course in time."""
@@ -85,9 +79,9 @@ def odds_of(state: Search) -> Steps[Odds]:
     at_lead = state.table
     if lead.refit is not None:
         at_lead = yield from table_at(lead.refit.fit, state.hypotheses, lead.refit.names)
-    alike = {k: _alias_names(state, at_lead, lead, k) for k in lead.members}
+    places = {k: alike(state, at_lead, lead, k) for k in lead.members}
     for k in lead.members:
-        yield from _refit_aliases(state, lead, k, alike[k])
+        yield from refit_alike(state, lead, k, places[k])
     total = float(np.logaddexp.reduce([e.log_posterior for e in state.entries.values()]))
     nothing, noise = (float(np.exp(v - total)) for v in state.nothing)
     shares = {key: float(np.exp(e.log_posterior - total)) for key, e in state.entries.items()}
@@ -99,7 +93,7 @@ def odds_of(state: Search) -> Steps[Odds]:
     alone = _by_name(shares, by_name)
     classes = []
     for k in lead.members:
-        members = _class_of(state, lead, k, alike[k], alone)
+        members = class_of(state, at_lead, lead, k, places[k], alone)
         inside = sum(share for key, share in shares.items() if by_name[key] & set(members))
         classes.append(_inclusion(first[members[0]], members, inside))
     covered = {name for each in classes for name in each.members}
@@ -168,72 +162,5 @@ def _alike(state: Search, a: Entry, b: Entry) -> bool:
     if all(is_course(state.hypotheses[j]) for j in (*mine, *theirs)):
         return True
     rest = [j for j in a.members if j not in mine]
-    return bool(aliases(state, state.table, mine[0], theirs, rest))
-
-
-def aliases(
-    state: Search, table: Table, k: int, others: Sequence[int], beside: Sequence[int]
-) -> list[int]:
-    """Which of ``others`` these poses cannot tell from hypothesis ``k`` beside a set.
-
-    ``table`` holds the signatures: those at the base are bent by what the base lacks, the more so
-    the stronger it is, and no longer look the same.
-    """
-    listed = [
-        j for j in others
-        if state.hypotheses[j].kind == "listed" and not table.is_blind(j)
-        and (table.seen[j] == table.seen[k] or _is_reference(state.hypotheses[k]))
-    ]
-    if not listed or table.is_blind(k) or state.hypotheses[k].kind != "listed":
-        return []
-    least = table.correlations(k, listed, beside)
-    return [j for j, value in zip(listed, least, strict=True)
-            if value > CONSTANTS.alias_correlation]
-
-
-def _is_reference(hypothesis: Hypothesis) -> bool:
-    """An error of the reference is the common part of an error of the sensor that holds it."""
-    return hypothesis.on_reference
-
-
-def _alias_names(state: Search, table: Table, lead: Entry, k: int) -> dict[str, int]:
-    """The aliases of member ``k`` beside the rest of the leading set, one start of each shape."""
-    rest = [j for j in lead.members if j != k]
-    inside = {state.hypotheses[j].name for j in lead.members}
-    others = [j for j, h in enumerate(state.hypotheses) if h.name not in inside]
-    places: dict[str, int] = {}
-    for j in aliases(state, table, k, others, rest):
-        places.setdefault(state.hypotheses[j].name, j)
-    return places
-
-
-def _refit_aliases(
-    state: Search, lead: Entry, k: int, alike: Mapping[str, int]
-) -> Steps[None]:
-    """The leading set with ``k`` exchanged for each that is ``alike``, at their refits."""
-    if lead.refit is None:
-        return
-    rest = [j for j in lead.members if j != k]
-    for j in alike.values():
-        members = (*rest, j)
-        known = state.entries.get(state.key(members))
-        if not state.can_refit(members) or (known is not None and known.whole):
-            continue
-        again = yield from state.refitted(members, lead.refit)
-        if again is not None:
-            state.note(again)
-
-
-def _class_of(
-    state: Search, lead: Entry, k: int, alike: Mapping[str, int], probability: dict[str, float]
-) -> tuple[str, ...]:
-    """Member ``k`` and those ``alike``, less those that their own refits give away."""
-    name = state.hypotheses[k].name
-    rest = [j for j in lead.members if j != k]
-    members = []
-    for other, j in alike.items():
-        entry = state.entries.get(state.key((*rest, j)))
-        if entry is not None and entry.log_posterior > lead.log_posterior - REFUTED:
-            members.append(other)
-    members.sort(key=lambda n: -probability.get(n, 0.0))
-    return (name, *members)
+    return bool(aliases(state, state.table, mine[0], theirs, rest)
+                or similar(state, state.table, mine[0], theirs, rest))

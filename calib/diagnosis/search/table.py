@@ -125,6 +125,25 @@ class Table:
             return np.zeros((len(self.residual), 0))
         return orthonormal_columns(np.concatenate(seen, axis=1))
 
+    def visible(self, j: int, beside: FloatArray) -> FloatArray:
+        """Orthonormal rows (v, r) of what is visible of ``j`` beside a space (r, k)."""
+        if beside.shape[1] == 0:  # they are orthogonal as they are
+            return self.unit_rows[self.where(j)]
+        block = self.block(j)
+        return _orthonormal(block - beside @ (beside.T @ block)).T
+
+    def unexplained(self, j: int, others: Sequence[int], beside: Sequence[int]) -> FloatArray:
+        """What each of ``others`` in its place leaves of the signal of ``j``, fitted beside a set.
+
+        Root mean squares over the data rows, noise units.
+        """
+        q = self.space(beside)
+        mine = self.visible(j, q)
+        signal = mine.T @ (mine @ (self.residual - q @ (q.T @ self.residual)))
+        held = [float(np.sum((self.visible(other, q) @ signal) ** 2)) for other in others]
+        square = np.maximum(float(signal @ signal) - np.array(held), 0.0)
+        return np.asarray(np.sqrt(square / self.projector.data_count))
+
     def correlations(self, j: int, others: Sequence[int], beside: Sequence[int]) -> FloatArray:
         """Least canonical correlation of ``j`` with each of ``others`` beside a set.
 
@@ -132,18 +151,11 @@ class Table:
         with the part of the other one that it could be.
         """
         q = self.space(beside)
-
-        def visible(k: int) -> FloatArray:
-            if q.shape[1] == 0:  # they are orthogonal as they are
-                return self.unit_rows[self.where(k)]
-            block = self.block(k)
-            return _orthonormal(block - q @ (q.T @ block)).T
-
-        mine = visible(j)
+        mine = self.visible(j, q)
         least = np.zeros(len(others))
         if len(mine) < self.seen[j] or not others:
             return least
-        theirs = [visible(other) for other in others]
+        theirs = [self.visible(other, q) for other in others]
         count = np.array([len(each) for each in theirs])
         ends = np.cumsum(count)
         overlap = np.concatenate(theirs) @ mine.T

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc
 
-from calib.diagnosis.search.odds import Odds, aliases
+from calib.diagnosis.search.classes import aliases
+from calib.diagnosis.search.odds import Odds
 from calib.diagnosis.search.refit import Refit, linear_loo_rms
 from calib.diagnosis.search.sets import Search
 from calib.diagnosis.search.sizes import predicted_size
