@@ -1,8 +1,8 @@
 """Which effects these poses do not separate beside the rest of a set: the classes of a verdict.
 
 Aliases are never separated: their signatures agree to a canonical correlation over 0.99, and no
-refit gave one of them away. Others are not separated at the size at hand: what the one leaves of
-the other's signal is less than the noise, and the odds between their refits settle nothing.
+refit gave one of them away. Similar effects, such as a drift and a bias that follows a temperature
+which rises with time, are not separated while the odds between their refits settle nothing.
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,8 +32,8 @@ def aliases(
     """
     on_reference = state.hypotheses[k].on_reference
     # An error of the reference is the common part of an error of the sensor that holds it.
-    listed = [j for j in _listed(state, table, others)
-              if table.seen[j] == table.seen[k] or on_reference]
+    others = [j for j in others if table.seen[j] == table.seen[k] or on_reference]
+    listed = _listed(state, table, others)
     if not listed or table.is_blind(k) or state.hypotheses[k].kind != "listed":
         return []
     least = table.correlations(k, listed, beside)
@@ -44,20 +44,27 @@ def aliases(
 def similar(
     state: Search, table: Table, k: int, others: Sequence[int], beside: Sequence[int]
 ) -> list[int]:
-    """Which of ``others`` leave, in the place of ``k``, no more of its signal than noise has.
-
-    The most similar first.
-    """
+    """Which of ``others`` would, in the place of ``k``, leave nearly nothing of its signal."""
     listed = _listed(state, table, others)
     if not listed or table.is_blind(k) or state.hypotheses[k].kind != "listed":
         return []
-    rms = table.unexplained(k, listed, beside)
-    order = np.argsort(rms, kind="stable")
-    return [listed[i] for i in order if rms[i] <= CONSTANTS.similar_within]
+    shared = table.shared_signal(k, listed, beside)
+    order = np.argsort(-shared, kind="stable")
+    return [listed[i] for i in order if shared[i] > CONSTANTS.similar_signal]
 
 
 def _listed(state: Search, table: Table, which: Sequence[int]) -> list[int]:
     return [j for j in which if state.hypotheses[j].kind == "listed" and not table.is_blind(j)]
+
+
+def _rest(table: Table, lead: Entry, k: int) -> tuple[list[int], list[int]]:
+    """The other members, and those of them that ``k`` is compared beside.
+
+    None where they leave so few rows that any effect would look like any other there.
+    """
+    rest = [j for j in lead.members if j != k]
+    spare = table.dof - table.space(rest).shape[1] - int(table.seen[k])
+    return rest, rest if spare >= CONSTANTS.fewest_dof else []
 
 
 def alike(state: Search, table: Table, lead: Entry, k: int) -> dict[str, int]:
@@ -65,14 +72,14 @@ def alike(state: Search, table: Table, lead: Entry, k: int) -> dict[str, int]:
 
     Of the similar those that a refit could bring near.
     """
-    rest = [j for j in lead.members if j != k]
+    rest, beside = _rest(table, lead, k)
     inside = {state.hypotheses[j].name for j in lead.members}
     others = [j for j, h in enumerate(state.hypotheses) if h.name not in inside]
     places: dict[str, int] = {}
-    for j in aliases(state, table, k, others, rest):
+    for j in aliases(state, table, k, others, beside):
         places.setdefault(state.hypotheses[j].name, j)
     least = lead.log_posterior - CONSTANTS.behind
-    for j in similar(state, table, k, others, rest):
+    for j in similar(state, table, k, others, beside):
         entry = state.entries.get(state.key((*rest, j)))
         if entry is not None and entry.log_posterior > least:
             places.setdefault(state.hypotheses[j].name, j)
@@ -101,8 +108,8 @@ def class_of(
     probability: Mapping[str, float],
 ) -> tuple[str, ...]:
     """Member ``k`` and those of ``places`` that neither their refits nor the odds give away."""
-    rest = [j for j in lead.members if j != k]
-    same = {*aliases(state, table, k, [*places.values()], rest)}
+    rest, beside = _rest(table, lead, k)
+    same = {*aliases(state, table, k, [*places.values()], beside)}
     members = []
     for name, j in places.items():
         entry = state.entries.get(state.key((*rest, j)))

@@ -132,17 +132,17 @@ class Table:
         block = self.block(j)
         return _orthonormal(block - beside @ (beside.T @ block)).T
 
-    def unexplained(self, j: int, others: Sequence[int], beside: Sequence[int]) -> FloatArray:
-        """What each of ``others`` in its place leaves of the signal of ``j``, fitted beside a set.
-
-        Root mean squares over the data rows, noise units.
+    def shared_signal(
+        self, j: int, others: Sequence[int], beside: Sequence[int]
+    ) -> FloatArray:
+        """Correlation of the signal of ``j``, fitted beside a set, with what each of ``others`` can
+        make of it in its place.
         """
         q = self.space(beside)
         mine = self.visible(j, q)
-        signal = mine.T @ (mine @ (self.residual - q @ (q.T @ self.residual)))
-        held = [float(np.sum((self.visible(other, q) @ signal) ** 2)) for other in others]
-        square = np.maximum(float(signal @ signal) - np.array(held), 0.0)
-        return np.asarray(np.sqrt(square / self.projector.data_count))
+        signal = mine.T @ (mine @ self.residual)
+        signal /= max(float(np.linalg.norm(signal)), 1e-300)
+        return np.array([np.linalg.norm(self.visible(other, q) @ signal) for other in others])
 
     def correlations(self, j: int, others: Sequence[int], beside: Sequence[int]) -> FloatArray:
         """Least canonical correlation of ``j`` with each of ``others`` beside a set.
