@@ -82,7 +82,7 @@ class JointProblem:
 
 def descend_jointly(
     problem: JointProblem, start: JointEstimate, precision: Precision
-) -> tuple[JointEstimate, IntArray, FloatArray]:
+) -> tuple[JointEstimate, IntArray]:
     """Full steps from ``start``, each set until its rows rest.
 
     Returns
@@ -90,10 +90,8 @@ def descend_jointly(
     at : JointEstimate
     iterations : array of int, shape (S,)
         0 for a set that did not go straight to a minimum.
-    moved : array, shape (S,)
-        By how many sds the last step moved the row that it moved most.
     """
-    at, moved = start, np.zeros(len(start.theta))
+    at = start
     iterations = np.zeros(len(start.theta), dtype=int)
     active, part, here = np.arange(len(iterations)), problem, start
     for iteration in range(1, precision.steps + 1):
@@ -105,14 +103,13 @@ def descend_jointly(
         here = trial.where(goes, here)
         ends = rests | (goes & (largest < precision.step_sd))
         iterations[active[ends]] = iteration
-        moved[active[ends]] = np.where(rests, 0.0, largest)[ends]
         at = _put(at, active, here)
         on = np.flatnonzero(goes & ~ends)
         if not on.size:
             break
         if len(on) < len(active):
             active, part, here = active[on], part.take(on), here.take(on)
-    return at, iterations, moved
+    return at, iterations
 
 
 def _put(at: JointEstimate, sets: IntArray, part: JointEstimate) -> JointEstimate:

@@ -6,6 +6,7 @@ not find is marked, and left to the solver of one set, which goes on by Newton's
 """
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 
@@ -28,6 +29,11 @@ from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 Shapes = Mapping[str, FloatArray]
 """Shape parameters of S sets by effect, each (S,)."""
+
+
+OF_EACH = ("reading", "reading_columns", "magnitude_sd", "null_sd", "common_relative", "expected",
+           "stated")
+"""What every set has of its own, as arrays with a leading axis."""
 
 
 class JointEquations:
@@ -61,7 +67,18 @@ class JointEquations:
 
     def take(self, sets: IntArray) -> "JointEquations":
         """The equations of these sets alone."""
-        return JointEquations([self.each[int(i)] for i in sets])
+        if len(sets) == len(self):
+            return self  # in their order
+        part = copy(self)
+        for name in ("probes", "of_reference"):
+            vars(part).pop(name, None)
+        part.each = [self.each[int(i)] for i in sets]
+        for name in OF_EACH:
+            setattr(part, name, getattr(self, name)[sets])
+        n = self.reading.shape[1]
+        part.at_start = self.at_start.take((n * sets[:, None] + np.arange(n)).ravel())
+        part.marks = {name: value[sets] for name, value in self.marks.items()}
+        return part
 
     @cached_property
     def probes(self) -> Conditions:

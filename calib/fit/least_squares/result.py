@@ -117,7 +117,7 @@ class Fit:
     @cached_property
     def remembering(self) -> Equations:
         """The equations with what the solution felt in the poses before."""
-        return Equations(self.poses, self.model, self.sensed, self.equations.whitening)
+        return self.equations.after(self.sensed)
 
     def columns_of(self, effect: Effect, shape: float | None = None) -> FloatArray:
         """Columns of ``effect`` at the solution, where and on what it acts.

@@ -37,6 +37,14 @@ from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 
 
+OF_THE_MODEL = (
+    "on_reading", "on_sensor", "on_reference", "reading_index", "sensor_index", "reference_index",
+    "follows", "varying", "fixed", "varying_on_axes", "varying_orthogonal", "on_axes_index",
+    "on_axes_columns", "varying_index", "fixed_index",
+)
+"""What equations of one model share: which effects act where, and where their parameters stand."""
+
+
 @dataclass(frozen=True, eq=False)
 class WhitenedRows:
     """Whitened rows at one estimate.
@@ -108,6 +116,32 @@ class Equations:
         larger.probes = self.probes
         larger._hold(Model((*self.model.effects, *effects)))
         return larger
+
+    def extended_as(self, other: "Equations", effects: Sequence[Effect]) -> "Equations":
+        """:meth:`extended` where it was made for other poses: what the model decides is theirs.
+
+        Parameters
+        ----------
+        other : Equations
+            Of poses with the same rows and columns, :meth:`extended` by the same ``effects``,
+            which may begin at other shapes.
+        effects : sequence of Effect
+        """
+        larger = copy(self)
+        for name in (*OF_THE_MODEL, "matrix_slopes"):
+            setattr(larger, name, getattr(other, name))
+        larger.model = Model((*self.model.effects, *effects))
+        if len(other.on_reading) > len(self.on_reading):
+            larger.reading_columns = stack_columns(other.on_reading, self.at_reading, {})
+        return larger
+
+    def after(self, sensed: FloatArray) -> "Equations":
+        """The same rows where the axes ``sensed`` (n, 3) in the poses, SI: what they remember."""
+        later = copy(self)
+        later.__dict__.pop("probes", None)
+        felt = self.poses.conditions(self.whitening.vector, sensed).previous
+        later.at_start = self.at_start.with_previous(felt)
+        return later
 
     def _hold(self, model: Model) -> None:
         """What depends on the model and not on its parameters."""
