@@ -7,7 +7,7 @@ from calib.effects.effect import Effect
 from calib.fit.batch.joint_axes import JointAxes
 from calib.fit.batch.joint_equations import JointEquations, Shapes
 from calib.fit.batch.joint_rows import JointRows
-from calib.fit.column_scaling import RANK_TOLERANCE
+from calib.fit.column_scaling import orthonormal_bases
 from calib.fit.least_squares.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.poses.imu_log import BoolArray, FloatArray
 
@@ -34,7 +34,7 @@ def visible_bases(
     sets, p = len(equations), model.size
     jacobian = rows.jacobian[:, : one.data_count, :p]
     slices = model.slices()
-    known = orthonormal(jacobian[:, :, one.reading_index])
+    known = orthonormal_bases(jacobian[:, :, one.reading_index])
     blocks = np.tile(np.eye(p), (sets, 1, 1))
     is_blind = np.zeros(sets, dtype=bool)
     is_used = np.ones((sets, p), dtype=bool)
@@ -57,7 +57,7 @@ def visible_bases(
         blocks[:, where, where] = seen
         is_used[:, where] = kept
         is_blind |= lost == norm.shape[1]
-        known = np.concatenate([known, orthonormal(_beside(known, columns @ seen))], axis=2)
+        known = np.concatenate([known, orthonormal_bases(_beside(known, columns @ seen))], axis=2)
     return [None if blind else block[:, used]
             for blind, block, used in zip(is_blind, blocks, is_used, strict=True)]
 
@@ -85,18 +85,6 @@ def _perpendicular(
 def _beside(known: FloatArray, columns: FloatArray) -> FloatArray:
     """What bases (S, d, m) leave of columns (S, d, k)."""
     return np.asarray(columns - known @ (known.swapaxes(1, 2) @ columns))
-
-
-def orthonormal(matrices: FloatArray) -> FloatArray:
-    """Orthonormal bases (S, d, min(d, k)) of what S matrices (S, d, k) span.
-
-    Columns of zeros stand for what a matrix lacks in rank.
-    """
-    norm = np.sqrt((matrices**2).sum(axis=1, keepdims=True))
-    unit = matrices / np.where(norm == 0, 1.0, norm)
-    u, singular, _ = np.linalg.svd(unit, full_matrices=False)
-    least = RANK_TOLERANCE * singular.max(axis=1, initial=0.0)
-    return np.asarray(u * (singular > least[:, None])[:, None])
 
 
 def _is_rounding(
