@@ -10,7 +10,11 @@ from functools import lru_cache
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.columns import causes
-from calib.diagnosis.hypotheses.listed import Hypothesis, listed_hypotheses
+from calib.diagnosis.hypotheses.listed import (
+    Hypothesis,
+    listed_hypotheses,
+    listed_in_each,
+)
 from calib.diagnosis.hypotheses.unlisted import (
     bad_pose_hypotheses,
     plate_hypotheses,
@@ -71,7 +75,7 @@ def find(
     fit: Fit, own: Sequence[Effect] = (), covariates: Sequence[str] | None = None
 ) -> Finding:
     """What is missing in ``fit``; the parameters are those of :func:`diagnose`."""
-    return alone(_finding(fit, own, covariates))
+    return alone(_finding(fit, covariates, *listed_hypotheses(fit, own, covariates)))
 
 
 def find_many(
@@ -98,13 +102,15 @@ def find_many(
     -------
     list of Finding
     """
-    return together([_finding(fit, own, covariates) for fit in fits])
+    listed = listed_in_each(fits, own, covariates)
+    return together([_finding(fit, covariates, *each)
+                     for fit, each in zip(fits, listed, strict=True)])
 
 
 def _finding(
-    fit: Fit, own: Sequence[Effect], covariates: Sequence[str] | None
+    fit: Fit, covariates: Sequence[str] | None, listed: Sequence[Hypothesis],
+    unavailable: dict[str, str],
 ) -> Steps[Finding]:
-    listed, unavailable = listed_hypotheses(fit, own, covariates)
     state = yield from search(fit, [*listed, *unlisted_hypotheses(fit, covariates)])
     odds = yield from odds_of(state)
     return Finding(state, odds, reach_verdict(state, odds), unavailable)
