@@ -156,10 +156,9 @@ def _expand(state: Search, entry: Entry) -> Steps[None]:
     state.expanded.add(state.key(entry.members))
     inside = [j for j in entry.members if state.can_refit([j])]
     joint = entry.refit if inside else None
-    fit = state.base if joint is None else joint.fit
     table = state.table
     if joint is not None:
-        table = yield from table_at(fit, state.hypotheses, joint.names)
+        table = yield from state.table_of(joint)
     members = entry.members
     smaller = [tuple(m for m in members if m != k) for k in members]
     values = yield from densities(table, [members, *smaller])

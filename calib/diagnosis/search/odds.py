@@ -4,7 +4,7 @@ A class holds the effects that these poses cannot separate beside the rest of th
 signatures agree to a canonical correlation over 0.99, and no refit gave one of them away.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,7 +13,7 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis
 from calib.diagnosis.search.sets import Entry, Search, with_refit
-from calib.diagnosis.search.steps import Steps, table_at
+from calib.diagnosis.search.steps import Steps
 from calib.diagnosis.search.table import Table
 
 LEADING = 6
@@ -79,6 +79,10 @@ class Odds:
     masses: Mapping[int, float]
     names: tuple[str, ...]
 
+    def mask(self, names: Iterable[str]) -> int:
+        """The bits of these of :attr:`names`."""
+        return sum(1 << self.names.index(name) for name in names)
+
     @cached_property
     def sets(self) -> tuple[tuple[tuple[str, ...], float], ...]:
         """The sets by their names in alphabetical order, with their probabilities, the most
@@ -98,7 +102,8 @@ def odds_of(state: Search) -> Steps[Odds]:
         lead = yield from with_refit(state, lead)
     at_lead = state.table
     if lead.refit is not None:
-        at_lead = yield from table_at(lead.refit.fit, state.hypotheses, lead.refit.names)
+        at_lead = yield from state.table_of(lead.refit)
+    state.tables.clear()
     alike = {k: _alias_names(state, at_lead, lead, k) for k in lead.members}
     for k in lead.members:
         yield from _refit_aliases(state, lead, k, alike[k])

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,8 +24,7 @@ OFTEN = ("jump", "bad_pose")
 """Kinds of which a set may hold several."""
 
 
-@dataclass(frozen=True, eq=False)
-class Entry:
+class Entry(NamedTuple):
     """One set of hypotheses: its members' indices and its log posterior, not normalised.
 
     ``refit`` is the joint refit of its effects; ``whole`` whether that holds all its members.
@@ -52,7 +52,7 @@ class Search:
     members, ``refused`` those without a joint solution; ``nothing`` the log densities of the empty
     set with the stated and with larger noise; ``is_explained`` whether a refit explains the rows.
     ``standard`` is the log posterior of the best set at its own solution: what others are measured
-    against.
+    against; ``tables`` are those at joint refits, for as long as the search goes on.
     """
 
     base: Fit
@@ -65,6 +65,7 @@ class Search:
     refused: set[Key] = field(default_factory=set)
     expanded: set[Key] = field(default_factory=set)
     refused_alone: Key = 0
+    tables: dict[Refit, Table] = field(default_factory=dict)
     is_explained: bool = False
     standard: float = -np.inf
 
@@ -115,6 +116,15 @@ class Search:
     def is_refused(self, key: Key) -> bool:
         """Whether the rows have no solution with these members, or with one of them alone."""
         return bool(key & self.refused_alone) or key in self.refused
+
+    def table_of(self, joint: Refit) -> Steps[Table]:
+        """The table of all hypotheses at a joint refit, whose effects are on trial."""
+        known = self.tables.get(joint)
+        if known is None:
+            known = self.tables[joint] = yield from table_at(
+                joint.fit, self.hypotheses, joint.names
+            )
+        return known
 
     def refuse(self, key: Key) -> None:
         """Take a set out of the search."""
@@ -195,13 +205,13 @@ def with_refit(state: Search, entry: Entry) -> Steps[Entry]:
         return entry
     inside = tuple(j for j in entry.members if state.can_refit([j]))
     if not inside:
-        return replace(entry, refit=None)
+        return entry._replace(refit=None)
     known = state.entries.get(state.key(inside))
     if known is not None and known.whole:
         again: Entry | None = known
     else:
         again = yield from state.refitted(inside, entry.refit)
     if again is None:
-        return replace(entry, refit=None)
+        return entry._replace(refit=None)
     state.note(again)
-    return again if len(inside) == len(entry.members) else replace(entry, refit=again.refit)
+    return again if len(inside) == len(entry.members) else entry._replace(refit=again.refit)
