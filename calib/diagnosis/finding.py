@@ -32,7 +32,6 @@ from calib.diagnosis.verdict.decision import Verdict, reach_verdict
 from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
 
-
 JUDGED_AT_ONCE = 100
 """Fits whose listed effects are judged in one call: a limit of memory."""
 

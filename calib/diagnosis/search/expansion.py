@@ -81,13 +81,17 @@ def _note_by_name(
     which = which[np.lexsort((-which, -value[which], state.number[which]))]
     first = np.flatnonzero(np.diff(state.number[which], prepend=-1))
     best, totals = which[first].tolist(), np.logaddexp.reduceat(value[which], first).tolist()
+    is_far = (more.drop[which[first]] > far).tolist()
     noted = []
-    for j, total in zip(best, totals, strict=True):
-        if inside & state.bits[j] or state.is_refused(inside | state.bits[j]):
+    for j, total, beyond in zip(best, totals, is_far, strict=True):
+        key = inside | state.bits[j]
+        if key == inside or state.is_refused(key):
             continue
         larger = tuple(sorted((*members, j)))
-        state.note(Entry(larger, total, joint, is_far=bool(more.drop[j] > far)))
         noted.append((total, larger))
+        known = state.entries.get(key)
+        if (known is None or not known.whole) and not (beyond and state.is_explained):
+            state.entries[key] = Entry(larger, total, joint, False, beyond)
     return sorted(noted, reverse=True)
 
 

@@ -49,7 +49,7 @@ class JointConditions:
         """The corrected conditions with what the sensitive axes feel."""
         to_sensed = np.array([fit.rows.axes.to_sensed for fit in self.fits])
         vector = self.corrected.vector.reshape(len(self.fits), -1, 3) @ to_sensed.swapaxes(1, 2)
-        return replace(self.corrected, vector=vector.reshape(-1, 3))
+        return self.corrected.with_vector(vector.reshape(-1, 3))
 
     @cached_property
     def directions(self) -> FloatArray:

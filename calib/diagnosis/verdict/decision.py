@@ -15,7 +15,7 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.search.odds import Inclusion, Odds, is_course
-from calib.diagnosis.search.sets import Entry, Search, is_nothing
+from calib.diagnosis.search.sets import Search, is_nothing
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.leave_one_out import compare, left_out_square
 from calib.poses.imu_log import FloatArray

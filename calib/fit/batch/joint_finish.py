@@ -1,6 +1,5 @@
 """The fits that a stack ended in: :func:`calib.fit.least_squares.result.finish` for all at once."""
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -18,8 +17,8 @@ from calib.fit.least_squares.identifiability import (
 )
 from calib.fit.least_squares.result import AT_BOUND, Fit
 from calib.fit.model import stack_columns
-from calib.fit.rows.residuals import WhitenedRows
 from calib.fit.rows.sensitive_axes import Axes
+from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 
@@ -94,7 +93,7 @@ def _covariances(
     linear = at.rows.jacobian @ directions
     if not problem.free:
         unit, norm = _unit_columns(linear)
-        inverse = inverses(np.linalg.qr(unit, mode="r")) / norm[:, :, None]
+        inverse = inverses(np.asarray(np.linalg.qr(unit, mode="r"))) / norm[:, :, None]
         return directions @ (inverse @ inverse.swapaxes(1, 2)) @ turned, {}
     slope, _, _ = shape_derivatives(problem.equations, at, list(problem.free))
     v = directions.shape[2]
@@ -134,17 +133,17 @@ def _is_determined(
 ) -> BoolArray:
     """Which sets (S,) pass :func:`..least_squares.identifiability.require_determined`."""
     one = equations.one
-    sets, p = len(equations), one.model.size
+    p = one.model.size
     data = rows.jacobian[:, : one.data_count, :p].copy()
     if one.on_reading:
-        at = replace(equations.at_start, vector=rows.vector.reshape(-1, 3))
+        at = equations.at_start.with_vector(rows.vector.reshape(-1, 3))
         columns = stack_columns(one.on_reading, at, {}).reshape(*rows.vector.shape, -1)
         data[:, :, one.reading_index] = equations.whitened(columns, rows.vector)
     combined = data @ basis
     singular = np.linalg.svd(_unit_columns(combined)[0], compute_uv=False)
     limit = CONDITION_LIMIT if len(one.reading_index) == p else CONDITION_LIMIT**2
     least = np.maximum(1 / limit, RANK_TOLERANCE) * singular[:, 0]
-    return np.asarray((singular[:, -1] >= least) & combined.any(axis=1).all(axis=1))
+    return np.asarray((singular[:, -1] >= least) & (combined != 0).any(axis=1).all(axis=1))
 
 
 def _is_of_size(equations: JointEquations, rows: JointRows) -> BoolArray:

@@ -13,8 +13,9 @@ from calib.fit.column_scaling import inverse_square, pseudo_inverse_square, unit
 from calib.fit.least_squares.identifiability import require_determined, require_enough, require_size
 from calib.fit.model import Model
 from calib.fit.rows.problem import Estimate, Problem, Solution, with_common
-from calib.fit.rows.residuals import Equations, WhitenedRows
+from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import sensor_columns
+from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.poses.imu_log import BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
 
