@@ -111,7 +111,7 @@ def _effect(case: _Case) -> Explanation:
     verdict = case.verdict
     best = next(c for c in case.ranking if c.name == verdict.name and c.kind == "listed")
     more = verdict.names[1:]
-    text = f"'{verdict.name}' is missing: {physics(verdict.name)} "
+    text = f"'{verdict.name}' is missing: {physics(verdict.names[0])} "
     for name in more:
         text += f"'{name}' is missing beside it: {physics(name)} "
     it = "together they explain" if more else "it explains"
