@@ -4,15 +4,16 @@ A class holds the effects that these poses cannot separate beside the rest of th
 signatures agree to a canonical correlation over 0.99, and no refit gave one of them away.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis
-from calib.diagnosis.search.sets import Entry, Key, Search, with_refit
-from calib.diagnosis.search.steps import Steps, table_at
+from calib.diagnosis.search.sets import Entry, Search, with_refit
+from calib.diagnosis.search.steps import Steps
 from calib.diagnosis.search.table import Table
 
 LEADING = 6
@@ -65,8 +66,9 @@ class Odds:
         One for each member of the leading set, in the order of their names in ``lead``.
     others : tuple of Inclusion
         What else may be missing, the most probable first.
-    sets : tuple of (tuple of str, float)
-        The sets with their probabilities, the most probable first.
+    masses : mapping of int to float
+        Probability of every set, a bit for each of ``names``.
+    names : tuple of str
     """
 
     nothing: float
@@ -74,7 +76,23 @@ class Odds:
     lead: Entry
     classes: tuple[Inclusion, ...]
     others: tuple[Inclusion, ...]
-    sets: tuple[tuple[tuple[str, ...], float], ...]
+    masses: Mapping[int, float]
+    names: tuple[str, ...]
+
+    def mask(self, names: Iterable[str]) -> int:
+        """The bits of these of :attr:`names`."""
+        return sum(1 << self.names.index(name) for name in names)
+
+    @cached_property
+    def sets(self) -> tuple[tuple[tuple[str, ...], float], ...]:
+        """The sets by their names in alphabetical order, with their probabilities, the most
+        probable first.
+        """
+        by_names = [
+            (tuple(sorted(name for i, name in enumerate(self.names) if mask >> i & 1)), mass)
+            for mask, mass in self.masses.items()
+        ]
+        return tuple(sorted(by_names, key=lambda item: -item[1]))
 
 
 def odds_of(state: Search) -> Steps[Odds]:
@@ -84,23 +102,25 @@ def odds_of(state: Search) -> Steps[Odds]:
         lead = yield from with_refit(state, lead)
     at_lead = state.table
     if lead.refit is not None:
-        at_lead = yield from table_at(lead.refit.fit, state.hypotheses, lead.refit.names)
+        at_lead = yield from state.table_of(lead.refit)
+    state.tables.clear()
     alike = {k: _alias_names(state, at_lead, lead, k) for k in lead.members}
     for k in lead.members:
         yield from _refit_aliases(state, lead, k, alike[k])
     total = float(np.logaddexp.reduce([e.log_posterior for e in state.entries.values()]))
     nothing, noise = (float(np.exp(v - total)) for v in state.nothing)
-    shares = {key: float(np.exp(e.log_posterior - total)) for key, e in state.entries.items()}
-    by_name = {
-        key: frozenset(state.hypotheses[j].name for j in state.entries[key].members)
-        for key in shares
-    }
+    names = tuple(dict.fromkeys(h.name for h in state.hypotheses))
+    bit = {name: 1 << i for i, name in enumerate(names)}
     first = {h.name: h for h in reversed(state.hypotheses)}
-    alone = _by_name(shares, by_name)
+    masses = _masses(state, [bit[h.name] for h in state.hypotheses], total)
+    alone = {name: sum(mass for key, mass in masses.items() if key & bit[name])
+             for name in dict.fromkeys(
+                 state.hypotheses[j].name for e in state.entries.values() for j in e.members)}
     classes = []
     for k in lead.members:
         members = _class_of(state, lead, k, alike[k], alone)
-        inside = sum(share for key, share in shares.items() if by_name[key] & set(members))
+        any_of = sum(bit[name] for name in members)
+        inside = sum(mass for key, mass in masses.items() if key & any_of)
         classes.append(_inclusion(first[members[0]], members, inside))
     covered = {name for each in classes for name in each.members}
     rest = sorted((name for name in alone if name not in covered), key=lambda n: -alone[n])
@@ -110,27 +130,23 @@ def odds_of(state: Search) -> Steps[Odds]:
         lead,
         tuple(classes),
         tuple(_inclusion(first[n], (n,), alone[n]) for n in rest),
-        tuple(sorted(_sets(shares, by_name).items(), key=lambda item: -item[1])),
+        masses,
+        names,
     )
 
 
-def _by_name(shares: dict[Key, float], by_name: dict[Key, frozenset[str]]) -> dict[str, float]:
-    """Probability of every name to be in the model."""
-    total: dict[str, float] = {}
-    for key, share in shares.items():
-        for name in by_name[key]:
-            total[name] = total.get(name, 0.0) + share
-    return total
-
-
-def _sets(
-    shares: dict[Key, float], by_name: dict[Key, frozenset[str]]
-) -> dict[tuple[str, ...], float]:
-    total: dict[tuple[str, ...], float] = {}
-    for key, share in shares.items():
-        names = tuple(sorted(by_name[key]))
-        total[names] = total.get(names, 0.0) + share
-    return total
+def _masses(state: Search, bits: Sequence[int], total: float) -> dict[int, float]:
+    """Probability of every set, those of the same names counted together, by its names' bits."""
+    values = np.array([e.log_posterior for e in state.entries.values()])
+    masses: dict[int, float] = {}
+    for entry, share in zip(
+        state.entries.values(), np.exp(values - total).tolist(), strict=True
+    ):
+        key = 0
+        for j in entry.members:
+            key |= bits[j]
+        masses[key] = masses.get(key, 0.0) + share
+    return masses
 
 
 def _inclusion(first: Hypothesis, members: Sequence[str], probability: float) -> Inclusion:
@@ -149,26 +165,36 @@ def _leading(state: Search) -> Entry:
     if not best[0].members and best[0].log_posterior > others:
         return best[0]  # nothing else looks like nothing, and all together weigh less
     mass = [
-        float(np.logaddexp.reduce([b.log_posterior for b in best if _alike(state, a, b)]))
-        for a in best
+        float(np.logaddexp.reduce([b.log_posterior for b in _alike(state, a, best)])) for a in best
     ]
     return best[int(np.argmax(mass))]
 
 
-def _alike(state: Search, a: Entry, b: Entry) -> bool:
-    """Whether two sets differ by one effect that these poses cannot tell from another at most."""
-    if a is b:
-        return True
-    mine = [j for j in a.members if state.label(j) not in state.key(b.members)]
-    theirs = [j for j in b.members if state.label(j) not in state.key(a.members)]
-    if not mine and not theirs:
-        return True
-    if len(mine) != 1 or len(theirs) != 1:
-        return False
-    if all(is_course(state.hypotheses[j]) for j in (*mine, *theirs)):
-        return True
-    rest = [j for j in a.members if j not in mine]
-    return bool(aliases(state, state.table, mine[0], theirs, rest))
+def _alike(state: Search, a: Entry, others: Sequence[Entry]) -> list[Entry]:
+    """``a`` and those of the ``others`` that differ from it by one effect at most, which these
+    poses cannot tell from one of its own.
+    """
+    same, apart = [a], []
+    inside = state.key(a.members)
+    for b in others:
+        if b is a:
+            continue
+        key = state.key(b.members)
+        mine = [j for j in a.members if not state.bits[j] & key]
+        theirs = [j for j in b.members if not state.bits[j] & inside]
+        if not mine and not theirs:
+            same.append(b)
+        elif len(mine) == len(theirs) == 1:
+            if is_course(state.hypotheses[mine[0]]) and is_course(state.hypotheses[theirs[0]]):
+                same.append(b)
+            else:
+                apart.append((mine[0], theirs[0], b))
+    for k in {mine for mine, _, _ in apart}:
+        rest = [j for j in a.members if j != k]
+        beside = [(j, b) for mine, j, b in apart if mine == k]
+        alike = set(aliases(state, state.table, k, [j for j, _ in beside], rest))
+        same += [b for j, b in beside if j in alike]
+    return same
 
 
 def aliases(
