@@ -111,7 +111,7 @@ def _halved(image: Luma) -> Luma:
 
 
 def every_nth(count: int, nth: int) -> NDArray[np.intp]:
-    """Every n-th frame, beginning again with the next one after each n-th of the stretch.
+    """Indices (≈ count / nth,) of every n-th frame, a frame later after each n-th of the stretch.
 
     Of a plate that makes a turn in 20 frames, every other one shows it in ten places only, and a
     wave of ten periods as standing still.
@@ -121,7 +121,7 @@ def every_nth(count: int, nth: int) -> NDArray[np.intp]:
 
 
 def median_image(images: Sequence[Luma]) -> Luma:
-    """Median over time of each pixel, from a spread choice of the frames.
+    """Median over time of each pixel, (h, w), from a spread choice of the frames.
 
     Compare-exchange of whole frames: a twentieth of the time of sorting pixel by pixel.
     """
