@@ -109,8 +109,6 @@ def follow_clips(
     """
     if not clips:
         return []  # and nothing of the vision stage is imported
-    from pipeline.stages.track_cache import kept_track, track_key
-
     # FFmpeg writes its own remarks on damaged files past Python; ours say what to do.
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", FFMPEG_QUIET)
     stop = threading.Event()
@@ -128,6 +126,8 @@ def follow_clips(
     def find(clip: Path, plate: "PlateOverride | None") -> "PhaseTrack":
         if context.cache is None:
             return follow(clip, plate)
+        from pipeline.stages.track_cache import kept_track, track_key
+
         return kept_track(context.cache, track_key(clip, plate), lambda: follow(clip, plate))
 
     with ThreadPoolExecutor(PARALLEL_CLIPS) as pool:
