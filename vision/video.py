@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from vision.av_decoder import AvCapture
 from vision.errors import UnreadableVideo
 from vision.orientation import Orientation, stated_orientation
+from vision.reduction import reduced
 
 Luma = NDArray[np.uint8]
 
@@ -30,6 +31,7 @@ BLACK = 1.0  # mean luma of a frame that was not decoded; that of black is 16
 JUDGED = 5  # first frames of a clip; fewer than a batch has
 FIELDS = "turntable-imu-calibration[fields]"  # what decodes interlaced clips
 BATCH = 16  # frames handed over at once
+FFMPEG_QUIET = "-8"  #: AV_LOG_QUIET; read when the process opens its first clip
 LUMA_FIRST = (b"I420", b"NV12", b"Y800")  # 8 bits of luma per pixel, before anything else
 SMALL = 500_000  # pixels of a frame that one thread decodes
 AS_FILMED = np.eye(3)  #: the motion of a camera that stands
@@ -107,6 +109,7 @@ class ClipReader:
         self.path, self._every = Path(path), every
         _refuse_unreadable(self.path)
         # The decoder reports every oddity of a file; our own messages state what matters.
+        os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", FFMPEG_QUIET)
         cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
         self._capture = _opened(path)
         if not self._capture.isOpened():
@@ -249,21 +252,7 @@ class ClipReader:
 
     def _displayed(self, image: NDArray[Any]) -> NDArray[Any]:
         """Turned as it is to be shown, and reduced."""
-        image = self.orientation.displayed(image)
-        if self.reduction > 1:
-            h, w = (n // self.reduction for n in image.shape[:2])
-            image = image[: h * self.reduction, : w * self.reduction]
-            for factor in _halvings(self.reduction):
-                size = image.shape[1] // factor, image.shape[0] // factor
-                image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA))
-        return image
-
-
-def _halvings(reduction: int) -> list[int]:
-    """Factors to reduce by, one after the other: halving twice takes a quarter of the time of 4."""
-    twos = (reduction & -reduction).bit_length() - 1
-    odd = reduction >> twos
-    return [2] * twos + [odd] * (odd > 1)
+        return reduced(self.orientation.displayed(image), self.reduction)
 
 
 def _opened(path: Path | str) -> cv2.VideoCapture:

@@ -4,9 +4,9 @@ The first frames are kept until the plate has been found and learned from them; 
 follow are then measured as they come, so that memory does not grow with the clip. Where no plate is
 in the brightness of the first frames, the clip is read with its colours (unless glimpses of it show
 that nothing moves), and colours and brightness of one stretch after the other are looked at; a
-plate in a later brightness is then tracked from there. Where a camera is so fast that the frames of a turn are too many to keep, some of them are
-learned from and the clip is read again; and where the camera is seen to move after that, it is read
-again with its motion taken out.
+plate in a later brightness is then tracked from there. Where a camera is so fast that the frames of
+a turn are too many to keep, some of them are learned from and the clip is read again; and where the
+camera is seen to move after that, it is read again with its motion taken out.
 """
 
 from collections.abc import Callable, Iterator
