@@ -20,7 +20,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 
-from calib.diagnosis.finding import Finding, find, find_many
+from calib.diagnosis.finding import Finding, find, find_each
 from calib.effects.catalogue import BASE
 from calib.fit.batch.fit_many import fit_many
 from calib.fit.least_squares.result import Fit
@@ -40,12 +40,15 @@ HIDDEN = ("quadratic", "cubic", "asymmetry", "cross_quadratic", "temperature_bia
           "temperature_scale", "bias_drift", "scale_drift", "warm_up", "hysteresis")
 EACH = 100  #: evenings of one lot that hide one effect; as many as of all effects hide nothing
 IN_ONE = 2 * EACH * len(HIDDEN)
-"""Evenings that one seed stands for, diagnosed together."""
+"""Evenings that one seed stands for."""
+
+SEEDS_AT_ONCE = 5
+"""Of which the evenings are diagnosed together: 10,000."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """The evenings of one seed: with an effect hidden, with nothing, and what the times were."""
+    """The evenings of some seeds: with an effect hidden, with nothing, and what the times were."""
 
     hidden: tuple[SetOutcome, ...]
     sound: tuple[SetOutcome, ...]
@@ -69,38 +72,47 @@ def evenings(
     yield None, pose_sets_of(draw_lot(design, LotPlan(IN_ONE // 2), seed))
 
 
-def part_of(name: str, sizes: tuple[float, float], loop: bool, seed: int) -> Part:
-    """Draw, fit and diagnose the evenings of one seed."""
-    seconds: dict[str, float] = {}
+def part_of(name: str, sizes: tuple[float, float], loop: bool, last: int, first: int) -> Part:
+    """Draw, fit and diagnose the evenings of ``SEEDS_AT_ONCE`` seeds from ``first`` to ``last``."""
+    seconds: Counter[str] = Counter()
+    kept: list[tuple[int, str | None, Fit]] = []
+    refused = 0
 
-    def clocked(step: str, since: float) -> float:
-        seconds[step] = time.process_time() - since
-        return time.process_time()
+    def fits() -> Iterator[Fit]:
+        nonlocal refused
+        for seed in range(first, min(first + SEEDS_AT_ONCE, last + 1)):
+            begun = time.process_time()
+            drawn = [(what, poses) for what, sets in evenings(design_called(name), seed, sizes)
+                     for poses in sets]
+            drawn_at = time.process_time()
+            sets = [poses for _, poses in drawn]
+            each = fit_many(sets, Model.of(BASE)).each(sets)
+            seconds["drawing"] += drawn_at - begun
+            seconds["fitting"] += time.process_time() - drawn_at
+            for (what, _), one in zip(drawn, each, strict=True):
+                refused += one is None
+                if one is not None:
+                    kept.append((seed, what, one))
+                    yield one
 
-    now = time.process_time()
-    drawn = [(what, poses) for what, sets in evenings(design_called(name), seed, sizes)
-             for poses in sets]
-    now = clocked("drawing", now)
-    sets = [poses for _, poses in drawn]
-    each = fit_many(sets, Model.of(BASE)).each(sets)
-    kept: list[tuple[str | None, Fit]] = [
-        (what, one) for (what, _), one in zip(drawn, each, strict=True) if one is not None
-    ]
-    now = clocked("fitting", now)
-    findings = find_many([one for _, one in kept])
-    now = clocked("diagnosing", now)
+    begun = time.process_time()
+    hidden: list[SetOutcome] = []
+    sound: list[SetOutcome] = []
+    findings: dict[int, Finding] = {}
+    for i, finding in find_each(fits()):
+        seed, what, _ = kept[i]
+        outcome = scored(seed, finding, () if what is None else (what,))
+        (sound if what is None else hidden).append(outcome)
+        if loop:
+            findings[i] = finding
+    seconds["diagnosing"] = time.process_time() - begun - seconds.total()
     differ = 0
     if loop:
-        alone = [find(fit(one.poses, Model.of(BASE))) for _, one in kept]
-        clocked("fitting and diagnosing in a loop", now)
-        differ = sum(not _agree(a, b) for a, b in zip(findings, alone, strict=True))
-    outcomes = [(what, scored(seed, finding, () if what is None else (what,)))
-                for (what, _), finding in zip(kept, findings, strict=True)]
-    return Part(
-        tuple(outcome for what, outcome in outcomes if what is not None),
-        tuple(outcome for what, outcome in outcomes if what is None),
-        len(sets) - len(kept), seconds, differ,
-    )
+        begun = time.process_time()
+        alone = [find(fit(one.poses, Model.of(BASE))) for _, _, one in kept]
+        seconds["fitting and diagnosing in a loop"] = time.process_time() - begun
+        differ = sum(not _agree(findings[i], each) for i, each in enumerate(alone))
+    return Part(tuple(hidden), tuple(sound), refused, dict(seconds), differ)
 
 
 SAME_PROBABILITY = 1e-4
@@ -134,10 +146,10 @@ def main() -> None:
     asked = parser.parse_args()
     low, high = asked.sizes
     seeds = range(asked.first_seed, asked.first_seed + max(1, round(asked.evenings / IN_ONE)))
-    trial = partial(part_of, asked.design, (low, high), asked.loop)
+    trial = partial(part_of, asked.design, (low, high), asked.loop, seeds[-1])
     begun = time.perf_counter()
     with trials_on(asked.workers, asked.scheduler) as each:
-        parts = [part for _, part in each(trial, seeds) if isinstance(part, Part)]
+        parts = [part for _, part in each(trial, seeds[::SEEDS_AT_ONCE]) if isinstance(part, Part)]
     by_the_clock = time.perf_counter() - begun
     hidden = [outcome for part in parts for outcome in part.hidden]
     sound = [outcome for part in parts for outcome in part.sound]
