@@ -6,7 +6,7 @@ their next request. They do not know of each other. Where one ends the next begi
 are open all the time as memory holds, and stacks stay large.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from itertools import islice
 
 from calib.diagnosis.search.beside import BesideSets
