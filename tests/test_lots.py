@@ -1,4 +1,4 @@
-"""Lots drawn all at once are evenings: a fit of the right model leaves nothing of them but noise."""
+"""Lots drawn all at once are evenings: the right model leaves nothing of them but noise."""
 
 from dataclasses import replace
 

@@ -6,13 +6,13 @@
     python -m tests.bench.study_evenings paper --evenings 400 --loop
 
 ``paper`` and ``hand`` are accelerometers in poses at rest, ``plate`` gyroscopes in the paper's 18
-poses on the turning plate with the humidity logged. Half of the evenings hide nothing, as the prior of the diagnosis has it; each of the others hides
-one listed effect in a direction and of a size of its own, log-uniform between ``--sizes`` (root
-mean square over the pose equations, noise units). They are drawn (``tests.world.lot`` and ``tests.world.turning_lot``), fitted and
-diagnosed as stacks. The tables show what was named, and every stated probability beside how often
-it came true. ``--loop`` diagnoses the same evenings one after the other too, counts the findings
-that differ, and prints both times. ``--workers`` and ``--scheduler`` are those of
-``tests.bench.study_diagnosis``.
+poses on the turning plate with the humidity logged. Half of the evenings hide nothing, as the prior
+of the diagnosis has it; each of the others hides one listed effect in a direction and of a size of
+its own, log-uniform between ``--sizes`` (root mean square over the pose equations, noise units).
+They are drawn (``tests.world.lot``, ``tests.world.turning_lot``), fitted and diagnosed as stacks.
+The tables show what was named, and every stated probability beside how often it came true.
+``--loop`` diagnoses the same evenings one after the other too, counts the findings that differ, and
+prints both times. ``--workers`` and ``--scheduler`` are those of ``tests.bench.study_diagnosis``.
 """
 
 import argparse
@@ -163,7 +163,8 @@ def main() -> None:
     parser.add_argument("--scheduler", help="address of a Dask cluster")
     asked = parser.parse_args()
     low, high = asked.sizes
-    seeds = range(asked.first_seed, asked.first_seed + max(1, round(asked.evenings / in_one(asked.design))))
+    count = max(1, round(asked.evenings / in_one(asked.design)))
+    seeds = range(asked.first_seed, asked.first_seed + count)
     trial = partial(part_of, asked.design, (low, high), asked.loop, seeds[-1])
     begun = time.perf_counter()
     with trials_on(asked.workers, asked.scheduler) as each:
