@@ -81,11 +81,13 @@ def interlacing(frames: Sequence[Frame]) -> Interlacing | None:
     ]
     near = far = 0.0
     for before, after in pairs:
-        change = cv2.blur(np.abs(after - before), (3, 9))
-        moving = change[2:-2] >= max(float(np.quantile(change, MOVES)), 1.0)
-        middle = after[2:-2]
-        near += float(np.abs(2 * middle - after[1:-3] - after[3:-1])[moving].sum())
-        far += float(np.abs(2 * middle - after[:-4] - after[4:])[moving].sum())
+        change = cv2.blur(cv2.absdiff(after, before), (3, 9))
+        place = round(MOVES * (change.size - 1))
+        limit = max(float(np.partition(change, place, axis=None)[place]), 1.0)
+        row, column = np.nonzero(change[2:-2] >= limit)
+        double = 2 * after[row + 2, column]
+        near += float(np.abs(double - after[row + 1, column] - after[row + 3, column]).sum())
+        far += float(np.abs(double - after[row, column] - after[row + 4, column]).sum())
     if near <= THRESHOLDS.combed * far:
         return None
     # The later field is farther from the frame before.

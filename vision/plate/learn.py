@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+import cv2
 import numpy as np
 
 from vision.errors import NothingMoves, RateRefused, more_telling
@@ -209,8 +210,8 @@ def _without_repeated(frames: list[Frame], channel: Channel) -> list[Frame]:
     of the frame, and what stands behind it is seen best.
     """
     rows, columns = COMPARED_EVERY
-    small = [channel(frame)[::rows, ::columns].astype(np.int16) for frame in frames]
-    change = np.array([float(np.abs(b - a).mean()) for a, b in pairwise(small)])
+    small = [np.ascontiguousarray(channel(frame)[::rows, ::columns]) for frame in frames]
+    change = np.array([cv2.norm(b, a, cv2.NORM_L1) for a, b in pairwise(small)])
     again = np.concatenate([[False], repeated(change)])
     time_s = np.array([frame.time_s for frame in frames])
     since_fresh = time_s - np.maximum.accumulate(np.where(again, -np.inf, time_s))

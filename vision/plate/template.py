@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
 from vision.phase_track import BoolArray
-from vision.plate.polar import Grid, Spectra, Strips, ring_spectra, turns
+from vision.plate.polar import Grid, Spectra, Strips, ring_spectra, ring_strips, turns
 from vision.video import Luma
 
 SMALL_STEP = 0.1  # quantile of the steps from frame to frame, some of which are left out
@@ -138,7 +138,7 @@ def pattern_spectra(strips: Strips) -> Spectra:
 
 def energy(strips: Strips, grid: Grid) -> NDArray[np.float32]:
     """Weighted sum of squares of each strip, shape (f,)."""
-    return np.asarray(np.einsum("frn,frn->fr", strips, strips) @ grid.weight())
+    return np.asarray(np.vecdot(strips, strips) @ grid.weight())
 
 
 def mean_turning(
@@ -162,12 +162,12 @@ def mean_turning(
     """
     back_by = turns(angle_rad, spectra.shape[-1])
     if grid.seen.all():
-        turned_back = np.einsum("frk,fk->rk", spectra, back_by[:, 0] * used[:, None])
-        turning = np.asarray(turned_back / used.sum(), np.complex64)
+        mean_by = back_by * (used / used.sum()).astype(np.float32)[:, None, None]
+        turning = np.asarray((spectra * mean_by).sum(axis=0))
     else:
-        back = np.fft.irfft(spectra[used] * back_by[used], grid.azimuths, axis=-1)
+        back = ring_strips(spectra[used] * back_by[used], grid.azimuths)
         seen = ring_spectra(grid.seen)[None] * back_by[used]
-        share = np.fft.irfft(seen, grid.azimuths, axis=-1).sum(axis=0)
+        share = ring_strips(seen, grid.azimuths).sum(axis=0)
         mean = back.sum(axis=0) / np.maximum(share, 1.0)
         turning = pattern_spectra(mean.astype(np.float32))
     turning[:, standing > THRESHOLDS.standing] = 0
@@ -177,9 +177,8 @@ def mean_turning(
 def turned(turning: Spectra, angle_rad: FloatArray, grid: Grid) -> Strips:
     """T(φ - θ_i) for every frame, where it can be seen, shape (f, r, n)."""
     forth_by = np.conj(turns(angle_rad, turning.shape[-1]))
-    strips = np.fft.irfft(turning[None] * forth_by, grid.azimuths, axis=-1)
-    strips *= grid.seen
-    return np.asarray(strips, np.float32)
+    strips = ring_strips(turning[None] * forth_by, grid.azimuths)
+    return strips if grid.seen.all() else strips * grid.seen
 
 
 def correlated_angle(
@@ -189,7 +188,7 @@ def correlated_angle(
 
     The peak near the expected angle is taken where it reaches ``near_enough`` of the highest.
     """
-    cross = np.einsum("frk,rk->fk", spectra, np.conj(turning) * grid.weight()[:, None])
+    cross = (spectra * (np.conj(turning) * grid.weight()[:, None])).sum(axis=1)
     n = OVERSAMPLED * grid.azimuths
     correlation = np.fft.irfft(cross, n, axis=-1)
     rows = np.arange(len(correlation))

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import VIEW_PARAMETERS, FloatArray
-from vision.plate.polar import Grid, Spectra, Strips, ring_spectra, turns
+from vision.plate.polar import Grid, Spectra, Strips, ring_spectra, ring_strips, turns
 
 
 @dataclass(frozen=True)
@@ -88,9 +88,9 @@ def view_change(
     """
     basis = motion_basis(turning, grid.radius, grid.azimuths)
     weighted = basis * grid.weight()[:, None]
-    normal = np.einsum("arn,brn->ab", weighted, basis).astype(float)
+    normal = np.vecdot(weighted[:, None], basis).sum(axis=-1).astype(float)
     spectra = ring_spectra(misfit) * turns(angle_rad, turning.shape[-1])
-    back = np.fft.irfft(spectra, grid.azimuths, axis=-1)
+    back = ring_strips(spectra, grid.azimuths)
     # Ring by ring: a product so small stays on one thread, beside the decoder's.
     shown = -np.vecdot(back[:, None], weighted).sum(axis=-1).astype(float)  # (f, 9)
 

@@ -39,11 +39,13 @@ from vision.rate.terms import (
     CONSTANT_RATE,
     TERMS,
     StatedFit,
+    design,
     fit_rate,
     fit_stated,
     without_lag,
 )
 from vision.rate.timebase import Timebase
+from vision.rate.transients import STEADY_ENDS, MovingEnds, rate_beside_transients
 from vision.rate.unwrap import continuous_angle, rate_history, rough_rate, usable
 from vision.rate.wow_flutter import SpeedFigures, speed_figures
 
@@ -185,10 +187,12 @@ def measure_rate(
     if history is not None and part == WHOLE:
         steady = the_steady_part(history, noise_of_turns(history))
     if history is not None and steady is not None and (
-            refusal or steady.lies_between_others(history)):
+            refusal or steady.moving_ends(history)):
         chosen = ClipPart(steady.start_s, steady.stop_s).of(track, time_s)
         with suppress(RateRefused):
-            rate = _measured(chosen, timebase, nominal_rpm, stated)
+            rate = _measured(
+                chosen, timebase, nominal_rpm, stated, steady.moving_ends(history)
+            )
             warning = steady.warning(track.source, float(time_s[-1]))
             return replace(rate, warnings=(warning, *rate.warnings))
     if refusal is not None:
@@ -197,7 +201,11 @@ def measure_rate(
 
 
 def _measured(
-    track: PhaseTrack, timebase: Timebase, nominal_rpm: float | None, stated: tuple[str, ...]
+    track: PhaseTrack,
+    timebase: Timebase,
+    nominal_rpm: float | None,
+    stated: tuple[str, ...],
+    ends: MovingEnds = STEADY_ENDS,
 ) -> RateMeasurement:
     stamps = timebase.times(track)
     _require_usable(track)
@@ -212,13 +220,18 @@ def _measured(
         track, angle, aliases.chosen_rad_s, with_drift="rate_drift" in stated
     )
     refuse_wandering(track.source, history, fit.noise)
+    rate, sd = float(fit.beta[1]), float(fit.sd[1])
+    if ends:
+        x = design(always, base, base.time_s)
+        rate, sd = rate_beside_transients(
+            fit, x, angle.angle_rad, base.time_s, base.line_rad, ends
+        )
     angle = without_lag(angle, fit, base, always)
-    rate = float(fit.beta[1])
     roll = camera_roll(track, stamps)
     exposure = exposure_drift(track, angle, rate)
     # How much of a roll the angle of the plate contains is not known; the sd holds all of it.
     parts = (
-        fit.sd[1],
+        sd,
         roll.rate_rad_s if roll else 0.0,
         dropped.sd_of_rate * rate,
         exposure.relative_sd * rate if exposure else 0.0,

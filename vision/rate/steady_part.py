@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.phase_track import PhaseTrack, RateHistory
+from vision.rate.transients import MovingEnds
 
 FEWEST_FRAMES = 12  #: of a part; two per parameter of the phase's model
 
@@ -92,10 +93,10 @@ class SteadyPart:
     stop_s: float
     rate_rad_s: float
 
-    def lies_between_others(self, history: RateHistory) -> bool:
-        """The first or the last turn of the clip has another rate: the motor starts or stops."""
-        ends = history.rate_rad_s[[0, -1]]
-        return bool((np.abs(ends / self.rate_rad_s - 1) > THRESHOLDS.other).any())
+    def moving_ends(self, history: RateHistory) -> MovingEnds:
+        """Whether the first or the last turn of the clip has another rate: a start, a stop."""
+        other = np.abs(history.rate_rad_s[[0, -1]] / self.rate_rad_s - 1) > THRESHOLDS.other
+        return MovingEnds(before=bool(other[0]), after=bool(other[1]))
 
     def warning(self, source: str, clip_s: float) -> str:
         """That only this part of a clip is measured."""

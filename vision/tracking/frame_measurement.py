@@ -17,7 +17,9 @@ ROLL_EVERY_S = 0.9  # seconds: a camera moves slowly
 THUMBNAIL = 20  # samples across the plate and what is around it, each way
 WIDEST = 640  # pixels of the annotated frame
 KEPT_BITS = 5  # of its channels
-COMPRESSION = 6  # of its PNG; 9 saves 5 per cent more in seven times the time
+#: Of its PNG: a third of the time of the library's own choice, for 4 per cent more space.
+FAST_PNG = (cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE,
+            cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_UP)
 PLATE, CENTRE, MARK, FIXED_MARK = (80, 220, 80), (60, 60, 255), (255, 200, 0), (0, 200, 255)  # BGR
 
 
@@ -210,6 +212,6 @@ def png(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     has to store, and without the lowest bits it takes a third of the space.
     """
     step = 1 << (8 - KEPT_BITS)
-    coarse = image // step * step + step // 2
-    _, data = cv2.imencode(".png", coarse, [cv2.IMWRITE_PNG_COMPRESSION, COMPRESSION])
+    coarse = (image & (256 - step)) | (step // 2)
+    _, data = cv2.imencode(".png", coarse, FAST_PNG)
     return np.asarray(data, np.uint8).ravel()

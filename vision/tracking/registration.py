@@ -129,20 +129,40 @@ def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
     if strong is None or len(strong) < FEWEST:
         return None, np.nan
     corners = np.asarray(strong, np.float32).reshape(-1, 2)
-    looked_at = [frames[i].luma for i in spread_choice(len(frames), LOOKED_AT)]
-    followed = [_followed(reference, luma, corners, np.eye(3)) for luma in looked_at]
-    agreements = np.zeros(len(corners))
-    for onto, seen in followed:
-        if seen.sum() >= FEWEST:
-            agreements[np.flatnonzero(seen)] += _common_motion(corners[seen], onto[seen])[1]
-    stands = agreements >= THRESHOLDS.stands * len(looked_at)
-    if stands.sum() < FEWEST or not _all_around(corners[stands], reference.shape):
+    if not _all_around(corners, reference.shape):
         return None, np.nan
+    looked_at = [frames[i].luma for i in spread_choice(len(frames), LOOKED_AT)]
+    followed, agreements = [], np.zeros(len(corners))
+    enough = THRESHOLDS.stands * len(looked_at)
+    for left, luma in zip(reversed(range(len(looked_at))), looked_at, strict=True):
+        onto, seen, agree = _hardly_moved(reference, luma, corners)
+        if not _all_around(corners[agree], reference.shape):
+            onto, seen = _followed(reference, luma, corners, np.eye(3))
+            agree = np.zeros(len(corners), bool)
+            if seen.sum() >= FEWEST:
+                agree[seen] = _common_motion(corners[seen], onto[seen])[1]
+        followed.append((onto, seen))
+        agreements += agree
+        if not _all_around(corners[agreements + left >= enough], reference.shape):
+            return None, np.nan  # however many agree in the frames that are left
+    stands = agreements >= enough
     shifts = [np.median((onto - corners)[seen & stands], axis=0)
               for onto, seen in followed if (seen & stands).sum() >= FEWEST]
     away = np.array(shifts) - np.median(shifts, axis=0)
     moved_px = float(np.sqrt((away**2).sum(axis=1).mean()))
     return Registration(reference, corners[stands]), moved_px
+
+
+def _hardly_moved(
+    reference: Luma, luma: Luma, corners: NDArray[np.float32]
+) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.bool_]]:
+    """As ``_followed``, by a window at most; and which corners are where they were.
+
+    Where those are all around, the camera stands, or nearly so, and no common motion is looked for.
+    """
+    onto, seen = _followed(reference, luma, corners, np.eye(3), levels=0)
+    away = np.linalg.norm(onto - corners, axis=1)
+    return onto, seen, seen & (away < THRESHOLDS.agree_px)
 
 
 def _all_around(corners: NDArray[np.float32], shape: tuple[int, ...]) -> bool:
@@ -152,12 +172,13 @@ def _all_around(corners: NDArray[np.float32], shape: tuple[int, ...]) -> bool:
 
 
 def _followed(
-    reference: Luma, luma: Luma, corners: NDArray[np.float32], motion: FloatArray
+    reference: Luma, luma: Luma, corners: NDArray[np.float32], motion: FloatArray, *,
+    levels: int = LEVELS
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     """Where the corners are in a frame, and which were seen again."""
     start = np.asarray(_moved(corners, motion), np.float32)[:, None]
     onto, status, _ = cv2.calcOpticalFlowPyrLK(
-        reference, luma, corners[:, None], start.copy(), winSize=WINDOW, maxLevel=LEVELS,
+        reference, luma, corners[:, None], start.copy(), winSize=WINDOW, maxLevel=levels,
         criteria=ENDS, flags=cv2.OPTFLOW_USE_INITIAL_FLOW)
     return np.asarray(onto, np.float32)[:, 0], np.asarray(status).ravel() > 0
 

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
 from vision.plate.mark import PlateMark, centroid
-from vision.plate.polar import ring_spectra
+from vision.plate.polar import Strips, ring_spectra
 from vision.plate.template import Template
 from vision.video import Luma
 
@@ -116,11 +116,12 @@ class PlateTracker:
         spectrum = np.fft.rfft(template.turning, axis=1)
         k = np.arange(spectrum.shape[1])
         shifts = np.exp(-2j * np.pi * k * np.arange(SUBSTEPS)[:, None] / (SUBSTEPS * self._n))
-        shifted = spectrum[None] * shifts[:, None, :]
+        shifted = spectrum[None] * shifts[:, None, :].astype(np.complex64)
         image = np.fft.irfft(shifted, self._n, axis=-1)
-        slope = np.fft.irfft(1j * k * shifted, self._n, axis=-1)
-        self._image = np.concatenate([image, image], axis=-1).astype(np.float32)
-        self._filter = np.concatenate([weight * slope] * 2, axis=-1).astype(np.float32)
+        along = (1j * k).astype(np.complex64)  # ∂/∂φ of the order k
+        slope = np.fft.irfft(along * shifted, self._n, axis=-1)
+        self._image = np.concatenate([image, image], axis=-1)
+        self._filter = np.concatenate([weight * slope] * 2, axis=-1)
         self._seen = grid.seen
         self._partly = not bool(self._seen.all())
         self._background = template.background
@@ -252,10 +253,13 @@ class PlateTracker:
         return float(expected_rad + np.angle(np.exp(1j * (best - expected_rad))))
 
 
-def _by_angle(plate: NDArray[np.float64], seen: NDArray[np.float32]) -> NDArray[np.float64]:
+def _by_angle(plate: Strips, seen: Strips) -> NDArray[np.float64]:
     """Σ over the seen part of plate-fixed images (steps, r, n), for every turn by whole samples.
 
     Shape (steps, n): one row for each of the images, which are a part of a sample apart.
     """
+    if seen.all():
+        whole = plate.sum(axis=(1, 2), dtype=float)
+        return np.broadcast_to(whole[:, None], (len(plate), plate.shape[2]))
     cross = np.einsum("srk,rk->sk", np.conj(np.fft.rfft(plate, axis=2)), np.fft.rfft(seen, axis=1))
     return np.fft.irfft(cross, plate.shape[2], axis=1)
