@@ -79,7 +79,7 @@ class Table:
 
     @cached_property
     def unit_rows(self) -> FloatArray:
-        """The visible columns as rows of length one."""
+        """The visible columns as rows of length one, (v, r)."""
         return np.asarray(self.rows / np.sqrt((self.rows**2).sum(axis=1, keepdims=True)))
 
     def is_blind(self, j: int) -> bool:
@@ -145,7 +145,7 @@ class Table:
         return np.array([np.linalg.norm(self.visible(other, q) @ signal) for other in others])
 
     def correlations(self, j: int, others: Sequence[int], beside: Sequence[int]) -> FloatArray:
-        """Least canonical correlation of ``j`` with each of ``others`` beside a set.
+        """Least canonical correlation of ``j`` with each of ``others`` beside a set, (others,).
 
         Zero where they do not see equally many directions; an effect of the reference is compared
         with the part of the other one that it could be.
