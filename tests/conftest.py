@@ -1,11 +1,16 @@
 """The same tests on every machine and every day."""
 
+import os
 import signal
 
 from hypothesis import settings
 
 settings.register_profile("same", derandomize=True)
 settings.load_profile("same")
+
+# As `pipeline` itself does: the matrices are small, and the threads of OpenBLAS wait for each other
+# on the cores of the other test processes. It is read when NumPy is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # A shell has its background jobs ignore Ctrl-C, and what they start inherits that; there are tests
 # that interrupt what they start.

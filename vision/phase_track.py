@@ -156,8 +156,8 @@ class PlateAngle:
         Positive angle counter-clockwise as filmed; time as the time base has it.
     index : array of int, shape (u,)
         Frame number.
-    lost : array of int, shape (u,)
-        Frames lost silently between the one before and this one.
+    dropped : array of int, shape (u,)
+        Frames dropped silently between the one before and this one.
     frame_s : float
         Usual time from frame to frame.
     """
@@ -170,7 +170,7 @@ class PlateAngle:
 
     @property
     def repaired_time_s(self) -> FloatArray:
-        """Time with that of the lost frames put back, shape (u,)."""
+        """Time with that of the dropped frames put back, shape (u,)."""
         return np.asarray(self.time_s + self.frame_s * np.cumsum(self.dropped))
 
     def between(self, first: int, last: int) -> "PlateAngle":

@@ -35,10 +35,11 @@ def least_chi2(sets: Sequence[PoseSet]) -> FloatArray:
                    for poses in sets])
     common = np.array([poses.reference.common[turning] for poses in sets])  # (k, n, q)
     squares = y**2
+    differences = squares[..., :2] - squares[..., 2:]
+    products = y * np.roll(y, 1, axis=-1)
+    size = magnitude[..., None]
     columns = np.concatenate(
-        [squares[..., :2] - squares[..., 2:], y * np.roll(y, 1, axis=-1), y,
-         np.ones((*magnitude.shape, 1)), magnitude[..., None] ** 2,
-         magnitude[..., None] * common], axis=-1)
+        [differences, products, y, np.ones_like(size), size**2, size * common], axis=-1)
     weight = (1 / (2 * magnitude * sd))[..., None]
     q, _ = np.linalg.qr(columns * weight)
     target = squares.sum(axis=-1, keepdims=True) * weight

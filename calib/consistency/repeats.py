@@ -99,12 +99,13 @@ def find_copy(logs: Sequence[ImuLog], triad: Triad) -> Copy | None:
     keys = np.concatenate(windows)
     order = np.lexsort((start, log_of, keys))
     same = np.flatnonzero(keys[order][1:] == keys[order][:-1])
-    pairs = np.column_stack([order[same], order[same + 1]])
-    apart = (log_of[pairs[:, 0]] != log_of[pairs[:, 1]]) | (
-        np.abs(start[pairs[:, 0]] - start[pairs[:, 1]]) >= 2**doublings)
+    one, other = order[same], order[same + 1]
+    shift = np.abs(start[one] - start[other])
+    apart = (log_of[one] != log_of[other]) | (shift >= 2**doublings)
     if not apart.any():
         return None
-    a, b = min(pairs[apart].tolist(), key=lambda pair: (log_of[pair[0]], start[pair[0]]))
+    pairs = np.column_stack([one, other])[apart]
+    a, b = min(pairs.tolist(), key=lambda pair: (log_of[pair[0]], start[pair[0]]))
     i, j = int(log_of[a]), int(log_of[b])
     first, second = rows[i][start[a]:], rows[j][start[b]:]
     length = min(len(first), len(second))

@@ -4,13 +4,18 @@
 one what a reader needs beside it: the ranking, the words, and what to record next.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import islice
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.columns import causes
-from calib.diagnosis.hypotheses.listed import Hypothesis, listed_hypotheses
+from calib.diagnosis.hypotheses.listed import (
+    Hypothesis,
+    listed_hypotheses,
+    listed_in_each,
+)
 from calib.diagnosis.hypotheses.unlisted import (
     bad_pose_hypotheses,
     plate_hypotheses,
@@ -22,10 +27,13 @@ from calib.diagnosis.search.expansion import search
 from calib.diagnosis.search.odds import Inclusion, Odds, odds_of
 from calib.diagnosis.search.sets import Search
 from calib.diagnosis.search.steps import Steps, alone
-from calib.diagnosis.search.together import together
+from calib.diagnosis.search.together import in_turn
 from calib.diagnosis.verdict.decision import Verdict, reach_verdict
 from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
+
+JUDGED_AT_ONCE = 100
+"""Fits whose listed effects are judged in one call: a limit of memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +79,7 @@ def find(
     fit: Fit, own: Sequence[Effect] = (), covariates: Sequence[str] | None = None
 ) -> Finding:
     """What is missing in ``fit``; the parameters are those of :func:`diagnose`."""
-    return alone(_finding(fit, own, covariates))
+    return alone(_finding(fit, covariates, *listed_hypotheses(fit, own, covariates)))
 
 
 def find_many(
@@ -98,13 +106,38 @@ def find_many(
     -------
     list of Finding
     """
-    return together([_finding(fit, own, covariates) for fit in fits])
+    found = dict(find_each(fits, own, covariates))
+    return [found[i] for i in range(len(fits))]
+
+
+def find_each(
+    fits: Iterable[Fit], own: Sequence[Effect] = (), covariates: Sequence[str] | None = None
+) -> Iterator[tuple[int, Finding]]:
+    """:func:`find_many` for more fits than memory holds.
+
+    Yields
+    ------
+    number : int
+        Which of ``fits`` it is: findings come as they end, in an order of their own.
+    found : Finding
+    """
+    return in_turn(_findings(fits, own, covariates))
+
+
+def _findings(
+    fits: Iterable[Fit], own: Sequence[Effect], covariates: Sequence[str] | None
+) -> Iterator[Steps[Finding]]:
+    waiting = iter(fits)
+    while some := list(islice(waiting, JUDGED_AT_ONCE)):
+        listed = listed_in_each(some, own, covariates)
+        for fit, each in zip(some, listed, strict=True):
+            yield _finding(fit, covariates, *each)
 
 
 def _finding(
-    fit: Fit, own: Sequence[Effect], covariates: Sequence[str] | None
+    fit: Fit, covariates: Sequence[str] | None, listed: Sequence[Hypothesis],
+    unavailable: dict[str, str],
 ) -> Steps[Finding]:
-    listed, unavailable = listed_hypotheses(fit, own, covariates)
     state = yield from search(fit, [*listed, *unlisted_hypotheses(fit, covariates)])
     odds = yield from odds_of(state)
     return Finding(state, odds, reach_verdict(state, odds), unavailable)

@@ -25,6 +25,11 @@ def unavailable(effect: Effect, at: Conditions) -> str | None:
     """
     if np.isfinite(effect.evaluate(at)).all():
         return None
+    return why_not_finite(effect, at)
+
+
+def why_not_finite(effect: Effect, at: Conditions) -> str:
+    """Why the columns of ``effect`` are not finite in poses at ``at``, in words."""
     return why_lacking(effect, at) or "its columns are not numbers in these poses"
 
 

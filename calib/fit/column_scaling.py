@@ -49,6 +49,25 @@ def orthonormal_columns(matrix: FloatArray) -> FloatArray:
     return np.asarray(u[:, singular > RANK_TOLERANCE * singular.max(initial=0.0)])
 
 
+def orthonormal_bases(matrices: FloatArray) -> FloatArray:
+    """:func:`orthonormal_columns` of S matrices.
+
+    Parameters
+    ----------
+    matrices : array, shape (S, r, k)
+
+    Returns
+    -------
+    array, shape (S, r, min(r, k))
+        Columns of zeros stand for what a matrix lacks in rank.
+    """
+    norm = np.sqrt((matrices**2).sum(axis=1, keepdims=True))
+    unit = matrices / np.where(norm == 0, 1.0, norm)
+    u, singular, _ = np.linalg.svd(unit, full_matrices=False)
+    least = RANK_TOLERANCE * singular.max(axis=1, initial=0.0)
+    return np.asarray(u * (singular > least[:, None])[:, None])
+
+
 def pseudo_inverse(matrix: FloatArray, tolerance: float = 1e-15) -> FloatArray:
     """Pseudo-inverse of a matrix, its rank judged on the unit columns.
 

@@ -91,7 +91,8 @@ def one_second_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArra
     """
     sd = noise_sd(runs, triad)
     duration_s = np.array([mean.duration_s for means in runs for mean in means])
-    return np.asarray(np.sqrt(np.median(sd**2 * duration_s[:, None], axis=0)))
+    density = sd**2 * duration_s[:, None]
+    return np.asarray(np.sqrt(np.median(density, axis=0)))
 
 
 def expected_widening(poses: int) -> float:

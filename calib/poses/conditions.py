@@ -94,6 +94,11 @@ class Conditions:
             **{name: getattr(self, name)[rows] for name in FIELDS},
         )
 
+    def with_vector(self, vector: FloatArray) -> "Conditions":
+        """The same where the vectors are ``vector`` (n, 3), SI."""
+        return Conditions(vector, self.magnitude, self.force, self.spin_rad_s, self.time_s,
+                          self.previous, self.vibration, self.columns)
+
     def with_previous(self, previous: FloatArray) -> "Conditions":
         """The same after other poses before, ``previous`` (n, 3)."""
         return replace(self, previous=previous)

@@ -250,7 +250,8 @@ def _sizes(
     calibration = result.calibration
     if effect.acts_on == "reading" and effect.name in calibration.fit.model.names:
         where = calibration.fit.model.slices()[effect.name]
-        return calibration.fit.theta[where], np.sqrt(np.diag(calibration.fit.cov)[where])
+        sd = np.sqrt(np.diag(calibration.fit.cov))
+        return calibration.fit.theta[where], sd[where]
     fitted = calibration.effect_values().get(effect.name)
     if fitted is not None:
         return fitted

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from tests.vision.cut_label import cut_label
+from tests.vision.motor_tracks import motor_track
 from tests.vision.phase_tracks import RPM, phase_track, steady
 from vision.geometry import FloatArray
 from vision.phase_track import PhaseTrack
@@ -87,6 +88,12 @@ def stop(rng: np.random.Generator) -> Case:
     track = phase_track(time, angle, noise_rad=_noise(rng), seed=int(rng.integers(1 << 30)))
     turns = at * abs(rate) / (2 * np.pi)
     return Case("stop", track, rate if turns > 3 else None, dropped=None)
+
+
+def motor(rng: np.random.Generator) -> Case:
+    """A start, a stop or both, with turns between them."""
+    made = motor_track(rng)
+    return Case("motor", made.track, made.rate_rad_s, dropped=None)
 
 
 def shutter(rng: np.random.Generator) -> Case:
@@ -244,7 +251,7 @@ def aliased(rng: np.random.Generator) -> Case:
 
 KINDS: tuple[Callable[[np.random.Generator], Case], ...] = (
     plain, wobble, drift, stop, shutter, dropped, mismeasured, noisy, wandering, late, repeated,
-    hidden, label, rolling, disagreeing, aliased,
+    hidden, label, rolling, disagreeing, aliased, motor,
 )
 
 

@@ -1,5 +1,6 @@
 """Clips for the tests of the vision stage, rendered once per session."""
 
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,13 +15,17 @@ if TYPE_CHECKING:
 
 @pytest.fixture(scope="session")
 def render(tmp_path_factory: pytest.TempPathFactory) -> Render:
-    """Render a clip, by default of 20 s; the other arguments are those of the world's ``film``."""
+    """Render a clip, by default of 20 s; the other arguments are those of the world's ``film``.
+
+    The same arguments give the same file, which no test changes.
+    """
     pytest.importorskip("av", reason="rendering clips needs PyAV")
     from tests.world.film import film
 
     folder = tmp_path_factory.mktemp("clips")
     count = iter(range(1000))
 
+    @cache
     def make(
         motion: "PlateMotion",
         scene: "Scene | None" = None,

@@ -269,7 +269,8 @@ def test_a_slow_plate_before_a_fast_camera_is_learned_over_two_seconds_and_more(
 ) -> None:
     """All frames of its first turn would be too many to keep."""
     motion = PlateMotion(16.67 * RPM)
-    path, _ = render(motion, seconds=6, fps=240)
+    small = Scene(width_px=320, height_px=240, centre_px=(154.0, 122.0), radius_px=95.0)
+    path, _ = render(motion, small, seconds=6, fps=240)
     track = track_phase(path)
     assert len(track.time_s) == 6 * 240
     rate = measure_rate(track, timebase=CLOCK)

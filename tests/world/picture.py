@@ -216,7 +216,7 @@ def _tonearm(scene: Scene) -> Image:
 
 def _hand(scene: Scene, time_s: float) -> Image:
     """Coverage of a hand that lies on the rim and draws back."""
-    y, x = np.mgrid[: scene.height_px, : scene.width_px].astype(float)
+    y, x = np.ogrid[: scene.height_px, : scene.width_px]
     cx, cy, r = *scene.centre_px, scene.radius_px
     away = max(0.0, time_s / scene.hand_until_s - 0.3) * 1.2
     px, py = cx + (0.95 + away) * r, cy + (0.35 + 0.2 * np.sin(3 * time_s)) * r

@@ -64,10 +64,17 @@ def _calibrates(design: Design, run: Run, triad: TriadName) -> bool:
     return not run.in_accelerometer_section
 
 
-def strength(design: Design, seed: int, effect: Hidden) -> float:
-    """Root mean square of the effect over the pose equations, in noise units."""
+def strength(
+    design: Design, seed: int, effect: Hidden, without: FloatArray | None = None
+) -> float:
+    """Root mean square of the effect over the pose equations, in noise units.
+
+    ``without`` are the equations of the evening without it, where they are known.
+    """
+    if without is None:
+        without = pose_equations(design, seed, effect.triad)
     with_it = pose_equations(design, seed, effect.triad, (effect,))
-    return float(np.sqrt(np.mean((with_it - pose_equations(design, seed, effect.triad)) ** 2)))
+    return float(np.sqrt(np.mean((with_it - without) ** 2)))
 
 
 def draw_effect(
@@ -85,16 +92,17 @@ def draw_effect(
     direction = direction / np.linalg.norm(direction)
     detail = _draw_detail(design, triad, rng)
     size = FIRST_TRY
+    without = pose_equations(design, seed, triad)
     # Nearly all effects are linear and settle at once; a lever arm enters |f| by its square.
     for _ in range(6):
         effect = Hidden(name, triad, size * direction, detail)
         twice = Hidden(name, triad, 1.1 * size * direction, detail)
-        now = strength(design, seed, effect)
+        now = strength(design, seed, effect, without)
         if now == 0:
             raise ValueError(f"{name} does not reach the pose equations of this design")
         if abs(now / noise_units - 1) < 1e-3:
             break
-        power = np.log(strength(design, seed, twice) / now) / np.log(1.1)
+        power = np.log(strength(design, seed, twice, without) / now) / np.log(1.1)
         size *= (noise_units / now) ** (1 / np.clip(power, 0.5, 2.0))
     return effect
 

@@ -111,7 +111,7 @@ def halved(image: Luma) -> Luma:
 
 
 def every_nth(count: int, nth: int) -> NDArray[np.intp]:
-    """Every n-th frame, beginning again with the next one after each n-th of the stretch.
+    """Indices (≈ count / nth,) of every n-th frame, a frame later after each n-th of the stretch.
 
     Of a plate that makes a turn in 20 frames, every other one shows it in ten places only, and a
     wave of ten periods as standing still.
@@ -121,7 +121,7 @@ def every_nth(count: int, nth: int) -> NDArray[np.intp]:
 
 
 def median_image(images: Sequence[Luma]) -> Luma:
-    """Median over time of each pixel, from an odd number of frames spread over the time.
+    """Median over time of each pixel, (h, w), from an odd number of frames spread over the time.
 
     Compare-exchange of whole frames: a thirtieth of the time of sorting pixel by pixel. Of any
     n/2 + 2 values neither the smallest nor the largest is the median of n; both are let go, the

@@ -26,6 +26,7 @@ from vision.rate.dropped_frames import (
     refuse_undecided,
 )
 from vision.rate.exposure import exposure_drift, exposure_warnings
+from vision.rate.slow_camera import FrameTimes, frame_times
 from vision.rate.stability import (
     camera_roll,
     noise_of_turns,
@@ -39,11 +40,13 @@ from vision.rate.terms import (
     CONSTANT_RATE,
     TERMS,
     StatedFit,
+    design,
     fit_rate,
     fit_stated,
     without_lag,
 )
 from vision.rate.timebase import Timebase
+from vision.rate.transients import STEADY_ENDS, MovingEnds, rate_beside_transients
 from vision.rate.unwrap import continuous_angle, rate_history, rough_rate, usable
 from vision.rate.wow_flutter import SpeedFigures, speed_figures
 
@@ -59,7 +62,7 @@ class RateUncertainty:
     ----------
     image_rad_s : float
         From the frames: angles, dropped frames that may be none, roll of the camera, a shutter that
-        changed.
+        changed, the frame time of a camera slower than its clip.
     timebase_rad_s : float
         From the clock that stamps the frames.
     """
@@ -174,10 +177,10 @@ def measure_rate(
         A term that does not exist.
     """
     stated = _stated_terms(model)
-    time_s = timebase.times(track)
+    frames = frame_times(track, timebase.times(track))
     refusal: RateRefused | None = None
     try:
-        rate = _measured(part.of(track, time_s), timebase, nominal_rpm, stated)
+        rate = _measured(frames.part(part), timebase, nominal_rpm, stated)
         history: RateHistory | None = rate.history
     except RateRefused as error:
         refusal, history = error, error.history
@@ -185,11 +188,11 @@ def measure_rate(
     if history is not None and part == WHOLE:
         steady = the_steady_part(history, noise_of_turns(history))
     if history is not None and steady is not None and (
-            refusal or steady.lies_between_others(history)):
-        chosen = ClipPart(steady.start_s, steady.stop_s).of(track, time_s)
+            refusal or steady.moving_ends(history)):
         with suppress(RateRefused):
-            rate = _measured(chosen, timebase, nominal_rpm, stated)
-            warning = steady.warning(track.source, float(time_s[-1]))
+            chosen = frames.part(ClipPart(steady.start_s, steady.stop_s))
+            rate = _measured(chosen, timebase, nominal_rpm, stated, steady.moving_ends(history))
+            warning = steady.warning(track.source, float(frames.time_s[-1]))
             return replace(rate, warnings=(warning, *rate.warnings))
     if refusal is not None:
         raise refusal
@@ -197,9 +200,13 @@ def measure_rate(
 
 
 def _measured(
-    track: PhaseTrack, timebase: Timebase, nominal_rpm: float | None, stated: tuple[str, ...]
+    frames: FrameTimes,
+    timebase: Timebase,
+    nominal_rpm: float | None,
+    stated: tuple[str, ...],
+    ends: MovingEnds = STEADY_ENDS,
 ) -> RateMeasurement:
-    stamps = timebase.times(track)
+    track, stamps = frames.track, frames.time_s
     _require_usable(track)
     aliases = list_aliases(track, stamps, rough_rate(track, stamps), nominal_rpm)
     dropped = dropped_frames(track, continuous_angle(track, stamps, aliases.chosen_rad_s))
@@ -212,16 +219,22 @@ def _measured(
         track, angle, aliases.chosen_rad_s, with_drift="rate_drift" in stated
     )
     refuse_wandering(track.source, history, fit.noise)
+    rate, sd = float(fit.beta[1]), float(fit.sd[1])
+    if ends:
+        x = design(always, base, base.time_s)
+        rate, sd = rate_beside_transients(
+            fit, x, angle.angle_rad, base.time_s, base.line_rad, ends
+        )
     angle = without_lag(angle, fit, base, always)
-    rate = float(fit.beta[1])
     roll = camera_roll(track, stamps)
     exposure = exposure_drift(track, angle, rate)
     # How much of a roll the angle of the plate contains is not known; the sd holds all of it.
     parts = (
-        fit.sd[1],
+        sd,
         roll.rate_rad_s if roll else 0.0,
         dropped.sd_of_rate * rate,
         exposure.relative_sd * rate if exposure else 0.0,
+        frames.relative_sd * rate,
     )
     uncertainty = RateUncertainty(
         image_rad_s=float(np.linalg.norm(parts)),
@@ -232,7 +245,7 @@ def _measured(
         rate_rad_s=abs(rate),
         direction="ccw" if rate > 0 else "cw",
         uncertainty=uncertainty,
-        frames=FrameTally(int(fit.used.sum()), dropped.count, int(track.duplicate.sum())),
+        frames=FrameTally(int(fit.used.sum()), dropped.count, int(frames.repetitions.sum())),
         fit=fit_stated(track.source, stated, angle, base, fit.used),
         aliases=aliases.about(rate),
         cross_checks=checks,
@@ -244,6 +257,7 @@ def _measured(
         channel=track.plate.channel,
         warnings=(
             *track.notes,
+            *frames.warnings,
             *aliases.warnings,
             *dropped_frame_warnings(track.source, dropped),
             *stability_warnings(track.source, history, fit.noise, dropped.count),

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
-from vision.phase_track import PhaseTrack, RateHistory
+from vision.phase_track import RateHistory
+from vision.rate.transients import MovingEnds
 
 FEWEST_FRAMES = 12  #: of a part; two per parameter of the phase's model
 
@@ -61,24 +62,22 @@ class ClipPart:
     start_s: float | None = None
     stop_s: float | None = None
 
-    def of(self, track: PhaseTrack, time_s: FloatArray) -> PhaseTrack:
-        """The part of a track whose frames have these times, shape (f,).
+    def frames(self, source: str, time_s: FloatArray) -> NDArray[np.bool_]:
+        """Which of the frames with these times, shape (f,), lie in the part.
 
         Raises
         ------
         RateRefused
-            The clip has too few frames there.
+            The clip, ``source``, has too few frames there.
         """
-        if self == WHOLE:
-            return track
         stop_s = np.inf if self.stop_s is None else self.stop_s
         chosen = (time_s >= (self.start_s or 0.0)) & (time_s <= stop_s)
-        if chosen.sum() < FEWEST_FRAMES:
+        if self != WHOLE and chosen.sum() < FEWEST_FRAMES:
             raise RateRefused(
-                f"{track.source}: choose a part within the clip, which lasts from {time_s[0]:.1f} "
+                f"{source}: choose a part within the clip, which lasts from {time_s[0]:.1f} "
                 f"s to {time_s[-1]:.1f} s: {chosen.sum()} of its frames are in the stated part."
             )
-        return track.frames(chosen)
+        return np.asarray(chosen)
 
 
 WHOLE = ClipPart()
@@ -92,10 +91,10 @@ class SteadyPart:
     stop_s: float
     rate_rad_s: float
 
-    def lies_between_others(self, history: RateHistory) -> bool:
-        """The first or the last turn of the clip has another rate: the motor starts or stops."""
-        ends = history.rate_rad_s[[0, -1]]
-        return bool((np.abs(ends / self.rate_rad_s - 1) > THRESHOLDS.other).any())
+    def moving_ends(self, history: RateHistory) -> MovingEnds:
+        """Whether the first or the last turn of the clip has another rate: a start, a stop."""
+        other = np.abs(history.rate_rad_s[[0, -1]] / self.rate_rad_s - 1) > THRESHOLDS.other
+        return MovingEnds(before=bool(other[0]), after=bool(other[1]))
 
     def warning(self, source: str, clip_s: float) -> str:
         """That only this part of a clip is measured."""

@@ -16,9 +16,10 @@ from calib.diagnosis.hypotheses.columns import causes
 from calib.diagnosis.hypotheses.signature import effect_vectors, square_vectors
 from calib.effects.catalogue import BASE
 from calib.effects.effect import EFFECTS, Effect, column_effect
-from calib.effects.needs import unavailable
+from calib.effects.needs import why_not_finite
 from calib.fit.least_squares.result import Fit
 from calib.fit.model import Model
+from calib.poses.conditions import joined
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 
@@ -161,23 +162,50 @@ def effects_beside(
 
 def listed_hypotheses(
     fit: Fit, own: Sequence[Effect] = (), covariates: Sequence[str] | None = None
-) -> tuple[list[Hypothesis], dict[str, str]]:
+) -> tuple[Sequence[Hypothesis], dict[str, str]]:
     """Every effect that could be added, at each start of its shape, and why others cannot be."""
-    absent: dict[str, str] = {}
-    effects: list[Effect] = []
-    for effect in candidate_effects(fit, own, covariates):
-        reason = unavailable(effect, fit.equations.at_reading)
-        if reason is None:
-            effects.append(effect)
-        else:
-            absent[effect.name] = reason
+    return listed_in_each([fit], own, covariates)[0]
+
+
+def listed_in_each(
+    fits: Sequence[Fit], own: Sequence[Effect] = (), covariates: Sequence[str] | None = None
+) -> list[tuple[Sequence[Hypothesis], dict[str, str]]]:
+    """:func:`listed_hypotheses` of many fits; those that can have the same effects share them."""
+    alike: dict[object, list[int]] = {}
+    for i, fit in enumerate(fits):
+        poses = fit.poses
+        kind = (fit.model.names, poses.triad, len(poses), tuple(poses.columns), poses.run,
+                bool(poses.reference.magnitude.any()))
+        alike.setdefault(kind, []).append(i)
+    listed: dict[int, tuple[Sequence[Hypothesis], dict[str, str]]] = {}
+    for which in alike.values():
+        readings = [fits[i].equations.at_reading for i in which]
+        effects = list(candidate_effects(fits[which[0]], own, covariates))
+        at = joined(readings)
+        finite = np.array([
+            np.isfinite(effect.evaluate(at)).reshape(len(which), -1).all(axis=1)
+            for effect in effects
+        ]).reshape(len(effects), len(which))
+        shared: dict[bytes, Sequence[Hypothesis]] = {}
+        for i, reading, good in zip(which, readings, finite.T, strict=True):
+            possible = [effect for effect, ok in zip(effects, good, strict=True) if ok]
+            if good.tobytes() not in shared:
+                shared[good.tobytes()] = _at_their_shapes(possible)
+            absent = {effect.name: why_not_finite(effect, reading)
+                      for effect, ok in zip(effects, good, strict=True) if not ok}
+            listed[i] = (shared[good.tobytes()], absent)
+    return [listed[i] for i in range(len(fits))]
+
+
+def _at_their_shapes(effects: Sequence[Effect]) -> Sequence[Hypothesis]:
+    """``effects``, as likely as each other, at each start of their shapes."""
     each = float(np.log(CONSTANTS.odds_listed / max(len(effects), 1)))
     hypotheses = []
     for effect in effects:
         shapes: tuple[float | None, ...] = effect.shape.starts if effect.shape else (None,)
         prior = each - float(np.log(len(shapes)))
         hypotheses += [Hypothesis(effect.name, "listed", prior, effect, s) for s in shapes]
-    return hypotheses, absent
+    return hypotheses
 
 
 def held(hypothesis: Hypothesis, number: int) -> Effect:

@@ -12,7 +12,7 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
-from calib.fit.column_scaling import orthonormal_columns
+from calib.fit.column_scaling import orthonormal_bases, orthonormal_columns
 from calib.fit.least_squares.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.square_start import square_columns
@@ -51,29 +51,56 @@ class Signature:
         return len(self.strength)
 
 
+def positions_of(fit: Fit, names: Sequence[str]) -> list[int]:
+    """Where the parameters of these effects stand in theta."""
+    slices = fit.model.slices()
+    return [i for name in names for i in range(slices[name].start, slices[name].stop)]
+
+
+def untested_columns(fit: Fit, tested: Sequence[str]) -> FloatArray:
+    """The columns (r, k) of the fitted model without the effects ``tested``, weighted."""
+    jacobian = fit.rows.jacobian
+    if tested:
+        jacobian = np.delete(jacobian, positions_of(fit, tested), axis=1)
+    return np.asarray(jacobian * np.sqrt(fit.weight)[:, None])
+
+
 class Projector:
     """Projects the fitted model out of whitened rows.
 
     ``tested`` names the effects of the model that are on trial: their columns are kept out of what
-    is projected, and what they explained is put back into the residual.
+    is projected, and what they explained is put back into the residual. ``model`` (r, k) is an
+    orthonormal basis of the other columns, where it is known already.
     """
 
-    def __init__(self, fit: Fit, tested: Sequence[str] = ()) -> None:
-        root = np.sqrt(fit.weight)
-        residual, jacobian, dof = fit.rows.residual, fit.rows.jacobian, fit.dof
+    def __init__(
+        self, fit: Fit, tested: Sequence[str] = (), model: FloatArray | None = None
+    ) -> None:
+        self.root = np.sqrt(fit.weight)
+        residual, self.dof = fit.rows.residual, fit.dof
         if tested:
-            slices = fit.model.slices()
-            where = [i for name in tested for i in range(slices[name].start, slices[name].stop)]
-            residual = residual - jacobian[:, where] @ fit.theta[where]
-            jacobian = np.delete(jacobian, where, axis=1)
-            dof += int(np.linalg.matrix_rank(fit.basis[where]))
-            dof += sum(name in fit.shapes for name in tested)
-        self.root = root
-        self.model = orthonormal_columns(jacobian * root[:, None])
-        self.residual = self(residual * root)
+            where = positions_of(fit, tested)
+            residual = residual - fit.rows.jacobian[:, where] @ fit.theta[where]
+            # What is fitted of one effect is combinations of its own parameters.
+            self.dof += int(fit.basis[where].any(axis=0).sum())
+            self.dof += sum(name in fit.shapes for name in tested)
+        known = orthonormal_columns(untested_columns(fit, tested)) if model is None else model
+        self.model = known
+        self.residual = self(residual * self.root)
         self.chi2 = float(self.residual @ self.residual)
         self.data_count = fit.equations.data_count
-        self.dof = dof
+
+    @classmethod
+    def each(cls, fits: Sequence[Fit], tested: Sequence[Sequence[str]]) -> "list[Projector]":
+        """Those of ``fits`` with equally many rows, each with what is ``tested`` in it."""
+        columns = [untested_columns(fit, names) for fit, names in zip(fits, tested, strict=True)]
+        bases: list[FloatArray] = [np.zeros(0)] * len(fits)
+        for width in {each.shape[1] for each in columns}:
+            some = [i for i, each in enumerate(columns) if each.shape[1] == width]
+            stack = orthonormal_bases(np.array([columns[i] for i in some]))
+            for i, basis in zip(some, stack, strict=True):
+                bases[i] = basis[:, basis.any(axis=0)]
+        return [cls(*each) for each in zip(fits, tested, bases, strict=True)]
 
     def __call__(self, rows: FloatArray) -> FloatArray:
         return np.asarray(rows - self.model @ (self.model.T @ rows))

@@ -5,7 +5,8 @@ curve in a column and a bias that lags the temperature; a bias that steps or wan
 a plate whose rate scatters from pose to pose.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from itertools import combinations_with_replacement
 
 import numpy as np
@@ -35,6 +36,11 @@ at the three spans below; half as many 44, 75 and 86 %, twice as many 92, 97 and
 WANDER_SPANS = (0.05, 0.2, 0.8)
 """Correlation times of a wandering bias over the length of the session."""
 
+#: axes whose components are multiplied
+CUBIC = np.array([*combinations_with_replacement(range(3), 3)]).T
+#: axes of which the squares of the components are multiplied
+QUARTIC = np.array([*combinations_with_replacement(range(3), 2)]).T
+
 NO_PAGE = Page(formula="", typical={}, source="", confounded="", separates="")
 MEMORY = 0.3
 """Share of the magnitude by which the pose before saturates what an axis remembers."""
@@ -42,24 +48,31 @@ MEMORY = 0.3
 
 def waves(covariate: FloatArray, count: int) -> FloatArray:
     """Smooth unknown functions of a covariate, (n, count): cosines of its rank, damped."""
-    rank = np.argsort(np.argsort(covariate, kind="stable"), kind="stable") / len(covariate)
-    k = np.arange(1, count + 1)
+    rank = np.argsort(np.argsort(covariate, kind="stable"), kind="stable")
+    return _waves_of(len(covariate), count)[rank]
+
+
+@lru_cache(maxsize=64)
+def _waves_of(n: int, count: int) -> FloatArray:
+    """:func:`waves` of what rises from pose to pose, (n, count)."""
+    rank, k = np.arange(n) / n, np.arange(1, count + 1)
     return np.asarray(np.cos(np.pi * rank[:, None] * k) * np.exp(-k / (0.8 * count)))
 
 
-def lagging(time_s: FloatArray, values: FloatArray, lag_s: float) -> FloatArray:
-    """What follows ``values`` (n,) with a first-order lag, settled at the first pose, (n,)."""
+def lagging(time_s: FloatArray, values: FloatArray, lags_s: Sequence[float]) -> FloatArray:
+    """What follows ``values`` (n,) with first-order lags, settled at the first pose, (n, lags)."""
     order = np.argsort(time_s, kind="stable")
-    t, v = time_s[order], values[order]
-    out = np.empty_like(v)
-    out[0] = v[0]
+    t, v, lag = time_s[order], values[order], np.array(lags_s)
+    step = np.maximum(np.diff(t), 1e-9)
+    slope = np.diff(v) / step
+    keep, behind = np.exp(-step[:, None] / lag), slope[:, None] * lag
+    out = np.empty((len(v), len(lag)))
+    out[order[0]] = off = v[0]
     for i in range(1, len(v)):
-        step = max(float(t[i] - t[i - 1]), 1e-9)
-        slope, keep = (v[i] - v[i - 1]) / step, float(np.exp(-step / lag_s))
-        out[i] = v[i] - slope * lag_s + keep * (out[i - 1] - v[i - 1] + slope * lag_s)
-    back = np.empty_like(out)
-    back[order] = out
-    return back
+        # ``off`` is what it was at the pose before.
+        off = v[i] - behind[i - 1] + keep[i - 1] * (off - v[i - 1] + behind[i - 1])
+        out[order[i]] = off
+    return out
 
 
 def unknown_hypotheses(fit: Fit, columns: tuple[str, ...]) -> list[Hypothesis]:
@@ -93,8 +106,7 @@ def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, str, Cours
     if np.isfinite(poses.time_s).all():
         if TEMPERATURE in columns and np.ptp(poses.columns[TEMPERATURE]) > 0:
             values = poses.columns[TEMPERATURE]
-            for lag_s in LAGS_S:
-                late = lagging(poses.time_s, values, lag_s)
+            for lag_s, late in zip(LAGS_S, lagging(poses.time_s, values, LAGS_S).T, strict=True):
                 if np.ptp(late) > 0:
                     detail = f"with a lag of about {lag_s:.0f} s"
                     yield TEMPERATURE, detail, Course.of_bias((late - late.mean())[:, None])
@@ -110,9 +122,8 @@ def _attitude(fit: Fit) -> FloatArray:
     """
     s = fit.rows.vector
     n = s / np.linalg.norm(s, axis=1, keepdims=True)
-    products = [n[:, list(c)].prod(axis=1) for c in combinations_with_replacement(range(3), 3)]
-    products += [(n[:, i] * n[:, j]) ** 2 for i, j in combinations_with_replacement(range(3), 2)]
-    return np.stack(products, axis=1)
+    cubic = n[:, CUBIC[0]] * n[:, CUBIC[1]] * n[:, CUBIC[2]]
+    return np.concatenate([cubic, (n[:, QUARTIC[0]] * n[:, QUARTIC[1]]) ** 2], axis=1)
 
 
 def _previous(fit: Fit) -> FloatArray:

@@ -71,23 +71,27 @@ def _note_by_name(
     state: Search, members: Sequence[int], density: float, more: Beside, joint: Refit | None
 ) -> list[tuple[float, tuple[int, ...]]]:
     """Keep the sets of ``members`` and one more, shapes of one effect summed; return them."""
-    prior = state.log_prior(members)
     far = CONSTANTS.far_signal**2 * len(state.table.residual)
-    value = density + prior + more.log_factor + state.table.log_prior
-    floor = state.standard - CONSTANTS.negligible
-    by_key: dict[Key, list[tuple[float, tuple[int, ...]]]] = {}
-    for j in map(int, np.flatnonzero(value > floor)):
-        larger = (*members, j)
-        if not state.allowed(larger):
-            continue
-        by_key.setdefault(state.key(larger), []).append((float(value[j]), tuple(sorted(larger))))
+    value = density + state.log_prior(members) + more.log_factor + state.table.log_prior
+    inside = state.key(members)
+    which = np.flatnonzero(value > state.standard - CONSTANTS.negligible)
+    if not which.size or len(members) >= CONSTANTS.largest_set:
+        return []
+    # Those of one name side by side, the best first.
+    which = which[np.lexsort((-which, -value[which], state.number[which]))]
+    first = np.flatnonzero(np.diff(state.number[which], prepend=-1))
+    best, totals = which[first].tolist(), np.logaddexp.reduceat(value[which], first).tolist()
+    is_far = (more.drop[which[first]] > far).tolist()
     noted = []
-    for each in by_key.values():
-        total = float(np.logaddexp.reduce([value for value, _ in each]))
-        best = max(each)[1]
-        last = next(j for j in best if j not in members)
-        state.note(Entry(best, total, joint, is_far=bool(more.drop[last] > far)))
-        noted.append((total, best))
+    for j, total, beyond in zip(best, totals, is_far, strict=True):
+        key = inside | state.bits[j]
+        if key == inside or state.is_refused(key):
+            continue
+        larger = tuple(sorted((*members, j)))
+        noted.append((total, larger))
+        known = state.entries.get(key)
+        if (known is None or not known.whole) and not (beyond and state.is_explained):
+            state.entries[key] = Entry(larger, total, joint, False, beyond)
     return sorted(noted, reverse=True)
 
 
@@ -126,7 +130,7 @@ def _refit_pairs(state: Search) -> Steps[None]:
     """The best of all pairs, at their refits, until the best of all sets explains the rows."""
     candidates = [
         j for j, h in enumerate(state.hypotheses)
-        if h.kind == "listed" and not state.is_refused((j,))
+        if h.kind == "listed" and not state.is_refused(state.bits[j])
     ]
     for kind in OFTEN:
         several = [j for j, h in enumerate(state.hypotheses) if h.kind == kind]
@@ -156,10 +160,9 @@ def _expand(state: Search, entry: Entry) -> Steps[None]:
     state.expanded.add(state.key(entry.members))
     inside = [j for j in entry.members if state.can_refit([j])]
     joint = entry.refit if inside else None
-    fit = state.base if joint is None else joint.fit
     table = state.table
     if joint is not None:
-        table = yield from table_at(fit, state.hypotheses, joint.names)
+        table = yield from state.table_of(joint)
     members = entry.members
     smaller = [tuple(m for m in members if m != k) for k in members]
     values = yield from densities(table, [members, *smaller])

@@ -8,6 +8,7 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
+from calib.fit.rows.whitening import NO_LENGTH
 from calib.poses.conditions import Conditions, joined
 from calib.poses.imu_log import FloatArray, IntArray
 
@@ -48,14 +49,27 @@ class JointConditions:
         """The corrected conditions with what the sensitive axes feel."""
         to_sensed = np.array([fit.rows.axes.to_sensed for fit in self.fits])
         vector = self.corrected.vector.reshape(len(self.fits), -1, 3) @ to_sensed.swapaxes(1, 2)
-        return replace(self.corrected, vector=vector.reshape(-1, 3))
+        return self.corrected.with_vector(vector.reshape(-1, 3))
 
     @cached_property
     def directions(self) -> FloatArray:
         """What every data row shows of an error of its pose's vector, (S, d, 3)."""
-        return np.array(
-            [fit.equations.directions(fit.rows.vector, fit.rows.slope) for fit in self.fits]
-        )
+        chosen = self.fits[0].equations.magnitude
+        turning = np.array([fit.rows.vector[chosen] for fit in self.fits])
+        size = np.maximum(np.sqrt((turning**2).sum(axis=2)), NO_LENGTH)
+        sd = np.array([fit.equations.magnitude_sd for fit in self.fits])
+        along = turning / (size * sd)[..., None]
+        following = [i for i, fit in enumerate(self.fits) if fit.rows.slope is not None]
+        if following:
+            slope = np.array([
+                fit.rows.slope[chosen] for fit in self.fits if fit.rows.slope is not None
+            ])
+            along[following] = np.linalg.solve(
+                slope.swapaxes(2, 3), along[following][..., None]
+            )[..., 0]
+        null_sd = np.array([fit.equations.null_sd for fit in self.fits])
+        at_rest = (np.eye(3) / null_sd[..., None]).reshape(len(self.fits), -1, 3)
+        return np.concatenate([along, at_rest], axis=1)
 
     @cached_property
     def along_vectors(self) -> FloatArray:

@@ -1,27 +1,22 @@
 """From the sets of a search to probabilities: of each set, each effect, each class of effects.
 
-A class holds the effects that these poses cannot separate beside the rest of the leading set: their
-signatures agree to a canonical correlation over 0.99, and no refit gave one of them away.
+A class holds what :mod:`calib.diagnosis.search.classes` finds that these poses do not separate.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis
-from calib.diagnosis.search.sets import Entry, Key, Search, with_refit
-from calib.diagnosis.search.steps import Steps, table_at
-from calib.diagnosis.search.table import Table
+from calib.diagnosis.search.classes import aliases, alike, class_of, refit_alike, similar
+from calib.diagnosis.search.sets import Entry, Search, with_refit
+from calib.diagnosis.search.steps import Steps
 
 LEADING = 6
 """Sets among which the leading one is looked for, those of one class counted together: a
 limit of time."""
-
-REFUTED = 10.0
-"""Log odds by which an alias falls short, at its own refit, to be no longer believed. Chosen as
-far beyond any odds that the verdict names by; its half and double are not measured."""
 
 COURSES = ("jump", "wander")
 """Kinds that say, like an unknown function of time: the bias has a course in time."""
@@ -65,8 +60,9 @@ class Odds:
         One for each member of the leading set, in the order of their names in ``lead``.
     others : tuple of Inclusion
         What else may be missing, the most probable first.
-    sets : tuple of (tuple of str, float)
-        The sets with their probabilities, the most probable first.
+    masses : mapping of int to float
+        Probability of every set, a bit for each of ``names``.
+    names : tuple of str
     """
 
     nothing: float
@@ -74,7 +70,23 @@ class Odds:
     lead: Entry
     classes: tuple[Inclusion, ...]
     others: tuple[Inclusion, ...]
-    sets: tuple[tuple[tuple[str, ...], float], ...]
+    masses: Mapping[int, float]
+    names: tuple[str, ...]
+
+    def mask(self, names: Iterable[str]) -> int:
+        """The bits of these of :attr:`names`."""
+        return sum(1 << self.names.index(name) for name in names)
+
+    @cached_property
+    def sets(self) -> tuple[tuple[tuple[str, ...], float], ...]:
+        """The sets by their names in alphabetical order, with their probabilities, the most
+        probable first.
+        """
+        by_names = [
+            (tuple(sorted(name for i, name in enumerate(self.names) if mask >> i & 1)), mass)
+            for mask, mass in self.masses.items()
+        ]
+        return tuple(sorted(by_names, key=lambda item: -item[1]))
 
 
 def odds_of(state: Search) -> Steps[Odds]:
@@ -84,23 +96,25 @@ def odds_of(state: Search) -> Steps[Odds]:
         lead = yield from with_refit(state, lead)
     at_lead = state.table
     if lead.refit is not None:
-        at_lead = yield from table_at(lead.refit.fit, state.hypotheses, lead.refit.names)
-    alike = {k: _alias_names(state, at_lead, lead, k) for k in lead.members}
+        at_lead = yield from state.table_of(lead.refit)
+    state.tables.clear()
+    places = {k: alike(state, at_lead, lead, k) for k in lead.members}
     for k in lead.members:
-        yield from _refit_aliases(state, lead, k, alike[k])
+        yield from refit_alike(state, lead, k, places[k])
     total = float(np.logaddexp.reduce([e.log_posterior for e in state.entries.values()]))
     nothing, noise = (float(np.exp(v - total)) for v in state.nothing)
-    shares = {key: float(np.exp(e.log_posterior - total)) for key, e in state.entries.items()}
-    by_name = {
-        key: frozenset(state.hypotheses[j].name for j in state.entries[key].members)
-        for key in shares
-    }
+    names = tuple(dict.fromkeys(h.name for h in state.hypotheses))
+    bit = {name: 1 << i for i, name in enumerate(names)}
     first = {h.name: h for h in reversed(state.hypotheses)}
-    alone = _by_name(shares, by_name)
+    masses = _masses(state, [bit[h.name] for h in state.hypotheses], total)
+    alone = {name: sum(mass for key, mass in masses.items() if key & bit[name])
+             for name in dict.fromkeys(
+                 state.hypotheses[j].name for e in state.entries.values() for j in e.members)}
     classes = []
     for k in lead.members:
-        members = _class_of(state, lead, k, alike[k], alone)
-        inside = sum(share for key, share in shares.items() if by_name[key] & set(members))
+        members = class_of(state, at_lead, lead, k, places[k], alone)
+        any_of = sum(bit[name] for name in members)
+        inside = sum(mass for key, mass in masses.items() if key & any_of)
         classes.append(_inclusion(first[members[0]], members, inside))
     covered = {name for each in classes for name in each.members}
     rest = sorted((name for name in alone if name not in covered), key=lambda n: -alone[n])
@@ -110,27 +124,23 @@ def odds_of(state: Search) -> Steps[Odds]:
         lead,
         tuple(classes),
         tuple(_inclusion(first[n], (n,), alone[n]) for n in rest),
-        tuple(sorted(_sets(shares, by_name).items(), key=lambda item: -item[1])),
+        masses,
+        names,
     )
 
 
-def _by_name(shares: dict[Key, float], by_name: dict[Key, frozenset[str]]) -> dict[str, float]:
-    """Probability of every name to be in the model."""
-    total: dict[str, float] = {}
-    for key, share in shares.items():
-        for name in by_name[key]:
-            total[name] = total.get(name, 0.0) + share
-    return total
-
-
-def _sets(
-    shares: dict[Key, float], by_name: dict[Key, frozenset[str]]
-) -> dict[tuple[str, ...], float]:
-    total: dict[tuple[str, ...], float] = {}
-    for key, share in shares.items():
-        names = tuple(sorted(by_name[key]))
-        total[names] = total.get(names, 0.0) + share
-    return total
+def _masses(state: Search, bits: Sequence[int], total: float) -> dict[int, float]:
+    """Probability of every set, those of the same names counted together, by its names' bits."""
+    values = np.array([e.log_posterior for e in state.entries.values()])
+    masses: dict[int, float] = {}
+    for entry, share in zip(
+        state.entries.values(), np.exp(values - total).tolist(), strict=True
+    ):
+        key = 0
+        for j in entry.members:
+            key |= bits[j]
+        masses[key] = masses.get(key, 0.0) + share
+    return masses
 
 
 def _inclusion(first: Hypothesis, members: Sequence[str], probability: float) -> Inclusion:
@@ -149,91 +159,35 @@ def _leading(state: Search) -> Entry:
     if not best[0].members and best[0].log_posterior > others:
         return best[0]  # nothing else looks like nothing, and all together weigh less
     mass = [
-        float(np.logaddexp.reduce([b.log_posterior for b in best if _alike(state, a, b)]))
-        for a in best
+        float(np.logaddexp.reduce([b.log_posterior for b in _alike(state, a, best)])) for a in best
     ]
     return best[int(np.argmax(mass))]
 
 
-def _alike(state: Search, a: Entry, b: Entry) -> bool:
-    """Whether two sets differ by one effect that these poses cannot tell from another at most."""
-    if a is b:
-        return True
-    mine = [j for j in a.members if state.label(j) not in state.key(b.members)]
-    theirs = [j for j in b.members if state.label(j) not in state.key(a.members)]
-    if not mine and not theirs:
-        return True
-    if len(mine) != 1 or len(theirs) != 1:
-        return False
-    if all(is_course(state.hypotheses[j]) for j in (*mine, *theirs)):
-        return True
-    rest = [j for j in a.members if j not in mine]
-    return bool(aliases(state, state.table, mine[0], theirs, rest))
-
-
-def aliases(
-    state: Search, table: Table, k: int, others: Sequence[int], beside: Sequence[int]
-) -> list[int]:
-    """Which of ``others`` these poses cannot tell from hypothesis ``k`` beside a set.
-
-    ``table`` holds the signatures: those at the base are bent by what the base lacks, the more so
-    the stronger it is, and no longer look the same.
+def _alike(state: Search, a: Entry, others: Sequence[Entry]) -> list[Entry]:
+    """``a`` and those of the ``others`` that differ from it by one effect at most, which these
+    poses cannot tell from one of its own.
     """
-    listed = [
-        j for j in others
-        if state.hypotheses[j].kind == "listed" and not table.is_blind(j)
-        and (table.seen[j] == table.seen[k] or _is_reference(state.hypotheses[k]))
-    ]
-    if not listed or table.is_blind(k) or state.hypotheses[k].kind != "listed":
-        return []
-    least = table.correlations(k, listed, beside)
-    return [j for j, value in zip(listed, least, strict=True)
-            if value > CONSTANTS.alias_correlation]
-
-
-def _is_reference(hypothesis: Hypothesis) -> bool:
-    """An error of the reference is the common part of an error of the sensor that holds it."""
-    return hypothesis.on_reference
-
-
-def _alias_names(state: Search, table: Table, lead: Entry, k: int) -> dict[str, int]:
-    """The aliases of member ``k`` beside the rest of the leading set, one start of each shape."""
-    rest = [j for j in lead.members if j != k]
-    inside = {state.hypotheses[j].name for j in lead.members}
-    others = [j for j, h in enumerate(state.hypotheses) if h.name not in inside]
-    places: dict[str, int] = {}
-    for j in aliases(state, table, k, others, rest):
-        places.setdefault(state.hypotheses[j].name, j)
-    return places
-
-
-def _refit_aliases(
-    state: Search, lead: Entry, k: int, alike: Mapping[str, int]
-) -> Steps[None]:
-    """The leading set with ``k`` exchanged for each that is ``alike``, at their refits."""
-    if lead.refit is None:
-        return
-    rest = [j for j in lead.members if j != k]
-    for j in alike.values():
-        members = (*rest, j)
-        known = state.entries.get(state.key(members))
-        if not state.can_refit(members) or (known is not None and known.whole):
+    same, apart = [a], []
+    inside = state.key(a.members)
+    for b in others:
+        if b is a:
             continue
-        again = yield from state.refitted(members, lead.refit)
-        if again is not None:
-            state.note(again)
-
-
-def _class_of(
-    state: Search, lead: Entry, k: int, alike: Mapping[str, int], probability: dict[str, float]
-) -> tuple[str, ...]:
-    """Member ``k`` and those ``alike``, less those that their own refits give away."""
-    name = state.hypotheses[k].name
-    rest = [j for j in lead.members if j != k]
-    members = []
-    for other, j in alike.items():
-        entry = state.entries.get(state.key((*rest, j)))
-        if entry is not None and entry.log_posterior > lead.log_posterior - REFUTED:
-            members.append(other)
-    members.sort(key=lambda n: -probability.get(n, 0.0))
-    return (name, *members)
+        key = state.key(b.members)
+        mine = [j for j in a.members if not state.bits[j] & key]
+        theirs = [j for j in b.members if not state.bits[j] & inside]
+        if not mine and not theirs:
+            same.append(b)
+        elif len(mine) == len(theirs) == 1:
+            if is_course(state.hypotheses[mine[0]]) and is_course(state.hypotheses[theirs[0]]):
+                same.append(b)
+            else:
+                apart.append((mine[0], theirs[0], b))
+    for k in {mine for mine, _, _ in apart}:
+        rest = [j for j in a.members if j != k]
+        beside = [(j, b) for mine, j, b in apart if mine == k]
+        which = [j for j, _ in beside]
+        found = {*aliases(state, state.table, k, which, rest),
+                 *similar(state, state.table, k, which, rest)}
+        same += [b for j, b in beside if j in found]
+    return same

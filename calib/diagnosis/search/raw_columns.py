@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.diagnosis.hypotheses.listed import Hypothesis
-from calib.diagnosis.hypotheses.signature import square_vectors
 from calib.diagnosis.search.joint_conditions import JointConditions
 from calib.effects.effect import Effect
 from calib.fit.least_squares.identifiability import ROUNDING
 from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.square_start import square_products
 from calib.poses.imu_log import FloatArray, IntArray
 
 
@@ -104,10 +104,22 @@ def _errors(at: JointConditions, alike: Sequence[Hypothesis]) -> FloatArray:
     """Errors (S, n, 3, k) of one effect; a shape parameter that a fit fitted is as fitted."""
     effect, name = _effect_of(alike[0]), alike[0].name
     if effect.in_square and name not in at.fits[0].model.names:
-        return np.array([square_vectors(fit, effect) for fit in at.fits])
+        return _square_errors(at, effect)
     shapes = [None if h.shape is None else fit.shapes.get(name, h.shape)
               for fit, h in zip(at.fits, alike, strict=True)]
     return at.of_effect(effect, shapes)
+
+
+def _square_errors(at: JointConditions, effect: Effect) -> FloatArray:
+    """:func:`..hypotheses.signature.square_vectors` of all fits, (S, n, 3, k (k + 1) / 2)."""
+    s = np.array([fit.rows.vector for fit in at.fits])
+    chosen = at.fits[0].equations.magnitude
+    columns = square_products(effect.evaluate(at.corrected), at.corrected.vector)
+    direction = s / np.linalg.norm(s, axis=2, keepdims=True)
+    vectors = np.zeros((*s.shape, columns.shape[1]))
+    errors = direction[..., None] * columns.reshape(*s.shape[:2], 1, -1)
+    vectors[:, chosen] = errors[:, chosen]
+    return vectors
 
 
 def _effect_of(hypothesis: Hypothesis) -> Effect:

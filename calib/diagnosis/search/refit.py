@@ -95,11 +95,8 @@ def _log_shape_width(joint: Fit, effects: Sequence[Effect]) -> float:
     names = [effect.name for effect in effects if effect.shape is not None]
     if not names:
         return 0.0
-    slope = shape_derivatives(
-        joint.equations, joint.theta, joint.eta, joint.shapes, joint.rows, names
-    ).slope
-    gradient = dict(zip(names, slope.T @ (joint.weight * joint.rows.residual), strict=True))
     at_bound = shapes_at_bound(joint.model, joint.shapes)
+    gradient = _gradient(joint, names) if at_bound & {*names} else {}
     log_share = 0.0
     for effect in effects:
         if effect.shape is None or not np.isfinite(joint.log_shape_sd[effect.name]):
@@ -112,3 +109,12 @@ def _log_shape_width(joint: Fit, effects: Sequence[Effect]) -> float:
             width = np.sqrt(2 * np.pi) * sd * (ndtr(high / sd) - ndtr(low / sd))
         log_share += float(np.log(min(1.0, width / (high - low))))
     return log_share
+
+
+def _gradient(joint: Fit, names: Sequence[str]) -> dict[str, float]:
+    """Derivative of half of chi-square by the logarithms of the shapes of these effects."""
+    slope = shape_derivatives(
+        joint.equations, joint.theta, joint.eta, joint.shapes, joint.rows, names
+    ).slope
+    return dict(zip(names, map(float, slope.T @ (joint.weight * joint.rows.residual)),
+                    strict=True))

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,15 +15,16 @@ from calib.diagnosis.search.steps import Steps, densities, joint_refit, table_at
 from calib.diagnosis.search.table import Table
 from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import FloatArray, IntArray
 
-Key = tuple[str, ...]
+Key = int
+"""The names of the members of a set: a bit for each."""
+
 OFTEN = ("jump", "bad_pose")
 """Kinds of which a set may hold several."""
 
 
-@dataclass(frozen=True, eq=False)
-class Entry:
+class Entry(NamedTuple):
     """One set of hypotheses: its members' indices and its log posterior, not normalised.
 
     ``refit`` is the joint refit of its effects; ``whole`` whether that holds all its members.
@@ -49,6 +51,8 @@ class Search:
     ``table`` and ``alone`` are those at the base; ``entries`` the sets by the names of their
     members, ``refused`` those without a joint solution; ``nothing`` the log densities of the empty
     set with the stated and with larger noise; ``is_explained`` whether a refit explains the rows.
+    ``standard`` is the log posterior of the best set at its own solution: what others are measured
+    against; ``tables`` are those at joint refits, for as long as the search goes on.
     """
 
     base: Fit
@@ -60,7 +64,10 @@ class Search:
     entries: dict[Key, Entry] = field(default_factory=dict)
     refused: set[Key] = field(default_factory=set)
     expanded: set[Key] = field(default_factory=set)
+    refused_alone: Key = 0
+    tables: dict[Refit, Table] = field(default_factory=dict)
     is_explained: bool = False
+    standard: float = -np.inf
 
     @cached_property
     def leverage(self) -> FloatArray:
@@ -68,18 +75,24 @@ class Search:
         return np.asarray((self.table.projector.model**2).sum(axis=1))
 
     @cached_property
-    def labels(self) -> tuple[str, ...]:
-        """Name of every hypothesis among all: of steps and bad poses with their place."""
-        return tuple(f"{h.name} {h.detail}" if h.kind in OFTEN else h.name
-                     for h in self.hypotheses)
+    def number(self) -> IntArray:
+        """Which of the names each hypothesis has: steps and bad poses one with their place, (m,).
+        """
+        labels = [(h.name, h.detail if h.kind in OFTEN else "") for h in self.hypotheses]
+        place = {label: i for i, label in enumerate(dict.fromkeys(labels))}
+        return np.array([place[label] for label in labels], int)
 
-    def label(self, j: int) -> str:
-        """Name of one hypothesis among all."""
-        return self.labels[j]
+    @cached_property
+    def bits(self) -> list[Key]:
+        """The set of every hypothesis alone."""
+        return [1 << i for i in self.number.tolist()]
 
     def key(self, members: Iterable[int]) -> Key:
         """Names of the members; steps and bad poses by their place."""
-        return tuple(sorted([self.labels[j] for j in members]))
+        key = 0
+        for j in members:
+            key |= self.bits[j]
+        return key
 
     def log_prior(self, members: Iterable[int]) -> float:
         """Log odds of the members before the data."""
@@ -88,7 +101,7 @@ class Search:
     def note(self, entry: Entry) -> None:
         """Keep ``entry``, unless the same set is known from a refit of all its members."""
         key = self.key(entry.members)
-        if self.is_refused(entry.members) or (entry.is_far and self.is_explained):
+        if self.is_refused(key) or (entry.is_far and self.is_explained):
             return
         if entry.explains and not self.is_explained:
             self.is_explained = True
@@ -97,18 +110,28 @@ class Search:
         known = self.entries.get(key)
         if known is None or not known.whole or entry.whole:
             self.entries[key] = entry
+        if entry.whole:
+            self.standard = max(e.log_posterior for e in self.entries.values() if e.whole)
 
-    def is_refused(self, members: Sequence[int]) -> bool:
+    def is_refused(self, key: Key) -> bool:
         """Whether the rows have no solution with these members, or with one of them alone."""
-        if not self.refused:
-            return False
-        key = self.key(members)
-        return key in self.refused or any((label,) in self.refused for label in key)
+        return bool(key & self.refused_alone) or key in self.refused
 
-    @property
-    def standard(self) -> float:
-        """Log posterior of the best set at its own solution: what others are measured against."""
-        return max(e.log_posterior for e in self.entries.values() if e.whole)
+    def table_of(self, joint: Refit) -> Steps[Table]:
+        """The table of all hypotheses at a joint refit, whose effects are on trial."""
+        known = self.tables.get(joint)
+        if known is None:
+            known = self.tables[joint] = yield from table_at(
+                joint.fit, self.hypotheses, joint.names
+            )
+        return known
+
+    def refuse(self, key: Key) -> None:
+        """Take a set out of the search."""
+        self.refused.add(key)
+        if key.bit_count() == 1:
+            self.refused_alone |= key
+        self.entries.pop(key, None)
 
     def best(self, entries: Iterable[Entry] | None = None) -> Entry:
         """The most probable set."""
@@ -116,10 +139,10 @@ class Search:
 
     def allowed(self, members: Sequence[int]) -> bool:
         """Whether the members can stand in one set: no effect twice, not too many."""
-        names = {self.labels[j] for j in members}
-        if not len(names) == len(members) <= CONSTANTS.largest_set:
+        key = self.key(members)
+        if not key.bit_count() == len(members) <= CONSTANTS.largest_set:
             return False
-        return not self.is_refused(members)
+        return not self.is_refused(key)
 
     def refitted(
         self, members: Sequence[int], start: Refit | None = None
@@ -134,8 +157,7 @@ class Search:
             return None
         joint = yield from joint_refit(self.base, effects)
         if joint is None:
-            self.refused.add(self.key(members))
-            self.entries.pop(self.key(members), None)
+            self.refuse(self.key(members))
             return None
         chosen = [self.hypotheses[j] for j in members]
         table = yield from table_at(joint.fit, chosen, joint.names)
@@ -177,19 +199,28 @@ def is_nothing(state: Search) -> bool:
     return bool(likely or (leading and stated > np.log(1 - CONSTANTS.credible)))
 
 
+def _largest_part(state: Search, members: Sequence[int]) -> Refit | None:
+    """The joint refit of the most of ``members``, the likeliest of equally many, if there is one.
+    """
+    parts = [e for e in state.entries.values()
+             if e.whole and e.refit is not None and {*e.members} <= {*members}]
+    best = max(parts, key=lambda e: (len(e.members), e.log_posterior), default=None)
+    return None if best is None else best.refit
+
+
 def with_refit(state: Search, entry: Entry) -> Steps[Entry]:
     """``entry`` with the joint refit of those of its members that a model can hold."""
     if entry.whole:
         return entry
     inside = tuple(j for j in entry.members if state.can_refit([j]))
     if not inside:
-        return replace(entry, refit=None)
+        return entry._replace(refit=None)
     known = state.entries.get(state.key(inside))
     if known is not None and known.whole:
         again: Entry | None = known
     else:
         again = yield from state.refitted(inside, entry.refit)
     if again is None:
-        return replace(entry, refit=None)
+        return entry._replace(refit=_largest_part(state, inside))
     state.note(again)
-    return again if len(inside) == len(entry.members) else replace(entry, refit=again.refit)
+    return again if len(inside) == len(entry.members) else entry._replace(refit=again.refit)

@@ -35,54 +35,55 @@ class TableAt:
         return (
             self.fit.rows.residual.shape, equations.magnitude.tobytes(), "bias" in names,
             tuple(self.fit.poses.columns),
-            tuple(_kind(h, h.name in names) for h in self.hypotheses),
+            tuple(_kind(h, names) for h in self.hypotheses),
         )
 
 
-def _kind(hypothesis: Hypothesis, is_fitted: bool) -> tuple[object, ...]:
+def _kind(hypothesis: Hypothesis, fitted: Sequence[str]) -> tuple[object, ...]:
     """What two hypotheses share whose columns are made in one call."""
     if hypothesis.course is not None:
         return (hypothesis.kind, hypothesis.course.values.shape)
     name, effect = hypothesis.name, hypothesis.effect
     of_catalogue = EFFECTS.get(name) is effect or name.startswith("column:")
-    return (name if of_catalogue else id(effect), is_fitted)
+    # What is fitted has a derivative of its own, not only its square.
+    by_square = effect is not None and effect.in_square and name not in fitted
+    return (name if of_catalogue else id(effect), by_square)
 
 
 @dataclass(frozen=True, eq=False)
 class _Block:
     """The turned columns of w hypotheses of k columns each at S solutions.
 
-    ``turned`` (S, w, v, r), which of them are ``visible`` (S, w, v); ``turns`` (S, w, k, k),
-    ``squared`` and ``along`` (S, w, k) where all have an effect.
+    ``turned`` (S, w, v, r), which of them are ``visible`` (S, w, v); ``spectrum`` of those with an
+    effect: their turns (S, w, k, k), squared lengths and products with the residual (S, w, k).
     """
 
     which: IntArray
     index: IntArray
     turned: FloatArray
     visible: BoolArray
-    turns: FloatArray
-    squared: FloatArray
-    along: FloatArray
+    spectrum: tuple[FloatArray, FloatArray, FloatArray] | None
 
 
+@dataclass(frozen=True, eq=False)
 class _Spectra(Mapping[int, Spectrum]):
-    """The spectra of one table, taken out of its stack when they are asked for."""
+    """The spectra of table number ``at``, taken out of its stack when they are asked for."""
 
-    def __init__(self, blocks: Sequence[_Block], unit: FloatArray, at: int) -> None:
-        self._place = {int(j): (block, i) for block in blocks for i, j in enumerate(block.which)}
-        self._unit, self._at = unit, at
+    place: Mapping[int, tuple[_Block, int]]
+    unit: FloatArray
+    at: int
 
     def __getitem__(self, j: int) -> Spectrum:
-        block, i = self._place[j]
-        s = self._at
-        return Spectrum(block.turns[s, i], block.squared[s, i], block.along[s, i],
-                        self._unit[block.index[i]])
+        block, i = self.place[j]
+        assert block.spectrum is not None
+        turns, squared, along = (each[self.at, i] for each in block.spectrum)
+        return Spectrum(turns, squared, along, self.unit[block.index[i]])
 
     def __iter__(self) -> Iterator[int]:
-        return iter(self._place)
+        return iter(self.place)
 
     def __len__(self) -> int:
-        return len(self._place)
+        return len(self.place)
 
 
 def tables_at(asked: Sequence[TableAt]) -> list[Table]:
@@ -97,7 +98,7 @@ def tables_at(asked: Sequence[TableAt]) -> list[Table]:
     list of Table
         In their order.
     """
-    projectors = [Projector(each.fit, each.members) for each in asked]
+    projectors = Projector.each([each.fit for each in asked], [each.members for each in asked])
     residual = np.array([each.residual for each in projectors])
     model = _side_by_side([each.model for each in projectors])
     root = np.array([each.root for each in projectors])
@@ -111,9 +112,25 @@ def tables_at(asked: Sequence[TableAt]) -> list[Table]:
         [RANK_TOLERANCE if h.shape is not None and h.name in each.members else VISIBLE_SHARE
          for h in each.hypotheses] for each in asked
     ])
-    blocks = [_turned(which, raw, projected, residual, least)
+    beside = _complement(model)
+    blocks = [_turned(which, hypotheses[0][which[0]].effect is not None, raw, projected, residual,
+                      least, beside)
               for which in _alike(raw, hypotheses[0])]
-    return [_one(asked[s], projectors[s], blocks, total[s], unit[s], s) for s in range(len(asked))]
+    return _tables(asked, projectors, blocks, total, unit)
+
+
+def _complement(bases: FloatArray) -> FloatArray:
+    """Orthonormal bases (S, r, c) of what is perpendicular to ``bases`` (S, r, k), in which
+    columns of zeros stand for what one lacks; so they do in the result.
+    """
+    rank = bases.any(axis=1).sum(axis=1)
+    sets, r, _ = bases.shape
+    beside = np.zeros((sets, r, r - int(rank.min())))
+    for k in np.unique(rank):
+        some = np.flatnonzero(rank == k)
+        whole = np.linalg.qr(bases[some, :, :k], mode="complete")[0]
+        beside[some, :, : r - k] = whole[:, :, k:]
+    return beside
 
 
 def _side_by_side(bases: Sequence[FloatArray]) -> FloatArray:
@@ -136,44 +153,62 @@ def _alike(raw: RawColumns, hypotheses: Sequence[Hypothesis]) -> Iterator[IntArr
 
 
 def _turned(
-    which: IntArray, raw: RawColumns, projected: FloatArray, residual: FloatArray,
-    least: FloatArray,
+    which: IntArray, has_effect: bool, raw: RawColumns, projected: FloatArray,
+    residual: FloatArray, least: FloatArray, beside: FloatArray,
 ) -> _Block:
     """The columns of the hypotheses ``which`` turned until they are orthogonal."""
     width = int(raw.width[which[0]])
     index = raw.start[which][:, None] + np.arange(width)
     stacked = projected[:, index]  # (S, w, k, r)
+    least = (least[:, which] ** 2)[:, :, None]
+    if not has_effect and width > beside.shape[2]:
+        # More columns than they have room for: by the eigenvectors of the room.
+        inside = stacked @ beside[:, None]
+        squared, turns = np.linalg.eigh(inside.swapaxes(2, 3) @ inside)
+        size = np.sqrt(np.maximum(squared, 0.0))[:, :, None]
+        turned = (beside[:, None] @ (turns * size)).swapaxes(2, 3)
+        return _Block(which, index, turned, squared > least, None)
     squared, turns = np.linalg.eigh(stacked @ stacked.swapaxes(2, 3))
     turned = turns.swapaxes(2, 3) @ stacked
-    visible = squared > (least[:, which] ** 2)[:, :, None]
-    along = np.einsum("swkr,sr->swk", turned, residual)
-    return _Block(which, index, turned, visible, turns, squared, along)
+    along = np.einsum("swkr,sr->swk", turned, residual) if has_effect else np.zeros(0)
+    spectrum = (turns, squared, along) if has_effect else None
+    return _Block(which, index, turned, squared > least, spectrum)
 
 
-def _one(
-    asked: TableAt, projector: Projector, blocks: Sequence[_Block], total: FloatArray,
-    unit: FloatArray, s: int,
-) -> Table:
-    """Table number ``s`` of the stack."""
-    first, seen = np.zeros((2, len(asked.hypotheses)), int)
-    parts, before = [np.zeros((0, len(projector.residual)))], 0
+def _tables(
+    asked: Sequence[TableAt], projectors: Sequence[Projector], blocks: Sequence[_Block],
+    total: FloatArray, unit: FloatArray,
+) -> list[Table]:
+    """The tables of a stack, each with its visible columns."""
+    sets, m, r = len(asked), len(asked[0].hypotheses), projectors[0].residual.size
+    first, seen = np.zeros((2, sets, m), int)
+    before = np.zeros(sets, int)
     for block in blocks:
-        visible = block.visible[s]
-        count = visible.sum(axis=1)
-        seen[block.which] = count
-        first[block.which] = before + np.cumsum(count) - count
-        parts.append(block.turned[s][visible])
-        before += len(parts[-1])
-    with_effect = [b for b in blocks if asked.hypotheses[int(b.which[0])].effect is not None]
-    return Table(
-        projector=projector,
-        log_prior=np.array([h.log_prior for h in asked.hypotheses]),
-        total=total,
-        rows=np.concatenate(parts),
-        first=first,
-        seen=seen,
-        spectra=_Spectra(with_effect, unit, s),
+        count = block.visible.sum(axis=2)
+        seen[:, block.which] = count
+        ends = before[:, None] + np.cumsum(count, axis=1)
+        first[:, block.which] = ends - count
+        before = ends[:, -1]
+    turned = np.concatenate(
+        [np.zeros((sets, 0, r)), *(b.turned.reshape(sets, -1, r) for b in blocks)], axis=1
     )
+    visible = np.concatenate(
+        [np.zeros((sets, 0), bool), *(b.visible.reshape(sets, -1) for b in blocks)], axis=1
+    )
+    place = {int(j): (block, i) for block in blocks if block.spectrum is not None
+             for i, j in enumerate(block.which)}
+    return [
+        Table(
+            projector=projectors[s],
+            log_prior=np.array([h.log_prior for h in asked[s].hypotheses]),
+            total=total[s],
+            rows=turned[s][visible[s]],
+            first=first[s],
+            seen=seen[s],
+            spectra=_Spectra(place, unit[s], s),
+        )
+        for s in range(sets)
+    ]
 
 
 def _units(

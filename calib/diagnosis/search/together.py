@@ -2,10 +2,12 @@
 
 Every search has one request open. Requests of one kind and one shape are a stack; the largest stack
 is answered first, so that rare ones grow meanwhile, and the searches that it belonged to go on to
-their next request. They do not know of each other.
+their next request. They do not know of each other. Where one ends the next begins, so that as many
+are open all the time as memory holds, and stacks stay large.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator
+from itertools import islice
 
 from calib.diagnosis.search.beside import BesideSets
 from calib.diagnosis.search.set_densities import SetDensities
@@ -13,34 +15,44 @@ from calib.diagnosis.search.stacked_tables import TableAt
 from calib.diagnosis.search.steps import Request, Result, Steps, answers
 from calib.fit.batch.extend_many import Extension
 
-AT_ONCE = 50
+AT_ONCE = 200
 """Requests in one stack: a limit of memory, half and double not measured."""
 
+OPEN = 6000
+"""Searches that are open at once: a limit of memory, 0.13 MB each."""
 
-def together(searches: Sequence[Steps[Result]]) -> list[Result]:
-    """The results of many computations, in their order."""
-    results: dict[int, Result] = {}
+
+def in_turn(searches: Iterable[Steps[Result]]) -> Iterator[tuple[int, Result]]:
+    """The number and the result of each computation as it ends; none is kept."""
+    waiting = enumerate(searches)
+    running: dict[int, Steps[Result]] = {}
     stacks: dict[object, dict[int, Request]] = {}
+    ended: list[tuple[int, Result]] = []
 
     def go_on(i: int, reply: object) -> None:
         try:
-            request = searches[i].send(reply)
+            request = running[i].send(reply)
         except StopIteration as end:
-            results[i] = end.value
+            del running[i]
+            ended.append((i, end.value))
         else:
             stacks.setdefault(_stack_of(request), {})[i] = request
 
-    for i in range(len(searches)):
-        go_on(i, None)
-    while stacks:
+    while True:
+        for i, steps in islice(waiting, OPEN - len(running)):
+            running[i] = steps
+            go_on(i, None)
+        yield from ended
+        ended.clear()
+        if not stacks:
+            return
         stack = stacks.pop(max(stacks, key=lambda shape: len(stacks[shape])))
         which = list(stack)
         for first in range(0, len(which), AT_ONCE):
             some = which[first : first + AT_ONCE]
-            replies = answers([stack[i] for i in some])
+            replies = answers([stack.pop(i) for i in some])
             for i, reply in zip(some, replies, strict=True):
                 go_on(i, reply)
-    return [results[i] for i in range(len(searches))]
 
 
 def _stack_of(request: Request) -> object:

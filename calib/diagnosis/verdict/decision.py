@@ -7,7 +7,7 @@ that no effect has, and noise after all of these; where several remain, all that
 their odds.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.search.odds import Inclusion, Odds, is_course
-from calib.diagnosis.search.sets import Entry, Search, is_nothing
+from calib.diagnosis.search.sets import Search, is_nothing
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.leave_one_out import compare, left_out_square
 from calib.poses.imu_log import FloatArray
@@ -89,7 +89,7 @@ def reach_verdict(state: Search, odds: Odds) -> Verdict:
     unlisted = _unlisted(state, odds, share, explains)
     if unlisted is not None:
         return unlisted
-    likely = tuple(each.name for each in _open(odds))
+    likely = tuple(name for each in _open(odds) for name in each.members)
     return Verdict(
         Code.AMBIGUOUS, group=tuple(dict.fromkeys((*likely, *_explaining(state, odds)))),
         beside=_open(odds), share=share, explains=explains,
@@ -105,25 +105,25 @@ def _named(state: Search, odds: Odds) -> list[Inclusion]:
     signal = {state.hypotheses[j].name: _signal(state, odds, j) for j in odds.lead.members}
     least = CONSTANTS.tolerance * max(signal.values(), default=0.0)
     kinds = {state.hypotheses[j].name: state.hypotheses[j].kind for j in odds.lead.members}
-    entries = _judges(state, odds)
+    judges = _judges(state, odds)
     sure = sorted(odds.classes, key=lambda each: -each.probability)
     named: list[Inclusion] = []
     for each in sure:
         if kinds[each.name] != "listed" or signal[each.name] < least:
             continue
-        together = _together(state, [*named, each], entries)
+        together = _together(odds, [*named, each], judges)
         if together < 1 - 1 / (1 + CONSTANTS.odds_of_a_name ** (len(named) + 1)):
             break
         named.append(each)
     return sorted(named, key=lambda each: -signal[each.name])
 
 
-def _judges(state: Search, odds: Odds) -> list[Entry]:
+def _judges(state: Search, odds: Odds) -> Mapping[int, float]:
     """The sets that say what is in the model: without unknown functions where they crowd it."""
-    entries = list(state.entries.values())
     if not _is_crowded(state, odds):
-        return entries
-    return [e for e in entries if not any(state.hypotheses[j].kind == "unknown" for j in e.members)]
+        return odds.masses
+    unknown = odds.mask({h.name for h in state.hypotheses if h.kind == "unknown"})
+    return {key: mass for key, mass in odds.masses.items() if not key & unknown}
 
 
 def _is_crowded(state: Search, odds: Odds) -> bool:
@@ -134,15 +134,11 @@ def _is_crowded(state: Search, odds: Odds) -> bool:
     return unknown and rest < CONSTANTS.fewest_dof
 
 
-def _together(state: Search, classes: Sequence[Inclusion], entries: Sequence[Entry]) -> float:
+def _together(odds: Odds, classes: Sequence[Inclusion], judges: Mapping[int, float]) -> float:
     """Probability that one member of each of ``classes`` is in the model, by these sets."""
-    total, inside = -np.inf, -np.inf
-    for entry in entries:
-        names = {state.hypotheses[j].name for j in entry.members}
-        total = np.logaddexp(total, entry.log_posterior)
-        if all(names & {*each.members} for each in classes):
-            inside = np.logaddexp(inside, entry.log_posterior)
-    return float(np.exp(inside - total))
+    masks = [odds.mask(each.members) for each in classes]
+    inside = sum(mass for key, mass in judges.items() if all(key & mask for mask in masks))
+    return inside / sum(judges.values())
 
 
 def _signal_rows(state: Search, odds: Odds, j: int) -> FloatArray | None:
@@ -150,7 +146,9 @@ def _signal_rows(state: Search, odds: Odds, j: int) -> FloatArray | None:
     h, joint = state.hypotheses[j], odds.lead.refit
     if joint is None or not state.can_refit([j]):
         return None
-    name = next(n for n in joint.names if n in (h.name, f"{h.name} {j}"))
+    name = next((n for n in joint.names if n in (h.name, f"{h.name} {j}")), None)
+    if name is None:  # more members than the rows carry a refit of
+        return None
     where = joint.fit.model.slices()[name]
     rows = joint.fit.rows.jacobian[:, where] @ joint.fit.theta[where]
     return np.asarray(rows - state.table.projector.model @ (state.table.projector.model.T @ rows))

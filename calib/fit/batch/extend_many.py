@@ -6,19 +6,19 @@ is extended by itself, so that results and refusals are the same.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import product
 
 import numpy as np
 
 from calib.effects.effect import Effect
 from calib.errors import CalibrationError
+from calib.fit.batch.joint_basis import visible_bases
 from calib.fit.batch.joint_descent import JointEstimate, JointProblem, descend_jointly
 from calib.fit.batch.joint_equations import JointEquations, is_listed, is_mark
+from calib.fit.batch.joint_finish import finish_jointly
 from calib.fit.batch.linear_algebra import times
 from calib.fit.column_scaling import RANK_TOLERANCE
-from calib.fit.least_squares.identifiability import visible_basis
-from calib.fit.least_squares.result import Fit, finish
+from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import (
     ENOUGH_MISFIT,
     MEMORY_SD,
@@ -27,8 +27,8 @@ from calib.fit.least_squares.solver import (
     extend,
     memory_change,
 )
-from calib.fit.rows.problem import Estimate, Problem, Solution, with_common
-from calib.fit.rows.residuals import Equations, WhitenedRows
+from calib.fit.rows.problem import with_common
+from calib.fit.rows.residuals import Equations
 from calib.poses.imu_log import FloatArray
 
 
@@ -78,18 +78,26 @@ def extend_many(asked: Sequence[Extension]) -> list[Fit | None]:
     if asked[0].shape is None or len(asked) == 1:
         return [_alone(each) for each in asked]
     cases = []
-    for each in asked:
+    for each, equations in zip(asked, _extended(asked), strict=True):
         base = each.base
         more = {e.name: e.shape.starts[0] for e in each.effects if e.shape is not None}
         size = sum(len(e.parameters) for e in each.effects)
         cases.append(_WarmStart(
-            base.remembering.extended(each.effects),
+            equations,
             np.concatenate([base.theta, np.zeros(size)]), base.eta, {**base.shapes, **more},
         ))
     fits = _weighed(dict(enumerate(cases)))
     if any("previous" in e.needs for e in (*asked[0].base.model.effects, *asked[0].effects)):
         fits = _with_steady_memory(fits)
     return [fits[i] if i in fits else _alone(each) for i, each in enumerate(asked)]
+
+
+def _extended(asked: Sequence[Extension]) -> list[Equations]:
+    """The rows of the larger models, each after what its poses felt at its base."""
+    first = asked[0].base.remembering.extended(asked[0].effects)
+    if not all(is_listed(effect) for effect in first.model.effects):
+        return [first, *(each.base.remembering.extended(each.effects) for each in asked[1:])]
+    return [first, *(each.base.remembering.extended_as(first, each.effects) for each in asked[1:])]
 
 
 def _alone(asked: Extension) -> Fit | None:
@@ -154,13 +162,12 @@ def _weighed(cases: Mapping[int, _WarmStart]) -> Fits:
         {name: np.array([cases[i].shapes[name] for i in numbers]) for name in names},
     )
     bases: dict[int, list[tuple[int, FloatArray]]] = {}
-    for k, i in enumerate(numbers):
-        if not at.rows.is_solved[k]:
-            continue
-        try:
-            basis = visible_basis(equations.each[k], _rows_of(equations, at, k))
-        except CalibrationError:
-            fits[i] = None
+    sound = np.flatnonzero(at.rows.is_solved & np.isfinite(at.rows.jacobian).all(axis=(1, 2)))
+    part = at.take(sound)
+    each = visible_bases(equations.take(sound), part.rows, part.shapes) if len(sound) else []
+    for k, basis in zip(map(int, sound), each, strict=True):
+        if basis is None:
+            fits[numbers[k]] = None
         else:
             bases.setdefault(basis.shape[1], []).append((k, basis))
     for alike in bases.values():
@@ -178,25 +185,26 @@ def _minimised(
     free = {e.name: e.shape for e in equations.one.model.effects if e.shape is not None}
     directions = np.array([with_common(basis, q) for basis in bases])
     problem = JointProblem(equations, directions, free)
-    at, iterations, moved = descend_jointly(problem, start, WEIGHING)
+    at, iterations = descend_jointly(problem, start, WEIGHING)
     dof = max(equations.one.data_count - bases[0].shape[1] - len(free), 1)
     badly = np.flatnonzero((iterations > 0) & (at.rows.cost > ENOUGH_MISFIT * dof))
     if free and badly.size:
         # From the most promising of the other starts of the shapes.
         part, known = problem.take(badly), at.take(badly)
-        other, steps, last = descend_jointly(part, _most_promising(part, known), WEIGHING)
+        other, steps = descend_jointly(part, _most_promising(part, known), WEIGHING)
         better = (steps > 0) & (other.rows.cost < known.rows.cost)
         iterations[badly[steps == 0]] = 0
-        iterations[badly[better]], moved[badly[better]] = steps[better], last[better]
+        iterations[badly[better]] = steps[better]
         place = np.zeros(len(iterations), dtype=int)
         place[badly] = np.arange(len(badly))
         chosen = np.zeros(len(iterations), dtype=bool)
         chosen[badly[better]] = True
         at = other.take(place).where(chosen, at)
-    fits: Fits = {}
-    for k in map(int, np.flatnonzero(iterations)):
-        fits[k] = _finished(equations, at, k, bases[k], int(iterations[k]), float(moved[k]))
-    return fits
+    ended = np.flatnonzero(iterations)
+    if not ended.size:
+        return {}
+    fits = finish_jointly(problem.take(ended), at.take(ended), iterations[ended])
+    return dict(zip(map(int, ended), fits, strict=True))
 
 
 def _most_promising(problem: JointProblem, at: JointEstimate) -> JointEstimate:
@@ -229,27 +237,3 @@ def _linear_cost(problem: JointProblem, at: JointEstimate) -> FloatArray:
     residual = at.rows.residual
     rest = residual - times(u, times(u.swapaxes(1, 2), residual))
     return np.where(at.rows.is_solved, (rest**2).sum(axis=1), np.inf)
-
-
-def _finished(
-    equations: JointEquations, at: JointEstimate, k: int, basis: FloatArray, iterations: int,
-    moved: float,
-) -> Fit | None:
-    """The fit of set ``k``; None where it does not determine the model."""
-    problem = Problem.of(equations.each[k], basis)
-    estimate = Estimate(
-        at.theta[k], at.eta[k], {name: float(value[k]) for name, value in at.shapes.items()},
-        _rows_of(equations, at, k),
-    )
-    try:
-        return finish(problem, Solution(estimate, problem.weight, iterations, moved))
-    except (CalibrationError, np.linalg.LinAlgError):
-        return None
-
-
-def _rows_of(equations: JointEquations, at: JointEstimate, k: int) -> WhitenedRows:
-    """The rows of set ``k`` by itself."""
-    rows = at.rows
-    slope = None if rows.slope is None else rows.slope[k]
-    return WhitenedRows(rows.residual[k], rows.jacobian[k], rows.vector[k], slope,
-                        partial(equations.each[k].axes, at.theta[k]))

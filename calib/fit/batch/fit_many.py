@@ -27,7 +27,8 @@ from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.rows.initial_estimate import Start
-from calib.fit.rows.residuals import Equations, WhitenedRows
+from calib.fit.rows.residuals import Equations
+from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.fit.rows.whitening import Whitening
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 from calib.poses.pose_set import PoseSet

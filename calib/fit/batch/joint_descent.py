@@ -1,7 +1,7 @@
 """Steps of :mod:`calib.fit.least_squares.gauss_newton` for a stack, shape parameters among them.
 
-A set of which neither trial of a full step falls is not followed further: the solver of one set
-halves its steps, and fits it.
+A set of which a step finds no true vectors by fixed point is not followed further: the solver of
+one set goes on by Newton's steps, and fits it.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from calib.fit.batch.joint_equations import JointEquations, Shapes
 from calib.fit.batch.joint_rows import JointRows, either
 from calib.fit.batch.linear_algebra import each_solved, times
 from calib.fit.column_scaling import RANK_TOLERANCE
-from calib.fit.least_squares.gauss_newton import LONGEST_SHAPE_STEP
+from calib.fit.least_squares.gauss_newton import HALVINGS, LONGEST_SHAPE_STEP
 from calib.fit.rows.problem import Precision
 from calib.fit.rows.shape_derivatives import DIFFERENCE_STEP
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
@@ -82,41 +82,40 @@ class JointProblem:
 
 def descend_jointly(
     problem: JointProblem, start: JointEstimate, precision: Precision
-) -> tuple[JointEstimate, IntArray, FloatArray]:
-    """Full steps from ``start``, each set until its rows rest.
+) -> tuple[JointEstimate, IntArray]:
+    """Steps from ``start``, each halved while its cost rises, until the rows of every set rest.
 
     Returns
     -------
     at : JointEstimate
     iterations : array of int, shape (S,)
-        0 for a set that did not go straight to a minimum.
-    moved : array, shape (S,)
-        By how many sds the last step moved the row that it moved most.
+        0 for a set that did not come to rest, or of which a step found no true vectors.
     """
-    at, moved = start, np.zeros(len(start.theta))
+    at = start
     iterations = np.zeros(len(start.theta), dtype=int)
     active, part, here = np.arange(len(iterations)), problem, start
     for iteration in range(1, precision.steps + 1):
         step, row_step = step_from(part, here)
         largest = np.abs(row_step).max(axis=1)
         rests = largest < precision.idle_sd
-        trial, falls = _trial(part, here, step)
-        goes = falls & ~rests
+        trial, share = _longest_that_falls(part, here, step)
+        goes = (share > 0) & ~rests
         here = trial.where(goes, here)
-        ends = rests | (goes & (largest < precision.step_sd))
-        iterations[active[ends]] = iteration
-        moved[active[ends]] = np.where(rests, 0.0, largest)[ends]
+        ends = rests | (share == 0) | (goes & (share * largest < precision.step_sd))
+        iterations[active[ends & np.isfinite(share)]] = iteration
         at = _put(at, active, here)
         on = np.flatnonzero(goes & ~ends)
         if not on.size:
             break
         if len(on) < len(active):
             active, part, here = active[on], part.take(on), here.take(on)
-    return at, iterations, moved
+    return at, iterations
 
 
 def _put(at: JointEstimate, sets: IntArray, part: JointEstimate) -> JointEstimate:
     """``at`` with the estimates of ``sets`` replaced by ``part``."""
+    if not len(sets):
+        return at
     if len(sets) == len(at.theta):
         return part
     place = np.zeros(len(at.theta), dtype=int)
@@ -124,6 +123,27 @@ def _put(at: JointEstimate, sets: IntArray, part: JointEstimate) -> JointEstimat
     chosen = np.zeros(len(at.theta), dtype=bool)
     chosen[sets] = True
     return part.take(place).where(chosen, at)
+
+
+def _longest_that_falls(
+    problem: JointProblem, at: JointEstimate, step: FloatArray
+) -> tuple[JointEstimate, FloatArray]:
+    """The estimates after the largest of 1, 1/2, 1/4 ... of each ``step`` by which no cost rises.
+
+    With these shares (S,): 0 where the cost rises by all of them, NaN where a whole step finds no
+    true vectors.
+    """
+    trial, falls = _trial(problem, at, step)
+    share = np.where(falls | np.isfinite(trial.rows.cost), 1.0, np.nan)
+    for _ in range(HALVINGS - 1):
+        on = np.flatnonzero(~falls & np.isfinite(share))
+        if not on.size:
+            break
+        share[on] /= 2
+        part, falls[on] = _trial(problem.take(on), at.take(on), share[on, None] * step[on])
+        trial = _put(trial, on, part)
+    share[~falls & np.isfinite(share)] = 0.0
+    return trial, share
 
 
 def _trial(
@@ -137,13 +157,16 @@ def _trial(
         shapes[name] = shapes[name] * np.exp(step[:, p + j])
     trial = _moved(problem, at, step[:, :p], shapes)
     falls = trial.rows.cost <= most
-    if problem.free and not falls.all():
-        beside = _moved(problem, at, np.zeros((len(step), p)), shapes)
+    off = np.flatnonzero(~falls)
+    if problem.free and off.size:
+        part = problem.take(off)
+        stretched = {name: value[off] for name, value in shapes.items()}
+        beside = _moved(part, at.take(off), np.zeros((len(off), p)), stretched)
         with np.errstate(all="ignore"):
-            linear, _ = step_from(problem.with_shapes_held(), beside)
-        second = _moved(problem, beside, linear, shapes)
-        trial = trial.where(falls, second)
-        falls |= second.rows.cost <= most
+            linear, _ = step_from(part.with_shapes_held(), beside)
+        second = _moved(part, beside, linear, stretched)
+        falls[off] = second.rows.cost <= most[off]
+        trial = _put(trial, off[falls[off]], second.take(np.flatnonzero(falls[off])))
     return trial, np.asarray(falls & np.isfinite(most))
 
 

@@ -6,7 +6,7 @@ not find is marked, and left to the solver of one set, which goes on by Newton's
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from copy import copy
 from functools import cached_property
 
 import numpy as np
@@ -28,6 +28,11 @@ from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 Shapes = Mapping[str, FloatArray]
 """Shape parameters of S sets by effect, each (S,)."""
+
+
+OF_EACH = ("reading", "reading_columns", "magnitude_sd", "null_sd", "common_relative", "expected",
+           "stated")
+"""What every set has of its own, as arrays with a leading axis."""
 
 
 class JointEquations:
@@ -61,7 +66,18 @@ class JointEquations:
 
     def take(self, sets: IntArray) -> "JointEquations":
         """The equations of these sets alone."""
-        return JointEquations([self.each[int(i)] for i in sets])
+        if len(sets) == len(self):
+            return self  # in their order
+        part = copy(self)
+        for name in ("probes", "of_reference"):
+            vars(part).pop(name, None)
+        part.each = [self.each[int(i)] for i in sets]
+        for name in OF_EACH:
+            setattr(part, name, getattr(self, name)[sets])
+        n = self.reading.shape[1]
+        part.at_start = self.at_start.take((n * sets[:, None] + np.arange(n)).ravel())
+        part.marks = {name: value[sets] for name, value in self.marks.items()}
+        return part
 
     @cached_property
     def probes(self) -> Conditions:
@@ -85,8 +101,10 @@ class JointEquations:
     ) -> FloatArray:
         """Columns (S, n, 3, k) of effects of the sensor at held vectors (S, n, 3)."""
         sets, n, _ = vector.shape
-        here = replace(self.at_start, vector=vector.reshape(-1, 3))
-        sensed = replace(self.at_start, vector=axes.sensed(vector).reshape(-1, 3))
+        here = self.at_start.with_vector(vector.reshape(-1, 3))
+        sensed = here
+        if not all(effect.orthogonal for effect in effects):
+            sensed = self.at_start.with_vector(axes.sensed(vector).reshape(-1, 3))
         columns = []
         for effect in effects:
             shape = _per_row(effect, shapes, n)
@@ -238,9 +256,7 @@ class JointEquations:
             step = SLOPE_STEP * np.abs(at).max(axis=(1, 2))
             step[step == 0] = SLOPE_STEP
             moves = step[:, None, None] * np.concatenate([np.eye(3), -np.eye(3)])
-            moved = replace(
-                self.probes, vector=(at[:, None] + moves[:, :, None]).reshape(-1, 3)
-            )
+            moved = self.probes.with_vector((at[:, None] + moves[:, :, None]).reshape(-1, 3))
             shape = _per_row(effect, shapes, 6 * vector.shape[1])
             columns = effect.evaluate(moved, shape).reshape(len(at), -1, len(size[0]))
             up, down = np.moveaxis((columns @ size[:, :, None]).reshape(len(at), 2, 3, -1, 3), 1, 0)

@@ -19,7 +19,8 @@ from calib.poses.attitudes import list_directions, uncovered
 from calib.poses.imu_log import BoolArray, FloatArray
 
 if TYPE_CHECKING:
-    from calib.fit.rows.residuals import Equations, WhitenedRows
+    from calib.fit.rows.residuals import Equations
+from calib.fit.rows.whitened_rows import WhitenedRows
 
 CONDITION_LIMIT = 25.0
 """The 18 wedge poses give 1.4, ten usable free-hand poses up to 8; from 25 on the worst

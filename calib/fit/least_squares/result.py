@@ -13,8 +13,9 @@ from calib.fit.column_scaling import inverse_square, pseudo_inverse_square, unit
 from calib.fit.least_squares.identifiability import require_determined, require_enough, require_size
 from calib.fit.model import Model
 from calib.fit.rows.problem import Estimate, Problem, Solution, with_common
-from calib.fit.rows.residuals import Equations, WhitenedRows
+from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import sensor_columns
+from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.poses.imu_log import BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
 
@@ -117,7 +118,7 @@ class Fit:
     @cached_property
     def remembering(self) -> Equations:
         """The equations with what the solution felt in the poses before."""
-        return Equations(self.poses, self.model, self.sensed, self.equations.whitening)
+        return self.equations.after(self.sensed)
 
     def columns_of(self, effect: Effect, shape: float | None = None) -> FloatArray:
         """Columns of ``effect`` at the solution, where and on what it acts.

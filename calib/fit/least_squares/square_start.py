@@ -56,9 +56,16 @@ def square_columns(equations: Equations, effect: Effect, at: Conditions) -> Floa
     array, shape (rows, k (k + 1) / 2)
         For i ≤ j in the order of ``numpy.triu_indices``: ``F_i·F_j / |s|``, half of it for i = j.
     """
-    chosen = equations.magnitude
-    columns = effect.evaluate(at)[chosen]
-    size = np.linalg.norm(at.vector[chosen], axis=1)
+    return square_products(effect.evaluate(at), at.vector)[equations.magnitude]
+
+
+def square_products(columns: FloatArray, vector: FloatArray) -> FloatArray:
+    """``F_i·F_j / |s|`` of columns F (n, 3, k) on vectors s (n, 3), half of it for i = j.
+
+    Shape (n, k (k + 1) / 2), for i ≤ j in the order of ``numpy.triu_indices``.
+    """
+    size = np.sqrt((vector**2).sum(axis=1))
     i, j = np.triu_indices(columns.shape[2])
     products = (columns[:, :, i] * columns[:, :, j]).sum(axis=1)
-    return np.asarray(products / size[:, None] / np.where(i == j, 2.0, 1.0))
+    share = np.where(size > 0, size, np.inf)[:, None] * np.where(i == j, 2.0, 1.0)
+    return np.asarray(products / share)

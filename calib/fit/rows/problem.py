@@ -11,8 +11,9 @@ from functools import cached_property
 import numpy as np
 
 from calib.effects.effect import Shape
-from calib.fit.rows.residuals import Equations, WhitenedRows
+from calib.fit.rows.residuals import Equations
 from calib.fit.rows.shape_derivatives import ShapeDerivatives, shape_derivatives
+from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.poses.imu_log import FloatArray
 
 CONVERGED_SD = 1e-3

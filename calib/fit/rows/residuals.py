@@ -12,9 +12,8 @@ shrinks together with the reference would shrink any misfit too, and gain would 
 (Peelle's puzzle).
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -31,37 +30,18 @@ from calib.fit.rows.sensitive_axes import (
     solve_sensor,
 )
 from calib.fit.rows.vector_derivatives import matrix_slopes, vector_derivatives
+from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.fit.rows.whitening import NO_LENGTH, Whitening
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 
-
-@dataclass(frozen=True, eq=False)
-class WhitenedRows:
-    """Whitened rows at one estimate.
-
-    ``residual`` (r,), ``jacobian`` (r, p + q) with the q common errors last, ``vector`` (n, 3) the
-    corrected vectors, ``slope`` (n, 3, 3) what effects that follow the vector make of its changes
-    (None without such effects), ``axes_there`` gives the sensitive axes. The first rows are the
-    magnitude rows, then the null rows, then the priors.
-    """
-
-    residual: FloatArray
-    jacobian: FloatArray
-    vector: FloatArray
-    slope: FloatArray | None
-    axes_there: Callable[[], Axes]
-
-    @cached_property
-    def axes(self) -> Axes:
-        """The sensitive axes at the estimate."""
-        return self.axes_there()
-
-    @property
-    def chi2(self) -> float:
-        """Sum of the squared whitened residuals."""
-        return float(self.residual @ self.residual)
+OF_THE_MODEL = (
+    "on_reading", "on_sensor", "on_reference", "reading_index", "sensor_index", "reference_index",
+    "follows", "varying", "fixed", "varying_on_axes", "varying_orthogonal", "on_axes_index",
+    "on_axes_columns", "varying_index", "fixed_index",
+)
+"""What equations of one model share: which effects act where, and where their parameters stand."""
 
 
 class Equations:
@@ -108,6 +88,32 @@ class Equations:
         larger.probes = self.probes
         larger._hold(Model((*self.model.effects, *effects)))
         return larger
+
+    def extended_as(self, other: "Equations", effects: Sequence[Effect]) -> "Equations":
+        """:meth:`extended` where it was made for other poses: what the model decides is theirs.
+
+        Parameters
+        ----------
+        other : Equations
+            Of poses with the same rows and columns, :meth:`extended` by the same ``effects``,
+            which may begin at other shapes.
+        effects : sequence of Effect
+        """
+        larger = copy(self)
+        for name in (*OF_THE_MODEL, "matrix_slopes"):
+            setattr(larger, name, getattr(other, name))
+        larger.model = Model((*self.model.effects, *effects))
+        if len(other.on_reading) > len(self.on_reading):
+            larger.reading_columns = stack_columns(other.on_reading, self.at_reading, {})
+        return larger
+
+    def after(self, sensed: FloatArray) -> "Equations":
+        """The same rows where the axes ``sensed`` (n, 3) in the poses, SI: what they remember."""
+        later = copy(self)
+        later.__dict__.pop("probes", None)
+        felt = self.poses.conditions(self.whitening.vector, sensed).previous
+        later.at_start = self.at_start.with_previous(felt)
+        return later
 
     def _hold(self, model: Model) -> None:
         """What depends on the model and not on its parameters."""
@@ -170,7 +176,7 @@ class Equations:
         are independent and a sign that flips with noise cannot make the iteration jump.
         """
         held = np.where(self.is_null[:, None], self.poses.expected, vector)
-        return replace(self.at_start, vector=held)
+        return self.at_start.with_vector(held)
 
     def whitened(self, vectors: FloatArray, s: FloatArray) -> FloatArray:
         """What errors of the corrected vectors make of the data rows.

@@ -10,7 +10,7 @@ Newton's steps.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -91,7 +91,7 @@ def sensor_columns(
     -------
     array, shape (n, 3, k)
     """
-    sensed = replace(at, vector=axes.sensed(at.vector))
+    sensed = at.with_vector(axes.sensed(at.vector))
     columns = [
         effect.evaluate(at, shapes.get(effect.name))
         if effect.orthogonal
@@ -147,7 +147,7 @@ def solve_sensor(
 
 def follows_vector(effect: Effect, at: Conditions) -> bool:
     """Whether the columns of ``effect`` change with the vector, not only with the conditions."""
-    elsewhere = replace(at, vector=1.1 * at.vector + 0.1)
+    elsewhere = at.with_vector(1.1 * at.vector + 0.1)
     return not np.array_equal(effect.evaluate(at), effect.evaluate(elsewhere))
 
 
@@ -208,6 +208,6 @@ def _slope(
     step = SLOPE_STEP * (float(np.abs(vector).max()) or 1.0)
     moves = step * np.concatenate([np.eye(3), -np.eye(3)])
     moved = (vector + moves[:, None, :]).reshape(-1, 3)
-    error = effect.evaluate(replace(probes, vector=moved), shape) @ size
+    error = effect.evaluate(probes.with_vector(moved), shape) @ size
     up, down = error.reshape(2, 3, len(vector), 3)
     return np.asarray(((up - down) / (2 * step)).transpose(1, 2, 0))

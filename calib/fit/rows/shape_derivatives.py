@@ -15,8 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.effects.effect import Effect
-from calib.fit.rows.residuals import Equations, WhitenedRows
+from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import sensor_columns
+from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.poses.imu_log import FloatArray
 
 DIFFERENCE_STEP = 1e-4
