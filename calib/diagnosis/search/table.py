@@ -135,8 +135,8 @@ class Table:
     def shared_signal(
         self, j: int, others: Sequence[int], beside: Sequence[int]
     ) -> FloatArray:
-        """Correlation of the signal of ``j``, fitted beside a set, with what each of ``others`` can
-        make of it in its place.
+        """Correlation of the signal of ``j``, fitted beside a set, with what each of the m ``others``
+        can make of it in its place, (m,).
         """
         q = self.space(beside)
         mine = self.visible(j, q)
