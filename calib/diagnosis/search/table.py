@@ -135,8 +135,9 @@ class Table:
     def shared_signal(
         self, j: int, others: Sequence[int], beside: Sequence[int]
     ) -> FloatArray:
-        """Correlation of the signal of ``j``, fitted beside a set, with what each of the m ``others``
-        can make of it in its place, (m,).
+        """What each of m ``others`` can make, in the place of ``j``, of its signal beside a set.
+
+        As the correlation of both, (m,).
         """
         q = self.space(beside)
         mine = self.visible(j, q)
