@@ -20,18 +20,16 @@ share of hidden effects that were named, offered, and of sessions with a wrong n
 is repeated with nothing hidden, since half of all are sound by the prior of the diagnosis, and over
 both halves stated probabilities stand beside frequencies; its designs are also ``hand`` and
 ``free``. ``--list`` shows the trials that went wrong. ``--workers`` and ``--scheduler`` spread the
-trials of all but ``two`` and ``settle`` over processes or a Dask cluster; the figures are the same.
+trials over processes or a Dask cluster; the figures are the same.
 """
 
 import argparse
 from collections.abc import Iterator, Sequence
 from functools import partial
-from itertools import combinations
-
-import numpy as np
 
 from calib.errors import CalibrationError
 from tests.bench import study_tables as tables
+from tests.bench.pair_trials import one_pair
 from tests.bench.trial_workers import Each, trials_on
 from tests.recorded_blocks import Settled, settle
 from tests.set_trials import (
@@ -51,21 +49,16 @@ from tests.trials import (
     Outcome,
     calibrates,
     drawn,
-    follow_to_the_end,
     hidden_of,
-    poses_of,
     run_trial,
 )
 from tests.world.bench import Design
-from tests.world.hidden import Hidden, TriadName
+from tests.world.hidden import TriadName
 
 COLUMNS = ("humidity_pct", "supply_v")
 UNLISTED = (
-    "column_squared:humidity_pct",
-    "column_squared:supply_v",
-    "jump",
-    "bad_pose",
-    "periodic",
+    *(f"column:{c}" for c in COLUMNS), *(f"column_squared:{c}" for c in COLUMNS), "jump",
+    "bad_pose", "periodic",
 )
 ACCEPTED = {
     "jump": {"jump", "time_s"},
@@ -140,54 +133,31 @@ def nothing(asked: argparse.Namespace, each: Each) -> None:
             print(f"    seed {o.seed}: {o.verdict} {'/'.join(o.says)}, first {o.top}")
 
 
-def two(asked: argparse.Namespace, _each: Each) -> None:
+def two(asked: argparse.Namespace, each: Each) -> None:
     """Two effects at once, the pair drawn anew for every trial; the loop is run to its end."""
-    design = DESIGNS[asked.design]()
     for size in asked.sizes:
         both = exactly = one = wrong = 0
-        for seed in range(asked.first_seed, asked.first_seed + asked.trials):
-            hidden = draw_pair(design, seed, asked)
-            names = {h.name for h in hidden}
-            loop = follow_to_the_end(poses_of(design, seed, asked.triad, hidden))
-            shown = set(loop.groups)
-            shown |= {"reference_drift"} if "scale_drift" in shown else set()
-            right = len(names & shown)
-            innocent = len(loop.added) > right
-            both += right == 2
-            one += right >= 1
-            exactly += right == 2 and not innocent
-            wrong += innocent
-            if asked.list and (right < 2 or innocent):
-                print(f"    seed {seed}: {' + '.join(sorted(names))}: added "
-                      f"{', '.join(loop.added) or 'nothing'}; then {loop.last.verdict} "
-                      f"{'/'.join(loop.last.group)}")
+        for seed, added in each(partial(one_pair, asked), seeds_of(asked)):
+            if isinstance(added, CalibrationError):
+                print(f"    seed {seed} is refused: {added}")
+                continue
+            both += added.right == 2
+            one += added.right >= 1
+            exactly += added.right == 2 and not added.innocent
+            wrong += added.innocent
+            if asked.list and (added.right < 2 or added.innocent):
+                print(f"    seed {seed}: {added.text}")
         n = asked.trials
         print(f"two effects at {size:g}, {asked.design} {asked.triad}, {n} trials: both found "
               f"{both / n:.3f}, exactly these {exactly / n:.3f}, one or more {one / n:.3f}, an "
               f"innocent one added {wrong / n:.3f}", flush=True)
 
 
-def draw_pair(design: Design, seed: int, asked: argparse.Namespace) -> list[Hidden]:
-    """Two visible effects of the catalogue that are no part of each other."""
-    rng = np.random.default_rng([seed, 30])
-    names = [n for n in asked.effects or LISTED if calibrates(n, asked.triad)]
-    apart = [
-        pair
-        for pair in combinations(names, 2)
-        if not set(pair) & {"frame_rotation", "reference_scale"}
-        and set(pair) != {"scale_drift", "reference_drift"}
-    ]
-    while True:
-        pair = apart[int(rng.integers(len(apart)))]
-        hidden = hidden_of(pair, asked.triad, asked.sizes[0], design, seed)
-        if hidden is not None:
-            return hidden
-
-
 def unlisted(asked: argparse.Namespace, each: Each) -> None:
     """Effects that no catalogue has, and biases that follow a logged column."""
     design = DESIGNS[asked.design]()
-    for name in asked.effects or (*(f"column:{c}" for c in COLUMNS), *UNLISTED):
+    possible = [n for n in UNLISTED if n.partition(":")[2] in ("", *design.columns)]
+    for name in asked.effects or possible:
         kind, _, column = name.partition(":")
         accepted = ACCEPTED.get(kind, {column, f"column:{column}"})
         for size in asked.sizes:
@@ -204,22 +174,15 @@ def unlisted(asked: argparse.Namespace, each: Each) -> None:
                         print(f"    seed {o.seed}: {o.verdict} {'/'.join(o.says)}, first {o.top}")
 
 
-def settle_open(asked: argparse.Namespace, _each: Each) -> None:
+def settle_open(asked: argparse.Namespace, each: Each) -> None:
     """Verdicts that leave something open: record what is asked for, diagnose again."""
-    design = DESIGNS[asked.design]()
     total: list[Settled] = []
     for name in asked.effects or LISTED:
         if not calibrates(name, asked.triad):
             continue
         for size in asked.sizes:
-            found = []
-            for seed in range(asked.first_seed, asked.first_seed + asked.trials):
-                hidden = hidden_of([name], asked.triad, size, design, seed)
-                if hidden is None:
-                    break
-                settled = settle(design, seed, asked.triad, hidden)
-                if settled is not None:
-                    found.append(settled)
+            trials = each(partial(one_settled, asked, name, size), seeds_of(asked))
+            found = [settled for _, settled in trials if isinstance(settled, Settled)]
             if found:
                 print(tables.settled_row(name, size, found), flush=True)
                 if asked.list:
@@ -230,6 +193,13 @@ def settle_open(asked: argparse.Namespace, _each: Each) -> None:
             total += found
     if total:
         print(tables.settled_row("all that stayed open", 0, total))
+
+
+def one_settled(asked: argparse.Namespace, name: str, size: float, seed: int) -> Settled | None:
+    """The session of one seed with what was asked for recorded too; None where nothing was open."""
+    design = DESIGNS[asked.design]()
+    hidden = hidden_of([name], asked.triad, size, design, seed)
+    return None if hidden is None else settle(design, seed, asked.triad, hidden)
 
 
 def sets(asked: argparse.Namespace, each: Each) -> None:

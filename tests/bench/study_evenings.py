@@ -1,26 +1,28 @@
-"""How often stated probabilities come true: simulated evenings of accelerometers by the thousand.
+"""How often stated probabilities come true: simulated evenings by the thousand.
 
     python -m tests.bench.study_evenings paper --evenings 20000 --workers 2
     python -m tests.bench.study_evenings hand --evenings 20000 --sizes 2 50
+    python -m tests.bench.study_evenings plate --evenings 20000 --workers 2
     python -m tests.bench.study_evenings paper --evenings 400 --loop
 
-Half of the evenings hide nothing, as the prior of the diagnosis has it; each of the others hides
-one listed effect in a direction and of a size of its own, log-uniform between ``--sizes`` (root
-mean square over the pose equations, noise units). They are drawn (``tests.world.lot``), fitted and
-diagnosed as stacks. The tables show what was named, and every stated probability beside how often
-it came true. ``--loop`` diagnoses the same evenings one after the other too, counts the findings
-that differ, and prints both times. ``--workers`` and ``--scheduler`` are those of
-``tests.bench.study_diagnosis``.
+``paper`` and ``hand`` are accelerometers in poses at rest, ``plate`` gyroscopes in the paper's 18
+poses on the turning plate with the humidity logged. Half of the evenings hide nothing, as the prior
+of the diagnosis has it; each of the others hides one listed effect in a direction and of a size of
+its own, log-uniform between ``--sizes`` (root mean square over the pose equations, noise units).
+They are drawn (``tests.world.lot``, ``tests.world.turning_lot``), fitted and diagnosed as stacks.
+The tables show what was named, and every stated probability beside how often it came true.
+``--loop`` diagnoses the same evenings one after the other too, counts the findings that differ, and
+prints both times. ``--workers`` and ``--scheduler`` are those of ``tests.bench.study_diagnosis``.
 """
 
 import argparse
 import time
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
-from calib.diagnosis.finding import Finding, find, find_many
+from calib.diagnosis.finding import Finding, find, find_each
 from calib.effects.catalogue import BASE
 from calib.fit.batch.fit_many import fit_many
 from calib.fit.least_squares.result import Fit
@@ -31,21 +33,25 @@ from tests.bench import study_tables as tables
 from tests.bench.trial_workers import trials_on
 from tests.lots import pose_sets_of
 from tests.set_trials import SetOutcome, hand_design, scored
-from tests.world.bench import Design
+from tests.world.bench import HUMIDITY, Design
 from tests.world.designs import paper_design
 from tests.world.imu import mpu6050
 from tests.world.lot import LotPlan, draw_lot
+from tests.world.turning_lot import draw_turning_lot
 
 HIDDEN = ("quadratic", "cubic", "asymmetry", "cross_quadratic", "temperature_bias",
           "temperature_scale", "bias_drift", "scale_drift", "warm_up", "hysteresis")
-EACH = 100  #: evenings of one lot that hide one effect; as many as of all effects hide nothing
-IN_ONE = 2 * EACH * len(HIDDEN)
-"""Evenings that one seed stands for, diagnosed together."""
+OF_GYROSCOPES = (*HIDDEN, "g_squared_sensitivity", "reference_drift", "column:humidity_pct")
+EACH = 100
+"""Evenings of one lot that hide one effect; as many as of all effects hide nothing."""
+
+SEEDS_AT_ONCE = 5
+"""Of which the evenings are diagnosed together: 10,000 and more."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """The evenings of one seed: with an effect hidden, with nothing, and what the times were."""
+    """The evenings of some seeds: with an effect hidden, with nothing, and what the times were."""
 
     hidden: tuple[SetOutcome, ...]
     sound: tuple[SetOutcome, ...]
@@ -56,51 +62,75 @@ class Part:
 
 def design_called(name: str) -> Design:
     """18 wedge poses of the paper, or 26 laid by hand."""
-    return paper_design(mpu6050()) if name == "paper" else hand_design()
+    if name == "hand":
+        return hand_design()
+    columns = {"humidity_pct": HUMIDITY} if name == "plate" else {}
+    return replace(paper_design(mpu6050()), columns=columns)
+
+
+def hidden_in(name: str) -> tuple[str, ...]:
+    """What the evenings of a design may hide."""
+    return OF_GYROSCOPES if name == "plate" else HIDDEN
+
+
+def in_one(name: str) -> int:
+    """Evenings that one seed stands for."""
+    return 2 * EACH * len(hidden_in(name))
 
 
 def evenings(
-    design: Design, seed: int, sizes: tuple[float, float]
+    name: str, seed: int, sizes: tuple[float, float]
 ) -> Iterator[tuple[str | None, list[PoseSet]]]:
-    """The pose sets of one seed, with what they hide."""
-    for name in HIDDEN:
-        plan = LotPlan(EACH, hidden=name, own_sd=sizes)
-        yield name, pose_sets_of(draw_lot(design, plan, seed))
-    yield None, pose_sets_of(draw_lot(design, LotPlan(IN_ONE // 2), seed))
+    """The pose sets of one seed of the design called ``name``, with what they hide."""
+    design = design_called(name)
+    draw = draw_turning_lot if name == "plate" else draw_lot
+    for hidden in hidden_in(name):
+        plan = LotPlan(EACH, hidden=hidden, own_sd=sizes)
+        yield hidden, pose_sets_of(draw(design, plan, seed))
+    yield None, pose_sets_of(draw(design, LotPlan(in_one(name) // 2), seed))
 
 
-def part_of(name: str, sizes: tuple[float, float], loop: bool, seed: int) -> Part:
-    """Draw, fit and diagnose the evenings of one seed."""
-    seconds: dict[str, float] = {}
+def part_of(name: str, sizes: tuple[float, float], loop: bool, last: int, first: int) -> Part:
+    """Draw, fit and diagnose the evenings of ``SEEDS_AT_ONCE`` seeds from ``first`` to ``last``."""
+    seconds: Counter[str] = Counter()
+    kept: list[tuple[int, str | None, Fit | None]] = []
+    refused = 0
 
-    def clocked(step: str, since: float) -> float:
-        seconds[step] = time.process_time() - since
-        return time.process_time()
+    def fits() -> Iterator[Fit]:
+        nonlocal refused
+        for seed in range(first, min(first + SEEDS_AT_ONCE, last + 1)):
+            begun = time.process_time()
+            drawn = [(what, poses) for what, sets in evenings(name, seed, sizes)
+                     for poses in sets]
+            drawn_at = time.process_time()
+            sets = [poses for _, poses in drawn]
+            each = fit_many(sets, Model.of(BASE)).each(sets)
+            seconds["drawing"] += drawn_at - begun
+            seconds["fitting"] += time.process_time() - drawn_at
+            for (what, _), one in zip(drawn, each, strict=True):
+                refused += one is None
+                if one is not None:
+                    kept.append((seed, what, one if loop else None))
+                    yield one
 
-    now = time.process_time()
-    drawn = [(what, poses) for what, sets in evenings(design_called(name), seed, sizes)
-             for poses in sets]
-    now = clocked("drawing", now)
-    sets = [poses for _, poses in drawn]
-    each = fit_many(sets, Model.of(BASE)).each(sets)
-    kept: list[tuple[str | None, Fit]] = [
-        (what, one) for (what, _), one in zip(drawn, each, strict=True) if one is not None
-    ]
-    now = clocked("fitting", now)
-    findings = find_many([one for _, one in kept])
-    now = clocked("diagnosing", now)
+    begun = time.process_time()
+    hidden: list[SetOutcome] = []
+    sound: list[SetOutcome] = []
+    findings: dict[int, Finding] = {}
+    for i, finding in find_each(fits()):
+        seed, what, _ = kept[i]
+        outcome = scored(seed, finding, () if what is None else (what,))
+        (sound if what is None else hidden).append(outcome)
+        if loop:
+            findings[i] = finding
+    seconds["diagnosing"] = time.process_time() - begun - seconds.total()
     differ = 0
     if loop:
-        alone = [find(fit(one.poses, Model.of(BASE))) for _, one in kept]
-        clocked("fitting and diagnosing in a loop", now)
-        differ = sum(not _agree(a, b) for a, b in zip(findings, alone, strict=True))
-    outcomes = [(what, scored(seed, finding, () if what is None else (what,)))
-                for (what, _), finding in zip(kept, findings, strict=True)]
-    return Part(
-        tuple(outcome for what, outcome in outcomes if what is not None),
-        tuple(outcome for what, outcome in outcomes if what is None),
-        len(sets) - len(kept), seconds, differ,
-    )
+        begun = time.process_time()
+        alone = [find(fit(one.poses, Model.of(BASE))) for _, _, one in kept if one is not None]
+        seconds["fitting and diagnosing in a loop"] = time.process_time() - begun
+        differ = sum(not _agree(findings[i], each) for i, each in enumerate(alone))
+    return Part(tuple(hidden), tuple(sound), refused, dict(seconds), differ)
 
 
 SAME_PROBABILITY = 1e-4
@@ -124,7 +154,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("design", choices=("paper", "hand"))
+    parser.add_argument("design", choices=("paper", "hand", "plate"))
     parser.add_argument("--evenings", type=int, default=20_000)
     parser.add_argument("--sizes", type=float, nargs=2, default=(5.0, 5.0))
     parser.add_argument("--first-seed", type=int, default=0)
@@ -133,21 +163,22 @@ def main() -> None:
     parser.add_argument("--scheduler", help="address of a Dask cluster")
     asked = parser.parse_args()
     low, high = asked.sizes
-    seeds = range(asked.first_seed, asked.first_seed + max(1, round(asked.evenings / IN_ONE)))
-    trial = partial(part_of, asked.design, (low, high), asked.loop)
+    count = max(1, round(asked.evenings / in_one(asked.design)))
+    seeds = range(asked.first_seed, asked.first_seed + count)
+    trial = partial(part_of, asked.design, (low, high), asked.loop, seeds[-1])
     begun = time.perf_counter()
     with trials_on(asked.workers, asked.scheduler) as each:
-        parts = [part for _, part in each(trial, seeds) if isinstance(part, Part)]
+        parts = [part for _, part in each(trial, seeds[::SEEDS_AT_ONCE]) if isinstance(part, Part)]
     by_the_clock = time.perf_counter() - begun
     hidden = [outcome for part in parts for outcome in part.hidden]
     sound = [outcome for part in parts for outcome in part.sound]
     count = len(hidden) + len(sound)
-    print(f"{count} evenings, {asked.design} accelerometer, seeds {seeds[0]} to {seeds[-1]}, half "
+    print(f"{count} evenings, {asked.design}, seeds {seeds[0]} to {seeds[-1]}, half "
           f"with one effect of {low:g} to {high:g} sd; {sum(p.refused for p in parts)} refused; a "
           f"wrong name in {tables.share([bool(o.wrong) for o in hidden]):.5f} of those with an "
           f"effect, in {tables.share([bool(o.wrong) for o in sound]):.5f} of those without")
     print(tables.set_text(hidden, sound))
-    for name in HIDDEN:
+    for name in hidden_in(asked.design):
         of_one = [o for o in hidden if o.hidden == (name,)]
         print(f"{name:20s} {tables.share([bool(o.named) for o in of_one]):.3f} named as a class, "
               f"{tables.share([bool(o.single) for o in of_one]):.3f} as one, a wrong name in "

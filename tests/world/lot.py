@@ -1,20 +1,25 @@
-"""A lot: many accelerometers of one make, their poses at rest as mean counts, drawn all at once.
+"""A lot: many sensors of one make, their poses as mean counts, drawn all at once.
 
-The physics of :mod:`tests.world.physics` for poses that last one sample: what truly acts along the
-axes, the hidden effect by its own law, gain, offset, and the noise of a mean. One evening after
-another with its samples takes 0.1 s; a study of 100,000 has none of that time.
+The physics of :mod:`tests.world.physics` for accelerometers in poses at rest that last one sample:
+what truly acts along the axes, the hidden effect by its own law, gain, offset, and the noise of a
+mean. One evening after another with its samples takes 0.1 s; a study of 100,000 has none of that
+time. :mod:`tests.world.turning_lot` has the gyroscopes.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tests.world.bench import TEMPERATURE, Course, Design
-from tests.world.hidden import Hidden
+from tests.world.hidden import EFFECTS, Hidden, TriadName
 from tests.world.imu import MPU_SPREAD, FloatArray, Triad
 from tests.world.moments import Moments
 from tests.world.physics import courses
 from tests.world.sizes import WARM_UP_TAU_S
+
+IntArray = NDArray[np.int64]
 
 POSE_S, REST_S = 8.0, 4.0
 SAMPLE_RATE_HZ = 100.0
@@ -31,26 +36,35 @@ class Lot:
         Means of the poses, and what they would be without noise.
     sd_counts : array, shape (S, n, 3)
         The sds that the samples would state.
-    temperature_c : array, shape (S, n)
+    columns : mapping of name to array, shape (S, n)
+        Temperature, and every other quantity that is logged.
     time_s : array, shape (n,)
     unit : array of int, shape (S,)
         Which sensor each evening is of.
     size : array, shape (S, k)
         Size of the hidden effect.
-    gravity_m_s2 : float
+    magnitude : array, shape (S, n)
+        The reference that is stated: gravity in m/s², the plate's rate in rad/s.
     triad : Triad
         The typical unit.
+    force_m_s2 : array, shape (S, n, 3), or None
+        Of gyroscopes the mean specific force in their poses.
+    rate_sd, spin_rad_s : float
+        Of gyroscopes the sd of the stated rate, and the rate of the plate with its sign.
     """
 
     counts: FloatArray
     true_counts: FloatArray
     sd_counts: FloatArray
-    temperature_c: FloatArray
+    columns: Mapping[str, FloatArray]
     time_s: FloatArray
-    unit: FloatArray
+    unit: IntArray
     size: FloatArray
-    gravity_m_s2: float
+    magnitude: FloatArray
     triad: Triad
+    force_m_s2: FloatArray | None = None
+    rate_sd: float = 0.0
+    spin_rad_s: float = 0.0
 
     def __len__(self) -> int:
         return len(self.counts)
@@ -84,58 +98,83 @@ def draw_lot(design: Design, plan: LotPlan, seed: int) -> Lot:
     typical = design.sensor.accelerometer
     sets = plan.sensors * plan.evenings
     unit = np.repeat(np.arange(plan.sensors), plan.evenings)
-    up, time_s = _directions(design, sets, rng)
+    up, time_s, soak_c = _directions(design, sets, rng)
     n = len(time_s)
     force = design.site.gravity_m_s2 * up
-    lean = MPU_SPREAD.tilt_rad * np.triu(rng.standard_normal((plan.sensors, 3, 3)), 1)
-    axes = typical.axes + lean
-    axes /= np.linalg.norm(axes, axis=2, keepdims=True)
+    axes, gain, offset = unlike(typical, plan.sensors, rng)
     true = np.einsum("sij,snj->sni", axes[unit], force)
-    gain = typical.gain * (1 + MPU_SPREAD.gain * rng.standard_normal((plan.sensors, 3)))
-    half_span = 2 ** (typical.bits - 1)
-    offset = MPU_SPREAD.offset * half_span * rng.standard_normal((plan.sensors, 3))
     sd = typical.pose_mean_sd(round(POSE_S * SAMPLE_RATE_HZ), 1 / SAMPLE_RATE_HZ)  # SI
-    warmth = _warmth(design.temperature, time_s, sets, rng)
+    columns = {TEMPERATURE: warmth_of(design.temperature, time_s, sets, rng) + soak_c}
+    columns |= {name: course_of(course, time_s, sets, rng)
+                for name, course in design.columns.items()}
     size, error = np.zeros((sets, 0)), np.zeros((sets, n, 3))
     if plan.hidden is not None:
         tau_s = np.random.default_rng([seed, 61]).uniform(*WARM_UP_TAU_S)
-        each = _unit_errors(plan.hidden, design, true, force, time_s, warmth, tau_s)
-        rows = _rows_of(plan.hidden, each, up / sd)
-        if plan.own_sd is None:
-            size = _sizes(plan, rows, rng)[unit]
-        else:
-            size = _own_sizes(plan.own_sd, rows, rng)
+        each = _unit_errors(plan.hidden, design, true, force, time_s, columns, tau_s)
+        size = sizes_of(plan, unit, rows_of(plan.hidden, each, up / sd), rng)
         error = np.einsum("snik,sk->sni", each, size)
     offset_s = offset[unit] + plan.evening_sd * (sd * typical.gain) * rng.standard_normal((sets, 3))
-    noise = sd * typical.gain * rng.standard_normal((sets, n, 3))
     without_noise = gain[unit, None] * (true + error) + offset_s[:, None] + typical.offset
-    dof = plan.noise_dof * n
-    stated = np.sqrt(rng.chisquare(dof, (sets, 1, 1)) / dof) * sd * typical.gain
+    counts, stated = with_noise(without_noise, sd * typical.gain, plan.noise_dof * n, rng)
     return Lot(
-        counts=without_noise + noise,
+        counts=counts,
         true_counts=without_noise,
-        sd_counts=np.broadcast_to(stated, noise.shape),
-        temperature_c=warmth,
+        sd_counts=stated,
+        columns=columns,
         time_s=time_s,
         unit=unit,
         size=size,
-        gravity_m_s2=design.site.gravity_m_s2,
+        magnitude=np.full((sets, n), design.site.gravity_m_s2),
         triad=typical,
     )
 
 
+def unlike(
+    typical: Triad, sensors: int, rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Axes (sensors, 3, 3), gains and offsets in counts (sensors, 3) of units of one make."""
+    lean = MPU_SPREAD.tilt_rad * np.triu(rng.standard_normal((sensors, 3, 3)), 1)
+    axes = typical.axes + lean
+    axes /= np.linalg.norm(axes, axis=2, keepdims=True)
+    gain = typical.gain * (1 + MPU_SPREAD.gain * rng.standard_normal((sensors, 3)))
+    half_span = 2 ** (typical.bits - 1)
+    return axes, gain, MPU_SPREAD.offset * half_span * rng.standard_normal((sensors, 3))
+
+
+def with_noise(
+    counts: FloatArray, sd: FloatArray, dof: float, rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """Pose means (S, n, 3) with noise of ``sd`` (3,), and the sds that ``dof`` samples state."""
+    noise = sd * rng.standard_normal(counts.shape)
+    stated = np.sqrt(rng.chisquare(dof, (len(counts), 1, 1)) / dof) * sd
+    return counts + noise, np.broadcast_to(stated, counts.shape)
+
+
 def _directions(
     design: Design, sets: int, rng: np.random.Generator
-) -> tuple[FloatArray, FloatArray]:
-    """Directions that face up (S, n, 3) in an order of their own, and the poses' times (n,)."""
-    rest = np.vstack([run.directions for run in design.runs if run.motion is None])
-    order = np.argsort(rng.random((sets, len(rest))), axis=1)
-    up = rest[order] + np.deg2rad(design.jitter_deg) * rng.standard_normal((sets, len(rest), 3))
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Directions that face up (S, n, 3), those of each run in an order of their own; the poses'
+    times (n,), and the warmth that a chamber adds in each (n,).
+    """
+    runs = [run for run in design.runs if run.motion is None]
+    rest = np.vstack([run.directions for run in runs])
+    chance, first = rng.random((sets, len(rest))), 0
+    order, time_s, soak_c = [], [], []
+    begins_s = 0.0
+    for run in runs:
+        count = len(run.directions)
+        order.append(first + np.argsort(chance[:, first : first + count], axis=1))
+        begins_s += run.lead_s
+        time_s.append(begins_s + POSE_S / 2 + (POSE_S + REST_S) * np.arange(count))
+        soak_c.append(np.full(count, run.soak_c))
+        first, begins_s = first + count, begins_s + (POSE_S + REST_S) * count
+    up = rest[np.hstack(order)]
+    up = up + np.deg2rad(design.jitter_deg) * rng.standard_normal(up.shape)
     up /= np.linalg.norm(up, axis=2, keepdims=True)
-    return up, POSE_S / 2 + (POSE_S + REST_S) * np.arange(len(rest))
+    return up, np.concatenate(time_s), np.concatenate(soak_c)
 
 
-def _warmth(
+def warmth_of(
     course: Course, time_s: FloatArray, sets: int, rng: np.random.Generator
 ) -> FloatArray:
     """Temperature (S, n): it rises towards the evening's own plateau."""
@@ -144,9 +183,20 @@ def _warmth(
     return start + rise * (1 - np.exp(-time_s / (time_s[-1] / 2)))
 
 
+def course_of(
+    course: Course, time_s: FloatArray, sets: int, rng: np.random.Generator
+) -> FloatArray:
+    """Another quantity (S, n) in the poses at ``time_s`` (n,): it wanders about its course."""
+    kick = course.wander_sd * rng.standard_normal((sets, len(time_s)))
+    wander = kick.copy()
+    for i, keep in enumerate(np.exp(-np.diff(time_s) / course.wander_tau_s), 1):
+        wander[:, i] = keep * wander[:, i - 1] + np.sqrt(1 - keep**2) * kick[:, i]
+    return wander + course.start - course.rise * np.expm1(-time_s / course.tau_s)
+
+
 def _unit_errors(
     name: str, design: Design, true: FloatArray, force: FloatArray, time_s: FloatArray,
-    warmth: FloatArray, tau_s: float,
+    columns: Mapping[str, FloatArray], tau_s: float,
 ) -> FloatArray:
     """Errors (S, n, 3, k) along the axes per unit of each of the k sizes of an effect.
 
@@ -157,7 +207,7 @@ def _unit_errors(
     before = np.concatenate([np.zeros((sets, 1, 3)), true[:, :-1]], axis=1)
     moments = Moments(
         time_s=np.tile(time_s, sets)[:, None],
-        columns={TEMPERATURE: warmth.reshape(-1, 1)},
+        columns={name: values.reshape(-1, 1) for name, values in columns.items()},
         courses=courses(design),
         rate=np.zeros((sets * n, 1, 3)),
         force=force.reshape(-1, 1, 3),
@@ -169,26 +219,39 @@ def _unit_errors(
         number=np.tile(np.arange(n), sets)[:, None, None],
         warmth=lambda at: np.full_like(at, design.temperature.start),
     )
-    shape = Hidden(name, "accelerometer", _size_like(name)).physics.shape
-    units = np.eye(int(np.prod(shape))).reshape(-1, *shape)
     along = true.reshape(-1, 1, 3)
-    detail = {"tau_s": tau_s}
-    each = [np.broadcast_to(
-        Hidden(name, "accelerometer", unit, detail).error(along, moments), along.shape)
-        for unit in units]
-    return np.stack([e.reshape(sets, n, 3) for e in each], axis=-1)
+    errors = errors_per_unit(name, "accelerometer", along, moments, tau_s)
+    return errors.mean(axis=1).reshape(sets, n, 3, -1)
 
 
-def _size_like(name: str) -> FloatArray:
-    return np.zeros((3, 3) if name == "cross_quadratic" else 3)
+def errors_per_unit(
+    name: str, triad: TriadName, true: FloatArray, moments: Moments, tau_s: float
+) -> FloatArray:
+    """Errors (p, samples, 3, k) of an effect along the axes per unit of each of its k sizes."""
+    shape = EFFECTS[name.partition(":")[0]].shape
+    units = np.eye(int(np.prod(shape))).reshape(-1, *shape)
+    return np.stack([
+        np.broadcast_to(Hidden(name, triad, unit, {"tau_s": tau_s}).error(true, moments),
+                        true.shape)
+        for unit in units
+    ], axis=-1)
 
 
-def _rows_of(name: str, each: FloatArray, whitening: FloatArray) -> FloatArray:
+def rows_of(name: str, each: FloatArray, whitening: FloatArray) -> FloatArray:
     """What an effect adds to the pose equations per unit of each size, noise units, (S, n, k)."""
     rows = np.einsum("sni,snik->snk", whitening, each)
-    if name.endswith(("_bias", "_scale", "_drift", "warm_up")):
+    if name.endswith(("_bias", "_scale", "_drift", "warm_up")) or name.startswith("column:"):
         rows = rows - rows.mean(axis=1, keepdims=True)  # what does not vary is a bias or a gain
     return rows
+
+
+def sizes_of(
+    plan: LotPlan, unit: IntArray, rows: FloatArray, rng: np.random.Generator
+) -> FloatArray:
+    """Sizes (S, k) of the evenings of the sensors ``unit`` (S,); ``rows`` as of :func:`rows_of`."""
+    if plan.own_sd is None:
+        return _sizes(plan, rows, rng)[unit]
+    return _own_sizes(plan.own_sd, rows, rng)
 
 
 def _sizes(plan: LotPlan, rows: FloatArray, rng: np.random.Generator) -> FloatArray:

@@ -70,7 +70,7 @@ def live_through(
         columns[TEMPERATURE] = columns[TEMPERATURE] + run.soak_c
 
         really = disturbed_run(run, begin_s, hidden)
-        motion = _move(design, really, time_s - begin_s, attitude, chance, hidden)
+        motion = move(design, really, time_s - begin_s, attitude, chance, hidden)
         force = {"accelerometer": motion.force_at_chip, "gyroscope": motion.rate}
         true, felt = {}, {}
         for name in TRIADS:
@@ -101,7 +101,7 @@ def live_through(
 
 
 @dataclass(frozen=True, eq=False)
-class _Motion:
+class Motion:
     """How the case moves during a run, in case coordinates, shapes (p, n, 3)."""
 
     rate: FloatArray
@@ -112,14 +112,14 @@ class _Motion:
     vibration_m_s2: FloatArray  # (p, 1, 1)
 
 
-def _move(
+def move(
     design: Design,
     run: Run,
     time_s: FloatArray,
     attitude: FloatArray,
     chance: np.random.Generator,
     hidden: tuple[Hidden, ...],
-) -> _Motion:
+) -> Motion:
     """Rate and specific force from the plate's motion; ``time_s`` (p, n) is since the run began."""
     table, site = design.turntable, design.site
     poses = len(attitude)
@@ -158,7 +158,7 @@ def _move(
         at_centre, at_chip = at_centre + vibration, at_chip + vibration
     spindle = attitude[:, 2, None, :]  # the plate's z in the case, (p, 1, 3)
     spin = rate[..., None] * spindle
-    return _Motion(
+    return Motion(
         rate=earth @ into_case + spin,
         force=at_centre,
         force_at_chip=at_chip,

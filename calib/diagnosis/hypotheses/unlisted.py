@@ -36,9 +36,10 @@ at the three spans below; half as many 44, 75 and 86 %, twice as many 92, 97 and
 WANDER_SPANS = (0.05, 0.2, 0.8)
 """Correlation times of a wandering bias over the length of the session."""
 
+#: axes whose components are multiplied
 CUBIC = np.array([*combinations_with_replacement(range(3), 3)]).T
+#: axes of which the squares of the components are multiplied
 QUARTIC = np.array([*combinations_with_replacement(range(3), 2)]).T
-"""Axes whose components, or their squares, are multiplied."""
 
 NO_PAGE = Page(formula="", typical={}, source="", confounded="", separates="")
 MEMORY = 0.3

@@ -54,17 +54,22 @@ class JointConditions:
     @cached_property
     def directions(self) -> FloatArray:
         """What every data row shows of an error of its pose's vector, (S, d, 3)."""
-        if any(fit.rows.slope is not None for fit in self.fits):
-            return np.array(
-                [fit.equations.directions(fit.rows.vector, fit.rows.slope) for fit in self.fits]
-            )
         chosen = self.fits[0].equations.magnitude
         turning = np.array([fit.rows.vector[chosen] for fit in self.fits])
         size = np.maximum(np.sqrt((turning**2).sum(axis=2)), NO_LENGTH)
         sd = np.array([fit.equations.magnitude_sd for fit in self.fits])
+        along = turning / (size * sd)[..., None]
+        following = [i for i, fit in enumerate(self.fits) if fit.rows.slope is not None]
+        if following:
+            slope = np.array([
+                fit.rows.slope[chosen] for fit in self.fits if fit.rows.slope is not None
+            ])
+            along[following] = np.linalg.solve(
+                slope.swapaxes(2, 3), along[following][..., None]
+            )[..., 0]
         null_sd = np.array([fit.equations.null_sd for fit in self.fits])
         at_rest = (np.eye(3) / null_sd[..., None]).reshape(len(self.fits), -1, 3)
-        return np.concatenate([turning / (size * sd)[..., None], at_rest], axis=1)
+        return np.concatenate([along, at_rest], axis=1)
 
     @cached_property
     def along_vectors(self) -> FloatArray:

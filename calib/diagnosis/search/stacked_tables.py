@@ -35,17 +35,19 @@ class TableAt:
         return (
             self.fit.rows.residual.shape, equations.magnitude.tobytes(), "bias" in names,
             tuple(self.fit.poses.columns),
-            tuple(_kind(h, h.name in names) for h in self.hypotheses),
+            tuple(_kind(h, names) for h in self.hypotheses),
         )
 
 
-def _kind(hypothesis: Hypothesis, is_fitted: bool) -> tuple[object, ...]:
+def _kind(hypothesis: Hypothesis, fitted: Sequence[str]) -> tuple[object, ...]:
     """What two hypotheses share whose columns are made in one call."""
     if hypothesis.course is not None:
         return (hypothesis.kind, hypothesis.course.values.shape)
     name, effect = hypothesis.name, hypothesis.effect
     of_catalogue = EFFECTS.get(name) is effect or name.startswith("column:")
-    return (name if of_catalogue else id(effect), is_fitted)
+    # What is fitted has a derivative of its own, not only its square.
+    by_square = effect is not None and effect.in_square and name not in fitted
+    return (name if of_catalogue else id(effect), by_square)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,13 +120,17 @@ def tables_at(asked: Sequence[TableAt]) -> list[Table]:
 
 
 def _complement(bases: FloatArray) -> FloatArray:
-    """Orthonormal bases (S, r, c) of what is perpendicular to ``bases`` (S, r, k), and of more
-    where some of these have fewer columns than others.
+    """Orthonormal bases (S, r, c) of what is perpendicular to ``bases`` (S, r, k), in which
+    columns of zeros stand for what one lacks; so they do in the result.
     """
-    sets, r, k = bases.shape
-    if not bases.any(axis=1).all():
-        return np.broadcast_to(np.eye(r), (sets, r, r))
-    return np.asarray(np.linalg.qr(bases, mode="complete")[0][:, :, k:])
+    rank = bases.any(axis=1).sum(axis=1)
+    sets, r, _ = bases.shape
+    beside = np.zeros((sets, r, r - int(rank.min())))
+    for k in np.unique(rank):
+        some = np.flatnonzero(rank == k)
+        whole = np.linalg.qr(bases[some, :, :k], mode="complete")[0]
+        beside[some, :, : r - k] = whole[:, :, k:]
+    return beside
 
 
 def _side_by_side(bases: Sequence[FloatArray]) -> FloatArray:

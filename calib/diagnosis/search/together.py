@@ -6,7 +6,7 @@ their next request. They do not know of each other. Where one ends the next begi
 are open all the time as memory holds, and stacks stay large.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from itertools import islice
 
 from calib.diagnosis.search.beside import BesideSets
@@ -15,17 +15,11 @@ from calib.diagnosis.search.stacked_tables import TableAt
 from calib.diagnosis.search.steps import Request, Result, Steps, answers
 from calib.fit.batch.extend_many import Extension
 
-AT_ONCE = 100
-"""Requests in one stack."""
+AT_ONCE = 200
+"""Requests in one stack: a limit of memory, half and double not measured."""
 
-OPEN = 3000
-"""Searches that are open at once: a limit of memory."""
-
-
-def together(searches: Sequence[Steps[Result]]) -> list[Result]:
-    """The results of many computations, in their order."""
-    results = dict(in_turn(searches))
-    return [results[i] for i in range(len(searches))]
+OPEN = 6000
+"""Searches that are open at once: a limit of memory, 0.13 MB each."""
 
 
 def in_turn(searches: Iterable[Steps[Result]]) -> Iterator[tuple[int, Result]]:

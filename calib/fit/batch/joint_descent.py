@@ -160,11 +160,11 @@ def _trial(
     off = np.flatnonzero(~falls)
     if problem.free and off.size:
         part = problem.take(off)
-        own = {name: value[off] for name, value in shapes.items()}
-        beside = _moved(part, at.take(off), np.zeros((len(off), p)), own)
+        stretched = {name: value[off] for name, value in shapes.items()}
+        beside = _moved(part, at.take(off), np.zeros((len(off), p)), stretched)
         with np.errstate(all="ignore"):
             linear, _ = step_from(part.with_shapes_held(), beside)
-        second = _moved(part, beside, linear, own)
+        second = _moved(part, beside, linear, stretched)
         falls[off] = second.rows.cost <= most[off]
         trial = _put(trial, off[falls[off]], second.take(np.flatnonzero(falls[off])))
     return trial, np.asarray(falls & np.isfinite(most))
