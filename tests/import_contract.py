@@ -64,7 +64,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "calib.diagnosis.search": [
         ("evidence", "joint_conditions"), ("raw_columns", "table", "refit"),
         ("stacked_tables", "set_densities", "beside", "sizes"), ("steps",),
-        ("sets", "together"), ("expansion", "odds"),
+        ("sets", "together"), ("expansion", "classes"), ("odds",),
     ],
     "calib.diagnosis.verdict": [("decision", "ranking", "wording"), ("explain",)],
     "vision": [

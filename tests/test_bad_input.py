@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.attack.case import POSE, Spoil, edit
 from tests.paths import ROOT
 from tests.sessions import pipeline, quick_session
 
 CLIP = ROOT / "data/example/video/17rpm.mp4"
-POSE = "accelerometer/pose_07.csv"
 
 
 @pytest.fixture(scope="module")
@@ -29,9 +29,6 @@ def session(whole: Path, tmp_path: Path) -> Path:
     return tmp_path / "session" / whole.name
 
 
-Spoil = Callable[[Path], None]
-
-
 def in_line_5(column: int, text: str) -> Spoil:
     """Another cell in line 5 of one pose."""
 
@@ -45,19 +42,8 @@ def in_line_5(column: int, text: str) -> Spoil:
     return spoil
 
 
-def edited(old: str, new: str) -> Spoil:
-    """Another text in the configuration."""
-
-    def spoil(config: Path) -> None:
-        text = config.read_text(encoding="utf-8")
-        assert old in text
-        config.write_text(text.replace(old, new), encoding="utf-8")
-
-    return spoil
-
-
 def no_pose_file(config: Path) -> None:
-    edited("accelerometer/pose_*.csv", "accelerometer/position_*.csv")(config)
+    edit("accelerometer/pose_*.csv", "accelerometer/position_*.csv")(config)
 
 
 def empty_pose(config: Path) -> None:
@@ -154,13 +140,13 @@ CASES: dict[str, tuple[Spoil, int, str]] = {
     ),
     "an axis that is stuck": (counts(1, np.zeros_like), 4, "accelerometer x is saturated"),
     "the wrong encoding": (
-        edited("encoding: offset-binary", "encoding: twos-complement"), 3, "offset-binary",
+        edit("encoding: offset-binary", "encoding: twos-complement"), 3, "offset-binary",
     ),
     "the wrong full scale": (
-        edited("full_scale_m_s2: 50", "full_scale_m_s2: 500"), 4, "where 9.803 m/s² is expected",
+        edit("full_scale_m_s2: 50", "full_scale_m_s2: 500"), 4, "where 9.803 m/s² is expected",
     ),
     "a plate that was not turning": (
-        edited("gyroscope/17rpm/pose_*.csv", "accelerometer/pose_*.csv"), 4, "not turning",
+        edit("gyroscope/17rpm/pose_*.csv", "accelerometer/pose_*.csv"), 4, "not turning",
     ),
     "a YAML bomb": (yaml_bomb, 2, "config.yaml:1"),
 }

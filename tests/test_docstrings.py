@@ -1,8 +1,9 @@
-"""What one room calls in another states the errors that it raises; examples give what they show."""
+"""What docstrings must state: shapes of arrays, errors that reach another room, true examples."""
 
 import ast
 import doctest
 import importlib
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -139,3 +140,52 @@ def test_examples_give_what_they_show() -> None:
     results = {module: doctest.testmod(importlib.import_module(module)) for module in shown}
     assert sum(result.attempted for result in results.values()) > 0
     assert {module: result.failed for module, result in results.items() if result.failed} == {}
+
+
+# --- shapes of arrays -----------------------------------------------------------------------------
+
+#: A result of this type, or the first of several, is an array; ``Strips`` and ``Spectra`` state
+#: their shapes where they are defined.
+ARRAY = re.compile(r"(tuple\[)?(\w*Array|NDArray\[.*\]|np\.ndarray|Luma|Image|Keys|Integers)\b")
+#: ``(n, 3)``, ``(k,)``, ``(≤ most,)``, ``(...,)``
+SHAPE = re.compile(r"\([^(),]+,([^(),]+(,[^(),]+)*)?\)|shape \(")
+
+
+def is_catalogued(function: ast.FunctionDef) -> bool:
+    """Columns of an effect: (n, 3, k) or (n, k) by what its decorator states, with their units."""
+    return any(isinstance(each, ast.Call) for each in function.decorator_list)
+
+
+def public_functions(body: list[ast.stmt]) -> Iterator[ast.FunctionDef]:
+    """Those of a module and of its public classes."""
+    for node in body:
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+            yield from public_functions(node.body)
+        elif isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
+            yield node
+
+
+def gives_an_array_of_unstated_shape(function: ast.FunctionDef) -> bool:
+    result = ast.unparse(function.returns) if function.returns else ""
+    return (ARRAY.match(result) is not None and not is_catalogued(function)
+            and SHAPE.search(ast.get_docstring(function) or "") is None)
+
+
+def test_what_gives_an_array_states_its_shape() -> None:
+    silent = [f"{module}.{function.name}" for module in FILES
+              for function in public_functions(tree_of(module).body)
+              if gives_an_array_of_unstated_shape(function)]
+    assert silent == []
+
+
+def test_a_shape_is_told_from_another_bracket() -> None:
+    source = """
+def silent(x: FloatArray) -> FloatArray:
+    '''Half of x (which may be negative), or (where it is) less.'''
+
+def stated(x: FloatArray) -> tuple[FloatArray, float]:
+    '''Half of x, (n, 3), rad.'''
+"""
+    silent, stated = public_functions(ast.parse(source).body)
+    assert gives_an_array_of_unstated_shape(silent)
+    assert not gives_an_array_of_unstated_shape(stated)

@@ -31,16 +31,22 @@ class AvCapture:
         self._luma = luma
         self._first_s: float | None = None
         self._time_s, self._coding = 0.0, 0
+        self._frame: Any = None
 
-    def read(self) -> tuple[bool, NDArray[Any]]:
-        """Whether there is one more frame, and it: luma (h, w), or colours (h, w, 3)."""
-        frame = next(self._frames, None)
+    def grab(self) -> bool:
+        """Decode one more frame; whether there is one."""
+        self._frame = frame = next(self._frames, None)
         if frame is None:
-            return False, np.zeros((0, 0), np.uint8)
+            return False
         if self._first_s is None:
             self._first_s = frame.time or 0.0
         self._time_s = (frame.time or 0.0) - self._first_s
         self._coding = ord("?IPB"[int(frame.pict_type)]) if int(frame.pict_type) < 4 else 0
+        return True
+
+    def retrieve(self) -> tuple[bool, NDArray[Any]]:
+        """The frame that was grabbed: luma (h, w), or colours (h, w, 3)."""
+        frame = self._frame
         if not self._luma:
             return True, np.asarray(frame.to_ndarray(format="bgr24"))
         plane = frame.planes[0]

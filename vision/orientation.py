@@ -49,7 +49,7 @@ class Orientation:
         return self.transposed ^ self.left_right ^ self.up_down
 
     def displayed(self, image: NDArray[Any]) -> NDArray[Any]:
-        """The frame as it is to be shown."""
+        """The frame (h, w, ...) as it is to be shown; transposed it is (w, h, ...)."""
         if self.transposed:
             image = np.asarray(cv2.transpose(image))
         if self.left_right or self.up_down:

@@ -12,7 +12,6 @@ import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import cv2
@@ -22,6 +21,7 @@ from numpy.typing import NDArray
 from vision.av_decoder import AvCapture
 from vision.errors import UnreadableVideo
 from vision.orientation import Orientation, stated_orientation
+from vision.reduction import reduced
 
 Luma = NDArray[np.uint8]
 
@@ -30,11 +30,15 @@ BLACK = 1.0  # mean luma of a frame that was not decoded; that of black is 16
 JUDGED = 5  # first frames of a clip; fewer than a batch has
 FIELDS = "turntable-imu-calibration[fields]"  # what decodes interlaced clips
 BATCH = 16  # frames handed over at once
+FFMPEG_QUIET = "-8"  #: AV_LOG_QUIET; read when the process opens its first clip
 LUMA_FIRST = (b"I420", b"NV12", b"Y800")  # 8 bits of luma per pixel, before anything else
 SMALL = 500_000  # pixels of a frame that one thread decodes
 AS_FILMED = np.eye(3)  #: the motion of a camera that stands
 NO_CHROMA = np.zeros((0, 0, 2), np.uint8)  #: of a frame whose colours are not read
-QUEUE_BYTES = 64_000_000  # of frames decoded ahead while the plate is being learned
+#: Of the frames that the decoder holds and those decoded ahead while the plate is being learned.
+AHEAD_BYTES = 150_000_000
+HELD = 12  #: full frames in YUV that the decoder holds: references, its threads', the latest
+FEWEST_AHEAD = 2  # batches
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +88,8 @@ class ClipReader:
     colours : bool
         The frames carry chroma. It has half the luma's resolution in most clips, and frames are
         reduced to that.
+    every : int
+        Of so many frames, only the first is handed over; the others cost their decoding alone.
 
     Attributes
     ----------
@@ -98,10 +104,11 @@ class ClipReader:
         Length by these two.
     """
 
-    def __init__(self, path: Path | str, *, colours: bool = False) -> None:
-        self.path = Path(path)
+    def __init__(self, path: Path | str, *, colours: bool = False, every: int = 1) -> None:
+        self.path, self._every = Path(path), every
         _refuse_unreadable(self.path)
         # The decoder reports every oddity of a file; our own messages state what matters.
+        os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", FFMPEG_QUIET)
         cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
         self._capture = _opened(path)
         if not self._capture.isOpened():
@@ -131,6 +138,7 @@ class ClipReader:
         stored = int(self._capture.get(cv2.CAP_PROP_CODEC_PIXEL_FORMAT)) & 0xFFFFFFFF
         if not colours and stored.to_bytes(4, "little") in LUMA_FIRST:
             self._capture.set(cv2.CAP_PROP_CONVERT_RGB, 0)
+        self._first: list[NDArray[Any]] | None = []
         self._queue: queue.Queue[list[Frame] | BaseException | None] = queue.Queue()
         self._room = threading.Semaphore(1)
         self._stop = threading.Event()
@@ -140,12 +148,7 @@ class ClipReader:
         self._thread.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._stop.set()
         self._room.release()
         self._thread.join()
@@ -163,22 +166,24 @@ class ClipReader:
     def _decode(self) -> None:
         try:
             batch: list[Frame] = []
-            sized, first = False, list[NDArray[Any]]()
-            while not self._stop.is_set():
-                ok, image = self._decoder.read()
+            sized, number = False, -1
+            while not self._stop.is_set() and self._decoder.grab():
+                number += 1
+                if number % self._every:
+                    continue
+                ok, image = self._decoder.retrieve()
                 if not ok:
                     break
-                if len(first) < JUDGED:
-                    first.append(np.asarray(image))
-                    if len(first) == JUDGED and self._not_decoded(first):
-                        batch = []
-                        continue
+                if self._begins_anew(np.asarray(image)):
+                    batch, number = [], -1
+                    continue
                 time_s = self._decoder.get(cv2.CAP_PROP_POS_MSEC) / 1e3
                 coding = int(self._decoder.get(cv2.CAP_PROP_FRAME_TYPE))
                 batch.append(self._frame(time_s, coding, np.asarray(image)))
                 if not sized:
-                    batches = QUEUE_BYTES // (BATCH * batch[0].nbytes)
-                    for _ in range(max(1, batches) - 1):
+                    stored = 1.5 * batch[0].luma.size * self.reduction**2
+                    batches = int((AHEAD_BYTES - HELD * stored) / (BATCH * batch[0].nbytes))
+                    for _ in range(max(FEWEST_AHEAD, batches) - 1):
                         self._room.release()
                     sized = True
                 if len(batch) == BATCH:
@@ -194,6 +199,16 @@ class ClipReader:
             self._queue.put(
                 UnreadableVideo(f"{self.path}: the decoder failed ({error}); convert the clip.")
             )
+
+    def _begins_anew(self, image: NDArray[Any]) -> bool:
+        """Whether the first frames up to this one are none, and another decoder takes over."""
+        if self._first is None:
+            return False
+        self._first.append(image)
+        if len(self._first) < JUDGED:
+            return False
+        first, self._first = self._first, None  # of a clip in 4K they take 40 MB
+        return self._not_decoded(first)
 
     def _not_decoded(self, first: list[NDArray[Any]]) -> bool:
         """Whether the first frames are none; then the other decoder begins anew.
@@ -218,8 +233,11 @@ class ClipReader:
 
     def _frame(self, time_s: float, coding: int, image: NDArray[Any]) -> Frame:
         if self._colours:
-            image = np.asarray(cv2.cvtColor(self._displayed(image), cv2.COLOR_BGR2YCrCb))
-            return Frame(time_s, image[:, :, 0].copy(), image[:, :, 1:].copy(), coding)
+            image = np.asarray(cv2.cvtColor(self._displayed(image), cv2.COLOR_BGR2YCrCb), np.uint8)
+            chroma = np.empty((*image.shape[:2], 2), np.uint8)
+            cv2.mixChannels([image], [chroma], [1, 0, 2, 1])
+            luma = np.asarray(cv2.extractChannel(image, 0), np.uint8)
+            return Frame(time_s, luma, chroma, coding)
         if image.ndim == 3 and image.shape[2] == 3:
             image = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
         elif image.ndim == 3:
@@ -228,21 +246,7 @@ class ClipReader:
 
     def _displayed(self, image: NDArray[Any]) -> NDArray[Any]:
         """Turned as it is to be shown, and reduced."""
-        image = self.orientation.displayed(image)
-        if self.reduction > 1:
-            h, w = (n // self.reduction for n in image.shape[:2])
-            image = image[: h * self.reduction, : w * self.reduction]
-            for factor in _halvings(self.reduction):
-                size = image.shape[1] // factor, image.shape[0] // factor
-                image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA))
-        return image
-
-
-def _halvings(reduction: int) -> list[int]:
-    """Factors to reduce by, one after the other: halving twice takes a quarter of the time of 4."""
-    twos = (reduction & -reduction).bit_length() - 1
-    odd = reduction >> twos
-    return [2] * twos + [odd] * (odd > 1)
+        return reduced(self.orientation.displayed(image), self.reduction)
 
 
 def _opened(path: Path | str) -> cv2.VideoCapture:

@@ -93,12 +93,12 @@ class Compared:
 
     @property
     def difference(self) -> FloatArray:
-        """Estimate less certificate."""
+        """Estimate less certificate, (3,), in :attr:`unit`."""
         return np.asarray(self.estimate - self.certificate)
 
     @property
     def sigma(self) -> FloatArray:
-        """Difference in sds."""
+        """Difference in sds, (3,)."""
         return np.asarray(self.difference / np.hypot(self.sd, self.certificate_sd))
 
 

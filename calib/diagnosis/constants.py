@@ -42,10 +42,18 @@ class Constants:
 
     # What these poses can see.
     alias_correlation: float = _constant(0.99, "tuned: least canonical correlation of one class")
+    similar_signal: float = _constant(
+        0.9, "tuned: least correlation of signals that the odds alone tell apart; of 1000 evenings "
+        "of the paper's design (seed 30000) 0.650 named and 0.006 wrong, 0.659 and 0.005 with 0.8, "
+        "0.636 and 0.005 with 0.95; 0.48 and 0.010 without"
+    )
 
     # The search.
     far_signal: float = _constant(30.0, "derived: from there the tolerance is one noise unit")
-    fewest_dof: int = _constant(4, "tuned: fewer left explain anything")
+    fewest_dof: int = _constant(
+        2, "tuned: fewer left explain anything; of those evenings 0.06 fewer are named with 4, "
+        "which leaves cross_quadratic no name, with 1 as many as with 2"
+    )
     singles_refitted: int = _constant(3, "tuned: the true effect is among them")
     pairs_refitted: int = _constant(5, "tuned: the true pair stood first in 12 of 12")
     neighbours_refitted: int = _constant(3, "tuned: at most so many sets beside a solution")

@@ -64,7 +64,15 @@ KNOWN_NAMES = (*VECTORS, *OTHER_TRIAD, "vibration", *OF_POSE, "pi")
 
 
 class BadExpression(CalibrationError):
-    """An expression that cannot be read, with what is wrong and what is allowed."""
+    """An expression that cannot be read, with what is wrong and what is allowed.
+
+    Where it is a name, ``wrong`` is that name and ``right`` are those that it could be.
+    """
+
+    def __init__(self, message: str, wrong: str = "", right: Sequence[str] = ()) -> None:
+        super().__init__(message)
+        self.wrong = wrong
+        self.right = tuple(right)
 
 
 @dataclass(frozen=True)
@@ -137,7 +145,8 @@ def read_expression(text: str, shapes: Sequence[str] = ()) -> Expression:
             raise BadExpression(f"the shape parameter '{shape}' has a name that means something "
                                 f"else already; choose another")
         if shape not in names:
-            raise BadExpression(f"the shape parameter '{shape}' is not used in '{text}'")
+            raise BadExpression(f"the shape parameter '{shape}' is not used in '{text}'", shape,
+                                [name for name in names if name not in KNOWN_NAMES])
     return Expression(text, tree, tuple(names), tuple(runs), tuple(shapes))
 
 
@@ -162,9 +171,11 @@ def _check(node: ast.expr, names: dict[str, None], runs: dict[str, None]) -> Non
         case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in FUNCTIONS:
             _check(argument, names, runs)
         case _:
+            called = node.func if isinstance(node, ast.Call) else None
             raise BadExpression(
                 f"'{ast.unparse(node)}' is not allowed in an expression; allowed are numbers, "
-                f"names of columns, + - * / **, {', '.join(FUNCTIONS)} and run('NAME')"
+                f"names of columns, + - * / **, {', '.join(FUNCTIONS)} and run('NAME')",
+                called.id if isinstance(called, ast.Name) else "", (*FUNCTIONS, RUN),
             )
 
 

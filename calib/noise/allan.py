@@ -36,7 +36,7 @@ class AllanCurve:
 
 
 def averaging_factors(count: int) -> IntArray:
-    """Samples in each average, spaced by their logarithm, of a record of ``count`` samples."""
+    """Samples in each average (n,), spaced by their logarithm, of ``count`` samples."""
     octaves = np.log2(max(count // LONGEST, 1))
     steps = np.arange(0, PER_OCTAVE * octaves + 1e-9)
     return np.unique(np.round(2 ** (steps / PER_OCTAVE)).astype(int))

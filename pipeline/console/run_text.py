@@ -157,6 +157,9 @@ def next_step(outcome: Outcome, folder: Path, look: str = "pipeline diagnose {co
             trial = "" if diagnosis.verdict != "effect" else (
                 f"\nor see the errors with it: pipeline add {config} {triad}.{diagnosis.name}")
             return f"next: {measurement}, then type: pipeline run {config}{trial}"
+    for triad, diagnosis in diagnoses.items():
+        if diagnosis.verdict == "effect":  # one of a class that no block of poses separates
+            return f"next: pipeline add {config} {triad}.{diagnosis.name}"
     if any(diagnosis.explanation.step != "apply" for diagnosis in diagnoses.values()):
         return f"next: {look.format(config=config)}"
     for rate in outcome.rates.values():

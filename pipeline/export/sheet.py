@@ -8,6 +8,7 @@ import io
 from bisect import bisect_right
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache, lru_cache
 from typing import Any
 
 import matplotlib
@@ -41,11 +42,24 @@ def own_settings() -> Iterator[None]:
         yield
 
 
+@cache
 def _font(bold: bool) -> FT2Font:
     """The font at the size at which texts are measured."""
     font = FT2Font(findfont(FontProperties(family=FONT, weight="bold" if bold else "normal")))
     font.set_size(MEASURED, 72)
     return font
+
+
+@lru_cache(maxsize=10_000)
+def _measured(text: str, bold: bool) -> float:
+    """How wide a text is at the size :data:`MEASURED`, points.
+
+    Kept, since a paragraph is broken into lines once for its height and once to be drawn.
+    """
+    font = _font(bold)
+    font.set_text(text, 0.0, flags=LoadFlags.NO_HINTING)
+    width: int = font.get_width_height()[0]
+    return width / 64
 
 
 class A4Sheet:
@@ -54,8 +68,7 @@ class A4Sheet:
     def __init__(self) -> None:
         self.figure = Figure(figsize=(WIDTH / INCH, HEIGHT / INCH))
         FigureCanvasPdf(self.figure)
-        self.fonts = {bold: _font(bold) for bold in (False, True)}
-        self.letters = self.fonts[False].get_charmap()
+        self.letters = _font(False).get_charmap()
         self.absent: set[str] = set()  #: letters that the font does not have
 
     def text(
@@ -107,9 +120,7 @@ class A4Sheet:
 
     def width(self, text: str, size: float, *, bold: bool = False) -> float:
         """How wide a line is, mm."""
-        font = self.fonts[bold]
-        font.set_text(text, 0.0, flags=LoadFlags.NO_HINTING)
-        return font.get_width_height()[0] / 64 * size / MEASURED * POINT
+        return _measured(text, bold) * size / MEASURED * POINT
 
     def drawable(self, text: str) -> str:
         """``text`` with :data:`ABSENT` for every letter that the font does not have."""

@@ -52,7 +52,7 @@ def errors_of(
 
 
 def sensed_conditions(fit: Fit, effect: Effect) -> tuple[FloatArray, Conditions]:
-    """T from the axes that the effect acts on, and the conditions with what these axes felt."""
+    """T (3, 3) from the axes that the effect acts on, and the conditions with what they felt."""
     axes = ALIGNED if effect.orthogonal else fit.rows.axes
     at = fit.equations.conditions(fit.rows.vector)
     return axes.to_orthogonal, replace(at, vector=axes.sensed(at.vector))
@@ -68,9 +68,11 @@ def reference_rows(fit: Fit) -> FloatArray:
 def solve_effect(
     fit: Fit, effect: Effect, columns: FloatArray, beside: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-    """θ, its sd, and the residual with the effect; None where these poses do not determine it.
+    """θ (k,), its sd (k,), and the residual with the effect (d,), in sds.
 
-    The sd has the Birge ratio in it where noise does not explain the residual with the effect.
+    None where these poses do not determine it. The sd has the Birge ratio in it where noise does
+    not explain the residual with the effect. ``columns`` (d, k) and each array of ``beside`` are
+    whitened data rows per unit of a parameter.
     """
     d = fit.equations.data_count
     if effect.name in fit.model.names:

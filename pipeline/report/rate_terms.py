@@ -50,7 +50,7 @@ def angle_bins(angle_deg: FloatArray) -> AngleBins:
 
 
 def shown_frames(fit: StatedFit) -> tuple[IntArray, float]:
-    """The frames that charts of the phase show, and the limit of their axis in degrees."""
+    """Indices (≤ MOST_DOTS,) of frames that charts show, and the limit of their axis in degrees."""
     kept = np.flatnonzero(fit.used)[thinned(int(fit.used.sum()), MOST_DOTS)]
     residual = np.degrees(fit.residual_rad)
     largest = float(np.percentile(np.abs(residual[fit.used]), SHOWN_SHARE))

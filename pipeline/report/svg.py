@@ -280,7 +280,7 @@ def drawing(
 
 
 def thinned(count: int, most: int) -> np.ndarray:
-    """Indices of at most ``most`` of ``count`` rows, evenly spread, first and last included."""
+    """Indices (≤ most,) of rows out of ``count``, evenly spread, first and last included."""
     if count <= most:
         return np.arange(count)
     return np.unique(np.linspace(0, count - 1, most).round().astype(int))

@@ -7,6 +7,7 @@ from pipeline.config.load import Config
 from pipeline.config.schema import LogsSection, PosesSection
 from pipeline.errors import ConfigError, UnreadableInput
 from pipeline.logs.read import READINGS, column_names
+from pipeline.stages.pose_means import is_of_means
 from pipeline.text.names import nearest_name
 
 
@@ -48,9 +49,12 @@ def logged_columns(config: Config, triad: Triad | None) -> list[str] | None:
 
 
 def _columns_of(poses: PosesSection) -> list[str] | None:
-    """Further columns of a set of poses, by its first file or by all files of its long log."""
+    """Further columns of a set of poses, by its first file or by all files of its long log.
+
+    Of a table of means those that are neither sds nor numbers of samples.
+    """
     names: list[str] = []
-    for i, path in enumerate(poses.log or poses.files[:1]):
+    for i, path in enumerate(poses.log or poses.files[:1] or poses.means[:1]):
         names += _header(poses, i, path)
     return names or None
 
@@ -60,4 +64,4 @@ def _header(section: LogsSection, i: int, path: Path) -> list[str]:
         names = column_names(path, section.columns_of(i))
     except UnreadableInput:  # said where the log itself is read
         return []
-    return [name for name in names if name not in READINGS] or [""]
+    return [name for name in names if name not in READINGS and not is_of_means(name)] or [""]

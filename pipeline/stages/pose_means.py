@@ -20,6 +20,11 @@ SAMPLES = "samples"  #: the column that makes the sds those of the samples
 SD = "sd_"
 
 
+def is_of_means(column: str) -> bool:
+    """Whether a column of such a table says how well its means are known."""
+    return column in (SAMPLES, *(SD + name for name in (*ACCELEROMETER, *GYROSCOPE)))
+
+
 def read_pose_means(section: PosesSection, folder: Path, specs: Specs) -> list[PoseMean]:
     """The rows of the tables of a section as averaged poses, in nominal SI units.
 
@@ -44,8 +49,7 @@ def _means(
     factor = SECONDS_PER[section.time_unit] if section.time_unit else table.time_factor
     time_s = (without_wraps(values[TIME]) * factor if TIME in values
               else np.full(rows, math.nan))
-    read = {TIME, COUNTER, SAMPLES, *ACCELEROMETER, *GYROSCOPE,
-            *(SD + name for name in (*ACCELEROMETER, *GYROSCOPE))}
+    read = {TIME, COUNTER, *ACCELEROMETER, *GYROSCOPE}
     label = path.relative_to(folder) if path.is_relative_to(folder) else path
     return [
         PoseMean(
@@ -55,7 +59,7 @@ def _means(
             time_s=float(time_s[row]),
             duration_s=0.0,
             columns={name: float(column[row]) for name, column in values.items()
-                     if name not in read},
+                     if name not in read and not is_of_means(name)},
             stated=True,
         )
         for row in range(rows)

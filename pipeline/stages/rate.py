@@ -4,7 +4,6 @@ This module knows no configuration: ``pipeline rate`` measures clips without one
 should be that of decoding, not of imports.
 """
 
-import os
 import tempfile
 import threading
 from collections.abc import Callable, Sequence
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
 
 #: Clips tracked at the same time. The decoder uses threads itself; more clips gain nothing.
 PARALLEL_CLIPS = 2
-FFMPEG_QUIET = "-8"  #: AV_LOG_QUIET
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,10 +107,6 @@ def follow_clips(
     """
     if not clips:
         return []  # and nothing of the vision stage is imported
-    from pipeline.stages.track_cache import kept_track, track_key
-
-    # FFmpeg writes its own remarks on damaged files past Python; ours say what to do.
-    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", FFMPEG_QUIET)
     stop = threading.Event()
 
     def follow(clip: Path, plate: "PlateOverride | None") -> "PhaseTrack":
@@ -128,6 +122,8 @@ def follow_clips(
     def find(clip: Path, plate: "PlateOverride | None") -> "PhaseTrack":
         if context.cache is None:
             return follow(clip, plate)
+        from pipeline.stages.track_cache import kept_track, track_key
+
         return kept_track(context.cache, track_key(clip, plate), lambda: follow(clip, plate))
 
     with ThreadPoolExecutor(PARALLEL_CLIPS) as pool:

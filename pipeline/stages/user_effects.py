@@ -69,7 +69,11 @@ def user_effects(config: Config, triad: Triad, allow_python: bool) -> dict[str, 
 
 def _expression(section: EffectSection) -> Expression:
     assert section.expression is not None
-    return read_expression(section.expression, tuple(section.shapes))
+    try:
+        return read_expression(section.expression, tuple(section.shapes))
+    except BadExpression as error:
+        meant = nearest_name(error.wrong, error.right)
+        raise BadExpression(f"{error}{meant}") from error
 
 
 def _shape(shapes: Mapping[str, tuple[str, float, float]]) -> Shape | None:

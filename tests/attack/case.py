@@ -11,6 +11,7 @@ import re
 import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from typing import Any
 import pytest
 
 from pipeline.text.plain import HIDDEN
+from tests import sessions
 from tests.sessions import pipeline
 
 POSE = "accelerometer/pose_07.csv"
@@ -82,13 +84,7 @@ def check(case: Case, config: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 def edit(old: str, new: str) -> Spoil:
     """Another text in the configuration, which must hold the old one."""
-
-    def spoil(config: Path) -> None:
-        text = config.read_text(encoding="utf-8")
-        assert old in text
-        config.write_text(text.replace(old, new), encoding="utf-8")
-
-    return spoil
+    return partial(sessions.edit, old=old, new=new)
 
 
 def append(text: str) -> Spoil:

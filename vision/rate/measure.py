@@ -26,6 +26,7 @@ from vision.rate.dropped_frames import (
     refuse_undecided,
 )
 from vision.rate.exposure import exposure_drift, exposure_warnings
+from vision.rate.slow_camera import FrameTimes, frame_times
 from vision.rate.stability import (
     camera_roll,
     noise_of_turns,
@@ -61,7 +62,7 @@ class RateUncertainty:
     ----------
     image_rad_s : float
         From the frames: angles, dropped frames that may be none, roll of the camera, a shutter that
-        changed.
+        changed, the frame time of a camera slower than its clip.
     timebase_rad_s : float
         From the clock that stamps the frames.
     """
@@ -176,10 +177,10 @@ def measure_rate(
         A term that does not exist.
     """
     stated = _stated_terms(model)
-    time_s = timebase.times(track)
+    frames = frame_times(track, timebase.times(track))
     refusal: RateRefused | None = None
     try:
-        rate = _measured(part.of(track, time_s), timebase, nominal_rpm, stated)
+        rate = _measured(frames.part(part), timebase, nominal_rpm, stated)
         history: RateHistory | None = rate.history
     except RateRefused as error:
         refusal, history = error, error.history
@@ -188,12 +189,10 @@ def measure_rate(
         steady = the_steady_part(history, noise_of_turns(history))
     if history is not None and steady is not None and (
             refusal or steady.moving_ends(history)):
-        chosen = ClipPart(steady.start_s, steady.stop_s).of(track, time_s)
         with suppress(RateRefused):
-            rate = _measured(
-                chosen, timebase, nominal_rpm, stated, steady.moving_ends(history)
-            )
-            warning = steady.warning(track.source, float(time_s[-1]))
+            chosen = frames.part(ClipPart(steady.start_s, steady.stop_s))
+            rate = _measured(chosen, timebase, nominal_rpm, stated, steady.moving_ends(history))
+            warning = steady.warning(track.source, float(frames.time_s[-1]))
             return replace(rate, warnings=(warning, *rate.warnings))
     if refusal is not None:
         raise refusal
@@ -201,13 +200,13 @@ def measure_rate(
 
 
 def _measured(
-    track: PhaseTrack,
+    frames: FrameTimes,
     timebase: Timebase,
     nominal_rpm: float | None,
     stated: tuple[str, ...],
     ends: MovingEnds = STEADY_ENDS,
 ) -> RateMeasurement:
-    stamps = timebase.times(track)
+    track, stamps = frames.track, frames.time_s
     _require_usable(track)
     aliases = list_aliases(track, stamps, rough_rate(track, stamps), nominal_rpm)
     dropped = dropped_frames(track, continuous_angle(track, stamps, aliases.chosen_rad_s))
@@ -235,6 +234,7 @@ def _measured(
         roll.rate_rad_s if roll else 0.0,
         dropped.sd_of_rate * rate,
         exposure.relative_sd * rate if exposure else 0.0,
+        frames.relative_sd * rate,
     )
     uncertainty = RateUncertainty(
         image_rad_s=float(np.linalg.norm(parts)),
@@ -245,7 +245,7 @@ def _measured(
         rate_rad_s=abs(rate),
         direction="ccw" if rate > 0 else "cw",
         uncertainty=uncertainty,
-        frames=FrameTally(int(fit.used.sum()), dropped.count, int(track.duplicate.sum())),
+        frames=FrameTally(int(fit.used.sum()), dropped.count, int(frames.repetitions.sum())),
         fit=fit_stated(track.source, stated, angle, base, fit.used),
         aliases=aliases.about(rate),
         cross_checks=checks,
@@ -257,6 +257,7 @@ def _measured(
         channel=track.plate.channel,
         warnings=(
             *track.notes,
+            *frames.warnings,
             *aliases.warnings,
             *dropped_frame_warnings(track.source, dropped),
             *stability_warnings(track.source, history, fit.noise, dropped.count),

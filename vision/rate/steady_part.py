@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
-from vision.phase_track import PhaseTrack, RateHistory
+from vision.phase_track import RateHistory
 from vision.rate.transients import MovingEnds
 
 FEWEST_FRAMES = 12  #: of a part; two per parameter of the phase's model
@@ -62,24 +62,22 @@ class ClipPart:
     start_s: float | None = None
     stop_s: float | None = None
 
-    def of(self, track: PhaseTrack, time_s: FloatArray) -> PhaseTrack:
-        """The part of a track whose frames have these times, shape (f,).
+    def frames(self, source: str, time_s: FloatArray) -> NDArray[np.bool_]:
+        """Which of the frames with these times, shape (f,), lie in the part.
 
         Raises
         ------
         RateRefused
-            The clip has too few frames there.
+            The clip, ``source``, has too few frames there.
         """
-        if self == WHOLE:
-            return track
         stop_s = np.inf if self.stop_s is None else self.stop_s
         chosen = (time_s >= (self.start_s or 0.0)) & (time_s <= stop_s)
-        if chosen.sum() < FEWEST_FRAMES:
+        if self != WHOLE and chosen.sum() < FEWEST_FRAMES:
             raise RateRefused(
-                f"{track.source}: choose a part within the clip, which lasts from {time_s[0]:.1f} "
+                f"{source}: choose a part within the clip, which lasts from {time_s[0]:.1f} "
                 f"s to {time_s[-1]:.1f} s: {chosen.sum()} of its frames are in the stated part."
             )
-        return track.frames(chosen)
+        return np.asarray(chosen)
 
 
 WHOLE = ClipPart()

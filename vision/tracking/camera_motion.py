@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray, PlateView
+from vision.reduction import reduced
 from vision.video import Luma
 
 LARGEST_SIDE = 160  # pixels; the surroundings are large
@@ -75,20 +76,20 @@ class CameraMotion:
         middle = (self._factor - 1) / 2
         y, x = np.mgrid[0:h, 0:w].astype(float)
         radius, azimuth = view.at_rest.plate(x * self._factor + middle, y * self._factor + middle)
-        self._around = radius > THRESHOLDS.around
-        self._around[:BORDER] = self._around[-BORDER:] = False
-        self._around[:, :BORDER] = self._around[:, -BORDER:] = False
+        around = radius > THRESHOLDS.around
+        around[:BORDER] = around[-BORDER:] = False
+        around[:, :BORDER] = around[:, -BORDER:] = False
         self._spindle = [(c - middle) / self._factor for c in view.at_rest.centre_px]
         by_x = cv2.Sobel(self._background, cv2.CV_32F, 1, 0, scale=1 / 8)
         by_y = cv2.Sobel(self._background, cv2.CV_32F, 0, 1, scale=1 / 8)
         roll = by_y * (x - self._spindle[0]) - by_x * (y - self._spindle[1])
         parts = (-roll, -by_x, -by_y, self._background, np.ones_like(self._background))
-        sector = np.floor(azimuth[self._around] * SECTORS / (2 * np.pi)).astype(int) % SECTORS
-        self._order = np.argsort(sector, kind="stable")
-        ends = np.searchsorted(sector[self._order], np.arange(SECTORS + 1))
+        sector = np.floor(azimuth[around] * SECTORS / (2 * np.pi)).astype(int) % SECTORS
+        order = np.argsort(sector, kind="stable")
+        ends = np.searchsorted(sector[order], np.arange(SECTORS + 1))
         self._sectors = [slice(start, stop) for start, stop in pairwise(ends)]
-        basis = np.stack([part[self._around] for part in parts])
-        self._basis = np.ascontiguousarray(basis[:, self._order], np.float32)
+        self._places = np.flatnonzero(around)[order]
+        self._basis = np.stack([part.ravel()[self._places] for part in parts]).astype(np.float32)
         self._normal = np.array(
             [self._basis[:, part] @ self._basis[:, part].T for part in self._sectors], float
         )
@@ -112,15 +113,15 @@ class CameraMotion:
         """
         if not self._determined:
             return float("nan")
-        reduced, normal = self._reduced(image), self._normal
-        h, w = reduced.shape
+        small, normal = self._reduced(image), self._normal
+        h, w = small.shape
         for _ in range(ITERATIONS):
             alpha, u, v = self._moved
             c, s = np.cos(alpha), np.sin(alpha)
             x0, y0 = self._spindle
             back = np.array([[c, -s, x0 - c * x0 + s * y0 + u], [s, c, y0 - s * x0 - c * y0 + v]])
-            moved = cv2.warpAffine(reduced, back, (w, h), flags=BACK)
-            beyond = (moved - self._background)[self._around][self._order]
+            moved = cv2.warpAffine(small, back, (w, h), flags=BACK)
+            beyond = (moved - self._background).ravel()[self._places]
             pull = self._basis * np.clip(beyond, -THRESHOLDS.stray, THRESHOLDS.stray)
             by_sector = np.array([pull[:, part].sum(axis=1) for part in self._sectors], float)
             change = _solved(normal.sum(axis=0), by_sector.sum(axis=0))
@@ -141,10 +142,8 @@ class CameraMotion:
         return bool(lasting.max() > THRESHOLDS.moved_px)
 
     def _reduced(self, image: Luma) -> NDArray[np.float32]:
-        h, w = (n // self._factor for n in image.shape)
-        whole = image[: h * self._factor, : w * self._factor]
-        small = cv2.resize(whole, (w, h), interpolation=cv2.INTER_AREA)
-        return np.asarray(cv2.GaussianBlur(small.astype(np.float32), (3, 3), 0))
+        small = reduced(image, self._factor).astype(np.float32)
+        return np.asarray(cv2.GaussianBlur(small, (3, 3), 0))
 
 
 def _solved(normal: FloatArray, pull: FloatArray) -> FloatArray:

@@ -82,7 +82,8 @@ class FrameMeasurements:
         self._coding += [frame.coding for frame in frames]
         self._motion += [frame.motion for frame in frames]
         part = self._rows, self._columns
-        self._brightness += [float(frame.luma[part].mean()) for frame in frames]
+        around = np.stack([frame.luma[part] for frame in frames])
+        self._brightness += around.mean(axis=(1, 2)).tolist()
 
     def _strip(self, image: Luma) -> Luma:
         # Copied into the processor's cache as a whole: the rings jump about in a frame, which

@@ -2,11 +2,11 @@
 
 The first frames are kept until the plate has been found and learned from them; they and all that
 follow are then measured as they come, so that memory does not grow with the clip. Where no plate is
-in the brightness of the first frames, the clip is read with its colours, and colours and brightness
-of one stretch after the other are looked at; a plate in a later brightness is then tracked from
-there. Where a camera is so fast that the frames of a turn are too many to keep, some of them are
-learned from and the clip is read again; and where the camera is seen to move after that, it is read
-again with its motion taken out.
+in the brightness of the first frames, the clip is read with its colours (unless glimpses of it show
+that nothing moves), and colours and brightness of one stretch after the other are looked at; a
+plate in a later brightness is then tracked from there. Where a camera is so fast that the frames of
+a turn are too many to keep, some of them are learned from and the clip is read again; and where the
+camera is seen to move after that, it is read again with its motion taken out.
 """
 
 from collections.abc import Callable, Iterator
@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, TypeGuard
 
 import cv2
 
-from vision.errors import RateRefused, UnreadableVideo, more_telling
+from vision.errors import NothingMoves, RateRefused, UnreadableVideo, more_telling
 from vision.geometry import PlateOverride
+from vision.tracking.glimpses import nothing_moves
 from vision.tracking.stretch import Stretch, next_stretch
 from vision.video import BATCH, ClipReader, Frame
 
@@ -84,6 +85,8 @@ def track_phase(
     by_luma = _track_or_refusal(task, _Pass(attempts=1))
     if _turns(by_luma):
         return by_luma
+    if isinstance(by_luma, NothingMoves) and nothing_moves(task.path, on_progress):
+        raise by_luma
     by_colour = _track_or_refusal(task, _Pass(colours=True))
     if _turns(by_colour):
         return by_colour

@@ -229,7 +229,7 @@ class PlateTracker:
             pull = np.vecdot(self._filter[part][:, column], difference).sum()
             # T(φ - θ) falls by ∂T/∂φ as θ grows.
             step = -float(pull - self._offset[part, turn]) / float(self._information[part, turn])
-            step = float(np.clip(step, -longest, longest))
+            step = min(max(step, -longest), longest)
             angle = held + step
             if settled := abs(step) < LINEAR * sample:
                 break

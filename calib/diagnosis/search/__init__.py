@@ -1,7 +1,7 @@
 """Which sets of hypotheses explain the rows, and with what odds.
 
     joint_conditions ─ raw_columns ─ stacked_tables ─┐
-    evidence ─ table ─┬─ set_densities, beside ──────┼─ steps ─┬─ sets ─ expansion ─ odds
+    evidence ─ table ─┬─ set_densities, beside ──────┼─ steps ─┬─ sets ─ expansion ─ classes ─ odds
                       └─ sizes          refit ───────┘         └─ together
 
 ``joint_conditions``  what effects are evaluated on at the solutions of several fits
@@ -17,5 +17,6 @@
 ``together``          many searches, asking and answered together
 ``sets``              the sets that were weighed, with their refits
 ``expansion``         the search: singles, pairs, then one more, one less or one exchanged
+``classes``           effects that these poses do not separate
 ``odds``              probabilities of sets, effects and classes of effects
 """

@@ -34,7 +34,7 @@ NOISE_RANGE = float(np.log(TAUS[-1] / CONSTANTS.least_noise))
 
 
 def over_sizes(gain: FloatArray) -> FloatArray:
-    """Average over tau, the first axis of ``gain``, of log densities."""
+    """Average over tau of log densities ``gain`` (taus, ...), one less axis: (...,)."""
     weighed = gain + LOG_PRIOR.reshape(-1, *(1,) * (gain.ndim - 1))
     top = weighed.max(axis=0)
     return np.asarray(np.log(np.exp(weighed - top).sum(axis=0)) + top)
@@ -43,7 +43,7 @@ def over_sizes(gain: FloatArray) -> FloatArray:
 def log_noise_prior(
     variance: FloatArray, dof: IntArray, tolerated: FloatArray
 ) -> FloatArray:
-    """Log prior of a noise variance V > 1 with the width that ``dof`` rows leave it.
+    """Log prior (m,) of noise variances V > 1 (m,) with the width that ``dof`` rows leave them.
 
     Uniform in the logarithm of the extra scatter n = √(V - 1): rare where nothing is in the model,
     and as likely as none while n is what a formula may be off by, ``tolerated``.
@@ -61,7 +61,11 @@ def over_noise(
     stated: FloatArray, larger: FloatArray, variance: FloatArray, dof: IntArray,
     tolerated: FloatArray,
 ) -> FloatArray:
-    """Average of log densities at V = 1 and at the V that the rows ask for, where it is larger."""
+    """Average of log densities at V = 1 and, where it is larger, at the V that the rows ask for.
+
+    All arrays (m,): the densities at both, V in units of the stated variance, degrees of freedom,
+    and the extra scatter that is tolerated, in sds.
+    """
     more = larger + log_noise_prior(variance, dof, tolerated)
     return np.asarray(np.where(variance > 1.0, np.logaddexp(stated, more), stated))
 

@@ -1,7 +1,6 @@
 """From the sets of a search to probabilities: of each set, each effect, each class of effects.
 
-A class holds the effects that these poses cannot separate beside the rest of the leading set: their
-signatures agree to a canonical correlation over 0.99, and no refit gave one of them away.
+A class holds what :mod:`calib.diagnosis.search.classes` finds that these poses do not separate.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -10,19 +9,14 @@ from functools import cached_property
 
 import numpy as np
 
-from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis
+from calib.diagnosis.search.classes import aliases, alike, class_of, refit_alike, similar
 from calib.diagnosis.search.sets import Entry, Search, with_refit
 from calib.diagnosis.search.steps import Steps
-from calib.diagnosis.search.table import Table
 
 LEADING = 6
 """Sets among which the leading one is looked for, those of one class counted together: a
 limit of time."""
-
-REFUTED = 10.0
-"""Log odds by which an alias falls short, at its own refit, to be no longer believed. Chosen as
-far beyond any odds that the verdict names by; its half and double are not measured."""
 
 COURSES = ("jump", "wander")
 """Kinds that say, like an unknown function of time: the bias has a course in time."""
@@ -104,9 +98,9 @@ def odds_of(state: Search) -> Steps[Odds]:
     if lead.refit is not None:
         at_lead = yield from state.table_of(lead.refit)
     state.tables.clear()
-    alike = {k: _alias_names(state, at_lead, lead, k) for k in lead.members}
+    places = {k: alike(state, at_lead, lead, k) for k in lead.members}
     for k in lead.members:
-        yield from _refit_aliases(state, lead, k, alike[k])
+        yield from refit_alike(state, lead, k, places[k])
     total = float(np.logaddexp.reduce([e.log_posterior for e in state.entries.values()]))
     nothing, noise = (float(np.exp(v - total)) for v in state.nothing)
     names = tuple(dict.fromkeys(h.name for h in state.hypotheses))
@@ -118,7 +112,7 @@ def odds_of(state: Search) -> Steps[Odds]:
                  state.hypotheses[j].name for e in state.entries.values() for j in e.members)}
     classes = []
     for k in lead.members:
-        members = _class_of(state, lead, k, alike[k], alone)
+        members = class_of(state, at_lead, lead, k, places[k], alone)
         any_of = sum(bit[name] for name in members)
         inside = sum(mass for key, mass in masses.items() if key & any_of)
         classes.append(_inclusion(first[members[0]], members, inside))
@@ -192,74 +186,8 @@ def _alike(state: Search, a: Entry, others: Sequence[Entry]) -> list[Entry]:
     for k in {mine for mine, _, _ in apart}:
         rest = [j for j in a.members if j != k]
         beside = [(j, b) for mine, j, b in apart if mine == k]
-        alike = set(aliases(state, state.table, k, [j for j, _ in beside], rest))
-        same += [b for j, b in beside if j in alike]
+        which = [j for j, _ in beside]
+        found = {*aliases(state, state.table, k, which, rest),
+                 *similar(state, state.table, k, which, rest)}
+        same += [b for j, b in beside if j in found]
     return same
-
-
-def aliases(
-    state: Search, table: Table, k: int, others: Sequence[int], beside: Sequence[int]
-) -> list[int]:
-    """Which of ``others`` these poses cannot tell from hypothesis ``k`` beside a set.
-
-    ``table`` holds the signatures: those at the base are bent by what the base lacks, the more so
-    the stronger it is, and no longer look the same.
-    """
-    listed = [
-        j for j in others
-        if state.hypotheses[j].kind == "listed" and not table.is_blind(j)
-        and (table.seen[j] == table.seen[k] or _is_reference(state.hypotheses[k]))
-    ]
-    if not listed or table.is_blind(k) or state.hypotheses[k].kind != "listed":
-        return []
-    least = table.correlations(k, listed, beside)
-    return [j for j, value in zip(listed, least, strict=True)
-            if value > CONSTANTS.alias_correlation]
-
-
-def _is_reference(hypothesis: Hypothesis) -> bool:
-    """An error of the reference is the common part of an error of the sensor that holds it."""
-    return hypothesis.on_reference
-
-
-def _alias_names(state: Search, table: Table, lead: Entry, k: int) -> dict[str, int]:
-    """The aliases of member ``k`` beside the rest of the leading set, one start of each shape."""
-    rest = [j for j in lead.members if j != k]
-    inside = {state.hypotheses[j].name for j in lead.members}
-    others = [j for j, h in enumerate(state.hypotheses) if h.name not in inside]
-    places: dict[str, int] = {}
-    for j in aliases(state, table, k, others, rest):
-        places.setdefault(state.hypotheses[j].name, j)
-    return places
-
-
-def _refit_aliases(
-    state: Search, lead: Entry, k: int, alike: Mapping[str, int]
-) -> Steps[None]:
-    """The leading set with ``k`` exchanged for each that is ``alike``, at their refits."""
-    if lead.refit is None:
-        return
-    rest = [j for j in lead.members if j != k]
-    for j in alike.values():
-        members = (*rest, j)
-        known = state.entries.get(state.key(members))
-        if not state.can_refit(members) or (known is not None and known.whole):
-            continue
-        again = yield from state.refitted(members, lead.refit)
-        if again is not None:
-            state.note(again)
-
-
-def _class_of(
-    state: Search, lead: Entry, k: int, alike: Mapping[str, int], probability: dict[str, float]
-) -> tuple[str, ...]:
-    """Member ``k`` and those ``alike``, less those that their own refits give away."""
-    name = state.hypotheses[k].name
-    rest = [j for j in lead.members if j != k]
-    members = []
-    for other, j in alike.items():
-        entry = state.entries.get(state.key((*rest, j)))
-        if entry is not None and entry.log_posterior > lead.log_posterior - REFUTED:
-            members.append(other)
-    members.sort(key=lambda n: -probability.get(n, 0.0))
-    return (name, *members)

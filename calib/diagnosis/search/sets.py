@@ -199,6 +199,15 @@ def is_nothing(state: Search) -> bool:
     return bool(likely or (leading and stated > np.log(1 - CONSTANTS.credible)))
 
 
+def _largest_part(state: Search, members: Sequence[int]) -> Refit | None:
+    """The joint refit of the most of ``members``, the likeliest of equally many, if there is one.
+    """
+    parts = [e for e in state.entries.values()
+             if e.whole and e.refit is not None and {*e.members} <= {*members}]
+    best = max(parts, key=lambda e: (len(e.members), e.log_posterior), default=None)
+    return None if best is None else best.refit
+
+
 def with_refit(state: Search, entry: Entry) -> Steps[Entry]:
     """``entry`` with the joint refit of those of its members that a model can hold."""
     if entry.whole:
@@ -212,6 +221,6 @@ def with_refit(state: Search, entry: Entry) -> Steps[Entry]:
     else:
         again = yield from state.refitted(inside, entry.refit)
     if again is None:
-        return entry._replace(refit=None)
+        return entry._replace(refit=_largest_part(state, inside))
     state.note(again)
     return again if len(inside) == len(entry.members) else entry._replace(refit=again.refit)

@@ -79,7 +79,7 @@ class Table:
 
     @cached_property
     def unit_rows(self) -> FloatArray:
-        """The visible columns as rows of length one."""
+        """The visible columns as rows of length one, (v, r)."""
         return np.asarray(self.rows / np.sqrt((self.rows**2).sum(axis=1, keepdims=True)))
 
     def is_blind(self, j: int) -> bool:
@@ -125,25 +125,37 @@ class Table:
             return np.zeros((len(self.residual), 0))
         return orthonormal_columns(np.concatenate(seen, axis=1))
 
+    def visible(self, j: int, beside: FloatArray) -> FloatArray:
+        """Orthonormal rows (v, r) of what is visible of ``j`` beside a space (r, k)."""
+        if beside.shape[1] == 0:  # they are orthogonal as they are
+            return self.unit_rows[self.where(j)]
+        block = self.block(j)
+        return _orthonormal(block - beside @ (beside.T @ block)).T
+
+    def shared_signal(
+        self, j: int, others: Sequence[int], beside: Sequence[int]
+    ) -> FloatArray:
+        """Correlation of the signal of ``j``, fitted beside a set, with what each of ``others`` can
+        make of it in its place.
+        """
+        q = self.space(beside)
+        mine = self.visible(j, q)
+        signal = mine.T @ (mine @ self.residual)
+        signal /= max(float(np.linalg.norm(signal)), 1e-300)
+        return np.array([np.linalg.norm(self.visible(other, q) @ signal) for other in others])
+
     def correlations(self, j: int, others: Sequence[int], beside: Sequence[int]) -> FloatArray:
-        """Least canonical correlation of ``j`` with each of ``others`` beside a set.
+        """Least canonical correlation of ``j`` with each of ``others`` beside a set, (others,).
 
         Zero where they do not see equally many directions; an effect of the reference is compared
         with the part of the other one that it could be.
         """
         q = self.space(beside)
-
-        def visible(k: int) -> FloatArray:
-            if q.shape[1] == 0:  # they are orthogonal as they are
-                return self.unit_rows[self.where(k)]
-            block = self.block(k)
-            return _orthonormal(block - q @ (q.T @ block)).T
-
-        mine = visible(j)
+        mine = self.visible(j, q)
         least = np.zeros(len(others))
         if len(mine) < self.seen[j] or not others:
             return least
-        theirs = [visible(other) for other in others]
+        theirs = [self.visible(other, q) for other in others]
         count = np.array([len(each) for each in theirs])
         ends = np.cumsum(count)
         overlap = np.concatenate(theirs) @ mine.T

@@ -89,7 +89,7 @@ def reach_verdict(state: Search, odds: Odds) -> Verdict:
     unlisted = _unlisted(state, odds, share, explains)
     if unlisted is not None:
         return unlisted
-    likely = tuple(each.name for each in _open(odds))
+    likely = tuple(name for each in _open(odds) for name in each.members)
     return Verdict(
         Code.AMBIGUOUS, group=tuple(dict.fromkeys((*likely, *_explaining(state, odds)))),
         beside=_open(odds), share=share, explains=explains,
@@ -146,7 +146,9 @@ def _signal_rows(state: Search, odds: Odds, j: int) -> FloatArray | None:
     h, joint = state.hypotheses[j], odds.lead.refit
     if joint is None or not state.can_refit([j]):
         return None
-    name = next(n for n in joint.names if n in (h.name, f"{h.name} {j}"))
+    name = next((n for n in joint.names if n in (h.name, f"{h.name} {j}")), None)
+    if name is None:  # more members than the rows carry a refit of
+        return None
     where = joint.fit.model.slices()[name]
     rows = joint.fit.rows.jacobian[:, where] @ joint.fit.theta[where]
     return np.asarray(rows - state.table.projector.model @ (state.table.projector.model.T @ rows))

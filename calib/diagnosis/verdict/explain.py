@@ -20,10 +20,9 @@ from calib.diagnosis.verdict.wording import (
     readable,
     remedy_of_noise,
     unsupported,
+    what_separates,
 )
-from calib.effects.catalogue import find_effect
 from calib.effects.units import display_unit
-from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.prediction import Prediction
 from calib.rounding import with_sd
@@ -134,7 +133,10 @@ def _effect(case: _Case) -> Explanation:
 
 
 def _with_odds(each: Inclusion) -> str:
-    return f"{readable(each.name, each.follows)} ({odds_in_words(each.probability)})"
+    what = readable(each.name, each.follows)
+    if len(each.members) > 1:
+        what = f"one of {joined([readable(name) for name in each.members], 'and')}"
+    return f"{what} ({odds_in_words(each.probability)})"
 
 
 def _beside(verdict: Verdict) -> str:
@@ -149,9 +151,10 @@ def _beside(verdict: Verdict) -> str:
 
 
 def _ambiguous(case: _Case) -> Explanation:
-    named = {each.name: each for each in case.verdict.beside}
-    words = [_with_odds(named[key]) if key in named else readable(key)
-             for key in case.verdict.group]
+    likely = case.verdict.beside
+    told = {name for each in likely for name in each.members}
+    words = [_with_odds(each) for each in likely]
+    words += [readable(key) for key in case.verdict.group if key not in told]
     text = (
         f"Something may be missing ({case.misfit}), and these data cannot determine what: "
         f"{joined(words, 'or')}."
@@ -270,15 +273,12 @@ def _settle(case: _Case) -> tuple[Step, str]:
     if case.advice is not None:
         return "record", f"Record {case.advice.instruction}; name the new logs in the configuration"
     if case.verdict.code == Code.EFFECT:
-        return "record", f"What separates them: {_separates(case.verdict.group[0])}"
+        return "record", f"What separates them: {_separates(case)}"
     return "repeat", f"Record {once_more(case.fit.poses)}"
 
 
-def _separates(name: str) -> str:
-    try:
-        return find_effect(name).page.separates
-    except CalibrationError:
-        return "poses in which its columns change while everything else stays"
+def _separates(case: _Case) -> str:
+    return what_separates(case.verdict.group[0], case.fit.poses.triad)
 
 
 def _record(case: _Case) -> str:
@@ -286,7 +286,7 @@ def _record(case: _Case) -> str:
     if case.advice is not None:
         return f" Record next: {case.advice.instruction}."
     if case.verdict.code == Code.EFFECT:
-        return f" What separates them: {_separates(case.verdict.group[0])}."
+        return f" What separates them: {_separates(case)}."
     return f" Record next: {once_more(case.fit.poses)}."
 
 

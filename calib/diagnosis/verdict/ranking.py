@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc
 
-from calib.diagnosis.search.odds import Odds, aliases
+from calib.diagnosis.search.classes import aliases
+from calib.diagnosis.search.odds import Odds
 from calib.diagnosis.search.refit import Refit, linear_loo_rms
 from calib.diagnosis.search.sets import Search
 from calib.diagnosis.search.sizes import predicted_size
@@ -110,9 +111,9 @@ def _candidate(
         loo = linear_loo_rms(fit)
         if h.kind == "listed":
             size, sd = _fitted(alone.refit, h.name)
-    names = {state.hypotheses[k].name for k in odds.lead.members}
-    if h.kind == "listed" and h.name in names and odds.lead.refit is not None:
-        size, sd = _fitted(odds.lead.refit, h.name)
+    lead = odds.lead.refit
+    if h.kind == "listed" and lead is not None and h.name in lead.names:
+        size, sd = _fitted(lead, h.name)
     same = aliases(state, state.table, j, _others(state, h.name), ()) if h.kind == "listed" else []
     return Candidate(
         name=h.subject,

@@ -7,10 +7,14 @@ from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
 from calib.fit.validation.prediction import Prediction
 from calib.poses.attitudes import direction_name
+from calib.poses.imu_log import Triad
 
 MORE_THAN_NOISE = 10.0
 """Residuals ten times the noise within the poses come from between them. It chooses words only."""
 
+
+ON_PAGES = {"accelerometer": "accelerometer", "gyroscope": "gyro"}
+"""How the pages of the catalogue call a triad."""
 
 
 def physics(name: str) -> str:
@@ -20,6 +24,23 @@ def physics(name: str) -> str:
     except CalibrationError:
         return "your own effect."
     return words[0].lower() + words[1:]
+
+
+def what_separates(name: str, triad: Triad) -> str:
+    """What tells an effect from those that look the same: of ``triad`` where its page says so.
+
+    >>> what_separates("cubic", "accelerometer")
+    '26 poses or more'
+    """
+    try:
+        words = find_effect(name).page.separates
+    except CalibrationError:
+        return "poses in which its columns change while everything else stays"
+    for part in words.split("; "):
+        of, colon, rest = part.partition(": ")
+        if colon and of == ON_PAGES[triad]:
+            return rest
+    return words
 
 
 def readable(name: str, follows: str | None = None) -> str:

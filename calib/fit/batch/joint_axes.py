@@ -38,7 +38,7 @@ class JointAxes:
         return np.asarray(vector @ self.to_sensed.swapaxes(1, 2))
 
     def slopes(self, one: Equations) -> FloatArray:
-        """dT/dtheta for the parameters of the reading, (S, p', 3, 3)."""
+        """dT/dtheta for the parameters of the reading, (S, p', 3, 3), per their SI unit."""
         diagonal_slopes = np.einsum("pii->pi", one.matrix_slopes)
         turned = self.to_orthogonal[:, None] * diagonal_slopes[:, None, :]
         return np.asarray((one.matrix_slopes - turned) / self.gain[:, None, None, :])

@@ -13,7 +13,7 @@ def inverses(matrices: FloatArray) -> FloatArray:
 
 
 def choleskys(matrices: FloatArray) -> FloatArray:
-    """Lower Cholesky factors of S matrices, NaN for each that is not positive definite."""
+    """Lower Cholesky factors (S, k, k) of S matrices, NaN for each not positive definite."""
     return _each(np.linalg.cholesky, matrices)
 
 

@@ -180,8 +180,9 @@ def iterations_from(
 def settled(
     x: FloatArray, eta: FloatArray, equations: Equations, counts: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """X and eta after the same iteration has come to rest.
+    """X (9,) and eta (q,) after the same iteration has come to rest.
 
+    X is α (rad), b (counts) and k (SI units per count); eta are the common errors in their sds.
     The stop rule looks at q, which is flat at the minimum: it leaves the estimate up to a few
     thousandths of an sd away from it. The steps that remain make both solvers give one number.
     """

@@ -69,7 +69,7 @@ def minimise(problem: Problem, start: Estimate, precision: Precision = EXACT) ->
 
 
 def huber_weight(residual: FloatArray) -> FloatArray:
-    """Weights of Huber's loss: rows beyond ``HUBER_SD`` count in proportion to 1/|residual|."""
+    """Weights of Huber's loss for residuals (r,) in sds: beyond ``HUBER_SD`` as 1/|residual|."""
     return np.asarray(np.minimum(1.0, HUBER_SD / np.maximum(np.abs(residual), 1e-300)))
 
 

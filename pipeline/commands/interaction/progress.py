@@ -2,7 +2,6 @@
 
 import sys
 import threading
-from types import TracebackType
 from typing import TYPE_CHECKING
 
 from pipeline.console.terminal import shown
@@ -27,12 +26,7 @@ class ClipProgress:
     def __enter__(self) -> "ClipProgress":
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def __call__(self, clip: str, done: int, stated: int | None) -> None:
@@ -69,12 +63,7 @@ class SessionProgress:
             self._task = self._bars.add_task("fleet", total=self._total)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._bars is not None:
             self._bars.stop()
 

@@ -8,6 +8,14 @@ import pytest
 from tests.pipeline.stages.user_physics import HEATING, corrected, variant, with_models
 from tests.sessions import pipeline, results_in
 
+MEANS = """\
+sensor: {accelerometer: {unit: m_s2}}
+site: {gravity_m_s2: 9.80665}
+accelerometer: {poses: {means: means.csv}, model: [bias, scale, misalignment]}
+effects:
+  damp: {unit: "m/s²", %s}
+"""
+
 
 def test_an_expression_is_ranked_named_and_added_like_a_listed_effect(
     damp: Path, capsys: pytest.CaptureFixture[str]
@@ -67,6 +75,26 @@ def test_a_name_that_is_not_there_is_said_before_any_fit(
     assert says in said.err
     assert "effects.damp.expression" in said.err
     assert said.out == ""
+
+
+@pytest.mark.parametrize(("own", "says"), [
+    ('expression: "humidty_pct - 45"',
+     "'humidty_pct' is no logged column, name or shape parameter (did you mean 'humidity_pct'?). "
+     "The logs have: humidity_pct. "),
+    ('expression: "exp(-time_s / tua)", shapes: {tau: [s, 30, 7200]}',
+     "the shape parameter 'tau' is not used in 'exp(-time_s / tua)' (did you mean 'tua'?)"),
+    ('expression: "exxp(humidity_pct)"', "run('NAME') (did you mean 'exp'?)"),
+])
+def test_a_misspelt_name_is_said_of_a_table_of_means_too(
+    tmp_path: Path, own: str, says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = np.random.default_rng(1).normal(size=(14, 7))
+    np.savetxt(tmp_path / "means.csv", np.abs(rows), delimiter=",", comments="",
+               header="acc_x,acc_y,acc_z,sd_acc_x,sd_acc_y,sd_acc_z,humidity_pct")
+    config = tmp_path / "config.yaml"
+    config.write_text(MEANS % own, encoding="utf-8")
+    assert pipeline("check", config) == 2
+    assert says in capsys.readouterr().err
 
 
 def test_user_effects_that_the_data_cannot_see_are_listed_as_blind(damp: Path) -> None:

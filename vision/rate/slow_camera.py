@@ -1,0 +1,164 @@
+"""A camera that is slower than its clip: the recorder repeats frames to fill the clip's rate.
+
+Such a camera takes its frames evenly, and each is stamped when the clip's next frame was due, up to
+one frame time late. With s_k the stamp of the k-th frame that is no repetition and T the camera's
+own frame time,
+
+    s_k = c + T k + late_k,   0 ≤ late_k < one frame time of the clip.
+
+T lies between the steepest and the flattest line that keeps all stamps in that band; both are known
+from the corners of the stamps' convex hull. The sd is that of a uniform distribution between them
+(JCGM 100:2008, section 4.3.7). The plate must turn more evenly by T k than by the stamps.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.geometry import FloatArray
+from vision.phase_track import PhaseTrack
+from vision.rate.steady_part import ClipPart
+from vision.rate.unwrap import continuous_angle, frame_time, rough_rate, usable
+
+FEWEST_FRAMES = 12  #: that the camera took; two per parameter of the phase's model
+
+
+@dataclass(frozen=True)
+class SlowCameraThresholds:
+    """When frames were taken evenly and stamped late.
+
+    Attributes
+    ----------
+    jitter : float
+        Frame times of the clip by which its stamps may be off an even grid. Derived: the band is
+        one frame time wide, and is known to a tenth.
+    evener : float
+        Scatter of the angle by the camera's time over that by the stamps, at most. Derived: stamps
+        that are right scatter less, those late by up to a frame several times more.
+    """
+
+    jitter: float = 0.1
+    evener: float = 0.5
+
+
+THRESHOLDS = SlowCameraThresholds()
+
+
+@dataclass(frozen=True, eq=False)
+class FrameTimes:
+    """The frames with the times at which they were taken.
+
+    Attributes
+    ----------
+    track : PhaseTrack
+        Without the repetitions, where the camera is slower than its clip.
+    time_s : array, shape (f,)
+        Of each of its frames.
+    repetitions : array of int, shape (f,)
+        How often the recorder repeated each, or 1 for a repetition that is still in the track.
+    camera_fps : float or None
+        Of a camera that is slower than its clip.
+    relative_sd : float
+        Of ``camera_fps``, by the stamps; else 0.
+    """
+
+    track: PhaseTrack
+    time_s: FloatArray
+    repetitions: NDArray[np.int64]
+    camera_fps: float | None = None
+    relative_sd: float = 0.0
+
+    def part(self, part: ClipPart) -> Self:
+        """Some seconds of the clip.
+
+        Raises
+        ------
+        RateRefused
+            The clip has too few frames there.
+        """
+        chosen = part.frames(self.track.source, self.time_s)
+        return replace(self, track=self.track.frames(chosen), time_s=self.time_s[chosen],
+                       repetitions=self.repetitions[chosen])
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """That the camera is slower than its clip."""
+        if self.camera_fps is None:
+            return ()
+        return (
+            f"{self.track.source}: the camera took {self.camera_fps:.4g} frames per second and the "
+            f"recorder repeated {self.repetitions.sum()} of them to fill the clip. The frames are "
+            f"timed by the camera, evenly. Record with the frame rate that the camera has in this "
+            f"light, or with more light.",
+        )
+
+
+def frame_times(track: PhaseTrack, stamp_s: FloatArray) -> FrameTimes:
+    """When the frames were taken: as stamped, or evenly by a camera slower than its clip.
+
+    Parameters
+    ----------
+    track : PhaseTrack
+    stamp_s : array, shape (f,)
+        Of every frame.
+    """
+    stamped = FrameTimes(track, stamp_s, track.duplicate.astype(np.int64))
+    fresh = np.flatnonzero(~track.duplicate)
+    if len(fresh) == len(stamp_s) or len(fresh) < FEWEST_FRAMES:
+        return stamped
+    clip_s = frame_time(stamp_s)
+    jitter_s = float(np.ptp(stamp_s - clip_s * np.arange(len(stamp_s))))
+    if jitter_s > THRESHOLDS.jitter * clip_s:
+        return stamped
+    fastest_s, slowest_s = _slopes_within(stamp_s[fresh], clip_s + jitter_s)
+    if fastest_s > slowest_s:
+        return stamped
+    camera_s = 0.5 * (fastest_s + slowest_s)
+    even = FrameTimes(
+        track.frames(~track.duplicate),
+        stamp_s[0] + camera_s * np.arange(len(fresh)),
+        np.diff(fresh, append=len(stamp_s)) - 1,
+        1 / camera_s,
+        (slowest_s - fastest_s) / np.sqrt(12) / camera_s,
+    )
+    return even if _scatter(even) < THRESHOLDS.evener * _scatter(stamped) else stamped
+
+
+def _slopes_within(values: FloatArray, width: float) -> tuple[float, float]:
+    """Least and greatest slope of the lines with 0 ≤ values - line ≤ width; crossed if none."""
+    below = _lower_corners(values)
+    above = _lower_corners(-values)
+    apart = below[:, None] - above
+    rise = values[below][:, None] - (values[above] - width)
+    slope = rise / np.where(apart == 0, 1, apart)
+    least = np.max(slope, initial=-np.inf, where=apart < 0)
+    greatest = np.min(slope, initial=np.inf, where=apart > 0)
+    return float(least), float(greatest)
+
+
+def _lower_corners(values: FloatArray) -> NDArray[np.intp]:
+    """Corners of the lower convex hull of (number, value) (Andrew's monotone chain, 1979)."""
+    corners: list[int] = []
+    for k, value in enumerate(values.tolist()):
+        while len(corners) > 1:
+            i, j = corners[-2:]
+            if (values[j] - values[i]) * (k - i) < (value - values[i]) * (j - i):
+                break
+            corners.pop()
+        corners.append(k)
+    return np.array(corners)
+
+
+def _scatter(frames: FrameTimes) -> float:
+    """Of the angle about an even rotation with a wave once and twice per turn, robust, rad."""
+    if usable(frames.track).sum() < FEWEST_FRAMES:
+        return np.inf
+    rate = rough_rate(frames.track, frames.time_s)
+    angle = continuous_angle(frames.track, frames.time_s, rate)
+    turned = rate * angle.time_s
+    x = np.stack([np.ones_like(turned), angle.time_s, np.cos(turned), np.sin(turned),
+                  np.cos(2 * turned), np.sin(2 * turned)], axis=1)
+    rest = angle.angle_rad - x @ np.linalg.lstsq(x, angle.angle_rad)[0]
+    return float(np.median(np.abs(rest)))
