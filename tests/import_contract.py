@@ -68,7 +68,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "calib.diagnosis.verdict": [("decision", "ranking", "wording"), ("explain",)],
     "vision": [
-        ("geometry", "orientation", "av_decoder"), ("phase_track",), ("errors",),
+        ("geometry", "orientation", "av_decoder", "reduction"), ("phase_track",), ("errors",),
         ("video", "camera"),
         ("plate", "rate"), ("tracking", "overlay"), ("clip_rate",),
     ],

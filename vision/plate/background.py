@@ -1,5 +1,6 @@
 """What does not move in the first frames of a clip, and which of the frames are used for that."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
 from vision.phase_track import BoolArray
+from vision.reduction import reduced
 from vision.video import Luma
 
 SMALL_SIDE = 300  # pixels at most, by halving; what moves is larger than one of them
@@ -102,12 +104,9 @@ def stands_still(images: Sequence[Luma]) -> bool:
 
 
 def halved(image: Luma) -> Luma:
-    """Reduced by halves, each of which takes a tenth of the time of a larger factor."""
-    while max(image.shape) > SMALL_SIDE:
-        h, w = (n // 2 for n in image.shape)
-        whole = image[: 2 * h, : 2 * w]
-        image = np.asarray(cv2.resize(whole, (w, h), interpolation=cv2.INTER_AREA), np.uint8)
-    return image
+    """Reduced by halves to at most ``SMALL_SIDE`` pixels, shape (h / 2ⁿ, w / 2ⁿ)."""
+    halves = max(0, math.ceil(math.log2(max(image.shape) / SMALL_SIDE)))
+    return reduced(image, 2**halves)
 
 
 def every_nth(count: int, nth: int) -> NDArray[np.intp]:

@@ -134,35 +134,27 @@ def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
     looked_at = [frames[i].luma for i in spread_choice(len(frames), LOOKED_AT)]
     followed, agreements = [], np.zeros(len(corners))
     enough = THRESHOLDS.stands * len(looked_at)
-    for left, luma in zip(reversed(range(len(looked_at))), looked_at, strict=True):
-        onto, seen, agree = _hardly_moved(reference, luma, corners)
-        if not _all_around(corners[agree], reference.shape):
+    for number, luma in enumerate(looked_at, 1):
+        onto, seen = _followed(reference, luma, corners, np.eye(3), levels=0)
+        away = np.where(seen, np.linalg.norm(onto - corners, axis=1), np.inf)
+        agree = away < THRESHOLDS.agree_px
+        # A camera that stands is known by that; else the motion that most corners share is sought.
+        if not _all_around(corners[away < THRESHOLDS.moved_px], reference.shape):
             onto, seen = _followed(reference, luma, corners, np.eye(3))
             agree = np.zeros(len(corners), bool)
             if seen.sum() >= FEWEST:
                 agree[seen] = _common_motion(corners[seen], onto[seen])[1]
         followed.append((onto, seen))
         agreements += agree
-        if not _all_around(corners[agreements + left >= enough], reference.shape):
-            return None, np.nan  # however many agree in the frames that are left
+        possible = agreements + len(looked_at) - number >= enough
+        if not _all_around(corners[possible], reference.shape):
+            return None, np.nan  # however many agree in the frames to come
     stands = agreements >= enough
     shifts = [np.median((onto - corners)[seen & stands], axis=0)
               for onto, seen in followed if (seen & stands).sum() >= FEWEST]
     away = np.array(shifts) - np.median(shifts, axis=0)
     moved_px = float(np.sqrt((away**2).sum(axis=1).mean()))
     return Registration(reference, corners[stands]), moved_px
-
-
-def _hardly_moved(
-    reference: Luma, luma: Luma, corners: NDArray[np.float32]
-) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.bool_]]:
-    """As ``_followed``, by a window at most; and which corners are where they were.
-
-    Where those are all around, the camera stands, or nearly so, and no common motion is looked for.
-    """
-    onto, seen = _followed(reference, luma, corners, np.eye(3), levels=0)
-    away = np.linalg.norm(onto - corners, axis=1)
-    return onto, seen, seen & (away < THRESHOLDS.agree_px)
 
 
 def _all_around(corners: NDArray[np.float32], shape: tuple[int, ...]) -> bool:

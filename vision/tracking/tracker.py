@@ -253,7 +253,7 @@ class PlateTracker:
         return float(expected_rad + np.angle(np.exp(1j * (best - expected_rad))))
 
 
-def _by_angle(plate: Strips, seen: Strips) -> NDArray[np.float64]:
+def _by_angle(plate: NDArray[np.floating], seen: Strips) -> NDArray[np.float64]:
     """Σ over the seen part of plate-fixed images (steps, r, n), for every turn by whole samples.
 
     Shape (steps, n): one row for each of the images, which are a part of a sample apart.
