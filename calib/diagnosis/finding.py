@@ -96,7 +96,7 @@ def find_many(
     Parameters
     ----------
     fits : sequence of Fit
-        Of any designs; as many as memory holds, about 0.3 MB each.
+        Of any designs; as many as memory holds, about 0.13 MB each.
     own : sequence of Effect
         Users' effects, weighed with the listed ones.
     covariates : sequence of str, optional
