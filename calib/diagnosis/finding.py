@@ -96,7 +96,7 @@ def find_many(
     Parameters
     ----------
     fits : sequence of Fit
-        Of any designs; as many as memory holds, about 0.3 MB each.
+        Of any designs; as many as memory holds, about 0.13 MB each.
     own : sequence of Effect
         Users' effects, weighed with the listed ones.
     covariates : sequence of str, optional
@@ -106,8 +106,8 @@ def find_many(
     -------
     list of Finding
     """
-    finding = dict(find_each(fits, own, covariates))
-    return [finding[i] for i in range(len(fits))]
+    by_number = dict(find_each(fits, own, covariates))
+    return [by_number[i] for i in range(len(fits))]
 
 
 def find_each(

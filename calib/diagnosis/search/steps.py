@@ -2,7 +2,7 @@
 
 A search is a generator: where it comes to an expensive step it yields what it wants to know, and
 goes on with the answer. :func:`alone` answers one search, request by request;
-:func:`calib.diagnosis.search.together.together` answers those of many at once, as stacked arrays.
+:func:`calib.diagnosis.search.together.in_turn` answers those of many at once, as stacked arrays.
 Both give the same answers, since one request is a stack of one.
 """
 

@@ -135,9 +135,8 @@ class Table:
     def shared_signal(
         self, j: int, others: Sequence[int], beside: Sequence[int]
     ) -> FloatArray:
-        """What each of m ``others`` can make, in the place of ``j``, of its signal beside a set.
-
-        As the correlation of both, (m,).
+        """Correlation of the signal of ``j``, fitted beside a set, with what each of ``others`` can
+        make of it in its place, (others,).
         """
         q = self.space(beside)
         mine = self.visible(j, q)
