@@ -106,8 +106,8 @@ def find_many(
     -------
     list of Finding
     """
-    found = dict(find_each(fits, own, covariates))
-    return [found[i] for i in range(len(fits))]
+    by_number = dict(find_each(fits, own, covariates))
+    return [by_number[i] for i in range(len(fits))]
 
 
 def find_each(
