@@ -51,6 +51,7 @@ LIMITS: tuple[tuple[object, Sequence[str], Sequence[str]], ...] = (
     (data_sheet, ("SHEET_TOLERANCE",), ()),
     (session_logs, ("OTHER_UNIT",), CLOCK[:1]),
     (pose_checks, ("LARGEST_SHIFT_SD", "LARGEST_TURN", "MUST_MOVE", "STANDS_STILL"), MOVED),
+    (pose_checks, ("RAIL_SHARE", "LARGEST_RATE_CHANGE"), ()),
     (sway, ("NOTICEABLE_M_S2",), ()),
 )
 

@@ -4,23 +4,24 @@
 
 Sessions of the simulated bench hide none, one or two effects, in rich designs, in those of the
 paper and in poses laid by hand, for both triads. They are fitted once; each field of
-``calib.diagnosis.constants`` is multiplied by a half and by two, one at a time, and all are
-diagnosed again. Of a share close to one, the rest to one is halved and doubled. Printed per value,
-as rows of the table in ``data/docs/thresholds.md``: sessions whose verdict changes (its code, its
-names or what it leaves open), hidden effects that are named, of those that can be seen, and wrong
-names.
+``calib.diagnosis.constants``, and each number of waves of an unknown function, is multiplied by a
+half and by two, one at a time, and all are diagnosed again. Of a share close to one, the rest to
+one is halved and doubled. Printed per value, as rows of the table in ``data/docs/thresholds.md``:
+sessions whose verdict changes (its code, its names or what it leaves open), hidden effects that are
+named, of those that can be seen, and wrong names.
 """
 
 import argparse
 import dataclasses
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS, Constants
 from calib.diagnosis.finding import find_many
+from calib.diagnosis.hypotheses import unlisted
 from calib.diagnosis.search import evidence
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
@@ -34,6 +35,7 @@ from tests.trials import poses_of
 KINDS = (("gyroscope", "rich"), ("accelerometer", "hand"), ("gyroscope", "paper"),
          ("accelerometer", "rich"))
 SIZES = (4.0, 100.0)  #: noise units over the rows, from hardly seen to plain
+WAVES = ("TIME_WAVES", "COLUMN_WAVES")  #: of calib.diagnosis.hypotheses.unlisted
 CLOSE_TO_ONE = 0.75  #: a share above it is moved by its rest to one
 
 
@@ -93,6 +95,17 @@ def constants(new: Constants) -> Iterator[None]:
             evidence.TAUS, evidence.NOISE_RANGE = usual
 
 
+@contextmanager
+def waves(name: str, value: int) -> Iterator[None]:
+    """Unknown functions of another number of waves."""
+    usual = getattr(unlisted, name)
+    setattr(unlisted, name, value)
+    try:
+        yield
+    finally:
+        setattr(unlisted, name, usual)
+
+
 def summary(found: Sequence[tuple[SetOutcome, tuple[str, ...]]]) -> str:
     """Effects named, of those visible, and wrong names."""
     named, visible, wrong = (sum(len(getattr(one, name)) for one, _ in found)
@@ -110,18 +123,26 @@ def main() -> None:
     usual = outcomes(every)
     print(f"{len(every)} sessions, as it is: {summary(usual)}\n")
     print("| constant | value | origin | × 0.5 | × 2 |\n|---|---|---|---|---|")
-    for field in dataclasses.fields(CONSTANTS):
-        if options.only not in ("", field.name):
-            continue
-        value = getattr(CONSTANTS, field.name)
+
+    def row(name: str, value: float, origin: str,
+            changed_to: Callable[[float], AbstractContextManager[None]]) -> None:
+        if options.only not in ("", name):
+            return
         cells = []
         for factor in FACTORS:
-            with constants(dataclasses.replace(CONSTANTS, **{field.name: moved(value, factor)})):
+            with changed_to(moved(value, factor)):
                 now = outcomes(every)
             changed = sum(verdict(a) != verdict(b) for a, b in zip(usual, now, strict=True))
             cells.append(f"{changed} change: {summary(now)}" if changed else "no effect")
-        print(f"| {field.name} | {value:g} | {field.metadata['origin']} | {' | '.join(cells)} |",
-              flush=True)
+        print(f"| {name} | {value:g} | {origin} | {' | '.join(cells)} |", flush=True)
+
+    for field in dataclasses.fields(CONSTANTS):
+        row(field.name, getattr(CONSTANTS, field.name), field.metadata["origin"],
+            lambda value, name=field.name: constants(
+                dataclasses.replace(CONSTANTS, **{name: value})))
+    for name in WAVES:
+        row(name, getattr(unlisted, name), "tuned",
+            lambda value, name=name: waves(name, int(value)))
 
 
 if __name__ == "__main__":

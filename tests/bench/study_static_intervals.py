@@ -1,13 +1,13 @@
 """What the search for static intervals finds in simulated hand-turned logs, and by which constants.
 
-    python -m tests.bench.study_static_intervals [SEEDS]
+    python -m tests.bench.study_static_intervals [SEEDS [CONSTANT ...]]
 
 For each kind of log: rests found of those there, and found stretches that are mostly movement. Then
-the same, all kinds together, with each constant halved and doubled.
+the same, all kinds together, with each constant halved and doubled, or with those named.
 """
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from types import ModuleType
 
@@ -29,6 +29,8 @@ CONSTANTS: tuple[tuple[ModuleType, str], ...] = (
     (rest_candidates, "NOISE_OF_SHIFT"),
     (static_intervals, "STILL_RATIO"),
     (static_intervals, "THRESHOLD_STEP"),
+    (static_intervals, "USUAL_SHARE"),
+    (static_intervals, "LARGEST_OF_USUAL"),
     (attitude_fit, "ALIKE"),
     (attitude_fit, "WORTHLESS"),
 )
@@ -45,7 +47,11 @@ def changed(module: ModuleType, name: str, factor: float) -> Iterator[None]:
         setattr(module, name, before)
 
 
-def main(seeds: int = 10) -> None:
+#: Doubled or halved it is no possible value: no steps at all, more than all rests.
+IMPOSSIBLE = {("THRESHOLD_STEP", 0.5), ("USUAL_SHARE", 2.0)}
+
+
+def main(seeds: int, only: Sequence[str]) -> None:
     """Print both tables."""
     logs = {kind: [made(kind, seed) for seed in range(seeds)] for kind in KINDS}
 
@@ -58,11 +64,11 @@ def main(seeds: int = 10) -> None:
     line("all", KINDS)
     for module, name in CONSTANTS:
         for factor in (0.5, 2.0):
-            if name == "THRESHOLD_STEP" and factor == 0.5:
-                continue  # no steps at all
+            if (name, factor) in IMPOSSIBLE or (only and name not in only):
+                continue
             with changed(module, name, factor):
                 line(f"{name} x {factor:g}", KINDS)
-    for factor in (0.5, 2.0):
+    for factor in (0.5, 2.0) if not only or "LARGEST_SWING" in only else ():
         largest = {key: factor * swing for key, swing in rest_candidates.LARGEST_SWING.items()}
         before = dict(rest_candidates.LARGEST_SWING)
         rest_candidates.LARGEST_SWING.update(largest)
@@ -71,4 +77,4 @@ def main(seeds: int = 10) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    main(int(sys.argv[1]) if sys.argv[1:] else 10, sys.argv[2:])

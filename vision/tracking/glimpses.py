@@ -1,7 +1,8 @@
-"""Whether anything moves in a clip, by its colours too, from some of its frames.
+"""Whether anything moves in a clip whose first stretch stands still in brightness.
 
-Where nothing moves, as with a plate at rest, this costs little more than decoding; the frames in
-between are not converted to colours.
+Its colours are looked at, and the brightness of what follows, in some of its frames. Where nothing
+moves, as with a plate at rest, this costs little more than decoding: the frames in between are not
+converted to colours.
 """
 
 from collections.abc import Callable
@@ -11,6 +12,7 @@ import cv2
 import numpy as np
 
 from vision.plate.background import halved, stands_still
+from vision.tracking.stretch import LEARN_FROM
 from vision.video import ClipReader, Luma
 
 EVERY = 7  # frames; a plate at a record speed and 15, 25 or 30 fps does not keep step with it
@@ -29,21 +31,27 @@ def nothing_moves(
     on_progress : callable (frames done, frames stated or None), optional
         Called often; what it raises ends the work.
     """
-    planes: list[list[Luma]] = [[], [], []]
+    planes: tuple[list[Luma], ...] = ([], [], [])
     done = 0
     with ClipReader(path, colours=True, every=EVERY) as clip:
         for batch in clip:
-            done += EVERY * len(batch)
+            for frame in batch:
+                luma, cr, cb = planes
+                if done >= LEARN_FROM[0]:  # the shortest first stretch
+                    luma.append(halved(frame.luma))
+                for plane, colour in zip((cr, cb), cv2.split(frame.chroma), strict=True):
+                    plane.append(halved(np.asarray(colour, np.uint8)))
+                done += EVERY
             if on_progress is not None:
                 on_progress(done, clip.frames_stated)
-            for frame in batch:
-                seen = (frame.luma, *cv2.split(frame.chroma))
-                for plane, image in zip(planes, seen, strict=True):
-                    plane.append(halved(np.asarray(image, np.uint8)))
-            if len(planes[0]) >= LOOKED_AT:
-                if not all(map(stands_still, planes)):
+            if len(planes[1]) >= LOOKED_AT:
+                if not all(map(_still, planes)):
                     return False
-                planes = [plane[-1:] for plane in planes]
+                planes = tuple(plane[-1:] for plane in planes)
             if done >= MOST:
                 break
-    return len(planes[0]) < 2 or all(map(stands_still, planes))
+    return all(map(_still, planes))
+
+
+def _still(plane: list[Luma]) -> bool:
+    return len(plane) < 2 or stands_still(plane)

@@ -153,15 +153,16 @@ def is_course(each: Hypothesis | Inclusion) -> bool:
 
 
 def _leading(state: Search) -> Entry:
-    """The most probable set, sets counted together that differ by aliases only."""
+    """The most probable set of those that weigh most together: sets that differ only by effects
+    which these poses cannot tell apart count together.
+    """
     best = sorted(state.entries.values(), key=lambda e: -e.log_posterior)[:LEADING]
     others = float(np.logaddexp.reduce([e.log_posterior for e in best[1:]], initial=-np.inf))
     if not best[0].members and best[0].log_posterior > others:
         return best[0]  # nothing else looks like nothing, and all together weigh less
-    mass = [
-        float(np.logaddexp.reduce([b.log_posterior for b in _alike(state, a, best)])) for a in best
-    ]
-    return best[int(np.argmax(mass))]
+    alike_sets = [_alike(state, a, best) for a in best]
+    mass = [float(np.logaddexp.reduce([b.log_posterior for b in each])) for each in alike_sets]
+    return state.best(alike_sets[int(np.argmax(mass))])
 
 
 def _alike(state: Search, a: Entry, others: Sequence[Entry]) -> list[Entry]:

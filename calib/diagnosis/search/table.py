@@ -136,7 +136,7 @@ class Table:
         self, j: int, others: Sequence[int], beside: Sequence[int]
     ) -> FloatArray:
         """Correlation of the signal of ``j``, fitted beside a set, with what each of ``others`` can
-        make of it in its place.
+        make of it in its place, (others,).
         """
         q = self.space(beside)
         mine = self.visible(j, q)

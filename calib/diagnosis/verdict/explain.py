@@ -16,6 +16,7 @@ from calib.diagnosis.verdict.wording import (
     covariate,
     joined,
     odds_in_words,
+    on_the_plate,
     physics,
     readable,
     remedy_of_noise,
@@ -91,6 +92,10 @@ def explain(
 
 def _nothing(case: _Case) -> Explanation:
     text = f"Nothing is missing: the poses' own noise explains the residual ({case.misfit})."
+    if turned := on_the_plate(case.fit):
+        again = "Take these poses with the plate stopped, or add accelerometer.lever_arm"
+        return Explanation("open", "its poses were taken on the turning plate",
+                           f"{text} {turned}{again}.", "repeat", again)
     if case.advice is not None and case.prediction is not None:
         return Explanation(
             "open", "directions are missing among its poses",
@@ -104,10 +109,9 @@ def _nothing(case: _Case) -> Explanation:
 
 def _effect(case: _Case) -> Explanation:
     verdict = case.verdict
-    assert verdict.name is not None
     best = next(c for c in case.ranking if c.name == verdict.name and c.kind == "listed")
     more = verdict.names[1:]
-    text = f"'{verdict.name}' is missing: {physics(verdict.name)} "
+    text = f"'{verdict.name}' is missing: {physics(verdict.names[0])} "
     for name in more:
         text += f"'{name}' is missing beside it: {physics(name)} "
     it = "together they explain" if more else "it explains"
@@ -171,17 +175,13 @@ def _unknown(case: _Case) -> Explanation:
     elif verdict.name == "time_s":
         what = "the bias has a course in time, along no straight line and no settling"
         at = f"; if it is a step, at {verdict.details[0]}" if verdict.details else ""
-        return _course(case, what, f"{_which(verdict)}{at}")
+        words = [_with_odds(each) for each in verdict.beside]
+        return _course(case, what, f"{': ' if words else ''}{joined(words, 'or')}{at}")
     elif verdict.details:
         what = f"the bias follows {covariate(verdict.name)} {verdict.details[0]}"
     else:
         what = f"the residual follows {covariate(verdict.name)}"
     return _course(case, what, "")
-
-
-def _which(verdict: Verdict) -> str:
-    words = [_with_odds(each) for each in verdict.beside]
-    return f": {joined(words, 'or')}" if words else ""
 
 
 def _course(case: _Case, what: str, which: str) -> Explanation:

@@ -22,7 +22,8 @@ DEFINITION = 0x80  #: the type of a message that defines another
 BODY = struct.Struct("<BB4s16s64s")  #: of a definition: type, length, name, format, labels
 LARGEST_DAMAGE = 0.01
 """Of the bytes, that belong to no message. A judgement: a log that lost power misses its last
-message, and a file of another kind is no message from end to end; half and double not measured."""
+message, and a file of another kind is no message from end to end. Half and twice change none of the
+136 cases of ``tests.pipeline.logs``."""
 
 LAST_PAGE = 528
 """Bytes that block-based logs may leave unwritten at their end. A fact of the library."""

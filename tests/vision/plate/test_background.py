@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vision.plate.background import stands_still
+from vision.plate.background import median_image, spread_choice, stands_still
 from vision.video import Luma
 
 FRAMES, SHAPE = 60, (180, 240)
@@ -38,3 +38,12 @@ def test_a_faint_mark_that_goes_round_moves(contrast: int) -> None:
         x, y = (round(c) for c in (120 + 70 * np.cos(0.35 * i), 90 + 70 * np.sin(0.35 * i)))
         image[y - 4 : y + 4, x - 4 : x + 4] += np.uint8(contrast % 256)
     assert not stands_still(images)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 8, 31, 300])
+def test_the_median_of_the_frames_is_that_of_each_pixel(count: int) -> None:
+    rng = np.random.default_rng(1000)
+    images = [rng.integers(0, 256, (7, 9), dtype=np.uint8) for _ in range(count)]
+    chosen = spread_choice(count, 31)
+    odd = chosen[: len(chosen) - (len(chosen) + 1) % 2]
+    assert np.array_equal(median_image(images), np.median([images[i] for i in odd], axis=0))

@@ -22,14 +22,25 @@ from tests.world.plate import PlateMotion
 Render = Callable[..., tuple[Path, FilmTruth]]
 
 
+MOTION = PlateMotion(33.3 * 2 * np.pi / 60)
+SCENE = Scene(tilt_rad=0.3)
+
+
+@pytest.fixture(scope="module")
+def still(render: Render) -> Path:
+    return render(MOTION, SCENE, seconds=20)[0]
+
+
+def test_a_camera_that_stands_does_not_roll(still: Path) -> None:
+    track = track_phase(still)
+    assert camera_roll(track, CLOCK.times(track)) is None
+
+
 @pytest.mark.parametrize("degrees_per_s", [0.1, -0.05])
 def test_a_camera_that_rolls_is_noticed_and_doubted(
-    render: Render, tmp_path: Path, degrees_per_s: float
+    still: Path, tmp_path: Path, degrees_per_s: float
 ) -> None:
-    motion = PlateMotion(33.3 * 2 * np.pi / 60)
-    scene = Scene(tilt_rad=0.3)
-    still, _ = render(motion, scene, seconds=20)
-    h, w = scene.height_px, scene.width_px
+    h, w = SCENE.height_px, SCENE.width_px
 
     def roll(i: int, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         turn = cv2.getRotationMatrix2D((w / 2, h / 2), degrees_per_s * i / 15, 1.0)
@@ -40,9 +51,8 @@ def test_a_camera_that_rolls_is_noticed_and_doubted(
     assert seen is not None
     assert np.degrees(seen.rate_rad_s) == pytest.approx(degrees_per_s, rel=0.15)
     rate = measure_rate(track, timebase=CLOCK)
-    assert abs(rate.rate_rad_s - motion.rate_rad_s) < 2 * rate.uncertainty.image_rad_s
+    assert abs(rate.rate_rad_s - MOTION.rate_rad_s) < 2 * rate.uncertainty.image_rad_s
     assert any("the camera rolled by" in warning for warning in rate.warnings)
-    assert camera_roll(track_phase(still), CLOCK.times(track)) is None
 
 
 @pytest.mark.parametrize("fps", [50, 120])

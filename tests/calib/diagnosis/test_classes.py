@@ -1,0 +1,79 @@
+"""Effects that poses do not tell apart are named as one class, and a verdict says all it must."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from calib.diagnosis.diagnose import diagnose
+from calib.diagnosis.finding import find, find_many
+from calib.effects.catalogue import BASE
+from calib.fit.batch.fit_many import fit_many
+from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.solver import fit
+from calib.fit.model import Model
+from tests.lots import pose_sets_of
+from tests.set_trials import design_of, scored
+from tests.trials import hidden_of, poses_of
+from tests.world.designs import paper_design
+from tests.world.imu import mpu6050
+from tests.world.lot import LotPlan, draw_lot
+
+EVENINGS = 60
+ALIKE = {
+    "temperature_bias": {"temperature_bias", "bias_drift", "warm_up"},
+    "scale_drift": {"scale_drift", "temperature_scale"},
+}
+
+
+@pytest.mark.parametrize("name", ALIKE)
+def test_what_rises_with_time_and_temperature_is_named_as_one_class(name: str) -> None:
+    """Of 100 evenings 33 and 47 were named where each had to stand out from the others."""
+    lot = draw_lot(paper_design(mpu6050()), LotPlan(EVENINGS, hidden=name, own_sd=(5.0, 5.0)), 32)
+    sets = pose_sets_of(lot)
+    fits = [each for each in fit_many(sets, Model.of(BASE)).each(sets) if each is not None]
+    found = find_many(fits)
+    outcomes = [scored(32, each, (name,)) for each in found]
+    assert np.mean([bool(each.named) for each in outcomes]) > 0.6
+    assert sum(bool(each.wrong) for each in outcomes) <= 1
+    several = [{*each.verdict.group} for each in found if len(each.verdict.names) == 1
+               and len(each.verdict.group) > 1 and name in each.verdict.group]
+    assert len(several) > EVENINGS / 4
+    assert np.mean([group <= ALIKE[name] for group in several]) > 0.9
+
+
+def test_an_open_verdict_lists_all_members_of_a_class() -> None:
+    lot = draw_lot(paper_design(mpu6050()),
+                   LotPlan(EVENINGS, hidden="bias_drift", own_sd=(5.0, 5.0)), 33)
+    said = [diagnose(fit(poses, Model.of(BASE))) for poses in pose_sets_of(lot)[:20]]
+    listed = [(each, i) for each in said if each.verdict == "ambiguous"
+              for i in each.inclusion if len(i.members) > 1 and i.probability > 0.1]
+    assert listed
+    for each, inclusion in listed:
+        assert {*inclusion.members} <= {*each.group}
+        assert all(f"'{name}'" in each.text for name in inclusion.members)
+
+
+def hidden_in(design_name: str, name: str, size: float, seed: int) -> Fit:
+    design = design_of(design_name, seed)
+    hidden = hidden_of([name], "accelerometer", size, design, seed)
+    assert hidden is not None
+    return fit(poses_of(design, seed, "accelerometer", hidden), Model.of(BASE))
+
+
+def test_more_signal_is_no_less_verdict() -> None:
+    """At 100 sd more would be weighed than 18 poses carry; what they do carry has its name."""
+    found = find(hidden_in("rich", "hysteresis", 100.0, 32008))
+    assert "hysteresis" in found.verdict.names
+    assert found.verdict.share > 0.9
+
+
+def test_poses_on_the_turning_plate_are_in_the_verdict() -> None:
+    design = design_of("paper", 34)
+    poses = poses_of(design, 34, "accelerometer", [])
+    assert diagnose(fit(poses, Model.of(BASE))).explanation.step == "apply"
+    turned = replace(poses, spin_rad_s=np.where(np.arange(len(poses)) < 4, 3.5, 0.0))
+    found = diagnose(fit(turned, Model.of(BASE)))
+    assert found.explanation.standing == "open"
+    assert "But 4 of the 18 poses were taken on the turning plate" in found.text
+    assert "0.12 m/s²" in found.text
