@@ -166,10 +166,10 @@ def _leading(state: Search) -> Entry:
 
 
 def _alike(state: Search, a: Entry, others: Sequence[Entry]) -> list[Entry]:
-    """``a`` and those of the ``others`` that differ from it by one effect at most, which these
-    poses cannot tell from one of its own.
+    """Those of the ``others``, ``a`` among them, that differ from it by one effect at most, which
+    these poses cannot tell from one of its own; in their order, so that sums of the same are equal.
     """
-    same, apart = [a], []
+    same, apart = {a.members}, []
     inside = state.key(a.members)
     for b in others:
         if b is a:
@@ -178,17 +178,17 @@ def _alike(state: Search, a: Entry, others: Sequence[Entry]) -> list[Entry]:
         mine = [j for j in a.members if not state.bits[j] & key]
         theirs = [j for j in b.members if not state.bits[j] & inside]
         if not mine and not theirs:
-            same.append(b)
+            same.add(b.members)
         elif len(mine) == len(theirs) == 1:
             if is_course(state.hypotheses[mine[0]]) and is_course(state.hypotheses[theirs[0]]):
-                same.append(b)
+                same.add(b.members)
             else:
-                apart.append((mine[0], theirs[0], b))
+                apart.append((mine[0], theirs[0], b.members))
     for k in {mine for mine, _, _ in apart}:
         rest = [j for j in a.members if j != k]
         beside = [(j, b) for mine, j, b in apart if mine == k]
         which = [j for j, _ in beside]
-        same_here = {*aliases(state, state.table, k, which, rest),
-                     *similar(state, state.table, k, which, rest)}
-        same += [b for j, b in beside if j in same_here]
-    return same
+        untold = {*aliases(state, state.table, k, which, rest),
+                  *similar(state, state.table, k, which, rest)}
+        same |= {members for j, members in beside if j in untold}
+    return [b for b in others if b.members in same]
