@@ -178,7 +178,8 @@ def repeated(rng: np.random.Generator) -> Case:
     """Frames delivered twice, noticed; a camera that was slower than its clip."""
     time, angle, rate, frame_s = _even(rng)
     slower = rng.uniform(0.6, 0.97)
-    taken = np.floor(time / frame_s * slower + 1e-6) / slower * frame_s
+    ahead = rng.random()  # of the first frame of the clip, in frames of the camera
+    taken = (np.floor(time / frame_s * slower + ahead) - ahead) / slower * frame_s
     shown = angle[0] + rate * taken
     again = np.diff(taken, prepend=-1) == 0
     track = phase_track(time, shown, noise_rad=_noise(rng), duplicate=again)

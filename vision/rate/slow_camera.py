@@ -6,9 +6,9 @@ own frame time,
 
     s_k = c + T k + late_k,   0 ≤ late_k < one frame time of the clip.
 
-T lies between the steepest and the flattest line that keeps all stamps in that band; both are known
-from the corners of the stamps' convex hull. The sd is that of a uniform distribution between them
-(JCGM 100:2008, section 4.3.7). The plate must turn more evenly by T k than by the stamps.
+Every line (c, T) that keeps all stamps in that band is as likely as any other, so the probability of
+T is as the range of c that it leaves; the stamps' convex hull holds all of that. The plate must turn
+more evenly by T k than by the stamps.
 """
 
 from dataclasses import dataclass, replace
@@ -23,6 +23,7 @@ from vision.rate.steady_part import ClipPart
 from vision.rate.unwrap import continuous_angle, frame_time, rough_rate, usable
 
 FEWEST_FRAMES = 12  #: that the camera took; two per parameter of the phase's model
+SLOPES = 51  #: numerical
 
 
 @dataclass(frozen=True)
@@ -112,30 +113,38 @@ def frame_times(track: PhaseTrack, stamp_s: FloatArray) -> FrameTimes:
     jitter_s = float(np.ptp(stamp_s - clip_s * np.arange(len(stamp_s))))
     if jitter_s > THRESHOLDS.jitter * clip_s:
         return stamped
-    fastest_s, slowest_s = _slopes_within(stamp_s[fresh], clip_s + jitter_s)
-    if fastest_s > slowest_s:
+    # The first frame may have been taken long before the clip begins.
+    slope = _slope_within(stamp_s[fresh[1:]], clip_s + jitter_s)
+    repetitions = np.diff(fresh, append=len(stamp_s)) - 1
+    # A plate at rest repeats itself too, and for longer than a camera does.
+    if slope is None or (repetitions > np.ceil(slope[0] / clip_s)).any():
         return stamped
-    camera_s = 0.5 * (fastest_s + slowest_s)
+    camera_s, sd_s = slope
     even = FrameTimes(
         track.frames(~track.duplicate),
         stamp_s[0] + camera_s * np.arange(len(fresh)),
-        np.diff(fresh, append=len(stamp_s)) - 1,
+        repetitions,
         1 / camera_s,
-        (slowest_s - fastest_s) / np.sqrt(12) / camera_s,
+        sd_s / camera_s,
     )
     return even if _scatter(even) < THRESHOLDS.evener * _scatter(stamped) else stamped
 
 
-def _slopes_within(values: FloatArray, width: float) -> tuple[float, float]:
-    """Least and greatest slope of the lines with 0 ≤ values - line ≤ width; crossed if none."""
-    below = _lower_corners(values)
-    above = _lower_corners(-values)
+def _slope_within(values: FloatArray, width: float) -> tuple[float, float] | None:
+    """Mean and sd of the slopes of lines with 0 ≤ values - line ≤ width; None without one."""
+    below, above = _lower_corners(values), _lower_corners(-values)
+    low, high = values[below], values[above] - width
     apart = below[:, None] - above
-    rise = values[below][:, None] - (values[above] - width)
-    slope = rise / np.where(apart == 0, 1, apart)
+    slope = (low[:, None] - high) / np.where(apart == 0, 1, apart)
     least = np.max(slope, initial=-np.inf, where=apart < 0)
-    greatest = np.min(slope, initial=np.inf, where=apart > 0)
-    return float(least), float(greatest)
+    most = np.min(slope, initial=np.inf, where=apart > 0)
+    if least > most:
+        return None
+    tried = np.linspace(least, most, SLOPES)
+    room = (low - np.outer(tried, below)).min(axis=1) - (high - np.outer(tried, above)).max(axis=1)
+    weight = np.maximum(room, 0.0) + 1e-9 * width  # never all zero
+    mean = float(np.average(tried, weights=weight))
+    return mean, float(np.sqrt(np.average((tried - mean) ** 2, weights=weight)))
 
 
 def _lower_corners(values: FloatArray) -> NDArray[np.intp]:

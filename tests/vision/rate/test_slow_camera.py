@@ -13,7 +13,7 @@ def filled(rng: np.random.Generator, *, slower: float, seconds: float = 15.0) ->
     """A clip of 30 frames per second that shows the latest frame of a slower camera."""
     time = np.arange(round(30 * seconds)) / 30
     camera_s = 1 / (30 * slower)
-    number = np.floor((time + rng.uniform(0, 1e-3)) / camera_s)
+    number = np.floor(time / camera_s + rng.random())
     angle = 33.3 * RPM * number * camera_s
     return phase_track(time, angle, noise_rad=4e-4, seed=int(rng.integers(1 << 30)),
                        duplicate=np.diff(number, prepend=-1) == 0)
