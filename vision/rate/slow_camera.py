@@ -1,14 +1,14 @@
 """A camera that is slower than its clip: the recorder repeats frames to fill the clip's rate.
 
 Such a camera takes its frames evenly, and each is stamped when the clip's next frame was due, up to
-one frame time late. With s_k the stamp of the k-th frame that is no repetition and T the camera's
+one frame time late; only the clip's first frame may be older. With s_k the stamp of the k-th frame that is no repetition and T the camera's
 own frame time,
 
     s_k = c + T k + late_k,   0 ≤ late_k < one frame time of the clip.
 
-Every line (c, T) that keeps all stamps in that band is as likely as any other, so the probability of
-T is as the range of c that it leaves; the stamps' convex hull holds all of that. The plate must turn
-more evenly by T k than by the stamps.
+Every line (c, T) that keeps all stamps in that band is as likely as any other. The probability of T
+is therefore proportional to the range of c that it leaves, and the stamps' convex hull holds all of
+that. The plate must turn more evenly by T k than by the stamps.
 """
 
 from dataclasses import dataclass, replace
