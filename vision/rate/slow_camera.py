@@ -1,8 +1,8 @@
 """A camera that is slower than its clip: the recorder repeats frames to fill the clip's rate.
 
 Such a camera takes its frames evenly, and each is stamped when the clip's next frame was due, up to
-one frame time late; only the clip's first frame may be older. With s_k the stamp of the k-th frame that is no repetition and T the camera's
-own frame time,
+one frame time late; only the clip's first frame may be older. With s_k the stamp of the k-th frame
+that is no repetition and T the camera's own frame time,
 
     s_k = c + T k + late_k,   0 ≤ late_k < one frame time of the clip.
 
