@@ -8,7 +8,14 @@ which; what a frame shows is the middle. With an exposure e(t) the angle is ther
 and a shutter that drifts adds up to slope(e)/2 to the relative rate. The smear along the turn has
 the variance (Ω e)²/12, so its change shows that of e²; of e itself the largest change that goes
 with it is the one from a closed shutter, e = √(e² - min e²). Where only the brightness changed, by
-a factor r, it is √((r - 1)/(r + 1)) of that. No exposure lasts longer than a frame.
+a factor r, it is √((r - 1)/(r + 1)) of that. No exposure lasts longer than a frame, T, so a change of
+e² lies between -T² and T². With z sds of a change that is known to σ, the odds of any change
+against none are
+
+    o √(2π) σ/(2 T²) e^(z²/2)
+
+(Jeffreys, Theory of Probability, 1961, section 5.2), o the odds beforehand. The less a clip can show,
+the less it takes to doubt it.
 """
 
 from dataclasses import dataclass
@@ -31,8 +38,9 @@ class ExposureThresholds:
 
     Attributes
     ----------
-    clear : float
-        Sds of the change of the smear from beginning to end. Derived: one Gaussian clip in 10⁴.
+    usual : float
+        Odds, before the smear is looked at, that a camera changed its exposure while filming. An
+        estimate for cameras that are not locked: one clip in ten.
     brighter : float
         Relative change of the light in the frames. Fact: an auto-exposure corrects in steps of a
         third or a sixth of a stop, 12 to 26 %.
@@ -41,7 +49,7 @@ class ExposureThresholds:
         tenth of a poor clock.
     """
 
-    clear: float = 4.0
+    usual: float = 0.1
     brighter: float = 0.1
     least_s: float = 2e-4
 
@@ -90,7 +98,7 @@ def exposure_drift(
     light = np.log(np.maximum(track.brightness[angle.index][seen] - BLACK, 1.0)) * GAMMA
     brighter, _ = _slope(time, light, angle.angle_rad[seen])
     ratio = float(np.exp(abs(brighter) * span))
-    smeared = abs(smear) > THRESHOLDS.clear * smear_sd
+    smeared = _odds_of_change(smear * span, smear_sd * span, angle.frame_s) > 1
     shine = ratio > 1 + THRESHOLDS.brighter
     if not smeared and not shine:
         return None
@@ -122,6 +130,15 @@ def exposure_warnings(source: str, drift: ExposureDrift | None) -> tuple[str, ..
         f"{1e3 * drift.change_s:.1f} ms, and the middle of the exposure moved against the time "
         f"stamps. The sd includes {1e6 * drift.relative_sd:.0f} ppm for it.",
     )
+
+
+def _odds_of_change(change_s2: float, sd_s2: float, frame_s: float) -> float:
+    """That e² changed, s², against that it stayed."""
+    if sd_s2 == 0:
+        return 0.0 if change_s2 == 0 else np.inf
+    room = np.sqrt(2 * np.pi) * sd_s2 / (2 * frame_s**2)
+    far = min(0.5 * (change_s2 / sd_s2) ** 2, 700.0)  # e^700 is finite
+    return float(THRESHOLDS.usual * room * np.exp(far))
 
 
 def _slope(time_s: FloatArray, values: FloatArray, angle_rad: FloatArray) -> tuple[float, float]:

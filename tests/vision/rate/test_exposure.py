@@ -34,6 +34,22 @@ def test_the_rate_is_within_its_sd_wherever_in_the_exposure_the_stamps_are(
     assert any("lock the exposure" in text for text in rate.warnings)
 
 
+def test_a_smear_that_shows_little_still_widens_the_sd_where_it_changed() -> None:
+    """A faint label, 15 s at 16.6 rpm, the light evened out by the camera: at about 3 sds."""
+    time, angle = steady(16.6, 15.0)
+    exposure = 0.007 * (0.036 / 0.007) ** (time / 15.0)
+    rate_rad_s = 16.6 * RPM
+    pulls = []
+    for seed in range(20):
+        rng = np.random.default_rng([seed, 31])
+        smear = (rate_rad_s * exposure) ** 2 / 12 + 3e-4 * rng.standard_normal(len(time))
+        track = phase_track(time, angle + 0.5 * rate_rad_s * exposure, noise_rad=1e-3,
+                            smear_rad2=smear - smear.mean(), seed=seed)
+        rate = measure_rate(track, timebase=CLOCK)
+        pulls.append((rate.rate_rad_s - rate_rad_s) / rate.sd_rad_s)
+    assert (np.abs(pulls) < 2).mean() > 0.5
+
+
 def test_a_lamp_that_dims_while_the_smear_stays_costs_little_but_is_told() -> None:
     time, angle = steady(33.3, SECONDS)
     smear = 1e-6 * np.random.default_rng(3).standard_normal(len(time))
@@ -52,6 +68,12 @@ def test_an_exposure_that_stays_costs_nothing() -> None:
                          timebase=CLOCK)
     assert noisy.warnings == ()
     assert noisy.sd_rad_s == still.sd_rad_s
+    told = 0
+    for seed in range(60):
+        smear = 1e-3 * np.random.default_rng([seed, 32]).standard_normal(len(time))
+        track = phase_track(time, angle, noise_rad=2e-4, smear_rad2=smear)
+        told += bool(measure_rate(track, timebase=CLOCK).warnings)
+    assert told <= 3
 
 
 def test_the_tracker_measures_how_far_each_frame_is_smeared_beyond_its_template() -> None:
