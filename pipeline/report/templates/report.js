@@ -10,7 +10,7 @@ const {
   visible_share: VISIBLE_SHARE,    // of a signature, below which it cannot be determined
   smallest_block: SMALLEST_BLOCK,  // 1 - largest leverage of a pose
   misfit_p_value: MISFIT_P_VALUE,  // below it the Birge ratio multiplies the sds
-  fewest_dof: FEWEST_DOF,          // a model that leaves fewer explains anything
+  fewest_dof: FEWEST_DOF,          // with fewer the page's refit is not exact
   shown_sd: SHOWN_SD,              // residual charts show at least this many typical sds
   nice: NICE,                      // limits of an axis, in any decade
 } = data.constants;

@@ -25,7 +25,7 @@ function judgementText({ effect, added, misfit, inSd, change, isThere, determine
   const size = `${effect.name}: ${inSd < 9.95 ? inSd.toFixed(1) : inSd.toFixed(0)} sd`;
   const loo = Math.abs(change) < 5e-4 ? "leave-one-out does not change"
     : `leave-one-out ${change > 0 ? "rises" : "falls"} ${percent(change)}`;
-  if (!determined) return `${size}, but with it only so few degrees of freedom remain that it explains anything.`;
+  if (!determined) return `${size}, but with it only so few degrees of freedom remain that this page cannot tell.`;
   if (effect.in_model && !added) {
     return isThere && change < 0 ? `${size}: it is there. With it ${loo}; keep it.`
       : `${size}: not there. With it ${loo}; remove it.`;

@@ -86,7 +86,8 @@ class Section {
   say(refitted) {
     this.output("words").textContent = refitted.dof < FEWEST_DOF
       ? `Only ${Math.max(refitted.dof, 0)} degrees of freedom remain: a model with so many `
-        + "parameters fits any data. Record more poses before you add it."
+        + "parameters fits nearly any data, and this page's figures are rough. `pipeline add` gives "
+        + "exact ones; more poses decide."
       : refitted.p < MISFIT_P_VALUE
         ? "The noise of the poses does not explain the residuals yet."
         : "The noise of the poses explains the residuals.";
