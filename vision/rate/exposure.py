@@ -8,14 +8,14 @@ which; what a frame shows is the middle. With an exposure e(t) the angle is ther
 and a shutter that drifts adds up to slope(e)/2 to the relative rate. The smear along the turn has
 the variance (Ω e)²/12, so its change shows that of e²; of e itself the largest change that goes
 with it is the one from a closed shutter, e = √(e² - min e²). Where only the brightness changed, by
-a factor r, it is √((r - 1)/(r + 1)) of that. No exposure lasts longer than a frame, T, so a change of
-e² lies between -T² and T². With z sds of a change that is known to σ, the odds of any change
+a factor r, it is √((r - 1)/(r + 1)) of that. No exposure lasts longer than a frame, T, so a change
+of e² lies between -T² and T². With z sds of a change that is known to σ, the odds of any change
 against none are
 
     o √(2π) σ/(2 T²) e^(z²/2)
 
-(Jeffreys, Theory of Probability, 1961, section 5.2), o the odds beforehand. The less a clip can show,
-the less it takes to doubt it.
+(Jeffreys, Theory of Probability, 1961, section 5.2), o the odds beforehand. The less a clip can
+show, the less it takes to doubt it.
 """
 
 from dataclasses import dataclass
