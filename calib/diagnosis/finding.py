@@ -33,7 +33,7 @@ from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
 
 JUDGED_AT_ONCE = 100
-"""Fits whose listed effects are judged in one call: a limit of memory."""
+"""Fits whose listed effects are judged in one call: a limit of memory; it changes no verdict."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -113,9 +113,8 @@ def draw_lot(design: Design, plan: LotPlan, seed: int) -> Lot:
         each = _unit_errors(plan.hidden, design, true, force, time_s, columns, tau_s)
         size = sizes_of(plan, unit, rows_of(plan.hidden, each, up / sd), rng)
         error = np.einsum("snik,sk->sni", each, size)
-    offset_s = offset[unit] + plan.evening_sd * (sd * typical.gain) * rng.standard_normal((sets, 3))
-    without_noise = gain[unit, None] * (true + error) + offset_s[:, None] + typical.offset
-    counts, stated = with_noise(without_noise, sd * typical.gain, plan.noise_dof * n, rng)
+    without_noise, counts, stated = in_counts(
+        plan, typical, gain[unit], offset[unit], true + error, sd, rng)
     return Lot(
         counts=counts,
         true_counts=without_noise,
@@ -141,13 +140,21 @@ def unlike(
     return axes, gain, MPU_SPREAD.offset * half_span * rng.standard_normal((sensors, 3))
 
 
-def with_noise(
-    counts: FloatArray, sd: FloatArray, dof: float, rng: np.random.Generator
-) -> tuple[FloatArray, FloatArray]:
-    """Pose means (S, n, 3) with noise of ``sd`` (3,), and the sds that ``dof`` samples state."""
-    noise = sd * rng.standard_normal(counts.shape)
-    stated = np.sqrt(rng.chisquare(dof, (len(counts), 1, 1)) / dof) * sd
-    return counts + noise, np.broadcast_to(stated, counts.shape)
+def in_counts(
+    plan: LotPlan, typical: Triad, gain: FloatArray, offset: FloatArray, felt: FloatArray,
+    sd: FloatArray, rng: np.random.Generator,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Pose means (S, n, 3) of what the axes felt, SI, as counts: without noise, with noise of
+    ``sd`` (3,), SI, and the sds that each evening's samples state. ``gain`` and ``offset``, (S, 3),
+    are those of each evening's sensor.
+    """
+    sets, n, _ = felt.shape
+    sd, dof = sd * typical.gain, plan.noise_dof * n
+    offset = offset + plan.evening_sd * sd * rng.standard_normal((sets, 3))
+    without_noise = gain[:, None] * felt + offset[:, None] + typical.offset
+    noise = sd * rng.standard_normal(felt.shape)
+    stated = np.sqrt(rng.chisquare(dof, (sets, 1, 1)) / dof) * sd
+    return without_noise, without_noise + noise, np.broadcast_to(stated, felt.shape)
 
 
 def _directions(

@@ -16,11 +16,11 @@ from tests.world.lot import (
     LotPlan,
     course_of,
     errors_per_unit,
+    in_counts,
     rows_of,
     sizes_of,
     unlike,
     warmth_of,
-    with_noise,
 )
 from tests.world.moments import Moments
 from tests.world.physics import courses, move
@@ -82,9 +82,8 @@ def draw_turning_lot(design: Design, plan: LotPlan, seed: int) -> Lot:
         own = np.linalg.norm(along * sd, axis=2, keepdims=True)
         size = sizes_of(plan, unit, rows_of(plan.hidden, each, along / own), rng)
         error = np.einsum("snik,sk->sni", each, size)
-    offset_s = offset[unit] + plan.evening_sd * (sd * typical.gain) * rng.standard_normal((sets, 3))
-    without_noise = gain[unit, None] * (mean + error) + offset_s[:, None] + typical.offset
-    counts, stated = with_noise(without_noise, sd * typical.gain, plan.noise_dof * n, rng)
+    without_noise, counts, stated = in_counts(
+        plan, typical, gain[unit], offset[unit], mean + error, sd, rng)
     assert run.motion is not None
     plate = run.motion.rate_rad_s
     off = design.rate_sd_relative * rng.standard_normal((sets, 1))

@@ -14,10 +14,6 @@ from calib.diagnosis.search.sets import Entry, Search
 from calib.diagnosis.search.steps import Steps
 from calib.diagnosis.search.table import Table
 
-REFUTED = 10.0
-"""Log odds by which an alias falls short, at its own refit, to be no longer believed. Chosen as
-far beyond any odds that the verdict names by; its half and double are not measured."""
-
 SETTLED = float(np.log(CONSTANTS.credible / (1 - CONSTANTS.credible)))
 """Derived: log odds from which the data themselves tell two similar effects apart."""
 
@@ -113,7 +109,7 @@ def class_of(
     members = []
     for name, j in places.items():
         entry = state.entries.get(state.key((*rest, j)))
-        behind = REFUTED if j in same else SETTLED
+        behind = CONSTANTS.refuted if j in same else SETTLED
         if entry is not None and entry.log_posterior > lead.log_posterior - behind:
             members.append(name)
     members.sort(key=lambda n: -probability.get(n, 0.0))

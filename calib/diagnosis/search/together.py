@@ -20,7 +20,7 @@ AT_ONCE = 200
 (``tests.calib.diagnosis.test_finding``) and the time of 96 findings by less than it scatters."""
 
 OPEN = 6000
-"""Searches that are open at once: a limit of memory, 0.13 MB each."""
+"""Searches that are open at once: a limit of memory, 0.13 MB each, 0.8 GB in all."""
 
 
 def in_turn(searches: Iterable[Steps[Result]]) -> Iterator[tuple[int, Result]]:
@@ -40,13 +40,16 @@ def in_turn(searches: Iterable[Steps[Result]]) -> Iterator[tuple[int, Result]]:
             stacks.setdefault(_stack_of(request), {})[i] = request
 
     while True:
-        for i, steps in islice(waiting, OPEN - len(running)):
-            running[i] = steps
+        begun = dict(islice(waiting, OPEN - len(running)))
+        running.update(begun)
+        for i in begun:
             go_on(i, None)
         yield from ended
         ended.clear()
         if not stacks:
-            return
+            if not begun:
+                return
+            continue  # all that began have ended without a request
         stack = stacks.pop(max(stacks, key=lambda shape: len(stacks[shape])))
         which = list(stack)
         for first in range(0, len(which), AT_ONCE):
