@@ -13,7 +13,7 @@ from vision.geometry import FloatArray
 from vision.phase_track import PhaseTrack
 from vision.rate.unwrap import frame_time, stamped_in_bursts, usable
 
-REACH = 3  # aliases that are listed to either side
+REACH = 3  # aliases that are listed to either side, at least
 RETIMED = {  # playback rate over capture rate of clips that were retimed, and how that happens
     29.97 / 240: "filmed at 240 frames per second and stamped as 29.97",
     30 / 240: "filmed at 240 frames per second and stamped as 30",
@@ -106,7 +106,9 @@ def list_aliases(
     if stamped_in_bursts(time_s[good]):
         step_s = np.full_like(step_s, frame_s)  # stamps that are no times exclude no rate
     spacing = 2 * np.pi / (track.plate.symmetry * frame_s)
-    rates = rough_rad_s + spacing * np.arange(-REACH, REACH + 1)
+    # Of many equal parts the nominal rate may be farther away.
+    reach = max(REACH, int(np.ceil((nominal_rpm or 0.0) * RPM / spacing)))
+    rates = rough_rad_s + spacing * np.arange(-reach, reach + 1)
     period = 2 * np.pi / track.plate.symmetry
     scatter = []
     for rate in rates:
