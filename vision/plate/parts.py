@@ -93,14 +93,14 @@ def equal_parts(
         That show every part.
     time_s : array, shape (f,)
     """
-    for azimuths in (FIRST_LOOK, *(azimuths,) * ROUNDS):
-        grid, strips = sample(view, azimuths)
+    for looked_at in (FIRST_LOOK, *[azimuths] * ROUNDS):
+        grid, strips = sample(view, looked_at)
         varying = strips - strips.mean(axis=0)
         line = _strongest_line(varying, grid.weight(), time_s)
         count = round(_steps_around(line, grid.weight()).sum() / (2 * np.pi))
         if line.share < THRESHOLDS.line or abs(count) < FEWEST_PARTS:
             return None
-        if azimuths == FIRST_LOOK:
+        if looked_at == FIRST_LOOK:
             continue
         change = _view_change(line, grid, count)
         if np.abs(change).max() < SETTLED / abs(count):
@@ -120,11 +120,12 @@ def _strongest_line(varying: Strips, weight: NDArray[np.float32], time_s: FloatA
     power = (np.abs(waves) ** 2).sum(axis=1)
     best = int(power.argmax())
     wave = (_at(trial[best : best + 1], time_s) @ varying.reshape(f, -1)).reshape(r, n)
-    return _Line(float(trial[best]), wave, 2 * float(power[best]) / f / float((thin**2).sum()))
+    share = 2 * float(power[best]) / f / max(float((thin**2).sum()), 1e-9)
+    return _Line(float(trial[best]), wave, share)
 
 
 def _at(hertz: FloatArray, time_s: FloatArray) -> NDArray[np.complex64]:
-    return np.exp(-2j * np.pi * np.outer(hertz, time_s)).astype(np.complex64)
+    return np.asarray(np.exp(-2j * np.pi * np.outer(hertz, time_s)), np.complex64)
 
 
 def _steps_around(line: _Line, weight: NDArray[np.float32]) -> FloatArray:
@@ -168,4 +169,5 @@ def _in_step(line: _Line, grid: Grid, count: int) -> float:
     """Share of the line's energy that goes around with the parts."""
     azimuth = np.arange(grid.azimuths) * 2 * np.pi / grid.azimuths
     together = np.abs(line.wave @ np.exp(-1j * count * azimuth)) ** 2 / grid.azimuths
-    return float(grid.weight() @ together / (grid.weight() @ (np.abs(line.wave) ** 2).sum(axis=1)))
+    every = grid.weight() @ (np.abs(line.wave) ** 2).sum(axis=1)
+    return float(grid.weight() @ together / every)

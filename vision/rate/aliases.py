@@ -27,6 +27,7 @@ RETIMED = {  # playback rate over capture rate of clips that were retimed, and h
     30 / 24: "filmed at 24 frames per second and stamped as 30",
 }
 RPM = 2 * np.pi / 60  #: rad/s
+FASTEST_USUAL = 100 * RPM  #: of record players, to choose the words
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,18 @@ class Aliases:
     def chosen_rad_s(self) -> float:
         """The chosen rate, signed."""
         return self.rates_rad_s[0]
+
+    @property
+    def advice(self) -> str:
+        """What to do where the chosen rate is too small to be measured."""
+        usual = [rate for rate in self.rates_rad_s[1:] if abs(rate) < FASTEST_USUAL]
+        if not usual:
+            return "Check that it turns, then film for a minute."
+        named = ", ".join(f"{abs(rate) / RPM:.4g}" for rate in sorted(usual, key=abs))
+        return (
+            f"Rates of {named} rpm give the same frames: if one of them is that of the plate, "
+            f"state it (--nominal-rpm, or nominal_rpm)."
+        )
 
     def about(self, rate_rad_s: float) -> "Aliases":
         """The same about the measured rate, signed, at the same distances from it."""

@@ -165,7 +165,7 @@ def _corners(reference: Luma) -> NDArray[np.float32]:
         for x0, x1 in pairwise(columns):
             strong = cv2.goodFeaturesToTrack(reference[y0:y1, x0:x1], CORNERS, QUALITY, APART_PX)
             if strong is not None:
-                found.append(np.asarray(strong, np.float32).reshape(-1, 2) + (x0, y0))
+                found.append(np.add(strong.reshape(-1, 2), (x0, y0)))
     return np.concatenate(found).astype(np.float32)
 
 
