@@ -93,11 +93,6 @@ class Diagnosis:
         return self.explanation.text
 
     @property
-    def partner(self) -> str | None:
-        """A second effect named together with the first."""
-        return self.names[1] if len(self.names) > 1 else None
-
-    @property
     def addable(self) -> tuple[str, ...]:
         """The named effects that can be added as they are: no other looks the same."""
         alone = {each.name for each in self.inclusion if len(each.members) == 1}

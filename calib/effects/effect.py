@@ -164,14 +164,10 @@ class Effect:
             return self.columns(at)
         return self.columns(at, self.shape.starts[0] if shape is None else shape)
 
-    def at_shape(self, value: float) -> "Effect":
-        """The same effect with its shape parameter held at ``value``."""
-        return replace(self, columns=lambda at: self.columns(at, value), shape=None)
-
     def from_shape(self, value: float) -> "Effect":
-        """The same effect with its shape parameter fitted from ``value`` on."""
+        """The same effect with ``value`` as the first start of its shape parameter."""
         assert self.shape is not None
-        return replace(self, shape=replace(self.shape, starts=(value,)))
+        return replace(self, shape=replace(self.shape, starts=(value, *self.shape.starts)))
 
 
 EFFECTS: dict[str, Effect] = {}

@@ -109,11 +109,6 @@ class Hypothesis:
         """What an unknown function follows, or ``name``."""
         return self.name if self.follows is None else self.follows
 
-    @property
-    def can_be_added(self) -> bool:
-        """Whether a model can hold it by its name."""
-        return self.kind == "listed"
-
 
 def candidate_effects(
     fit: Fit, own: Sequence[Effect] = (), covariates: Sequence[str] | None = None
