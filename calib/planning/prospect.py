@@ -28,7 +28,6 @@ from calib.poses.attitudes import natural_directions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet
-from calib.poses.reference import Reference
 
 WEDGE = natural_directions(corners=False)
 
@@ -191,8 +190,7 @@ def d_efficiency(fitted: Fit) -> float:
         spin_rad_s=poses.spin_rad_s[take],
         time_s=np.arange(len(WEDGE), dtype=float),
         expected=poses.expected[take],
-        reference=Reference(reference.magnitude[take], reference.sd[take],
-                            reference.common[take], reference.common_names),
+        reference=reference.take(take),
         columns={name: values[take] for name, values in poses.columns.items()},
         other_reading=None,
         run_time_s=None,
