@@ -129,7 +129,7 @@ class Diagnosis:
 
 def diagnose(
     fit: Fit,
-    own: Sequence[Effect] = (),
+    user_effects: Sequence[Effect] = (),
     full_scale: float = np.inf,
     covariates: Sequence[str] | None = None,
     prediction: Prediction | None = None,
@@ -140,7 +140,7 @@ def diagnose(
     ----------
     fit : Fit
         The fitted model.
-    own : sequence of Effect
+    user_effects : sequence of Effect
         Users' effects, weighed with the listed ones.
     full_scale : float
         Of the triad, SI; keeps what to record next to what the sensor can measure.
@@ -151,7 +151,7 @@ def diagnose(
         What the calibration will err by; where it does not hold in every direction, the verdict
         says so and asks for poses there.
     """
-    finding = find(fit, own, covariates)
+    finding = find(fit, user_effects, covariates)
     state, odds, verdict = finding.state, finding.odds, finding.verdict
     ranking = rank(state, odds)
     advice = _advise(state, odds, verdict, ranking, full_scale)

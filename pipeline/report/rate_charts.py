@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.numbers import RPM
 from calib.poses.imu_log import FloatArray
 from pipeline.console.rate_text import RateVerdict, rate_verdict, worst_clip
 from pipeline.report.partial_residuals import PPM
@@ -15,7 +16,7 @@ from pipeline.report.svg import Chart, Figure, across, nice_limit, upward
 from pipeline.report.term_cards import TermCard, term_cards
 from pipeline.results.json_values import Json
 from pipeline.stages.rate import SettingRate
-from pipeline.text.formatting import RPM, count, relative
+from pipeline.text.formatting import count, relative
 from vision.phase_track import LUMA
 
 

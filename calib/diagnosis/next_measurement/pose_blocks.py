@@ -19,6 +19,7 @@ from calib.diagnosis.next_measurement.kind import (
 )
 from calib.fit.least_squares.result import Fit
 from calib.fit.rows.residuals import Equations
+from calib.numbers import RPM
 from calib.poses.attitudes import natural_directions
 from calib.poses.imu_log import BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
@@ -26,7 +27,7 @@ from calib.poses.reference import Reference
 from calib.poses.runs import RATE_OF, TIME_BASE
 
 #: fact: 16⅔, 33⅓, 45 and 78 rpm
-RECORD_SPEEDS_RAD_S = np.array([50 / 3, 100 / 3, 45.0, 78.0]) * np.pi / 30
+RECORD_SPEEDS_RAD_S = np.array([50 / 3, 100 / 3, 45.0, 78.0]) * RPM
 HEADROOM = 0.9
 """Share of the full scale up to which a rate is advised; gain and offset take the rest."""
 
@@ -97,7 +98,7 @@ def menu(fit: Fit, full_scale: float = np.inf) -> list[Block]:
         for speed in RECORD_SPEEDS_RAD_S:
             new = bool((np.abs(moving / speed - 1) > SAME_SPEED).all())
             if new and speed < HEADROOM * full_scale:
-                rpm = speed * 30 / np.pi
+                rpm = speed / RPM
                 instruction = f"the same poses at another speed of the plate ({rpm:.3g} rpm)"
                 blocks.append(Block("speed", instruction, one, ((speed / slow, 0.0, 0.0),)))
                 break
