@@ -133,6 +133,17 @@ class Table:
         block = self.block(j)
         return _orthonormal(block - beside @ (beside.T @ block)).T
 
+    def _visible(
+        self, which: Sequence[int], beside: FloatArray
+    ) -> tuple[FloatArray, IntArray]:
+        """:meth:`visible` of each of ``which``, one after another, and how many rows each has."""
+        if beside.shape[1] == 0:
+            count = self.seen[which]
+            first = np.repeat(self.first[which] - (np.cumsum(count) - count), count)
+            return self.unit_rows[first + np.arange(len(first))], count
+        rows = [self.visible(j, beside) for j in which]
+        return np.concatenate(rows), np.array([len(each) for each in rows])
+
     def shared_signal(
         self, j: int, others: Sequence[int], beside: Sequence[int]
     ) -> FloatArray:
@@ -156,10 +167,9 @@ class Table:
         least = np.zeros(len(others))
         if len(mine) < self.seen[j] or not others:
             return least
-        theirs = [self.visible(other, q) for other in others]
-        count = np.array([len(each) for each in theirs])
+        theirs, count = self._visible(others, q)
         ends = np.cumsum(count)
-        overlap = np.concatenate(theirs) @ mine.T
+        overlap = theirs @ mine.T
         shared = np.add.reduceat((overlap**2).sum(axis=1), ends - count)
         few = np.minimum(count, len(mine))
         alike = shared >= few * CONSTANTS.alias_correlation**2

@@ -172,8 +172,8 @@ def _after(state: Search, j: int) -> tuple[float, float, float]:
     d, sd = table.projector.data_count, fit.equations.row_sd
     leverage = state.leverage[:d] + (q[:d] ** 2).sum(axis=1)
     out = rest[:d] / np.maximum(1 - leverage, LEAST_LEFT)
-    rms = float(np.sqrt(np.mean((rest[:d] * sd) ** 2)))
-    return drop, rms, float(np.sqrt(np.mean((out * sd) ** 2)))
+    rms, loo = (float(np.linalg.norm(each * sd) / np.sqrt(d)) for each in (rest[:d], out))
+    return drop, rms, loo
 
 
 def names_of(candidates: Sequence[Candidate], kind: str) -> list[str]:
