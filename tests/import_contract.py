@@ -68,7 +68,8 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "calib.diagnosis.verdict": [("decision", "ranking", "wording"), ("explain",)],
     "vision": [
-        ("geometry", "orientation", "av_decoder", "reduction"), ("phase_track",), ("errors",),
+        ("geometry", "orientation", "av_decoder", "reduction", "numbers"), ("phase_track",),
+        ("errors",),
         ("video", "camera"),
         ("plate", "rate"), ("tracking", "overlay"), ("clip_rate",),
     ],
