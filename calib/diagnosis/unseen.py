@@ -20,6 +20,9 @@ from calib.fit.triad.calibration import TriadCalibration, parameter_sds
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.runs import TIME_BASE
 
+LEAST_SHARE = 0.1
+"""Of a stated sd: what moves a parameter by less adds half a percent to it and is not listed."""
+
 
 def unseen_budget(
     calibration: TriadCalibration, blind: Iterable[str], part: str
@@ -56,10 +59,6 @@ def unseen_budget(
         if (np.nan_to_num(sds) > LEAST_SHARE * np.nan_to_num(calibration.parameters.sd)).any():
             budget[name] = sds
     return budget
-
-
-LEAST_SHARE = 0.1
-"""Of a stated sd: what moves a parameter by less adds half a percent to it and is not listed."""
 
 
 def typical_size(effect: Effect, part: str, triad: Triad) -> float | None:

@@ -164,15 +164,19 @@ class Effect:
             return self.columns(at)
         return self.columns(at, self.shape.starts[0] if shape is None else shape)
 
-    def at_shape(self, value: float) -> "Effect":
-        """The same effect with its shape parameter held at ``value``."""
-        return replace(self, columns=lambda at: self.columns(at, value), shape=None)
+    @property
+    def is_column(self) -> bool:
+        """Whether it is ``column:NAME``, which no catalogue lists."""
+        return self.names_column is not None and self.name == OF_COLUMN + self.names_column
 
     def from_shape(self, value: float) -> "Effect":
-        """The same effect with its shape parameter fitted from ``value`` on."""
+        """The same effect with ``value`` as the first start of its shape parameter."""
         assert self.shape is not None
-        return replace(self, shape=replace(self.shape, starts=(value,)))
+        return replace(self, shape=replace(self.shape, starts=(value, *self.shape.starts)))
 
+
+OF_COLUMN = "column:"
+"""Followed by the column: the name of a bias that follows it."""
 
 EFFECTS: dict[str, Effect] = {}
 """Every listed effect by name, in the order of the catalogue."""
@@ -247,7 +251,7 @@ def per_axis(values: FloatArray) -> FloatArray:
 def column_effect(name: str) -> Effect:
     """The effect ``column:NAME``: a bias that follows the logged column NAME linearly."""
     return Effect(
-        name=f"column:{name}",
+        name=OF_COLUMN + name,
         acts_on="sensor",
         triads=TRIADS,
         parameters=AXES,

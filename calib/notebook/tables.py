@@ -14,6 +14,7 @@ import numpy as np
 
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import UnusableLog
+from calib.numbers import RPM
 from calib.poses.averaging import PoseMean, TriadMean, average_pose
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, ImuLog, Triad
@@ -29,7 +30,7 @@ POSE, TIME, RATE, SAMPLES = "pose", "time_s", "rate_rad_s", "samples"
 FORCE_UNITS: Mapping[str, float] = {"g": 1 / STANDARD_GRAVITY_M_S2,
                                     "mg": 1e3 / STANDARD_GRAVITY_M_S2}
 RATE_UNITS: Mapping[str, float] = {"°/s": math.degrees(1.0), "m°/s": 1e3 * math.degrees(1.0),
-                                   "rpm": 30 / math.pi}
+                                   "rpm": 1 / RPM}
 EARTH_M_S2 = (9.7, 9.9)  #: beyond gravity anywhere on Earth's surface, 9.76 to 9.84
 FAR, NEAR = 3.0, 1.3
 """A bias and a gain error together change a typical reading by less than FAR; g and m/s² are 9.8

@@ -11,14 +11,12 @@ import math
 import numpy as np
 
 from calib.errors import Remedy, Undetermined, UnusableLog
+from calib.numbers import MEDIAN_OF_NORMAL
 from calib.poses.batches import batch_means
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
 
 SHORT_BATCHES = 12  #: stretches of a pose; derived: twice the batches of its sd
-MEDIAN_OF_NORMAL = 0.6745
-"""Median of the absolute value of a standard normal variable."""
-
 FINER = 4  #: times as many stretches where a pose has the samples for it
 RAIL_SHARE = 1e-3
 """Of the samples, at the end of the range. Derived: normal noise cut off there moves its mean by

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from calib.errors import Undetermined
+from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
 
 if TYPE_CHECKING:
@@ -102,4 +103,4 @@ def _swept(means: Sequence["PoseMean"]) -> tuple[FloatArray, float, FloatArray]:
     scatter = np.array([mean.accelerometer.scatter.sum() for mean in means])
     gravity = np.linalg.norm([mean.accelerometer.mean for mean in means], axis=1)
     usual = float(np.median(scatter))
-    return scatter, usual, np.maximum(scatter - usual, 0.0) / (2 * np.maximum(gravity, 1e-300))
+    return scatter, usual, np.maximum(scatter - usual, 0.0) / (2 * np.maximum(gravity, NO_LENGTH))

@@ -19,6 +19,7 @@ from pydantic import (
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from calib.effects.catalogue import EFFECTS, UnknownEffect, find_effect
+from calib.effects.effect import OF_COLUMN
 from pipeline.config.file_patterns import NoSuchFile, find_files
 from pipeline.logs.columns import Renamed
 from pipeline.text.names import nearest_name
@@ -114,7 +115,7 @@ def _effect(name: str, info: ValidationInfo) -> str:
     try:
         return find_effect(name).name
     except UnknownEffect as error:
-        near = nearest_name(name, (*EFFECTS, *user_effects, "column:NAME"))
+        near = nearest_name(name, (*EFFECTS, *user_effects, f"{OF_COLUMN}NAME"))
         raise refusal(
             f"no effect is named '{name}'{near}; `pipeline effects` lists them all"
         ) from error

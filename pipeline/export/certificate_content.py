@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from calib.effects.units import display_unit
+from calib.numbers import RPM
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
 from pipeline.export.certificate_records import (
@@ -23,7 +24,6 @@ from pipeline.results.history import read_history
 from pipeline.results.read import Stored, StoredTriad
 from pipeline.text.formatting import (
     DISPLAY,
-    RPM,
     count,
     relative,
     with_sd,

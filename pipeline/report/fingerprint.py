@@ -11,6 +11,7 @@ from html import escape
 
 import numpy as np
 
+from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
 from pipeline.report.svg import PLAIN, Canvas, drawing, pixel, tick_text
 from pipeline.results.json_values import Json
@@ -67,7 +68,7 @@ def fingerprint(payload: Json, entry: Json) -> Fingerprint:
     whole = float(measured @ measured)
     return Fingerprint(
         measured[:d], pattern[:d],
-        float(np.sqrt((visible**2).sum() / max((columns**2).sum(), 1e-300))),
+        float(np.sqrt((visible**2).sum() / max((columns**2).sum(), NO_LENGTH))),
         float(pattern @ pattern) / whole if whole > 0 else 0.0,
     )
 

@@ -16,7 +16,7 @@ zero where that value is at a bound.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -214,7 +214,7 @@ def best_shape(fit: Fit, effect: Effect) -> float | None:
         return float(remainder @ remainder)
 
     start = min(shape.starts, key=cost)
-    joint = refit(fit, [replace(effect, shape=replace(shape, starts=(start, *shape.starts)))])
+    joint = refit(fit, [effect.from_shape(start)])
     return start if joint is None else joint.fit.shapes[effect.name]
 
 

@@ -17,6 +17,7 @@ from calib.fit.least_squares.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.square_start import square_columns
 from calib.fit.rows.sensitive_axes import sensor_columns
+from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import BoolArray, FloatArray
 
 
@@ -111,7 +112,7 @@ class Projector:
         full[: len(columns)] = columns
         full *= self.root[:, None]
         norm = np.sqrt((full**2).sum(axis=0))
-        used = norm > 1e-9 * max(float(norm.max(initial=0.0)), 1e-300)
+        used = norm > 1e-9 * max(float(norm.max(initial=0.0)), NO_LENGTH)
         nothing = Signature(name, columns, np.zeros((len(full), 0)), np.zeros(0))
         if not used.any():
             return nothing

@@ -229,7 +229,9 @@ def plate_hypotheses(fit: Fit) -> list[Hypothesis]:
     is none to calibrate with: a rate of its own for every pose would hide any error of the sensor.
     """
     poses, turning = fit.poses, ~fit.poses.reference.is_null
-    if poses.triad != "gyroscope" or not turning.any() or _asked(fit) > LARGEST_RATE_CHANGE:
+    if poses.triad != "gyroscope" or not turning.any():
+        return []
+    if _scatter_needed(fit) > LARGEST_RATE_CHANGE:
         return []
     size = np.where(turning, 1.0, 0.0)
     marks = [("from run to run", _by_run(poses.run, turning))]
@@ -243,7 +245,7 @@ def plate_hypotheses(fit: Fit) -> list[Hypothesis]:
     ]
 
 
-def _asked(fit: Fit) -> float:
+def _scatter_needed(fit: Fit) -> float:
     """Scatter of the plate's rate that would explain the turning poses, relative, rms."""
     equations = fit.equations
     n = equations.magnitude

@@ -60,12 +60,12 @@ class _Remaining:
                    table.dof - q.shape[1], outside, bool(q.shape[1]))
 
 
-def besides(asked: Sequence[BesideSets]) -> list[list[Beside]]:
+def besides(requests: Sequence[BesideSets]) -> list[list[Beside]]:
     """Every hypothesis beside the sets of each request, the set's space projected out.
 
     Parameters
     ----------
-    asked : sequence of BesideSets
+    requests : sequence of BesideSets
         Of tables with equally many rows.
 
     Returns
@@ -73,7 +73,7 @@ def besides(asked: Sequence[BesideSets]) -> list[list[Beside]]:
     list of list of Beside
         One for each set of each request.
     """
-    rests = [_Remaining.of(each.table, members) for each in asked for members in each.sets]
+    rests = [_Remaining.of(each.table, members) for each in requests for members in each.sets]
     nothing = [float(np.logaddexp(*nothing_log_density(each.chi2, each.dof))) for each in rests]
     weighed = [
         Beside(np.full(len(each.outside), -np.inf), np.zeros(len(each.outside))) for each in rests
@@ -84,7 +84,7 @@ def besides(asked: Sequence[BesideSets]) -> list[list[Beside]]:
         for alike in _grouped(widths):
             _weigh(alike, [(rests[i], nothing[i], weighed[i]) for i in some])
     ends = iter(weighed)
-    return [[next(ends) for _ in each.sets] for each in asked]
+    return [[next(ends) for _ in each.sets] for each in requests]
 
 
 def _grouped(widths: Sequence[int]) -> list[list[int]]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
-from calib.fit.rows.whitening import NO_LENGTH
+from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions, joined
 from calib.poses.imu_log import FloatArray, IntArray
 

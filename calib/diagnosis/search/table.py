@@ -18,6 +18,7 @@ from calib.diagnosis.search.evidence import Sets, likeliest_sizes
 from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.validation.leave_one_out import left_out_residual
+from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray, IntArray
 
 
@@ -152,7 +153,7 @@ class Table:
         q = self.space(beside)
         mine = self.visible(j, q)
         signal = mine.T @ (mine @ self.residual)
-        signal /= max(float(np.linalg.norm(signal)), 1e-300)
+        signal /= max(float(np.linalg.norm(signal)), NO_LENGTH)
         return np.array([np.linalg.norm(self.visible(other, q) @ signal) for other in others])
 
     def correlations(self, j: int, others: Sequence[int], beside: Sequence[int]) -> FloatArray:
@@ -185,4 +186,4 @@ def _orthonormal(columns: FloatArray) -> FloatArray:
     if columns.shape[1] == 0:
         return columns
     u, singular, _ = np.linalg.svd(columns, full_matrices=False)
-    return np.asarray(u[:, singular > VISIBLE_SHARE * max(float(singular.max()), 1e-300)])
+    return np.asarray(u[:, singular > VISIBLE_SHARE * max(float(singular.max()), NO_LENGTH)])

@@ -21,6 +21,7 @@ from calib.poses.imu_log import BoolArray, FloatArray
 if TYPE_CHECKING:
     from calib.fit.rows.residuals import Equations
 from calib.fit.rows.whitened_rows import WhitenedRows
+from calib.numbers import NO_LENGTH
 
 CONDITION_LIMIT = 25.0
 """The 18 wedge poses give 1.4, ten usable free-hand poses up to 8; from 25 on the worst
@@ -31,6 +32,10 @@ GAINS = ("scale", "misalignment")
 
 VISIBLE_SHARE = 0.02
 """Share of its signal that a combination must keep when the rest of the model is projected out."""
+
+NAMED_SHARE = 0.35
+"""Of the largest part of an undetermined combination: a message names the parameters of at least
+this part. It chooses words only."""
 
 ROUNDING = 1e-3
 """Share of an error vector below which its part along the reading is rounding, not a signal."""
@@ -132,7 +137,7 @@ def _involved(equations: "Equations", combination: FloatArray) -> str:
         for effect in equations.model.effects
         for parameter in effect.parameters
     ]
-    strong = np.abs(combination) > 0.35 * np.abs(combination).max()
+    strong = np.abs(combination) > NAMED_SHARE * np.abs(combination).max()
     return ", ".join(name for name, is_strong in zip(names, strong, strict=True) if is_strong)
 
 
@@ -178,7 +183,7 @@ def visible_basis(equations: "Equations", rows: "WhitenedRows") -> FloatArray:
                 # From its mean on: the rest is a bias, and would make what varies look small.
                 mean = equations.at_reading.column(effect.follows).mean()
                 varying = columns - mean * jacobian[:, slices["bias"]]
-            norm = np.maximum(np.sqrt((varying**2).sum(axis=0)), 1e-300)
+            norm = np.maximum(np.sqrt((varying**2).sum(axis=0)), NO_LENGTH)
             remainder = columns / norm - known @ (known.T @ (columns / norm))
             _, share, combinations = np.linalg.svd(remainder, full_matrices=False)
             lost = combinations[share <= VISIBLE_SHARE].T / norm[:, None]
@@ -206,7 +211,7 @@ def _is_rounding(equations: "Equations", rows: "WhitenedRows", effect: Effect) -
     if effect.acts_on == "reference" or effect.in_square:
         return np.zeros(len(effect.parameters), dtype=bool)
     columns = sensor_columns((effect,), equations.conditions(rows.vector), {}, rows.axes)
-    n = rows.vector / np.maximum(np.linalg.norm(rows.vector, axis=1, keepdims=True), 1e-300)
+    n = rows.vector / np.maximum(np.linalg.norm(rows.vector, axis=1, keepdims=True), NO_LENGTH)
     seen = np.einsum("ni,nik->nk", n, columns)
     seen[equations.null] = np.linalg.norm(columns[equations.null], axis=1)
     whole = np.sqrt((columns**2).sum(axis=(0, 1)))
