@@ -56,7 +56,7 @@ class StoredTriad:
 
     @property
     def alignment(self) -> FloatArray:
-        """T of Angrisano et al. eq. (2), shape (3, 3)."""
+        """T of Angrisano et al. eq. (2), shape (3, 3), no unit."""
         return alignment(self.misalignment_rad)
 
     @property
@@ -95,7 +95,7 @@ class Stored:
 
     @property
     def mounting_rotation(self) -> FloatArray | None:
-        """R, shape (3, 3), from the axes of the vehicle to the sensor's; None if not measured."""
+        """Rotation R (3, 3) from the axes of the vehicle to the sensor's; None if not measured."""
         section = self.contents.get("installation")
         return None if section is None else np.array(section["rotation"], dtype=float)
 
