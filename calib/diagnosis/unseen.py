@@ -95,6 +95,6 @@ def together(budget: Mapping[str, FloatArray]) -> FloatArray:
     Returns
     -------
     array, shape (3, 3)
-        The root of the sum of their squares.
+        The root of the sum of their squares, in the same units.
     """
     return np.asarray(np.sqrt(sum(sds**2 for sds in budget.values())))

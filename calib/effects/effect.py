@@ -251,6 +251,7 @@ def per_axis(values: FloatArray) -> FloatArray:
     Returns
     -------
     array, shape (n, 3, 3)
+        SI per unit of each parameter.
     """
     columns = np.zeros((len(values), 3, 3))
     columns.reshape(-1, 9)[:, ::4] = values

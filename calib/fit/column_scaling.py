@@ -24,9 +24,10 @@ def unit_columns(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
     Returns
     -------
     unit : array, shape (..., r, k)
-        Columns of length 1; a column of zeros stays one.
+        Unit vectors as columns; a column of zeros stays one.
     norm : array, shape (..., k)
-        Their lengths, 1 for a column of zeros: ``matrix == unit * norm[..., None, :]``.
+        Their lengths, in their units, 1 for a column of zeros:
+        ``matrix == unit * norm[..., None, :]``.
     """
     norm = np.sqrt((matrix**2).sum(axis=-2))
     norm[norm == 0] = 1.0
@@ -59,7 +60,7 @@ def orthonormal_bases(matrices: FloatArray) -> FloatArray:
     Returns
     -------
     array, shape (S, r, min(r, k))
-        Columns of zeros stand for what a matrix lacks in rank.
+        Orthonormal but for columns of zeros, which stand for what a matrix lacks in rank.
     """
     u, singular, _ = np.linalg.svd(unit_columns(matrices)[0], full_matrices=False)
     least = RANK_TOLERANCE * singular.max(axis=1, initial=0.0)
@@ -67,7 +68,8 @@ def orthonormal_bases(matrices: FloatArray) -> FloatArray:
 
 
 def pseudo_inverse(matrix: FloatArray, tolerance: float = 1e-15) -> FloatArray:
-    """Pseudo-inverse of a matrix, or of each of a stack, its rank judged on the unit columns.
+    """Pseudo-inverse of a matrix of any unit, or of each of a stack, its rank judged on the unit
+    columns.
 
     Parameters
     ----------
@@ -84,13 +86,15 @@ def pseudo_inverse(matrix: FloatArray, tolerance: float = 1e-15) -> FloatArray:
 
 
 def inverse_square(matrix: FloatArray) -> FloatArray:
-    """``(AᵀA)⁻¹`` (k, k) of a matrix A (r, k) of full rank, by its QR decomposition."""
+    """``(AᵀA)⁻¹`` (k, k) of a matrix A (r, k) of full rank, of any unit, by its QR form."""
     unit, norm = unit_columns(matrix)
     inverse = np.linalg.inv(np.linalg.qr(unit, mode="r")) / norm[:, None]
     return np.asarray(inverse @ inverse.T)
 
 
 def pseudo_inverse_square(matrix: FloatArray) -> FloatArray:
-    """The same (..., k, k) of matrices (..., r, k) of any rank, by their pseudo-inverse."""
+    """The same (..., k, k) of matrices (..., r, k) of any rank and any unit, by their
+    pseudo-inverse.
+    """
     inverse = pseudo_inverse(matrix)
     return np.asarray(inverse @ inverse.swapaxes(-1, -2))

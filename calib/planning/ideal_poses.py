@@ -160,7 +160,7 @@ def ideal_poses(
 
 
 def readings_of(vectors: FloatArray, sensor: Start | None) -> FloatArray:
-    """Nominal readings y (n, 3) of true vectors s, from ``s = M y + c``."""
+    """Nominal readings y (n, 3), SI, of true vectors s, from ``s = M y + c``."""
     if sensor is None:
         return vectors
     return np.asarray(np.linalg.solve(sensor.matrix, (vectors - sensor.offset).T).T)

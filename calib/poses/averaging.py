@@ -130,7 +130,10 @@ def value_steps(values: FloatArray) -> FloatArray:
 
 
 def least_steps(values: FloatArray, spec: TriadSpec) -> FloatArray:
-    """One count, or the unit of the last decimal that the first of ``values`` (t, 3) has, (3,)."""
+    """One count, or one of the last decimal that the first of ``values`` (t, 3) has, (3,).
+
+    In the same unit.
+    """
     if spec.encoding != "si":
         return np.ones(3)
     decimals = np.arange(MOST_DECIMALS)

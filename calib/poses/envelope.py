@@ -18,6 +18,7 @@ def envelope(values: FloatArray) -> FloatArray:
     Returns
     -------
     array, shape (min(t, STRETCHES), 2, k)
+        In the same unit.
 
     Examples
     --------

@@ -239,7 +239,7 @@ def noise_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
 
 
 def pose_mean_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
-    """Sd (n, 3) of every pose mean of all runs, one after another.
+    """Sd (n, 3), nominal m/s² or rad/s, of every pose mean of all runs, one after another.
 
     Noise and converter steps; of a gyroscope the rate at which a pose at rest gave way, of an
     accelerometer by how much it rocked short of gravity.
@@ -289,6 +289,7 @@ def step_variance(step: FloatArray, scatter: FloatArray) -> FloatArray:
     Returns
     -------
     array, shape (3,)
+        In the square of their unit.
     """
     square = np.maximum(step**2, NO_LENGTH)[:, None]
     dither = np.maximum(scatter - step**2 / 12, 0.0)[:, None]

@@ -26,7 +26,7 @@ RATE_OF = "rate "
 
 
 def spin_sign(means: Sequence[PoseMean], direction: str | None) -> FloatArray:
-    """+1 counter-clockwise seen from above, -1 clockwise, 0 unknown, for each pose, (n,).
+    """+1 counter-clockwise seen from above, -1 clockwise, 0 unknown, (n,), no unit.
 
     Rate and specific force are parallel on a level plate, so their product tells the direction
     whatever the pose; the clip only where no accelerometer was logged.

@@ -93,7 +93,7 @@ def neighbours(columns: Sequence[str]) -> Iterator[Triple]:
 
 
 def stacked(columns: Columns, triple: Triple) -> FloatArray:
-    """The readings of three columns, (t, 3)."""
+    """The readings of three columns, (t, 3), in their units."""
     return np.column_stack([columns[name] for name in triple])
 
 

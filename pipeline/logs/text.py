@@ -167,7 +167,7 @@ def table_of(text: LogText) -> dict[str, FloatArray]:
 
 
 def numbers_of(text: LogText) -> FloatArray:
-    """The rows as an array (t, columns); skipped columns are NaN.
+    """The rows as an array (t, columns), each in its unit; skipped columns are NaN.
 
     Raises
     ------

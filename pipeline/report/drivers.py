@@ -35,7 +35,7 @@ class Driver:
     part: int | None = None  #: component of a vector
 
     def of(self, at: Conditions) -> FloatArray:
-        """Its value in every pose, (n,)."""
+        """Its value in every pose, (n,), in its unit."""
         values = at.columns[self.field] if self.field in at.columns else getattr(at, self.field)
         return np.asarray(values if self.part is None else values[:, self.part])
 

@@ -53,7 +53,7 @@ def errors_of(
 
 
 def sensed_conditions(fit: Fit, effect: Effect) -> tuple[FloatArray, Conditions]:
-    """T (3, 3) from the axes that the effect acts on, and the conditions with what they felt."""
+    """T (3, 3), no unit, from the axes that the effect acts on; the conditions that they felt."""
     axes = ALIGNED if effect.orthogonal else fit.rows.axes
     at = fit.equations.conditions(fit.rows.vector)
     return axes.to_orthogonal, replace(at, vector=axes.sensed(at.vector))

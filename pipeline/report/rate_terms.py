@@ -37,7 +37,7 @@ class AngleBins:
     frames: IntArray
 
     def means(self, values: FloatArray) -> FloatArray:
-        """Mean of ``values`` (n,) in every bin, (b,)."""
+        """Mean of ``values`` (n,) in every bin, (b,), in their unit."""
         sums = np.bincount(self.place, values, ANGLE_BINS)[self.frames > 0]
         return np.asarray(sums / self.frames[self.frames > 0])
 

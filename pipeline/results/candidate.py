@@ -24,11 +24,11 @@ class Ranked(Protocol):
 
     @property
     def size(self) -> FloatArray:
-        """Of its parameters, (k,)."""
+        """Of its parameters, (k,), each in its unit."""
 
     @property
     def sd(self) -> FloatArray:
-        """Of these, (k,)."""
+        """Of these, (k,), in the same unit."""
 
     @property
     def aliases(self) -> Sequence[str]:

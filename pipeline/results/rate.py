@@ -52,7 +52,7 @@ def history_json(history: "RateHistory", refusal: str) -> Json:
             "time_s": numbers(history.time_s),
             "rate_rad_s": numbers(history.rate_rad_s),
         },
-        "pictures": {
+        "angles": {
             "frame": angle.index.tolist(),
             "time_s": numbers(angle.time_s),
             "angle_rad": numbers(angle.angle_rad),

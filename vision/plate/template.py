@@ -118,7 +118,7 @@ class Alignment:
 
 
 def standing_share(angle_rad: FloatArray, orders: int) -> NDArray[np.float32]:
-    """How far a turning wave of each order looks standing, |mean exp(ikθ)|², 0 to 1, (orders,).
+    """Share of a turning wave of each order that looks standing, |mean exp(ikθ)|², (orders,).
 
     One for orders of which the frames do not show whether they turn or stand.
     """
@@ -137,7 +137,7 @@ def pattern_spectra(strips: Strips) -> Spectra:
 
 
 def energy(strips: Strips, grid: Grid) -> NDArray[np.float32]:
-    """Weighted sum of squares of each strip, shape (f,)."""
+    """Weighted sum of squares of each strip, shape (f,), in the square of their unit."""
     return np.asarray(np.vecdot(strips, strips) @ grid.weight())
 
 
@@ -184,7 +184,7 @@ def turned(turning: Spectra, angle_rad: FloatArray, grid: Grid) -> Strips:
 def correlated_angle(
     spectra: Spectra, turning: Spectra, grid: Grid, expected_rad: FloatArray, near_enough: float
 ) -> FloatArray:
-    """Angle of each frame against T, with the whole turns of the expected angle, shape (f,).
+    """Angle of each frame against T, with the whole turns of the expected one, rad, (f,).
 
     The peak near the expected angle is taken where it reaches ``near_enough`` of the highest.
     """
@@ -207,7 +207,7 @@ def correlated_angle(
 
 
 def informative_rings(template: Template) -> FloatArray:
-    """Radii, about a pixel apart, that carry nearly all information on the angle, shape (r,)."""
+    """Plate radii, about a pixel apart, that carry nearly all information on the angle, (r,)."""
     grid = template.grid
     spectrum = ring_spectra(template.turning)
     k = np.arange(spectrum.shape[-1])

@@ -147,7 +147,7 @@ def correlation_time(residual: FloatArray) -> float:
 
 
 def repetition(influence: FloatArray, error: FloatArray, turn_rad: FloatArray) -> FloatArray:
-    """Variance of each parameter against that of white errors of unit size, shape (k,).
+    """Variance of each parameter against that of white errors of unit size, (k,), in its unit.
 
     Errors within a sector of the turn are taken as possibly alike, those of different sectors as
     independent: Σ_sectors (Σ h e)² over Σ h². It matters where the frames keep step with the

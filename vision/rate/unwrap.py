@@ -147,7 +147,7 @@ def continuous_angle(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -
 
 
 def running_median(values: FloatArray, over: int) -> FloatArray:
-    """Median over ``over`` neighbours, an odd number, mirrored at the ends; shape (n,)."""
+    """Median over ``over`` neighbours, an odd number, mirrored at the ends; any unit, (n,)."""
     if len(values) <= over:
         return np.full_like(values, np.median(values))
     half = over // 2

@@ -106,7 +106,7 @@ class FrameMeasurements:
             phase_rad=_wrapped(angles.angle_rad + turned_on),
             mark_angle_rad=_wrapped(angles.mark_angle_rad + turned_on),
             quality=angles.match,
-            duplicate=repeated(angles.change),
+            duplicate=repeated(angles.change) & np.isfinite(angles.angle_rad),
             coding=np.array(self._coding).astype(np.uint8),
             thumbnail=np.stack(self._thumbnails),
             smear_rad2=angles.smear_rad2,
@@ -146,7 +146,7 @@ class FrameMeasurements:
 
 
 def _point(radius: float, azimuth_rad: float) -> tuple[float, float] | None:
-    return None if np.isnan(radius) else (radius, azimuth_rad)
+    return (radius, azimuth_rad) if np.isfinite([radius, azimuth_rad]).all() else None
 
 
 def _samples(reach: FloatArray, size: int) -> slice:

@@ -89,7 +89,7 @@ class Hypothesis:
     follows: str | None = None
 
     def errors(self, fit: Fit) -> FloatArray:
-        """Errors (n, 3, k) of its effect; a shape parameter that ``fit`` fitted is as fitted."""
+        """Errors (n, 3, k) of its effect, SI; a shape parameter that ``fit`` has is as fitted."""
         assert self.effect is not None
         if self.effect.in_square and self.name not in fit.model.names:
             return square_vectors(fit, self.effect)

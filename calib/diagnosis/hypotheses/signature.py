@@ -59,7 +59,7 @@ def positions_of(fit: Fit, names: Sequence[str]) -> list[int]:
 
 
 def untested_columns(fit: Fit, tested: Sequence[str]) -> FloatArray:
-    """The columns (r, k) of the fitted model without the effects ``tested``, weighted."""
+    """Whitened columns (r, k) of the fitted model without the effects ``tested``, weighted."""
     jacobian = fit.rows.jacobian
     if tested:
         jacobian = np.delete(jacobian, positions_of(fit, tested), axis=1)
@@ -150,7 +150,7 @@ def effect_vectors(fit: Fit, effect: Effect, shape: float | None = None) -> Floa
 
 
 def square_vectors(fit: Fit, effect: Effect) -> FloatArray:
-    """Errors (n, 3, k) by the products of parameters that the length shows squared only."""
+    """Errors (n, 3, k), SI, by the products of parameters that the length shows squared only."""
     equations = fit.equations
     n, s = equations.magnitude, fit.rows.vector
     columns = square_columns(equations, effect, equations.conditions(s))

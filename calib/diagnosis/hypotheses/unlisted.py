@@ -51,7 +51,7 @@ MEMORY = 0.3
 
 
 def waves(covariate: FloatArray, count: int) -> FloatArray:
-    """Smooth unknown functions of a covariate, (n, count): cosines of its rank, damped."""
+    """Smooth functions of a covariate, (n, count), no unit: cosines of its rank, damped."""
     rank = np.argsort(np.argsort(covariate, kind="stable"), kind="stable")
     return _waves_of(len(covariate), count)[rank]
 
@@ -64,7 +64,7 @@ def _waves_of(n: int, count: int) -> FloatArray:
 
 
 def lagging(time_s: FloatArray, values: FloatArray, lags_s: Sequence[float]) -> FloatArray:
-    """What follows ``values`` (n,) with first-order lags, settled at the first pose, (n, lags)."""
+    """``values`` (n,) with first-order lags, settled at the first pose, (n, lags), any unit."""
     order = np.argsort(time_s, kind="stable")
     t, v, lag = time_s[order], values[order], np.array(lags_s)
     step = np.maximum(np.diff(t), 1e-9)

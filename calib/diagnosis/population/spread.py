@@ -81,7 +81,7 @@ def spread_of(name: str, value: FloatArray, sd: FloatArray) -> Spread | None:
 def weighed_together(
     value: FloatArray, sd: FloatArray, sensor: IntArray, sensors: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Weighted mean and sd of each sensor's evenings, each (S,).
+    """Weighted mean and sd of each sensor's evenings, each (S,), in their unit.
 
     Parameters
     ----------

@@ -135,7 +135,7 @@ class Sets:
 
     @cached_property
     def solution(self) -> FloatArray:
-        """The columns' least-squares coefficients, (B, p)."""
+        """The columns' least-squares coefficients, (B, p), in sds of the rows."""
         p = self.product.shape[1]
         ridge = 1e-9 * np.trace(self.gram, axis1=1, axis2=2) / p
         matrix = self.gram + ridge[:, None, None] * np.eye(p)
@@ -143,12 +143,12 @@ class Sets:
 
     @property
     def drop(self) -> FloatArray:
-        """What they take off chi-square, (B,)."""
+        """What they take off chi-square, (B,), no unit."""
         return np.asarray((self.product * self.solution).sum(axis=1))
 
     @property
     def variance(self) -> FloatArray:
-        """The noise variance V that the rows ask for beside them, (B,)."""
+        """The noise variance V that the rows ask for, (B,), over the stated: no unit."""
         rest = self.dof - self.product.shape[1]
         return np.asarray(np.maximum((self.chi2 - self.drop) / np.maximum(rest, 1), 1.0))
 
@@ -180,7 +180,7 @@ def set_log_densities(sets: Sets) -> FloatArray:
 
 
 def likeliest_sizes(sets: Sets) -> tuple[FloatArray, FloatArray]:
-    """The likeliest tau of every block, (B, blocks), and the noise variance V with them, (B,)."""
+    """The likeliest tau of every block, (B, blocks), and V with them, (B,); no unit."""
     variance = np.where(sets.dof > sets.product.shape[1], sets.variance, 1.0)
     return _at_variance(sets, variance)[1], variance
 

@@ -71,7 +71,7 @@ class Search:
 
     @cached_property
     def leverage(self) -> FloatArray:
-        """What each row keeps of itself in the base, (r,)."""
+        """Share of itself that each row keeps in the base, (r,)."""
         return np.asarray((self.table.projector.model**2).sum(axis=1))
 
     @cached_property

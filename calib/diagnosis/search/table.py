@@ -80,7 +80,7 @@ class Table:
 
     @cached_property
     def unit_rows(self) -> FloatArray:
-        """The visible columns as rows of length one, (v, r)."""
+        """The visible columns as rows, unit vectors (v, r)."""
         return np.asarray(self.rows / np.sqrt((self.rows**2).sum(axis=1, keepdims=True)))
 
     def is_blind(self, j: int) -> bool:
@@ -92,7 +92,7 @@ class Table:
         return slice(int(self.first[j]), int(self.first[j] + self.seen[j]))
 
     def block(self, j: int) -> FloatArray:
-        """Visible columns of hypothesis ``j``, (r, v), orthogonal."""
+        """Visible whitened columns of hypothesis ``j``, (r, v), orthogonal."""
         return self.rows[self.where(j)].T
 
     def left_out(self, members: Sequence[int], pose: IntArray) -> FloatArray:

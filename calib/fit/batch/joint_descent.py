@@ -181,7 +181,7 @@ def _moved(
 
 
 def step_from(problem: JointProblem, at: JointEstimate) -> tuple[FloatArray, FloatArray]:
-    """The step (S, p + q + h) from an estimate, and by what it moves the rows, (S, r)."""
+    """The step (S, p + q + h) from an estimate, SI, and of the rows, (S, r), in sds."""
     residual = at.rows.residual
     linear = np.where(np.isfinite(at.rows.jacobian), at.rows.jacobian, 0.0) @ problem.directions
     unit, norm = unit_columns(linear)
@@ -229,7 +229,7 @@ def _shape_step(
 def shape_derivatives(
     equations: JointEquations, at: JointEstimate, names: Sequence[str]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Slope, curvature (S, r, h) and mixed derivatives (S, r, p, h) of the rows by the shapes.
+    """Slope, curvature (S, r, h) and mixed derivatives (S, r, p, h) of whitened rows by shapes.
 
     As of :func:`calib.fit.rows.shape_derivatives.shape_derivatives`.
     """

@@ -95,13 +95,13 @@ class JointEquations:
         return np.asarray(np.array(columns) / self.magnitude_sd[:, :, None])
 
     def held(self, vector: FloatArray) -> FloatArray:
-        """Vectors (S, n, 3) that effects are evaluated on: in a null pose what it should read."""
+        """Vectors (S, n, 3), SI, that effects are evaluated on: null poses as they should be."""
         return np.asarray(np.where(self.one.is_null[:, None], self.expected, vector))
 
     def columns(
         self, effects: Sequence[Effect], vector: FloatArray, shapes: Shapes, axes: JointAxes
     ) -> FloatArray:
-        """Columns (S, n, 3, k) of effects of the sensor at held vectors (S, n, 3)."""
+        """Columns (S, n, 3, k) of effects of the sensor at held vectors (S, n, 3), SI."""
         sets, n, _ = vector.shape
         here = self.at_start.with_vector(vector.reshape(-1, 3))
         sensed = here
@@ -177,7 +177,7 @@ class JointEquations:
         return both[..., : first.shape[3]], both[..., first.shape[3] :]
 
     def whitened(self, vectors: FloatArray, s: FloatArray) -> FloatArray:
-        """Data rows (S, d, c) of errors ``vectors`` (S, n, 3, c) of corrected vectors (S, n, 3)."""
+        """Whitened rows (S, d, c) of errors (S, n, 3, c) of corrected vectors (S, n, 3)."""
         directions = self._directions(s, None)
         return np.asarray((directions[:, :, None] @ vectors[:, self.one.row_pose])[:, :, 0])
 

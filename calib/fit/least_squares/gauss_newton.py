@@ -164,8 +164,9 @@ def step_from(
     Returns
     -------
     step : array, shape (p + q + h,)
-        Of theta, eta and the logarithms of the shapes, these at most ``LONGEST_SHAPE_STEP`` and
-        within their bounds, everything else solved for the step that they are left.
+        Of theta (SI), eta (in sds) and the logarithms of the shapes, these at most
+        ``LONGEST_SHAPE_STEP`` and within their bounds, everything else solved for the step that
+        they are left.
     row_step : array, shape (r,)
         What it moves the rows by to first order, sds.
     """

@@ -153,7 +153,7 @@ def _advice(equations: "Equations") -> str:
 
 
 def visible_basis(equations: "Equations", rows: "WhitenedRows") -> FloatArray:
-    """Combinations of the parameters that the poses can see, shape (p, visible).
+    """Combinations of the parameters that the poses can see, in their units, (p, visible).
 
     Bias, scale and misalignment are kept whole: what they lack is refused. Of every added effect
     only the combinations are fitted that leave ``VISIBLE_SHARE`` or more of their signal after

@@ -155,7 +155,7 @@ class Fit:
 
     @property
     def directions(self) -> FloatArray:
-        """What theta and eta were fitted along, as columns, shape (p + q, v + q)."""
+        """What theta and eta were fitted along, as columns, in their units, (p + q, v + q)."""
         return with_common(self.basis, len(self.eta))
 
     @property

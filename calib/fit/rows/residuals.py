@@ -146,7 +146,7 @@ class Equations:
 
     @cached_property
     def matrix_slopes(self) -> FloatArray:
-        """dM/dtheta of the linear form for the p' parameters of the reading, shape (p', 3, 3)."""
+        """dM/dtheta for the p' parameters of the reading, per unit of each, (p', 3, 3)."""
         return matrix_slopes(self.on_reading)
 
     @cached_property

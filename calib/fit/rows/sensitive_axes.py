@@ -93,6 +93,7 @@ def sensor_columns(
     Returns
     -------
     array, shape (n, 3, k)
+        SI per unit of each parameter.
     """
     sensed = at.with_vector(axes.sensed(at.vector))
     columns = [
@@ -112,7 +113,7 @@ def solve_sensor(
     linear: FloatArray,
     axes: Axes,
 ) -> FloatArray:
-    """The corrected vector s of ``s + C(s) theta = linear``, shape (n, 3).
+    """The corrected vector s of ``s + C(s) theta = linear``, SI, shape (n, 3).
 
     ``conditions`` gives what the effects are evaluated on when the vectors are s (n, 3).
 
@@ -180,6 +181,7 @@ def sensor_slope(
     Returns
     -------
     array, shape (n, 3, 3)
+        No unit: the error per error of the vector.
     """
     total = np.zeros((len(vector), 3, 3))
     if not theta.any():
