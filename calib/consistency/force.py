@@ -25,7 +25,8 @@ from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 
 LARGEST_DRIFT = 0.02
-"""Of gravity, by which a low-cost accelerometer may have drifted since its own poses; as
+"""Of gravity, by which a low-cost accelerometer may have drifted since its own poses: 0.02 %/K and
+1 mg/K, what data sheets state, over 50 K and some years; as
 :data:`calib.mounting.mounting.WRONG_GRAVITY`."""
 
 PLATE_RADIUS_M = 0.15  #: m; fact: of a record

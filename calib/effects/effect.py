@@ -25,7 +25,7 @@ import numpy as np
 
 from calib.effects.typical import Typical
 from calib.poses.conditions import Conditions
-from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, Triad
+from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, BoolArray, FloatArray, Triad
 
 REFERENCE_TEMPERATURE_C = 25.0
 """Temperature at which bias and scale are quoted once a temperature effect is in the model."""
@@ -46,6 +46,9 @@ Owner = Literal["sensor", "session", "bench"]
 of one session; the bench's stays with the plate, its camera and where the sensor stood on it."""
 
 
+AT_BOUND = 1e-3  #: relative distance within which a shape parameter is at its bound
+
+
 @dataclass(frozen=True)
 class Shape:
     """A parameter in which the columns are not linear, fitted by its profile.
@@ -63,6 +66,12 @@ class Shape:
     unit: str
     starts: tuple[float, ...]
     bounds: tuple[float, float]
+
+    def is_at_bound(self, value: float | FloatArray) -> BoolArray:
+        """Whether values, a number or an array (S,), stand at an end of the range, or are NaN."""
+        low, high = self.bounds
+        inside = np.greater(value, low * (1 + AT_BOUND)) & np.less(value, high * (1 - AT_BOUND))
+        return np.logical_not(inside)
 
 
 @dataclass(frozen=True)

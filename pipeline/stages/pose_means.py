@@ -13,7 +13,7 @@ from pipeline.config.schema import PosesSection
 from pipeline.config.sensor import Specs
 from pipeline.errors import UnreadableInput
 from pipeline.logs.clock import without_wraps
-from pipeline.logs.columns import ACCELEROMETER, COUNTER, GYROSCOPE, SECONDS_PER, TIME
+from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, READINGS, SECONDS_PER, TIME
 from pipeline.logs.read import LogTable, read_tables
 
 SAMPLES = "samples"  #: the column that makes the sds those of the samples
@@ -49,7 +49,6 @@ def _means(
     factor = SECONDS_PER[section.time_unit] if section.time_unit else table.time_factor
     time_s = (without_wraps(values[TIME]) * factor if TIME in values
               else np.full(rows, math.nan))
-    read = {TIME, COUNTER, *ACCELEROMETER, *GYROSCOPE}
     label = path.relative_to(folder) if path.is_relative_to(folder) else path
     return [
         PoseMean(
@@ -59,7 +58,7 @@ def _means(
             time_s=float(time_s[row]),
             duration_s=0.0,
             columns={name: float(column[row]) for name, column in values.items()
-                     if name not in read and not is_of_means(name)},
+                     if name not in READINGS and not is_of_means(name)},
             stated=True,
         )
         for row in range(rows)

@@ -15,7 +15,7 @@ from calib.fit.least_squares.identifiability import (
     LARGEST_REFERENCE_ERROR,
     require_enough,
 )
-from calib.fit.least_squares.result import AT_BOUND, Fit
+from calib.fit.least_squares.result import Fit
 from calib.fit.model import stack_columns
 from calib.fit.rows.sensitive_axes import Axes
 from calib.fit.rows.whitened_rows import WhitenedRows
@@ -100,7 +100,7 @@ def _covariances(
     unknowns = pseudo_inverse_square(np.concatenate([linear, slope], axis=2))
     variance = np.einsum("skk->sk", unknowns)[:, v:]
     sd = np.where(slope.any(axis=1), np.sqrt(variance), np.nan)
-    bound = np.array([_at_bound(shape.bounds, at.shapes[name])
+    bound = np.array([shape.is_at_bound(at.shapes[name])
                       for name, shape in problem.free.items()]).T
     some = bound.any(axis=1)
     if some.any():
@@ -108,11 +108,6 @@ def _covariances(
         unknowns[some] = pseudo_inverse_square(np.concatenate([linear[some], held], axis=2))
     cov = directions @ unknowns[:, :v, :v] @ turned
     return cov, dict(zip(problem.free, sd.T, strict=True))
-
-
-def _at_bound(bounds: tuple[float, float], value: FloatArray) -> BoolArray:
-    low, high = bounds
-    return ~((value > low * (1 + AT_BOUND)) & (value < high * (1 - AT_BOUND)))
 
 
 def _is_determined(
