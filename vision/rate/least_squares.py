@@ -105,9 +105,8 @@ def least_squares(x: FloatArray, y: FloatArray, turn_rad: FloatArray | None = No
 
 
 def columns_of_unit_rms(x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Columns over their root mean squares, (n, k), without a unit, and these, (k,), in their unit.
-
-    The mean square of a column of zeros counts as 1.
+    """Columns (n, k) of any unit over their root mean squares, and these (k,), 1 for a column of
+    zeros.
     """
     rms = np.sqrt((x**2).mean(axis=0))
     scale = np.where(rms > 0, rms, 1.0)

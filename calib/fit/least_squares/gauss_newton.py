@@ -213,7 +213,7 @@ def _shape_step(
 def within_bounds(
     free: Mapping[str, Shape], values: Mapping[str, float | FloatArray], change: FloatArray
 ) -> FloatArray:
-    """What of a change of the logarithms of the free shapes is allowed.
+    """What of a change of the logarithms of the free shapes, which have no unit, is allowed.
 
     Parameters
     ----------
