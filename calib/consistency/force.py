@@ -47,6 +47,11 @@ FALSE_ALARM = 1e-6
 the logarithm of the number of looks over it."""
 
 
+NOTICEABLE = 5e-4
+"""Of gravity: what noise, placement and warmth leave in a good session; a mistake that changes less
+than this goes unnoticed and does as little harm."""
+
+
 def require_gravity(
     poses: PoseSet, accelerometer: TriadCalibration, gravity_m_s2: float
 ) -> None:
@@ -195,8 +200,3 @@ def _likely_mistake(
         f"It fits if {' and '.join(parts)} in the accelerometer of these poses, or the other way "
         f"round in those at rest. Bring both to the same columns, range and unit."
     )
-
-
-NOTICEABLE = 5e-4
-"""Of gravity: what noise, placement and warmth leave in a good session; a mistake that changes less
-than this goes unnoticed and does as little harm."""

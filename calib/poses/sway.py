@@ -59,6 +59,10 @@ def check_calm(label: str, scatter: FloatArray, sway: float, gravity: float, lim
         )
 
 
+NOTICEABLE_M_S2 = 0.02
+"""Of gravity missing; as ``LARGEST_STILL_SHIFT`` of the accelerometer."""
+
+
 def shortfall(means: Sequence["PoseMean"]) -> FloatArray:
     """By how much the mean of each pose at rest of a run may be short of gravity, m/s², (n,).
 
@@ -92,10 +96,6 @@ def shaken(means: Sequence["PoseMean"], run: str) -> str | None:
         f"{np.sqrt(scatter[worst]):.2g} m/s², in a typical pose by {np.sqrt(usual):.2g} m/s²: it "
         f"was shaken, or the log is faulty. Record the pose again, or take it out of the list."
     )
-
-
-NOTICEABLE_M_S2 = 0.02
-"""Of gravity missing; as ``LARGEST_STILL_SHIFT`` of the accelerometer."""
 
 
 def _swept(means: Sequence["PoseMean"]) -> tuple[FloatArray, float, FloatArray]:

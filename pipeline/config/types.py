@@ -21,6 +21,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from calib.effects.catalogue import EFFECTS, UnknownEffect, find_effect
 from calib.effects.effect import OF_COLUMN
 from pipeline.config.file_patterns import NoSuchFile, find_files
+from pipeline.files import LONGEST_NAME
 from pipeline.logs.columns import Renamed
 from pipeline.text.names import nearest_name
 from vision.rate.terms import CONSTANT_RATE, TERMS
@@ -85,7 +86,6 @@ def no_such(kind: str, name: str, right: tuple[str, ...]) -> PydanticCustomError
 
 #: Missing files of a list that are named; after as many the rest is not looked for.
 MOST_FAULTS = 20
-LONGEST_NAME = 255  #: bytes of a file's name, in every file system in common use
 SHOWN = 60  #: characters of a wrong name that a message repeats
 #: No length, rate, count or share of a session is larger, and none that is not 0 is smaller than
 #: its inverse: what is squared later neither overflows nor vanishes.

@@ -114,5 +114,7 @@ def error_per_pose(fit: Fit, h: FloatArray, after: FloatArray) -> Rows:
 
 
 def over_all_rows(columns: FloatArray, rows: int) -> FloatArray:
-    """``columns`` (d, k) over all ``rows``, (rows, k): effects leave the prior rows alone."""
+    """``columns`` (d, k) over all ``rows``, (rows, k), in their unit: effects leave the prior
+    rows alone.
+    """
     return np.vstack([columns, np.zeros((rows - len(columns), columns.shape[1]))])

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.poses.averaging import PoseMean, TriadMean
+from calib.poses.averaging import NOT_LOGGED, PoseMean, TriadMean, stated_means
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 from pipeline.config.schema import PosesSection
@@ -68,15 +68,12 @@ def _means(
 def _triad_means(
     values: Mapping[str, FloatArray], names: tuple[str, ...], spec: TriadSpec | None, rows: int
 ) -> list[TriadMean]:
-    unknown = np.full((rows, 3), np.nan)
     if spec is None or names[0] not in values:
-        return [TriadMean(*(np.full(3, np.nan) for _ in range(4))) for _ in range(rows)]
+        return [NOT_LOGGED] * rows
     means = spec.nominal(np.column_stack([values[name] for name in names]))
     sd = (np.column_stack([values[SD + name] for name in names]) * spec.nominal_scale
-          if SD + names[0] in values else unknown)
-    scatter = sd**2 if SAMPLES in values else unknown
-    variance = sd**2 / values[SAMPLES][:, None] if SAMPLES in values else sd**2
-    return [TriadMean(mean, v, v, s) for mean, v, s in zip(means, variance, scatter, strict=True)]
+          if SD + names[0] in values else np.full((rows, 3), np.nan))
+    return stated_means(means, sd, values.get(SAMPLES))
 
 
 def _require_numbers(table: LogTable) -> None:

@@ -226,7 +226,7 @@ def within_bounds(
     Returns
     -------
     array, shape (h,) or (S, h)
-        At most ``LONGEST_SHAPE_STEP``, within the bounds of each.
+        At most ``LONGEST_SHAPE_STEP``, within the bounds of each; no unit.
     """
     value = np.log(np.array([values[name] for name in free])).T
     low, high = np.log([shape.bounds for shape in free.values()]).T
