@@ -188,6 +188,24 @@ def test_two_equal_marks_opposite_each_other_do_not_halve_the_turn(render: Rende
     assert abs(error_ppm(measure_rate(track, timebase=CLOCK), motion)) < 30
 
 
+def test_strobe_dots_alone_give_the_set_of_rates_and_the_nominal_one_chooses(
+    render: Render,
+) -> None:
+    """The frames show how far the dots move, but not which of them is which."""
+    dots = tuple(Mark(0.9, a, 0.06, 0.05) for a in np.linspace(0, 2 * np.pi, 24, endpoint=False))
+    motion = PlateMotion(33.3 * RPM)
+    path, _ = render(motion, Scene(marks=dots, label=False, sensor_box=False), seconds=10)
+    track = track_phase(path)
+    assert track.plate.symmetry == 24
+    told = measure_rate(track, timebase=CLOCK, nominal_rpm=33.3)
+    assert abs(error_ppm(told, motion)) < 30
+    # A dot more or less from frame to frame, at 15 frames per second.
+    spacing = np.diff(sorted(told.aliases.rates_rad_s)) / RPM
+    assert spacing == pytest.approx(60 * 15 / 24, abs=0.01)
+    with pytest.raises(RateRefused, match=r"Rates of 33.3, .* rpm give the same frames"):
+        measure_rate(track, timebase=CLOCK)  # the smallest, 4.2 rpm, makes less than a turn
+
+
 def test_an_aliased_plate_lists_its_rates_and_takes_the_nominal_one(render: Render) -> None:
     motion = PlateMotion(600 * RPM)
     path, _ = render(motion, Scene(exposure_s=1 / 500), seconds=10)
