@@ -42,6 +42,10 @@ moves. Derived: an error of the data sheet by a third leaves the first, cross-ax
 a few per cent move a dead axis by less than the second."""
 
 
+class SensorMoved(Undetermined):
+    """A pose at rest whose readings stray by more than noise, by the scatter within it alone."""
+
+
 def _stray(values: FloatArray, finer: int = 1) -> tuple[FloatArray, FloatArray]:
     """How far batch means stray from their median, as the module says, and by noise alone, (k,).
 
@@ -101,7 +105,7 @@ def check_still(
     axis = int(np.argmax(stray / limit))
     if stray[axis] > limit[axis]:
         unit = SI_UNIT[triad]
-        raise Undetermined(
+        raise SensorMoved(
             f"{label}: the sensor moved: {triad} {AXES[axis]} strays by {stray[axis]:.3g} {unit} "
             f"within the pose, where still poses stray by {limit[axis]:.2g} {unit} at most. Record "
             f"the pose again, or cut the log to the part in which it lay still."
