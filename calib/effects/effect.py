@@ -17,8 +17,9 @@ Three places where an effect can act, and the vector its columns are evaluated o
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -40,6 +41,8 @@ Need = Literal["force", "time", "previous", "vibration", "plate"]
 """What the columns of an effect are made of besides the vector itself, as the fields of
 :class:`calib.poses.conditions.Conditions`: the specific force; the time since the session began;
 the pose before; the vibration within the pose; the plate's rate and the reference magnitude."""
+
+ConstantPart = Literal["bias", "scale"]
 
 Owner = Literal["sensor", "session", "bench"]
 """Whose an effect is. The sensor's goes wherever the sensor goes; the session's holds on the clock
@@ -115,8 +118,8 @@ class Effect:
         Columns of the log that it reads.
     belongs_to : str
         ``sensor``, ``session`` or ``bench``; see :data:`Owner`.
-    follows : str or None
-        Logged column that a bias follows from an origin of no meaning: 5 V, 1013 hPa.
+    constant_is : str or None
+        The effect of the base that it is where its conditions do not vary.
     orthogonal : bool
         Whether an effect on the sensor acts on the orthogonal axes instead of the sensitive ones.
     in_square : bool
@@ -145,7 +148,7 @@ class Effect:
     belongs_to: Owner = "sensor"
     orthogonal: bool = False
     in_square: bool = False
-    follows: str | None = None
+    constant_is: ConstantPart | None = None
     names_column: str | None = None
     follows_words: str = ""
     largest: float = math.inf
@@ -178,6 +181,24 @@ class Effect:
         """Whether it is ``column:NAME``, which no catalogue lists."""
         return self.names_column is not None and self.name == OF_COLUMN + self.names_column
 
+    def from_mean(self, fitted: Sequence[str], sets: int = 1) -> "Effect":
+        """The part of the effect that the base does not hold: how it varies about its mean.
+
+        What an effect is while nothing varies is a bias or a gain, and where it is counted from
+        (25 °C, 5 V, power-on) adds no more than that: what poses see of it must not depend on it.
+
+        Parameters
+        ----------
+        fitted : sequence of str
+            The effects of the model; without what it is at rest, all of it can be seen.
+        sets : int
+            The rows that it will be evaluated on are those of so many sets of poses, one after
+            another, each with a mean of its own.
+        """
+        if self.constant_is not in fitted:
+            return self
+        return replace(self, columns=partial(_about_mean, self, sets))
+
     def from_shape(self, value: float) -> "Effect":
         """The same effect with ``value`` as the first start of its shape parameter."""
         assert self.shape is not None
@@ -186,6 +207,33 @@ class Effect:
 
 OF_COLUMN = "column:"
 """Followed by the column: the name of a bias that follows it."""
+
+
+def _about_mean(
+    effect: Effect, sets: int, at: Conditions, shape: ShapeValue | None = None
+) -> FloatArray:
+    """The columns of ``effect`` less what they are on average, as a bias or a gain."""
+    errors = effect.evaluate(at, shape)
+    if effect.acts_on == "reference":
+        per = np.where(at.magnitude > 0, at.magnitude, 0.0)[:, None]
+        factor = errors / np.where(per == 0, 1.0, per)
+    elif effect.constant_is == "scale":
+        per = at.vector[:, :, None]
+        factor = effect.evaluate(at.with_vector(np.ones_like(at.vector)), shape)
+    else:
+        per, factor = np.ones((len(at), 1, 1)), errors
+    counts = (per != 0).any(axis=1, keepdims=True).reshape(sets, -1, *(1,) * (per.ndim - 1))
+    of_set = factor.reshape(sets, -1, *factor.shape[1:])
+    number = np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    mean = np.where(counts, of_set, 0.0).sum(axis=1, keepdims=True) / number
+    varying = np.where(counts, of_set - mean, 0.0)
+    # The rounding of the mean is no variation.
+    varying = np.where(np.abs(varying) > ROUNDING_OF_MEAN * np.abs(mean), varying, 0.0)
+    return np.asarray(varying.reshape(factor.shape) * per)
+
+
+ROUNDING_OF_MEAN = 1e-12  #: relative; numerical
+
 
 EFFECTS: dict[str, Effect] = {}
 """Every listed effect by name, in the order of the catalogue."""
@@ -203,6 +251,7 @@ def effect(
     belongs_to: Owner = "sensor",
     orthogonal: bool = False,
     in_square: bool = False,
+    constant_is: ConstantPart | None = None,
     names_column: str | None = None,
     follows_words: str = "",
     largest: float = math.inf,
@@ -231,6 +280,7 @@ def effect(
             belongs_to=belongs_to,
             orthogonal=orthogonal,
             in_square=in_square,
+            constant_is=constant_is,
             names_column=names_column,
             follows_words=follows_words,
             largest=largest,
@@ -267,7 +317,7 @@ def column_effect(name: str) -> Effect:
         parameters=AXES,
         unit=f"{{u}} per unit of {name}",
         logged=(name,),
-        follows=name,
+        constant_is="bias",
         names_column=name,
         columns=lambda at: per_axis(np.tile(at.column(name)[:, None], 3)),
         physics=f"Bias that moves in proportion to the logged column {name}.",

@@ -40,6 +40,10 @@ moves. Derived: an error of the data sheet by a third leaves the first, cross-ax
 a few per cent move a dead axis by less than the second."""
 
 
+class SensorMoved(Undetermined):
+    """A pose at rest whose readings stray by more than noise, by the scatter within it alone."""
+
+
 def _median(values: FloatArray) -> FloatArray:
     """As ``np.median`` of (b, k) over b, which takes seven times as long for so few values."""
     half = len(values) // 2
@@ -110,7 +114,7 @@ def check_still(
     axis = int(np.argmax(stray / limit))
     if stray[axis] > limit[axis]:
         unit = SI_UNIT[triad]
-        raise Undetermined(
+        raise SensorMoved(
             f"{label}: the sensor moved: {triad} {AXES[axis]} strays by {stray[axis]:.3g} {unit} "
             f"within the pose, where still poses stray by {limit[axis]:.2g} {unit} at most. Record "
             f"the pose again, or cut the log to the part in which it lay still."
