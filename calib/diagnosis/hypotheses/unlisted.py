@@ -32,6 +32,7 @@ STEP_MARGIN = 2
 """Poses that a step leaves on either side at least; fewer are bad poses."""
 
 TEMPERATURE = "temperature_c"
+IN_A_CURVE = "in a curve"  #: how a bias follows a column by its square
 LAGS_S = (30.0, 45.0, 70.0, 100.0, 150.0, 220.0, 330.0, 500.0, 750.0, 1100.0, 1700.0, 2500.0,
           3800.0, 5600.0)
 """How far the temperature within may lag that of the log, half a minute to an hour and a half.
@@ -111,7 +112,7 @@ def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, Form]]:
         yield name, [("", Course.of_bias(shapes))]
         if name in columns:
             curve = ((values - values.mean()) / np.ptp(values)) ** 2
-            yield name, [("in a curve", Course.of_bias(curve[:, None]))]
+            yield name, [(IN_A_CURVE, Course.of_bias(curve[:, None]))]
     yield "attitude", [("", Course.of_size(_attitude(fit)))]
     if np.isfinite(poses.time_s).all():
         if TEMPERATURE in columns and np.ptp(poses.columns[TEMPERATURE]) > 0:

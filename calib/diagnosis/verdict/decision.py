@@ -14,6 +14,7 @@ from enum import StrEnum
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.unlisted import IN_A_CURVE
 from calib.diagnosis.search.odds import Inclusion, Odds, is_course
 from calib.diagnosis.search.sets import Search, is_nothing
 from calib.diagnosis.verdict.explained import explained, predicted_share, signal_rows
@@ -58,6 +59,9 @@ class Verdict:
         Part of the misfit that the leading set takes.
     explains : bool
         Whether the poses' own noise explains what is left.
+    straight : tuple of str
+        Logged columns that a named effect follows along a straight line, where a curve in them
+        would look the same.
     """
 
     code: Code
@@ -68,6 +72,7 @@ class Verdict:
     beside: tuple[Inclusion, ...] = ()
     share: float = 0.0
     explains: bool = False
+    straight: tuple[str, ...] = ()
 
 
 def reach_verdict(state: Search, odds: Odds) -> Verdict:
@@ -87,6 +92,7 @@ def reach_verdict(state: Search, odds: Odds) -> Verdict:
         return Verdict(
             Code.EFFECT, first.name, tuple(each.name for each in named), first.members,
             beside=_beside(state, odds, named), share=share, explains=explains,
+            straight=_as_a_curve(state, odds, named),
         )
     share, _ = explained(state, odds)
     unlisted = _unlisted(state, odds, share, explains)
@@ -175,6 +181,20 @@ def _one_pose(state: Search, odds: Odds, named: Inclusion) -> str | None:
     share = left_out_square(signal, state.table.projector.model, pose)
     alone = share > CONSTANTS.alias_correlation**2 * float(signal @ signal)
     return str(state.base.poses.label[np.flatnonzero(alone)[0]]) if alone.any() else None
+
+
+def _as_a_curve(state: Search, odds: Odds, named: Sequence[Inclusion]) -> tuple[str, ...]:
+    """Columns of which the poses show too few values to tell a straight line from a curve."""
+    columns = []
+    for each in named:
+        j = next(j for j in odds.lead.members if state.hypotheses[j].name == each.name)
+        effect = state.hypotheses[j].effect
+        column = None if effect is None else effect.names_column
+        curves = [k for k, h in enumerate(state.hypotheses)
+                  if column is not None and h.follows == column and h.detail == IN_A_CURVE]
+        if any(state.table.correlations(j, curves, ()) > CONSTANTS.alias_correlation):
+            columns.append(str(column))
+    return tuple(columns)
 
 
 def _beside(state: Search, odds: Odds, named: Sequence[Inclusion]) -> tuple[Inclusion, ...]:

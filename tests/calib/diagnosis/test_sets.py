@@ -249,3 +249,15 @@ def test_inclusion_holds_the_named_class_first_and_no_probability_beyond_one() -
 def test_every_constant_says_where_it_comes_from() -> None:
     for name, origin in CONSTANTS.origins().items():
         assert origin.split(":")[0] in ("fact", "derived", "tuned"), name
+
+
+def test_two_temperatures_do_not_tell_a_straight_line_from_a_curve() -> None:
+    """Three soaks at two temperatures; in a room that wanders by 0.2 °C a curve is another."""
+    curve = "follows the logged column temperature_c in a curve looks the same"
+    for name in ("temperature_bias", "temperature_squared"):
+        found = said("soak", "accelerometer", (name,), 20.0, 76)
+        assert (found.verdict, found.names) == ("effect", ("temperature_bias",))
+        assert curve in found.text
+    found = said("hand", "accelerometer", ("temperature_bias",), 10.0, 77)
+    assert (found.verdict, found.names) == ("effect", ("temperature_bias",))
+    assert curve not in found.text
