@@ -18,6 +18,7 @@ from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from tests.calib.made_poses import (
     base_theta,
     linear_form,
+    pairs,
     read_through,
     rich_poses,
     some_conditions,
@@ -36,11 +37,6 @@ REFUSED = {(name, triad) for name in ("frame_rotation", "reference_scale") for t
 REFUSED |= {("reference_offset", "accelerometer")}
 """Effects that lengths cannot show: those across them, and a wrong clock or gravity, which is a
 gain."""
-
-
-def pairs(names: list[str]) -> list[tuple[str, Triad]]:
-    """Every effect with every triad it is for."""
-    return [(name, triad) for name in names for triad in EFFECTS[name].triads]
 
 
 def shapes_of(model: Model) -> dict[str, float]:
@@ -271,49 +267,3 @@ def test_a_column_effect_follows_its_column() -> None:
     expected = at.columns["humidity_pct"][:, None, None] * np.eye(3)
     assert effect.evaluate(at) == pytest.approx(expected)
     assert effect.unit_for("gyroscope") == "rad/s per unit of humidity_pct"
-
-
-COUNTED = [name for name, effect in EFFECTS.items() if effect.constant_is is not None]
-"""Effects that are a bias or a gain where nothing varies."""
-
-
-def at_another_origin(at: Conditions) -> Conditions:
-    """The same conditions 11 °C warmer, and an hour later."""
-    warmer = {**at.columns, "temperature_c": at.columns["temperature_c"] + 11.0}
-    return replace(at, columns=warmer, time_s=at.time_s + 3600.0)
-
-
-@pytest.mark.parametrize(("name", "triad"), pairs(COUNTED))
-def test_how_an_effect_varies_does_not_depend_on_where_it_is_counted_from(
-    name: str, triad: Triad
-) -> None:
-    effect, at = EFFECTS[name], some_conditions(triad)
-    varying = effect.from_mean(BASE)
-    here, there = (varying.evaluate(each) for each in (at, at_another_origin(at)))
-    # An hour later a warm-up has the same course, and less of it.
-    factor = np.exp(3600.0 / effect.shape.starts[0]) if effect.shape is not None else 1.0
-    assert factor * there == pytest.approx(here, abs=1e-9 * np.abs(here).max())
-    assert effect.from_mean(("misalignment",)) is effect
-
-
-@pytest.mark.parametrize(("name", "triad"), pairs(COUNTED))
-def test_of_an_effect_in_conditions_that_do_not_vary_nothing_is_left(
-    name: str, triad: Triad
-) -> None:
-    at = some_conditions(triad)
-    still = replace(at, time_s=np.full(len(at), 311.7),
-                    columns={**at.columns, "temperature_c": np.full(len(at), 29.87)})
-    assert not EFFECTS[name].from_mean(BASE).evaluate(still).any()
-    assert EFFECTS[name].evaluate(still).any()
-
-
-@pytest.mark.parametrize("name", COUNTED)
-def test_the_part_that_does_not_vary_is_a_bias_or_a_gain(name: str) -> None:
-    effect, at = EFFECTS[name], some_conditions("gyroscope")
-    rest = effect.evaluate(at) - effect.from_mean(BASE).evaluate(at)
-    if effect.acts_on == "reference":
-        per = np.where(at.magnitude > 0, at.magnitude, 0.0)[:, None]
-    else:
-        per = EFFECTS[str(effect.constant_is)].evaluate(at)
-    factor = (rest * per).sum() / (per * per).sum()
-    assert rest == pytest.approx(factor * per, abs=1e-12 * np.abs(rest).max())
