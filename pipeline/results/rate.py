@@ -105,7 +105,7 @@ def _phase_diagnosis(diagnosis: "PhaseDiagnosis") -> Json:
         "record_next": diagnosis.record_next,
         "ranking": [
             # A revolution left out is no test: those beside it determine it.
-            candidate_json(each, each.rms_after_rad, loo_after=None)
+            candidate_json(each, each.rms_after_rad, is_blind=each.blind)
             for each in diagnosis.ranking
         ],
     }

@@ -144,7 +144,7 @@ def pattern_spectra(strips: Strips) -> Spectra:
 
 
 def energy(strips: Strips, grid: Grid) -> NDArray[np.float32]:
-    """Weighted sum of squares of each strip, shape (f,)."""
+    """Weighted sum of squares of each strip, shape (f,), in the square of their unit."""
     return np.asarray(np.vecdot(strips, strips) @ grid.weight())
 
 
@@ -196,7 +196,7 @@ def correlated_angle(
     near_enough: float,
     parts: int,
 ) -> FloatArray:
-    """Angle of each frame against T, with the whole turns of the expected angle, shape (f,).
+    """Angle of each frame against T, with the whole turns of the expected one, rad, (f,).
 
     The peak near the expected angle is taken where it reaches ``near_enough`` of the highest; of a
     plate of equal parts, the one within half a part.
@@ -220,7 +220,7 @@ def correlated_angle(
 
 
 def informative_rings(template: Template) -> FloatArray:
-    """Radii, about a pixel apart, that carry nearly all information on the angle, shape (r,)."""
+    """Plate radii, about a pixel apart, that carry nearly all information on the angle, (r,)."""
     grid = template.grid
     spectrum = ring_spectra(template.turning)
     k = np.arange(spectrum.shape[-1])

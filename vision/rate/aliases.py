@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vision.geometry import FloatArray
+from vision.numbers import RPM
 from vision.phase_track import PhaseTrack
 from vision.rate.unwrap import frame_time, stamped_in_bursts, usable
 
@@ -26,8 +27,7 @@ RETIMED = {  # playback rate over capture rate of clips that were retimed, and h
     30 / 25: "filmed at 25 frames per second and stamped as 30",
     30 / 24: "filmed at 24 frames per second and stamped as 30",
 }
-RPM = 2 * np.pi / 60  #: rad/s
-FASTEST_USUAL = 100 * RPM  #: of record players, to choose the words
+FASTEST_USUAL = 100 * RPM  #: rad/s, of record players, to choose the words
 
 
 @dataclass(frozen=True)

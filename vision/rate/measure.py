@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vision.errors import RateRefused
+from vision.numbers import RPM
 from vision.phase_track import PhaseTrack, RateHistory
 from vision.rate.aliases import Aliases, list_aliases
 from vision.rate.cross_checks import CrossChecks, cross_check
@@ -128,8 +129,7 @@ class RateMeasurement:
     warnings: tuple[str, ...]
 
     def __repr__(self) -> str:
-        rpm = 60 / (2 * np.pi)
-        return (f"{self.rate_rad_s:.7g} rad/s ± {self.sd_rad_s:.2g} ({self.rate_rad_s * rpm:.6g} "
+        return (f"{self.rate_rad_s:.7g} rad/s ± {self.sd_rad_s:.2g} ({self.rate_rad_s / RPM:.6g} "
                 f"rpm, {self.direction}, {self.revolutions:.1f} revolutions)")
 
     @property

@@ -102,7 +102,7 @@ def regressors(track: PhaseTrack, angle: PlateAngle, rate_rad_s: float) -> Regre
 
 
 def columns(term: str, base: Regressors) -> FloatArray:
-    """X of a term, shape (u, k)."""
+    """X of a term, shape (u, k), rad per unit of each parameter."""
     if term == "once_per_rev":
         return np.stack([np.cos(base.line_rad), np.sin(base.line_rad)], axis=1)
     if term == "twice_per_rev":
@@ -122,7 +122,7 @@ def columns(term: str, base: Regressors) -> FloatArray:
 
 
 def design(terms: Sequence[str], base: Regressors, time_s: FloatArray) -> FloatArray:
-    """Columns of constant, rate (on either time) and the terms, shape (u, 2 + Σk)."""
+    """Columns of constant, rate (on either time) and the terms, rad per unit, (u, 2 + Σk)."""
     parts = [np.ones((len(time_s), 1)), time_s[:, None]]
     parts += [columns(term, base) for term in terms]
     return np.concatenate(parts, axis=1)

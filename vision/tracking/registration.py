@@ -74,7 +74,7 @@ class Registration:
         self.largest_px = self.largest_roll_rad = 0.0
 
     def motion(self, luma: Luma) -> FloatArray | None:
-        """Homography from the reference to a frame, shape (3, 3); None where it is not seen."""
+        """Homography from the reference to a frame, px to px, (3, 3); None where it is not seen."""
         onto, seen = _followed(self._reference, luma, self.corners, self._motion)
         if seen.sum() < FEWEST:
             return None
