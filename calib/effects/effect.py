@@ -24,6 +24,7 @@ from typing import Literal
 
 import numpy as np
 
+from calib.effects.about_mean import about_mean
 from calib.effects.typical import Typical
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, Triad
@@ -183,7 +184,7 @@ class Effect:
         """
         if self.constant_is not in fitted:
             return self
-        return replace(self, columns=partial(_about_mean, self, sets))
+        return replace(self, columns=partial(about_mean, self, sets))
 
     def at_shape(self, value: float) -> "Effect":
         """The same effect with its shape parameter held at ``value``."""
@@ -193,32 +194,6 @@ class Effect:
         """The same effect with its shape parameter fitted from ``value`` on."""
         assert self.shape is not None
         return replace(self, shape=replace(self.shape, starts=(value,)))
-
-
-def _about_mean(
-    effect: Effect, sets: int, at: Conditions, shape: ShapeValue | None = None
-) -> FloatArray:
-    """The columns of ``effect`` less what they are on average, as a bias or a gain."""
-    errors = effect.evaluate(at, shape)
-    if effect.acts_on == "reference":
-        per = np.where(at.magnitude > 0, at.magnitude, 0.0)[:, None]
-        factor = errors / np.where(per == 0, 1.0, per)
-    elif effect.constant_is == "scale":
-        per = at.vector[:, :, None]
-        factor = effect.evaluate(at.with_vector(np.ones_like(at.vector)), shape)
-    else:
-        per, factor = np.ones((len(at), 1, 1)), errors
-    counts = (per != 0).any(axis=1, keepdims=True).reshape(sets, -1, *(1,) * (per.ndim - 1))
-    of_set = factor.reshape(sets, -1, *factor.shape[1:])
-    number = np.maximum(counts.sum(axis=1, keepdims=True), 1)
-    mean = np.where(counts, of_set, 0.0).sum(axis=1, keepdims=True) / number
-    varying = np.where(counts, of_set - mean, 0.0)
-    # The rounding of the mean is no variation.
-    varying = np.where(np.abs(varying) > ROUNDING_OF_MEAN * np.abs(mean), varying, 0.0)
-    return np.asarray(varying.reshape(factor.shape) * per)
-
-
-ROUNDING_OF_MEAN = 1e-12  #: relative; numerical
 
 
 EFFECTS: dict[str, Effect] = {}
