@@ -38,7 +38,7 @@ MAY_IMPORT: Mapping[str, set[str]] = {
 #: never from one after it. Rooms in one tuple do not import each other.
 FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "calib": [
-        ("errors", "earth", "rounding"), ("poses",), ("effects",), ("fit",),
+        ("errors", "earth", "rounding", "numbers"), ("poses",), ("effects",), ("fit",),
         ("diagnosis", "mounting", "consistency", "noise"),
         ("planning", "assess"), ("notebook",),
     ],
@@ -70,7 +70,8 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("explained", "ranking", "wording"), ("decision",), ("explain",),
     ],
     "vision": [
-        ("geometry", "orientation", "av_decoder", "reduction"), ("phase_track",), ("errors",),
+        ("geometry", "orientation", "av_decoder", "reduction", "numbers"), ("phase_track",),
+        ("errors",),
         ("video", "camera"),
         ("plate", "rate"), ("tracking", "overlay"), ("clip_rate",),
     ],

@@ -1,4 +1,4 @@
-"""What docstrings must state: shapes of arrays, errors that reach another room, true examples."""
+"""What docstrings must state: shapes and units of arrays, errors of other rooms, true examples."""
 
 import ast
 import doctest
@@ -189,3 +189,81 @@ def stated(x: FloatArray) -> tuple[FloatArray, float]:
     silent, stated = public_functions(ast.parse(source).body)
     assert gives_an_array_of_unstated_shape(silent)
     assert not gives_an_array_of_unstated_shape(stated)
+
+
+# --- units of arrays ------------------------------------------------------------------------------
+
+#: Masks, indices, numbers of poses, levels of grey: what is in them has no unit by its type.
+COUNTED = re.compile(r"(tuple\[)?(BoolArray|IntArray|Keys|Luma|Image|np\.ndarray|"
+                     r"NDArray\[(Any|np\.(bool_|intp|int64|uint8))\])")
+#: A name says its unit as everywhere in the project: ``sd_rad``, ``repaired_time_s``.
+UNIT_IN_NAME = re.compile(r"_(rad_s|m_s2|rad|px|deg|ppm|rpm|s|m)$")
+#: A unit of the field; one that the caller chose; or that there is none.
+UNIT = re.compile(
+    r"rad/s|m/s²|°|(, | in )s(?=[,.;:)])|\b(rad|radians|seconds|px|[Pp]ixels|[Cc]ounts|SI)\b|"
+    r"\b[Pp]late radi(us|i)\b|\bframe times\b|\b[Ww]hitened\b|\b[Ii]n (their |its )?sds\b|"
+    r"\b([Aa]ny|[Ii]n (its|their|the same)|per|square of (its|their)) units?\b|"
+    r"\bunit squared\b|\b([Nn]o|[Ww]ithout a) unit\b")
+#: What has no unit wherever it is met.
+PURE = re.compile(r"\b([Uu]nit vectors?|[Rr]otation|[Oo]rthonormal|[Ss]hare|[Cc]orrelation|"
+                  r"[Ll]og (density|densities|prior)|[Ii]ndices)\b")
+SECTION = re.compile(r"\n(\w[\w ]*)\n-+\n")
+RETURNED = re.compile(r"^(\w+) : ", re.MULTILINE)
+
+
+def said_of_the_result(docstring: str) -> str:
+    """The text of a numpydoc docstring without what it says of parameters, errors and examples."""
+    text, *sections = SECTION.split("\n" + docstring)
+    return text + "".join(each for name, each in zip(sections[::2], sections[1::2], strict=True)
+                          if name == "Returns")
+
+
+def gives_an_array_of_unstated_unit(function: ast.FunctionDef) -> bool:
+    result = ast.unparse(function.returns) if function.returns else ""
+    if ARRAY.match(result) is None or is_catalogued(function) or COUNTED.match(result):
+        return False
+    said = said_of_the_result(ast.get_docstring(function) or "")
+    names = [function.name, *RETURNED.findall(said)]
+    return not (any(map(UNIT_IN_NAME.search, names)) or UNIT.search(said) or PURE.search(said))
+
+
+def test_what_gives_an_array_states_its_unit_or_that_it_has_none() -> None:
+    silent = [f"{module}.{function.name}" for module in FILES
+              for function in public_functions(tree_of(module).body)
+              if gives_an_array_of_unstated_unit(function)]
+    assert silent == []
+
+
+def test_a_unit_is_told_from_other_words() -> None:
+    source = """
+def silent(x: FloatArray) -> FloatArray:
+    '''How fast it turns, (n,); the sds are units of their own, s a name.'''
+
+def of_another(x: FloatArray) -> FloatArray:
+    '''How fast it turns.
+
+    Parameters
+    ----------
+    x : array, shape (n,)
+        Angles, rad.
+
+    Returns
+    -------
+    array, shape (n,)
+    '''
+
+def stated(x: FloatArray) -> FloatArray:
+    '''How fast it turns, (n,), rad/s.'''
+
+def named_s(x: FloatArray) -> FloatArray:
+    '''When it turns, (n,).'''
+
+def pure(x: FloatArray) -> FloatArray:
+    '''Unit vectors (n, 3) of its axis.'''
+
+def mask(x: FloatArray) -> BoolArray:
+    '''Whether it turns, (n,).'''
+"""
+    found = [gives_an_array_of_unstated_unit(each) for each in public_functions(
+        ast.parse(source).body)]
+    assert found == [True, True, False, False, False, False]

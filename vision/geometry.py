@@ -62,12 +62,12 @@ class PlateView:
         return float(np.arccos(np.clip(squeeze[1] / squeeze[0], 0, 1)))
 
     def jacobian_at_centre(self) -> FloatArray:
-        """∂(x, y)/∂(u, v) at the spindle, shape (2, 2)."""
+        """∂(x, y)/∂(u, v) at the spindle, px per plate radius, shape (2, 2)."""
         h = self.matrix / self.matrix[2, 2]
         return np.asarray(h[:2, :2] - np.outer(h[:2, 2], h[2, :2]))
 
     def pixels(self, radius: FloatArray, azimuth_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Pixel (x, y) of points given in polar plate coordinates (broadcast together)."""
+        """Pixels x and y, each (...,), of points in polar plate coordinates (broadcast)."""
         x, y = self._project(radius, azimuth_rad)
         if self.lag_rad_px:
             spindle = self.centre_px[1]
@@ -83,7 +83,7 @@ class PlateView:
         return x / n, y / n
 
     def plate(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Polar plate coordinates (radius, azimuth) of pixels."""
+        """Radius in plate radii and azimuth in rad, each (...,), of pixels (broadcast)."""
         u, v, n = (row[0] * x + row[1] * y + row[2] for row in np.linalg.inv(self.matrix))
         azimuth = np.arctan2(v / n, u / n) - self.lag_rad_px * (y - self.centre_px[1])
         return np.hypot(u / n, v / n), azimuth

@@ -93,7 +93,7 @@ class Compared:
 
     @property
     def difference(self) -> FloatArray:
-        """Estimate less certificate, (3,), in :attr:`unit`."""
+        """Estimate less certificate, (3,), in its unit (:attr:`unit`)."""
         return np.asarray(self.estimate - self.certificate)
 
     @property
@@ -142,7 +142,7 @@ def rounding_sd(values: FloatArray) -> float:
 
 
 def frame_free(gain: FloatArray, aligned: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """k⁻¹ (3,) and alpha (3,) of eq. (2) that are left of ``G A`` without its frame."""
+    """k⁻¹ (3,), counts per SI unit, and alpha (3,), rad, of eq. (2): ``G A`` without its frame."""
     upper = np.linalg.qr(np.linalg.inv(gain[:, None] * aligned), mode="r")
     upper = upper * np.sign(np.diag(upper))[:, None]  # QR leaves the sign of every row open
     k = np.diag(upper)

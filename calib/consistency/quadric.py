@@ -15,7 +15,7 @@ from calib.poses.pose_set import PoseSet
 
 
 def least_chi2(sets: Sequence[PoseSet]) -> FloatArray:
-    """Chi-square that a fit of bias, scale and misalignment leaves at least, (k,).
+    """Chi-square, no unit, that a fit of bias, scale and misalignment leaves at least, (k,).
 
     Parameters
     ----------

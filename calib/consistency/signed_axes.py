@@ -25,7 +25,7 @@ CYCLES: Mapping[tuple[int, ...], str] = {
 
 
 def nearest_signed(matrix: FloatArray) -> FloatArray:
-    """The signed permutation (3, 3) that an orthogonal matrix is nearest to."""
+    """The signed permutation (3, 3), no unit, that an orthogonal matrix is nearest to."""
     scores = np.einsum("pij,ij->p", SIGNED_PERMUTATIONS, matrix)
     return np.asarray(SIGNED_PERMUTATIONS[int(np.argmax(scores))])
 

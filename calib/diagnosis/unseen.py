@@ -20,6 +20,9 @@ from calib.fit.triad.calibration import TriadCalibration, parameter_sds
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.runs import TIME_BASE
 
+LEAST_SHARE = 0.1
+"""Of a stated sd: what moves a parameter by less adds half a percent to it and is not listed."""
+
 
 def unseen_budget(
     calibration: TriadCalibration, blind: Iterable[str], part: str
@@ -58,10 +61,6 @@ def unseen_budget(
     return budget
 
 
-LEAST_SHARE = 0.1
-"""Of a stated sd: what moves a parameter by less adds half a percent to it and is not listed."""
-
-
 def typical_size(effect: Effect, part: str, triad: Triad) -> float | None:
     """Size of each parameter, SI, for this class of sensor; what belongs to the bench has its own.
 
@@ -96,6 +95,6 @@ def together(budget: Mapping[str, FloatArray]) -> FloatArray:
     Returns
     -------
     array, shape (3, 3)
-        The root of the sum of their squares.
+        The root of the sum of their squares, in the same units.
     """
     return np.asarray(np.sqrt(sum(sds**2 for sds in budget.values())))

@@ -27,7 +27,7 @@ import numpy as np
 from calib.effects.about_mean import about_mean
 from calib.effects.typical import Typical
 from calib.poses.conditions import Conditions
-from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, Triad
+from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, BoolArray, FloatArray, Triad
 
 REFERENCE_TEMPERATURE_C = 25.0
 """Temperature at which bias and scale are quoted once a temperature effect is in the model."""
@@ -50,6 +50,9 @@ Owner = Literal["sensor", "session", "bench"]
 of one session; the bench's stays with the plate, its camera and where the sensor stood on it."""
 
 
+AT_BOUND = 1e-3  #: relative distance within which a shape parameter is at its bound
+
+
 @dataclass(frozen=True)
 class Shape:
     """A parameter in which the columns are not linear, fitted by its profile.
@@ -67,6 +70,12 @@ class Shape:
     unit: str
     starts: tuple[float, ...]
     bounds: tuple[float, float]
+
+    def is_at_bound(self, value: float | FloatArray) -> BoolArray:
+        """Whether values, a number or an array (S,), stand at an end of the range, or are NaN."""
+        low, high = self.bounds
+        inside = np.greater(value, low * (1 + AT_BOUND)) & np.less(value, high * (1 - AT_BOUND))
+        return np.logical_not(inside)
 
 
 @dataclass(frozen=True)
@@ -168,6 +177,11 @@ class Effect:
             return self.columns(at)
         return self.columns(at, self.shape.starts[0] if shape is None else shape)
 
+    @property
+    def is_column(self) -> bool:
+        """Whether it is ``column:NAME``, which no catalogue lists."""
+        return self.names_column is not None and self.name == OF_COLUMN + self.names_column
+
     def from_mean(self, fitted: Sequence[str], sets: int = 1) -> "Effect":
         """The part of the effect that the base does not hold: how it varies about its mean.
 
@@ -186,14 +200,14 @@ class Effect:
             return self
         return replace(self, columns=partial(about_mean, self, sets))
 
-    def at_shape(self, value: float) -> "Effect":
-        """The same effect with its shape parameter held at ``value``."""
-        return replace(self, columns=lambda at: self.columns(at, value), shape=None)
-
     def from_shape(self, value: float) -> "Effect":
-        """The same effect with its shape parameter fitted from ``value`` on."""
+        """The same effect with ``value`` as the first start of its shape parameter."""
         assert self.shape is not None
-        return replace(self, shape=replace(self.shape, starts=(value,)))
+        return replace(self, shape=replace(self.shape, starts=(value, *self.shape.starts)))
+
+
+OF_COLUMN = "column:"
+"""Followed by the column: the name of a bias that follows it."""
 
 
 EFFECTS: dict[str, Effect] = {}
@@ -262,6 +276,7 @@ def per_axis(values: FloatArray) -> FloatArray:
     Returns
     -------
     array, shape (n, 3, 3)
+        SI per unit of each parameter.
     """
     columns = np.zeros((len(values), 3, 3))
     columns.reshape(-1, 9)[:, ::4] = values
@@ -271,7 +286,7 @@ def per_axis(values: FloatArray) -> FloatArray:
 def column_effect(name: str) -> Effect:
     """The effect ``column:NAME``: a bias that follows the logged column NAME linearly."""
     return Effect(
-        name=f"column:{name}",
+        name=OF_COLUMN + name,
         acts_on="sensor",
         triads=TRIADS,
         parameters=AXES,

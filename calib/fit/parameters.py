@@ -79,7 +79,7 @@ def alignment(misalignment_rad: FloatArray) -> FloatArray:
     Returns
     -------
     array, shape (3, 3)
-        From the sensitive axes to the orthogonal ones.
+        From the sensitive axes to the orthogonal ones, no unit.
     """
     x, y, z = misalignment_rad
     return np.array([[1.0, z, y], [0.0, 1.0, x], [0.0, 0.0, 1.0]])
@@ -108,9 +108,9 @@ def base_theta(model: Model, theta: FloatArray, cov: FloatArray) -> tuple[FloatA
     Returns
     -------
     theta : array, shape (9,)
-        0 for what the model does not hold.
+        SI, 0 for what the model does not hold.
     cov : array, shape (9, 9)
-        NaN for what the model does not hold.
+        SI, NaN for what the model does not hold.
     """
     full = np.zeros(BASE_SIZE)
     full_cov = np.full((BASE_SIZE, BASE_SIZE), np.nan)

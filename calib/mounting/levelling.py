@@ -29,24 +29,24 @@ def _axes_turned(axis: str, angle_rad: float) -> FloatArray:
 
 
 def rotation_x(roll_rad: float) -> FloatArray:
-    """``R_x(φ)`` of eq. (1), shape (3, 3)."""
+    """Rotation ``R_x(φ)`` of eq. (1), shape (3, 3)."""
     return _axes_turned("x", roll_rad)
 
 
 def rotation_y(pitch_rad: float) -> FloatArray:
-    """``R_y(θ)`` of eq. (2), shape (3, 3)."""
+    """Rotation ``R_y(θ)`` of eq. (2), shape (3, 3)."""
     return _axes_turned("y", pitch_rad)
 
 
 def rotation_z(yaw_rad: float) -> FloatArray:
-    """``R_z(ψ)`` of eq. (3), shape (3, 3)."""
+    """Rotation ``R_z(ψ)`` of eq. (3), shape (3, 3)."""
     return _axes_turned("z", yaw_rad)
 
 
 def mounting_rotation(
     order: Order, roll_rad: float, pitch_rad: float, yaw_rad: float = 0.0
 ) -> FloatArray:
-    """``R_xyz = R_x R_y R_z`` or ``R_yxz = R_y R_x R_z``, vehicle to sensor, shape (3, 3)."""
+    """Rotation ``R_xyz = R_x R_y R_z`` or ``R_yxz = R_y R_x R_z``, vehicle to sensor, (3, 3)."""
     x, y, z = rotation_x(roll_rad), rotation_y(pitch_rad), rotation_z(yaw_rad)
     return np.asarray(x @ y @ z if order == "xyz" else y @ x @ z)
 

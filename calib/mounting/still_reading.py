@@ -206,7 +206,7 @@ def noise_covariance(reading: StillReading, accelerometer: TriadCalibration) -> 
 def calibration_covariance(
     quantity: Callable[[TriadCalibration], FloatArray], accelerometer: TriadCalibration
 ) -> FloatArray:
-    """Covariance (q, q) that the calibration's parameters give ``quantity`` (q,)."""
+    """Covariance (q, q) that the calibration's parameters give ``quantity`` (q,), any unit."""
     fit = accelerometer.fit
     sd = np.sqrt(np.diag(fit.cov))
     columns = []

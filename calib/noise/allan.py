@@ -43,7 +43,7 @@ def averaging_factors(count: int) -> IntArray:
 
 
 def allan_variances(readings: FloatArray, step_s: float, factors: IntArray) -> FloatArray:
-    """Overlapping Allan variances (n,) of one axis (t,)."""
+    """Overlapping Allan variances (n,) of one axis (t,), in the square of its unit."""
     tau, deviation, _, _ = allantools.oadev(
         readings - readings.mean(), rate=1 / step_s, data_type="freq", taus=factors * step_s)
     if len(tau) != len(factors):

@@ -65,7 +65,7 @@ class VarianceModel:
                                    optimize=True) / (used * step_s)
 
     def covariance(self, squares: FloatArray) -> FloatArray:
-        """Covariance (n, n) of the variances for the squares (5,) of the coefficients."""
+        """Covariance (n, n) of the variances for the squares (5,) of the coefficients, any unit."""
         random = squares[: len(self._products)]
         return np.asarray(np.einsum("i,j,ijnm->nm", random, random, self._products))
 

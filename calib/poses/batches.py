@@ -10,11 +10,11 @@ COARSE_BATCHES = BATCHES // 2
 
 
 def batch_means(values: FloatArray, count: int) -> FloatArray:
-    """Means of ``count`` equal stretches of ``values`` (t, k), shape (count, k)."""
+    """Means of ``count`` equal stretches of ``values`` (t, k), in their unit, (count, k)."""
     length = len(values) // count
     return np.asarray(values[: count * length].reshape(count, length, -1).mean(axis=1))
 
 
 def batch_variance(values: FloatArray, count: int) -> FloatArray:
-    """Variance of the mean of each column of ``values`` (t, k) from ``count`` batches, (k,)."""
+    """Variance of the mean of ``values`` (t, k) by ``count`` batches, (k,), its unit squared."""
     return np.asarray(batch_means(values, count).var(axis=0, ddof=1) / count)

@@ -26,7 +26,7 @@ RATE_OF = "rate "
 
 
 def spin_sign(means: Sequence[PoseMean], direction: str | None) -> FloatArray:
-    """+1 counter-clockwise seen from above, -1 clockwise, 0 unknown, for each pose, (n,).
+    """+1 counter-clockwise seen from above, -1 clockwise, 0 unknown, (n,), no unit.
 
     Rate and specific force are parallel on a level plate, so their product tells the direction
     whatever the pose; the clip only where no accelerometer was logged.
@@ -140,7 +140,7 @@ def turning_run(means: Sequence[PoseMean], rate: PlateRate, latitude_rad: float 
             sd=each_sd,
             common=np.column_stack(common),
             common_names=tuple(names),
-            of_setting=frozenset({RATE_OF + rate.name}),
+            of_setting=frozenset({RATE_OF + rate.name} if shared else ()),
         ),
         spin_rad_s=sign * plate,
         expected=np.zeros((n, 3)),

@@ -116,7 +116,7 @@ def to_inav(stored: Stored) -> Export:
 
 
 def gains(each: StoredTriad) -> FloatArray:
-    """Factors for nominal readings, about 1, shape (3,)."""
+    """Factors for nominal readings, about 1, no unit, shape (3,)."""
     return np.asarray(each.units_per_count / each.correction.spec.nominal_scale)
 
 

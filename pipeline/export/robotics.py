@@ -48,7 +48,7 @@ NOISE_UNITS = {
 def lower_and_rotation(square: FloatArray) -> tuple[FloatArray, FloatArray]:
     """L, lower triangular with a positive diagonal, and Q of ``square = L Q``, each (3, 3).
 
-    Q is a rotation where the determinant of ``square`` is positive.
+    Q is a rotation where the determinant of ``square`` is positive; L is in its unit.
     """
     q, r = np.linalg.qr(square.T)
     sign = np.sign(np.diag(r))
@@ -56,7 +56,7 @@ def lower_and_rotation(square: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def forward_matrix(each: StoredTriad) -> FloatArray:
-    """N of ``y = N s + offset``: from the true vector to the nominal reading, shape (3, 3)."""
+    """N of ``y = N s + offset``: from the true vector to the nominal reading, no unit, (3, 3)."""
     return np.asarray(each.correction.spec.nominal_scale * np.linalg.inv(matrix(each)))
 
 

@@ -92,7 +92,7 @@ class BlockProgress:
 
 
 def wanted_directions(config: Config, seed: int, block: int) -> FloatArray:
-    """The directions a block is to cover, (n, 3), in the order in which they are suggested."""
+    """Unit vectors (n, 3) that a block is to cover, in the order in which they are suggested."""
     assert config.record is not None
     count = config.record.poses
     directions = natural_directions(corners=count > WEDGE_DIRECTIONS)[:count]

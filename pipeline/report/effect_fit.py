@@ -17,6 +17,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 from calib.effects.effect import Effect
+from calib.fit.column_scaling import unit_columns
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
 from calib.fit.rows.sensitive_axes import ALIGNED
@@ -50,7 +51,7 @@ def errors_of(
 
 
 def sensed_conditions(fit: Fit, effect: Effect) -> tuple[FloatArray, Conditions]:
-    """T (3, 3) from the axes that the effect acts on, and the conditions with what they felt."""
+    """T (3, 3), no unit, from the axes that the effect acts on; the conditions that they felt."""
     axes = ALIGNED if effect.orthogonal else fit.rows.axes
     at = fit.equations.conditions(fit.rows.vector)
     return axes.to_orthogonal, replace(at, vector=axes.sensed(at.vector))
@@ -80,11 +81,10 @@ def solve_effect(
     norm = np.sqrt((columns**2).sum(axis=0))
     if not (np.isfinite(norm).all() and (norm > 0).all()):
         return None
-    full = _padded(columns / norm, len(root))
-    known = [fit.rows.jacobian, *(_padded(other, len(root)) for other in beside)]
+    full = over_all_rows(columns / norm, len(root))
+    known = [fit.rows.jacobian, *(over_all_rows(other, len(root)) for other in beside)]
     jacobian = np.hstack(known) * root[:, None]
-    length = np.sqrt((jacobian**2).sum(axis=0))
-    q, r = np.linalg.qr(jacobian / np.where(length > 0, length, 1.0))
+    q, r = np.linalg.qr(unit_columns(jacobian)[0])
     q = q[:, np.abs(np.diag(r)) > NOTHING]
     rest = full * root[:, None]
     rest = rest - q @ (q.T @ rest)
@@ -111,6 +111,8 @@ def error_per_pose(fit: Fit, h: FloatArray, after: FloatArray) -> Rows:
         return np.bincount(pose, h * after, n) / weight, 1 / np.sqrt(weight)
 
 
-def _padded(columns: FloatArray, rows: int) -> FloatArray:
-    """``columns`` (d, k) over all rows: effects leave the prior rows alone."""
+def over_all_rows(columns: FloatArray, rows: int) -> FloatArray:
+    """``columns`` (d, k) over all ``rows``, (rows, k), in their unit: effects leave the prior
+    rows alone.
+    """
     return np.vstack([columns, np.zeros((rows - len(columns), columns.shape[1]))])

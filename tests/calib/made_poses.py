@@ -19,7 +19,7 @@ from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet
-from calib.poses.reference import CommonError, Reference, constant_reference, join_references
+from calib.poses.reference import CommonError, constant_reference, join_references
 
 MODEL = Model.of(BASE)
 SPECS = {
@@ -69,7 +69,7 @@ def made_poses(
     references = []
     for i, speed in enumerate(speeds):
         size = GRAVITY if triad == "accelerometer" else abs(speed)
-        shared = [CommonError(f"rate {i}", shared_sd * size)]
+        shared = [CommonError(f"rate {i}", shared_sd * size, of_setting=True)]
         references.append(constant_reference(len(natural), size, shared if size else []))
     vector = GRAVITY * up if triad == "accelerometer" else spin[:, None] * up
     return PoseSet(
@@ -155,7 +155,7 @@ def with_noise(poses: PoseSet, rng: np.random.Generator) -> PoseSet:
     return replace(
         poses,
         reading=poses.reading + noise,
-        reference=Reference(stated, reference.sd, reference.common, reference.common_names),
+        reference=replace(reference, magnitude=stated),
     )
 
 

@@ -90,7 +90,7 @@ def turns_on(angle_rad: FloatArray, rough_rad: FloatArray) -> BoolArray:
 
 
 def carried_on(angle_rad: FloatArray, rough_rad: FloatArray, shows: BoolArray) -> FloatArray:
-    """The angles, and where a frame shows none that of its neighbours, shape (f,).
+    """The angles, and where a frame shows none that of its neighbours, rad, shape (f,).
 
     Parameters
     ----------

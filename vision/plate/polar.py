@@ -71,7 +71,7 @@ class Grid:
         return self.inside * self.uncovered
 
     def weight(self) -> NDArray[np.float32]:
-        """Pixels of the clip per sample of each ring, shape (r,), up to a factor: the radius."""
+        """Pixels of the clip per sample of each ring, shape (r,), up to a factor, no unit."""
         return self.radius.astype(np.float32)
 
 

@@ -84,7 +84,7 @@ def view_change(
     Returns
     -------
     array, shape (7,)
-        As ``PlateView.adjusted`` takes it.
+        As ``PlateView.adjusted`` takes it, on the plate: in plate radii.
     """
     basis = motion_basis(turning, grid.radius, grid.azimuths)
     weighted = basis * grid.weight()[:, None]

@@ -17,6 +17,7 @@ from calib.fit.least_squares.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.square_start import square_columns
 from calib.fit.rows.sensitive_axes import sensor_columns
+from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import BoolArray, FloatArray
 
 
@@ -58,7 +59,7 @@ def positions_of(fit: Fit, names: Sequence[str]) -> list[int]:
 
 
 def untested_columns(fit: Fit, tested: Sequence[str]) -> FloatArray:
-    """The columns (r, k) of the fitted model without the effects ``tested``, weighted."""
+    """Whitened columns (r, k) of the fitted model without the effects ``tested``, weighted."""
     jacobian = fit.rows.jacobian
     if tested:
         jacobian = np.delete(jacobian, positions_of(fit, tested), axis=1)
@@ -111,7 +112,7 @@ class Projector:
         full[: len(columns)] = columns
         full *= self.root[:, None]
         norm = np.sqrt((full**2).sum(axis=0))
-        used = norm > 1e-9 * max(float(norm.max(initial=0.0)), 1e-300)
+        used = norm > 1e-9 * max(float(norm.max(initial=0.0)), NO_LENGTH)
         nothing = Signature(name, columns, np.zeros((len(full), 0)), np.zeros(0))
         if not used.any():
             return nothing
@@ -156,7 +157,7 @@ def _whole_vectors(fit: Fit, effect: Effect, shape: float | None) -> FloatArray:
 
 
 def square_vectors(fit: Fit, effect: Effect) -> FloatArray:
-    """Errors (n, 3, k) by the products of parameters that the length shows squared only."""
+    """Errors (n, 3, k), SI, by the products of parameters that the length shows squared only."""
     equations = fit.equations
     n, s = equations.magnitude, fit.rows.vector
     columns = square_columns(equations, effect, equations.conditions(s))

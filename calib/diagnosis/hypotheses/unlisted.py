@@ -54,7 +54,7 @@ MEMORY = 0.3
 
 
 def waves(covariate: FloatArray, count: int) -> FloatArray:
-    """Smooth unknown functions of a covariate, (n, count): cosines of its rank, damped."""
+    """Smooth functions of a covariate, (n, count), no unit: cosines of its rank, damped."""
     rank = np.argsort(np.argsort(covariate, kind="stable"), kind="stable")
     return _waves_of(len(covariate), count)[rank]
 
@@ -67,7 +67,7 @@ def _waves_of(n: int, count: int) -> FloatArray:
 
 
 def lagging(time_s: FloatArray, values: FloatArray, lags_s: Sequence[float]) -> FloatArray:
-    """What follows ``values`` (n,) with first-order lags, settled at the first pose, (n, lags)."""
+    """``values`` (n,) with first-order lags, settled at the first pose, (n, lags), any unit."""
     order = np.argsort(time_s, kind="stable")
     t, v, lag = time_s[order], values[order], np.array(lags_s)
     step = np.maximum(np.diff(t), 1e-9)
@@ -242,7 +242,9 @@ def plate_hypotheses(fit: Fit) -> list[Hypothesis]:
     is none to calibrate with: a rate of its own for every pose would hide any error of the sensor.
     """
     poses, turning = fit.poses, ~fit.poses.reference.is_null
-    if poses.triad != "gyroscope" or not turning.any() or _asked(fit) > LARGEST_RATE_CHANGE:
+    if poses.triad != "gyroscope" or not turning.any():
+        return []
+    if _scatter_needed(fit) > LARGEST_RATE_CHANGE:
         return []
     size = np.where(turning, 1.0, 0.0)
     marks = [("from run to run", _by_run(poses.run, turning))]
@@ -256,7 +258,7 @@ def plate_hypotheses(fit: Fit) -> list[Hypothesis]:
     ]
 
 
-def _asked(fit: Fit) -> float:
+def _scatter_needed(fit: Fit) -> float:
     """Scatter of the plate's rate that would explain the turning poses, relative, rms."""
     equations = fit.equations
     n = equations.magnitude

@@ -17,6 +17,7 @@ from calib.effects.effect import Effect
 from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.prediction import Prediction
+from calib.numbers import NO_LENGTH
 from calib.poses.attitudes import list_directions
 from calib.poses.imu_log import FloatArray
 
@@ -70,7 +71,7 @@ def _signal(fit: Fit, rival: Rival, others: Sequence[Rival]) -> float:
         remainder = signal - basis @ (basis.T @ signal)
         return float(remainder @ remainder)
     # No size to go by: the mean over random directions of BLIND_SIGNAL_SD root mean square.
-    norm = np.maximum(np.sqrt((full**2).sum(axis=0)), 1e-300)
+    norm = np.maximum(np.sqrt((full**2).sum(axis=0)), NO_LENGTH)
     unit = full / norm * np.sqrt(d) * BLIND_SIGNAL_SD
     left_unit = unit - basis @ (basis.T @ unit)
     return float((left_unit**2).sum() / full.shape[1])

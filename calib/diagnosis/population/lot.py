@@ -127,7 +127,7 @@ def visible_inverse(information: FloatArray, whole: FloatArray) -> tuple[FloatAr
     """Inverses (S, k, k) of what is seen of S informations, and how many combinations are, (S,).
 
     A combination is seen that keeps ``VISIBLE_SHARE`` of its signal, ``whole`` (S, k) being the
-    squares of the whole signals; of others the inverse knows nothing.
+    squares of the whole signals; of others the inverse knows nothing. Any unit.
     """
     length = np.sqrt(np.where(whole > 0, whole, 1.0))
     unit = information / (length[:, :, None] * length[:, None, :])

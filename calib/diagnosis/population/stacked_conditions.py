@@ -47,7 +47,7 @@ class StackedConditions:
 
 
 def linear_forms(model: Model, theta: FloatArray) -> FloatArray:
-    """M (S, 3, 3) of ``s = M y + c`` at ``theta`` (S, p)."""
+    """M (S, 3, 3), no unit, of ``s = M y + c`` at ``theta`` (S, p)."""
     probes = Conditions.of_vectors(np.vstack([np.zeros(3), np.eye(3)]))
     columns = stack_columns(model.effects, probes, {})
     slopes = (columns[0] - columns[1:]).transpose(2, 1, 0)  # (p, 3, 3)
@@ -55,7 +55,7 @@ def linear_forms(model: Model, theta: FloatArray) -> FloatArray:
 
 
 def axes_of_many(matrix: FloatArray) -> FloatArray:
-    """T of Angrisano et al. eq. (2), the columns of M (S, 3, 3) over its diagonal."""
+    """T of Angrisano et al. eq. (2), the columns of M (S, 3, 3) over its diagonal, no unit."""
     return np.asarray(matrix / np.einsum("skk->sk", matrix)[:, None, :])
 
 

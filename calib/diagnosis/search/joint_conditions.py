@@ -8,7 +8,7 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
-from calib.fit.rows.whitening import NO_LENGTH
+from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions, joined
 from calib.poses.imu_log import FloatArray, IntArray
 
@@ -41,7 +41,7 @@ class JointConditions:
 
     @cached_property
     def to_orthogonal(self) -> FloatArray:
-        """From the sensitive axes to the orthogonal ones, (S, 3, 3)."""
+        """T, from the sensitive axes to the orthogonal ones, (S, 3, 3), no unit."""
         return np.array([fit.rows.axes.to_orthogonal for fit in self.fits])
 
     @cached_property
@@ -53,7 +53,7 @@ class JointConditions:
 
     @cached_property
     def directions(self) -> FloatArray:
-        """What every data row shows of an error of its pose's vector, (S, d, 3)."""
+        """What every data row shows per SI unit of error of its pose's vector, (S, d, 3)."""
         chosen = self.fits[0].equations.magnitude
         turning = np.array([fit.rows.vector[chosen] for fit in self.fits])
         size = np.maximum(np.sqrt((turning**2).sum(axis=2)), NO_LENGTH)
@@ -73,7 +73,7 @@ class JointConditions:
 
     @cached_property
     def along_vectors(self) -> FloatArray:
-        """What every data row shows of an error in the length of its vector, (S, d, 1)."""
+        """What every data row shows per SI unit of error in the length of its vector, (S, d, 1)."""
         chosen = self.fits[0].equations.magnitude
         s = np.array([fit.rows.vector[chosen] for fit in self.fits])
         unit = s / np.linalg.norm(s, axis=2, keepdims=True)

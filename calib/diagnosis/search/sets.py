@@ -1,7 +1,7 @@
 """The sets of hypotheses that a search has weighed, and their joint refits."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -72,7 +72,7 @@ class Search:
 
     @cached_property
     def leverage(self) -> FloatArray:
-        """What each row keeps of itself in the base, (r,)."""
+        """Share of itself that each row keeps in the base, (r,)."""
         return np.asarray((self.table.projector.model**2).sum(axis=1))
 
     @cached_property
@@ -184,9 +184,7 @@ class Search:
         if h.shape is None:
             return effect
         known = None if start is None else start.fit.shapes.get(h.name)
-        first = h.shape if known is None else known
-        assert effect.shape is not None
-        return replace(effect, shape=replace(effect.shape, starts=(first, *effect.shape.starts)))
+        return effect.from_shape(h.shape if known is None else known)
 
     def can_refit(self, members: Iterable[int]) -> bool:
         """Whether a model can hold all members for the length of a refit."""

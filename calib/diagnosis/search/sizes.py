@@ -20,7 +20,7 @@ SEEN_SHARE = 1e-3
 
 
 def predicted_size(table: Table, j: int) -> tuple[FloatArray, FloatArray]:
-    """Size and sd of the parameters that the residual asks of hypothesis ``j`` alone, each (k,)."""
+    """Size and sd of the parameters that the residual asks of ``j`` alone, SI, each (k,)."""
     each = table.spectra[j]
     seen = each.squared > SEEN_SHARE**2 * float(each.squared.max())
     turns, squared = each.turns[:, seen], each.squared[seen]

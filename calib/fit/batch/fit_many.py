@@ -74,7 +74,7 @@ class FittedStack:
 
     @property
     def common_shift(self) -> FloatArray:
-        """How far one sd of each common error of the references moves theta, (S, p, q)."""
+        """How far one sd of each common error of the references moves theta, SI, (S, p, q)."""
         p = self.theta.shape[1]
         return np.asarray(self.cov[:, :p, p:])
 

@@ -9,6 +9,7 @@ from calib.fit.batch.joint_equations import JointEquations, Shapes
 from calib.fit.batch.joint_rows import JointRows
 from calib.fit.column_scaling import orthonormal_bases
 from calib.fit.least_squares.identifiability import ROUNDING, VISIBLE_SHARE
+from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import BoolArray, FloatArray
 
 
@@ -46,7 +47,7 @@ def visible_bases(
         columns = np.where(_is_rounding(equations, rows, shapes, effect)[:, None], 0.0, columns)
         norm = np.sqrt((_varying(equations, rows, shapes, effect, columns) ** 2).sum(axis=1))
         columns = np.where(norm[:, None] > 0, columns, 0.0)
-        norm = np.maximum(norm, 1e-300)
+        norm = np.maximum(norm, NO_LENGTH)
         remainder = _beside(known, columns / norm[:, None])
         _, share, combinations = np.linalg.svd(remainder, full_matrices=False)
         lost = (share <= VISIBLE_SHARE).sum(axis=1)
@@ -112,7 +113,7 @@ def _is_rounding(
         return np.zeros((len(equations), len(effect.parameters)), dtype=bool)
     axes = JointAxes(rows.to_orthogonal, rows.to_sensed, np.ones((len(equations), 3)))
     columns = equations.columns((effect,), equations.held(rows.vector), shapes, axes)
-    n = rows.vector / np.maximum(np.linalg.norm(rows.vector, axis=2, keepdims=True), 1e-300)
+    n = rows.vector / np.maximum(np.linalg.norm(rows.vector, axis=2, keepdims=True), NO_LENGTH)
     shown = (n[:, :, None] @ columns)[:, :, 0]
     null = equations.one.null
     shown[:, null] = np.sqrt((columns[:, null] ** 2).sum(axis=2))

@@ -19,10 +19,12 @@ from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import (
     FIXED_POINT_STEPS,
     FIXED_POINT_TOLERANCE,
+    RUNAWAY,
     SLOPE_STEP,
+    SOLVED,
     follows_vector,
 )
-from calib.fit.rows.whitening import NO_LENGTH
+from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions, joined
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
@@ -93,13 +95,13 @@ class JointEquations:
         return np.asarray(np.array(columns) / self.magnitude_sd[:, :, None])
 
     def held(self, vector: FloatArray) -> FloatArray:
-        """Vectors (S, n, 3) that effects are evaluated on: in a null pose what it should read."""
+        """Vectors (S, n, 3), SI, that effects are evaluated on: null poses as they should be."""
         return np.asarray(np.where(self.one.is_null[:, None], self.expected, vector))
 
     def columns(
         self, effects: Sequence[Effect], vector: FloatArray, shapes: Shapes, axes: JointAxes
     ) -> FloatArray:
-        """Columns (S, n, 3, k) of effects of the sensor at held vectors (S, n, 3)."""
+        """Columns (S, n, 3, k) of effects of the sensor at held vectors (S, n, 3), SI."""
         sets, n, _ = vector.shape
         here = self.at_start.with_vector(vector.reshape(-1, 3))
         sensed = here
@@ -175,7 +177,7 @@ class JointEquations:
         return both[..., : first.shape[3]], both[..., first.shape[3] :]
 
     def whitened(self, vectors: FloatArray, s: FloatArray) -> FloatArray:
-        """Data rows (S, d, c) of errors ``vectors`` (S, n, 3, c) of corrected vectors (S, n, 3)."""
+        """Whitened rows (S, d, c) of errors (S, n, 3, c) of corrected vectors (S, n, 3)."""
         directions = self._directions(s, None)
         return np.asarray((directions[:, :, None] @ vectors[:, self.one.row_pose])[:, :, 0])
 
@@ -205,18 +207,18 @@ class JointEquations:
     ) -> tuple[FloatArray, BoolArray]:
         """The corrected vectors by fixed point, and in which sets that converged."""
         s = linear
-        largest = np.abs(linear).max(axis=(1, 2)) + 1e-300
+        largest = np.abs(linear).max(axis=(1, 2)) + NO_LENGTH
         moved = np.full(len(s), np.inf)
         for _ in range(FIXED_POINT_STEPS):
             columns = self.columns(self.one.varying, self.held(s), shapes, axes)
             change = linear - (columns @ sizes)[..., 0] - s
             s = s + change
             moved = np.abs(change).max(axis=(1, 2))
-            wild = ~(moved < 1e3 * largest)
+            wild = ~(moved < RUNAWAY * largest)
             if (wild | (moved <= FIXED_POINT_TOLERANCE * largest)).all():
                 break
             s = np.where(wild[:, None, None], linear, s)  # it is given up, and must not overflow
-        return s, moved <= 1e-9 * largest
+        return s, moved <= SOLVED * largest
 
     def _derivatives(
         self, theta: FloatArray, shapes: Shapes, vector: FloatArray, columns: FloatArray,
@@ -283,7 +285,7 @@ def is_listed(effect: Effect) -> bool:
     """Whether one call evaluates it for many sets: it is of the catalogue, or follows a column."""
     listed = EFFECTS.get(effect.name)
     known = listed is not None and listed.columns is effect.columns
-    return known or effect.name.startswith("column:")
+    return known or effect.is_column
 
 
 def is_mark(effect: Effect, at: Conditions) -> bool:

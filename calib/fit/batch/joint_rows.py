@@ -34,7 +34,7 @@ class JointRows:
 
     @property
     def cost(self) -> FloatArray:
-        """Sum of squares of every set, (S,); infinite where no vectors belong to it."""
+        """Sum of squares of every set, (S,), no unit; infinite where no vectors belong to it."""
         cost = np.einsum("sr,sr->s", self.residual, self.residual)
         return np.asarray(np.where(self.is_solved & np.isfinite(cost), cost, np.inf))
 
@@ -63,5 +63,5 @@ class JointRows:
 
 
 def either(chosen: BoolArray, one: FloatArray, other: FloatArray) -> FloatArray:
-    """``one`` (S, ...) in the ``chosen`` sets (S,), the ``other`` elsewhere."""
+    """``one`` (S, ...) in the ``chosen`` sets (S,), the ``other`` elsewhere; any unit."""
     return np.asarray(np.where(chosen.reshape(-1, *(1,) * (one.ndim - 1)), one, other))

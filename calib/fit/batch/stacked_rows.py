@@ -13,7 +13,7 @@ from calib.fit.batch.linear_algebra import times
 from calib.fit.batch.pose_stack import PoseStack
 from calib.fit.model import Model, stack_columns
 from calib.fit.rows.initial_estimate import Start
-from calib.fit.rows.whitening import NO_LENGTH
+from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, IntArray
 
@@ -28,7 +28,7 @@ class StackedRows:
 
     @property
     def cost(self) -> FloatArray:
-        """Sum of squares of every set, (S,)."""
+        """Sum of squares of every set, (S,), no unit."""
         return np.asarray(np.einsum("sr,sr->s", self.residual, self.residual))
 
 
@@ -95,7 +95,7 @@ class StackedEquations:
         return StackedRows(residual, jacobian, s)
 
     def whitened(self, vectors: FloatArray, s: FloatArray) -> FloatArray:
-        """Data rows (S, d, c) of errors ``vectors`` (S, n, 3, c) of corrected vectors (S, n, 3)."""
+        """Whitened rows (S, d, c) of errors (S, n, 3, c) of corrected vectors (S, n, 3)."""
         k = self.stack.turning
         turning = s[:, :k]
         n = turning / (np.maximum(_length(turning), NO_LENGTH) * self.magnitude_sd)[..., None]
@@ -106,7 +106,7 @@ class StackedEquations:
 
 
 def columns_on(model: Model, vector: FloatArray) -> FloatArray:
-    """Columns (S, n, 3, p) of a model of the reading, on vectors (S, n, 3): one call for all."""
+    """Columns (S, n, 3, p), SI, of a model of the reading on (S, n, 3): one call for all."""
     flat = Conditions.of_vectors(vector.reshape(-1, 3))
     return stack_columns(model.effects, flat, {}).reshape(*vector.shape, model.size)
 

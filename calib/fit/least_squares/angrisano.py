@@ -48,14 +48,14 @@ class PaperStep:
 
 
 def data_sheet_start(spec: TriadSpec) -> FloatArray:
-    """X_s of eq. (12), shape (9,)."""
+    """X_s of eq. (12), shape (9,): α (rad), b (counts) and k (SI units per count)."""
     return np.concatenate(
         [np.zeros(3), np.full(3, spec.nominal_bias_counts), np.full(3, spec.nominal_scale)]
     )
 
 
 def corrected_vectors(x: FloatArray, counts: FloatArray) -> FloatArray:
-    """N of eq. (5), shape (n, 3)."""
+    """N of eq. (5), SI, shape (n, 3)."""
     (ax, ay, az), b, k = x[:3], x[3:6], x[6:]
     w = k * (counts - b)
     return np.stack(
@@ -64,7 +64,7 @@ def corrected_vectors(x: FloatArray, counts: FloatArray) -> FloatArray:
 
 
 def jacobian(x: FloatArray, counts: FloatArray, printed_sign: bool = False) -> FloatArray:
-    """A of eq. (6), ``-dN/dX``, shape (n, 3, 9).
+    """A of eq. (6), ``-dN/dX``, SI per rad, count, and SI per count, shape (n, 3, 9).
 
     ``printed_sign`` puts -k_x for b_x as the paper prints it; it exists to show that the
     iteration then diverges.

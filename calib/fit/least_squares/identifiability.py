@@ -22,6 +22,7 @@ from calib.poses.imu_log import BoolArray, FloatArray
 if TYPE_CHECKING:
     from calib.fit.rows.residuals import Equations
 from calib.fit.rows.whitened_rows import WhitenedRows
+from calib.numbers import NO_LENGTH
 
 CONDITION_LIMIT = 25.0
 """The 18 wedge poses give 1.4, ten usable free-hand poses up to 8; from 25 on the worst
@@ -32,6 +33,10 @@ GAINS = ("scale", "misalignment")
 
 VISIBLE_SHARE = 0.02
 """Share of its signal that a combination must keep when the rest of the model is projected out."""
+
+NAMED_SHARE = 0.35
+"""Of the largest part of an undetermined combination: a message names the parameters of at least
+this part. It chooses words only."""
 
 ROUNDING = 1e-3
 """Share of an error vector below which its part along the reading is rounding, not a signal."""
@@ -133,7 +138,7 @@ def _involved(equations: "Equations", combination: FloatArray) -> str:
         for effect in equations.model.effects
         for parameter in effect.parameters
     ]
-    strong = np.abs(combination) > 0.35 * np.abs(combination).max()
+    strong = np.abs(combination) > NAMED_SHARE * np.abs(combination).max()
     return ", ".join(name for name, is_strong in zip(names, strong, strict=True) if is_strong)
 
 
@@ -151,7 +156,7 @@ def _advice(equations: "Equations") -> str:
 def visible_basis(
     equations: "Equations", rows: "WhitenedRows", shapes: Mapping[str, float]
 ) -> FloatArray:
-    """Combinations of the parameters that the poses can see, shape (p, visible).
+    """Combinations of the parameters that the poses can see, in their units, (p, visible).
 
     Bias, scale and misalignment are kept whole: what they lack is refused. Of every added effect
     only the combinations are fitted that leave ``VISIBLE_SHARE`` or more of their signal after
@@ -179,7 +184,7 @@ def visible_basis(
             columns = np.where(_is_rounding(equations, rows, effect), 0.0, jacobian[:, where])
             norm = np.sqrt((_varying(equations, rows, shapes, effect, columns) ** 2).sum(axis=0))
             columns = np.where(norm > 0, columns, 0.0)
-            norm = np.maximum(norm, 1e-300)
+            norm = np.maximum(norm, NO_LENGTH)
             remainder = columns / norm - known @ (known.T @ (columns / norm))
             _, share, combinations = np.linalg.svd(remainder, full_matrices=False)
             lost = combinations[share <= VISIBLE_SHARE].T / norm[:, None]
@@ -228,7 +233,7 @@ def _is_rounding(equations: "Equations", rows: "WhitenedRows", effect: Effect) -
     if effect.acts_on == "reference" or effect.in_square:
         return np.zeros(len(effect.parameters), dtype=bool)
     columns = sensor_columns((effect,), equations.conditions(rows.vector), {}, rows.axes)
-    n = rows.vector / np.maximum(np.linalg.norm(rows.vector, axis=1, keepdims=True), 1e-300)
+    n = rows.vector / np.maximum(np.linalg.norm(rows.vector, axis=1, keepdims=True), NO_LENGTH)
     seen = np.einsum("ni,nik->nk", n, columns)
     seen[equations.null] = np.linalg.norm(columns[equations.null], axis=1)
     whole = np.sqrt((columns**2).sum(axis=(0, 1)))

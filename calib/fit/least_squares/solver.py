@@ -284,7 +284,7 @@ def memory_change(fit: Fit) -> float:
 
 
 def basis_at(equations: Equations, theta: FloatArray) -> FloatArray:
-    """The combinations of parameters that the poses can see, judged at ``theta``, (p, v)."""
+    """The combinations of parameters that the poses see at ``theta``, in their units, (p, v)."""
     if len(equations.reading_index) == equations.model.size:
         return np.eye(equations.model.size)
     at_start = equations.rows(theta, np.zeros(equations.common.shape[1]), {})

@@ -14,7 +14,9 @@ from calib.poses.imu_log import FloatArray
 def square_start(
     equations: Equations, theta: FloatArray, effects: Sequence[Effect]
 ) -> FloatArray:
-    """Where to start ``effects``, whose derivative vanishes at zero, else 0, (p,); either sign.
+    """Where to start ``effects``, whose derivative vanishes at zero, else 0, SI, (p,).
+
+    Either sign is right.
 
     The length feels a transverse error ``F r`` by ``|F r|² / 2|s|``, which is linear in the matrix
     ``r rᵀ``. That is fitted together with the model; its largest eigenvector is r, up to the sign.
@@ -62,7 +64,7 @@ def square_columns(equations: Equations, effect: Effect, at: Conditions) -> Floa
 def square_products(columns: FloatArray, vector: FloatArray) -> FloatArray:
     """``F_i·F_j / |s|`` of columns F (n, 3, k) on vectors s (n, 3), half of it for i = j.
 
-    Shape (n, k (k + 1) / 2), for i ≤ j in the order of ``numpy.triu_indices``.
+    Shape (n, k (k + 1) / 2), SI, for i ≤ j in the order of ``numpy.triu_indices``.
     """
     size = np.sqrt((vector**2).sum(axis=1))
     i, j = np.triu_indices(columns.shape[2])

@@ -51,7 +51,7 @@ class Start:
         Returns
         -------
         array, shape (..., p)
-            Bias, scale and misalignment of the ellipsoid, 0 for every other effect.
+            Bias, scale and misalignment of the ellipsoid, SI, 0 for every other effect.
         """
         upper = self.matrix
         values = {

@@ -75,7 +75,7 @@ class Problem:
 
     @cached_property
     def directions(self) -> FloatArray:
-        """What theta and eta move along, (p + q, v + q): ``basis``, and every common error."""
+        """What theta and eta move along, (p + q, v + q), in their units: ``basis``, each of eta."""
         return with_common(self.basis, self.equations.common.shape[1])
 
 
@@ -91,6 +91,7 @@ def with_common(basis: FloatArray, common: int) -> FloatArray:
     Returns
     -------
     array, shape (p + q, v + q)
+        In their units.
     """
     p, v = basis.shape
     full = np.zeros((p + common, v + common))

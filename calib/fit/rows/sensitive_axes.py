@@ -16,6 +16,7 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.errors import FitFailed, Remedy
+from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 
@@ -24,6 +25,8 @@ FIXED_POINT_STEPS = 12
 
 NEWTON_STEPS = 30  #: numerical limit
 FIXED_POINT_TOLERANCE = 1e-14  #: relative; rounding
+SOLVED = 1e-9  #: relative; vectors that still move by less are solved as far as any sd asks for
+RUNAWAY = 1e3  #: relative; numerical: a step so long never comes back
 NO_GAIN = 1e-9  #: of the data sheet's gain; numerical: an axis that gives nothing
 SLOPE_STEP = 1e-4
 """Relative step of the central difference dC/ds; exact for effects of second order in s."""
@@ -90,6 +93,7 @@ def sensor_columns(
     Returns
     -------
     array, shape (n, 3, k)
+        SI per unit of each parameter.
     """
     sensed = at.with_vector(axes.sensed(at.vector))
     columns = [
@@ -109,7 +113,7 @@ def solve_sensor(
     linear: FloatArray,
     axes: Axes,
 ) -> FloatArray:
-    """The corrected vector s of ``s + C(s) theta = linear``, shape (n, 3).
+    """The corrected vector s of ``s + C(s) theta = linear``, SI, shape (n, 3).
 
     ``conditions`` gives what the effects are evaluated on when the vectors are s (n, 3).
 
@@ -119,7 +123,7 @@ def solve_sensor(
         The effects are so large that there is no such vector.
     """
     s = linear
-    largest = float(np.abs(linear).max()) + 1e-300
+    largest = float(np.abs(linear).max()) + NO_LENGTH
     for step in range(FIXED_POINT_STEPS + NEWTON_STEPS):
         at = conditions(s)
         change = linear - sensor_columns(effects, at, shapes, axes) @ theta - s
@@ -132,11 +136,11 @@ def solve_sensor(
             change = np.asarray(np.linalg.solve(slope, change[:, :, None])[:, :, 0], dtype=float)
         s = s + change
         moved = float(np.abs(change).max())
-        if not moved < 1e3 * largest:
+        if not moved < RUNAWAY * largest:
             break
         if moved <= FIXED_POINT_TOLERANCE * largest:
             return s
-    if moved <= 1e-9 * largest:
+    if moved <= SOLVED * largest:
         return s
     raise FitFailed(
         "the effects in the model are larger than the readings themselves, so that no true vector "
@@ -177,6 +181,7 @@ def sensor_slope(
     Returns
     -------
     array, shape (n, 3, 3)
+        No unit: the error per error of the vector.
     """
     total = np.zeros((len(vector), 3, 3))
     if not theta.any():

@@ -98,7 +98,7 @@ def _axes_slopes(equations: "Equations", theta: FloatArray, axes: Axes) -> Float
 
 
 def matrix_slopes(on_reading: Sequence[Effect]) -> FloatArray:
-    """dM/dtheta of the linear form ``M y + c`` for every parameter of the reading, (p', 3, 3)."""
+    """dM/dtheta of ``M y + c`` for every parameter of the reading, per unit of each, (p', 3, 3)."""
     if not on_reading:
         return np.zeros((0, 3, 3))
     probes = np.vstack([np.zeros(3), np.eye(3)])

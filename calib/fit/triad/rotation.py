@@ -6,7 +6,7 @@ from calib.poses.imu_log import FloatArray
 
 
 def cross_matrix(vector: FloatArray) -> FloatArray:
-    """The matrix of ``vector ×``, shape (3, 3)."""
+    """The matrix of ``vector ×``, shape (3, 3), in its unit."""
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
