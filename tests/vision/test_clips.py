@@ -43,7 +43,7 @@ SCENES = {
 def test_the_rate_is_right_within_its_sd_in_a_scene_with(name: str, render: Render) -> None:
     rpm, scene = SCENES[name]
     motion = PlateMotion(rpm * RPM, wow=((1, 5e-4, 1.0),))
-    path, _ = render(motion, scene, seconds=8, recorder=STRONG)
+    path, _ = render(motion, scene, seconds=8, recorder=STRONG, preset="veryfast")
     rate = measure_rate(track_phase(path), timebase=CLOCK)
     assert abs(error_ppm(rate, motion)) < 30
     assert abs(error_ppm(rate, motion)) < 5 * rate.sd_rad_s / rate.rate_rad_s * 1e6
@@ -159,7 +159,7 @@ def test_a_plate_half_outside_the_frame_is_followed_by_its_label_and_mark(render
     """Where most frames show no mark, those that do were set aside as outliers."""
     motion = PlateMotion(33.21 * RPM)
     path, _ = render(motion, Scene(centre_px=(5.0, 181.0), sensor_box=False), seconds=12,
-                     recorder=STRONG)
+                     recorder=STRONG, preset="veryfast")
     track = track_phase(path)
     assert track.plate.explained > 0.97
     rate = measure_rate(track, timebase=CLOCK)
@@ -255,7 +255,7 @@ def test_the_read_out_time_of_the_camera_is_measured(render: Render) -> None:
     motion = PlateMotion(45 * RPM * 1.004)
     marks = (Mark(radius=0.85), Mark(radius=0.45, azimuth_rad=2.1))
     scene = Scene(marks=marks, tonearm=True, line_time_s=60e-6, exposure_s=1 / 200)
-    path, _ = render(motion, scene, seconds=16)
+    path, _ = render(motion, scene, seconds=16, preset="veryfast")
     rate = measure_rate(
         track_phase(path), timebase=CLOCK, model=("constant_rate", "rolling_shutter")
     )
