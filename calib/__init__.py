@@ -36,6 +36,7 @@ The way of the data
 ``earth``        gravity and the Earth's rate at a latitude
 ``errors``       what can go wrong, by what the user can do about it
 ``rounding``     a value beside its sd, in digits
+``numbers``      facts: of units, of the normal distribution, of floating point
 
 This package knows nothing of video, YAML, file names or the screen.
 """

@@ -16,6 +16,7 @@ from pathlib import Path
 from pipeline.errors import UnwritableOutput
 
 PART = ".part"  #: how the name of a staged file ends
+LONGEST_NAME = 255  #: bytes of a file's name, in every file system in common use
 
 
 def may_never_end(path: Path) -> bool:

@@ -38,7 +38,7 @@ MAY_IMPORT: Mapping[str, set[str]] = {
 #: never from one after it. Rooms in one tuple do not import each other.
 FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "calib": [
-        ("errors", "earth", "rounding"), ("poses",), ("effects",), ("fit",),
+        ("errors", "earth", "rounding", "numbers"), ("poses",), ("effects",), ("fit",),
         ("diagnosis", "mounting", "consistency", "noise"),
         ("planning", "assess"), ("notebook",),
     ],
@@ -66,9 +66,10 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("stacked_tables", "set_densities", "beside", "sizes"), ("steps",),
         ("sets", "together"), ("expansion", "classes"), ("odds",),
     ],
-    "calib.diagnosis.verdict": [("decision", "ranking", "wording"), ("explain",)],
+    "calib.diagnosis.verdict": [("explained",), ("decision", "ranking", "wording"), ("explain",)],
     "vision": [
-        ("geometry", "orientation", "av_decoder", "reduction"), ("phase_track",), ("errors",),
+        ("geometry", "orientation", "av_decoder", "reduction", "numbers"), ("phase_track",),
+        ("errors",),
         ("video", "camera"),
         ("plate", "rate"), ("tracking", "overlay"), ("clip_rate",),
     ],

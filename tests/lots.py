@@ -18,7 +18,7 @@ def pose_sets_of(lot: Lot, noise_dof: float = 2.0) -> list[PoseSet]:
     turns = lot.force_m_s2 is not None
     force = reading if lot.force_m_s2 is None else lot.force_m_s2
     run = "plate" if turns else "rest"
-    common = [CommonError(RATE_OF + run, lot.rate_sd)] if turns else []
+    common = [CommonError(RATE_OF + run, lot.rate_sd, of_setting=True)] if turns else []
     nothing = np.zeros((n, 3))
     labels = tuple(f"pose_{i + 1:02d}" for i in range(n))
     return [

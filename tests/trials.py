@@ -153,7 +153,7 @@ def whitened_loo(found: Fit) -> float:
 
 
 def said_names(found: Diagnosis) -> tuple[str, ...]:
-    """What an `effect` verdict speaks of: the group, and the partner where there is one."""
+    """What an `effect` verdict speaks of: the group, and all names where there are several."""
     if found.verdict != "effect":
         return ()
     return tuple(dict.fromkeys((*found.group, *found.names)))

@@ -29,6 +29,7 @@ The way of the data
 ``overlay``       the clip with the measurement drawn on it
 ``camera``        films a clip with a live camera
 ``errors``        what can go wrong, by what the user can do about it
+``numbers``       facts: of units and of the normal distribution
 ``clip_rate``     all of this in one call, for a notebook (``vision.measure_rate``)
 """
 

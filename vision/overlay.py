@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from vision.errors import VisionError
 from vision.geometry import FloatArray, PlateView
+from vision.numbers import RPM
 from vision.phase_track import LUMA, USUAL_MARK_RADIUS, PhaseTrack
 from vision.rate.measure import RateMeasurement
 from vision.rate.unwrap import frame_time
@@ -22,7 +23,6 @@ Image = NDArray[np.uint8]
 
 RIM, CENTRE, HAND, UNUSED, TEXT = (  # BGR
     (80, 220, 80), (60, 60, 255), (255, 200, 0), (150, 150, 150), (255, 255, 255))
-RPM = 2 * np.pi / 60  #: rad/s
 LINE_PX = 22  #: of text
 SAME_S = 1e-4  #: stamps of one frame
 EVEN = 2  # pixels: encoders of 4:2:0 take even sizes only

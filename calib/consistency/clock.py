@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.errors import Contradiction
+from calib.numbers import NO_LENGTH, RPM
 from calib.poses.averaging import LEAST_PER_TURN
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
@@ -134,9 +135,9 @@ def _across(log: ImuLog, rate: float, spec: TriadSpec) -> tuple[float, np.ndarra
     n = len(log.time_s) // per
     force = spec.nominal(log.accelerometer[: n * per]).reshape(n, per, 3).mean(axis=1)
     up = force.mean(axis=0)
-    up = up / max(float(np.linalg.norm(up)), 1e-300)
+    up = up / max(float(np.linalg.norm(up)), NO_LENGTH)
     e1 = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
-    e1 = e1 / max(float(np.linalg.norm(e1)), 1e-300)
+    e1 = e1 / max(float(np.linalg.norm(e1)), NO_LENGTH)
     e2 = np.cross(up, e1)
     z = force @ e1 + 1j * (force @ e2)
     line = np.column_stack([np.ones(n), np.arange(n) / n])
@@ -220,4 +221,4 @@ def _likely(
 
 
 def _rpm(rate_rad_s: float) -> str:
-    return f"{rate_rad_s * 30 / np.pi:.4g} rpm"
+    return f"{rate_rad_s / RPM:.4g} rpm"

@@ -25,7 +25,8 @@ from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 
 LARGEST_DRIFT = 0.02
-"""Of gravity, by which a low-cost accelerometer may have drifted since its own poses; as
+"""Of gravity, by which a low-cost accelerometer may have drifted since its own poses: 0.02 %/K and
+1 mg/K, what data sheets state, over 50 K and some years; as
 :data:`calib.mounting.mounting.WRONG_GRAVITY`."""
 
 PLATE_RADIUS_M = 0.15  #: m; fact: of a record
@@ -44,6 +45,11 @@ FACTORS: Mapping[float, str] = {
 FALSE_ALARM = 1e-6
 """Probability of naming a mistake in a session without one: the log likelihood ratio asked for is
 the logarithm of the number of looks over it."""
+
+
+NOTICEABLE = 5e-4
+"""Of gravity: what noise, placement and warmth leave in a good session; a mistake that changes less
+than this goes unnoticed and does as little harm."""
 
 
 def require_gravity(
@@ -194,8 +200,3 @@ def _likely_mistake(
         f"It fits if {' and '.join(parts)} in the accelerometer of these poses, or the other way "
         f"round in those at rest. Bring both to the same columns, range and unit."
     )
-
-
-NOTICEABLE = 5e-4
-"""Of gravity: what noise, placement and warmth leave in a good session; a mistake that changes less
-than this goes unnoticed and does as little harm."""

@@ -23,6 +23,7 @@ from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model, stack_columns
 from calib.fit.validation.leave_one_out import left_out_residual
+from calib.numbers import RPM
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
@@ -238,12 +239,12 @@ def _of_rates(poses: PoseSet, base: Model) -> Iterator[Mistake]:
         ratio = float(np.median(np.linalg.norm(s, axis=1) / stated))
         if abs(ratio - 1) < SAME_RATE:
             continue
-        rpm = ratio * float(np.median(stated)) * 30 / np.pi
+        rpm = ratio * float(np.median(stated)) / RPM
         yield Mistake(
             _at_rates(poses, [(member, ratio)]),
             f"by the gain that the other runs give, the plate turned at {rpm:.4g} rpm in "
             f"{name}{_whose(turning, poses, name, ratio)}, not at "
-            f"{np.median(stated) * 30 / np.pi:.4g} rpm",
+            f"{np.median(stated) / RPM:.4g} rpm",
         )
 
 

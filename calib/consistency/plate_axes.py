@@ -31,6 +31,12 @@ OTHER_POSE = 0.5
 of axes of any pose turns it by 60° and more, noise by a thousandth."""
 
 
+REPAIR = (
+    "Name the columns in the right order (`columns`), or multiply the mirrored ones by -1. The "
+    "lengths alone do not show it, and everything that joins both triads would be wrong."
+)
+
+
 def require_common_axes(poses: PoseSet, vector: FloatArray, sense: Mapping[str, float]) -> None:
     """Refuse turning poses in which the axes of both triads contradict each other.
 
@@ -84,12 +90,6 @@ def require_common_axes(poses: PoseSet, vector: FloatArray, sense: Mapping[str, 
             f"{np.degrees(angle[odd[0]]):.0f}°. Its axes are exchanged or mirrored in the log, or "
             f"the two triads are not of the same pose. Record it again, or exclude it."
         )
-
-
-REPAIR = (
-    "Name the columns in the right order (`columns`), or multiply the mirrored ones by -1. The "
-    "lengths alone do not show it, and everything that joins both triads would be wrong."
-)
 
 
 def _in_words(order: FloatArray) -> str:

@@ -93,11 +93,6 @@ class Diagnosis:
         return self.explanation.text
 
     @property
-    def partner(self) -> str | None:
-        """A second effect named together with the first."""
-        return self.names[1] if len(self.names) > 1 else None
-
-    @property
     def addable(self) -> tuple[str, ...]:
         """The named effects that can be added as they are: no other looks the same."""
         alone = {each.name for each in self.inclusion if len(each.members) == 1}
@@ -134,7 +129,7 @@ class Diagnosis:
 
 def diagnose(
     fit: Fit,
-    own: Sequence[Effect] = (),
+    user_effects: Sequence[Effect] = (),
     full_scale: float = np.inf,
     covariates: Sequence[str] | None = None,
     prediction: Prediction | None = None,
@@ -145,7 +140,7 @@ def diagnose(
     ----------
     fit : Fit
         The fitted model.
-    own : sequence of Effect
+    user_effects : sequence of Effect
         Users' effects, weighed with the listed ones.
     full_scale : float
         Of the triad, SI; keeps what to record next to what the sensor can measure.
@@ -156,7 +151,7 @@ def diagnose(
         What the calibration will err by; where it does not hold in every direction, the verdict
         says so and asks for poses there.
     """
-    finding = find(fit, own, covariates)
+    finding = find(fit, user_effects, covariates)
     state, odds, verdict = finding.state, finding.odds, finding.verdict
     ranking = rank(state, odds)
     advice = _advise(state, odds, verdict, ranking, full_scale)

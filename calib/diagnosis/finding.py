@@ -76,14 +76,15 @@ class Finding:
 
 
 def find(
-    fit: Fit, own: Sequence[Effect] = (), covariates: Sequence[str] | None = None
+    fit: Fit, user_effects: Sequence[Effect] = (), covariates: Sequence[str] | None = None
 ) -> Finding:
     """What is missing in ``fit``; the parameters are those of :func:`diagnose`."""
-    return alone(_finding(fit, covariates, *listed_hypotheses(fit, own, covariates)))
+    return alone(_finding(fit, covariates, *listed_hypotheses(fit, user_effects, covariates)))
 
 
 def find_many(
-    fits: Sequence[Fit], own: Sequence[Effect] = (), covariates: Sequence[str] | None = None
+    fits: Sequence[Fit], user_effects: Sequence[Effect] = (),
+    covariates: Sequence[str] | None = None,
 ) -> list[Finding]:
     """What is missing in each of ``fits``: as :func:`find` has it.
 
@@ -97,7 +98,7 @@ def find_many(
     ----------
     fits : sequence of Fit
         Of any designs; as many as memory holds, about 0.13 MB each.
-    own : sequence of Effect
+    user_effects : sequence of Effect
         Users' effects, weighed with the listed ones.
     covariates : sequence of str, optional
         Logged columns that may cause an error.
@@ -106,12 +107,13 @@ def find_many(
     -------
     list of Finding
     """
-    by_number = dict(find_each(fits, own, covariates))
+    by_number = dict(find_each(fits, user_effects, covariates))
     return [by_number[i] for i in range(len(fits))]
 
 
 def find_each(
-    fits: Iterable[Fit], own: Sequence[Effect] = (), covariates: Sequence[str] | None = None
+    fits: Iterable[Fit], user_effects: Sequence[Effect] = (),
+    covariates: Sequence[str] | None = None,
 ) -> Iterator[tuple[int, Finding]]:
     """:func:`find_many` for more fits than memory holds.
 
@@ -121,15 +123,15 @@ def find_each(
         Which of ``fits`` it is: findings come as they end, in an order of their own.
     found : Finding
     """
-    return in_turn(_findings(fits, own, covariates))
+    return in_turn(_findings(fits, user_effects, covariates))
 
 
 def _findings(
-    fits: Iterable[Fit], own: Sequence[Effect], covariates: Sequence[str] | None
+    fits: Iterable[Fit], user_effects: Sequence[Effect], covariates: Sequence[str] | None
 ) -> Iterator[Steps[Finding]]:
     waiting = iter(fits)
     while some := list(islice(waiting, JUDGED_AT_ONCE)):
-        listed = listed_in_each(some, own, covariates)
+        listed = listed_in_each(some, user_effects, covariates)
         for fit, each in zip(some, listed, strict=True):
             yield _finding(fit, covariates, *each)
 

@@ -13,12 +13,15 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from calib.diagnosis.hypotheses.signature import effect_columns
+from calib.diagnosis.hypotheses.signature import whole_columns
 from calib.effects.effect import EFFECTS, Effect
 from calib.fit.rows.problem import with_common
 from calib.fit.triad.calibration import TriadCalibration, parameter_sds
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.runs import TIME_BASE
+
+LEAST_SHARE = 0.1
+"""Of a stated sd: what moves a parameter by less adds half a percent to it and is not listed."""
 
 
 def unseen_budget(
@@ -58,10 +61,6 @@ def unseen_budget(
     return budget
 
 
-LEAST_SHARE = 0.1
-"""Of a stated sd: what moves a parameter by less adds half a percent to it and is not listed."""
-
-
 def typical_size(effect: Effect, part: str, triad: Triad) -> float | None:
     """Size of each parameter, SI, for this class of sensor; what belongs to the bench has its own.
 
@@ -77,7 +76,7 @@ def absorbed(calibration: TriadCalibration, effect: Effect) -> FloatArray:
     fit = calibration.fit
     root = np.sqrt(fit.weight)[:, None]
     columns = np.zeros((len(fit.rows.residual), len(effect.parameters)))
-    seen = effect_columns(fit, effect)
+    seen = whole_columns(fit, effect)
     columns[: len(seen)] = seen
     basis = with_common(fit.basis, len(fit.eta))
     solution = np.linalg.lstsq(fit.rows.jacobian @ basis * root, columns * root, rcond=None)[0]

@@ -8,7 +8,7 @@ import pkgutil
 from importlib import import_module
 
 from calib import effects
-from calib.effects.effect import EFFECTS, Effect, column_effect
+from calib.effects.effect import EFFECTS, OF_COLUMN, Effect, column_effect
 from calib.errors import CalibrationError, Remedy
 
 for _module in pkgutil.iter_modules(effects.__path__):  # in the order of their names
@@ -46,6 +46,6 @@ def find_effect(name: str) -> Effect:
     """
     if name in EFFECTS:
         return EFFECTS[name]
-    if name.startswith("column:") and len(name) > len("column:"):
-        return column_effect(name.removeprefix("column:"))
+    if name.startswith(OF_COLUMN) and name != OF_COLUMN:
+        return column_effect(name.removeprefix(OF_COLUMN))
     raise UnknownEffect(name)

@@ -25,7 +25,7 @@ import numpy as np
 
 from calib.effects.typical import Typical
 from calib.poses.conditions import Conditions
-from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, Triad
+from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, BoolArray, FloatArray, Triad
 
 REFERENCE_TEMPERATURE_C = 25.0
 """Temperature at which bias and scale are quoted once a temperature effect is in the model."""
@@ -41,9 +41,14 @@ Need = Literal["force", "time", "previous", "vibration", "plate"]
 :class:`calib.poses.conditions.Conditions`: the specific force; the time since the session began;
 the pose before; the vibration within the pose; the plate's rate and the reference magnitude."""
 
+ConstantPart = Literal["bias", "scale"]
+
 Owner = Literal["sensor", "session", "bench"]
 """Whose an effect is. The sensor's goes wherever the sensor goes; the session's holds on the clock
 of one session; the bench's stays with the plate, its camera and where the sensor stood on it."""
+
+
+AT_BOUND = 1e-3  #: relative distance within which a shape parameter is at its bound
 
 
 @dataclass(frozen=True)
@@ -63,6 +68,12 @@ class Shape:
     unit: str
     starts: tuple[float, ...]
     bounds: tuple[float, float]
+
+    def is_at_bound(self, value: float | FloatArray) -> BoolArray:
+        """Whether values, a number or an array (S,), stand at an end of the range, or are NaN."""
+        low, high = self.bounds
+        inside = np.greater(value, low * (1 + AT_BOUND)) & np.less(value, high * (1 - AT_BOUND))
+        return np.logical_not(inside)
 
 
 @dataclass(frozen=True)
@@ -106,8 +117,8 @@ class Effect:
         Columns of the log that it reads.
     belongs_to : str
         ``sensor``, ``session`` or ``bench``; see :data:`Owner`.
-    follows : str or None
-        Logged column that a bias follows from an origin of no meaning: 5 V, 1013 hPa.
+    constant_is : str or None
+        The effect of the base that it is where its conditions do not vary.
     orthogonal : bool
         Whether an effect on the sensor acts on the orthogonal axes instead of the sensitive ones.
     in_square : bool
@@ -136,7 +147,7 @@ class Effect:
     belongs_to: Owner = "sensor"
     orthogonal: bool = False
     in_square: bool = False
-    follows: str | None = None
+    constant_is: ConstantPart | None = None
     names_column: str | None = None
     follows_words: str = ""
     largest: float = math.inf
@@ -164,14 +175,19 @@ class Effect:
             return self.columns(at)
         return self.columns(at, self.shape.starts[0] if shape is None else shape)
 
-    def at_shape(self, value: float) -> "Effect":
-        """The same effect with its shape parameter held at ``value``."""
-        return replace(self, columns=lambda at: self.columns(at, value), shape=None)
+    @property
+    def is_column(self) -> bool:
+        """Whether it is ``column:NAME``, which no catalogue lists."""
+        return self.names_column is not None and self.name == OF_COLUMN + self.names_column
 
     def from_shape(self, value: float) -> "Effect":
-        """The same effect with its shape parameter fitted from ``value`` on."""
+        """The same effect with ``value`` as the first start of its shape parameter."""
         assert self.shape is not None
-        return replace(self, shape=replace(self.shape, starts=(value,)))
+        return replace(self, shape=replace(self.shape, starts=(value, *self.shape.starts)))
+
+
+OF_COLUMN = "column:"
+"""Followed by the column: the name of a bias that follows it."""
 
 
 EFFECTS: dict[str, Effect] = {}
@@ -190,6 +206,7 @@ def effect(
     belongs_to: Owner = "sensor",
     orthogonal: bool = False,
     in_square: bool = False,
+    constant_is: ConstantPart | None = None,
     names_column: str | None = None,
     follows_words: str = "",
     largest: float = math.inf,
@@ -218,6 +235,7 @@ def effect(
             belongs_to=belongs_to,
             orthogonal=orthogonal,
             in_square=in_square,
+            constant_is=constant_is,
             names_column=names_column,
             follows_words=follows_words,
             largest=largest,
@@ -248,13 +266,13 @@ def per_axis(values: FloatArray) -> FloatArray:
 def column_effect(name: str) -> Effect:
     """The effect ``column:NAME``: a bias that follows the logged column NAME linearly."""
     return Effect(
-        name=f"column:{name}",
+        name=OF_COLUMN + name,
         acts_on="sensor",
         triads=TRIADS,
         parameters=AXES,
         unit=f"{{u}} per unit of {name}",
         logged=(name,),
-        follows=name,
+        constant_is="bias",
         names_column=name,
         columns=lambda at: per_axis(np.tile(at.column(name)[:, None], 3)),
         physics=f"Bias that moves in proportion to the logged column {name}.",

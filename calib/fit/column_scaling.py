@@ -15,22 +15,23 @@ above rounding (1e-15), far below what the refused condition numbers (25 and 625
 
 
 def unit_columns(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The columns of a matrix at unit length, and their lengths.
+    """The columns of a matrix, or of each matrix of a stack, at unit length, and their lengths.
 
     Parameters
     ----------
-    matrix : array, shape (r, k)
+    matrix : array, shape (..., r, k)
 
     Returns
     -------
-    unit : array, shape (r, k)
+    unit : array, shape (..., r, k)
         Unit vectors as columns; a column of zeros stays one.
-    norm : array, shape (k,)
-        Their lengths, in their units, 1 for a column of zeros: ``matrix == unit * norm``.
+    norm : array, shape (..., k)
+        Their lengths, in their units, 1 for a column of zeros:
+        ``matrix == unit * norm[..., None, :]``.
     """
-    norm = np.sqrt((matrix**2).sum(axis=0))
+    norm = np.sqrt((matrix**2).sum(axis=-2))
     norm[norm == 0] = 1.0
-    return np.asarray(matrix / norm), np.asarray(norm)
+    return np.asarray(matrix / norm[..., None, :]), np.asarray(norm)
 
 
 def orthonormal_columns(matrix: FloatArray) -> FloatArray:
@@ -61,28 +62,27 @@ def orthonormal_bases(matrices: FloatArray) -> FloatArray:
     array, shape (S, r, min(r, k))
         Orthonormal but for columns of zeros, which stand for what a matrix lacks in rank.
     """
-    norm = np.sqrt((matrices**2).sum(axis=1, keepdims=True))
-    unit = matrices / np.where(norm == 0, 1.0, norm)
-    u, singular, _ = np.linalg.svd(unit, full_matrices=False)
+    u, singular, _ = np.linalg.svd(unit_columns(matrices)[0], full_matrices=False)
     least = RANK_TOLERANCE * singular.max(axis=1, initial=0.0)
     return np.asarray(u * (singular > least[:, None])[:, None])
 
 
 def pseudo_inverse(matrix: FloatArray, tolerance: float = 1e-15) -> FloatArray:
-    """Pseudo-inverse of a matrix of any unit, its rank judged on the unit columns.
+    """Pseudo-inverse of a matrix of any unit, or of each of a stack, its rank judged on the unit
+    columns.
 
     Parameters
     ----------
-    matrix : array, shape (r, k)
+    matrix : array, shape (..., r, k)
     tolerance : float
         Singular value of the unit columns, relative to the largest, that counts as zero.
 
     Returns
     -------
-    array, shape (k, r)
+    array, shape (..., k, r)
     """
     unit, norm = unit_columns(matrix)
-    return np.asarray(np.linalg.pinv(unit, rcond=tolerance) / norm[:, None])
+    return np.asarray(np.linalg.pinv(unit, rcond=tolerance) / norm[..., :, None])
 
 
 def inverse_square(matrix: FloatArray) -> FloatArray:
@@ -93,6 +93,8 @@ def inverse_square(matrix: FloatArray) -> FloatArray:
 
 
 def pseudo_inverse_square(matrix: FloatArray) -> FloatArray:
-    """The same (k, k) of a matrix (r, k) of any rank and any unit, by its pseudo-inverse."""
+    """The same (..., k, k) of matrices (..., r, k) of any rank and any unit, by their
+    pseudo-inverse.
+    """
     inverse = pseudo_inverse(matrix)
-    return np.asarray(inverse @ inverse.T)
+    return np.asarray(inverse @ inverse.swapaxes(-1, -2))

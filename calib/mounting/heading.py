@@ -51,15 +51,10 @@ degrees and a gentle start stay on their own sides of it."""
 
 @dataclass(frozen=True)
 class Yaw:
-    """Yaw ψ of eq. (3) and its sd in radians; rms of the push along and of what is left across.
-
-    ``along_m_s2`` and ``across_m_s2`` say how marked and how straight the drive was.
-    """
+    """Yaw ψ of eq. (3) and its sd in radians."""
 
     yaw_rad: float
     sd_rad: float
-    along_m_s2: float
-    across_m_s2: float
 
 
 def measure_yaw(
@@ -107,7 +102,7 @@ def measure_yaw(
         accelerometer,
     )
     variance = _jackknife_variance(parts, forward, across) + float(calibrated[0, 0])
-    return Yaw(yaw, math.sqrt(variance), along_rms, across_rms)
+    return Yaw(yaw, math.sqrt(variance))
 
 
 def _horizontal(log: ImuLog, calibration: TriadCalibration, levelled: FloatArray) -> FloatArray:

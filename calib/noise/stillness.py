@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.errors import Undetermined
+from calib.numbers import MEDIAN_OF_NORMAL
 from calib.poses.imu_log import AXES, FloatArray, ImuLog, Triad
 
 
@@ -43,7 +44,6 @@ class StillnessThresholds:
 
 
 STILLNESS = StillnessThresholds()
-MEDIAN_OF_NORMAL = 0.6745  #: median of |z| of a standard normal z
 
 
 def sample_step_s(log: ImuLog) -> float:

@@ -14,7 +14,8 @@ import numpy as np
 
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import UnusableLog
-from calib.poses.averaging import PoseMean, TriadMean, average_pose
+from calib.numbers import RPM
+from calib.poses.averaging import NOT_LOGGED, PoseMean, TriadMean, average_pose, stated_means
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, ImuLog, Triad
 from calib.poses.pose_set import PoseRun
@@ -29,7 +30,7 @@ POSE, TIME, RATE, SAMPLES = "pose", "time_s", "rate_rad_s", "samples"
 FORCE_UNITS: Mapping[str, float] = {"g": 1 / STANDARD_GRAVITY_M_S2,
                                     "mg": 1e3 / STANDARD_GRAVITY_M_S2}
 RATE_UNITS: Mapping[str, float] = {"°/s": math.degrees(1.0), "m°/s": 1e3 * math.degrees(1.0),
-                                   "rpm": 30 / math.pi}
+                                   "rpm": 1 / RPM}
 EARTH_M_S2 = (9.7, 9.9)  #: beyond gravity anywhere on Earth's surface, 9.76 to 9.84
 FAR, NEAR = 3.0, 1.3
 """A bias and a gain error together change a typical reading by less than FAR; g and m/s² are 9.8
@@ -215,21 +216,17 @@ def _averaged(columns: Columns, label: str, rows: Any, rate_rad_s: float) -> Pos
 
 
 def _stated(columns: Columns, triad: Triad, labels: Sequence[str]) -> list[TriadMean]:
-    nothing = np.full((len(labels), 3), np.nan)
     names, sd_names = names_of(triad), names_of(triad, "sd_")
     if any(name not in columns for name in names):
-        return [TriadMean(*(row for _ in range(4))) for row in nothing]
+        return [NOT_LOGGED] * len(labels)
     means = np.column_stack([columns[name] for name in names])
     if not np.isfinite(means).all():
         row = int(np.flatnonzero(~np.isfinite(means).all(axis=1))[0])
         raise UnusableLog(f"table: {' or '.join(names)} has no number in {labels[row]}. Leave that "
                           f"row out: table.dropna().")
-    sd = nothing
+    sd = np.full((len(labels), 3), np.nan)
     if all(name in columns for name in sd_names):
         sd = np.column_stack([columns[name] for name in sd_names])
         if not (sd > 0).all():
             raise UnusableLog(f"table: an sd in {', '.join(sd_names)} is not a positive number.")
-    samples = columns.get(SAMPLES)
-    variance = sd**2 if samples is None else sd**2 / samples[:, None]
-    scatter = nothing if samples is None else sd**2
-    return [TriadMean(*each) for each in zip(means, variance, variance, scatter, strict=True)]
+    return stated_means(means, sd, columns.get(SAMPLES))

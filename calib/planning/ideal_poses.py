@@ -10,7 +10,7 @@ from calib.poses.averaging import PoseMean
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.mean_noise import NOISE_DOF_PER_POSE, noise_sd
 from calib.poses.pose_set import PoseSet
-from calib.poses.reference import CommonError, Reference, join_references
+from calib.poses.reference import CommonError, constant_reference, join_references
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,14 +132,6 @@ def ideal_poses(
     PoseSet
         With the logged columns that all runs have.
     """
-    parts: list[Reference] = []
-    for run in runs:
-        n = len(run.up)
-        common = np.tile([error.sd for error in run.common], (n, 1)).reshape(n, len(run.common))
-        names = tuple(error.name for error in run.common)
-        parts.append(Reference(np.full(n, run.magnitude), np.full(n, run.reference_sd), common,
-                               names))
-
     def joined(rows: list[FloatArray]) -> FloatArray:
         return np.concatenate(rows)
 
@@ -159,7 +151,10 @@ def ideal_poses(
         spin_rad_s=joined([np.full(len(run.up), run.spin_rad_s) for run in runs]),
         time_s=joined([run.time_s for run in runs]),
         expected=zeros,
-        reference=join_references(parts),
+        reference=join_references([
+            constant_reference(len(run.up), run.magnitude, run.common, run.reference_sd)
+            for run in runs
+        ]),
         columns={name: joined([run.columns[name] for run in runs]) for name in sorted(shared)},
     )
 

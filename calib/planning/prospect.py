@@ -23,12 +23,12 @@ from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model, stack_columns
 from calib.fit.parameters import triad_parameters
 from calib.fit.rows.residuals import Equations
+from calib.numbers import NO_LENGTH
 from calib.planning.ideal_poses import PlannedRun, ideal_poses
 from calib.poses.attitudes import natural_directions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet
-from calib.poses.reference import Reference
 
 WEDGE = natural_directions(corners=False)
 
@@ -70,7 +70,7 @@ def prospect_of(
     poses: PoseSet,
     model: Model,
     spec: TriadSpec,
-    own: Sequence[Effect] = (),
+    user_effects: Sequence[Effect] = (),
     covariates: Sequence[str] | None = None,
 ) -> Prospect:
     """Judge a plan.
@@ -83,7 +83,7 @@ def prospect_of(
         The model to be fitted.
     spec : TriadSpec
         The data sheet.
-    own : sequence of Effect
+    user_effects : sequence of Effect
         User-defined effects.
     covariates : sequence of str, optional
         Logged columns that may cause an error; without it those whose names say so.
@@ -105,7 +105,7 @@ def prospect_of(
     projector = Projector(fitted)
     signatures, absent = [], {}
     partly = {}
-    for effect in candidate_effects(fitted, own, covariates):
+    for effect in candidate_effects(fitted, user_effects, covariates):
         reason = unavailable(effect, poses.conditions(poses.reading))
         if reason is not None:
             absent[effect.name] = reason
@@ -161,7 +161,7 @@ def _about_zero(fitted: Fit) -> FloatArray:
 def _information(rows: FloatArray) -> float:
     """``det(JᵀJ)^(1/p) / n`` of whitened rows (n, p)."""
     singular = np.linalg.svd(rows, compute_uv=False)
-    return float(np.exp(2 * np.log(np.maximum(singular, 1e-300)).mean()) / len(rows))
+    return float(np.exp(2 * np.log(np.maximum(singular, NO_LENGTH)).mean()) / len(rows))
 
 
 def d_efficiency(fitted: Fit) -> float:
@@ -191,8 +191,7 @@ def d_efficiency(fitted: Fit) -> float:
         spin_rad_s=poses.spin_rad_s[take],
         time_s=np.arange(len(WEDGE), dtype=float),
         expected=poses.expected[take],
-        reference=Reference(reference.magnitude[take], reference.sd[take],
-                            reference.common[take], reference.common_names),
+        reference=reference.take(take),
         columns={name: values[take] for name, values in poses.columns.items()},
         other_reading=None,
         run_time_s=None,

@@ -17,16 +17,11 @@ import numpy as np
 
 from calib.errors import Contradiction, Undetermined
 from calib.poses.batches import BATCHES, COARSE_BATCHES, batch_means, batch_variance
+from calib.poses.converter_steps import least_steps, value_steps
 from calib.poses.creep import creep_rate
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.envelope import envelope
-from calib.poses.imu_log import (
-    AXES,
-    TRIADS,
-    FloatArray,
-    ImuLog,
-    Triad,
-)
+from calib.poses.imu_log import AXES, TRIADS, FloatArray, ImuLog, Triad
 from calib.poses.pose_checks import (
     LARGEST_STILL_SHIFT,
     check_attitude,
@@ -44,9 +39,6 @@ LONGEST_PAUSE = 0.25
 """Of a turn, in which no sample was logged."""
 
 SHORTEST_SAMPLES = 2 * BATCHES  #: derived: two in each batch
-MOST_DECIMALS = 9  #: of a logged value in SI units; beyond them it counts as not rounded
-PRINTED_TOLERANCE = 1e-6
-"""Of the last decimal: far above the rounding of a double, far below one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,38 +100,29 @@ class PoseMean:
     stated: bool = False
 
 
-_NOT_LOGGED = TriadMean(*(np.full(3, np.nan) for _ in range(4)))
+NOT_LOGGED = TriadMean(*(np.full(3, np.nan) for _ in range(4)))
+"""Of a triad that was not logged."""
 
 
-def value_steps(values: FloatArray) -> FloatArray:
-    """The step between neighbouring values of each axis of a log (t, 3), in its units, (3,).
+def stated_means(
+    mean: FloatArray, sd: FloatArray, samples: FloatArray | None = None
+) -> list[TriadMean]:
+    """The means of n poses as a table states them.
 
-    A converter steps by one count, or by more where the log was shifted or rounded; of a log in
-    physical units the values themselves show it. Infinite where all are the same.
+    Parameters
+    ----------
+    mean, sd : array, shape (n, 3)
+        Nominal, SI; NaN for an sd that is not stated.
+    samples : array, shape (n,), optional
+        Number of samples of each pose; the sds are then those of the samples.
+
+    Returns
+    -------
+    list of TriadMean, length n
     """
-    steps = []
-    for axis in values.T:
-        whole = np.rint(axis)
-        if np.array_equal(axis, whole):
-            step = float(np.gcd.reduce((whole - whole[0]).astype(np.int64)))
-        else:
-            gaps = np.diff(np.unique(axis))
-            step = float(gaps.min()) if gaps.size else 0.0
-        steps.append(step or np.inf)
-    return np.array(steps)
-
-
-def least_steps(values: FloatArray, spec: TriadSpec) -> FloatArray:
-    """One count, or one of the last decimal that the first of ``values`` (t, 3) has, (3,).
-
-    In the same unit.
-    """
-    if spec.encoding != "si":
-        return np.ones(3)
-    decimals = np.arange(MOST_DECIMALS)
-    scaled = values[0][:, None] * 10.0**decimals
-    is_whole = np.abs(scaled - np.rint(scaled)) < PRINTED_TOLERANCE
-    return np.where(is_whole.any(axis=1), 10.0 ** -np.argmax(is_whole, axis=1).astype(float), 0.0)
+    variance = sd**2 if samples is None else sd**2 / samples[:, None]
+    scatter = np.full_like(sd, np.nan) if samples is None else sd**2
+    return [TriadMean(*each) for each in zip(mean, variance, variance, scatter, strict=True)]
 
 
 def _whole_turns(log: ImuLog, rate_rad_s: float) -> int:
@@ -186,6 +169,7 @@ def average_pose(
     gyroscope: TriadSpec | None,
     rate_rad_s: float = 0.0,
     largest_shift: Mapping[str, float] = LARGEST_STILL_SHIFT,
+    drift: Mapping[Triad, FloatArray] | None = None,
 ) -> PoseMean:
     """Average one pose, still or turning.
 
@@ -199,6 +183,8 @@ def average_pose(
         Approximate rate of the plate, 0 for a still pose.
     largest_shift : mapping of triad to float
         By how much the halves of a still pose may differ, SI.
+    drift : mapping of triad to array, shape (t, 3), optional
+        What is known to drift in a pose at rest, about its mean, SI; it does not move the mean.
 
     Returns
     -------
@@ -224,7 +210,7 @@ def average_pose(
     duration_s = float(log.time_s[n - 1] - log.time_s[0])
     for triad, spec in zip(TRIADS, (accelerometer, gyroscope), strict=True):
         if spec is None or not log.has(triad):
-            means.append(_NOT_LOGGED)
+            means.append(NOT_LOGGED)
             continue
         counts = spec.signed(getattr(log, triad)[:n])
         check_counts(log.label, triad, counts, spec)
@@ -232,12 +218,12 @@ def average_pose(
         step = value_steps(counts) * spec.nominal_scale
         known = np.where(np.isfinite(step), step, 0.0)
         if rate_rad_s == 0:
-            check_still(log.label, triad, values, known, largest_shift[triad])
-            rest = values
+            rest = values if drift is None else values - drift[triad]
+            check_still(log.label, triad, rest, known, largest_shift[triad])
             if triad == "accelerometer":
-                creep_rad_s = creep_rate(batch_means(values, BATCHES), duration_s)
+                creep_rad_s = creep_rate(batch_means(rest, BATCHES), duration_s)
             else:
-                sway = sway_square(values, duration_s)
+                sway = sway_square(rest, duration_s)
         else:
             rest = _without_harmonics(values, log.time_s[:n], abs(rate_rad_s))
             if triad == "gyroscope":

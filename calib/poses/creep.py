@@ -14,6 +14,10 @@ SEEN_CHI2 = 13.8
 """Of two components: noise alone makes as much once in a thousand poses."""
 
 
+MEDIAN_OF_CHI2_1 = 0.4549
+"""Median of chi-square with one degree of freedom: a median of squares as a variance."""
+
+
 def creep_rate(batches: FloatArray, duration_s: float) -> float:
     """Rate (rms over the axes) at which a pose at rest turned, rad/s; 0 where noise explains it.
 
@@ -39,7 +43,3 @@ def creep_rate(batches: FloatArray, duration_s: float) -> float:
         return 0.0
     between_s = duration_s * (1 - 1 / len(batches))
     return float(np.sqrt((square - 2 * of_change) / 2)) / size / between_s
-
-
-MEDIAN_OF_CHI2_1 = 0.4549
-"""Median of chi-square with one degree of freedom: a median of squares as a variance."""

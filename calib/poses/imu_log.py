@@ -81,14 +81,7 @@ class ImuLog:
 
     def between(self, start: int, stop: int, label: str) -> "ImuLog":
         """The samples ``start:stop`` as a log of their own."""
-        part = slice(start, stop)
-        return ImuLog(
-            label,
-            self.time_s[part],
-            self.accelerometer[part],
-            self.gyroscope[part],
-            {name: values[part] for name, values in self.columns.items()},
-        )
+        return self._rows(slice(start, stop), label)
 
     def where(self, kept: BoolArray) -> "ImuLog":
         """Some of the samples; their times show the gaps.
@@ -97,10 +90,13 @@ class ImuLog:
         ----------
         kept : array of bool, shape (t,)
         """
+        return self._rows(kept, self.label)
+
+    def _rows(self, rows: slice | BoolArray, label: str) -> "ImuLog":
         return ImuLog(
-            self.label,
-            self.time_s[kept],
-            self.accelerometer[kept],
-            self.gyroscope[kept],
-            {name: values[kept] for name, values in self.columns.items()},
+            label,
+            self.time_s[rows],
+            self.accelerometer[rows],
+            self.gyroscope[rows],
+            {name: values[rows] for name, values in self.columns.items()},
         )

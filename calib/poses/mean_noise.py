@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from calib.numbers import NO_LENGTH
 from calib.poses.averaging import PoseMean, TriadMean
 from calib.poses.batches import BATCHES, COARSE_BATCHES
 from calib.poses.imu_log import FloatArray, Triad
@@ -166,7 +167,7 @@ def correlation_ratio(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> float
     for means in runs:
         v6 = np.array([getattr(mean, triad).variance for mean in means])
         v3 = np.array([getattr(mean, triad).coarse_variance for mean in means])
-        typical = np.maximum(np.median(v6, axis=0), 1e-300)
+        typical = np.maximum(np.median(v6, axis=0), NO_LENGTH)
         disturbed = np.maximum(v6, v3) > LARGEST_TYPICAL * typical
         fine += float(np.where(disturbed, 0.0, v6 / typical).sum())
         coarse += float(np.where(disturbed, 0.0, v3 / typical).sum())
@@ -290,7 +291,7 @@ def step_variance(step: FloatArray, scatter: FloatArray) -> FloatArray:
     array, shape (3,)
         In the square of their unit.
     """
-    square = np.maximum(step**2, 1e-300)[:, None]
+    square = np.maximum(step**2, NO_LENGTH)[:, None]
     dither = np.maximum(scatter - step**2 / 12, 0.0)[:, None]
     k = np.arange(1, STEP_TERMS + 1)
     terms = np.exp(-4 * np.pi**2 * k**2 * dither / square) / (2 * np.pi**2 * k**2)

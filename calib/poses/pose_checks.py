@@ -11,14 +11,12 @@ import math
 import numpy as np
 
 from calib.errors import Remedy, Undetermined, UnusableLog
+from calib.numbers import MEDIAN_OF_NORMAL
 from calib.poses.batches import batch_means
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
 
 SHORT_BATCHES = 12  #: stretches of a pose; derived: twice the batches of its sd
-MEDIAN_OF_NORMAL = 0.6745
-"""Median of the absolute value of a standard normal variable."""
-
 FINER = 4  #: times as many stretches where a pose has the samples for it
 RAIL_SHARE = 1e-3
 """Of the samples, at the end of the range. Derived: normal noise cut off there moves its mean by
@@ -40,6 +38,10 @@ MUST_MOVE, STANDS_STILL = 0.5, 0.05
 """Of the magnitude: what the other axes demand of one that is alive, and how little a dead one
 moves. Derived: an error of the data sheet by a third leaves the first, cross-axis sensitivities of
 a few per cent move a dead axis by less than the second."""
+
+
+class SensorMoved(Undetermined):
+    """A pose at rest whose readings stray by more than noise, by the scatter within it alone."""
 
 
 def _median(values: FloatArray) -> FloatArray:
@@ -112,7 +114,7 @@ def check_still(
     axis = int(np.argmax(stray / limit))
     if stray[axis] > limit[axis]:
         unit = SI_UNIT[triad]
-        raise Undetermined(
+        raise SensorMoved(
             f"{label}: the sensor moved: {triad} {AXES[axis]} strays by {stray[axis]:.3g} {unit} "
             f"within the pose, where still poses stray by {limit[axis]:.2g} {unit} at most. Record "
             f"the pose again, or cut the log to the part in which it lay still."

@@ -55,10 +55,13 @@ class CommonError:
         Errors of the same name are the same error, also in other runs.
     sd : float
         In the unit of the magnitude, m/s² or rad/s.
+    of_setting : bool
+        Whether it belongs to one setting of the plate: another one brings its own.
     """
 
     name: str
     sd: float
+    of_setting: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,6 +135,7 @@ def constant_reference(
         np.full(n, sd),
         np.tile([c.sd for c in common], (n, 1)).reshape(n, len(common)),
         tuple(c.name for c in common),
+        frozenset(c.name for c in common if c.of_setting),
     )
 
 

@@ -13,6 +13,7 @@ from scipy.special import gammaincinv
 
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Undetermined
+from calib.numbers import NO_LENGTH
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import SI_UNIT, BoolArray, FloatArray, ImuLog, Triad
 from calib.poses.pose_checks import is_still
@@ -207,7 +208,8 @@ def deciding_triad(
         )
     values = spec.nominal(getattr(log, triad))
     step = 0.0 if spec.encoding == "si" else spec.nominal_scale
-    smallest = max(3 * step**2 / 12, np.finfo(float).eps * float(np.square(values).max()), 1e-300)
+    rounding = np.finfo(float).eps * float(np.square(values).max())
+    smallest = max(3 * step**2 / 12, rounding, NO_LENGTH)
     sums = RunningSums.of(values)
     variance = sums.window_variance(window)
     turning = np.zeros(len(variance), dtype=bool)

@@ -140,7 +140,7 @@ def turning_run(means: Sequence[PoseMean], rate: PlateRate, latitude_rad: float 
             sd=each_sd,
             common=np.column_stack(common),
             common_names=tuple(names),
-            of_setting=frozenset({RATE_OF + rate.name}),
+            of_setting=frozenset({RATE_OF + rate.name} if shared else ()),
         ),
         spin_rad_s=sign * plate,
         expected=np.zeros((n, 3)),

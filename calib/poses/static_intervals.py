@@ -60,12 +60,9 @@ class StaticIntervals:
         The multiple of the quietest rest's noise amplitude up to which a stop is a rest.
     largest_sd : float
         The same as an sd of ``triad``, m/s² or rad/s.
-    usual_shift : float
-        By how much the halves of three rests in four differ at most, in the same unit: nothing on a
-        table, a degree in a hand.
     largest_shift : float
-        By how much those of any rest may differ; of a rest that gives way more the part is taken
-        that does not, if it is half of it or more.
+        By how much the halves of a rest may differ, in the same unit; of a rest that gives way more
+        the part is taken that does not, if it is half of it or more.
     skipped : tuple of (str, str)
         Stops that are not among the rests: when they were, and why.
     """
@@ -74,7 +71,6 @@ class StaticIntervals:
     triad: Triad
     threshold: float
     largest_sd: float
-    usual_shift: float
     largest_shift: float
     skipped: tuple[tuple[str, str], ...] = ()
 
@@ -128,7 +124,6 @@ def find_still(
         triad=triad.triad,
         threshold=math.sqrt(thresholds[best] / triad.quietest),
         largest_sd=math.sqrt(thresholds[best]),
-        usual_shift=usual,
         largest_shift=largest,
         skipped=tuple((triad.span(rest), str(rest.fault))
                       for rest in sorted(skipped, key=lambda rest: rest.start)),

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from calib.errors import Undetermined
+from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
 
 if TYPE_CHECKING:
@@ -58,6 +59,10 @@ def check_calm(label: str, scatter: FloatArray, sway: float, gravity: float, lim
         )
 
 
+NOTICEABLE_M_S2 = 0.02
+"""Of gravity missing; as ``LARGEST_STILL_SHIFT`` of the accelerometer."""
+
+
 def shortfall(means: Sequence["PoseMean"]) -> FloatArray:
     """By how much the mean of each pose at rest of a run may be short of gravity, m/s², (n,).
 
@@ -93,13 +98,9 @@ def shaken(means: Sequence["PoseMean"], run: str) -> str | None:
     )
 
 
-NOTICEABLE_M_S2 = 0.02
-"""Of gravity missing; as ``LARGEST_STILL_SHIFT`` of the accelerometer."""
-
-
 def _swept(means: Sequence["PoseMean"]) -> tuple[FloatArray, float, FloatArray]:
     """Scatter of all axes (n,), its median, and what rocking by the excess would take off, (n,)."""
     scatter = np.array([mean.accelerometer.scatter.sum() for mean in means])
     gravity = np.linalg.norm([mean.accelerometer.mean for mean in means], axis=1)
     usual = float(np.median(scatter))
-    return scatter, usual, np.maximum(scatter - usual, 0.0) / (2 * np.maximum(gravity, 1e-300))
+    return scatter, usual, np.maximum(scatter - usual, 0.0) / (2 * np.maximum(gravity, NO_LENGTH))

@@ -5,10 +5,9 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.interaction.arguments import Finite, PathArgument
+from pipeline.commands.interaction.arguments import LONGEST_S, Finite, PathArgument
 from pipeline.playback import PROTOCOLS, Protocol
 
-LONGEST_S = 86_400.0  #: a day
 SHARE = Finite(min=0, max=1)  #: by definition
 
 

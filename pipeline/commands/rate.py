@@ -10,11 +10,10 @@ from typing import Literal
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.interaction.arguments import Finite, PathArgument
+from pipeline.commands.interaction.arguments import LONGEST_S, Finite, PathArgument
 from pipeline.commands.interaction.output import echo_json, json_option, quiet_option
 
 FILMED_S = 60.0  #: the clip that the guide asks for
-LONGEST_S = 86_400.0  #: a day
 SLOWEST_FPS, FASTEST_FPS = 0.01, 1e5  #: from time lapse to high speed
 FASTEST_RPM = 1e5  #: beyond any turntable; a larger number is a slip of the keyboard
 

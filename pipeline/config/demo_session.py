@@ -5,8 +5,8 @@ from importlib.metadata import PackageNotFoundError, files
 from pathlib import Path
 
 from pipeline.errors import UnreadableInput, UnwritableOutput
+from pipeline.text.names import DISTRIBUTION
 
-DISTRIBUTION = "turntable-imu-calibration"
 SESSION = "hidden_effect"
 CONFIG = "config.yaml"
 

@@ -19,7 +19,9 @@ from pydantic import (
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from calib.effects.catalogue import EFFECTS, UnknownEffect, find_effect
+from calib.effects.effect import OF_COLUMN
 from pipeline.config.file_patterns import NoSuchFile, find_files
+from pipeline.files import LONGEST_NAME
 from pipeline.logs.columns import Renamed
 from pipeline.text.names import nearest_name
 from vision.rate.terms import CONSTANT_RATE, TERMS
@@ -84,7 +86,6 @@ def no_such(kind: str, name: str, right: tuple[str, ...]) -> PydanticCustomError
 
 #: Missing files of a list that are named; after as many the rest is not looked for.
 MOST_FAULTS = 20
-LONGEST_NAME = 255  #: bytes of a file's name, in every file system in common use
 SHOWN = 60  #: characters of a wrong name that a message repeats
 #: No length, rate, count or share of a session is larger, and none that is not 0 is smaller than
 #: its inverse: what is squared later neither overflows nor vanishes.
@@ -114,7 +115,7 @@ def _effect(name: str, info: ValidationInfo) -> str:
     try:
         return find_effect(name).name
     except UnknownEffect as error:
-        near = nearest_name(name, (*EFFECTS, *user_effects, "column:NAME"))
+        near = nearest_name(name, (*EFFECTS, *user_effects, f"{OF_COLUMN}NAME"))
         raise refusal(
             f"no effect is named '{name}'{near}; `pipeline effects` lists them all"
         ) from error

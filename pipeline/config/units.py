@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 
 from calib.earth import STANDARD_GRAVITY_M_S2
-from pipeline.text.formatting import RPM
+from calib.numbers import RPM
 
 #: Ending of a key -> quantity and the factor to its SI unit.
 UNITS: Mapping[str, tuple[str, float]] = {

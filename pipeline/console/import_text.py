@@ -17,6 +17,10 @@ LONGEST_NAMES = 44  #: characters of a triad's columns
 TABLES_SHOWN = 3  #: of many files alike; chosen
 
 
+LAYOUTS = {"files": "each is one pose", "log": "the static intervals are the poses",
+           "means": "each row is the mean of a pose"}
+
+
 def guess_lines(guess: SessionGuess) -> Iterator[str]:
     """Every table, those of many alike only by the first, and what is not sure."""
     tables = guess.tables
@@ -34,10 +38,6 @@ def guess_lines(guess: SessionGuess) -> Iterator[str]:
         yield "not sure:"
         for doubt in guess.doubts:
             yield f"  - {doubt}"
-
-
-LAYOUTS = {"files": "each is one pose", "log": "the static intervals are the poses",
-           "means": "each row is the mean of a pose"}
 
 
 def guessed_table(table: TableGuess) -> list[str]:

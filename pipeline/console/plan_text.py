@@ -1,11 +1,11 @@
 """What ``pipeline plan`` prints: what the poses of a session determine, for people and programs."""
 
-import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 from calib.diagnosis.next_measurement.advice import Rival, best_block
 from calib.effects.effect import Effect
+from calib.numbers import RPM
 from calib.planning.prospect import Prospect
 from calib.poses.attitudes import direction_name
 from pipeline.plan.outlook import TriadPlan
@@ -36,7 +36,7 @@ def plan_lines(plan: TriadPlan, effects: Sequence[Effect], full_scale: float) ->
     yield f"{plan.triad}: {plan.recorded} poses recorded, {missing} missing"
     for setting in plan.settings:
         motion = "at rest" if not setting.rate_rad_s else (
-            f"at {setting.rate_rad_s * 30 / math.pi:.4g} rpm")
+            f"at {setting.rate_rad_s / RPM:.4g} rpm")
         yield (f"  {setting.name}: {len(setting.means)} recorded, {len(setting.missing)} missing, "
                f"{setting.seconds:.3g} s each, {motion}")
         yield from (f"  ignored: {reason}" for reason in setting.unusable)

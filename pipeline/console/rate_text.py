@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from calib.numbers import RPM
 from pipeline.stages.rate import SettingRate
-from pipeline.text.formatting import NAME_WIDTH, RPM, count, relative
+from pipeline.text.formatting import NAME_WIDTH, count, relative
 from vision.phase_track import LUMA
 from vision.rate.terms import ALWAYS
 

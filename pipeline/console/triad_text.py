@@ -5,6 +5,7 @@ from typing import Any
 
 from pipeline.config.load import Config
 from pipeline.config.schema import AccelerometerSection, RunSection, VideoRateSection
+from pipeline.text.formatting import count
 
 
 def summary_lines(config: Config) -> Iterator[str]:
@@ -15,7 +16,7 @@ def summary_lines(config: Config) -> Iterator[str]:
     for name, rate in config.rate.items():
         if isinstance(rate, VideoRateSection):
             clock = f"{rate.timebase.source} time, {rate.timebase.relative_sd * 1e6:g} ppm"
-            yield f"rate           {name}: {_count(len(rate.video), 'clip')}, {clock}"
+            yield f"rate           {name}: {count(len(rate.video), 'clip')}, {clock}"
         else:
             value = f"{rate.rate_rad_s:g} ± {rate.sd_rad_s:g} rad/s"
             yield f"rate           {name}: {value}, stated in the configuration"
@@ -64,8 +65,4 @@ def _poses(section: AccelerometerSection | RunSection) -> str:
         return f"static intervals in {', '.join(path.name for path in poses.log)}{without}"
     if poses.means:
         return f"rows of {', '.join(path.name for path in poses.means)}{without}"
-    return f"{_count(len(poses.files) - len(excluded), 'pose')}{without}"
-
-
-def _count(n: int, noun: str) -> str:
-    return f"{n} {noun}{'' if n == 1 else 's'}"
+    return f"{count(len(poses.files) - len(excluded), 'pose')}{without}"

@@ -11,8 +11,8 @@ into that frame if the calibration session determined the angles between the two
 
 import csv
 import io
-from collections.abc import Container, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -20,12 +20,11 @@ from scipy.spatial.transform import Rotation
 from calib.effects.effect import Effect, Need
 from calib.effects.needs import lacking
 from calib.errors import Undetermined, UnusableLog
-from calib.fit.model import Model
 from calib.fit.triad.correction import Correction
 from calib.poses.conditions import OTHER_TRIAD, Conditions
 from calib.poses.imu_log import BoolArray, FloatArray, ImuLog
 from pipeline.logs.write import LARGEST, csv_rows
-from pipeline.results.read import Stored, StoredTriad
+from pipeline.results.read import Stored
 from pipeline.text.plain import cell
 
 BLOCK = 20_000  #: rows corrected at a time
@@ -91,7 +90,7 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
             for effect in each.correction.model.effects
             if effect.belongs_to == "bench"
         ]
-        correction = of_the_sensor(each)
+        correction = each.of_the_sensor()
         nominal = correction.spec.nominal(getattr(log, each.triad))
         columns = {**_other_triad(stored, each.triad, log), **log.columns}
         at = Conditions.of_vectors(nominal, columns, **known)
@@ -177,22 +176,6 @@ def _require_numbers(label: str, triad: str, vectors: FloatArray) -> None:
             f"{label}: sample {row + 1} of the {triad} becomes {vectors[row]} SI units, which no "
             f"sensor reads. Is the log in the counts or the unit of the calibration session?"
         )
-
-
-def of_the_sensor(each: StoredTriad, held: Container[str] | None = None) -> Correction:
-    """The correction without the effects of the bench; of the others only those in ``held``.
-
-    Bias, scale and misalignment are always there.
-    """
-    correction = each.correction
-    effects = tuple(
-        effect
-        for effect in correction.model.effects
-        if effect.belongs_to != "bench"
-        and (held is None or effect.acts_on == "reading" or effect.name in held)
-    )
-    theta = correction.theta[correction.model.positions(effects)]
-    return replace(correction, model=Model(effects), theta=theta)
 
 
 def _require_evaluable(label: str, triad: str, correction: Correction, at: Conditions) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from calib.effects.units import display_unit
+from calib.numbers import RPM
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
 from pipeline.export.certificate_records import (
@@ -23,7 +24,6 @@ from pipeline.results.history import read_history
 from pipeline.results.read import Stored, StoredTriad
 from pipeline.text.formatting import (
     DISPLAY,
-    RPM,
     count,
     relative,
     with_sd,
@@ -57,8 +57,8 @@ def certificate_content(stored: Stored) -> CertificateContent:
     """
     contents = stored.contents
     return CertificateContent(
-        title=one_line(contents["title"] or "Untitled session"),
-        sensor=one_line(contents["sensor"]),
+        title=printable(contents["title"] or "Untitled session"),
+        sensor=printable(contents["sensor"]),
         facts=tuple(_facts(stored)),
         triads=tuple(_part(each, contents[each.triad]) for each in stored.triads),
         references=tuple(_references(contents)),
@@ -66,8 +66,8 @@ def certificate_content(stored: Stored) -> CertificateContent:
     )
 
 
-def one_line(text: object) -> str:
-    """A name out of a file as one line without control characters."""
+def printable(text: object) -> str:
+    """A name out of a file as one line of print, without what cannot be printed."""
     return " ".join("".join(c if c.isprintable() else " " for c in str(text)).split())
 
 
@@ -96,14 +96,14 @@ def _program() -> str:
 def _part(each: StoredTriad, section: Mapping[str, Any]) -> TriadPart:
     diagnosis = section["diagnosis"]
     verdict, standing = VERDICTS.get(diagnosis["verdict"], (diagnosis["verdict"], "open"))
-    blind = [one_line(name) for name in diagnosis["blind"]]
+    blind = [printable(name) for name in diagnosis["blind"]]
     return TriadPart(
         name=each.triad.capitalize(),
-        model=one_line(short_model(section["model"])),
+        model=printable(short_model(section["model"])),
         range=_range(each),
         standing=standing,
         verdict=verdict,
-        explanation=_typeset(one_line(diagnosis["says"])),
+        explanation=_typeset(printable(diagnosis["says"])),
         rows=(*_base_rows(each), *_effect_rows(each)),
         figures=tuple(_figures(each.triad, section)),
         prediction=_prediction(each.triad, section["prediction"]),
@@ -144,10 +144,10 @@ def _effect_rows(each: StoredTriad) -> Iterator[CertifiedRow]:
         for i in range(0, linear, len(AXES)):
             label = f" {AXES[i // len(AXES)]}" if linear > len(AXES) else ""
             to = min(i + len(AXES), linear)
-            yield _row(f"{one_line(name)}{label} [{one_line(shown)}]", values[i:to] * factor,
+            yield _row(f"{printable(name)}{label} [{printable(shown)}]", values[i:to] * factor,
                        sds[i:to] * factor)
         if shape_unit:
-            yield _row(f"{one_line(name)} {one_line(shape_unit)}", values[linear:], sds[linear:])
+            yield _row(f"{printable(name)} {printable(shape_unit)}", values[linear:], sds[linear:])
 
 
 def _row(name: str, values: FloatArray, sds: FloatArray) -> CertifiedRow:
@@ -192,7 +192,7 @@ def _residuals(triad: str, poses: Sequence[Mapping[str, Any]]) -> Residuals:
         unit,
         np.array([pose["residual"] for pose in poses], float) * factor,
         np.array([pose["sd"] for pose in poses], float) * factor,
-        tuple(one_line(pose["run"]) for pose in poses),
+        tuple(printable(pose["run"]) for pose in poses),
         np.array([pose["reference"] == 0 for pose in poses]),
     )
 
@@ -217,13 +217,13 @@ def _references(contents: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
         value = (f"{rate['rate_rad_s'] / RPM:.4f} rpm ± "
                  f"{relative(rate['sd_rad_s'] / rate['rate_rad_s'])}")
         direction = f", {sign}" if rate["direction"] else ""
-        yield f"Plate, {one_line(name)}", f"{value}{direction}", _rate_source(rate)
+        yield f"Plate, {printable(name)}", f"{value}{direction}", _rate_source(rate)
 
 
 def _rate_source(rate: Mapping[str, Any]) -> str:
     if rate["source"] != "video":
         return "stated in the configuration"
-    clips = [one_line(clip["clip"]) for clip in rate["clips"]]
+    clips = [printable(clip["clip"]) for clip in rate["clips"]]
     clock = rate["sd_parts"]["timebase_rad_s"] / rate["rate_rad_s"]
     image = rate["sd_parts"]["image_rad_s"] / rate["rate_rad_s"]
     named = clips[0] if len(clips) == 1 else f"{count(len(clips), 'clip')}, {clips[0]} first"
@@ -249,6 +249,6 @@ def _notes(stored: Stored) -> Iterator[str]:
                        for key in ("roll_deg", "pitch_deg"))
         sds = mounting["sd_deg"]
         yield f"Mounting: roll {roll} ± {sds[0]:.2g}°, pitch {pitch} ± {sds[1]:.2g}°."
-    warnings = [one_line(each) for each in stored.contents.get("warnings", [])]
+    warnings = [printable(each) for each in stored.contents.get("warnings", [])]
     if warnings:
         yield f"Warnings of the run: {' '.join(warnings)}"

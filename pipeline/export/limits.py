@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from calib.consistency.force import LARGEST_DRIFT
 from calib.effects.effect import Effect
 from calib.errors import UnusableLog
 from calib.poses.conditions import Conditions
@@ -22,9 +23,6 @@ QUIETEST = 0.25
 """Share of the windows that count as rest, and the median of these is what counts: a vehicle that
 never stands still is quiet where it moves evenly, and there the force is gravity too."""
 
-LARGEST_DRIFT = 0.02
-"""Of gravity: 0.02 %/K and 1 mg/K, what data sheets of low-cost sensors state, over 50 K and some
-years. A larger difference is worth a look."""
 
 LARGEST_DIFFERENCE = 0.3
 """Of gravity: what gains differ by from part to part of one type, and offsets, is a tenth of it."""
@@ -81,7 +79,7 @@ def require_gravity(stored: Stored, log: ImuLog, applied: Applied) -> tuple[str,
             f"log of the sensor of {stored.path}; if the log was never at rest, add "
             f"--although-unlike."
         )
-    if difference > LARGEST_DRIFT:
+    if difference > LARGEST_DRIFT:  # worth a look
         return (f"{at_rest}, {100 * difference:.2g} % off gravity ({gravity:.5g} m/s²). Is it the "
                 f"sensor of the session, and was it ever at rest in this log?",)
     return ()

@@ -5,8 +5,9 @@ import io
 import json
 
 from calib.effects.effect import EFFECTS
-from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
+from calib.poses.imu_log import AXES, SI_UNIT
 from pipeline.export.parts import Export, matrix, no_effects, no_sds, short_name
+from pipeline.results.json_values import numbers
 from pipeline.results.names import PARAMETERS
 from pipeline.results.read import Stored, StoredTriad
 from pipeline.text.plain import cell
@@ -64,13 +65,9 @@ def _nine(each: StoredTriad) -> dict[str, list[float | None]]:
     sds = (each.misalignment_sd, each.bias_sd, each.scale_sd)
     nine: dict[str, list[float | None]] = {}
     for key, value, sd in zip(PARAMETERS, values, sds, strict=True):
-        nine[key] = _plain(value)
-        nine[f"{key}_sd"] = _plain(sd)
+        nine[key] = numbers(value)
+        nine[f"{key}_sd"] = numbers(sd)
     return nine
-
-
-def _plain(values: FloatArray) -> list[float | None]:
-    return [float(value) if value == value else None for value in values]  # NaN differs from itself
 
 
 def _blank(value: float | None) -> float | str:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.earth import STANDARD_GRAVITY_M_S2
+from calib.numbers import MEDIAN_OF_NORMAL
 from calib.poses.imu_log import FloatArray
 
 COUNTS_PER_G = (16384, 8192, 4096, 2048, 1024, 512, 256)
@@ -44,7 +45,6 @@ in use lie a factor of 57 apart."""
 LEAST_TURN = 0.02
 """Change of the direction of gravity from block to block, rad, that is no noise."""
 
-MEDIAN_OF_NORMAL = 0.6745  #: fact: median of the absolute value of a standard normal number
 BLOCK_S = 0.1
 """Within it a hand turns by less than a right angle, and noise averages out. Tuned:
 ``tests.bench.study_import``, half changes two and double three of 37 sets."""

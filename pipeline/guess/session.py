@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from calib.errors import CalibrationError
+from calib.numbers import RPM
 from calib.poses.averaging import average_pose
 from calib.poses.data_sheet import TriadSpec
 from pipeline.guess.magnitudes import record_rpm
@@ -114,7 +115,7 @@ def _setting(table: TableGuess) -> tuple[str | None, float]:
     if turning == 0:
         return "stopped", 0.0
     rpm = record_rpm(turning)
-    return (f"{rpm:.3g}rpm", rpm * np.pi / 30) if rpm else (None, turning)
+    return (f"{rpm:.3g}rpm", rpm * RPM) if rpm else (None, turning)
 
 
 def _layout(tables: Sequence[TableGuess]) -> Layout:

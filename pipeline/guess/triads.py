@@ -25,7 +25,6 @@ AXES = 3  #: fact: of a triad
 BITS = 16  #: fact: of the converters in use; a smaller one gives words of 16 bits too
 UNIT_WORDS = {"m_s2": "m/s²", "rad_s": "rad/s", "deg_s": "°/s", "mrad_s": "mrad/s",
               "mdeg_s": "m°/s"}
-TRIAD_WORDS = {"acc": "accelerometer", "gyr": "gyroscope"}
 LEAST_SCATTER = 0.03
 """Axes of one sensor scatter alike, by noise or by attitude; a magnetometer's beside it do not."""
 

@@ -9,7 +9,7 @@ ACCELEROMETER = ("acc_x", "acc_y", "acc_z")
 GYROSCOPE = ("gyr_x", "gyr_y", "gyr_z")
 TIME = "time_s"
 COUNTER = "counter"  #: sample counter; with a sample rate it gives the time, gaps included
-KNOWN_NAMES = (TIME, COUNTER, *ACCELEROMETER, *GYROSCOPE)
+READINGS = (TIME, COUNTER, *ACCELEROMETER, *GYROSCOPE)
 SKIP = "skip"  #: a column that is not read
 
 TimeUnit = Literal["s", "ms", "us", "ns", "min"]
@@ -17,7 +17,7 @@ SECONDS_PER: Mapping[TimeUnit, float] = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns":
 
 #: Per program: its header's names (in lower case) -> our name and the factor to our unit.
 DIALECTS: Mapping[str, Mapping[str, tuple[str, float]]] = {
-    "ours": {name: (name, 1.0) for name in KNOWN_NAMES},
+    "ours": {name: (name, 1.0) for name in READINGS},
     "other units of time": {f"time_{unit}": (TIME, SECONDS_PER[unit])
                             for unit in SECONDS_PER if unit != "s"},
     # MT Manager's ASCII export. SampleTimeFine ticks at 10 kHz.

@@ -11,7 +11,6 @@ DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 #: "16,384" is sixteen or sixteen thousand; a log in which every comma stands so is refused.
 MAYBE_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,:](\d+))?\s*([AaPp][Mm])?")
-DAY_S = 86_400.0  #: fact
 
 
 @dataclass(frozen=True)

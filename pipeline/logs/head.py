@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pipeline.errors import UnreadableInput
 from pipeline.logs.columns import (
-    KNOWN_NAMES,
+    READINGS,
     SKIP,
     TIME,
     USUAL,
@@ -212,8 +212,8 @@ def _headerless(path: Path, i: int, n: int) -> UnreadableInput:
 def _wrong_header(path: Path, i: int, cells: list[str]) -> UnreadableInput:
     """The error for a header that names no triad, with the nearest right names."""
     names = [our_name(cell)[0] for cell in cells]
-    near = [f"'{name}' for '{cell}'" for cell in cells if our_name(cell)[0] not in KNOWN_NAMES
-            for name in nearest_names(cell, KNOWN_NAMES)]
+    near = [f"'{name}' for '{cell}'" for cell in cells if our_name(cell)[0] not in READINGS
+            for name in nearest_names(cell, READINGS)]
     meant = f" (did you mean {', '.join(near)}?)" if near else ""
     return UnreadableInput(
         f"{path}:{i + 1}: found {_shown(cells)}: {missing_columns(names)}{meant}. {MISSING_TRIAD}."

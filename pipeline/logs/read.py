@@ -16,8 +16,8 @@ from pipeline.errors import UnreadableInput
 from pipeline.logs.clock import StatedClock, sample_times
 from pipeline.logs.columns import (
     ACCELEROMETER,
-    COUNTER,
     GYROSCOPE,
+    READINGS,
     SKIP,
     TIME,
     ColumnNames,
@@ -34,7 +34,6 @@ from pipeline.logs.text import LogText, log_text, numbers_of
 from pipeline.text.names import nearest_name
 
 TABLES = 6  #: that a message lists
-READINGS = (TIME, COUNTER, *ACCELEROMETER, *GYROSCOPE)
 
 
 @dataclass(frozen=True, eq=False)

@@ -92,11 +92,6 @@ def text_lines(path: Path, data: bytes) -> list[str]:
     return without_labels(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
 
 
-def read_lines(path: Path) -> list[str]:
-    """The lines of a text file, compressed or not; errors as of the two steps."""
-    return text_lines(path, read_bytes(path))
-
-
 def _not_text(path: Path, data: bytes, start: int) -> UnreadableInput:
     line = data.count(b"\n", 0, start) + 1
     return UnreadableInput(

@@ -12,7 +12,7 @@ from pipeline.errors import UnreadableInput
 from pipeline.logs.columns import (
     ACCELEROMETER,
     GYROSCOPE,
-    KNOWN_NAMES,
+    READINGS,
     SKIP,
     TIME,
     ColumnNames,
@@ -124,7 +124,7 @@ def log_text(path: Path, lines: list[str], columns: ColumnNames | None) -> LogTe
         )
     if lacks := missing_columns([name for name, _ in names]):
         raise UnreadableInput(f"{path}: {lacks}. {MISSING_TRIAD}.")
-    read = [(name, factor) if name in KNOWN_NAMES or dialect.holds_number(cell) else (SKIP, 1.0)
+    read = [(name, factor) if name in READINGS or dialect.holds_number(cell) else (SKIP, 1.0)
             for (name, factor), cell in zip(names, cells, strict=True)]
     dated = next((i for i, ((name, _), cell) in enumerate(zip(read, cells, strict=True))
                   if name == TIME and not dialect.holds_number(cell) and is_time(cell)), None)
@@ -267,7 +267,7 @@ def _first_fault(text: LogText) -> str | None:
         for i, (name, cell) in enumerate(zip(text.names, cells, strict=True)):
             if name == SKIP or is_number(text.dialect.as_point(cell)):
                 continue
-            if name not in KNOWN_NAMES and cell.lower() in MISSING:
+            if name not in READINGS and cell.lower() in MISSING:
                 continue
             if i == text.dated and is_time(cell):
                 continue

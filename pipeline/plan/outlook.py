@@ -25,6 +25,7 @@ from calib.poses.pose_set import PoseRun, PoseSet, pose_set
 from calib.poses.reference import CommonError, PlateRate
 from calib.poses.runs import (
     GRAVITY,
+    RATE_OF,
     TIME_BASE,
     gravity_run,
     stopped_run,
@@ -171,7 +172,7 @@ def _runs(
         common = (CommonError(GRAVITY, gravity.sd_m_s2 if gravity else 0.0),)
     elif setting.rate_rad_s:
         common = (CommonError(TIME_BASE, setting.relative_sd * setting.rate_rad_s),
-                  CommonError(f"rate {setting.name}", setting.rate_sd_rad_s))
+                  CommonError(RATE_OF + setting.name, setting.rate_sd_rad_s, of_setting=True))
     else:
         reference_sd = (
             EARTH_RATE_RAD_S / math.sqrt(3) if latitude is None

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.errors import CalibrationError
+from calib.numbers import RPM
 from calib.poses.attitudes import NEAR_COSINE, WEDGE_DIRECTIONS, natural_directions
 from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.data_sheet import TriadSpec
@@ -25,7 +26,6 @@ from pipeline.stages.excluded_poses import chosen
 from pipeline.stages.pose_means import read_pose_means
 from pipeline.stages.poses import still_search
 from pipeline.stages.session_logs import Setting, long_logs, read_logs
-from pipeline.text.formatting import RPM
 
 USUAL_RATE_RAD_S = 100 / 3 * RPM  #: the speed that every record player has
 PAUSE_S = 20.0  #: between two planned poses

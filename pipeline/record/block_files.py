@@ -5,13 +5,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from calib.numbers import RPM
 from pipeline.config.file_patterns import is_pattern, natural_key
 from pipeline.config.load import Config
 from pipeline.config.schema import VideoRateSection
 from pipeline.config.types import STOPPED
 from pipeline.config.yaml_text import PathTo
 from pipeline.errors import ConfigError
-from pipeline.text.formatting import RPM
 
 FEWEST_TURNS = 3.0  #: of the plate in one pose: over whole turns its tilt averages out
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.errors import CalibrationError
+from calib.numbers import NO_LENGTH
 from calib.poses.attitudes import NEAR_COSINE
 from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.data_sheet import TriadSpec
@@ -73,7 +74,7 @@ def up_direction(mean: PoseMean, rest: FloatArray | None) -> FloatArray:
     vector = mean.accelerometer.mean
     if not np.isfinite(vector).all():
         vector = mean.gyroscope.mean - (np.zeros(3) if rest is None else rest)
-    return np.asarray(vector / max(float(np.linalg.norm(vector)), 1e-300))
+    return np.asarray(vector / max(float(np.linalg.norm(vector)), NO_LENGTH))
 
 
 def rest_reading(means: tuple[PoseMean, ...]) -> FloatArray | None:

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pipeline.report.fingerprint import fingerprint
 from pipeline.report.svg import Chart, Figure, across, upward
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
@@ -45,17 +46,8 @@ def added_variable_figure(result: TriadResult, payload: Json) -> Figure | None:
     entry = next((e for e in entries if e["name"] == name and e["reason"] is None), None)
     if name is None or entry is None:
         return None
-    d = len(payload["row_pose"])
-    y = np.array(payload["y"])
-    others = [e for e in entries if e["in_model"] and e["name"] != name]
-    rest = np.column_stack([*payload["base"], *(_full(c, len(y)) for e in others
-                                                for c in e["columns"])])
-    effect = np.column_stack([_full(c, len(y)) for c in entry["columns"]])
-    q, _ = np.linalg.qr(rest)
-    before = y - q @ (q.T @ y)
-    remainder = effect - q @ (q.T @ effect)
-    explained = remainder @ np.linalg.lstsq(remainder, before, rcond=1e-2)[0]
-    before, explained = before[:d], explained[:d]
+    seen = fingerprint(payload, entry)
+    before, explained = seen.measured, seen.pattern
     after = before - explained
     limit = ROOM * float(np.abs(np.concatenate([before, [2 * TWO_SD]])).max())
     chart = Chart(
@@ -76,7 +68,7 @@ def added_variable_figure(result: TriadResult, payload: Json) -> Figure | None:
         f"{'Nothing is missing; this is the most probable candidate. ' if idle else ''}"
         f"The RMS residual is {np.sqrt(np.mean(before**2)):.3g} sd without {name} and "
         f"{np.sqrt(np.mean(after**2)):.3g} sd with it. With it, {outside} of "
-        f"{count(d, 'residual')} exceed two sds."
+        f"{count(len(before), 'residual')} exceed two sds."
     )
     return Figure(
         f"What {name} explains", chart.svg(f"Added-variable plot of {name}. {caption}"),
@@ -84,7 +76,3 @@ def added_variable_figure(result: TriadResult, payload: Json) -> Figure | None:
         "(with it) lie in the horizontal band of ± 2 sd.",
         caption,
     )
-
-
-def _full(column: Sequence[float], rows: int) -> np.ndarray:
-    return np.concatenate([column, np.zeros(rows - len(column))])

@@ -7,7 +7,7 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.catalogue import UnknownEffect, find_effect
-from calib.effects.effect import Effect
+from calib.effects.effect import OF_COLUMN, Effect
 from calib.poses.imu_log import FloatArray
 from pipeline.report.effect_fit import whitened_columns
 from pipeline.report.partial_residuals import REFERENCE, Panel, panels
@@ -105,7 +105,7 @@ def _leading(result: TriadResult) -> Iterator[str]:
         yield from (name for name in (*diagnosis.names, *diagnosis.group) if name in listed)
     if diagnosis.verdict == "unknown":
         if diagnosis.name in result.calibration.fit.poses.columns:
-            yield f"column:{diagnosis.name}"
+            yield f"{OF_COLUMN}{diagnosis.name}"
         elif diagnosis.name in ("jump", "time_s"):
             yield TIME
     yield from (e.name for e in result.calibration.fit.model.effects if e.acts_on != "reading")
@@ -120,7 +120,7 @@ def _credible(result: TriadResult) -> Iterator[str]:
 def _covariates(result: TriadResult) -> Iterator[str]:
     """An error against every covariate that varies: time, the logged columns, attitude, plate."""
     poses = result.calibration.fit.poses
-    shown = [TIME, *(f"column:{name}" for name in list(poses.columns)[:MOST_COLUMNS]),
+    shown = [TIME, *(OF_COLUMN + name for name in list(poses.columns)[:MOST_COLUMNS]),
              ATTITUDE[result.triad], PLATE]
     unseen = {*result.diagnosis.blind, *result.diagnosis.unavailable}
     yield from (name for name in shown if name not in unseen)

@@ -9,6 +9,7 @@ import numpy as np
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import odds_in_words, readable
 from calib.effects.units import display_unit
+from calib.numbers import NO_LENGTH
 from pipeline.report.svg import tick_text
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, with_sd
@@ -40,7 +41,7 @@ def _row(result: TriadResult, each: Candidate) -> CandidateRow:
     _, factor = DISPLAY[result.triad]
     rms, loo = (("–" if math.isnan(error) else f"{error * factor:.3g}")
                 for error in (each.rms_after, each.loo_after))
-    share = each.chi2_drop / max(result.calibration.fit.chi2, 1e-300)
+    share = each.chi2_drop / max(result.calibration.fit.chi2, NO_LENGTH)
     name = each.name if each.kind == "listed" else readable(each.name, each.follows)
     drop = tick_text(float(f"{each.chi2_drop:.3g}"))
     return CandidateRow(

@@ -13,9 +13,10 @@ import numpy as np
 
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.effects.effect import Effect
+from calib.numbers import RPM
 from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
 from calib.poses.imu_log import AXES, FloatArray
-from pipeline.text.formatting import DISPLAY, RPM
+from pipeline.text.formatting import DISPLAY
 
 SHIFT = 0.37  #: of the range of a condition, to see whether an effect depends on it
 NOTHING = 1e-9  #: relative change that is rounding

@@ -17,6 +17,8 @@ import numpy as np
 from scipy.special import fdtrc
 
 from calib.effects.effect import Effect
+from calib.effects.variation import about_mean
+from calib.fit.column_scaling import unit_columns
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
 from calib.fit.rows.sensitive_axes import ALIGNED
@@ -31,7 +33,8 @@ def whitened_columns(fit: Fit, effect: Effect, shape: float | None = None) -> Fl
     """What one unit of every parameter adds to the whitened data rows, (d, k)."""
     equations, value = fit.equations, fit.shapes.get(effect.name, shape)
     if effect.acts_on == "reference":
-        columns = effect.evaluate(equations.conditions(fit.rows.vector), value)
+        varying = about_mean(effect, fit.model.names)
+        columns = varying.evaluate(equations.conditions(fit.rows.vector), value)
         return reference_rows(fit) * columns[equations.row_pose]
     turn, at = sensed_conditions(fit, effect)
     return equations.whitened(turn @ errors_of(fit, effect, at, value), fit.rows.vector)
@@ -42,13 +45,10 @@ def errors_of(
 ) -> FloatArray:
     """Errors of the axes per unit of every parameter, (n, 3, k).
 
-    Of a logged column from its mean on, as the solver judges what is seen of it: its origin has no
-    meaning (5 V), and the bias takes up the rest.
+    Of an effect that is a bias or a gain where nothing varies, about their mean, as the solver
+    judges what is seen of it.
     """
-    errors = effect.evaluate(at, shape)
-    if effect.follows is None or "bias" not in fit.model.names:
-        return errors
-    return np.asarray(errors - errors.mean(axis=0))
+    return about_mean(effect, fit.model.names).evaluate(at, shape)
 
 
 def sensed_conditions(fit: Fit, effect: Effect) -> tuple[FloatArray, Conditions]:
@@ -82,11 +82,10 @@ def solve_effect(
     norm = np.sqrt((columns**2).sum(axis=0))
     if not (np.isfinite(norm).all() and (norm > 0).all()):
         return None
-    full = _padded(columns / norm, len(root))
-    known = [fit.rows.jacobian, *(_padded(other, len(root)) for other in beside)]
+    full = over_all_rows(columns / norm, len(root))
+    known = [fit.rows.jacobian, *(over_all_rows(other, len(root)) for other in beside)]
     jacobian = np.hstack(known) * root[:, None]
-    length = np.sqrt((jacobian**2).sum(axis=0))
-    q, r = np.linalg.qr(jacobian / np.where(length > 0, length, 1.0))
+    q, r = np.linalg.qr(unit_columns(jacobian)[0])
     q = q[:, np.abs(np.diag(r)) > NOTHING]
     rest = full * root[:, None]
     rest = rest - q @ (q.T @ rest)
@@ -113,6 +112,8 @@ def error_per_pose(fit: Fit, h: FloatArray, after: FloatArray) -> Rows:
         return np.bincount(pose, h * after, n) / weight, 1 / np.sqrt(weight)
 
 
-def _padded(columns: FloatArray, rows: int) -> FloatArray:
-    """``columns`` (d, k) over all rows: effects leave the prior rows alone."""
+def over_all_rows(columns: FloatArray, rows: int) -> FloatArray:
+    """``columns`` (d, k) over all ``rows``, (rows, k), in their unit: effects leave the prior
+    rows alone.
+    """
     return np.vstack([columns, np.zeros((rows - len(columns), columns.shape[1]))])

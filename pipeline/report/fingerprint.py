@@ -11,7 +11,9 @@ from html import escape
 
 import numpy as np
 
+from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
+from pipeline.report.effect_fit import over_all_rows
 from pipeline.report.svg import PLAIN, Canvas, drawing, pixel, tick_text
 from pipeline.results.json_values import Json
 
@@ -58,23 +60,18 @@ def fingerprint(payload: Json, entry: Json) -> Fingerprint:
     y, d = np.array(payload["y"]), len(payload["row_pose"])
     others = [column for each in payload["effects"]
               if each["in_model"] and each["name"] != entry["name"] for column in each["columns"]]
-    rest = np.column_stack([*payload["base"], *(_full(column, len(y)) for column in others)])
-    q, _ = np.linalg.qr(rest)
-    columns = np.column_stack([_full(column, len(y)) for column in entry["columns"]])
+    known = over_all_rows(np.array(others).reshape(len(others), d).T, len(y))
+    q, _ = np.linalg.qr(np.hstack([np.array(payload["base"]).T, known]))
+    columns = over_all_rows(np.array(entry["columns"]).T, len(y))
     visible = columns - q @ (q.T @ columns)
     measured = y - q @ (q.T @ y)
     pattern = visible @ np.linalg.lstsq(visible, measured, rcond=RANK)[0]
     whole = float(measured @ measured)
     return Fingerprint(
         measured[:d], pattern[:d],
-        float(np.sqrt((visible**2).sum() / max((columns**2).sum(), 1e-300))),
+        float(np.sqrt((visible**2).sum() / max((columns**2).sum(), NO_LENGTH))),
         float(pattern @ pattern) / whole if whole > 0 else 0.0,
     )
-
-
-def _full(column: Sequence[float], rows: int) -> FloatArray:
-    """A column over all rows: effects leave the rows of the common errors alone."""
-    return np.concatenate([column, np.zeros(rows - len(column))])
 
 
 def fingerprint_svg(shape: Fingerprint, name: str, payload: Json, runs: Sequence[str]) -> str:

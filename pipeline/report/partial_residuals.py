@@ -25,6 +25,7 @@ import numpy as np
 from calib.effects.effect import Effect
 from calib.errors import Undetermined
 from calib.fit.least_squares.result import Fit
+from calib.numbers import NO_LENGTH
 from calib.poses.conditions import FIELDS, Conditions
 from calib.poses.imu_log import AXES, FloatArray, IntArray
 from pipeline.report.drivers import NOTHING, Dependence, Driver, dependence
@@ -190,7 +191,7 @@ def _against_driver(
     grid = np.linspace(x[kept].min(), x[kept].max(), GRID)
     mean = float(explained(x[kept]).mean())
     curve = explained(grid) - mean
-    straight = np.abs(np.diff(curve, 2)).max() <= 1e-6 * max(np.abs(curve).max(), 1e-300)
+    straight = np.abs(np.diff(curve, 2)).max() <= 1e-6 * max(np.abs(curve).max(), NO_LENGTH)
     change = (curve[-1] - curve[0]) / (grid[-1] - grid[0])
     slope = factor * change / driver.factor if straight else np.nan
     after = share[kept] * factor

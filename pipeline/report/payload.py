@@ -6,6 +6,7 @@ Columns of numbers make up most of a page. They are rounded to seven digits, as 
 
 import base64
 import json
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,11 @@ def script_json(payload: Json) -> str:
     """JSON that can stand inside a script element: no text in it ends the element."""
     text = json.dumps(_packed(payload), separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return text.replace("<", "\\u003c")
+
+
+def rounded(values: Iterable[float], digits: int = DIGITS) -> list[float]:
+    """Numbers to so many significant digits, by default those that a number of 32 bits has."""
+    return [float(f"{value:.{digits}g}") for value in values]
 
 
 def _packed(value: Any) -> Any:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.special import gammainc
 
 from calib.fit.validation.predicted_pose import PredictedPose
+from calib.numbers import RPM
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 from pipeline.console.run_text import leading_covariate
@@ -42,7 +43,7 @@ EXCLUDED = "excluded"  #: class of their marks, and what their group in the char
 
 TITLES = {
     "time_s": ("time", "time since the session began [min]", 1 / 60),
-    "spin_rad_s": ("the plate's rate", "rate of the plate [rpm]", 30 / np.pi),
+    "spin_rad_s": ("the plate's rate", "rate of the plate [rpm]", 1 / RPM),
     "temperature_c": ("temperature", "temperature [°C]", 1.0),
 }
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.fit.validation.leave_one_out import PoseResidual
+from calib.numbers import RPM
 from calib.poses.averaging import PoseMean
 from calib.poses.imu_log import AXES, FloatArray, Triad
 from calib.poses.pose_set import PoseSet
@@ -21,7 +22,7 @@ from pipeline.results.json_values import Json
 from pipeline.stages.excluded_poses import ExcludedPose
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
-from pipeline.text.formatting import DISPLAY, RPM, with_sd
+from pipeline.text.formatting import DISPLAY, with_sd
 
 LEVELS = 255  #: of a raw log's chart: one byte for every value
 DIGITS = 4  #: of a direction

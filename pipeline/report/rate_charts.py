@@ -2,11 +2,13 @@
 
 import base64
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from calib.numbers import RPM
 from calib.poses.imu_log import FloatArray
 from pipeline.console.rate_text import RateVerdict, rate_verdict, worst_clip
 from pipeline.report.partial_residuals import PPM
@@ -15,8 +17,11 @@ from pipeline.report.svg import Chart, Figure, across, nice_limit, upward
 from pipeline.report.term_cards import TermCard, term_cards
 from pipeline.results.json_values import Json
 from pipeline.stages.rate import SettingRate
-from pipeline.text.formatting import RPM, count, relative
+from pipeline.text.formatting import count, relative, with_sd
 from vision.phase_track import LUMA
+
+if TYPE_CHECKING:
+    from vision.rate.wow_flutter import SpeedFigures
 
 
 @dataclass(frozen=True)
@@ -93,8 +98,26 @@ def _facts(rate: SettingRate) -> Iterator[tuple[str, str]]:
     coloured = sorted({clip.channel for clip in rate.clips} - {LUMA})
     if coloured:
         yield "tracked by colour", ", ".join(coloured)
+    yield from _speed_facts([clip.speed for clip in rate.clips])
     rms = math.sqrt(float(np.mean([clip.fit.rms_rad**2 for clip in rate.clips])))
     yield "phase residual (RMS)", f"{math.degrees(rms):.3g}°"
+
+
+def _speed_facts(speeds: "Sequence[SpeedFigures]") -> Iterator[tuple[str, str]]:
+    """Wow, flutter and drift of the plate, the largest of all clips."""
+    waves = [(speed.once_per_rev, speed.twice_per_rev) for speed in speeds]
+    seen = [pair for pair in waves if math.isfinite(sum(pair))]
+    if seen:
+        once, twice = (relative(max(each)) for each in zip(*seen, strict=True))
+        # What repeats with every turn may also come from the view.
+        yield "wow, at most", f"{once} once per revolution, {twice} twice"
+    fastest = max(speeds, key=lambda speed: speed.flutter)
+    yield "flutter", (f"{relative(fastest.flutter)} at {fastest.flutter_hz:.3g} Hz"
+                      if fastest.flutter else "no wave stands out from the noise")
+    drift = max(speeds, key=lambda speed: abs(speed.drift_per_s))
+    per_minute = 60 * PPM
+    yield "drift of the rate", (
+        f"{with_sd(drift.drift_per_s * per_minute, drift.drift_sd * per_minute)} ppm per minute")
 
 
 def _figures(rate: SettingRate, worst: int) -> Iterator[Figure]:

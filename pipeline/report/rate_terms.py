@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.poses.imu_log import FloatArray, IntArray
+from pipeline.report.payload import rounded
 from pipeline.report.svg import nice_limit, thinned
 from pipeline.results.json_values import Json
 from pipeline.stages.rate import SettingRate
@@ -78,13 +79,13 @@ def rate_terms_json(rate: SettingRate, number: int) -> Json:
              "columns": column.shape[1]}
             for name, column in zip(names, columns, strict=True)
         ],
-        "gram": [_rounded(row, DIGITS) for row in stacked.T @ stacked],
-        "product": _rounded(stacked.T @ residual, DIGITS),
+        "gram": [rounded(row, DIGITS) for row in stacked.T @ stacked],
+        "product": rounded(stacked.T @ residual, DIGITS),
         "square": float(residual @ residual),
-        "y": _rounded(residual[place], DIGITS_SHOWN),
-        "x": [_rounded(column[place], DIGITS_SHOWN) for column in stacked.T],
-        "mean_y": _rounded(bins.means(residual), DIGITS_SHOWN),
-        "mean_x": [_rounded(bins.means(column), DIGITS_SHOWN) for column in stacked.T],
+        "y": rounded(residual[place], DIGITS_SHOWN),
+        "x": [rounded(column[place], DIGITS_SHOWN) for column in stacked.T],
+        "mean_y": rounded(bins.means(residual), DIGITS_SHOWN),
+        "mean_x": [rounded(bins.means(column), DIGITS_SHOWN) for column in stacked.T],
     }
 
 
@@ -103,7 +104,3 @@ def _projected(
     columns = [without_rate(fit.columns[name][frames]) for name in names]
     columns = [column / np.sqrt((column**2).mean(axis=0)) for column in columns]
     return np.degrees(without_rate(residual)), columns
-
-
-def _rounded(values: FloatArray, digits: int) -> list[float]:
-    return [float(f"{value:.{digits}g}") for value in values]

@@ -15,30 +15,32 @@ refit, and carries one column more: the derivative with respect to it,
 zero where that value is at a bound.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from calib.diagnosis.hypotheses.listed import candidate_effects
+from calib.diagnosis.hypotheses.signature import effect_columns, whole_columns
 from calib.diagnosis.search.refit import refit
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import Effect
 from calib.effects.units import display_unit
-from calib.fit.column_scaling import unit_columns
+from calib.fit.column_scaling import RANK_TOLERANCE, unit_columns
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
-from calib.fit.least_squares.result import AT_BOUND, MISFIT_P_VALUE, Fit
+from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
 from calib.fit.rows.residuals import Equations
 from calib.fit.validation.leave_one_out import LARGEST_LEVERAGE
 from calib.poses.imu_log import FloatArray
+from pipeline.report.effect_fit import over_all_rows
+from pipeline.report.payload import rounded
 from pipeline.report.pose_charts import SHOWN_SD
 from pipeline.report.svg import NICE
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY
 
-DIGITS = 7  #: of the numbers of the page: those of 32 bits
 SHAPE_STEP = 1e-3  #: relative step of the derivative with respect to a shape parameter
 FEWEST_DOF = 4
 """Degrees of freedom that a ticked model leaves at least. Tuned: with two the page's refit of first
@@ -90,21 +92,21 @@ def refit_json(result: TriadResult, defined: Mapping[str, Effect]) -> Json:
     y = fit.rows.residual * root
     for box in boxes:
         if box.theta is not None:
-            y = y + _padded(box.columns, len(y)) * root[:, None] @ box.theta
+            y = y + over_all_rows(box.columns, len(y)) * root[:, None] @ box.theta
     d = equations.data_count
     return {
         "triad": result.triad,
         "unit": unit,
-        "y": _rounded(y),
-        "row_unit": _rounded(equations.row_sd * factor),  # sd of every data row, as shown
-        "root": _rounded(root),  # of the weight that the robust loss left every row
+        "y": rounded(y),
+        "row_unit": rounded(equations.row_sd * factor),  # sd of every data row, as shown
+        "root": rounded(root),  # of the weight that the robust loss left every row
         "row_pose": equations.row_pose.tolist(),
         "labels": list(fit.poses.label),
         "is_null": [bool(null) for null in equations.is_null],
         "noise_dof": float(fit.poses.noise_dof),
         # By refits without each pose; the page's own, of one step, is scaled to it.
         "loo": result.comparison.loo_rms * factor,
-        "base": [_rounded(column) for column in unit_columns(base)[0].T],
+        "base": [rounded(column) for column in unit_columns(base)[0].T],
         "base_fitted": int(base.shape[1] - len(fit.eta)),
         "effects": [_box_json(box, root[:d], result) for box in boxes]
         + list(_unseen(result)),
@@ -147,12 +149,11 @@ def _columns(fit: Fit, equations: Equations, effect: Effect, shape: float | None
     slices = equations.model.slices()
     jacobian = equations.rows(theta, fit.eta, shapes).jacobian[: equations.data_count]
     columns = -jacobian[:, slices[effect.name]]
-    if effect.follows is not None and "bias" in slices:
-        # From its mean on, as the solver judges what is seen of it: the rest is a bias, which
-        # takes it up and leaves the effect's own parameters as they are.
-        mean = equations.at_reading.column(effect.follows).mean()
-        columns = columns + mean * jacobian[:, slices["bias"]]
-    return columns
+    if effect.constant_is not in slices:
+        return columns
+    # About their mean, as the solver judges what is seen of it: the rest is a bias or a gain, which
+    # takes it up and leaves the effect's own parameters as they are.
+    return columns - (whole_columns(fit, effect, shape) - effect_columns(fit, effect, shape))
 
 
 def _with_derivative(
@@ -167,34 +168,32 @@ def _with_derivative(
         step = SHAPE_STEP * shape
         up, down = (_columns(fit, equations, effect, shape + by) for by in (step, -step))
         derivative = (up - down) @ theta / (2 * step)
-        if not _inside(effect, shape):
+        assert effect.shape is not None
+        if effect.shape.is_at_bound(shape):
             derivative = np.zeros_like(derivative)  # the solver does not go beyond the bound
         columns = np.column_stack([columns, derivative])
         start, theta = np.append(start, shape), np.append(theta, 0.0)
     return Box(effect, columns, judged, start, theta if in_model else None)
 
 
-def _inside(effect: Effect, shape: float) -> bool:
-    """Whether a shape parameter is off the bounds within which it is sought."""
-    assert effect.shape is not None
-    low, high = effect.shape.bounds
-    return low * (1 + AT_BOUND) < shape < high * (1 - AT_BOUND)
+def _with_columns(fit: Fit, columns: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Unit columns of the model and ``columns`` (d, k), their lengths, and the residual, weighted.
+    """
+    root = np.sqrt(fit.weight)
+    full = np.hstack([fit.rows.jacobian, over_all_rows(columns, len(root))])
+    return *unit_columns(full * root[:, None]), fit.rows.residual * root
 
 
 def _left(fit: Fit, columns: FloatArray) -> FloatArray:
     """What the model and ``columns`` (d, k) leave of the whitened residual, (r,)."""
-    full = np.hstack([fit.rows.jacobian, _padded(columns, len(fit.rows.residual))])
-    unit, _ = unit_columns(full * np.sqrt(fit.weight)[:, None])
-    r = fit.rows.residual * np.sqrt(fit.weight)
-    return np.asarray(r - unit @ np.linalg.lstsq(unit, r, rcond=1e-9)[0])
+    unit, _, r = _with_columns(fit, columns)
+    return np.asarray(r - unit @ np.linalg.lstsq(unit, r, rcond=RANK_TOLERANCE)[0])
 
 
 def _sizes(fit: Fit, columns: FloatArray) -> FloatArray:
     """The parameters (k,) that the residual asks for."""
-    full = np.hstack([fit.rows.jacobian, _padded(columns, len(fit.rows.residual))])
-    root = np.sqrt(fit.weight)
-    unit, norm = unit_columns(full * root[:, None])
-    beta = np.linalg.lstsq(unit, fit.rows.residual * root, rcond=1e-9)[0] / norm
+    unit, norm, r = _with_columns(fit, columns)
+    beta = np.linalg.lstsq(unit, r, rcond=RANK_TOLERANCE)[0] / norm
     return np.asarray(beta[-columns.shape[1] :])
 
 
@@ -214,7 +213,7 @@ def best_shape(fit: Fit, effect: Effect) -> float | None:
         return float(remainder @ remainder)
 
     start = min(shape.starts, key=cost)
-    joint = refit(fit, [replace(effect, shape=replace(shape, starts=(start, *shape.starts)))])
+    joint = refit(fit, [effect.from_shape(start)])
     return start if joint is None else joint.fit.shapes[effect.name]
 
 
@@ -240,13 +239,13 @@ def _box_json(box: Box, root: FloatArray, result: TriadResult) -> Json:
         "aliases": [] if candidate is None else list(candidate.aliases),
         "is_named": bool(result.diagnosis.named_class(effect.name)),
         "has_shape": effect.shape is not None,
-        "start": _rounded(box.start),
+        "start": rounded(box.start),
         "parameters": parameters,
-        "norm": _rounded(norm),
-        "columns": [_rounded(column) for column in unit.T],
+        "norm": rounded(norm),
+        "columns": [rounded(column) for column in unit.T],
         # Only where they are not the columns themselves.
-        "judged": [_rounded(column) for column in judged.T] if effect.shape else None,
-        "judged_norm": _rounded(judged_norm) if effect.shape else None,
+        "judged": [rounded(column) for column in judged.T] if effect.shape else None,
+        "judged_norm": rounded(judged_norm) if effect.shape else None,
         "reason": None,
     }
 
@@ -272,14 +271,3 @@ def _grey(name: str, reason: str, separates: str) -> Json:
     return {
         "name": name, "reason": reason, "separates": separates, "in_model": False, "aliases": []
     }
-
-
-def _padded(columns: FloatArray, rows: int) -> FloatArray:
-    """``columns`` (d, k) over all rows: effects leave the prior rows alone."""
-    full = np.zeros((rows, columns.shape[1]))
-    full[: len(columns)] = columns
-    return full
-
-
-def _rounded(values: FloatArray | Sequence[float]) -> list[float]:
-    return [float(f"{value:.{DIGITS}g}") for value in values]

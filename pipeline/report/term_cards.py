@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from calib.diagnosis.verdict.wording import joined
+from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
 from pipeline.report.effect_cards import STANDINGS, Standing, formula_html
 from pipeline.report.rate_terms import ANGLE_BINS, LEAST_LIMIT_DEG, angle_bins
@@ -55,7 +56,7 @@ def _card(clip: "RateMeasurement", name: str) -> TermCard:
     page, standing = TERM_PAGES[name], _standing(clip, name)
     seen = name in clip.fit.columns and standing != "unseen"
     measured, pattern = _signature(clip.fit, name) if seen else (np.zeros(1), np.zeros(1))
-    share = float(pattern @ pattern) / max(float(measured @ measured), 1e-300)
+    share = float(pattern @ pattern) / max(float(measured @ measured), NO_LENGTH)
     group = clip.diagnosis.group if name in clip.diagnosis.group else ()
     others = [other for other in group if other != name]
     over = (f"{360 // ANGLE_BINS}° of plate angle" if page.over_turn
@@ -117,7 +118,7 @@ def _drawn(fit: StatedFit, name: str, measured: FloatArray, pattern: FloatArray)
         x, low, high, title = np.degrees(fit.angle_rad[fit.used]), -180.0, 180.0, "plate angle [°]"
     else:
         x, low, high, title = time_s, time_s.min(), time_s.max(), "time in the clip [s]"
-    bins = angle_bins(360 * (x - low) / max(high - low, 1e-300) - 180)
+    bins = angle_bins(360 * (x - low) / max(high - low, NO_LENGTH) - 180)
     middle = low + (bins.middle + 180) * (high - low) / 360
     dots, line = bins.means(measured), bins.means(pattern)
     limit = nice_limit(max(float(np.abs([dots, line]).max()), LEAST_LIMIT_DEG))
@@ -142,7 +143,7 @@ def _size(clip: "RateMeasurement", name: str) -> str:
 def _worded(name: str, value: FloatArray, sd: FloatArray, rate: float) -> Iterator[str]:
     if name in ("once_per_rev", "twice_per_rev"):
         amplitude = math.hypot(*value)
-        spread = math.sqrt(float(((value * sd) ** 2).sum())) / max(amplitude, 1e-300)
+        spread = math.sqrt(float(((value * sd) ** 2).sum())) / max(amplitude, NO_LENGTH)
         yield f"amplitude {with_sd(math.degrees(amplitude), math.degrees(spread))}°"
     elif name == "rate_drift":
         per_minute = 60e6 / rate

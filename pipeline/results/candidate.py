@@ -31,16 +31,17 @@ class Ranked(Protocol):
         """Of these, (k,), in the same unit."""
 
     @property
-    def blind(self) -> bool:
-        """Whether the data cannot see it."""
-
-    @property
     def aliases(self) -> Sequence[str]:
         """What looks the same."""
 
 
-def candidate_json(each: Ranked, rms_after: float, loo_after: float | None) -> Json:
-    """The entry of a candidate; its errors are in the unit of its ranking, None where none is."""
+def candidate_json(
+    each: Ranked, rms_after: float, loo_after: float | None = None, is_blind: bool = False
+) -> Json:
+    """The entry of a candidate; its errors are in the unit of its ranking, None where none is.
+
+    ``is_blind`` says that the data cannot see it.
+    """
     return {
         "name": each.name,
         "log_evidence": number(each.log_evidence),
@@ -49,6 +50,6 @@ def candidate_json(each: Ranked, rms_after: float, loo_after: float | None) -> J
         "sd": numbers(each.sd),
         "rms_after": number(rms_after),
         "loo_after": None if loo_after is None else number(loo_after),
-        "blind": each.blind,
+        "blind": is_blind,
         "aliases": list(each.aliases),
     }

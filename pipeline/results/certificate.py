@@ -2,9 +2,8 @@
 
 from typing import Any
 
-import numpy as np
-
 from calib.consistency.certificate import CertificateComparison
+from pipeline.results.json_values import numbers
 
 
 def certificate_json(comparison: CertificateComparison) -> dict[str, Any]:
@@ -14,13 +13,9 @@ def certificate_json(comparison: CertificateComparison) -> dict[str, Any]:
             "unit": group.unit,
             "certificate": group.certificate.tolist(),
             "certificate_sd": group.certificate_sd.tolist(),
-            "difference": _plain(group.difference),
-            "sigma": _plain(group.sigma),
-            "per_cent": _plain(group.per_cent),
+            "difference": numbers(group.difference),
+            "sigma": numbers(group.sigma),
+            "per_cent": numbers(group.per_cent),
         }
         for group in comparison.groups
     }
-
-
-def _plain(values: np.ndarray) -> list[float | None]:
-    return [float(value) if np.isfinite(value) else None for value in values]

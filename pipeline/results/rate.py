@@ -52,7 +52,7 @@ def history_json(history: "RateHistory", refusal: str) -> Json:
             "time_s": numbers(history.time_s),
             "rate_rad_s": numbers(history.rate_rad_s),
         },
-        "pictures": {
+        "angles": {
             "frame": angle.index.tolist(),
             "time_s": numbers(angle.time_s),
             "angle_rad": numbers(angle.angle_rad),
@@ -105,7 +105,7 @@ def _phase_diagnosis(diagnosis: "PhaseDiagnosis") -> Json:
         "record_next": diagnosis.record_next,
         "ranking": [
             # A revolution left out is no test: those beside it determine it.
-            candidate_json(each, each.rms_after_rad, loo_after=None)
+            candidate_json(each, each.rms_after_rad, is_blind=each.blind)
             for each in diagnosis.ranking
         ],
     }

@@ -6,7 +6,8 @@ from calib.poses.imu_log import TRIADS, Triad
 from pipeline.config.load import Config
 from pipeline.config.schema import LogsSection, PosesSection
 from pipeline.errors import ConfigError, UnreadableInput
-from pipeline.logs.read import READINGS, column_names
+from pipeline.logs.columns import READINGS
+from pipeline.logs.read import column_names
 from pipeline.stages.pose_means import is_of_means
 from pipeline.text.names import nearest_name
 

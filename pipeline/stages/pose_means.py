@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.poses.averaging import PoseMean, TriadMean
+from calib.poses.averaging import NOT_LOGGED, PoseMean, TriadMean, stated_means
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 from pipeline.config.schema import PosesSection
 from pipeline.config.sensor import Specs
 from pipeline.errors import UnreadableInput
 from pipeline.logs.clock import without_wraps
-from pipeline.logs.columns import ACCELEROMETER, COUNTER, GYROSCOPE, SECONDS_PER, TIME
+from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, READINGS, SECONDS_PER, TIME
 from pipeline.logs.read import LogTable, read_tables
 
 SAMPLES = "samples"  #: the column that makes the sds those of the samples
@@ -49,7 +49,6 @@ def _means(
     factor = SECONDS_PER[section.time_unit] if section.time_unit else table.time_factor
     time_s = (without_wraps(values[TIME]) * factor if TIME in values
               else np.full(rows, math.nan))
-    read = {TIME, COUNTER, *ACCELEROMETER, *GYROSCOPE}
     label = path.relative_to(folder) if path.is_relative_to(folder) else path
     return [
         PoseMean(
@@ -59,7 +58,7 @@ def _means(
             time_s=float(time_s[row]),
             duration_s=0.0,
             columns={name: float(column[row]) for name, column in values.items()
-                     if name not in read and not is_of_means(name)},
+                     if name not in READINGS and not is_of_means(name)},
             stated=True,
         )
         for row in range(rows)
@@ -69,15 +68,12 @@ def _means(
 def _triad_means(
     values: Mapping[str, FloatArray], names: tuple[str, ...], spec: TriadSpec | None, rows: int
 ) -> list[TriadMean]:
-    unknown = np.full((rows, 3), np.nan)
     if spec is None or names[0] not in values:
-        return [TriadMean(*(np.full(3, np.nan) for _ in range(4))) for _ in range(rows)]
+        return [NOT_LOGGED] * rows
     means = spec.nominal(np.column_stack([values[name] for name in names]))
     sd = (np.column_stack([values[SD + name] for name in names]) * spec.nominal_scale
-          if SD + names[0] in values else unknown)
-    scatter = sd**2 if SAMPLES in values else unknown
-    variance = sd**2 / values[SAMPLES][:, None] if SAMPLES in values else sd**2
-    return [TriadMean(mean, v, v, s) for mean, v, s in zip(means, variance, scatter, strict=True)]
+          if SD + names[0] in values else np.full((rows, 3), np.nan))
+    return stated_means(means, sd, values.get(SAMPLES))
 
 
 def _require_numbers(table: LogTable) -> None:

@@ -38,6 +38,7 @@ from pipeline.stages.triad_poses import (
 )
 from pipeline.stages.user_effects import user_effects
 
+READ_SD = 0.01  #: relative, of a rate that the gyroscope reads; it weighs rows, no result has it
 UNLIMITED: Mapping[str, float] = {"accelerometer": np.inf, "gyroscope": np.inf}
 
 
@@ -140,5 +141,5 @@ def _felt(
         rate = float(np.median(turning))
         recordings[setting] = Recording(
             means, min(float(log.time_s[0]) for log in each), logs.choices[setting].kept)
-        rates[setting.rate] = PlateRate(setting.rate, np.array([rate]), np.array([0.01 * rate]))
+        rates[setting.rate] = PlateRate(setting.rate, np.array([rate]), np.array([READ_SD * rate]))
     return recordings, rates

@@ -1,6 +1,5 @@
 """Numbers and units as people read them; everything else is in SI units."""
 
-import math
 from collections.abc import Mapping
 
 from calib.effects.units import ERROR_UNIT
@@ -11,7 +10,6 @@ from calib.rounding import with_sd as with_sd
 DISPLAY: Mapping[str, tuple[str, float]] = {
     triad: ERROR_UNIT[unit] for triad, unit in SI_UNIT.items()
 }
-RPM = 2 * math.pi / 60  #: rad/s
 NAME_WIDTH = 15  #: of a stage's name at the beginning of its line
 
 

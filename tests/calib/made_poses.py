@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from calib.effects.catalogue import BASE
+from calib.effects.effect import EFFECTS
 from calib.fit.model import Model
 from calib.fit.rows.residuals import Equations
 from calib.poses.attitudes import natural_directions
@@ -19,7 +20,7 @@ from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet
-from calib.poses.reference import CommonError, Reference, constant_reference, join_references
+from calib.poses.reference import CommonError, constant_reference, join_references
 
 MODEL = Model.of(BASE)
 SPECS = {
@@ -69,7 +70,7 @@ def made_poses(
     references = []
     for i, speed in enumerate(speeds):
         size = GRAVITY if triad == "accelerometer" else abs(speed)
-        shared = [CommonError(f"rate {i}", shared_sd * size)]
+        shared = [CommonError(f"rate {i}", shared_sd * size, of_setting=True)]
         references.append(constant_reference(len(natural), size, shared if size else []))
     vector = GRAVITY * up if triad == "accelerometer" else spin[:, None] * up
     return PoseSet(
@@ -155,7 +156,7 @@ def with_noise(poses: PoseSet, rng: np.random.Generator) -> PoseSet:
     return replace(
         poses,
         reading=poses.reading + noise,
-        reference=Reference(stated, reference.sd, reference.common, reference.common_names),
+        reference=replace(reference, magnitude=stated),
     )
 
 
@@ -177,3 +178,8 @@ def noisy(poses: PoseSet, seed: int, model: Model = MODEL) -> PoseSet:
 def chosen(poses: PoseSet, rows: FloatArray | list[int]) -> PoseSet:
     """These poses alone, or several times."""
     return replace(poses.take(rows), time_s=30.0 * np.arange(len(rows)))
+
+
+def pairs(names: list[str]) -> list[tuple[str, Triad]]:
+    """Every effect of these names with every triad it is for."""
+    return [(name, triad) for name in names for triad in EFFECTS[name].triads]

@@ -179,6 +179,22 @@ def test_a_mark_that_leaves_the_frame_for_half_of_each_turn_is_followed(
     assert abs(error_ppm(rate, motion)) < min(100, 4 * sd_ppm)
 
 
+def test_frames_that_do_not_show_the_mark_show_no_angle(render: Render) -> None:
+    """What little the rest of the plate looks like at any angle is not taken for one."""
+    motion = PlateMotion(33.21 * RPM)
+    scene = Scene(centre_px=(30.0, 181.0), marks=(Mark(0.8, 0.0, 0.2, 0.2),), label=False,
+                  sensor_box=False)
+    path, _ = render(motion, scene, seconds=12, recorder=STRONG)
+    track = track_phase(path)
+    hidden = ~np.isfinite(track.phase_rad)
+    assert 0.2 < hidden.mean() < 0.5
+    assert not track.duplicate[hidden].any()
+    rate = measure_rate(track, timebase=CLOCK)
+    assert rate.frames.used > 0.85 * (~hidden).sum()
+    sd_ppm = rate.uncertainty.image_rad_s / rate.rate_rad_s * 1e6
+    assert abs(error_ppm(rate, motion)) < min(60, 3 * sd_ppm)
+
+
 def test_two_equal_marks_opposite_each_other_do_not_halve_the_turn(render: Render) -> None:
     marks = (Mark(), Mark(azimuth_rad=np.pi))
     motion = PlateMotion(33.3 * RPM)
@@ -186,6 +202,24 @@ def test_two_equal_marks_opposite_each_other_do_not_halve_the_turn(render: Rende
     track = track_phase(path)
     assert track.plate.symmetry == 2
     assert abs(error_ppm(measure_rate(track, timebase=CLOCK), motion)) < 30
+
+
+def test_strobe_dots_alone_give_the_set_of_rates_and_the_nominal_one_chooses(
+    render: Render,
+) -> None:
+    """The frames show how far the dots move, but not which of them is which."""
+    dots = tuple(Mark(0.9, a, 0.06, 0.05) for a in np.linspace(0, 2 * np.pi, 24, endpoint=False))
+    motion = PlateMotion(33.3 * RPM)
+    path, _ = render(motion, Scene(marks=dots, label=False, sensor_box=False), seconds=10)
+    track = track_phase(path)
+    assert track.plate.symmetry == 24
+    told = measure_rate(track, timebase=CLOCK, nominal_rpm=33.3)
+    assert abs(error_ppm(told, motion)) < 30
+    # A dot more or less from frame to frame, at 15 frames per second.
+    spacing = np.diff(sorted(told.aliases.rates_rad_s)) / RPM
+    assert spacing == pytest.approx(60 * 15 / 24, abs=0.01)
+    with pytest.raises(RateRefused, match=r"Rates of 33.3, .* rpm give the same frames"):
+        measure_rate(track, timebase=CLOCK)  # the smallest, 4.2 rpm, makes less than a turn
 
 
 def test_an_aliased_plate_lists_its_rates_and_takes_the_nominal_one(render: Render) -> None:

@@ -95,12 +95,7 @@ def proposals(background: Luma, images: Sequence[Luma]) -> list[PlateView]:
     factor = -(-max(background.shape) // LARGEST_SIDE)
     small = reduced(background, factor)
     chosen = [reduced(images[i], factor) for i in spread_choice(len(images), TRACK_FRAMES)]
-    ellipses: list[Ellipse] = []
-    for ellipse in (*_edges(small), *_mark_tracks(small, chosen)):
-        if not any(_same(ellipse, other) for other in ellipses):
-            ellipses.append(ellipse)
-    ellipses.sort(key=lambda e: -e[1][0] * e[1][1])
-    return [_view(ellipse, factor) for ellipse in ellipses[:MOST]]
+    return _views([*_edges(small), *_mark_tracks(small, chosen)], factor)
 
 
 def moving_areas(images: Sequence[Luma]) -> list[PlateView]:
@@ -125,11 +120,19 @@ def moving_areas(images: Sequence[Luma]) -> list[PlateView]:
             if len(points) < FEWEST_POINTS:
                 continue
             ellipse = _fitted(points)
-            if _sound(ellipse, spread.shape, THRESHOLDS.smallest_moving) and not any(
-                    _same(ellipse, other) for other in ellipses):
+            if _sound(ellipse, spread.shape, THRESHOLDS.smallest_moving):
                 ellipses.append(ellipse)
-    ellipses.sort(key=lambda e: -e[1][0] * e[1][1])
-    return [_view(ellipse, factor) for ellipse in ellipses[:MOST]]
+    return _views(ellipses, factor)
+
+
+def _views(ellipses: Sequence[Ellipse], factor: int) -> list[PlateView]:
+    """Views of the ellipses that differ, the first of those alike, the largest first."""
+    distinct: list[Ellipse] = []
+    for ellipse in ellipses:
+        if not any(_same(ellipse, other) for other in distinct):
+            distinct.append(ellipse)
+    distinct.sort(key=lambda e: -e[1][0] * e[1][1])
+    return [_view(ellipse, factor) for ellipse in distinct[:MOST]]
 
 
 def _view(ellipse: Ellipse, factor: int) -> PlateView:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray, PlateView
+from vision.numbers import SD_PER_MAD
 from vision.plate.polar import polar_grid, ring_spectra
 from vision.plate.template import Template
 from vision.video import Luma
@@ -19,7 +20,6 @@ FIXED_MARK_RINGS = (1.01, 1.35)  # plate radii in which a fixed mark is looked f
 FIXED_MARK_AZIMUTHS = 720  #: half a degree each
 FIXED_MARK_SPACING_PX = 1.5  #: between rings
 FIXED_MARK_NEIGHBOURHOOD = 61  # azimuths, against whose mean the contrast is
-SD_PER_MAD = 1.4826  # fact: sd of a normal distribution over its median absolute deviation
 
 
 @dataclass(frozen=True)

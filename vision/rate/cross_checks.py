@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.geometry import FloatArray
+from vision.numbers import RPM
 from vision.phase_track import PhaseTrack, PlateAngle
-from vision.rate.aliases import RPM
 from vision.rate.least_squares import least_squares
 from vision.rate.other_rates import END_SD, FrameCount, LagRate, count_frames, lag_rate
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
+from vision.numbers import SD_PER_MAD
 from vision.phase_track import PlateAngle
 from vision.rate.unwrap import LOCAL_STEPS, running_median
 
@@ -49,7 +50,7 @@ def frame_jumps(angle: PlateAngle) -> NDArray[np.int64]:
     rate = running_median(step / step_s, over)
     whole = rate * angle.frame_s
     excess = step - rate * step_s  # beyond the usual rate, less the jumps found so far
-    limit = THRESHOLDS.clear * 1.4826 * float(np.median(np.abs(excess)))
+    limit = THRESHOLDS.clear * SD_PER_MAD * float(np.median(np.abs(excess)))
     clear = np.abs(whole) > limit
     count = np.zeros(len(step), np.int64)
     for width in SPREAD:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.geometry import FloatArray
+from vision.numbers import SD_PER_MAD
 from vision.phase_track import BoolArray
 
 ROUNDS = 8  #: of the weights; numerical limit
@@ -79,15 +80,14 @@ def least_squares(x: FloatArray, y: FloatArray, turn_rad: FloatArray | None = No
     numpy.linalg.LinAlgError
         The columns are linearly dependent.
     """
-    scale = np.sqrt((x**2).mean(axis=0))
-    scaled = x / np.where(scale > 0, scale, 1.0)
+    scaled, scale = columns_of_unit_rms(x)
     used = np.ones(len(y), bool)
     for _ in range(ROUNDS):
         beta, _, _, singular = np.linalg.lstsq(scaled[used], y[used])
         if singular[-1] < RANK_TOLERANCE * singular[0]:
             raise np.linalg.LinAlgError("columns are linearly dependent")
         residual = y - scaled @ beta
-        spread = 1.4826 * float(np.median(np.abs(residual[used])))
+        spread = SD_PER_MAD * float(np.median(np.abs(residual[used])))
         keep = np.abs(residual) <= THRESHOLDS.outlier * max(spread, 1e-12)
         if np.array_equal(keep, used):
             break
@@ -96,7 +96,6 @@ def least_squares(x: FloatArray, y: FloatArray, turn_rad: FloatArray | None = No
     noise = float(np.sqrt((residual[used] ** 2).sum() / freedom))
     time = correlation_time(residual[used])
     inverse = np.linalg.inv(scaled[used].T @ scaled[used])
-    scale = np.where(scale > 0, scale, 1.0)
     more = np.full(x.shape[1], time)
     if turn_rad is not None:
         influence = scaled[used] @ inverse  # of each residual on each parameter
@@ -105,10 +104,18 @@ def least_squares(x: FloatArray, y: FloatArray, turn_rad: FloatArray | None = No
     return LeastSquares(beta / scale, cov, residual, used, noise, time)
 
 
+def columns_of_unit_rms(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Columns (n, k) of any unit over their root mean squares, and these (k,), 1 for a column of
+    zeros.
+    """
+    rms = np.sqrt((x**2).mean(axis=0))
+    scale = np.where(rms > 0, rms, 1.0)
+    return np.asarray(x / scale), np.asarray(scale)
+
+
 def independent(x: FloatArray) -> FloatArray:
     """An orthonormal basis of what the columns clearly span, shape (n, rank)."""
-    scale = np.sqrt((x**2).mean(axis=0))
-    scaled = x / np.where(scale > 0, scale, 1.0)
+    scaled, _ = columns_of_unit_rms(x)
     # The few columns' own matrix: a singular value decomposition of all rows costs far more.
     squared, axes = np.linalg.eigh(scaled.T @ scaled)
     clear = squared > THRESHOLDS.clear_span**2 * squared[-1]

@@ -6,8 +6,8 @@ import numpy as np
 
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
+from vision.numbers import RPM, SD_PER_MAD
 from vision.phase_track import PhaseTrack, RateHistory
-from vision.rate.aliases import RPM
 from vision.rate.steady_part import steady_parts
 
 FEWEST_STRETCHES = 3  # that a clip is averaged in
@@ -246,7 +246,7 @@ def camera_roll(track: PhaseTrack, time_s: FloatArray) -> CameraRoll | None:
     if seen.sum() < FEWEST_ROLLS:
         return None
     time, roll = time_s[seen], track.roll_rad[seen]
-    noise = 1.4826 * float(np.median(np.abs(np.diff(roll, 2)))) / np.sqrt(6.0)
+    noise = SD_PER_MAD * float(np.median(np.abs(np.diff(roll, 2)))) / np.sqrt(6.0)
     smooth = np.median(np.lib.stride_tricks.sliding_window_view(roll, SMOOTHED_ROLLS), axis=1)
     range_rad = float(np.ptp(smooth))
     if range_rad < max(THRESHOLDS.rolled_rad, THRESHOLDS.clear_roll * noise):

@@ -17,7 +17,7 @@ from typing import Self
 import numpy as np
 
 from vision.geometry import FloatArray
-from vision.rate.least_squares import LeastSquares, least_squares
+from vision.rate.least_squares import LeastSquares, columns_of_unit_rms, least_squares
 
 TIME_CONSTANTS = 8  #: numerical: tried at either end; 6 or 12 give the same
 
@@ -119,8 +119,7 @@ class _TransientFit:
     @classmethod
     def of(cls, x: FloatArray, transients: tuple[FloatArray, ...], y: FloatArray) -> Self:
         columns = np.column_stack([x, *transients])
-        scale = np.sqrt((columns**2).mean(axis=0))
-        scaled = columns / scale
+        scaled, scale = columns_of_unit_rms(columns)
         covariance = np.linalg.pinv(scaled.T @ scaled)
         beta = covariance @ (scaled.T @ y)
         rest = y - scaled @ beta

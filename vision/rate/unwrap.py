@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.geometry import FloatArray
+from vision.numbers import SD_PER_MAD
 from vision.phase_track import BoolArray, PhaseTrack, PlateAngle, RateHistory
 
 LOCAL_STEPS = 31  # frames that a median is taken over, for a usual step and for strays
@@ -157,7 +158,7 @@ def running_median(values: FloatArray, over: int) -> FloatArray:
 def phase_noise(angle_rad: FloatArray) -> float:
     """White noise of a single angle: robust size of third differences over √20."""
     third = np.diff(angle_rad, 3)
-    return float(1.4826 * np.median(np.abs(third)) / np.sqrt(20.0))
+    return float(SD_PER_MAD * np.median(np.abs(third)) / np.sqrt(20.0))
 
 
 def rate_history(angle: PlateAngle) -> RateHistory:

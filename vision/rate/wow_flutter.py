@@ -43,7 +43,7 @@ class SpeedFigures:
 
     Attributes
     ----------
-    once_per_rev, once_sd, twice_per_rev, twice_sd : float
+    once_per_rev, twice_per_rev : float
         Wow at one and two waves per turn (upper limits, see above); NaN where there are too few
         frames per turn to separate them.
     flutter : float
@@ -55,9 +55,7 @@ class SpeedFigures:
     """
 
     once_per_rev: float
-    once_sd: float
     twice_per_rev: float
-    twice_sd: float
     flutter: float
     flutter_hz: float
     drift_per_s: float
@@ -68,11 +66,10 @@ def speed_figures(
     fit: LeastSquares, base: Regressors, waves: Sequence[str], frame_s: float
 ) -> SpeedFigures:
     """Take the figures from the rate's fit: constant, rate, cosine and sine of each wave, …"""
-    wave, sd = [], []
+    wave = []
     for name in ("once_per_rev", "twice_per_rev"):
         at = 2 + 2 * waves.index(name) if name in waves else None
         wave.append(np.nan if at is None else float(np.hypot(*fit.beta[at : at + 2])))
-        sd.append(np.nan if at is None else float(np.sqrt((fit.sd[at : at + 2] ** 2).mean())))
     drift = least_squares(
         np.concatenate(
             [np.ones((len(base.time_s), 1)), base.time_s[:, None], columns("rate_drift", base)],
@@ -84,9 +81,7 @@ def speed_figures(
     rate = abs(base.rate_rad_s)
     return SpeedFigures(
         once_per_rev=wave[0],
-        once_sd=sd[0],
         twice_per_rev=2 * wave[1],
-        twice_sd=2 * sd[1],
         flutter=flutter,
         flutter_hz=hz,
         drift_per_s=float(drift.beta[2]) * float(np.sign(base.rate_rad_s)) / rate,

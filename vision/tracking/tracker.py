@@ -9,6 +9,10 @@ the matched filter, which for white frame noise of standard deviation σ reaches
 linearly, is below 0.03° and does not lock to the samples. Where the expected angle does not lead to
 a good match, the whole turn is searched by correlation.
 
+Where a part of the plate is out of the frame or covered, Σ runs over the rest. At angles at which
+the mark is not in that rest, hardly anything depends on θ: the frame shows that the mark is not
+seen, and no angle.
+
 An exposure that is longer smears the plate along the rings. A smear whose variance is larger by s
 turns T into T + s/2 ∂²T/∂φ², and s is fitted together with the contrast at that angle.
 """
@@ -45,6 +49,9 @@ class TrackerThresholds:
         Of the usual correlation; below, something is in the way and the expectation is kept.
     near_rad : float
         Distance from the expected angle, rad, beyond which an angle does not change the rate.
+    shown : float
+        Of the largest information on the angle, Σ w (∂T/∂φ)² where the plate is seen; with less, a
+        frame shows no angle. Derived: from a quarter on its sd is at most twice the least.
     memory : float
         Weight of the newest frame in the running rate and the usual correlation.
     longest_step : float
@@ -54,6 +61,7 @@ class TrackerThresholds:
     good_match: float = 0.75
     hidden_match: float = 0.5
     near_rad: float = math.pi / 6
+    shown: float = 0.25
     memory: float = 0.05
     longest_step: float = 8.0
 
@@ -68,7 +76,7 @@ class MeasuredAngles:
     Attributes
     ----------
     angle_rad : array
-        Continuous as far as the expectation goes.
+        Continuous as far as the expectation goes; NaN where the frame shows none.
     match : array
         Correlation with the template at that angle.
     mark_angle_rad : array
@@ -129,6 +137,7 @@ class PlateTracker:
         self._search = (weight * np.conj(spectrum)).astype(np.complex64)
         # Rings partly hidden or outside the frame: what the template itself gives, by angle.
         self._information = _by_angle(weight * slope**2, self._seen)
+        self._shows = self._information >= THRESHOLDS.shown * self._information.max()
         self._offset = _by_angle(weight * slope * image, self._seen)
         self._energy = _by_angle(weight * image**2, self._seen)
         # The smear is fitted at whole samples, parts of one hardly change it; and on waves that
@@ -162,7 +171,7 @@ class PlateTracker:
             change[i] = np.inf if before is None else cv2.norm(strip, before, cv2.NORM_L1)
             difference = self._less_background(strip)
             angle[i], match[i] = self._angle_of(difference, float(time_s[i]))
-            smear[i] = self._smear(difference, angle[i])
+            smear[i] = self._smear(difference, angle[i]) if np.isfinite(angle[i]) else np.nan
             if self._mark is not None:
                 rings = difference[self._mark.first_ring : self._mark.last_ring]
                 np.sum(rings, axis=0, out=along_mark[i])
@@ -179,7 +188,7 @@ class PlateTracker:
         return self._difference
 
     def _angle_of(self, difference: NDArray[np.float32], time_s: float) -> tuple[float, float]:
-        """Angle of one frame and its correlation with the template there."""
+        """Angle of one frame, NaN where it shows none, and its correlation with the template."""
         expected = self._angle
         if self._time is not None:
             expected += self._rate * (time_s - self._time)
@@ -191,6 +200,10 @@ class PlateTracker:
             other_angle, other_match, _ = self._refine(difference, start, size)
             if other_match > match:
                 angle, match = other_angle, other_match
+        fine = round(angle * self._n * SUBSTEPS / (2 * np.pi))
+        whole, part = divmod(fine, SUBSTEPS)
+        if not self._shows[part, whole % self._n]:
+            return np.nan, match
         self._remember(time_s, angle, match)
         return angle, match
 

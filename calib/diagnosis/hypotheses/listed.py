@@ -25,9 +25,6 @@ from calib.poses.pose_set import PoseSet
 
 Kind = Literal["listed", "unknown", "jump", "bad_pose", "wander", "plate_rate"]
 
-EFFECT_OF_COLUMN = {"temperature_c": "temperature_bias"}
-"""Logged columns whose linear effect on the bias has a name in the catalogue."""
-
 
 @dataclass(frozen=True, eq=False)
 class Course:
@@ -109,14 +106,9 @@ class Hypothesis:
         """What an unknown function follows, or ``name``."""
         return self.name if self.follows is None else self.follows
 
-    @property
-    def can_be_added(self) -> bool:
-        """Whether a model can hold it by its name."""
-        return self.kind == "listed"
-
 
 def candidate_effects(
-    fit: Fit, own: Sequence[Effect] = (), covariates: Sequence[str] | None = None
+    fit: Fit, user_effects: Sequence[Effect] = (), covariates: Sequence[str] | None = None
 ) -> Iterator[Effect]:
     """Effects that could be added to the model of ``fit``: listed, logged columns, the user's.
 
@@ -125,7 +117,7 @@ def candidate_effects(
     Parameters
     ----------
     fit : Fit
-    own : sequence of Effect
+    user_effects : sequence of Effect
         User-defined effects.
     covariates : sequence of str or None
         Logged columns that may cause an error; None leaves the choice to
@@ -136,11 +128,11 @@ def candidate_effects(
     Effect
         It acts on the triad of ``fit``; whether the poses can evaluate it is not checked.
     """
-    yield from effects_beside(fit.model, fit.poses, own, covariates)
+    yield from effects_beside(fit.model, fit.poses, user_effects, covariates)
 
 
 def effects_beside(
-    model: Model, poses: PoseSet, own: Sequence[Effect] = (),
+    model: Model, poses: PoseSet, user_effects: Sequence[Effect] = (),
     covariates: Sequence[str] | None = None,
 ) -> Iterator[Effect]:
     """The same by the model (p parameters) and the poses that it is fitted to."""
@@ -150,25 +142,26 @@ def effects_beside(
     columns = [
         column_effect(name)
         for name in causes(poses, covariates)
-        if name not in EFFECT_OF_COLUMN
+        if name not in {e.names_column for e in EFFECTS.values()}
     ]
-    for effect in (*listed, *columns, *own):
+    for effect in (*listed, *columns, *user_effects):
         excluded = covariates is not None and set(effect.logged) - {*covariates}
-        if excluded and effect not in own:
+        if excluded and effect not in user_effects:
             continue
         if effect.name not in model.names and poses.triad in effect.triads:
             yield effect
 
 
 def listed_hypotheses(
-    fit: Fit, own: Sequence[Effect] = (), covariates: Sequence[str] | None = None
+    fit: Fit, user_effects: Sequence[Effect] = (), covariates: Sequence[str] | None = None
 ) -> tuple[Sequence[Hypothesis], dict[str, str]]:
     """Every effect that could be added, at each start of its shape, and why others cannot be."""
-    return listed_in_each([fit], own, covariates)[0]
+    return listed_in_each([fit], user_effects, covariates)[0]
 
 
 def listed_in_each(
-    fits: Sequence[Fit], own: Sequence[Effect] = (), covariates: Sequence[str] | None = None
+    fits: Sequence[Fit], user_effects: Sequence[Effect] = (),
+    covariates: Sequence[str] | None = None,
 ) -> list[tuple[Sequence[Hypothesis], dict[str, str]]]:
     """:func:`listed_hypotheses` of many fits; those that can have the same effects share them."""
     alike: dict[object, list[int]] = {}
@@ -180,7 +173,7 @@ def listed_in_each(
     listed: dict[int, tuple[Sequence[Hypothesis], dict[str, str]]] = {}
     for which in alike.values():
         readings = [fits[i].equations.at_reading for i in which]
-        effects = list(candidate_effects(fits[which[0]], own, covariates))
+        effects = list(candidate_effects(fits[which[0]], user_effects, covariates))
         at = joined(readings)
         finite = np.array([
             np.isfinite(effect.evaluate(at)).reshape(len(which), -1).all(axis=1)

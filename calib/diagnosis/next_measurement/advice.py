@@ -10,13 +10,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.diagnosis.hypotheses.signature import effect_columns
+from calib.diagnosis.hypotheses.signature import whole_columns
 from calib.diagnosis.next_measurement.kind import shares_a_rate
 from calib.diagnosis.next_measurement.pose_blocks import CLIPS, hypothetical
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.prediction import Prediction
+from calib.numbers import NO_LENGTH
 from calib.poses.attitudes import list_directions
 from calib.poses.imu_log import FloatArray
 
@@ -70,7 +71,7 @@ def _signal(fit: Fit, rival: Rival, others: Sequence[Rival]) -> float:
         remainder = signal - basis @ (basis.T @ signal)
         return float(remainder @ remainder)
     # No size to go by: the mean over random directions of BLIND_SIGNAL_SD root mean square.
-    norm = np.maximum(np.sqrt((full**2).sum(axis=0)), 1e-300)
+    norm = np.maximum(np.sqrt((full**2).sum(axis=0)), NO_LENGTH)
     unit = full / norm * np.sqrt(d) * BLIND_SIGNAL_SD
     left_unit = unit - basis @ (basis.T @ unit)
     return float((left_unit**2).sum() / full.shape[1])
@@ -78,7 +79,7 @@ def _signal(fit: Fit, rival: Rival, others: Sequence[Rival]) -> float:
 
 def _columns(fit: Fit, rival: Rival) -> FloatArray:
     """Columns (d, k) of a rival; a pose that is filmed has the rate that the plate has."""
-    columns = effect_columns(fit, rival.effect, rival.shape)
+    columns = whole_columns(fit, rival.effect, rival.shape)
     if rival.effect.acts_on == "reference":
         run = np.array(fit.poses.run)[fit.equations.row_pose]
         columns = np.where(run[:, None] == CLIPS.code, 0.0, columns)

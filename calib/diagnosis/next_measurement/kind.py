@@ -5,7 +5,6 @@ import numpy as np
 from calib.poses.attitudes import natural_directions, uncovered
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
-from calib.poses.runs import GRAVITY, TIME_BASE
 
 TEMPERATURE = "temperature_c"
 FEW_ATTITUDES = 3
@@ -15,8 +14,6 @@ SAME_SPEED = 0.05
 """Relative: rates of one setting of a plate differ by less, its neighbours (16, 33, 45, 78) by
 more."""
 
-OF_ALL = (GRAVITY, TIME_BASE)
-"""Common errors of every setting; what is left belongs to one setting of the plate."""
 
 SWEEP_K = 5.0
 """A sensor warms itself by less while it is laid on its faces; a chamber is set to more."""
@@ -55,7 +52,7 @@ def at_one_speed(poses: PoseSet) -> bool:
 
 def shares_a_rate(poses: PoseSet) -> bool:
     """Whether several poses share one measured rate of the plate."""
-    return bool(set(poses.reference.common_names) - set(OF_ALL))
+    return bool(poses.reference.of_setting)
 
 
 def once_more(poses: PoseSet) -> str:

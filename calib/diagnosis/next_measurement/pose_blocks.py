@@ -4,13 +4,12 @@ Each block is the 18 wedge poses (or the corners) under another condition. What 
 effect is computed, not looked up: its rows are built at the fitted model and joined to the fit.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from calib.diagnosis.next_measurement.kind import (
-    OF_ALL,
     SAME_SPEED,
     TEMPERATURE,
     THROUGH_TEMPERATURES,
@@ -20,14 +19,15 @@ from calib.diagnosis.next_measurement.kind import (
 )
 from calib.fit.least_squares.result import Fit
 from calib.fit.rows.residuals import Equations
+from calib.numbers import RPM
 from calib.poses.attitudes import natural_directions
 from calib.poses.imu_log import BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import Reference
-from calib.poses.runs import TIME_BASE
+from calib.poses.runs import RATE_OF, TIME_BASE
 
 #: fact: 16⅔, 33⅓, 45 and 78 rpm
-RECORD_SPEEDS_RAD_S = np.array([50 / 3, 100 / 3, 45.0, 78.0]) * np.pi / 30
+RECORD_SPEEDS_RAD_S = np.array([50 / 3, 100 / 3, 45.0, 78.0]) * RPM
 HEADROOM = 0.9
 """Share of the full scale up to which a rate is advised; gain and offset take the rest."""
 
@@ -98,7 +98,7 @@ def menu(fit: Fit, full_scale: float = np.inf) -> list[Block]:
         for speed in RECORD_SPEEDS_RAD_S:
             new = bool((np.abs(moving / speed - 1) > SAME_SPEED).all())
             if new and speed < HEADROOM * full_scale:
-                rpm = speed * 30 / np.pi
+                rpm = speed / RPM
                 instruction = f"the same poses at another speed of the plate ({rpm:.3g} rpm)"
                 blocks.append(Block("speed", instruction, one, ((speed / slow, 0.0, 0.0),)))
                 break
@@ -151,90 +151,65 @@ def _course(
 
 def _pass(fit: Fit, block: Block, factor: float, warmth: float, delay_s: float) -> PoseSet:
     """One pass through the poses of ``block`` as a pose set at the fitted model."""
-    poses = fit.poses
+    poses, turning = fit.poses, ~fit.poses.reference.is_null
     up, axis = _vectors(fit, block)
     n = len(up)
-    turning = ~poses.reference.is_null
-    magnitude = poses.reference.magnitude[turning]
-    base = float(magnitude.min()) if turning.any() else 0.0
-    spin_base = float(np.abs(poses.spin_rad_s[turning]).min()) if turning.any() else 0.0
-    size = abs(factor) * base
-    direction = np.sign(factor) if factor else 0.0
-    if poses.triad == "gyroscope" and turning.any():
-        way = float(np.sign(np.median(np.sign(poses.spin_rad_s[turning])))) or 1.0
-        direction *= way
-    else:
-        direction = 1.0
-    s = direction * size * axis
-    matrix, offset = fit.equations.start.matrix, fit.equations.start.offset
+    size = abs(factor) * _least(poses.reference.magnitude[turning])
+    direction = _direction(poses, factor)
+    vector = direction * size * axis
+    start = fit.equations.start
     like = poses.reference.is_null if factor == 0.0 else turning
     force = np.linalg.norm(poses.force, axis=1)
     logged = force[np.isfinite(force)]
     gravity = float(np.median(logged)) if logged.size else np.nan
+    at_rest = factor == 0.0 and not like.any()  # no pose shows how a stopped plate vibrates
+    vibration = np.zeros(3) if at_rest else _typical(poses.vibration, like)
     time_s, columns = _course(poses, n, warmth, delay_s)
-    names = poses.reference.common_names
-    common = np.zeros((n, len(names)))
-    sd = float(np.median(poses.reference.sd[like])) if like.any() else 0.0
-    if block.filmed:
-        sd = float(np.hypot(sd, _rate_sd(poses) * size))
-    for j, name in enumerate(names):
-        relative = np.median(np.abs(poses.reference.common[turning, j]) / magnitude)
-        if poses.triad == "accelerometer" or name == TIME_BASE:
-            common[:, j] = relative * size
     return PoseSet(
         triad=poses.triad,
         label=tuple(f"{block.code} {i + 1}" for i in range(n)),
         run=(block.code,) * n,
-        reading=np.linalg.solve(matrix, (s - offset).T).T,
+        reading=np.asarray(np.linalg.solve(start.matrix, (vector - start.offset).T).T, float),
         sd=np.tile(_typical(poses.sd, like), (n, 1)),
         force=gravity * up,
-        vibration=np.tile(
-            np.zeros(3) if factor == 0.0 and not like.any() else _typical(poses.vibration, like),
-            (n, 1),
-        ),
-        spin_rad_s=np.full(n, direction * abs(factor) * spin_base),
+        vibration=np.tile(vibration, (n, 1)),
+        spin_rad_s=np.full(n, direction * abs(factor) * _least(np.abs(poses.spin_rad_s[turning]))),
         time_s=time_s,
         expected=np.zeros((n, 3)),
-        reference=Reference(
-            np.full(n, size),
-            np.full(n, sd),
-            common,
-            names,
-        ),
+        reference=_planned_reference(poses, block, like, n, size),
         columns=columns,
     )
 
 
-def _joined(a: PoseSet, b: PoseSet) -> PoseSet:
-    """Poses of ``a`` followed by those of ``b``; a new common error for b's shared rate."""
+def _least(values: FloatArray) -> float:
+    """The smallest of ``values`` (k,), 0 without any."""
+    return float(values.min()) if values.size else 0.0
 
-    def both(get: Callable[[PoseSet], FloatArray]) -> FloatArray:
-        return np.concatenate([get(a), get(b)])
 
-    names = a.reference.common_names
-    padding = np.zeros((len(b), len(names) - len(b.reference.common_names)))
-    reference = Reference(
-        both(lambda p: p.reference.magnitude),
-        both(lambda p: p.reference.sd),
-        np.concatenate([a.reference.common, np.hstack([b.reference.common, padding])]),
-        names,
-    )
-    return replace(
-        a,
-        label=a.label + b.label,
-        run=a.run + b.run,
-        reading=both(lambda p: p.reading),
-        sd=both(lambda p: p.sd),
-        force=both(lambda p: p.force),
-        vibration=both(lambda p: p.vibration),
-        spin_rad_s=both(lambda p: p.spin_rad_s),
-        time_s=both(lambda p: p.time_s),
-        expected=both(lambda p: p.expected),
-        other_reading=None,  # of hypothetical poses it follows from the plate and from gravity
-        run_time_s=None,
-        reference=reference,
-        columns={name: np.concatenate([a.columns[name], b.columns[name]]) for name in a.columns},
-    )
+def _direction(poses: PoseSet, factor: float) -> float:
+    """Which way the plate turns in a planned pass: +1 or -1, 0 at rest; +1 without a gyroscope."""
+    turning = ~poses.reference.is_null
+    if poses.triad != "gyroscope" or not turning.any():
+        return 1.0
+    usual = float(np.sign(np.median(np.sign(poses.spin_rad_s[turning])))) or 1.0
+    return usual * float(np.sign(factor))
+
+
+def _planned_reference(
+    poses: PoseSet, block: Block, like: BoolArray, n: int, size: float
+) -> Reference:
+    """References of ``n`` planned poses of one magnitude ``size``, SI, known as those recorded."""
+    recorded, turning = poses.reference, ~poses.reference.is_null
+    sd = float(np.median(recorded.sd[like])) if like.any() else 0.0
+    if block.filmed:
+        sd = float(np.hypot(sd, _rate_sd(poses) * size))
+    common = np.zeros((n, len(recorded.common_names)))
+    for j, name in enumerate(recorded.common_names):
+        if poses.triad == "accelerometer" or name == TIME_BASE:
+            relative = np.abs(recorded.common[turning, j]) / recorded.magnitude[turning]
+            common[:, j] = np.median(relative) * size
+    return Reference(np.full(n, size), np.full(n, sd), common, recorded.common_names,
+                     recorded.of_setting)
 
 
 def _own_rate_error(poses: PoseSet, block: PoseSet) -> PoseSet:
@@ -245,22 +220,20 @@ def _own_rate_error(poses: PoseSet, block: PoseSet) -> PoseSet:
         return poses
     new = np.zeros((len(poses), 1))
     new[-len(block) :, 0] = _rate_sd(poses) * block.reference.magnitude
-    return replace(
-        poses,
-        reference=Reference(
-            reference.magnitude,
-            reference.sd,
-            np.hstack([reference.common, new]),
-            (*reference.common_names, f"rate {block.run[0]} {len(reference.common_names)}"),
-        ),
-    )
+    name = f"{RATE_OF}{block.run[0]} {len(reference.common_names)}"
+    return replace(poses, reference=replace(
+        reference,
+        common=np.hstack([reference.common, new]),
+        common_names=(*reference.common_names, name),
+        of_setting=reference.of_setting | {name},
+    ))
 
 
 def _rate_sd(poses: PoseSet) -> float:
     """Typical sd of the rate of one setting of the plate, relative to it."""
     reference, turning = poses.reference, ~poses.reference.is_null
-    fresh = [j for j, name in enumerate(reference.common_names) if name not in OF_ALL]
-    loading = np.abs(reference.common[:, fresh]).sum(axis=1) if fresh else reference.sd
+    shared = [j for j, name in enumerate(reference.common_names) if name in reference.of_setting]
+    loading = np.abs(reference.common[:, shared]).sum(axis=1) if shared else reference.sd
     return float(np.median(loading[turning] / reference.magnitude[turning]))
 
 
@@ -269,7 +242,7 @@ def with_block(fit: Fit, block: Block) -> Fit:
     poses = fit.poses
     for factor, warmth, delay_s in block.parts:
         part = _pass(fit, block, factor, warmth, delay_s)
-        poses = _joined(poses, part)
+        poses = poses.concat(part)
         if factor and not block.filmed:
             poses = _own_rate_error(poses, part)
     equations = Equations(poses, fit.model)

@@ -74,14 +74,14 @@ def trials_of(effect: Effect, triad: str) -> list[Trial]:
 
 
 def evidence_of(
-    fit: Fit, own: Sequence[Effect] = (), covariates: Sequence[str] | None = None
+    fit: Fit, user_effects: Sequence[Effect] = (), covariates: Sequence[str] | None = None
 ) -> Evidence:
     """The evidence of every candidate at ``fit``.
 
     Parameters
     ----------
     fit : Fit
-    own : sequence of Effect
+    user_effects : sequence of Effect
         User-defined effects.
     covariates : sequence of str, optional
         Logged columns that may cause an error.
@@ -95,7 +95,7 @@ def evidence_of(
     projector = Projector(fit)
     trials: list[Trial] = []
     visible: list[FloatArray] = [np.zeros((len(projector.residual), 0))]
-    for effect in candidate_effects(fit, own, covariates):
+    for effect in candidate_effects(fit, user_effects, covariates):
         if effect.in_square or unavailable(effect, fit.equations.at_reading) is not None:
             continue
         for trial in trials_of(effect, fit.poses.triad):

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from calib.diagnosis.population.random_effects import RandomEffects, random_effects
+from calib.numbers import MEDIAN_OF_NORMAL
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 UNLIKE_LEVEL = 0.01
@@ -21,9 +22,6 @@ parameter of a hundred."""
 FEWEST_SENSORS = 8
 """Sensors from which a lot has a spread to be unlike of. Derived: of fewer, one that is off by any
 amount moves the median absolute deviation by half of itself and more."""
-
-NORMAL_MAD = 1.4826
-"""Standard deviation of a normal distribution over its median absolute deviation; a fact."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +69,7 @@ def spread_of(name: str, value: FloatArray, sd: FloatArray) -> Spread | None:
     unlike = np.zeros(len(value), dtype=bool)
     if stated.sum() >= FEWEST_SENSORS:
         centre = float(np.median(value[stated]))
-        wide = NORMAL_MAD * float(np.median(np.abs(value[stated] - centre)))
+        wide = float(np.median(np.abs(value[stated] - centre))) / MEDIAN_OF_NORMAL
         spread2 = max(0.0, wide**2 - float(np.median(sd[stated] ** 2)))
         distance[stated] = (value[stated] - centre) / np.sqrt(spread2 + sd[stated] ** 2)
         limit = -float(ndtri(UNLIKE_LEVEL / 2 / stated.sum()))

@@ -9,7 +9,7 @@ from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.search.evidence import block_log_densities, nothing_log_density
 from calib.diagnosis.search.table import Table
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
-from calib.poses.imu_log import BoolArray, FloatArray
+from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,12 +60,12 @@ class _Remaining:
                    table.dof - q.shape[1], outside, bool(q.shape[1]))
 
 
-def besides(asked: Sequence[BesideSets]) -> list[list[Beside]]:
+def besides(requests: Sequence[BesideSets]) -> list[list[Beside]]:
     """Every hypothesis beside the sets of each request, the set's space projected out.
 
     Parameters
     ----------
-    asked : sequence of BesideSets
+    requests : sequence of BesideSets
         Of tables with equally many rows.
 
     Returns
@@ -73,49 +73,89 @@ def besides(asked: Sequence[BesideSets]) -> list[list[Beside]]:
     list of list of Beside
         One for each set of each request.
     """
-    rests = [_Remaining.of(each.table, members) for each in asked for members in each.sets]
+    rests = [_Remaining.of(each.table, members) for each in requests for members in each.sets]
     nothing = [float(np.logaddexp(*nothing_log_density(each.chi2, each.dof))) for each in rests]
     weighed = [
         Beside(np.full(len(each.outside), -np.inf), np.zeros(len(each.outside))) for each in rests
     ]
     for turned in (False, True):
         some = [i for i, each in enumerate(rests) if each.turned == turned]
-        widths = {int(k) for i in some for k in rests[i].table.seen[rests[i].outside]}
-        for width in sorted(widths):
-            _weigh(width, [(rests[i], nothing[i], weighed[i]) for i in some])
+        widths = sorted({int(k) for i in some for k in rests[i].table.seen[rests[i].outside]})
+        for alike in _grouped(widths):
+            _weigh(alike, [(rests[i], nothing[i], weighed[i]) for i in some])
     ends = iter(weighed)
-    return [[next(ends) for _ in each.sets] for each in asked]
+    return [[next(ends) for _ in each.sets] for each in requests]
 
 
-def _weigh(width: int, cases: Sequence[tuple[_Remaining, float, Beside]]) -> None:
-    """Weigh the hypotheses of ``width`` visible columns in all ``cases``, and note it there."""
-    which = [np.flatnonzero((each.table.seen == width) & each.outside) for each, _, _ in cases]
-    count = [len(part) for part in which]
-    index = [each.table.first[part][:, None] + np.arange(width)
-             for (each, _, _), part in zip(cases, which, strict=True)]
-    along = np.concatenate([each.product[i] for (each, _, _), i in zip(cases, index, strict=True)])
-    stacked = np.concatenate([each.rows[i] for (each, _, _), i in zip(cases, index, strict=True)])
-    if width == 1 or not cases[0][0].turned:  # orthogonal as they are
-        squared = (stacked**2).sum(axis=2)
-    else:
-        squared, turns = np.linalg.eigh(stacked @ stacked.transpose(0, 2, 1))
-        along = (turns.transpose(0, 2, 1) @ along[:, :, None])[:, :, 0]
-    total = np.concatenate([each.table.total[part]
-                            for (each, _, _), part in zip(cases, which, strict=True)])
-    visible = squared > (VISIBLE_SHARE * total[:, None]) ** 2
-    strength = np.where(visible, np.sqrt(np.maximum(squared, 0.0)), 0.0)
-    amplitude = np.where(visible, along / np.where(visible, strength, 1.0), 0.0)
+def _grouped(widths: Sequence[int]) -> list[list[int]]:
+    """Ascending ``widths``, those side by side that differ by less than four times."""
+    groups: list[list[int]] = []
+    for width in widths:
+        if groups and width < 4 * groups[-1][0]:
+            groups[-1].append(width)
+        else:
+            groups.append([width])
+    return groups
+
+
+def _weigh(widths: Sequence[int], cases: Sequence[tuple[_Remaining, float, Beside]]) -> None:
+    """Weigh the hypotheses of these numbers of visible columns in all ``cases``, and note it there.
+    """
+    signals = [_Signals.of(width, [rest for rest, _, _ in cases]) for width in widths]
+    case = np.concatenate([each.case for each in signals])
+    which = np.concatenate([each.which for each in signals])
+    # Zeros stand for the columns that the narrower ones lack.
+    strength, amplitude = np.zeros((2, len(which), widths[-1]))
+    ends = np.cumsum([len(each.which) for each in signals])
+    for each, end in zip(signals, ends.tolist(), strict=True):
+        rows, width = slice(end - len(each.which), end), each.strength.shape[1]
+        strength[rows, :width], amplitude[rows, :width] = each.strength, each.amplitude
+    chi2, dof, nothing = (
+        np.array(each)[case] for each in zip(
+            *((rest.chi2, rest.dof, density) for rest, density, _ in cases), strict=True
+        )
+    )
+    factor = block_log_densities(strength, amplitude, chi2, dof) - nothing
+    factor[~strength.any(axis=1)] = -np.inf
     drop = (amplitude**2).sum(axis=1)
-    chi2 = np.repeat([each.chi2 for each, _, _ in cases], count)
-    dof = np.repeat([each.dof for each, _, _ in cases], count)
-    density = block_log_densities(strength, amplitude, chi2, dof)
-    factor = density - np.repeat([nothing for _, nothing, _ in cases], count)
-    factor[~visible.any(axis=1)] = -np.inf
-    end = 0
-    for (_, _, weighed), part in zip(cases, which, strict=True):
-        weighed.drop[part] = drop[end : end + len(part)]
-        weighed.log_factor[part] = factor[end : end + len(part)]
-        end += len(part)
+    for i, (_, _, weighed) in enumerate(cases):
+        weighed.drop[which[case == i]] = drop[case == i]
+        weighed.log_factor[which[case == i]] = factor[case == i]
+
+
+@dataclass(frozen=True, eq=False)
+class _Signals:
+    """What hypotheses of equally many visible columns show beside the sets of several cases.
+
+    ``case`` and ``which`` (m,) say whose and which hypothesis each is; ``strength`` and
+    ``amplitude`` (m, v) are what :func:`block_log_densities` takes.
+    """
+
+    case: IntArray
+    which: IntArray
+    strength: FloatArray
+    amplitude: FloatArray
+
+    @classmethod
+    def of(cls, width: int, rests: Sequence[_Remaining]) -> "_Signals":
+        """Those of the hypotheses of ``width`` visible columns."""
+        which = [np.flatnonzero((each.table.seen == width) & each.outside) for each in rests]
+        index = [each.table.first[part][:, None] + np.arange(width)
+                 for each, part in zip(rests, which, strict=True)]
+        along = np.concatenate([each.product[i] for each, i in zip(rests, index, strict=True)])
+        rows = np.concatenate([each.rows[i] for each, i in zip(rests, index, strict=True)])
+        if width == 1 or not rests[0].turned:  # orthogonal as they are
+            squared = (rows**2).sum(axis=2)
+        else:
+            squared, turns = np.linalg.eigh(rows @ rows.transpose(0, 2, 1))
+            along = (turns.transpose(0, 2, 1) @ along[:, :, None])[:, :, 0]
+        total = np.concatenate([each.table.total[part]
+                                for each, part in zip(rests, which, strict=True)])
+        visible = squared > (VISIBLE_SHARE * total[:, None]) ** 2
+        strength = np.where(visible, np.sqrt(np.maximum(squared, 0.0)), 0.0)
+        case = np.repeat(np.arange(len(rests)), [len(part) for part in which])
+        return cls(case, np.concatenate(which), strength,
+                   np.where(visible, along / np.where(visible, strength, 1.0), 0.0))
 
 
 def pair_scores(table: Table, candidates: Sequence[int]) -> tuple[FloatArray, FloatArray]:

@@ -152,7 +152,7 @@ class Sets:
         rest = self.dof - self.product.shape[1]
         return np.asarray(np.maximum((self.chi2 - self.drop) / np.maximum(rest, 1), 1.0))
 
-    def take(self, some: BoolArray) -> "Sets":
+    def take(self, some: IntArray) -> "Sets":
         """These of the sets alone."""
         return Sets(self.gram[some], self.product[some], self.chi2[some], self.dof[some],
                     self.sizes)
@@ -162,15 +162,20 @@ def set_log_densities(sets: Sets) -> FloatArray:
     """Log density of the residual under each of B sets, every block with a size of its own, (B,).
     """
     variance = sets.variance
-    density, _ = _at_variance(sets, np.ones_like(variance))
-    more = variance > 1.0
-    if more.any():
-        some, v = sets.take(more), variance[more]
-        larger, _ = _at_variance(some, v)
+    more = np.flatnonzero(variance > 1.0)
+    # With the stated noise, and where the rows ask for it with larger noise, as one stack.
+    both = np.concatenate([np.arange(len(variance)), more])
+    at = np.concatenate([np.ones_like(variance), variance[more]])
+    density, _ = _at_variance(sets.take(both), at)
+    density, larger = density[: len(variance)], density[len(variance) :]
+    if len(more):
+        some = sets.take(more)
         tolerated = CONSTANTS.tolerance * np.sqrt(
             np.maximum(some.drop, 0.0) / np.maximum(some.dof, 1)
         )
-        density[more] = over_noise(density[more], larger, v, some.dof, tolerated)
+        density[more] = over_noise(
+            density[more], larger, variance[more], some.dof, tolerated
+        )
     return density
 
 
@@ -201,9 +206,12 @@ def _at_variance(sets: Sets, variance: FloatArray) -> tuple[FloatArray, FloatArr
             inverse = np.linalg.inv(gram + precision[:, :, None] * np.eye(len(h[0])))
             _, log_det = np.linalg.slogdet(inverse)
             estimate = (inverse @ h[:, :, None])[:, :, 0]
-            m, turn = np.linalg.eigh(inverse[:, part, part])
+            if sizes[k] == 1:
+                m, q = inverse[:, part, part][:, :, 0], estimate[:, part]
+            else:
+                m, turn = np.linalg.eigh(inverse[:, part, part])
+                q = (turn.swapaxes(1, 2) @ estimate[:, part, None])[:, :, 0]
             m = np.maximum(m, 0.0)
-            q = (turn.swapaxes(1, 2) @ estimate[:, part, None])[:, :, 0]
             grid = (
                 -0.5 * np.log1p(delta * m) - 0.5 * delta * q**2 / (1 + delta * m)
             ).sum(axis=2) - sizes[k] * np.log(TAUS)[:, None]

@@ -56,12 +56,12 @@ def linear_loo_rms(fit: Fit) -> float:
     return float(np.sqrt(np.mean((equations.row_sd * out) ** 2)))
 
 
-def refits(asked: Sequence[Extension]) -> list[Refit | None]:
+def refits(requests: Sequence[Extension]) -> list[Refit | None]:
     """Effects added to fits and everything refitted.
 
     Parameters
     ----------
-    asked : sequence of Extension
+    requests : sequence of Extension
         Of one :attr:`Extension.shape`. A shape parameter begins at the first of its effect's
         starts.
 
@@ -71,7 +71,7 @@ def refits(asked: Sequence[Extension]) -> list[Refit | None]:
         None where the poses cannot carry the effects.
     """
     joints: list[Refit | None] = []
-    for each, joint in zip(asked, extend_many(asked), strict=True):
+    for each, joint in zip(requests, extend_many(requests), strict=True):
         if joint is None or joint.dof < CONSTANTS.fewest_dof:
             joints.append(None)
             continue

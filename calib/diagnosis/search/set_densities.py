@@ -18,14 +18,14 @@ class SetDensities:
     sets: Sequence[Sequence[int]]
 
 
-def set_densities(asked: Sequence[SetDensities]) -> list[list[float]]:
+def set_densities(requests: Sequence[SetDensities]) -> list[list[float]]:
     """The log density under every set of every request.
 
     -inf where a set has as many columns as there are degrees of freedom.
     """
-    values = [[-np.inf] * len(each.sets) for each in asked]
+    values = [[-np.inf] * len(each.sets) for each in requests]
     by_sizes: dict[tuple[int, ...], list[tuple[int, int]]] = {}
-    for i, each in enumerate(asked):
+    for i, each in enumerate(requests):
         for j, members in enumerate(each.sets):
             sizes = tuple(int(k) for k in each.table.seen[list(members)] if k)
             if not sizes:
@@ -34,7 +34,7 @@ def set_densities(asked: Sequence[SetDensities]) -> list[list[float]]:
             elif sum(sizes) < each.table.dof + len(sizes):
                 by_sizes.setdefault(sizes, []).append((i, j))
     for sizes, places in by_sizes.items():
-        stack = sets_of([(asked[i].table, asked[i].sets[j]) for i, j in places], sizes)
+        stack = sets_of([(requests[i].table, requests[i].sets[j]) for i, j in places], sizes)
         for (i, j), value in zip(places, set_log_densities(stack), strict=True):
             values[i][j] = float(value)
     return values

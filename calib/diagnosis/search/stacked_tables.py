@@ -14,6 +14,7 @@ from calib.effects.effect import EFFECTS
 from calib.fit.column_scaling import RANK_TOLERANCE
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
+from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 NORM_FLOOR = 1e-9
@@ -44,7 +45,7 @@ def _kind(hypothesis: Hypothesis, fitted: Sequence[str]) -> tuple[object, ...]:
     if hypothesis.course is not None:
         return (hypothesis.kind, hypothesis.course.values.shape)
     name, effect = hypothesis.name, hypothesis.effect
-    of_catalogue = EFFECTS.get(name) is effect or name.startswith("column:")
+    of_catalogue = effect is not None and (EFFECTS.get(name) is effect or effect.is_column)
     # What is fitted has a derivative of its own, not only its square.
     by_square = effect is not None and effect.in_square and name not in fitted
     return (name if of_catalogue else id(effect), by_square)
@@ -86,37 +87,38 @@ class _Spectra(Mapping[int, Spectrum]):
         return len(self.place)
 
 
-def tables_at(asked: Sequence[TableAt]) -> list[Table]:
+def tables_at(requests: Sequence[TableAt]) -> list[Table]:
     """The tables of requests of one :attr:`TableAt.shape`.
 
     Parameters
     ----------
-    asked : sequence of TableAt
+    requests : sequence of TableAt
 
     Returns
     -------
     list of Table
         In their order.
     """
-    projectors = Projector.each([each.fit for each in asked], [each.members for each in asked])
+    fits = [each.fit for each in requests]
+    projectors = Projector.each(fits, [each.members for each in requests])
     residual = np.array([each.residual for each in projectors])
     model = _side_by_side([each.model for each in projectors])
     root = np.array([each.root for each in projectors])
-    hypotheses = [each.hypotheses for each in asked]
-    raw = RawColumns.of([each.fit for each in asked], hypotheses, root)
+    hypotheses = [each.hypotheses for each in requests]
+    raw = RawColumns.of(fits, hypotheses, root)
     unit, total = _units(raw, hypotheses[0], projectors[0].data_count)
     projected = raw.rows * unit[:, :, None]
     projected -= (projected @ model) @ model.swapaxes(1, 2)
     # One that was fitted was seen where its shape began; where that ended, less of it may be.
     least = total * np.array([
         [RANK_TOLERANCE if h.shape is not None and h.name in each.members else VISIBLE_SHARE
-         for h in each.hypotheses] for each in asked
+         for h in each.hypotheses] for each in requests
     ])
     beside = _complement(model)
     blocks = [_turned(which, hypotheses[0][which[0]].effect is not None, raw, projected, residual,
                       least, beside)
               for which in _alike(raw, hypotheses[0])]
-    return _tables(asked, projectors, blocks, total, unit)
+    return _tables(requests, projectors, blocks, total, unit)
 
 
 def _complement(bases: FloatArray) -> FloatArray:
@@ -176,11 +178,11 @@ def _turned(
 
 
 def _tables(
-    asked: Sequence[TableAt], projectors: Sequence[Projector], blocks: Sequence[_Block],
+    requests: Sequence[TableAt], projectors: Sequence[Projector], blocks: Sequence[_Block],
     total: FloatArray, unit: FloatArray,
 ) -> list[Table]:
     """The tables of a stack, each with its visible columns."""
-    sets, m, r = len(asked), len(asked[0].hypotheses), projectors[0].residual.size
+    sets, m, r = len(requests), len(requests[0].hypotheses), projectors[0].residual.size
     first, seen = np.zeros((2, sets, m), int)
     before = np.zeros(sets, int)
     for block in blocks:
@@ -200,7 +202,7 @@ def _tables(
     return [
         Table(
             projector=projectors[s],
-            log_prior=np.array([h.log_prior for h in asked[s].hypotheses]),
+            log_prior=np.array([h.log_prior for h in requests[s].hypotheses]),
             total=total[s],
             rows=turned[s][visible[s]],
             first=first[s],
@@ -228,7 +230,7 @@ def _units(
     # Not parameters of their own units: their proportions count.
     norm = np.sqrt(np.where(has_effect[owner] | (squared == 0), squared, mean[:, owner]))
     largest[:, some] = np.maximum.reduceat(norm, raw.start[some], axis=1)
-    norm[norm <= NORM_FLOOR * np.maximum(largest, 1e-300)[:, owner]] = np.inf
+    norm[norm <= NORM_FLOOR * np.maximum(largest, NO_LENGTH)[:, owner]] = np.inf
     count[:, some] = np.add.reduceat(np.isfinite(norm).astype(float), raw.start[some], axis=1)
     count = np.maximum(count, 1)
     signal = np.array([_unit_signal(h, rows) for h in hypotheses])

@@ -18,6 +18,7 @@ from calib.diagnosis.search.evidence import Sets, likeliest_sizes
 from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.validation.leave_one_out import left_out_residual
+from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray, IntArray
 
 
@@ -132,6 +133,17 @@ class Table:
         block = self.block(j)
         return _orthonormal(block - beside @ (beside.T @ block)).T
 
+    def _visible(
+        self, which: Sequence[int], beside: FloatArray
+    ) -> tuple[FloatArray, IntArray]:
+        """:meth:`visible` of each of ``which``, one after another, and how many rows each has."""
+        if beside.shape[1] == 0:
+            count = self.seen[which]
+            first = np.repeat(self.first[which] - (np.cumsum(count) - count), count)
+            return self.unit_rows[first + np.arange(len(first))], count
+        rows = [self.visible(j, beside) for j in which]
+        return np.concatenate(rows), np.array([len(each) for each in rows])
+
     def shared_signal(
         self, j: int, others: Sequence[int], beside: Sequence[int]
     ) -> FloatArray:
@@ -141,7 +153,7 @@ class Table:
         q = self.space(beside)
         mine = self.visible(j, q)
         signal = mine.T @ (mine @ self.residual)
-        signal /= max(float(np.linalg.norm(signal)), 1e-300)
+        signal /= max(float(np.linalg.norm(signal)), NO_LENGTH)
         return np.array([np.linalg.norm(self.visible(other, q) @ signal) for other in others])
 
     def correlations(self, j: int, others: Sequence[int], beside: Sequence[int]) -> FloatArray:
@@ -155,10 +167,9 @@ class Table:
         least = np.zeros(len(others))
         if len(mine) < self.seen[j] or not others:
             return least
-        theirs = [self.visible(other, q) for other in others]
-        count = np.array([len(each) for each in theirs])
+        theirs, count = self._visible(others, q)
         ends = np.cumsum(count)
-        overlap = np.concatenate(theirs) @ mine.T
+        overlap = theirs @ mine.T
         shared = np.add.reduceat((overlap**2).sum(axis=1), ends - count)
         few = np.minimum(count, len(mine))
         alike = shared >= few * CONSTANTS.alias_correlation**2
@@ -175,4 +186,4 @@ def _orthonormal(columns: FloatArray) -> FloatArray:
     if columns.shape[1] == 0:
         return columns
     u, singular, _ = np.linalg.svd(columns, full_matrices=False)
-    return np.asarray(u[:, singular > VISIBLE_SHARE * max(float(singular.max()), 1e-300)])
+    return np.asarray(u[:, singular > VISIBLE_SHARE * max(float(singular.max()), NO_LENGTH)])

@@ -40,7 +40,6 @@ class Candidate:
         Of the parameters, SI.
     p_value : float
         Of the score test.
-    blind : bool
     aliases : tuple of str
         What looks the same in these poses.
     follows : str or None
@@ -58,7 +57,6 @@ class Candidate:
     rms_after: float
     loo_after: float
     p_value: float
-    blind: bool
     aliases: tuple[str, ...]
     follows: str | None = None
 
@@ -88,7 +86,7 @@ def _noise(state: Search, odds: Odds) -> Candidate:
     nothing = np.zeros(0)
     evidence = state.nothing[1] - state.nothing[0]
     return Candidate("noise", "noise", evidence, odds.noise, 0.0, nothing, nothing, "",
-                     state.base.residual_rms, linear_loo_rms(state.base), 1.0, False, ())
+                     state.base.residual_rms, linear_loo_rms(state.base), 1.0, ())
 
 
 def _candidate(
@@ -127,7 +125,6 @@ def _candidate(
         rms_after=rms,
         loo_after=loo,
         p_value=p_value,
-        blind=False,
         aliases=tuple(dict.fromkeys(state.hypotheses[k].name for k in same)),
         follows=h.follows,
     )
@@ -175,8 +172,8 @@ def _after(state: Search, j: int) -> tuple[float, float, float]:
     d, sd = table.projector.data_count, fit.equations.row_sd
     leverage = state.leverage[:d] + (q[:d] ** 2).sum(axis=1)
     out = rest[:d] / np.maximum(1 - leverage, LEAST_LEFT)
-    rms = float(np.sqrt(np.mean((rest[:d] * sd) ** 2)))
-    return drop, rms, float(np.sqrt(np.mean((out * sd) ** 2)))
+    rms, loo = (float(np.linalg.norm(each * sd) / np.sqrt(d)) for each in (rest[:d], out))
+    return drop, rms, loo
 
 
 def names_of(candidates: Sequence[Candidate], kind: str) -> list[str]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from calib.fit.batch.linear_algebra import scaled_information, solved, times
 from calib.fit.batch.stacked_rows import StackedEquations
+from calib.fit.least_squares.gauss_newton import highest_cost
 from calib.fit.rows.problem import EXACT
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
@@ -39,7 +40,7 @@ def descend(equations: StackedEquations, theta: FloatArray) -> StackedSolution:
         moved = np.abs(times(rows.jacobian, step)).max(axis=1)
         at = np.hstack([solution.theta[active], solution.eta[active]]) + step
         trial = part.rows(at[:, :p], at[:, p:])
-        falls = trial.cost <= rows.cost * (1 + 1e-10) + 1e-12  # as one set alone; False for NaN
+        falls = trial.cost <= highest_cost(rows.cost)  # False for NaN
         solution.theta[active[falls]] = at[falls, :p]
         solution.eta[active[falls]] = at[falls, p:]
         solution.iterations[active[falls]] = iteration

@@ -17,7 +17,7 @@ from calib.fit.batch.joint_descent import JointEstimate, JointProblem, descend_j
 from calib.fit.batch.joint_equations import JointEquations, is_listed, is_mark
 from calib.fit.batch.joint_finish import finish_jointly
 from calib.fit.batch.linear_algebra import times
-from calib.fit.column_scaling import RANK_TOLERANCE
+from calib.fit.column_scaling import orthonormal_bases
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import (
     ENOUGH_MISFIT,
@@ -61,12 +61,12 @@ def _kind(effect: Effect, base: Fit) -> tuple[object, ...] | None:
     return ("mark", effect.parameters) if is_mark(effect, base.equations.at_start) else None
 
 
-def extend_many(asked: Sequence[Extension]) -> list[Fit | None]:
+def extend_many(requests: Sequence[Extension]) -> list[Fit | None]:
     """The fits with more effects; None where one is refused.
 
     Parameters
     ----------
-    asked : sequence of Extension
+    requests : sequence of Extension
         Of one :attr:`Extension.shape`.
 
     Returns
@@ -75,10 +75,10 @@ def extend_many(asked: Sequence[Extension]) -> list[Fit | None]:
         Those of :func:`calib.fit.least_squares.solver.extend`, within the precision that fits are
         weighed with.
     """
-    if asked[0].shape is None or len(asked) == 1:
-        return [_alone(each) for each in asked]
+    if requests[0].shape is None or len(requests) == 1:
+        return [_alone(each) for each in requests]
     cases = []
-    for each, equations in zip(asked, _extended(asked), strict=True):
+    for each, equations in zip(requests, _extended(requests), strict=True):
         base = each.base
         more = {e.name: e.shape.starts[0] for e in each.effects if e.shape is not None}
         size = sum(len(e.parameters) for e in each.effects)
@@ -87,22 +87,23 @@ def extend_many(asked: Sequence[Extension]) -> list[Fit | None]:
             np.concatenate([base.theta, np.zeros(size)]), base.eta, {**base.shapes, **more},
         ))
     fits = _weighed(dict(enumerate(cases)))
-    if any("previous" in e.needs for e in (*asked[0].base.model.effects, *asked[0].effects)):
+    if any("previous" in e.needs for e in (*requests[0].base.model.effects, *requests[0].effects)):
         fits = _with_steady_memory(fits)
-    return [fits[i] if i in fits else _alone(each) for i, each in enumerate(asked)]
+    return [fits[i] if i in fits else _alone(each) for i, each in enumerate(requests)]
 
 
-def _extended(asked: Sequence[Extension]) -> list[Equations]:
+def _extended(requests: Sequence[Extension]) -> list[Equations]:
     """The rows of the larger models, each after what its poses felt at its base."""
-    first = asked[0].base.remembering.extended(asked[0].effects)
+    first = requests[0].base.remembering.extended(requests[0].effects)
     if not all(is_listed(effect) for effect in first.model.effects):
-        return [first, *(each.base.remembering.extended(each.effects) for each in asked[1:])]
-    return [first, *(each.base.remembering.extended_as(first, each.effects) for each in asked[1:])]
+        return [first, *(each.base.remembering.extended(each.effects) for each in requests[1:])]
+    return [first, *(each.base.remembering.extended_as(first, each.effects)
+                     for each in requests[1:])]
 
 
-def _alone(asked: Extension) -> Fit | None:
+def _alone(request: Extension) -> Fit | None:
     try:
-        return extend(asked.base, asked.effects)
+        return extend(request.base, request.effects)
     except (CalibrationError, np.linalg.LinAlgError):
         return None
 
@@ -230,10 +231,7 @@ def _linear_cost(problem: JointProblem, at: JointEstimate) -> FloatArray:
     """What the rows would leave at these shapes, everything else fitted to first order, (S,)."""
     jacobian = np.where(at.rows.is_solved[:, None, None], at.rows.jacobian, 0.0)
     columns = jacobian @ problem.directions
-    norm = np.sqrt((columns**2).sum(axis=1))
-    norm[norm == 0] = 1.0
-    u, singular, _ = np.linalg.svd(columns / norm[:, None], full_matrices=False)
-    u = u * (singular > RANK_TOLERANCE * singular.max(axis=1, keepdims=True))[:, None]
+    u = orthonormal_bases(columns)
     residual = at.rows.residual
     rest = residual - times(u, times(u.swapaxes(1, 2), residual))
     return np.where(at.rows.is_solved, (rest**2).sum(axis=1), np.inf)

@@ -13,8 +13,8 @@ from calib.effects.effect import Shape
 from calib.fit.batch.joint_equations import JointEquations, Shapes
 from calib.fit.batch.joint_rows import JointRows, either
 from calib.fit.batch.linear_algebra import each_solved, times
-from calib.fit.column_scaling import RANK_TOLERANCE
-from calib.fit.least_squares.gauss_newton import HALVINGS, LONGEST_SHAPE_STEP
+from calib.fit.column_scaling import RANK_TOLERANCE, unit_columns
+from calib.fit.least_squares.gauss_newton import HALVINGS, highest_cost, within_bounds
 from calib.fit.rows.problem import Precision
 from calib.fit.rows.shape_derivatives import DIFFERENCE_STEP
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
@@ -150,7 +150,7 @@ def _trial(
     problem: JointProblem, at: JointEstimate, step: FloatArray
 ) -> tuple[JointEstimate, BoolArray]:
     """The estimates one ``step`` on, or with their shapes and all else fitted; and which fall."""
-    most = at.rows.cost * (1 + 1e-10) + 1e-12
+    most = highest_cost(at.rows.cost)
     p = at.theta.shape[1] + at.eta.shape[1]
     shapes = dict(at.shapes)
     for j, name in enumerate(problem.free):
@@ -184,9 +184,8 @@ def step_from(problem: JointProblem, at: JointEstimate) -> tuple[FloatArray, Flo
     """The step (S, p + q + h) from an estimate, SI, and of the rows, (S, r), in sds."""
     residual = at.rows.residual
     linear = np.where(np.isfinite(at.rows.jacobian), at.rows.jacobian, 0.0) @ problem.directions
-    norm = np.sqrt((linear**2).sum(axis=1))
-    norm[norm == 0] = 1.0
-    q, r = np.linalg.qr(linear / norm[:, None, :])
+    unit, norm = unit_columns(linear)
+    q, r = np.linalg.qr(unit)
     onto = times(q.swapaxes(1, 2), residual)
     row_step, shape_step = np.zeros_like(residual), np.zeros((len(residual), 0))
     if problem.free:
@@ -224,15 +223,7 @@ def _shape_step(
         short = times(inverse, -residual)
         coupling = np.where(newton[:, None, None], coupling, onto)
         step = np.where(newton[:, None], step, short)
-    return slope, _within_bounds(problem, at, step), coupling
-
-
-def _within_bounds(problem: JointProblem, at: JointEstimate, change: FloatArray) -> FloatArray:
-    """What of a ``change`` (S, h) of the logarithms of the free shapes is allowed."""
-    value = np.log([at.shapes[name] for name in problem.free]).T
-    low, high = np.log([shape.bounds for shape in problem.free.values()]).T
-    change = np.clip(change, -LONGEST_SHAPE_STEP, LONGEST_SHAPE_STEP)
-    return np.asarray(np.clip(change, low - value, high - value))
+    return slope, within_bounds(problem.free, at.shapes, step), coupling
 
 
 def shape_derivatives(

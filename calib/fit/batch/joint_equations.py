@@ -19,10 +19,12 @@ from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import (
     FIXED_POINT_STEPS,
     FIXED_POINT_TOLERANCE,
+    RUNAWAY,
     SLOPE_STEP,
+    SOLVED,
     follows_vector,
 )
-from calib.fit.rows.whitening import NO_LENGTH
+from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions, joined
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
@@ -205,18 +207,18 @@ class JointEquations:
     ) -> tuple[FloatArray, BoolArray]:
         """The corrected vectors by fixed point, and in which sets that converged."""
         s = linear
-        largest = np.abs(linear).max(axis=(1, 2)) + 1e-300
+        largest = np.abs(linear).max(axis=(1, 2)) + NO_LENGTH
         moved = np.full(len(s), np.inf)
         for _ in range(FIXED_POINT_STEPS):
             columns = self.columns(self.one.varying, self.held(s), shapes, axes)
             change = linear - (columns @ sizes)[..., 0] - s
             s = s + change
             moved = np.abs(change).max(axis=(1, 2))
-            wild = ~(moved < 1e3 * largest)
+            wild = ~(moved < RUNAWAY * largest)
             if (wild | (moved <= FIXED_POINT_TOLERANCE * largest)).all():
                 break
             s = np.where(wild[:, None, None], linear, s)  # it is given up, and must not overflow
-        return s, moved <= 1e-9 * largest
+        return s, moved <= SOLVED * largest
 
     def _derivatives(
         self, theta: FloatArray, shapes: Shapes, vector: FloatArray, columns: FloatArray,
@@ -283,7 +285,7 @@ def is_listed(effect: Effect) -> bool:
     """Whether one call evaluates it for many sets: it is of the catalogue, or follows a column."""
     listed = EFFECTS.get(effect.name)
     known = listed is not None and listed.columns is effect.columns
-    return known or effect.name.startswith("column:")
+    return known or effect.is_column
 
 
 def is_mark(effect: Effect, at: Conditions) -> bool:

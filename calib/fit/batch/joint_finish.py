@@ -9,13 +9,13 @@ from calib.fit.batch.joint_descent import JointEstimate, JointProblem, shape_der
 from calib.fit.batch.joint_equations import JointEquations
 from calib.fit.batch.joint_rows import JointRows
 from calib.fit.batch.linear_algebra import inverses
-from calib.fit.column_scaling import RANK_TOLERANCE
+from calib.fit.column_scaling import RANK_TOLERANCE, pseudo_inverse_square, unit_columns
 from calib.fit.least_squares.identifiability import (
     CONDITION_LIMIT,
     LARGEST_REFERENCE_ERROR,
     require_enough,
 )
-from calib.fit.least_squares.result import AT_BOUND, Fit
+from calib.fit.least_squares.result import Fit
 from calib.fit.model import stack_columns
 from calib.fit.rows.sensitive_axes import Axes
 from calib.fit.rows.whitened_rows import WhitenedRows
@@ -92,40 +92,22 @@ def _covariances(
     turned = directions.swapaxes(1, 2)
     linear = at.rows.jacobian @ directions
     if not problem.free:
-        unit, norm = _unit_columns(linear)
+        unit, norm = unit_columns(linear)
         inverse = inverses(np.asarray(np.linalg.qr(unit, mode="r"))) / norm[:, :, None]
         return directions @ (inverse @ inverse.swapaxes(1, 2)) @ turned, {}
     slope, _, _ = shape_derivatives(problem.equations, at, list(problem.free))
     v = directions.shape[2]
-    unknowns = _pseudo_inverse_squares(np.concatenate([linear, slope], axis=2))
+    unknowns = pseudo_inverse_square(np.concatenate([linear, slope], axis=2))
     variance = np.einsum("skk->sk", unknowns)[:, v:]
     sd = np.where(slope.any(axis=1), np.sqrt(variance), np.nan)
-    bound = np.array([_at_bound(shape.bounds, at.shapes[name])
+    bound = np.array([shape.is_at_bound(at.shapes[name])
                       for name, shape in problem.free.items()]).T
     some = bound.any(axis=1)
     if some.any():
         held = np.where(bound[some][:, None], 0.0, slope[some])
-        unknowns[some] = _pseudo_inverse_squares(np.concatenate([linear[some], held], axis=2))
+        unknowns[some] = pseudo_inverse_square(np.concatenate([linear[some], held], axis=2))
     cov = directions @ unknowns[:, :v, :v] @ turned
     return cov, dict(zip(problem.free, sd.T, strict=True))
-
-
-def _at_bound(bounds: tuple[float, float], value: FloatArray) -> BoolArray:
-    low, high = bounds
-    return ~((value > low * (1 + AT_BOUND)) & (value < high * (1 - AT_BOUND)))
-
-
-def _pseudo_inverse_squares(matrices: FloatArray) -> FloatArray:
-    unit, norm = _unit_columns(matrices)
-    inverse = np.asarray(np.linalg.pinv(unit, rcond=1e-15), dtype=float) / norm[:, :, None]
-    return inverse @ inverse.swapaxes(1, 2)
-
-
-def _unit_columns(matrices: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The columns of S matrices (S, r, k) at unit length, and their lengths (S, k), 1 for none."""
-    norm = np.sqrt((matrices**2).sum(axis=1))
-    norm[norm == 0] = 1.0
-    return matrices / norm[:, None], norm
 
 
 def _is_determined(
@@ -140,7 +122,7 @@ def _is_determined(
         columns = stack_columns(one.on_reading, at, {}).reshape(*rows.vector.shape, -1)
         data[:, :, one.reading_index] = equations.whitened(columns, rows.vector)
     combined = data @ basis
-    singular = np.linalg.svd(_unit_columns(combined)[0], compute_uv=False)
+    singular = np.linalg.svd(unit_columns(combined)[0], compute_uv=False)
     limit = CONDITION_LIMIT if len(one.reading_index) == p else CONDITION_LIMIT**2
     least = np.maximum(1 / limit, RANK_TOLERANCE) * singular[:, 0]
     return np.asarray((singular[:, -1] >= least) & (combined != 0).any(axis=1).all(axis=1))

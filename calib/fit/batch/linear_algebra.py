@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from calib.fit.column_scaling import unit_columns
 from calib.poses.imu_log import FloatArray
 
 
@@ -53,7 +54,5 @@ def scaled_information(jacobian: FloatArray) -> tuple[FloatArray, FloatArray]:
 
     A column of zeros stays one, and has the length 1. The lengths are in their units.
     """
-    norm = np.sqrt(np.einsum("srk,srk->sk", jacobian, jacobian))
-    norm[norm == 0] = 1.0
-    unit = jacobian / norm[:, None, :]
+    unit, norm = unit_columns(jacobian)
     return np.swapaxes(unit, 1, 2) @ unit, norm

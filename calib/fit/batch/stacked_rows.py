@@ -13,7 +13,7 @@ from calib.fit.batch.linear_algebra import times
 from calib.fit.batch.pose_stack import PoseStack
 from calib.fit.model import Model, stack_columns
 from calib.fit.rows.initial_estimate import Start
-from calib.fit.rows.whitening import NO_LENGTH
+from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, IntArray
 

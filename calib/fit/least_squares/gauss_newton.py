@@ -19,12 +19,15 @@ free (``python -m tests.bench.bench_diagnose``). Many sensors at once: :mod:`cal
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
+from calib.effects.effect import Shape
 from calib.errors import FitFailed
 from calib.fit.column_scaling import RANK_TOLERANCE, unit_columns
 from calib.fit.rows.problem import EXACT, Estimate, Precision, Problem, Solution
+from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
 
 HALVINGS = 12  #: numerical limit: down to 1/4096 of a step
@@ -68,9 +71,18 @@ def minimise(problem: Problem, start: Estimate, precision: Precision = EXACT) ->
     return replace(solution, iterations=iterations)
 
 
+Cost = TypeVar("Cost", float, FloatArray)
+
+
+def highest_cost(cost: Cost) -> Cost:
+    """The largest sum of squares, of one set or of S, that is no rise from ``cost`` but rounding.
+    """
+    return cost * (1 + 1e-10) + 1e-12
+
+
 def huber_weight(residual: FloatArray) -> FloatArray:
     """Weights of Huber's loss for residuals (r,) in sds: beyond ``HUBER_SD`` as 1/|residual|."""
-    return np.asarray(np.minimum(1.0, HUBER_SD / np.maximum(np.abs(residual), 1e-300)))
+    return np.asarray(np.minimum(1.0, HUBER_SD / np.maximum(np.abs(residual), NO_LENGTH)))
 
 
 def _descend(
@@ -102,7 +114,7 @@ def _longest_that_falls(
     share = 1.0
     for _ in range(HALVINGS):
         for trial in _trials(problem, at, share * step, weight):
-            if trial.cost(weight) <= cost * (1 + 1e-10) + 1e-12:
+            if trial.cost(weight) <= highest_cost(cost):
                 return share, trial
         share /= 2
     return share, None
@@ -195,13 +207,29 @@ def _shape_step(
     else:
         coupling = q.T @ slope
         step = np.linalg.lstsq(slope - q @ coupling, -residual, rcond=RANK_TOLERANCE)[0]
-    return by_shape.slope, _within_bounds(problem, at, np.asarray(step, float)), coupling
+    return by_shape.slope, within_bounds(problem.free, at.shapes, np.asarray(step, float)), coupling
 
 
-def _within_bounds(problem: Problem, at: Estimate, change: FloatArray) -> FloatArray:
-    """What of a ``change`` (h,) of the logarithms of the free shapes is allowed."""
-    value = np.log([at.shapes[name] for name in problem.free])
-    low, high = np.log([shape.bounds for shape in problem.free.values()]).T
+def within_bounds(
+    free: Mapping[str, Shape], values: Mapping[str, float | FloatArray], change: FloatArray
+) -> FloatArray:
+    """What of a change of the logarithms of the free shapes, which have no unit, is allowed.
+
+    Parameters
+    ----------
+    free : mapping of effect name to Shape
+        The h shape parameters that move.
+    values : mapping of effect name to float, or to array, shape (S,)
+        Where they stand, of one set or of S sets.
+    change : array, shape (h,) or (S, h)
+
+    Returns
+    -------
+    array, shape (h,) or (S, h)
+        At most ``LONGEST_SHAPE_STEP``, within the bounds of each; no unit.
+    """
+    value = np.log(np.array([values[name] for name in free])).T
+    low, high = np.log([shape.bounds for shape in free.values()]).T
     change = np.clip(change, -LONGEST_SHAPE_STEP, LONGEST_SHAPE_STEP)
     return np.asarray(np.clip(change, low - value, high - value))
 

@@ -5,6 +5,7 @@ leaves the residual small while the parameters run away. What counts are the num
 rank, and the condition number of the column-scaled Jacobian.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -20,7 +21,9 @@ from calib.poses.imu_log import BoolArray, FloatArray
 
 if TYPE_CHECKING:
     from calib.fit.rows.residuals import Equations
+from calib.effects.variation import about_mean
 from calib.fit.rows.whitened_rows import WhitenedRows
+from calib.numbers import NO_LENGTH
 
 CONDITION_LIMIT = 25.0
 """The 18 wedge poses give 1.4, ten usable free-hand poses up to 8; from 25 on the worst
@@ -31,6 +34,10 @@ GAINS = ("scale", "misalignment")
 
 VISIBLE_SHARE = 0.02
 """Share of its signal that a combination must keep when the rest of the model is projected out."""
+
+NAMED_SHARE = 0.35
+"""Of the largest part of an undetermined combination: a message names the parameters of at least
+this part. It chooses words only."""
 
 ROUNDING = 1e-3
 """Share of an error vector below which its part along the reading is rounding, not a signal."""
@@ -132,7 +139,7 @@ def _involved(equations: "Equations", combination: FloatArray) -> str:
         for effect in equations.model.effects
         for parameter in effect.parameters
     ]
-    strong = np.abs(combination) > 0.35 * np.abs(combination).max()
+    strong = np.abs(combination) > NAMED_SHARE * np.abs(combination).max()
     return ", ".join(name for name, is_strong in zip(names, strong, strict=True) if is_strong)
 
 
@@ -147,13 +154,16 @@ def _advice(equations: "Equations") -> str:
     return f"Directions with no pose within 25°: {list_directions(missing, most=18)}. Add those."
 
 
-def visible_basis(equations: "Equations", rows: "WhitenedRows") -> FloatArray:
+def visible_basis(
+    equations: "Equations", rows: "WhitenedRows", shapes: Mapping[str, float]
+) -> FloatArray:
     """Combinations of the parameters that the poses can see, in their units, (p, visible).
 
     Bias, scale and misalignment are kept whole: what they lack is refused. Of every added effect
     only the combinations are fitted that leave ``VISIBLE_SHARE`` or more of their signal after
     everything before them; the others stay at zero, and no sd is stated for them. Cross-coupling
-    on wedge poses is the common case: x·y·z is zero in all of them.
+    on wedge poses is the common case: x·y·z is zero in all of them. ``shapes`` are the shape
+    parameters of ``rows``, where they are not the first of their starts.
 
     Raises
     ------
@@ -173,12 +183,9 @@ def visible_basis(equations: "Equations", rows: "WhitenedRows") -> FloatArray:
         block[where] = np.eye(where.stop - where.start)
         if effect.acts_on != "reading":
             columns = np.where(_is_rounding(equations, rows, effect), 0.0, jacobian[:, where])
-            varying = columns
-            if effect.follows is not None and "bias" in slices:
-                # From its mean on: the rest is a bias, and would make what varies look small.
-                mean = equations.at_reading.column(effect.follows).mean()
-                varying = columns - mean * jacobian[:, slices["bias"]]
-            norm = np.maximum(np.sqrt((varying**2).sum(axis=0)), 1e-300)
+            norm = np.sqrt((_varying(equations, rows, shapes, effect, columns) ** 2).sum(axis=0))
+            columns = np.where(norm > 0, columns, 0.0)
+            norm = np.maximum(norm, NO_LENGTH)
             remainder = columns / norm - known @ (known.T @ (columns / norm))
             _, share, combinations = np.linalg.svd(remainder, full_matrices=False)
             lost = combinations[share <= VISIBLE_SHARE].T / norm[:, None]
@@ -201,12 +208,33 @@ def visible_basis(equations: "Equations", rows: "WhitenedRows") -> FloatArray:
     return blocks
 
 
+def _varying(
+    equations: "Equations", rows: "WhitenedRows", shapes: Mapping[str, float], effect: Effect,
+    columns: FloatArray,
+) -> FloatArray:
+    """Columns (d, k) of ``effect`` about their mean, in which the rest is a bias or a gain.
+
+    With that, what varies would look small.
+    """
+    varying = about_mean(effect, equations.model.names)
+    if varying is effect:
+        return columns
+    at = equations.conditions(rows.vector)
+    if effect.acts_on == "reference":
+        whitened = np.zeros_like(columns)
+        errors = varying.evaluate(at, shapes.get(effect.name))[equations.magnitude]
+        whitened[: len(errors)] = errors / equations.magnitude_sd[:, None]
+        return whitened
+    vectors = sensor_columns((varying,), at, shapes, rows.axes)
+    return equations.whitened(vectors, rows.vector) * columns.any(axis=0)
+
+
 def _is_rounding(equations: "Equations", rows: "WhitenedRows", effect: Effect) -> BoolArray:
     """Which parameters of ``effect`` (k,) only err across the readings: no length shows them."""
     if effect.acts_on == "reference" or effect.in_square:
         return np.zeros(len(effect.parameters), dtype=bool)
     columns = sensor_columns((effect,), equations.conditions(rows.vector), {}, rows.axes)
-    n = rows.vector / np.maximum(np.linalg.norm(rows.vector, axis=1, keepdims=True), 1e-300)
+    n = rows.vector / np.maximum(np.linalg.norm(rows.vector, axis=1, keepdims=True), NO_LENGTH)
     seen = np.einsum("ni,nik->nk", n, columns)
     seen[equations.null] = np.linalg.norm(columns[equations.null], axis=1)
     whole = np.sqrt((columns**2).sum(axis=(0, 1)))

@@ -29,7 +29,6 @@ MISFIT_P_VALUE = 0.005
 """The one level at which "the stated noise explains the rows" is given up: both triads of a session
 together raise a false alarm in one session of a hundred."""
 
-AT_BOUND = 1e-3  #: relative distance within which a shape parameter is at its bound
 
 UNDETERMINED_SHARE = 0.02
 """A parameter is seen by itself when no more of it than this lies outside what was fitted."""
@@ -253,13 +252,11 @@ def _covariance(
 
 def shapes_at_bound(model: Model, shapes: Mapping[str, float]) -> set[str]:
     """Effects of ``model`` whose shape parameter stands at the end of its range."""
-    at_bound = set()
-    for effect in model.effects:
-        if effect.shape is not None and effect.name in shapes:
-            low, high = effect.shape.bounds
-            if not low * (1 + AT_BOUND) < shapes[effect.name] < high * (1 - AT_BOUND):
-                at_bound.add(effect.name)
-    return at_bound
+    return {
+        effect.name for effect in model.effects
+        if effect.shape is not None and effect.name in shapes
+        and effect.shape.is_at_bound(shapes[effect.name])
+    }
 
 
 def _pull_of_outliers(rows: WhitenedRows, weight: FloatArray, cov: FloatArray) -> FloatArray:

@@ -31,7 +31,8 @@ from calib.fit.rows.sensitive_axes import (
 )
 from calib.fit.rows.vector_derivatives import matrix_slopes, vector_derivatives
 from calib.fit.rows.whitened_rows import WhitenedRows
-from calib.fit.rows.whitening import NO_LENGTH, Whitening
+from calib.fit.rows.whitening import Whitening
+from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet

@@ -16,6 +16,7 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.errors import FitFailed, Remedy
+from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 
@@ -24,6 +25,8 @@ FIXED_POINT_STEPS = 12
 
 NEWTON_STEPS = 30  #: numerical limit
 FIXED_POINT_TOLERANCE = 1e-14  #: relative; rounding
+SOLVED = 1e-9  #: relative; vectors that still move by less are solved as far as any sd asks for
+RUNAWAY = 1e3  #: relative; numerical: a step so long never comes back
 NO_GAIN = 1e-9  #: of the data sheet's gain; numerical: an axis that gives nothing
 SLOPE_STEP = 1e-4
 """Relative step of the central difference dC/ds; exact for effects of second order in s."""
@@ -120,7 +123,7 @@ def solve_sensor(
         The effects are so large that there is no such vector.
     """
     s = linear
-    largest = float(np.abs(linear).max()) + 1e-300
+    largest = float(np.abs(linear).max()) + NO_LENGTH
     for step in range(FIXED_POINT_STEPS + NEWTON_STEPS):
         at = conditions(s)
         change = linear - sensor_columns(effects, at, shapes, axes) @ theta - s
@@ -133,11 +136,11 @@ def solve_sensor(
             change = np.asarray(np.linalg.solve(slope, change[:, :, None])[:, :, 0], dtype=float)
         s = s + change
         moved = float(np.abs(change).max())
-        if not moved < 1e3 * largest:
+        if not moved < RUNAWAY * largest:
             break
         if moved <= FIXED_POINT_TOLERANCE * largest:
             return s
-    if moved <= 1e-9 * largest:
+    if moved <= SOLVED * largest:
         return s
     raise FitFailed(
         "the effects in the model are larger than the readings themselves, so that no true vector "

@@ -5,11 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.fit.rows.initial_estimate import Start, start_of
+from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
-
-NO_LENGTH = 1e-300
-"""A vector of no length has no direction; what a fit makes of it is refused at its end."""
 
 
 @dataclass(frozen=True, eq=False)

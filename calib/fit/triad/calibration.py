@@ -17,6 +17,7 @@ from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
 from calib.fit.parameters import TriadParameters, triad_parameters
 from calib.fit.triad.correction import Correction
 from calib.fit.triad.determined import LARGEST_SHARE, undetermined
+from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
@@ -145,7 +146,7 @@ def _require_determined(fit: Fit, spec: TriadSpec) -> None:
         return
     variance = np.diag(fit.cov)
     common = fit.common_shift**2  # (p, q)
-    share = (common / np.maximum(variance, 1e-300)[:, None]).max(axis=0, initial=0.0)
+    share = (common / np.maximum(variance, NO_LENGTH)[:, None]).max(axis=0, initial=0.0)
     names = fit.poses.reference.common_names
     cause = (
         f"Most of that comes from the stated sd of: {names[int(np.argmax(share))]}. State it as "

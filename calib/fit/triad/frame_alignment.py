@@ -27,6 +27,9 @@ ITERATIONS = 20  #: numerical limit; the example takes three
 LARGEST_PLACEMENT_M = 0.5  #: fact: beyond the rim of any plate
 PLACEMENT_STEPS = 60  #: numerical limit: a step about doubles a variance that is far too small
 PLACEMENT_TOLERANCE = 1e-12  #: of chi-square over its degrees of freedom; numerical
+EFFECTIVE_SAMPLES = 100.0
+"""Independent samples that a pose of some ten seconds is worth at least."""
+
 LEAST_SINGULAR = 1e-6
 """Relative singular value below which the lever is not seen and stays at zero."""
 
@@ -39,8 +42,8 @@ class FrameRotation:
     ----------
     angles_rad, sd_rad : array, shape (3,)
         Rotation vector and its sds: ``v_accelerometer = v_gyro + angles × v_gyro`` to first order.
-    lever_m, lever_sd_m : array, shape (3,)
-        The accelerometer from the axis of the plate, in the axes of the case, and its sds.
+    lever_m : array, shape (3,)
+        The accelerometer from the axis of the plate, in the axes of the case.
     placement_m : float
         Scatter of where the case was put down, m.
     """
@@ -48,7 +51,6 @@ class FrameRotation:
     angles_rad: FloatArray
     sd_rad: FloatArray
     lever_m: FloatArray
-    lever_sd_m: FloatArray
     placement_m: float
 
 
@@ -153,7 +155,7 @@ def frame_rotation(fit: Fit, accelerometer: Fit | None = None) -> FrameRotation 
         by_force = _moved(accelerometer, force) / gravity[:, None, None]
         cov += _carried(inverse, row_sd, across, by_force, accelerometer)
     sd = np.sqrt(np.diag(cov))
-    return FrameRotation(rotation_vector(rotation), sd[:3], solution[3:], sd[3:], placement)
+    return FrameRotation(rotation_vector(rotation), sd[:3], solution[3:], placement)
 
 
 def _moved(fit: Fit, vector: FloatArray) -> FloatArray:
@@ -176,7 +178,3 @@ def _force_sd(fit: Fit, used: BoolArray) -> FloatArray:
     """Sd of the specific force of a pose mean, by its vibration over a correlated second, (m,)."""
     scatter = fit.poses.vibration[used].mean(axis=1)
     return np.asarray(np.sqrt(scatter / EFFECTIVE_SAMPLES))
-
-
-EFFECTIVE_SAMPLES = 100.0
-"""Independent samples that a pose of some ten seconds is worth at least."""

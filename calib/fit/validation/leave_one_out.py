@@ -10,6 +10,7 @@ from calib.fit.column_scaling import inverse_square, orthonormal_columns
 from calib.fit.least_squares.gauss_newton import minimise, step_from
 from calib.fit.least_squares.result import Fit
 from calib.fit.rows.problem import Estimate, Problem
+from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray, IntArray
 
 LINEAR_SD = 0.01
@@ -215,7 +216,7 @@ def refitted_residual(fit: Fit) -> FloatArray:
         try:
             out[rows] = _refit_without(fit, problem, rows, move)
         except CalibrationError:
-            out[rows] = closed[rows] / np.maximum(root[rows], 1e-300)
+            out[rows] = closed[rows] / np.maximum(root[rows], NO_LENGTH)
     return out
 
 

@@ -6,8 +6,10 @@ from typing import Any
 
 import click
 
-LONGEST_NAME = 255  #: bytes of a file's name, in every file system in common use
+from pipeline.files import LONGEST_NAME
+
 SHOWN = 60  #: characters of a wrong argument that a message repeats
+LONGEST_S = 86_400.0  #: a day; a longer duration is a slip of the keyboard
 
 
 class PathArgument(click.Path):

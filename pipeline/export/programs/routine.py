@@ -13,7 +13,6 @@ import numpy as np
 
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import SI_UNIT, FloatArray
-from pipeline.export.apply import of_the_sensor
 from pipeline.export.parts import EXAMPLE_DIRECTION, EXAMPLE_SIZE
 from pipeline.export.programs.formulas import ErrorFormula, formula_of
 from pipeline.results.read import Stored, StoredTriad
@@ -135,7 +134,7 @@ def _example(
     at = Conditions.of_vectors(
         each.correction.spec.nominal(counts)[None], columns, force=force[None],
         time_s=columns.get("time_s", np.zeros(1)))
-    si = of_the_sensor(each, held).correct(at)[0]
+    si = each.of_the_sensor(held).correct(at)[0]
     listed = [f"force ({_row(force)})"] if needs_force else []
     listed += [f"{one.identifier} {values[one.column]:g}" for one in inputs]
     conditions = f" at {', '.join(listed)}" if listed else ""

@@ -12,8 +12,8 @@ from pipeline.errors import UnreadableInput
 from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.memory import largest_text, too_large
 from pipeline.logs.source import require_file
+from pipeline.text.names import DISTRIBUTION
 
-DISTRIBUTION = "turntable-imu-calibration"
 BAG_FOLDER_MARK = "metadata.yaml"  #: makes a folder a ROS 2 bag
 HEAD_BYTES = 16  #: the longest mark below has 15; the blanks before a brace take the rest
 JSON_BEGINS = re.compile(rb"\s*(\[\s*)?\{")

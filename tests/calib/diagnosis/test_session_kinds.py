@@ -82,7 +82,7 @@ def test_a_plate_that_may_drift_is_asked_for_a_clip_with_each_pose() -> None:
     poses = noisy(rich_poses("gyroscope"), 2)
     shared = replace(poses, reference=replace(
         poses.reference, common=1e-5 * poses.reference.magnitude[:, None],
-        common_names=("rate slow",)))
+        common_names=("rate slow",), of_setting=frozenset({"rate slow"})))
     fitted = fit(shared, BASE_MODEL)
     drift = np.full(3, 0.05)
     rivals = [Rival(find_effect("reference_drift"), drift[:1]),
@@ -94,7 +94,9 @@ def test_a_plate_that_may_drift_is_asked_for_a_clip_with_each_pose() -> None:
     film = film_each_pose(fitted, 20.0)
     assert film is not None
     assert film.block == "clips"
-    own = replace(poses.reference, common=np.zeros((len(poses), 0)), common_names=())
+    # Poses with rates of their own may still share the Earth's, where no latitude is given.
+    own = replace(poses.reference, common=np.full((len(poses), 1), 4e-5),
+                  common_names=("Earth rate, latitude not given",), of_setting=frozenset())
     filmed = fit(replace(poses, reference=own), BASE_MODEL)
     assert film_each_pose(filmed, 20.0) is None
     assert "clips" not in {block.code for block in menu(filmed)}

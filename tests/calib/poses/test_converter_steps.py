@@ -9,7 +9,8 @@ from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.triad.calibration import calibrate_triad
-from calib.poses.averaging import average_pose, least_steps, value_steps
+from calib.poses.averaging import average_pose
+from calib.poses.converter_steps import least_steps, value_steps
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 from calib.poses.mean_noise import pose_mean_sd, step_variance

@@ -43,8 +43,8 @@ def test_its_angles_are_in_the_json(slowing: Path, capsys: pytest.CaptureFixture
     found = json.loads(capsys.readouterr().out)["slowing"]
     assert "does not turn steadily" in found["refused"]
     assert "rate_rad_s" not in found
-    time_s = np.array(found["pictures"]["time_s"])
-    angle = np.array(found["pictures"]["angle_rad"])
+    time_s = np.array(found["angles"]["time_s"])
+    angle = np.array(found["angles"]["angle_rad"])
     expected = RATE * time_s + SLOWING * time_s**2 / 2
     assert np.abs(angle - angle[0]) == pytest.approx(expected - expected[0], abs=0.003)
     assert found["revolutions"] == pytest.approx(np.ptp(expected) / (2 * np.pi), abs=0.02)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from calib.effects.catalogue import find_effect
-from pipeline.export.apply import of_the_sensor
 from pipeline.export.parts import triad_named
 from pipeline.export.remaining import remaining_error, session_conditions
 from pipeline.export.write import EXPORTERS
@@ -38,7 +37,7 @@ def test_the_size_is_that_of_the_correction_without_the_effects(
     nominal = type(at).of_vectors(
         np.linalg.solve(matrix, (at.vector - offset).T).T, at.columns, time_s=at.time_s,
         force=at.force)
-    error = of_the_sensor(each).correct(nominal) - of_the_sensor(each, ()).correct(nominal)
+    error = each.of_the_sensor().correct(nominal) - each.of_the_sensor(()).correct(nominal)
     assert size == pytest.approx(np.linalg.norm(error, axis=1).max(), rel=0.02)
 
 

@@ -41,7 +41,7 @@ def planned(triad: Triad, up: np.ndarray = WEDGE, sd: float = 1e-3, **changes: f
     run = PlannedRun(
         "17rpm" if turning else "stopped", up, SLOW if turning else GRAVITY,
         SLOW if turning else 0.0, np.full(3, sd), 0.0,
-        (CommonError("rate 17rpm", 50e-6 * SLOW),) if turning else (), GRAVITY,
+        (CommonError("rate 17rpm", 50e-6 * SLOW, of_setting=True),) if turning else (), GRAVITY,
         30.0 * np.arange(len(up)))
     return replace(run, **changes)
 

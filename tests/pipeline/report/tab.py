@@ -84,6 +84,15 @@ class Tab:
         self.send("Page.navigate", url=f"{page.as_uri()}{fragment}")
         while self.evaluate("document.readyState") != "complete":
             pass
+        self.painted()
+
+    def painted(self) -> None:
+        """Wait until the page is on the screen as it is: a finger touches what was painted last.
+
+        On a busy machine a page may be loaded, or scrolled, long before it is painted so.
+        """
+        self.evaluate("new Promise((done) => "
+                      "requestAnimationFrame(() => requestAnimationFrame(() => done(true))))")
 
     def key(self, key: str) -> None:
         """Press and release a key, where the focus is."""
@@ -102,6 +111,7 @@ class Tab:
             "e.scrollIntoView({block: 'center', behavior: 'instant'});"
             "const b = e.getBoundingClientRect();"
             "return [b.x + b.width / 2, b.y + b.height / 2];")
+        self.painted()
         return x, y
 
     def click(self, selector: str) -> None:

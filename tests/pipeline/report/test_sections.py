@@ -3,6 +3,7 @@
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pipeline.config.load import load_config
@@ -17,7 +18,7 @@ from pipeline.stages.rate import measure_setting
 from pipeline.stages.run import Outcome, run_stages
 from tests.pipeline.conftest import RunSession
 from tests.pipeline.report.html_page import Page
-from tests.vision.phase_tracks import phase_track, steady
+from tests.vision.phase_tracks import RPM, phase_track, steady
 from vision.rate.timebase import Timebase
 
 MORE = """
@@ -149,6 +150,22 @@ def test_one_clip_per_pose_shows_every_rate_and_the_least_steady_clip() -> None:
     assert "the largest residual of 3 clips" in view.frame_caption
     assert view.frame.startswith("data:image/png;base64,")
     assert dict(view.facts)["turns"]
+
+
+def test_wow_flutter_and_drift_of_the_plate_stand_among_the_numbers() -> None:
+    time, angle = steady()
+    rate = 33.3 * RPM
+    wave = 2e-3 * np.sin(angle) + 3e-3 * rate / (2 * np.pi * 3.1) * np.sin(2 * np.pi * 3.1 * time)
+    speeding = 0.5 * 1e-4 / 60 * rate * time**2  # by 100 ppm per minute
+    uneven = phase_track(time, angle + wave + speeding, noise_rad=1e-4, seed=1)
+    facts = dict(rate_view(measure_setting("slow", [uneven], Timebase())).facts)
+    assert facts["wow, at most"].startswith("0.2 % once per revolution")
+    assert facts["flutter"] in {f"0.3{digit} % at 3.1 Hz" for digit in ("", 1)}
+    value, sd = (float(each) for each in facts["drift of the rate"].split()[:3:2])
+    assert abs(value - 100) < 4 * sd
+    even = phase_track(time, angle, noise_rad=1e-4, seed=1)
+    facts = dict(rate_view(measure_setting("slow", [even], Timebase())).facts)
+    assert facts["flutter"] == "no wave stands out from the noise"
 
 
 def test_long_clips_are_thinned_and_say_so() -> None:

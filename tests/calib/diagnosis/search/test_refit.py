@@ -1,5 +1,7 @@
 """The joint refits: they end at the minimum, and the evidence asked for there is the same."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
@@ -32,7 +34,9 @@ def test_the_time_constant_is_where_the_profile_of_chi_square_is_lowest(
     warm_up = find_effect("warm_up")
 
     def profile(log_tau: float) -> float:
-        return fit(poses, Model.of(BASE) + warm_up.at_shape(float(np.exp(log_tau)))).chi2
+        tau = float(np.exp(log_tau))
+        held = replace(warm_up, columns=lambda at: warm_up.evaluate(at, tau), shape=None)
+        return fit(poses, Model.of(BASE) + held).chi2
 
     near = np.log(found.shapes["warm_up"])
     searched = minimize_scalar(profile, bounds=(near - 0.5, near + 0.5), method="bounded",
@@ -44,7 +48,9 @@ def test_the_time_constant_is_where_the_profile_of_chi_square_is_lowest(
 def test_a_time_constant_begun_near_it_ends_at_the_same() -> None:
     poses, warm_up = session("warm_up", 5.0, "rich"), find_effect("warm_up")
     whole = fit(poses, Model.of(BASE) + warm_up)
-    near = fit(poses, Model.of(BASE) + warm_up.from_shape(300.0))
+    assert warm_up.shape is not None
+    near_it = replace(warm_up, shape=replace(warm_up.shape, starts=(300.0,)))
+    near = fit(poses, Model.of(BASE) + near_it)
     assert near.shapes["warm_up"] == pytest.approx(whole.shapes["warm_up"], rel=1e-5)
 
 

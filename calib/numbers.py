@@ -1,0 +1,11 @@
+"""Numbers that are facts: of units, of the normal distribution, of floating point."""
+
+import math
+
+RPM = 2 * math.pi / 60  #: rad/s
+
+MEDIAN_OF_NORMAL = 0.6745
+"""Median of the absolute value of a standard normal number: a median over it is an sd."""
+
+NO_LENGTH = 1e-300
+"""What is divided by in place of zero: below any square of a length, and no division overflows."""

@@ -1,0 +1,78 @@
+"""``pipeline compare A B [C...]``."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from pipeline.commands import examples, paragraph
+from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.output import echo_json, json_option
+from pipeline.results.names import RESULTS_NAME
+
+if TYPE_CHECKING:
+    from pipeline.results.read import Stored
+
+CONFIGURATION = (".yaml", ".yml")
+
+
+@click.command(epilog=examples(
+    "pipeline compare monday.yaml tuesday.yaml",
+    "pipeline compare base.run cubic.run --json | jq '.gyroscope.error_on_poses'",
+))
+@click.argument("sessions", nargs=-1, required=True, metavar="A B [C...]", type=PathArgument())
+@click.option("--allow-python", is_flag=True,
+              help="Run the Python files of user-defined effects.")
+@json_option("the comparison")
+def command(sessions: tuple[Path, ...], allow_python: bool, as_json: bool) -> None:
+    """Compare calibrations of one sensor: sessions, or runs of one session with different models.
+
+    A, B and more are configurations that were run, results.json or their folders. The command
+    prints the parameters side by side, each with its distance from A in sds, and what every
+    calibration errs by on the poses of each session.
+    """
+    from pipeline.console.comparison_text import comparison_lines, conclusions
+    from pipeline.results.comparison import compare, comparison_json
+
+    if len(sessions) < 2:
+        raise click.UsageError(f"only {sessions[0]} was named; name two sessions or more.")
+    results = [_results_of(path, allow_python) for path in sessions]
+    compared = compare(results)
+    if as_json:
+        echo_json(comparison_json(results, compared))
+        return
+    if not compared:
+        raise click.UsageError("no triad was calibrated in two of these sessions.")
+    names = _names(sessions)
+    for each in compared:
+        for line in comparison_lines(each, names):
+            click.echo(line)
+        click.echo()
+    for each in compared:
+        for line in conclusions(each, names):
+            click.echo(paragraph(line))
+
+
+def _results_of(path: Path, allow_python: bool) -> "Stored":
+    """The results in ``path``, or those of the configuration that it is."""
+    from pipeline.config.load import load_config
+    from pipeline.results.read import load_results
+
+    folder = load_config(path).output_folder if path.suffix in CONFIGURATION else path
+    if not folder.exists():
+        raise click.UsageError(f"{path} was not run yet: there is no {folder}. Type: pipeline run "
+                               f"{path}" if folder != path else f"there is no {path}.")
+    return load_results(folder, allow_python)
+
+
+def _names(sessions: Sequence[Path]) -> list[str]:
+    """What tells the sessions apart: their paths without the parts that all begin or end with."""
+    folders = [path.parent if path.name == RESULTS_NAME else path for path in sessions]
+    parts = [list(folder.absolute().with_suffix("").parts) for folder in folders]
+    for end in (0, -1):
+        while all(len(each) > 1 for each in parts) and len({each[end] for each in parts}) == 1:
+            for each in parts:
+                del each[end]
+    names = ["/".join(each) for each in parts]
+    return names if len(set(names)) == len(names) else [str(path) for path in sessions]

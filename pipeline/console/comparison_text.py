@@ -1,0 +1,87 @@
+"""Several calibrations of one sensor as one table, and a sentence on what differs."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+from calib.effects.units import display_unit
+from pipeline.results.comparison import ComparedParameter, ComparedTriad
+from pipeline.text.formatting import DISPLAY, with_sd
+from pipeline.text.model_name import short_model
+from pipeline.text.tables import table_lines
+
+NONE = "-"
+APART = "apart [sd]"
+WHOLE = 100.0  #: sds; from here on shown without decimals: layout
+
+
+def comparison_lines(compared: ComparedTriad, names: Sequence[str]) -> list[str]:
+    """The table of one triad, a column for each of ``names``."""
+    unit, factor = DISPLAY[compared.triad]
+    rows = [[compared.triad, names[0], *(text for name in names[1:] for text in (name, APART))]]
+    of_section: Mapping[str, Callable[[Mapping[str, Any]], str]] = {
+        "model": lambda s: short_model(s["model"]),
+        "verdict": lambda s: str(s["diagnosis"]["verdict"]),
+        f"RMS [{unit}]": lambda s: _scaled(s["residual_rms"], factor),
+        f"leave-one-out [{unit}]": lambda s: _scaled(s["loo_rms"], factor),
+        "chi²/dof": lambda s: f"{s['chi2'] / s['dof']:.2f}" if s["dof"] else NONE,
+    }
+    for title, cell in of_section.items():
+        rows.append(_row(title, [NONE if s is None else cell(s) for s in compared.sections]))
+    for name, errors in zip(names, compared.error_on_poses, strict=True):
+        if any(error is not None for error in errors):
+            rows.append(_row(f"error on the poses of {name} [{unit}]",
+                             [_scaled(error, factor) for error in errors]))
+    rows += [_parameter_row(each) for each in compared.parameters]
+    return table_lines(rows, indent="")
+
+
+def conclusions(compared: ComparedTriad, names: Sequence[str]) -> Iterator[str]:
+    """A sentence for each calibration on how it differs from the first."""
+    for k in range(1, len(names)):
+        if compared.sections[0] is not None and compared.sections[k] is not None:
+            yield f"{compared.triad}: {_conclusion(compared, names, k)}"
+
+
+def _row(title: str, cells: Sequence[str], apart: Sequence[float | None] = ()) -> list[str]:
+    """A row of the table: behind each cell but the first how far it is from the first."""
+    row = [f"  {title}", cells[0]]
+    for cell, sds in zip(cells[1:], apart[1:] or [None] * len(cells[1:]), strict=True):
+        row += [cell, "" if sds is None else _sds(sds, "+")]
+    return row
+
+
+def _sds(value: float, sign: str = "") -> str:
+    """A number of sds, to one decimal or three digits."""
+    return f"{value:{sign}.1f}" if abs(value) < WHOLE else f"{value:{sign}.0f}"
+
+
+def _scaled(value: float | None, factor: float) -> str:
+    return NONE if value is None else f"{value * factor:.3g}"
+
+
+def _parameter_row(each: ComparedParameter) -> list[str]:
+    known = [value for value in each.values if value is not None]
+    unit, factor = display_unit(each.unit, known) if each.is_effect else (each.unit, 1.0)
+    cells = [NONE if value is None else with_sd(value * factor, None if sd is None else sd * factor)
+             for value, sd in zip(each.values, each.sds, strict=True)]
+    return _row(f"{each.name} [{unit}]", cells, each.apart_sd)
+
+
+def _conclusion(compared: ComparedTriad, names: Sequence[str], k: int) -> str:
+    first, other = names[0], names[k]
+    if compared.same_poses[k]:
+        return (f"{first} and {other} are of the same poses. What differs is due to the "
+                f"model or the reference, and the sds do not apply to it.")
+    if not compared.same_sheet[k]:
+        return (f"{first} and {other} have other data sheets (range, bits or encoding), so counts "
+                f"of one are no counts of the other: only the misalignments are compared.")
+    far = compared.farthest(k)
+    if far is None:
+        return f"{first} and {other} have no fitted parameter in common."
+    apart, limit = abs(far.apart_sd[k] or 0.0), compared.chance_limit_sd(k)
+    if apart <= limit:
+        return (f"{first} and {other} agree: no parameter differs by more than "
+                f"{apart:.1f} sds, and {limit:.1f} are expected by chance in 1 of 100 cases.")
+    return (f"{first} and {other} differ: {far.name} by {_sds(apart)} sds, more than the "
+            f"{limit:.1f} that chance explains. Either the sensor changed between the sessions, or "
+            f"a model lacks an effect; the errors on each other's poses show by how much.")

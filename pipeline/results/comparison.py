@@ -1,0 +1,253 @@
+"""Several stored calibrations of one sensor side by side: parameters, errors, each on all poses.
+
+    error of A on the poses of B = rms of |A(reading of B)| - reference of B
+
+What a calibration errs by on the poses of another session is what it will err by in use; its own
+residual is smaller, because it was fitted to it.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.special import ndtri
+
+from calib.effects.catalogue import UnknownEffect, find_effect
+from calib.errors import CalibrationError
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray
+from pipeline.results.names import PARAMETERS
+from pipeline.results.read import Stored, StoredTriad
+
+CHANCE = 0.01
+"""A choice: probability that a change is stated of a sensor that has not changed."""
+
+#: Shown name and unit of the keys of the nine parameters.
+TITLES = {
+    "misalignment_rad": ("misalignment", "rad"),
+    "bias_counts": ("bias", "counts"),
+    "scale_counts_per_unit": ("scale", "counts/({u})"),
+}
+
+
+@dataclass(frozen=True)
+class ComparedParameter:
+    """One parameter of all calibrations; None where one does not have it.
+
+    ``apart_sd`` is its distance from the first calibration in sds of the difference, None where
+    one of the two was not fitted; ``is_effect`` whether it is none of the nine parameters.
+    """
+
+    name: str
+    unit: str
+    is_effect: bool
+    values: tuple[float | None, ...]
+    sds: tuple[float | None, ...]
+    apart_sd: tuple[float | None, ...]
+
+
+@dataclass(frozen=True)
+class ComparedTriad:
+    """One triad of all calibrations, in the order of the results; None where one has no such.
+
+    Attributes
+    ----------
+    triad : str
+    sections : tuple of mapping or None
+        Its section of each results.json.
+    parameters : tuple of ComparedParameter
+    error_on_poses : tuple of tuple of float or None
+        ``error_on_poses[b][a]`` is what calibration a errs by on the poses of b, rms, SI; None
+        where one of its effects needs what the results of b do not hold.
+    same_poses, same_sheet : tuple of bool
+        Which results are of the same poses as the first, and which have its data sheet: only then
+        are counts of the one counts of the other.
+    """
+
+    triad: str
+    sections: tuple[Mapping[str, Any] | None, ...]
+    parameters: tuple[ComparedParameter, ...]
+    error_on_poses: tuple[tuple[float | None, ...], ...]
+    same_poses: tuple[bool, ...]
+    same_sheet: tuple[bool, ...]
+
+    def farthest(self, k: int) -> ComparedParameter | None:
+        """The parameter of calibration k that is the most sds from that of the first."""
+        known = [each for each in self.parameters if each.apart_sd[k] is not None]
+        return max(known, key=lambda each: abs(each.apart_sd[k] or 0.0), default=None)
+
+    def chance_limit_sd(self, k: int) -> float:
+        """Sds that the farthest of so many parameters exceeds by chance alone in one of a hundred
+        cases (Šidák, *Rectangular Confidence Regions for the Means of Multivariate Normal
+        Distributions*, 1967).
+        """
+        count = sum(each.apart_sd[k] is not None for each in self.parameters)
+        return float(-ndtri((1 - (1 - CHANCE) ** (1 / max(count, 1))) / 2))
+
+
+def compare(results: Sequence[Stored]) -> tuple[ComparedTriad, ...]:
+    """Every triad that two of the ``results`` have.
+
+    Parameters
+    ----------
+    results : sequence of Stored
+        Two or more results.json of one sensor.
+    """
+    compared = []
+    for triad in TRIADS:
+        each = [next((t for t in stored.triads if t.triad == triad), None) for stored in results]
+        if sum(one is not None for one in each) >= 2:
+            sections = tuple(stored.contents[triad] for stored in results)
+            compared.append(ComparedTriad(
+                triad, sections, tuple(_parameters(triad, each)),
+                tuple(_errors_on(section, one, each)
+                      for section, one in zip(sections, each, strict=True)),
+                tuple(_same_poses(sections[0], section) for section in sections),
+                tuple(_same_sheet(each[0], one) for one in each),
+            ))
+    return tuple(compared)
+
+
+def _parameters(triad: str, each: Sequence[StoredTriad | None]) -> Iterator[ComparedParameter]:
+    sheets = [_same_sheet(each[0], one) for one in each]
+    for key in PARAMETERS:
+        title, unit = TITLES[key]
+        sd_name = key.split("_")[0] + "_sd"
+        comparable = [key == "misalignment_rad" or sheet for sheet in sheets]
+        for axis, name in enumerate(AXES):
+            yield _compared(f"{title} {name}", unit.replace("{u}", SI_UNIT[triad]), False, [
+                None if one is None else (getattr(one, key)[axis], getattr(one, sd_name)[axis])
+                for one in each
+            ], comparable)
+    names = dict.fromkeys(name for one in each if one is not None for name in one.effects)
+    for name in names:
+        entries = [None if one is None else one.effects.get(name) for one in each]
+        parts = max((entry for entry in entries if entry is not None),
+                    key=lambda entry: len(entry["values"]))
+        for i, (part, unit) in enumerate(_parts(name, triad, parts)):
+            yield _compared(f"{name} {part}".strip(), unit, True, [
+                None if entry is None else (entry["values"][i], entry["sd"][i])
+                for entry in entries
+            ])
+
+
+def _parts(name: str, triad: str, entry: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What the parameters of an effect are called, and their units; the last may be its shape."""
+    count, unit = len(entry["values"]), str(entry["unit"])
+    try:
+        effect = find_effect(name)
+    except UnknownEffect:  # a user's
+        return [(str(i + 1) if count > 1 else "", unit) for i in range(count)]
+    parts = [(part, unit) for part in effect.parameters]
+    if effect.shape is not None:
+        parts.append((effect.shape.name, effect.shape.unit))
+    return parts[:count]
+
+
+def _compared(
+    name: str, unit: str, is_effect: bool,
+    entries: Sequence[tuple[float | None, float | None] | None],
+    comparable: Sequence[bool] | None = None,
+) -> ComparedParameter:
+    values = [_number(None if entry is None else entry[0]) for entry in entries]
+    sds = [_number(None if entry is None else entry[1]) for entry in entries]
+    apart = [_apart(values[0], sds[0], value, sd) if comparable is None or comparable[k] else None
+             for k, (value, sd) in enumerate(zip(values, sds, strict=True))]
+    return ComparedParameter(name, unit, is_effect, tuple(values), tuple(sds), tuple(apart))
+
+
+def _apart(
+    first: float | None, first_sd: float | None, value: float | None, sd: float | None
+) -> float | None:
+    if first is None or first_sd is None or value is None or sd is None:
+        return None
+    together = math.hypot(first_sd, sd)
+    return None if together == 0 else (value - first) / together
+
+
+def _number(value: float | None) -> float | None:
+    return None if value is None or not math.isfinite(value) else float(value)
+
+
+def comparison_json(
+    results: Sequence[Stored], compared: Sequence[ComparedTriad]
+) -> dict[str, Any]:
+    """The comparison for programs, SI; lists are in the order of ``results``."""
+    return {
+        "results": [str(stored.path) for stored in results],
+        "titles": [stored.contents["title"] for stored in results],
+    } | {
+        each.triad: {
+            "model": [None if s is None else s["model"] for s in each.sections],
+            "verdict": [None if s is None else s["diagnosis"]["verdict"] for s in each.sections],
+        } | {
+            key: [None if s is None else s[key] for s in each.sections]
+            for key in ("residual_rms", "loo_rms", "chi2", "dof")
+        } | {
+            "same_poses": each.same_poses,
+            "error_on_poses": each.error_on_poses,
+            "parameters": [
+                {"name": p.name, "unit": p.unit, "values": p.values, "sd": p.sds,
+                 "apart_sd": p.apart_sd}
+                for p in each.parameters
+            ],
+        }
+        for each in compared
+    }
+
+
+# --- each calibration on the poses of all --------------------------------------------------------
+
+
+def _errors_on(
+    section: Mapping[str, Any] | None, recorded_by: StoredTriad | None,
+    each: Sequence[StoredTriad | None],
+) -> tuple[float | None, ...]:
+    """Rms error of every calibration on the poses of one section, SI."""
+    if section is None or recorded_by is None:
+        return (None,) * len(each)
+    return tuple(
+        _error_on(section["poses"], one)
+        if one is not None and _same_sheet(recorded_by, one) else None
+        for one in each
+    )
+
+
+def _error_on(poses: Sequence[Mapping[str, Any]], one: StoredTriad) -> float | None:
+    """Rms error of ``one`` on poses with the readings of a triad with its data sheet."""
+    used = [pose for pose in poses if pose["reading"] is not None and pose["reference"] != 0]
+    if not used:
+        return None
+    reading = np.array([pose["reading"] for pose in used], float)
+    columns = {name: _column(used, name) for name in used[0]["columns"]}
+    correction = one.of_the_sensor()
+    at = Conditions.of_vectors(reading, columns)
+    try:
+        corrected = correction.correct(at)
+    except CalibrationError:
+        return None
+    if not np.isfinite(corrected).all():  # an effect needs what these results do not hold
+        return None
+    reference = np.abs([pose["reference"] for pose in used])
+    error = np.linalg.norm(corrected, axis=1) - reference
+    return float(np.sqrt(np.mean(error**2)))
+
+
+def _column(poses: Sequence[Mapping[str, Any]], name: str) -> FloatArray:
+    values = [pose["columns"].get(name) for pose in poses]
+    return np.array([math.nan if value is None else value for value in values], float)
+
+
+def _same_sheet(one: StoredTriad | None, other: StoredTriad | None) -> bool:
+    """Whether a count of the one is a count of the other."""
+    return one is not None and other is not None and one.correction.spec == other.correction.spec
+
+
+def _same_poses(one: Mapping[str, Any] | None, other: Mapping[str, Any] | None) -> bool:
+    """Whether two sections are of the same readings."""
+    if one is None or other is None:
+        return False
+    a, b = ([pose["reading"] for pose in section["poses"]] for section in (one, other))
+    return bool(a == b)
