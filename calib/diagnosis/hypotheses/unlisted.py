@@ -17,7 +17,7 @@ from calib.diagnosis.hypotheses.listed import Course, Hypothesis
 from calib.effects.effect import Effect, Page, per_axis
 from calib.fit.least_squares.result import Fit
 from calib.poses.conditions import Conditions
-from calib.poses.imu_log import AXES, TRIADS, BoolArray, FloatArray
+from calib.poses.imu_log import AXES, TEMPERATURE, TRIADS, BoolArray, FloatArray
 from calib.poses.pose_checks import LARGEST_RATE_CHANGE
 from calib.poses.pose_set import PoseSet
 
@@ -31,7 +31,6 @@ STEPS_TRIED = 32  #: times of a step that are tried; a limit of time
 STEP_MARGIN = 2
 """Poses that a step leaves on either side at least; fewer are bad poses."""
 
-TEMPERATURE = "temperature_c"
 #: s, half a decade apart: how far the temperature within may lag that of the log; not tuned
 LAGS_S = (100.0, 300.0, 1000.0, 3000.0)
 WANDER_MODES = 10
