@@ -10,8 +10,9 @@ from calib.fit.least_squares.angrisano import fit_paper
 from calib.fit.least_squares.solver import Fit, fit
 from calib.fit.model import Model
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
-from calib.poses.averaging import PoseMean, average_pose
+from calib.poses.averaging import PoseMean
 from calib.poses.data_sheet import Encoding, TriadSpec
+from calib.poses.drift_within import average_poses
 from calib.poses.imu_log import ImuLog
 from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.reference import PlateRate
@@ -28,20 +29,17 @@ def spec_of(triad: Triad, full_scale: float) -> TriadSpec:
 
 def averaged(run: RunLog, specs: tuple[TriadSpec, TriadSpec], rate: float) -> list[PoseMean]:
     """Pose means of one run."""
-    return [
-        average_pose(
-            ImuLog(
-                pose.label,
-                pose.time_s,
-                pose.accelerometer.astype(float),
-                pose.gyroscope.astype(float),
-                pose.columns,
-            ),
-            *specs,
-            rate,
+    logs = [
+        ImuLog(
+            pose.label,
+            pose.time_s,
+            pose.accelerometer.astype(float),
+            pose.gyroscope.astype(float),
+            pose.columns,
         )
         for pose in run.poses
     ]
+    return average_poses(logs, *specs, [rate] * len(logs))
 
 
 def plate_rate(name: str, stated: StatedRate) -> PlateRate:

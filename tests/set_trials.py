@@ -181,6 +181,8 @@ def scored(seed: int, found: Finding, hidden: Sequence[str]) -> SetOutcome:
     visible = [n for n in hidden if n in listed]
     right = {n: {n} | COMMON_PARTS.get(n, set()) for n in visible}
     allowed = set().union(*right.values(), *(ALIKE.get(n, set()) for n in hidden), hidden)
+    if "temperature_squared" in hidden and "temperature_c" in said.straight:
+        allowed |= {"temperature_bias"}  # it says that a curve looks the same
     classes = {i.name: set(i.members) for i in inclusion}
     named = [classes.get(name, {name}) | ({*said.group} if name == said.name else set())
              for name in said.names]

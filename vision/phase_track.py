@@ -57,8 +57,11 @@ class PlateLayout:
         """How far below the spindle the mark stands at plate angles of shape (f,).
 
         In pixels of the reduced frame, shape (f,). Without a mark, that of a place on the plate
-        where one would be.
+        where one would be; 0 where the plate looks the same several times per turn, and no frame
+        shows which of the places is which.
         """
+        if self.symmetry > 1:
+            return np.zeros_like(angle_rad)
         azimuth = 0.0 if np.isnan(self.mark_azimuth_rad) else self.mark_azimuth_rad
         radius = USUAL_MARK_RADIUS if np.isnan(self.mark_radius) else self.mark_radius
         view = PlateView(self.view)

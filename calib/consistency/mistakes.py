@@ -22,7 +22,7 @@ from calib.fit.batch.fit_many import fit_many
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model, stack_columns
-from calib.fit.validation.leave_one_out import compare
+from calib.fit.validation.leave_one_out import left_out_residual
 from calib.numbers import RPM
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, BoolArray, FloatArray
@@ -200,8 +200,15 @@ def _of_blocks(poses: PoseSet) -> Iterator[Mistake]:
 
 
 def _of_worst_poses(poses: PoseSet, fitted: Fit) -> Iterator[Mistake]:
-    """Mistakes of the poses that are farthest from what the others say."""
-    off = [abs(pose.left_out / pose.sd) for pose in compare(fitted).poses]
+    """Mistakes of the poses that are farthest from what the others say.
+
+    To first order: a refit without each pose takes seconds under Huber's loss, and would only put
+    poses in order.
+    """
+    root, pose = np.sqrt(fitted.weight), fitted.equations.row_pose
+    jacobian = fitted.rows.jacobian @ fitted.directions * root[:, None]
+    left_out = left_out_residual(fitted.rows.residual * root, jacobian, pose) / root[: len(pose)]
+    off = np.bincount(pose, left_out**2) / np.bincount(pose)
     for k in np.argsort(off)[: -WORST_POSES - 1 : -1]:
         yield from _of_readings(poses, np.arange(len(poses)) == k, f"in {poses.label[k]}")
 

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from calib.diagnosis.hypotheses.signature import effect_columns
+from calib.diagnosis.hypotheses.signature import whole_columns
 from calib.effects.effect import EFFECTS, Effect
 from calib.fit.rows.problem import with_common
 from calib.fit.triad.calibration import TriadCalibration, parameter_sds
@@ -76,7 +76,7 @@ def absorbed(calibration: TriadCalibration, effect: Effect) -> FloatArray:
     fit = calibration.fit
     root = np.sqrt(fit.weight)[:, None]
     columns = np.zeros((len(fit.rows.residual), len(effect.parameters)))
-    seen = effect_columns(fit, effect)
+    seen = whole_columns(fit, effect)
     columns[: len(seen)] = seen
     basis = with_common(fit.basis, len(fit.eta))
     solution = np.linalg.lstsq(fit.rows.jacobian @ basis * root, columns * root, rcond=None)[0]

@@ -41,6 +41,8 @@ Need = Literal["force", "time", "previous", "vibration", "plate"]
 :class:`calib.poses.conditions.Conditions`: the specific force; the time since the session began;
 the pose before; the vibration within the pose; the plate's rate and the reference magnitude."""
 
+ConstantPart = Literal["bias", "scale"]
+
 Owner = Literal["sensor", "session", "bench"]
 """Whose an effect is. The sensor's goes wherever the sensor goes; the session's holds on the clock
 of one session; the bench's stays with the plate, its camera and where the sensor stood on it."""
@@ -115,8 +117,8 @@ class Effect:
         Columns of the log that it reads.
     belongs_to : str
         ``sensor``, ``session`` or ``bench``; see :data:`Owner`.
-    follows : str or None
-        Logged column that a bias follows from an origin of no meaning: 5 V, 1013 hPa.
+    constant_is : str or None
+        The effect of the base that it is where its conditions do not vary.
     orthogonal : bool
         Whether an effect on the sensor acts on the orthogonal axes instead of the sensitive ones.
     in_square : bool
@@ -145,7 +147,7 @@ class Effect:
     belongs_to: Owner = "sensor"
     orthogonal: bool = False
     in_square: bool = False
-    follows: str | None = None
+    constant_is: ConstantPart | None = None
     names_column: str | None = None
     follows_words: str = ""
     largest: float = math.inf
@@ -187,6 +189,7 @@ class Effect:
 OF_COLUMN = "column:"
 """Followed by the column: the name of a bias that follows it."""
 
+
 EFFECTS: dict[str, Effect] = {}
 """Every listed effect by name, in the order of the catalogue."""
 
@@ -203,6 +206,7 @@ def effect(
     belongs_to: Owner = "sensor",
     orthogonal: bool = False,
     in_square: bool = False,
+    constant_is: ConstantPart | None = None,
     names_column: str | None = None,
     follows_words: str = "",
     largest: float = math.inf,
@@ -231,6 +235,7 @@ def effect(
             belongs_to=belongs_to,
             orthogonal=orthogonal,
             in_square=in_square,
+            constant_is=constant_is,
             names_column=names_column,
             follows_words=follows_words,
             largest=largest,
@@ -267,7 +272,7 @@ def column_effect(name: str) -> Effect:
         parameters=AXES,
         unit=f"{{u}} per unit of {name}",
         logged=(name,),
-        follows=name,
+        constant_is="bias",
         names_column=name,
         columns=lambda at: per_axis(np.tile(at.column(name)[:, None], 3)),
         physics=f"Bias that moves in proportion to the logged column {name}.",

@@ -29,6 +29,7 @@ def _hours(at: Conditions) -> FloatArray:
     *AXES,
     unit="{u}/K",
     logged=(TEMPERATURE,),
+    constant_is="bias",
     names_column=TEMPERATURE,
     page=Page(
         formula="e_k = c_k · (T − 25 °C)",
@@ -50,6 +51,7 @@ def temperature_bias(at: Conditions) -> FloatArray:
     *AXES,
     unit="1/K",
     logged=(TEMPERATURE,),
+    constant_is="scale",
     page=Page(
         formula="e_k = c_k · (T − 25 °C) · s_k",
         typical={
@@ -70,6 +72,7 @@ def temperature_scale(at: Conditions) -> FloatArray:
     *AXES,
     unit="{u}/h",
     needs=("time",),
+    constant_is="bias",
     belongs_to="session",
     page=Page(
         formula="e_k = d_k · t",
@@ -91,6 +94,7 @@ def bias_drift(at: Conditions) -> FloatArray:
     *AXES,
     unit="1/h",
     needs=("time",),
+    constant_is="scale",
     belongs_to="session",
     page=Page(
         formula="e_k = d_k · t · s_k",
@@ -113,6 +117,7 @@ def scale_drift(at: Conditions) -> FloatArray:
     *AXES,
     unit="{u}",
     needs=("time",),
+    constant_is="bias",
     belongs_to="session",
     page=Page(
         formula="e_k = w_k · exp(−t/τ),  τ fitted",

@@ -64,6 +64,7 @@ def reference_scale(at: Conditions) -> FloatArray:
     acts_on="reference",
     unit="1/h",
     needs=("plate", "time"),
+    constant_is="scale",
     belongs_to="bench",
     triads=("gyroscope",),
     page=Page(

@@ -169,6 +169,7 @@ def average_pose(
     gyroscope: TriadSpec | None,
     rate_rad_s: float = 0.0,
     largest_shift: Mapping[str, float] = LARGEST_STILL_SHIFT,
+    drift: Mapping[Triad, FloatArray] | None = None,
 ) -> PoseMean:
     """Average one pose, still or turning.
 
@@ -182,6 +183,8 @@ def average_pose(
         Approximate rate of the plate, 0 for a still pose.
     largest_shift : mapping of triad to float
         By how much the halves of a still pose may differ, SI.
+    drift : mapping of triad to array, shape (t, 3), optional
+        What is known to drift in a pose at rest, about its mean, SI; it does not move the mean.
 
     Returns
     -------
@@ -215,12 +218,12 @@ def average_pose(
         step = value_steps(counts) * spec.nominal_scale
         known = np.where(np.isfinite(step), step, 0.0)
         if rate_rad_s == 0:
-            check_still(log.label, triad, values, known, largest_shift[triad])
-            rest = values
+            rest = values if drift is None else values - drift[triad]
+            check_still(log.label, triad, rest, known, largest_shift[triad])
             if triad == "accelerometer":
-                creep_rad_s = creep_rate(batch_means(values, BATCHES), duration_s)
+                creep_rad_s = creep_rate(batch_means(rest, BATCHES), duration_s)
             else:
-                sway = sway_square(values, duration_s)
+                sway = sway_square(rest, duration_s)
         else:
             rest = _without_harmonics(values, log.time_s[:n], abs(rate_rad_s))
             if triad == "gyroscope":

@@ -1,8 +1,10 @@
 """The envelope of a pose: what its samples look like, in a few numbers."""
 
+from functools import lru_cache
+
 import numpy as np
 
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import FloatArray, IntArray
 
 STRETCHES = 40
 """As many as a chart of a phone's width can show apart."""
@@ -25,6 +27,13 @@ def envelope(values: FloatArray) -> FloatArray:
     >>> envelope(np.arange(80.0)[:, None])[0].ravel()
     array([0., 1.])
     """
-    starts = np.linspace(0, len(values), min(len(values), STRETCHES), endpoint=False).astype(int)
+    starts = _starts(len(values))
     return np.stack([np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)],
                     axis=1)
+
+
+@lru_cache(maxsize=16)
+def _starts(samples: int) -> IntArray:
+    """Where the stretches of a pose begin; the poses of a session have few different lengths."""
+    count = min(samples, STRETCHES)
+    return np.linspace(0, samples, count, endpoint=False).astype(np.int64)

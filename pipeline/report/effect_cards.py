@@ -133,7 +133,7 @@ def _card(
     listed = effect.name in EFFECTS
     return EffectCard(
         name=effect.name,
-        drawing=named or ("column" if effect.follows else "user_defined"),
+        drawing=named or ("column" if effect.names_column else "user_defined"),
         physics=effect.physics,
         formula=formula_html(effect.page.formula) if listed else escape(effect.page.formula),
         standing=standing,

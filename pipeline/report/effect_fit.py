@@ -17,6 +17,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 from calib.effects.effect import Effect
+from calib.effects.variation import about_mean
 from calib.fit.column_scaling import unit_columns
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
@@ -32,7 +33,8 @@ def whitened_columns(fit: Fit, effect: Effect, shape: float | None = None) -> Fl
     """What one unit of every parameter adds to the whitened data rows, (d, k)."""
     equations, value = fit.equations, fit.shapes.get(effect.name, shape)
     if effect.acts_on == "reference":
-        columns = effect.evaluate(equations.conditions(fit.rows.vector), value)
+        varying = about_mean(effect, fit.model.names)
+        columns = varying.evaluate(equations.conditions(fit.rows.vector), value)
         return reference_rows(fit) * columns[equations.row_pose]
     turn, at = sensed_conditions(fit, effect)
     return equations.whitened(turn @ errors_of(fit, effect, at, value), fit.rows.vector)
@@ -43,13 +45,10 @@ def errors_of(
 ) -> FloatArray:
     """Errors of the axes per unit of every parameter, (n, 3, k).
 
-    Of a logged column from its mean on, as the solver judges what is seen of it: its origin has no
-    meaning (5 V), and the bias takes up the rest.
+    Of an effect that is a bias or a gain where nothing varies, about their mean, as the solver
+    judges what is seen of it.
     """
-    errors = effect.evaluate(at, shape)
-    if effect.follows is None or "bias" not in fit.model.names:
-        return errors
-    return np.asarray(errors - errors.mean(axis=0))
+    return about_mean(effect, fit.model.names).evaluate(at, shape)
 
 
 def sensed_conditions(fit: Fit, effect: Effect) -> tuple[FloatArray, Conditions]:

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.diagnosis.hypotheses.listed import candidate_effects
+from calib.diagnosis.hypotheses.signature import effect_columns, whole_columns
 from calib.diagnosis.search.refit import refit
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.effects.catalogue import UnknownEffect, find_effect
@@ -148,12 +149,11 @@ def _columns(fit: Fit, equations: Equations, effect: Effect, shape: float | None
     slices = equations.model.slices()
     jacobian = equations.rows(theta, fit.eta, shapes).jacobian[: equations.data_count]
     columns = -jacobian[:, slices[effect.name]]
-    if effect.follows is not None and "bias" in slices:
-        # From its mean on, as the solver judges what is seen of it: the rest is a bias, which
-        # takes it up and leaves the effect's own parameters as they are.
-        mean = equations.at_reading.column(effect.follows).mean()
-        columns = columns + mean * jacobian[:, slices["bias"]]
-    return columns
+    if effect.constant_is not in slices:
+        return columns
+    # About their mean, as the solver judges what is seen of it: the rest is a bias or a gain, which
+    # takes it up and leaves the effect's own parameters as they are.
+    return columns - (whole_columns(fit, effect, shape) - effect_columns(fit, effect, shape))
 
 
 def _with_derivative(

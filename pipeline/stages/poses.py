@@ -9,6 +9,7 @@ import numpy as np
 from calib.consistency.clock import require_whole_turns
 from calib.errors import CalibrationError, Undetermined
 from calib.poses.averaging import PoseMean, average_pose
+from calib.poses.drift_within import average_poses
 from calib.poses.frozen import without_frozen
 from calib.poses.imu_log import ImuLog, IntArray
 from calib.poses.pose_checks import LARGEST_STILL_SHIFT
@@ -123,7 +124,7 @@ def _averaged(
     if rate is not None and specs[0] is not None:
         others = {name: each.rate_rad_s for name, each in rates.items() if name != setting.rate}
         wave = require_whole_turns(setting.rate, used, turning, (specs[0], specs[1]), others)
-    means = [average_pose(log, *specs, float(w)) for log, w in zip(used, turning, strict=True)]
+    means = average_poses(used, *specs, [float(rate) for rate in turning])
     excluded = tuple(
         ExcludedMean(label, int(i), _by_itself(log, specs, float(of_all[i])))
         for (label, log), i in zip(logs.excluded[setting], choice.excluded, strict=True))

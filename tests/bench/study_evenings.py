@@ -3,12 +3,16 @@
     python -m tests.bench.study_evenings paper --evenings 20000 --workers 2
     python -m tests.bench.study_evenings hand --evenings 20000 --sizes 2 50
     python -m tests.bench.study_evenings plate --evenings 20000 --workers 2
+    python -m tests.bench.study_evenings mixture --evenings 20000 --workers 2
     python -m tests.bench.study_evenings paper --evenings 400 --loop
 
 ``paper`` and ``hand`` are accelerometers in poses at rest, ``plate`` gyroscopes in the paper's 18
 poses on the turning plate with the humidity logged. Half of the evenings hide nothing, as the prior
 of the diagnosis has it; each of the others hides one listed effect in a direction and of a size of
 its own, log-uniform between ``--sizes`` (root mean square over the pose equations, noise units).
+``mixture`` hides in the poses of ``paper`` what the diagnosis believes in before it sees data: the
+effects, steps, bad poses, biases that wander or swing, and two of these at once, each as often as
+its prior has it, in sizes of the prior's half-Cauchy distribution.
 They are drawn (``tests.world.lot``, ``tests.world.turning_lot``), fitted and diagnosed as stacks.
 The tables show what was named, and every stated probability beside how often it came true.
 ``--loop`` diagnoses the same evenings one after the other too, counts the findings that differ, and
@@ -21,7 +25,9 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import combinations
 
+from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.finding import Finding, find, find_each
 from calib.effects.catalogue import BASE
 from calib.fit.batch.fit_many import fit_many
@@ -44,6 +50,17 @@ HIDDEN = ("quadratic", "cubic", "asymmetry", "cross_quadratic", "temperature_bia
 OF_GYROSCOPES = (*HIDDEN, "g_squared_sensitivity", "reference_drift", "column:humidity_pct")
 EACH = 100
 """Evenings of one lot that hide one effect; as many as of all effects hide nothing."""
+
+LISTED_HERE = 15
+"""Effects of an accelerometer among which the prior of the listed ones is shared out; those that
+poses at rest do not show are not hidden."""
+
+FUNCTIONS_HERE = 4
+"""Covariates among which that of unknown functions is shared out: time, temperature, the attitude
+and the pose before."""
+
+MIXED_SOUND = 900
+"""Evenings of one seed of the mixture that hide nothing."""
 
 SEEDS_AT_ONCE = 5
 """Of which the evenings are diagnosed together: 10,000 and more."""
@@ -73,27 +90,46 @@ def hidden_in(name: str) -> tuple[str, ...]:
     return OF_GYROSCOPES if name == "plate" else HIDDEN
 
 
+def mixed(sound: int) -> list[tuple[tuple[str, ...], int]]:
+    """What the mixture hides beside so many evenings with nothing, and in how many evenings."""
+    odds = dict.fromkeys(HIDDEN, CONSTANTS.odds_listed / LISTED_HERE)
+    odds |= {"periodic": CONSTANTS.odds_unknown / FUNCTIONS_HERE, "wander": CONSTANTS.odds_wander,
+             "jump": CONSTANTS.odds_rare, "bad_pose": CONSTANTS.odds_rare}
+    one = [((name,), share) for name, share in odds.items()]
+    two = [(pair, odds[pair[0]] * odds[pair[1]]) for pair in combinations(odds, 2)]
+    return [(names, round(share * sound)) for names, share in (*one, *two)]
+
+
 def in_one(name: str) -> int:
     """Evenings that one seed stands for."""
+    if name == "mixture":
+        return MIXED_SOUND + sum(count for _, count in mixed(MIXED_SOUND))
     return 2 * EACH * len(hidden_in(name))
 
 
 def evenings(
     name: str, seed: int, sizes: tuple[float, float]
-) -> Iterator[tuple[str | None, list[PoseSet]]]:
+) -> Iterator[tuple[tuple[str, ...], list[PoseSet]]]:
     """The pose sets of one seed of the design called ``name``, with what they hide."""
     design = design_called(name)
+    if name == "mixture":
+        for names, count in ((), MIXED_SOUND), *mixed(MIXED_SOUND):
+            hidden, beside = (*names, None, None)[:2]
+            plan = LotPlan(count, hidden=hidden, beside=beside, cauchy_sd=CONSTANTS.typical_size)
+            if count:
+                yield names, pose_sets_of(draw_lot(design, plan, seed))
+        return
     draw = draw_turning_lot if name == "plate" else draw_lot
     for hidden in hidden_in(name):
         plan = LotPlan(EACH, hidden=hidden, own_sd=sizes)
-        yield hidden, pose_sets_of(draw(design, plan, seed))
-    yield None, pose_sets_of(draw(design, LotPlan(in_one(name) // 2), seed))
+        yield (hidden,), pose_sets_of(draw(design, plan, seed))
+    yield (), pose_sets_of(draw(design, LotPlan(in_one(name) // 2), seed))
 
 
 def part_of(name: str, sizes: tuple[float, float], loop: bool, last: int, first: int) -> Part:
     """Draw, fit and diagnose the evenings of ``SEEDS_AT_ONCE`` seeds from ``first`` to ``last``."""
     seconds: Counter[str] = Counter()
-    kept: list[tuple[int, str | None, Fit | None]] = []
+    kept: list[tuple[int, tuple[str, ...], Fit | None]] = []
     refused = 0
 
     def fits() -> Iterator[Fit]:
@@ -119,8 +155,8 @@ def part_of(name: str, sizes: tuple[float, float], loop: bool, last: int, first:
     findings: dict[int, Finding] = {}
     for i, finding in find_each(fits()):
         seed, what, _ = kept[i]
-        outcome = scored(seed, finding, () if what is None else (what,))
-        (sound if what is None else hidden).append(outcome)
+        outcome = scored(seed, finding, what)
+        (hidden if what else sound).append(outcome)
         if loop:
             findings[i] = finding
     seconds["diagnosing"] = time.process_time() - begun - seconds.total()
@@ -154,7 +190,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("design", choices=("paper", "hand", "plate"))
+    parser.add_argument("design", choices=("paper", "hand", "plate", "mixture"))
     parser.add_argument("--evenings", type=int, default=20_000)
     parser.add_argument("--sizes", type=float, nargs=2, default=(5.0, 5.0))
     parser.add_argument("--first-seed", type=int, default=0)
@@ -173,13 +209,17 @@ def main() -> None:
     hidden = [outcome for part in parts for outcome in part.hidden]
     sound = [outcome for part in parts for outcome in part.sound]
     count = len(hidden) + len(sound)
-    print(f"{count} evenings, {asked.design}, seeds {seeds[0]} to {seeds[-1]}, half "
-          f"with one effect of {low:g} to {high:g} sd; {sum(p.refused for p in parts)} refused; a "
-          f"wrong name in {tables.share([bool(o.wrong) for o in hidden]):.5f} of those with an "
-          f"effect, in {tables.share([bool(o.wrong) for o in sound]):.5f} of those without")
+    what = ("what the prior has" if asked.design == "mixture"
+            else f"half with one effect of {low:g} to {high:g} sd")
+    wrong, falsely = (tables.share([bool(o.wrong) for o in each]) for each in (hidden, sound))
+    print(f"{count} evenings, {asked.design}, seeds {seeds[0]} to {seeds[-1]}, {what}; "
+          f"{sum(p.refused for p in parts)} refused; a wrong name in {wrong:.5f} of those with an "
+          f"effect, in {falsely:.5f} of those without")
     print(tables.set_text(hidden, sound))
     for name in hidden_in(asked.design):
         of_one = [o for o in hidden if o.hidden == (name,)]
+        if not of_one:
+            continue
         print(f"{name:20s} {tables.share([bool(o.named) for o in of_one]):.3f} named as a class, "
               f"{tables.share([bool(o.single) for o in of_one]):.3f} as one, a wrong name in "
               f"{tables.share([bool(o.wrong) for o in of_one]):.4f}")

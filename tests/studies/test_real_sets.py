@@ -3,6 +3,9 @@
 ``python -m tests.studies.real_sets`` prints all of them; the logs are not part of the project.
 """
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -72,6 +75,21 @@ def test_no_gyroscope_in_a_hand_is_named_the_earth(said: dict[str, Said]) -> Non
         assert found is not None
         assert found.diagnosis.names == ()
         assert "earth_rate" not in found.diagnosis.group
+
+
+def test_two_sessions_in_one_log_do_not_name_the_earth_either(tmp_path: Path) -> None:
+    """A vertical rate of 79 °/h would explain them; the Earth has 15."""
+    parts, begins_s = [], 0.0
+    for file in (LOGS["snu good2"].files[0], LOGS["snu good3"].files[0]):
+        rows = np.loadtxt(REAL / file)
+        rows[:, 0] += begins_s - rows[0, 0]
+        begins_s = rows[-1, 0] + 30.0
+        parts.append(rows)
+    np.savetxt(tmp_path / "both.txt", np.vstack(parts), fmt="%.7g")
+    both = replace(LOGS["snu good2"], files=(str(tmp_path / "both.txt"),))
+    found = ask(both).gyroscope
+    assert found is not None
+    assert "earth_rate" not in (*found.diagnosis.names, *found.diagnosis.group)
 
 
 @pytest.mark.parametrize(("one", "other"), [

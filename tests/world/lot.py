@@ -74,12 +74,13 @@ class Lot:
 class LotPlan:
     """What a lot is to be.
 
-    ``hidden`` is the name of an effect, ``common_sd`` and ``spread_sd`` its size in the whole lot
-    and the spread of its sizes over the sensors, ``own_sd`` the lowest and the highest size that
-    every evening has in a direction of its own (log-uniform); all are root mean squares over the
-    pose equations in noise units. ``evening_sd`` is by how many sds of a pose mean a bias differs
-    from evening to evening, ``noise_dof`` the degrees of freedom that a pose adds to the estimate
-    of its own noise.
+    ``hidden`` is the name of an effect, ``beside`` that of a second one, ``common_sd`` and
+    ``spread_sd`` its size in the whole lot and the spread of its sizes over the sensors, ``own_sd``
+    the lowest and the highest size that every evening has in a direction of its own (log-uniform);
+    all are root mean squares over the pose equations in noise units. ``cauchy_sd``, in place of
+    ``own_sd``, is the scale of a half-Cauchy distribution of such sizes, of which the smallest are
+    left out. ``evening_sd`` is by how many sds of a pose mean a bias differs from evening to
+    evening, ``noise_dof`` the degrees of freedom that a pose adds to the estimate of its own noise.
     """
 
     sensors: int
@@ -88,6 +89,8 @@ class LotPlan:
     common_sd: float = 0.0
     spread_sd: float = 0.0
     own_sd: tuple[float, float] | None = None
+    cauchy_sd: float | None = None
+    beside: str | None = None
     evening_sd: float = 0.0
     noise_dof: float = 2.0
 
@@ -108,11 +111,17 @@ def draw_lot(design: Design, plan: LotPlan, seed: int) -> Lot:
     columns |= {name: course_of(course, time_s, sets, rng)
                 for name, course in design.columns.items()}
     size, error = np.zeros((sets, 0)), np.zeros((sets, n, 3))
-    if plan.hidden is not None:
-        tau_s = np.random.default_rng([seed, 61]).uniform(*WARM_UP_TAU_S)
-        each = _unit_errors(plan.hidden, design, true, force, time_s, columns, tau_s)
-        size = sizes_of(plan, unit, rows_of(plan.hidden, each, up / sd), rng)
-        error = np.einsum("snik,sk->sni", each, size)
+    detail = _detail(time_s, np.random.default_rng([seed, 61]))
+    for name in (plan.hidden, plan.beside):
+        if name is None:
+            continue
+        if name == "wander":
+            each = _wandering(time_s, sets, rng)
+        else:
+            each = _unit_errors(name, design, true, force, time_s, columns, detail)
+        own = sizes_of(plan, unit, rows_of(name, each, up / sd), rng)
+        error = error + np.einsum("snik,sk->sni", each, own)
+        size = np.hstack([size, own])
     without_noise, counts, stated = in_counts(
         plan, typical, gain[unit], offset[unit], true + error, sd, rng)
     return Lot(
@@ -126,6 +135,32 @@ def draw_lot(design: Design, plan: LotPlan, seed: int) -> Lot:
         magnitude=np.full((sets, n), design.site.gravity_m_s2),
         triad=typical,
     )
+
+
+def _detail(time_s: FloatArray, rng: np.random.Generator) -> dict[str, float | int | str]:
+    """A time constant, a moment, a pose and a period; each effect takes what it needs."""
+    first, last = float(time_s[0]), float(time_s[-1])
+    return {
+        "tau_s": rng.uniform(*WARM_UP_TAU_S),
+        "time_s": first + rng.uniform(0.15, 0.85) * (last - first),
+        "number": int(rng.integers(len(time_s))),
+        "period_s": rng.uniform(0.3, 1.5) * (last - first),
+        "phase_rad": rng.uniform(0, 2 * np.pi),
+    }
+
+
+WANDER_SPANS = (0.05, 3.0)
+"""Lowest and highest correlation time of a wandering bias over the length of the evening."""
+
+
+def _wandering(time_s: FloatArray, sets: int, rng: np.random.Generator) -> FloatArray:
+    """Errors (S, n, 3, 3) of biases that wander by one along each axis, evening by evening."""
+    span = np.exp(rng.uniform(*np.log(WANDER_SPANS)))
+    course = Course(0.0, wander_sd=1.0, wander_tau_s=span * float(np.ptp(time_s)))
+    each = np.zeros((sets, len(time_s), 3, 3))
+    for k in range(3):
+        each[:, :, k, k] = course_of(course, time_s, sets, rng)
+    return each
 
 
 def unlike(
@@ -203,12 +238,11 @@ def course_of(
 
 def _unit_errors(
     name: str, design: Design, true: FloatArray, force: FloatArray, time_s: FloatArray,
-    columns: Mapping[str, FloatArray], tau_s: float,
+    columns: Mapping[str, FloatArray], detail: Mapping[str, float | int | str],
 ) -> FloatArray:
     """Errors (S, n, 3, k) along the axes per unit of each of the k sizes of an effect.
 
-    Every pose of every evening is one pose of a single long run; ``tau_s`` is the time constant of
-    a warm-up.
+    Every pose of every evening is one pose of a single long run.
     """
     sets, n, _ = true.shape
     before = np.concatenate([np.zeros((sets, 1, 3)), true[:, :-1]], axis=1)
@@ -227,18 +261,19 @@ def _unit_errors(
         warmth=lambda at: np.full_like(at, design.temperature.start),
     )
     along = true.reshape(-1, 1, 3)
-    errors = errors_per_unit(name, "accelerometer", along, moments, tau_s)
+    errors = errors_per_unit(name, "accelerometer", along, moments, detail)
     return errors.mean(axis=1).reshape(sets, n, 3, -1)
 
 
 def errors_per_unit(
-    name: str, triad: TriadName, true: FloatArray, moments: Moments, tau_s: float
+    name: str, triad: TriadName, true: FloatArray, moments: Moments,
+    detail: Mapping[str, float | int | str],
 ) -> FloatArray:
     """Errors (p, samples, 3, k) of an effect along the axes per unit of each of its k sizes."""
     shape = EFFECTS[name.partition(":")[0]].shape
     units = np.eye(int(np.prod(shape))).reshape(-1, *shape)
     return np.stack([
-        np.broadcast_to(Hidden(name, triad, unit, {"tau_s": tau_s}).error(true, moments),
+        np.broadcast_to(Hidden(name, triad, unit, detail).error(true, moments),
                         true.shape)
         for unit in units
     ], axis=-1)
@@ -256,6 +291,8 @@ def sizes_of(
     plan: LotPlan, unit: IntArray, rows: FloatArray, rng: np.random.Generator
 ) -> FloatArray:
     """Sizes (S, k) of the evenings of the sensors ``unit`` (S,); ``rows`` as of :func:`rows_of`."""
+    if plan.cauchy_sd is not None:
+        return _cauchy_sizes(plan.cauchy_sd, rows, rng)
     if plan.own_sd is None:
         return _sizes(plan, rows, rng)[unit]
     return _own_sizes(plan.own_sd, rows, rng)
@@ -284,3 +321,16 @@ def _own_sizes(
     rms = np.sqrt(np.mean(np.einsum("snk,sk->sn", rows, direction) ** 2, axis=1))
     wanted = np.exp(rng.uniform(*np.log(limits), sets))
     return direction * (wanted / rms)[:, None]
+
+
+SMALLEST_SD = 0.7
+"""Noise units: what is smaller leaves an evening as it is."""
+
+
+def _cauchy_sizes(scale: float, rows: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Sizes (S, k) with a half-Cauchy distribution of their root mean square, noise units."""
+    sets, _, k = rows.shape
+    lowest = 2 / np.pi * np.arctan(SMALLEST_SD / scale)
+    strength = scale * np.tan(np.pi / 2 * rng.uniform(lowest, 1.0, sets))
+    per_column = np.sqrt(k * np.mean(rows**2, axis=1))
+    return strength[:, None] * rng.standard_normal((sets, k)) / per_column

@@ -5,6 +5,7 @@ samples: enough for the turns of gravity and of the Earth's rate about a leaning
 as they do. The plate turns evenly, and its vibration has averaged out.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -76,7 +77,7 @@ def draw_turning_lot(design: Design, plan: LotPlan, seed: int) -> Lot:
             warmth=lambda at: np.full_like(at, design.temperature.start),
         )
         tau_s = np.random.default_rng([seed, 63]).uniform(*WARM_UP_TAU_S)
-        each = _errors(plan.hidden, true, moments, axes[unit], tau_s)
+        each = _errors(plan.hidden, true, moments, axes[unit], {"tau_s": tau_s})
         each = each.mean(axis=1).reshape(sets, n, 3, -1)
         along = mean / np.linalg.norm(mean, axis=2, keepdims=True)
         own = np.linalg.norm(along * sd, axis=2, keepdims=True)
@@ -112,11 +113,12 @@ def _the_run(design: Design) -> Run:
 
 
 def _errors(
-    name: str, true: FloatArray, moments: Moments, axes: FloatArray, tau_s: float
+    name: str, true: FloatArray, moments: Moments, axes: FloatArray,
+    detail: Mapping[str, float | int | str],
 ) -> FloatArray:
     """Errors (p, samples, 3, k) along the axes (S, 3, 3) per unit of each size of an effect."""
     if name == "reference_drift":  # the plate is faster than the clip says, the more the later
         more = moments.spin * moments.time_s[..., None]
         along = more.reshape(len(axes), -1, 3) @ axes.swapaxes(1, 2)
         return np.asarray(along.reshape(*true.shape, 1))
-    return errors_per_unit(name, "gyroscope", true, moments, tau_s)
+    return errors_per_unit(name, "gyroscope", true, moments, detail)

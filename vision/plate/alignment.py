@@ -150,6 +150,7 @@ class _Fit:
         self._beyond_median = np.zeros_like(self._background)  # of the background
         self._difference = grid.differences(self._background, frames.images)
         self._standing = np.zeros(grid.azimuths // 2 + 1, np.float32)
+        self._standing[np.arange(len(self._standing)) % frames.parts != 0] = 1
         self._best_misfit, self._best_view, self._view_settled = np.inf, grid.view, False
         self.turning: Spectra
         self._turned: Strips
@@ -164,10 +165,12 @@ class _Fit:
         turning = mean_turning(spectra, self._angle, self._used, grid, self._standing)
         if not (first and self._angles_hold):
             near_enough = -np.inf if self._angles_hold else THRESHOLDS.near_enough
-            self._carry_on(correlated_angle(spectra, turning, grid, self._angle, near_enough))
+            self._carry_on(correlated_angle(
+                spectra, turning, grid, self._angle, near_enough, self._frames.parts))
         if first:
             self._used = np.ones(len(self._angle), bool)
-            self._standing = standing_share(self._angle, len(self._standing))
+            parts = self._frames.parts
+            self._standing = standing_share(self._angle, len(self._standing), parts)
         self.turning = mean_turning(spectra, self._angle, self._used, grid, self._standing)
         self._turned = turned(self.turning, self._angle, grid)
         self._misfit = self._difference - self._turned

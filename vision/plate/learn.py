@@ -154,32 +154,41 @@ def _learn(
         outlines += [seek_spindle(view, learning.rotation, THRESHOLDS.certain)
                      for view in moving_areas(images)]
     plate, jumping, coherence = _chosen(outlines, learning)
-    fine = None if plate is None else learning.fine(plate)
+    plate = _or_of_parts(plate, [view for view, _ in outlines], learning)
+    fine = None if plate is None else learning.fine(plate.coarse, plate.parts)
     if plate is not None and fine is not None and fine.template.turning.any():
         lasts = np.maximum(np.diff(learning.time_s[learning.chosen]), 1e-6)
-        rate = float(np.median(np.diff(plate.angle_rad) / lasts))
+        rate = float(np.median(np.diff(plate.coarse.angle_rad) / lasts))
+        alike = plate.parts if plate.parts > 1 else symmetry(fine.template)
         notes = _others_turning(name, fine.template.grid.view, outlines)
-        return PlateModel(
-            channel, in_brightness, fine.template, rate, symmetry(fine.template), notes
-        )
+        return PlateModel(channel, in_brightness, fine.template, rate, alike, notes)
     if jumping is not None:
         raise RateRefused(f"{name}: {why_it_jumps(jumping.template, background.shape)}")
     why = why_nothing_turns(outlines, coherence, in_brightness, camera_stands=camera_stands)
     raise RateRefused(f"{name}: {why}")
 
 
+@dataclass(frozen=True, eq=False)
+class _Plate:
+    """An outline that is a plate: its coarse template, how coherently and how much of it turns."""
+
+    coarse: Alignment
+    coherence: float
+    turning: float
+    parts: int = 1
+
+
 def _chosen(
     outlines: list[Outline], learning: LearningFrames
-) -> tuple[Alignment | None, Alignment | None, float]:
+) -> tuple[_Plate | None, Alignment | None, float]:
     """The plate among the outlines; one that goes by jumps; the highest coherence of all."""
     turning_outlines = [each for each in outlines if each[1].coherence > THRESHOLDS.coherent]
     # Of outlines around the same turning plate the largest is the rim. How much turns together
     # is no measure yet: about an axis that is off, a large outline loses more of it than a small.
     turning_outlines.sort(key=lambda outline: -outline[0].radius_px)
     highest = max((rotation.coherence for _, rotation in outlines), default=0.0)
-    plate: Alignment | None = None
+    plate: _Plate | None = None
     jumping: Alignment | None = None
-    plate_coherence = plate_turning = 0.0
     for view, rotation in turning_outlines:
         coarse = learning.coarse(view, rotation)
         refined = coarse.template.grid.view
@@ -187,20 +196,47 @@ def _chosen(
         certain = rotation.coherence > THRESHOLDS.certain
         again = rotation if certain else learning.rotation(refined)
         highest = max(highest, again.coherence)
-        least = max(THRESHOLDS.coherent, plate_coherence)
+        least = THRESHOLDS.coherent if plate is None else plate.coherence
         if again.coherence <= least or coarse.template.explained < THRESHOLDS.coherent:
             continue
-        turning = again.coherence * again.varying * refined.radius_px**2
-        label_of_it = plate is not None and same_spindle(refined, plate.template.grid.view)
-        if label_of_it and THRESHOLDS.whole * turning < plate_turning:
-            continue
+        turning = _turning(refined, again)
+        if plate is not None and same_spindle(refined, plate.coarse.template.grid.view) and (
+                THRESHOLDS.whole * turning < plate.turning):
+            continue  # its label
         if not smooth(coarse.angle_rad, rotation.angle_rad[learning.chosen]):
             jumping = jumping or coarse
             continue
-        plate, plate_coherence, plate_turning = coarse, again.coherence, turning
-        if min(plate_coherence, coarse.template.explained) > THRESHOLDS.certain:
+        plate = _Plate(coarse, again.coherence, turning)
+        if min(plate.coherence, coarse.template.explained) > THRESHOLDS.certain:
             break
     return plate, jumping, highest
+
+
+def _turning(view: PlateView, rotation: CoarseRotation) -> float:
+    """How much turns inside an outline."""
+    return rotation.coherence * rotation.varying * view.radius_px**2
+
+
+def _or_of_parts(
+    plate: _Plate | None, views: list[PlateView], learning: LearningFrames
+) -> _Plate | None:
+    """The plate, or one of equal parts around it or in its place, where that turns by more.
+
+    Of such a plate the low orders may show no more than a stain near the spindle.
+    """
+    if plate is not None and plate.coherence > THRESHOLDS.certain:
+        return plate
+    largest_first = sorted(views, key=lambda view: -view.radius_px)
+    found = next((parts for view in largest_first if (parts := learning.parts(view))), None)
+    if found is None:
+        return plate
+    turning = _turning(found.view, found.rotation)
+    if plate is not None and turning < THRESHOLDS.whole * plate.turning:
+        return plate
+    coarse = learning.coarse(found.view, found.rotation, found.count)
+    if coarse.template.explained < THRESHOLDS.coherent:
+        return plate
+    return _Plate(coarse, found.rotation.coherence, turning, found.count)
 
 
 def _without_repeated(frames: list[Frame], channel: Channel) -> list[Frame]:

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from vision.geometry import FloatArray, PlateView
 from vision.plate.alignment import Effort, align
 from vision.plate.background import every_nth, spread_choice
-from vision.plate.polar import polar_grid, ring_spectra
-from vision.plate.rotation import CoarseRotation, coarse_rotation
+from vision.plate.parts import EqualParts, equal_parts
+from vision.plate.polar import Grid, Strips, polar_grid, ring_spectra
+from vision.plate.rotation import COARSE_SAMPLES, CoarseRotation, coarse_rotation
 from vision.plate.template import Alignment, RoughlyAligned, informative_rings
 from vision.video import Luma
 
@@ -43,25 +44,42 @@ class LearningFrames:
     def rotation(self, view: PlateView) -> CoarseRotation:
         """Rough motion about an axis."""
         self.on_step()
-        grid = polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS // 2, self.background.shape)
+        grid = polar_grid(view, COARSE_RADII, COARSE_SAMPLES, self.background.shape)
         background = grid.strip(self.background).astype(np.float32)
         spectra = ring_spectra(grid.differences(background, self.images))
         return coarse_rotation(spectra, grid.weight(), self.time_s)
 
-    def coarse(self, view: PlateView, rotation: CoarseRotation) -> Alignment:
-        """The template on a coarse grid, the view refined on the way."""
+    def parts(self, view: PlateView) -> EqualParts | None:
+        """Equal parts that pass about an axis; None where there are none."""
+
+        def sample(about: PlateView, azimuths: int) -> tuple[Grid, Strips]:
+            self.on_step()
+            grid = polar_grid(about, COARSE_RADII, azimuths, self.background.shape)
+            background = grid.strip(self.background).astype(np.float32)
+            return grid, grid.differences(background, self.images)
+
+        return equal_parts(view, sample, fine_azimuths(view), self.time_s)
+
+    def coarse(self, view: PlateView, rotation: CoarseRotation, parts: int = 1) -> Alignment:
+        """The template on a coarse grid, the view refined on the way.
+
+        Of equal parts, ``rotation`` has the angle of every frame, and the grid shows each of them.
+        """
         chosen = self.chosen
+        clearest = (chosen >= rotation.clearest.start) & (chosen < rotation.clearest.stop)
         frames = RoughlyAligned(
             [self.images[i] for i in chosen],
             self.background,
             rotation.angle_rad[chosen],
-            first=(chosen >= rotation.clearest.start) & (chosen < rotation.clearest.stop),
+            first=clearest,
             shows=np.ones(len(chosen), bool),
+            parts=parts,
         )
-        grid = polar_grid(view, COARSE_RADII, COARSE_AZIMUTHS, self.background.shape)
+        azimuths = COARSE_AZIMUTHS if parts == 1 else fine_azimuths(view)
+        grid = polar_grid(view, COARSE_RADII, azimuths, self.background.shape)
         return align(frames, grid, COARSE, self.on_step)
 
-    def fine(self, coarse: Alignment) -> Alignment:
+    def fine(self, coarse: Alignment, parts: int = 1) -> Alignment:
         """The template again at the clip's own resolution, on the rings that carry the angle."""
         template = coarse.template
         usable = np.flatnonzero(coarse.used)
@@ -72,9 +90,15 @@ class LearningFrames:
             coarse.angle_rad[part],
             first=np.ones(len(part), bool),
             shows=coarse.shows[part],
+            parts=parts,
         )
-        size_px = template.grid.view.radius_px
-        azimuths = next(n for radius_px, n in FINE_AZIMUTHS.items() if size_px > radius_px)
+        azimuths = fine_azimuths(template.grid.view)
         radius = informative_rings(template)
         grid = template.grid.refined(radius, azimuths, self.background.shape)
         return align(frames, grid, FINE, self.on_step)
+
+
+def fine_azimuths(view: PlateView) -> int:
+    """Samples around the rings of the fine template."""
+    size_px = view.radius_px
+    return next(n for radius_px, n in FINE_AZIMUTHS.items() if size_px > radius_px)

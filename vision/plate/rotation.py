@@ -30,6 +30,7 @@ EVEN = 0.05
 FINER = 4  #: slots per frame of the grid for stamps that do
 SLOTS = 16  #: the grid is as long as a multiple of it, for the sake of the transform
 NEARNESS = (0.1, 0.2, 0.3)  # 1/D tried, D the distance of the camera in plate radii
+COARSE_SAMPLES = 128  #: azimuths that the frames are sampled at for it
 ORDERS = 8  # angular orders 1 ... that are added up
 
 

@@ -87,6 +87,8 @@ class RoughlyAligned:
         frames, their angles hold until the background has been separated from what turns.
     shows : array of bool, shape (f,)
         Frames that show their angle. Others keep the rough one; they show the background.
+    parts : int
+        Turned by one of so many equal parts the plate looks the same.
     """
 
     images: Sequence[Luma]
@@ -94,6 +96,7 @@ class RoughlyAligned:
     angle_rad: FloatArray
     first: BoolArray
     shows: BoolArray
+    parts: int = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,16 +120,20 @@ class Alignment:
     shows: BoolArray
 
 
-def standing_share(angle_rad: FloatArray, orders: int) -> NDArray[np.float32]:
-    """Share of a turning wave of each order that looks standing, |mean exp(ikθ)|², (orders,).
+def standing_share(
+    angle_rad: FloatArray, orders: int, parts: int = 1
+) -> NDArray[np.float32]:
+    """How far a turning wave of each order looks standing, |mean exp(ikθ)|², 0 to 1, (orders,).
 
-    One for orders of which the frames do not show whether they turn or stand.
+    One for orders of which the frames do not show whether they turn or stand. Of equal parts, the
+    frames have shown how the orders turn that are multiples of their number; no other does.
     """
     share = np.abs(turns(angle_rad, orders).mean(axis=(0, 1))) ** 2
     step = np.quantile(np.abs(np.diff(angle_rad)), SMALL_STEP)
-    strobed = np.arange(orders) * step > np.pi
+    order = np.arange(orders)
+    strobed = (order * step > np.pi) & (parts == 1)
     limit = np.where(strobed, THRESHOLDS.strobed, THRESHOLDS.standing)
-    return np.asarray(np.where(share > limit, 1, share))
+    return np.asarray(np.where((share > limit) | (order % parts != 0), 1, share))
 
 
 def pattern_spectra(strips: Strips) -> Spectra:
@@ -182,11 +189,17 @@ def turned(turning: Spectra, angle_rad: FloatArray, grid: Grid) -> Strips:
 
 
 def correlated_angle(
-    spectra: Spectra, turning: Spectra, grid: Grid, expected_rad: FloatArray, near_enough: float
+    spectra: Spectra,
+    turning: Spectra,
+    grid: Grid,
+    expected_rad: FloatArray,
+    near_enough: float,
+    parts: int,
 ) -> FloatArray:
     """Angle of each frame against T, with the whole turns of the expected one, rad, (f,).
 
-    The peak near the expected angle is taken where it reaches ``near_enough`` of the highest.
+    The peak near the expected angle is taken where it reaches ``near_enough`` of the highest; of a
+    plate of equal parts, the one within half a part.
     """
     cross = (spectra * (np.conj(turning) * grid.weight()[:, None])).sum(axis=1)
     n = OVERSAMPLED * grid.azimuths
@@ -194,7 +207,7 @@ def correlated_angle(
     rows = np.arange(len(correlation))
     highest = correlation.argmax(axis=1)
     middle = np.round(expected_rad * n / (2 * np.pi)).astype(np.intp)
-    reach = int(n * NEAR)
+    reach = int(n * min(NEAR, 0.5 / parts))
     near = (middle[:, None] + np.arange(-reach, reach + 1)) % n
     nearest = near[rows, correlation[rows[:, None], near].argmax(axis=1)]
     enough = correlation[rows, nearest] > near_enough * correlation[rows, highest]

@@ -14,7 +14,7 @@ from vision.numbers import RPM
 from vision.phase_track import PhaseTrack
 from vision.rate.unwrap import frame_time, stamped_in_bursts, usable
 
-REACH = 3  # aliases that are listed to either side
+REACH = 3  # aliases that are listed to either side, at least
 RETIMED = {  # playback rate over capture rate of clips that were retimed, and how that happens
     29.97 / 240: "filmed at 240 frames per second and stamped as 29.97",
     30 / 240: "filmed at 240 frames per second and stamped as 30",
@@ -27,6 +27,7 @@ RETIMED = {  # playback rate over capture rate of clips that were retimed, and h
     30 / 25: "filmed at 25 frames per second and stamped as 30",
     30 / 24: "filmed at 24 frames per second and stamped as 30",
 }
+FASTEST_USUAL = 100 * RPM  #: rad/s, of record players, to choose the words
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,18 @@ class Aliases:
         """The chosen rate, signed."""
         return self.rates_rad_s[0]
 
+    @property
+    def advice(self) -> str:
+        """What to do where the chosen rate is too small to be measured."""
+        usual = [rate for rate in self.rates_rad_s[1:] if abs(rate) < FASTEST_USUAL]
+        if not usual:
+            return "Check that it turns, then film for a minute."
+        named = ", ".join(f"{abs(rate) / RPM:.4g}" for rate in sorted(usual, key=abs))
+        return (
+            f"Rates of {named} rpm give the same frames: if one of them is that of the plate, "
+            f"state it (--nominal-rpm, or nominal_rpm)."
+        )
+
     def about(self, rate_rad_s: float) -> "Aliases":
         """The same about the measured rate, signed, at the same distances from it."""
         shift = rate_rad_s - self.chosen_rad_s
@@ -106,7 +119,9 @@ def list_aliases(
     if stamped_in_bursts(time_s[good]):
         step_s = np.full_like(step_s, frame_s)  # stamps that are no times exclude no rate
     spacing = 2 * np.pi / (track.plate.symmetry * frame_s)
-    rates = rough_rad_s + spacing * np.arange(-REACH, REACH + 1)
+    # Of many equal parts the nominal rate may be farther away.
+    reach = max(REACH, int(np.ceil((nominal_rpm or 0.0) * RPM / spacing)))
+    rates = rough_rad_s + spacing * np.arange(-reach, reach + 1)
     period = 2 * np.pi / track.plate.symmetry
     scatter = []
     for rate in rates:

@@ -214,7 +214,7 @@ def _measured(
     history = rate_history(angle)
     refuse_undecided(track.source, dropped, history)
     refuse_unsteady(track.source, history)
-    _require_a_turn(track.source, history)
+    _require_a_turn(track.source, history, aliases)
     fit, base, always = fit_rate(
         track, angle, aliases.chosen_rad_s, with_drift="rate_drift" in stated
     )
@@ -277,12 +277,11 @@ def _require_usable(track: PhaseTrack) -> None:
         )
 
 
-def _require_a_turn(source: str, history: RateHistory) -> None:
+def _require_a_turn(source: str, history: RateHistory, aliases: Aliases) -> None:
     if history.revolutions < FEWEST_TURNS:
         raise RateRefused(
             f"{source}: the plate makes {history.revolutions:.2f} of a turn in the clip, at least "
-            f"one is needed to separate the rate from an off-centre view. Check that it turns, "
-            f"then film for a minute.",
+            f"one is needed to separate the rate from an off-centre view. {aliases.advice}",
             history,
         )
 

@@ -138,9 +138,12 @@ def lag_rate(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> LagRat
     Returns
     -------
     LagRate or None
-        None without clear returns, or with stamps that are not evenly spaced.
+        None without clear returns, or with stamps that are not evenly spaced; none where the plate
+        looks the same again in less than the turn that is looked through about a return.
     """
     frame_s = frame_time(time_s)
+    if 2 * THRESHOLDS.around * track.plate.symmetry > 1:
+        return None
     if np.abs(np.diff(time_s) - frame_s).max() > EVEN * frame_s:
         return None
     values = track.thumbnail[:LONGEST].astype(np.float32)

@@ -21,6 +21,7 @@ from vision.geometry import FloatArray
 from vision.phase_track import BoolArray, PhaseTrack, PlateAngle
 from vision.rate.least_squares import LeastSquares, independent, least_squares
 
+ROUNDS, STAYS = 8, 1e-3  #: of the line at most; sds of the rate, within which it stays; numerical
 CONSTANT_RATE = "constant_rate"
 TERMS = ("once_per_rev", "twice_per_rev", "rate_drift", "frame_steps", "rolling_shutter")
 FORWARD_PREDICTION = "forward_prediction"
@@ -130,9 +131,9 @@ def design(terms: Sequence[str], base: Regressors, time_s: FloatArray) -> FloatA
 def fit_rate(
     track: PhaseTrack, angle: PlateAngle, rate_rad_s: float, *, with_drift: bool
 ) -> tuple[LeastSquares, Regressors, tuple[str, ...]]:
-    """Fit the rate with what is always fitted together with it.
+    """Fit the rate with what is always fitted together with it, until the line stays.
 
-    Twice, because the waves are placed by the line that the fit determines.
+    It places the waves, and where they are large, misplaced ones bend it.
 
     Parameters
     ----------
@@ -145,9 +146,8 @@ def fit_rate(
 
     Returns
     -------
-    fit : LeastSquares
-        β of constant, rate and the fitted terms.
-    base : Regressors
+    fit : LeastSquares, base : Regressors
+        β of constant, rate and the fitted terms; where the line is.
     always : tuple of str
         The terms of ``ALWAYS`` that this clip separates.
 
@@ -156,7 +156,7 @@ def fit_rate(
     numpy.linalg.LinAlgError
         Not even the line can be fitted.
     """
-    for _ in range(2):
+    for _ in range(ROUNDS):
         base = regressors(track, angle, rate_rad_s)
         always: tuple[str, ...] = ()
         for term in ALWAYS:
@@ -165,7 +165,9 @@ def fit_rate(
             if independent(x).shape[1] == x.shape[1]:
                 always = (*always, term)
         fit, always = _fit(always, ("rate_drift",) if with_drift else (), base, angle)
-        rate_rad_s = float(fit.beta[1])
+        before, rate_rad_s = rate_rad_s, float(fit.beta[1])
+        if abs(rate_rad_s - before) < STAYS * float(fit.sd[1]):
+            break
     return fit, base, always
 
 

@@ -8,7 +8,7 @@ from vision.geometry import FloatArray, PlateView
 from vision.phase_track import PhaseTrack, PlateLayout
 from vision.plate.background import repeated
 from vision.plate.learn import PlateModel
-from vision.plate.mark import find_fixed_mark, find_mark
+from vision.plate.mark import MOST_FOLD, find_fixed_mark, find_mark
 from vision.tracking.camera_motion import CameraMotion
 from vision.tracking.tracker import MeasuredAngles, PlateTracker
 from vision.video import ClipReader, Frame, Luma
@@ -38,7 +38,7 @@ class FrameMeasurements:
     def __init__(self, plate: PlateModel, shown: Frame, shown_index: int) -> None:
         self._plate = plate
         view = plate.template.grid.view
-        self._mark = find_mark(plate.template)
+        self._mark = find_mark(plate.template) if plate.symmetry <= MOST_FOLD else None
         self._tracker = PlateTracker(plate.template, self._mark, plate.rate_rad_s)
         x, y = view.pixels(np.ones(90), np.linspace(0, 2 * np.pi, 90))
         h, w = shown.luma.shape

@@ -10,6 +10,7 @@ lies near it.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -19,9 +20,10 @@ from vision.geometry import FloatArray
 from vision.plate.background import spread_choice
 from vision.video import Frame, Luma
 
-CORNERS = 160  #: followed at most; a limit of time
+CELLS = 4  # of the frame, each way: a plate full of corners leaves some to its surroundings
+CORNERS = 10  #: followed in each of them at most; a limit of time
 APART_PX = 9  #: from corner to corner
-QUALITY = 0.01  # of the strongest corner
+QUALITY = 0.01  # of the strongest corner of a cell
 WINDOW = (21, 21)  #: pixels about a corner
 LEVELS = 3  #: of the pyramid: motions of up to eight windows
 LOOKED_AT = 14  # frames, for whether the camera moves and which corners stand still
@@ -125,10 +127,7 @@ def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
         Root mean square of the motion of the surroundings, NaN where it cannot be seen.
     """
     reference = frames[len(frames) // 2].luma
-    strong = cv2.goodFeaturesToTrack(reference, CORNERS, QUALITY, APART_PX)
-    if strong is None or len(strong) < FEWEST:
-        return None, np.nan
-    corners = np.asarray(strong, np.float32).reshape(-1, 2)
+    corners = _corners(reference)
     if not _all_around(corners, reference.shape):
         return None, np.nan
     looked_at = [frames[i].luma for i in spread_choice(len(frames), LOOKED_AT)]
@@ -155,6 +154,19 @@ def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
     away = np.array(shifts) - np.median(shifts, axis=0)
     moved_px = float(np.sqrt((away**2).sum(axis=1).mean()))
     return Registration(reference, corners[stands]), moved_px
+
+
+def _corners(reference: Luma) -> NDArray[np.float32]:
+    """The strongest corners of every cell of the frame, shape (n, 2)."""
+    h, w = reference.shape
+    rows, columns = (np.linspace(0, size, CELLS + 1).astype(int) for size in (h, w))
+    found = [np.empty((0, 2), np.float32)]
+    for y0, y1 in pairwise(rows):
+        for x0, x1 in pairwise(columns):
+            strong = cv2.goodFeaturesToTrack(reference[y0:y1, x0:x1], CORNERS, QUALITY, APART_PX)
+            if strong is not None:
+                found.append(np.add(strong.reshape(-1, 2), (x0, y0)))
+    return np.concatenate(found).astype(np.float32)
 
 
 def _all_around(corners: NDArray[np.float32], shape: tuple[int, ...]) -> bool:

@@ -39,8 +39,8 @@ class ClipThresholds:
     Attributes
     ----------
     fewest_turns : float
-        Apparent turns; with less, a mark of colour may be the better one. Derived: no rate comes
-        from less.
+        Apparent turns, or parts of a turn where the plate looks the same after each; with less, a
+        mark of colour may be the better one. Derived: no rate comes from less.
     whole : float
         Of the stated length; less was cut short.
     """
@@ -127,7 +127,9 @@ class _Pass:
 
 
 def _turns(result: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
-    return not isinstance(result, RateRefused) and result.apparent_turns >= THRESHOLDS.fewest_turns
+    if isinstance(result, RateRefused):
+        return False
+    return result.apparent_turns * result.plate.symmetry >= THRESHOLDS.fewest_turns
 
 
 def _track_or_refusal(task: _Task, way: _Pass) -> "PhaseTrack | RateRefused":

@@ -6,12 +6,13 @@ the model would swallow it. Two effects whose signatures span the same space are
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
+from calib.effects.variation import about_mean
 from calib.fit.column_scaling import orthonormal_bases, orthonormal_columns
 from calib.fit.least_squares.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
@@ -128,24 +129,31 @@ class Projector:
 def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:
     """Columns (d, k) of ``effect`` over the data rows of ``fit``, whitened.
 
-    Their sign is that of the effect: a residual of ``columns @ theta`` is what theta would leave.
+    Of an effect that is a bias or a gain where nothing varies, those of how it varies
+    (:func:`calib.effects.variation.about_mean`). Their sign is that of the effect: a residual of
+    ``columns @ theta`` is what theta would leave.
     """
+    return whole_columns(fit, about_mean(effect, fit.model.names), shape)
+
+
+def whole_columns(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:
+    """:func:`effect_columns` as the formula has them, with what is a bias or a gain."""
     if effect.acts_on == "reference":
         return reference_columns(fit, effect)
-    return vector_columns(fit, effect_vectors(fit, effect, shape))
+    return vector_columns(fit, _whole_vectors(fit, effect, shape))
 
 
 def effect_vectors(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:
     """Errors (n, 3, k) of an effect on the reading or the sensor, per unit of its parameters."""
+    return _whole_vectors(fit, about_mean(effect, fit.model.names), shape)
+
+
+def _whole_vectors(fit: Fit, effect: Effect, shape: float | None) -> FloatArray:
     equations = fit.equations
-    at = equations.conditions(fit.rows.vector)
-    if effect.follows is not None and "bias" in fit.model.names:
-        # From its mean on: the rest is a bias, and would make what varies look small.
-        logged = at.column(effect.follows)
-        at = replace(at, columns={**at.columns, effect.follows: logged - logged.mean()})
     if effect.acts_on == "reading":
         return effect.evaluate(equations.at_reading, shape)
     shapes = {} if shape is None else {effect.name: shape}
+    at = equations.conditions(fit.rows.vector)
     return sensor_columns((effect,), at, shapes, fit.rows.axes)
 
 

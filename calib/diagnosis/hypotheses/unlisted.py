@@ -31,8 +31,11 @@ STEPS_TRIED = 32  #: times of a step that are tried; a limit of time
 STEP_MARGIN = 2
 """Poses that a step leaves on either side at least; fewer are bad poses."""
 
-#: s, half a decade apart: how far the temperature within may lag that of the log; not tuned
-LAGS_S = (100.0, 300.0, 1000.0, 3000.0)
+IN_A_CURVE = "in a curve"  #: how a bias follows a column by its square
+LAGS_S = (30.0, 45.0, 70.0, 100.0, 150.0, 220.0, 330.0, 500.0, 750.0, 1100.0, 1700.0, 2500.0,
+          3800.0, 5600.0)
+"""How far the temperature within may lag that of the log, half a minute to an hour and a half.
+Derived: the log with neighbouring lags agrees to 0.99 and more."""
 WANDER_MODES = 10
 """The strongest of a course, a limit of size. Of 26 poses they hold 68, 88 and 93 % of the variance
 at the three spans below; half as many 44, 75 and 86 %, twice as many 92, 97 and 98 %."""
@@ -80,19 +83,23 @@ def lagging(time_s: FloatArray, values: FloatArray, lags_s: Sequence[float]) -> 
 
 def unknown_hypotheses(fit: Fit, columns: tuple[str, ...]) -> list[Hypothesis]:
     """Unknown functions: of ``columns``, time, the plate's rate, the attitude, the pose before."""
-    forms = list(_forms(fit, columns))
-    names = {name for name, _, _ in forms}
-    count = {name: sum(each[0] == name for each in forms) for name in names}
-    each = np.log(CONSTANTS.odds_unknown / max(len(names), 1))
+    forms = [(name, form) for name, form in _forms(fit, columns) if form]
+    names = [name for name, _ in forms]
+    each = np.log(CONSTANTS.odds_unknown / max(len(set(names)), 1))
     return [
-        Hypothesis(f"~{name}", "unknown", float(each - np.log(count[name])), course=course,
-                   detail=detail, follows=name)
-        for name, detail, course in forms
+        Hypothesis(f"~{name}", "unknown", float(each - np.log(names.count(name) * len(form))),
+                   course=course, detail=detail, follows=name)
+        for name, form in forms
+        for detail, course in form
     ]
 
 
-def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, str, Course]]:
-    """Name, form in words and course of every unknown function."""
+Form = Sequence[tuple[str, Course]]
+"""One way to follow a covariate, in words and as a course; with a lag at every lag."""
+
+
+def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, Form]]:
+    """What unknown functions are functions of, and how."""
     poses = fit.poses
     covariates = {"time_s": poses.time_s, "spin_rad_s": poses.spin_rad_s}
     covariates |= {name: poses.columns[name] for name in columns}
@@ -100,22 +107,28 @@ def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, str, Cours
         if not np.isfinite(values).all() or np.ptp(values) == 0:
             continue
         shapes = waves(values, TIME_WAVES if name == "time_s" else COLUMN_WAVES)
-        yield name, "", Course.of_size(shapes)
-        yield name, "", Course.of_bias(shapes)
+        yield name, [("", Course.of_size(shapes))]
+        yield name, [("", Course.of_bias(shapes))]
         if name in columns:
             curve = ((values - values.mean()) / np.ptp(values)) ** 2
-            yield name, "in a curve", Course.of_bias(curve[:, None])
-    yield "attitude", "", Course.of_size(_attitude(fit))
+            yield name, [(IN_A_CURVE, Course.of_bias(curve[:, None]))]
+    yield "attitude", [("", Course.of_size(_attitude(fit)))]
     if np.isfinite(poses.time_s).all():
         if TEMPERATURE in columns and np.ptp(poses.columns[TEMPERATURE]) > 0:
-            values = poses.columns[TEMPERATURE]
-            for lag_s, late in zip(LAGS_S, lagging(poses.time_s, values, LAGS_S).T, strict=True):
-                if np.ptp(late) > 0:
-                    detail = f"with a lag of about {lag_s:.0f} s"
-                    yield TEMPERATURE, detail, Course.of_bias((late - late.mean())[:, None])
+            yield TEMPERATURE, _with_a_lag(poses.time_s, poses.columns[TEMPERATURE])
         previous = _previous(fit)
         if previous.any():
-            yield "previous", "", Course(previous)
+            yield "previous", [("", Course(previous))]
+
+
+def _with_a_lag(time_s: FloatArray, warmth: FloatArray) -> Form:
+    """A bias that follows ``warmth`` (n,) late."""
+    late = lagging(time_s, warmth, LAGS_S)
+    return [
+        (f"with a lag of about {lag_s:.0f} s",
+         Course.of_bias((each - each.mean())[:, None]))
+        for lag_s, each in zip(LAGS_S, late.T, strict=True) if np.ptp(each) > 0
+    ]
 
 
 def _attitude(fit: Fit) -> FloatArray:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.diagnosis.hypotheses.signature import effect_columns
+from calib.diagnosis.hypotheses.signature import whole_columns
 from calib.diagnosis.next_measurement.kind import shares_a_rate
 from calib.diagnosis.next_measurement.pose_blocks import CLIPS, hypothetical
 from calib.effects.effect import Effect
@@ -79,7 +79,7 @@ def _signal(fit: Fit, rival: Rival, others: Sequence[Rival]) -> float:
 
 def _columns(fit: Fit, rival: Rival) -> FloatArray:
     """Columns (d, k) of a rival; a pose that is filmed has the rate that the plate has."""
-    columns = effect_columns(fit, rival.effect, rival.shape)
+    columns = whole_columns(fit, rival.effect, rival.shape)
     if rival.effect.acts_on == "reference":
         run = np.array(fit.poses.run)[fit.equations.row_pose]
         columns = np.where(run[:, None] == CLIPS.code, 0.0, columns)

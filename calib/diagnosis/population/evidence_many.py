@@ -5,7 +5,6 @@ done with the columns is what is done for one fit, with a leading axis.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -14,10 +13,10 @@ from calib.diagnosis.population.evidence import trials_of
 from calib.diagnosis.population.lot import LotEvidence
 from calib.diagnosis.population.stacked_conditions import StackedConditions
 from calib.effects.effect import Effect
+from calib.effects.variation import about_mean
 from calib.fit.batch.fit_many import FittedStack, ManyFits
 from calib.fit.least_squares.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.numbers import NO_LENGTH
-from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 
@@ -83,11 +82,12 @@ def _columns(
     sets, n, _ = vector.shape
     k = equations.stack.turning
     if effect.acts_on == "reference":
-        flat = effect.evaluate(at.reading, shape).reshape(sets, n, -1)[:, :k]
+        varying = about_mean(effect, fits.model.names, sets)
+        flat = varying.evaluate(at.reading, shape).reshape(sets, n, -1)[:, :k]
         rows = np.zeros((sets, equations.stack.data_count, flat.shape[2]))
         rows[:, :k] = flat / equations.magnitude_sd[..., None]
     else:
-        vectors = _vectors(at, effect, shape, sets, "bias" in fits.model.names)
+        vectors = _vectors(at, effect, shape, sets, fits.model.names)
         rows = equations.whitened(vectors, vector)
         sds = np.concatenate([equations.magnitude_sd, equations.null_sd.reshape(sets, -1)], axis=1)
         whole = np.sqrt((vectors**2).sum(axis=(1, 2))) / np.median(sds, axis=1)[:, None]
@@ -98,25 +98,17 @@ def _columns(
 
 
 def _vectors(
-    at: StackedConditions, effect: Effect, shape: float | None, sets: int, with_bias: bool
+    at: StackedConditions, effect: Effect, shape: float | None, sets: int, fitted: Sequence[str]
 ) -> FloatArray:
     """Errors (S, n, 3, k) of an effect on the reading or the sensor."""
     where = at.vector if effect.orthogonal else at.sensed
     if effect.acts_on == "reading":
         where = at.reading
-    if effect.follows is not None and with_bias:
-        where = _from_its_mean(where, effect.follows, sets)
-    flat = effect.evaluate(where, shape)
+    flat = about_mean(effect, fitted, sets).evaluate(where, shape)
     vectors = flat.reshape(sets, len(flat) // sets, 3, -1)
     if effect.orthogonal or effect.acts_on == "reading":
         return vectors
     return np.asarray(at.to_orthogonal[:, None] @ vectors)
-
-
-def _from_its_mean(at: Conditions, column: str, sets: int) -> Conditions:
-    logged = at.column(column).reshape(sets, -1)
-    from_mean = (logged - logged.mean(axis=1, keepdims=True)).ravel()
-    return replace(at, columns={**at.columns, column: from_mean})
 
 
 def _visible(columns: FloatArray, basis: FloatArray, data_count: int) -> FloatArray:

@@ -1,12 +1,13 @@
 """What effects are evaluated on at the solutions of several fits: a row for every pose of each."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from calib.effects.effect import Effect
+from calib.effects.variation import about_mean
 from calib.fit.least_squares.result import Fit
 from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions, joined
@@ -99,13 +100,13 @@ class JointConditions:
         array, shape (S, n, 3, k)
             Of the vectors; of an effect on the reference its magnitude's errors, (S, n, k).
         """
-        at = self._place(effect)
+        at, fitted = self._place(effect), self.fits[0].model.names
         if len(set(shapes)) == 1:
-            flat = effect.evaluate(at, shapes[0])
+            flat = about_mean(effect, fitted, len(shapes)).evaluate(at, shapes[0])
         else:
             n = len(at) // len(shapes)
             flat = np.concatenate([
-                effect.evaluate(at.take(slice(i * n, (i + 1) * n)), shape)
+                about_mean(effect, fitted).evaluate(at.take(slice(i * n, (i + 1) * n)), shape)
                 for i, shape in enumerate(shapes)
             ])
         errors = flat.reshape(len(shapes), -1, *flat.shape[1:])
@@ -117,11 +118,6 @@ class JointConditions:
         """Where an effect is evaluated."""
         if effect.acts_on == "reading":
             return self.reading
-        at = self.corrected if effect.acts_on == "reference" or effect.orthogonal else self.sensed
-        if effect.follows is None or "bias" not in self.fits[0].model.names:
-            return at
-        # From its mean on: the rest is a bias, and would make what varies look small.
-        logged = at.column(effect.follows).reshape(len(self.fits), -1)
-        from_mean = (logged - logged.mean(axis=1, keepdims=True)).ravel()
-        return replace(at, columns={**at.columns, effect.follows: from_mean})
+        on_sensed = effect.acts_on == "sensor" and not effect.orthogonal
+        return self.sensed if on_sensed else self.corrected
 

@@ -91,9 +91,7 @@ class Odds:
 
 def odds_of(state: Search) -> Steps[Odds]:
     """The probabilities of a finished search."""
-    lead = _leading(state)
-    if lead.members:
-        lead = yield from with_refit(state, lead)
+    lead = yield from _refitted_lead(state)
     at_lead = state.table
     if lead.refit is not None:
         at_lead = yield from state.table_of(lead.refit)
@@ -127,6 +125,17 @@ def odds_of(state: Search) -> Steps[Odds]:
         masses,
         names,
     )
+
+
+def _refitted_lead(state: Search) -> Steps[Entry]:
+    """The leading set at its joint refit; one that its refit excludes leads no more."""
+    while True:
+        lead = _leading(state)
+        if not lead.members:
+            return lead
+        again = yield from with_refit(state, lead)
+        if not state.is_refused(state.key(lead.members)):
+            return again
 
 
 def _masses(state: Search, bits: Sequence[int], total: float) -> dict[int, float]:

@@ -11,6 +11,7 @@ from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis, held
 from calib.diagnosis.search.beside import Beside
 from calib.diagnosis.search.refit import Refit
+from calib.diagnosis.search.sizes import exceeds_nature
 from calib.diagnosis.search.steps import Steps, densities, joint_refit, table_at
 from calib.diagnosis.search.table import Table
 from calib.effects.effect import Effect
@@ -127,10 +128,14 @@ class Search:
         return known
 
     def refuse(self, key: Key) -> None:
-        """Take a set out of the search."""
-        self.refused.add(key)
+        """Take a set out of the search; of a single member, every set that holds it."""
         if key.bit_count() == 1:
             self.refused_alone |= key
+        self.exclude(key)
+
+    def exclude(self, key: Key) -> None:
+        """Take this set out of the search."""
+        self.refused.add(key)
         self.entries.pop(key, None)
 
     def best(self, entries: Iterable[Entry] | None = None) -> Entry:
@@ -149,8 +154,8 @@ class Search:
     ) -> Steps[Entry | None]:
         """The set of ``members`` at its joint refit.
 
-        None where it would leave too few degrees of freedom to check it with, or where the rows
-        have no such solution; then the set is out of the search.
+        None where it would leave too few degrees of freedom to check it with; or where the rows
+        have no such solution, or one that nature does not have: then the set is out of the search.
         """
         effects = [self._effect(j, start) for j in members]
         if self.base.dof - sum(int(self.table.seen[j]) for j in members) < CONSTANTS.fewest_dof:
@@ -158,6 +163,9 @@ class Search:
         joint = yield from joint_refit(self.base, effects)
         if joint is None:
             self.refuse(self.key(members))
+            return None
+        if exceeds_nature(joint):
+            self.exclude(self.key(members))
             return None
         chosen = [self.hypotheses[j] for j in members]
         table = yield from table_at(joint.fit, chosen, joint.names)
@@ -207,7 +215,10 @@ def _largest_part(state: Search, members: Sequence[int]) -> Refit | None:
 
 
 def with_refit(state: Search, entry: Entry) -> Steps[Entry]:
-    """``entry`` with the joint refit of those of its members that a model can hold."""
+    """``entry`` with the joint refit of those of its members that a model can hold.
+
+    Where the rows have none it is out of the search.
+    """
     if entry.whole:
         return entry
     inside = tuple(j for j in entry.members if state.can_refit([j]))
@@ -218,6 +229,8 @@ def with_refit(state: Search, entry: Entry) -> Steps[Entry]:
         again: Entry | None = known
     else:
         again = yield from state.refitted(inside, entry.refit)
+    if again is None and state.is_refused(state.key(inside)):
+        state.exclude(state.key(entry.members))
     if again is None:
         return entry._replace(refit=_largest_part(state, inside))
     state.note(again)

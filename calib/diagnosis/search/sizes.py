@@ -1,4 +1,8 @@
-"""Sizes that the residual asks for, before any refit, held against what nature allows."""
+"""Sizes of effects held against what nature allows.
+
+Before any refit they are what the residual asks for, and bent by whatever else is missing: one that
+nature does not have makes a hypothesis improbable. At a joint refit it excludes the set.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,6 +11,7 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis
+from calib.diagnosis.search.refit import Refit
 from calib.diagnosis.search.table import Table
 from calib.poses.imu_log import FloatArray
 
@@ -34,7 +39,23 @@ def within_nature(table: Table, hypotheses: Sequence[Hypothesis]) -> list[Hypoth
         if h.effect is None or np.isinf(h.effect.largest) or table.is_blind(j):
             continue
         size, sd = predicted_size(table, j)
-        if (np.abs(size) - CONSTANTS.limit_sd * sd > h.effect.largest).any():
+        if _exceeds(size, sd, h.effect.largest):
             judged[j] = replace(h, log_prior=h.log_prior + float(np.log(CONSTANTS.odds_unnatural)))
             table.log_prior[j] = judged[j].log_prior
     return judged
+
+
+def exceeds_nature(joint: Refit) -> bool:
+    """Whether an effect of ``joint`` is larger than it can be, by more than its sd allows."""
+    fit, slices = joint.fit, joint.fit.model.slices()
+    for effect in fit.model.effects:
+        if effect.name not in joint.names or np.isinf(effect.largest):
+            continue
+        where = slices[effect.name]
+        if _exceeds(fit.theta[where], np.sqrt(np.diag(fit.cov)[where]), effect.largest):
+            return True
+    return False
+
+
+def _exceeds(size: FloatArray, sd: FloatArray, largest: float) -> bool:
+    return bool((np.abs(size) - CONSTANTS.limit_sd * sd > largest).any())

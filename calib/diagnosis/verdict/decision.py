@@ -14,10 +14,11 @@ from enum import StrEnum
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.unlisted import IN_A_CURVE
 from calib.diagnosis.search.odds import Inclusion, Odds, is_course
 from calib.diagnosis.search.sets import Search, is_nothing
-from calib.fit.least_squares.result import Fit
-from calib.fit.validation.leave_one_out import compare, left_out_square
+from calib.diagnosis.verdict.explained import explained, predicted_share, signal_rows
+from calib.fit.validation.leave_one_out import left_out_square
 from calib.poses.imu_log import FloatArray
 
 NOISES = ("wander", "plate_rate")
@@ -58,6 +59,9 @@ class Verdict:
         Part of the misfit that the leading set takes.
     explains : bool
         Whether the poses' own noise explains what is left.
+    straight : tuple of str
+        Logged columns that a named effect follows along a straight line, where a curve in them
+        would look the same.
     """
 
     code: Code
@@ -68,15 +72,18 @@ class Verdict:
     beside: tuple[Inclusion, ...] = ()
     share: float = 0.0
     explains: bool = False
+    straight: tuple[str, ...] = ()
 
 
 def reach_verdict(state: Search, odds: Odds) -> Verdict:
     """The verdict, by the first of the module's questions that has an answer."""
     if is_nothing(state):
         return Verdict(Code.NOTHING_MISSING, explains=True)
-    share, explains = _explanation(state, odds)
+    share, explains = explained(state, odds)
     named = _named(state, odds)
-    if named and (explains or (share > CONSTANTS.most_of_the_misfit and _predicts(state, odds))):
+    if named and share > CONSTANTS.most_of_the_misfit and not explains:
+        share = predicted_share(state, odds, named)
+    if named and (explains or share > CONSTANTS.most_of_the_misfit):
         first = named[0]
         alone = _one_pose(state, odds, first) if len(named) == 1 else None
         if alone is not None:
@@ -85,7 +92,9 @@ def reach_verdict(state: Search, odds: Odds) -> Verdict:
         return Verdict(
             Code.EFFECT, first.name, tuple(each.name for each in named), first.members,
             beside=_beside(state, odds, named), share=share, explains=explains,
+            straight=_as_a_curve(state, odds, named),
         )
+    share, _ = explained(state, odds)
     unlisted = _unlisted(state, odds, share, explains)
     if unlisted is not None:
         return unlisted
@@ -149,9 +158,7 @@ def _signal_rows(state: Search, odds: Odds, j: int) -> FloatArray | None:
     name = next((n for n in joint.names if n in (h.name, f"{h.name} {j}")), None)
     if name is None:  # more members than the rows carry a refit of
         return None
-    where = joint.fit.model.slices()[name]
-    rows = joint.fit.rows.jacobian[:, where] @ joint.fit.theta[where]
-    return np.asarray(rows - state.table.projector.model @ (state.table.projector.model.T @ rows))
+    return signal_rows(state, joint, name)
 
 
 def _signal(state: Search, odds: Odds, j: int) -> float:
@@ -176,25 +183,18 @@ def _one_pose(state: Search, odds: Odds, named: Inclusion) -> str | None:
     return str(state.base.poses.label[np.flatnonzero(alone)[0]]) if alone.any() else None
 
 
-def _explanation(state: Search, odds: Odds) -> tuple[float, bool]:
-    """Part of the misfit that the leading set takes, and whether noise explains the rest."""
-    whole = _misfit(state.base)
-    joint = odds.lead.refit
-    if joint is None or whole <= 0:
-        return 0.0, False
-    share = 1 - max(_misfit(joint.fit), 0.0) / whole
-    return max(share, 0.0), bool(joint.explains and odds.lead.whole)
-
-
-def _misfit(fit: Fit) -> float:
-    """Chi-square above its degrees of freedom."""
-    return float(fit.weight @ fit.rows.residual**2) - fit.dof
-
-
-def _predicts(state: Search, odds: Odds) -> bool:
-    """Whether the leading set's effects lower the leave-one-out error."""
-    assert odds.lead.refit is not None
-    return compare(odds.lead.refit.fit).loo_rms < compare(state.base).loo_rms
+def _as_a_curve(state: Search, odds: Odds, named: Sequence[Inclusion]) -> tuple[str, ...]:
+    """Columns of which the poses show too few values to tell a straight line from a curve."""
+    columns = []
+    for each in named:
+        j = next(j for j in odds.lead.members if state.hypotheses[j].name == each.name)
+        effect = state.hypotheses[j].effect
+        column = None if effect is None else effect.names_column
+        curves = [k for k, h in enumerate(state.hypotheses)
+                  if column is not None and h.follows == column and h.detail == IN_A_CURVE]
+        if any(state.table.correlations(j, curves, ()) > CONSTANTS.alias_correlation):
+            columns.append(str(column))
+    return tuple(columns)
 
 
 def _beside(state: Search, odds: Odds, named: Sequence[Inclusion]) -> tuple[Inclusion, ...]:

@@ -14,6 +14,7 @@ from calib.diagnosis.verdict.decision import Code, Verdict
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import (
     covariate,
+    curves,
     joined,
     odds_in_words,
     on_the_plate,
@@ -127,7 +128,7 @@ def _effect(case: _Case) -> Explanation:
     if others:
         text += f"In these poses it looks the same as {others}: they cannot determine which it is. "
         short += f" or {joined(verdict.group[1:], 'or')}, which look the same here"
-    text += _beside(verdict)
+    text += curves(verdict.straight) + _beside(verdict)
     if len(verdict.group) == 1:
         return Explanation(
             "act", short, text.rstrip(), "add",
@@ -220,12 +221,11 @@ def _bad_pose(case: _Case) -> Explanation:
     names = joined(poses, "and")
     if len(poses) == 1:
         what, verb = f"One pose does not agree with the others: {names}", "it"
+        short = f"the pose {names} contradicts the others"
     else:
         what, verb = f"{len(poses)} poses do not agree with the others: {names}", "them"
+        short = f"the poses {names} contradict the others"
     again = f"Record {verb} again, or exclude {verb}"
-    short = f"the {'pose' if len(poses) == 1 else 'poses'} {names} contradict the others"
-    if len(poses) == 1:
-        short = f"the pose {names} contradicts the others"
     text = f"{what} ({case.misfit}). {_beside(case.verdict)}{again}."
     return Explanation("act", short, text, "repeat", again)
 

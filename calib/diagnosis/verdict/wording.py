@@ -87,6 +87,16 @@ def covariate(name: str) -> str:
     }.get(name, f"the logged column {name}")
 
 
+def curves(columns: Sequence[str]) -> str:
+    """That a straight line in each of ``columns`` was named where a curve would look the same."""
+    return "".join(
+        f"A bias that follows {covariate(name)} in a curve looks the same in these poses, which "
+        f"saw too few values of it: poses at a third value would show whether the line is "
+        f"straight. "
+        for name in columns
+    )
+
+
 def odds_in_words(probability: float) -> str:
     """``9 in 10``: a probability as one would say it.
 

@@ -4,6 +4,7 @@
 import numpy as np
 
 from calib.effects.effect import Effect
+from calib.effects.variation import about_mean
 from calib.fit.batch.joint_axes import JointAxes
 from calib.fit.batch.joint_equations import JointEquations, Shapes
 from calib.fit.batch.joint_rows import JointRows
@@ -45,12 +46,9 @@ def visible_bases(
         where = slices[effect.name]
         columns = jacobian[:, :, where]
         columns = np.where(_is_rounding(equations, rows, shapes, effect)[:, None], 0.0, columns)
-        varying = columns
-        if effect.follows is not None and "bias" in slices:
-            # From its mean on: the rest is a bias, and would make what varies look small.
-            mean = equations.at_start.column(effect.follows).reshape(sets, -1).mean(axis=1)
-            varying = columns - mean[:, None, None] * jacobian[:, :, slices["bias"]]
-        norm = np.maximum(np.sqrt((varying**2).sum(axis=1)), NO_LENGTH)
+        norm = np.sqrt((_varying(equations, rows, shapes, effect, columns) ** 2).sum(axis=1))
+        columns = np.where(norm[:, None] > 0, columns, 0.0)
+        norm = np.maximum(norm, NO_LENGTH)
         remainder = _beside(known, columns / norm[:, None])
         _, share, combinations = np.linalg.svd(remainder, full_matrices=False)
         lost = (share <= VISIBLE_SHARE).sum(axis=1)
@@ -61,6 +59,26 @@ def visible_bases(
         known = np.concatenate([known, orthonormal_bases(_beside(known, columns @ seen))], axis=2)
     return [None if blind else block[:, used]
             for blind, block, used in zip(is_blind, blocks, is_used, strict=True)]
+
+
+def _varying(
+    equations: JointEquations, rows: JointRows, shapes: Shapes, effect: Effect, columns: FloatArray
+) -> FloatArray:
+    """Columns (S, d, k) of ``effect`` about their mean."""
+    one, sets, n = equations.one, len(equations), rows.vector.shape[1]
+    varying = about_mean(effect, one.model.names, sets)
+    if varying is effect:
+        return columns
+    held = equations.held(rows.vector)
+    if effect.acts_on == "reference":
+        at = equations.at_start.with_vector(held.reshape(-1, 3))
+        errors = varying.evaluate(at).reshape(sets, n, -1)[:, one.magnitude]
+        whitened = np.zeros_like(columns)
+        whitened[:, : errors.shape[1]] = errors / equations.magnitude_sd[:, :, None]
+        return whitened
+    axes = JointAxes(rows.to_orthogonal, rows.to_sensed, np.ones((sets, 3)))
+    vectors = equations.columns((varying,), held, shapes, axes)
+    return equations.whitened(vectors, rows.vector) * columns.any(axis=1, keepdims=True)
 
 
 def _perpendicular(

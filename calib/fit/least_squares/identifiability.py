@@ -5,6 +5,7 @@ leaves the residual small while the parameters run away. What counts are the num
 rank, and the condition number of the column-scaled Jacobian.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,7 @@ from calib.poses.imu_log import BoolArray, FloatArray
 
 if TYPE_CHECKING:
     from calib.fit.rows.residuals import Equations
+from calib.effects.variation import about_mean
 from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.numbers import NO_LENGTH
 
@@ -152,13 +154,16 @@ def _advice(equations: "Equations") -> str:
     return f"Directions with no pose within 25°: {list_directions(missing, most=18)}. Add those."
 
 
-def visible_basis(equations: "Equations", rows: "WhitenedRows") -> FloatArray:
+def visible_basis(
+    equations: "Equations", rows: "WhitenedRows", shapes: Mapping[str, float]
+) -> FloatArray:
     """Combinations of the parameters that the poses can see, in their units, (p, visible).
 
     Bias, scale and misalignment are kept whole: what they lack is refused. Of every added effect
     only the combinations are fitted that leave ``VISIBLE_SHARE`` or more of their signal after
     everything before them; the others stay at zero, and no sd is stated for them. Cross-coupling
-    on wedge poses is the common case: x·y·z is zero in all of them.
+    on wedge poses is the common case: x·y·z is zero in all of them. ``shapes`` are the shape
+    parameters of ``rows``, where they are not the first of their starts.
 
     Raises
     ------
@@ -178,12 +183,9 @@ def visible_basis(equations: "Equations", rows: "WhitenedRows") -> FloatArray:
         block[where] = np.eye(where.stop - where.start)
         if effect.acts_on != "reading":
             columns = np.where(_is_rounding(equations, rows, effect), 0.0, jacobian[:, where])
-            varying = columns
-            if effect.follows is not None and "bias" in slices:
-                # From its mean on: the rest is a bias, and would make what varies look small.
-                mean = equations.at_reading.column(effect.follows).mean()
-                varying = columns - mean * jacobian[:, slices["bias"]]
-            norm = np.maximum(np.sqrt((varying**2).sum(axis=0)), NO_LENGTH)
+            norm = np.sqrt((_varying(equations, rows, shapes, effect, columns) ** 2).sum(axis=0))
+            columns = np.where(norm > 0, columns, 0.0)
+            norm = np.maximum(norm, NO_LENGTH)
             remainder = columns / norm - known @ (known.T @ (columns / norm))
             _, share, combinations = np.linalg.svd(remainder, full_matrices=False)
             lost = combinations[share <= VISIBLE_SHARE].T / norm[:, None]
@@ -204,6 +206,27 @@ def visible_basis(equations: "Equations", rows: "WhitenedRows") -> FloatArray:
             )
         blocks = np.hstack([blocks, block])
     return blocks
+
+
+def _varying(
+    equations: "Equations", rows: "WhitenedRows", shapes: Mapping[str, float], effect: Effect,
+    columns: FloatArray,
+) -> FloatArray:
+    """Columns (d, k) of ``effect`` about their mean, in which the rest is a bias or a gain.
+
+    With that, what varies would look small.
+    """
+    varying = about_mean(effect, equations.model.names)
+    if varying is effect:
+        return columns
+    at = equations.conditions(rows.vector)
+    if effect.acts_on == "reference":
+        whitened = np.zeros_like(columns)
+        errors = varying.evaluate(at, shapes.get(effect.name))[equations.magnitude]
+        whitened[: len(errors)] = errors / equations.magnitude_sd[:, None]
+        return whitened
+    vectors = sensor_columns((varying,), at, shapes, rows.axes)
+    return equations.whitened(vectors, rows.vector) * columns.any(axis=0)
 
 
 def _is_rounding(equations: "Equations", rows: "WhitenedRows", effect: Effect) -> BoolArray:

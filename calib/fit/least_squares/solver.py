@@ -187,7 +187,7 @@ def _weighed(
     Where the rows are not explained from there, the other starts of the shapes are tried.
     """
     at = Estimate.of(equations, theta, eta, shapes)
-    basis = visible_basis(equations, at.rows)
+    basis = visible_basis(equations, at.rows, shapes)
     problem = replace(Problem.of(equations, basis), weight=weight)
     solution = minimise(problem, at, WEIGHING)
     dof = max(equations.data_count - basis.shape[1] - len(problem.free), 1)
@@ -288,4 +288,4 @@ def basis_at(equations: Equations, theta: FloatArray) -> FloatArray:
     if len(equations.reading_index) == equations.model.size:
         return np.eye(equations.model.size)
     at_start = equations.rows(theta, np.zeros(equations.common.shape[1]), {})
-    return visible_basis(equations, at_start)
+    return visible_basis(equations, at_start, {})

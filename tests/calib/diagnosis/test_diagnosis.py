@@ -22,6 +22,7 @@ from tests.recorded_blocks import settle
 from tests.trials import LISTED, drawn, follow_to_the_end, hidden_of, poses_of, run_trial
 from tests.world.bench import Design
 from tests.world.designs import paper_design, rich_design, soak_design
+from tests.world.hidden import Hidden
 
 # A quarter of the samples leaves the noise of a pose mean nearly as it is: the slow part rules.
 RICH = rich_design().scaled(sample_rate=0.25)
@@ -31,7 +32,9 @@ RICH_ROWS, SOAK_ROWS = 126, 78  #: magnitudes, and components at rest for the gy
 TWO_SIGMA = 0.9545
 INSIDE_THE_RATES_SD = ("reference_offset",)
 BLIND_EVERYWHERE = ("frame_rotation", "reference_scale")
-SEEN_BY_ALL = [n for n in LISTED if n not in (*INSIDE_THE_RATES_SD, *BLIND_EVERYWHERE)]
+NOT_SO_LARGE = ("earth_rate",)  #: five noise units are twenty times the Earth's rate
+SEEN_BY_ALL = [n for n in LISTED
+               if n not in (*INSIDE_THE_RATES_SD, *BLIND_EVERYWHERE, *NOT_SO_LARGE)]
 BLIND_ON_THE_PAPERS_POSES = (
     "frame_rotation",
     "g_sensitivity",
@@ -74,6 +77,22 @@ def test_a_rich_session_names_what_is_hidden_and_the_error_falls(name: str) -> N
         noise = largest_rms(RICH_ROWS, Model.of((*BASE, name)).size)
         assert found.rms_after < noise < found.rms_before
         assert found.loo_after < largest_left_out_rms(RICH_ROWS, Model.of((*BASE, name)).size)
+
+
+@pytest.mark.parametrize("seed", [101, 102])
+def test_no_size_that_nature_does_not_have_explains(seed: int) -> None:
+    """A floor that turns twenty times as fast as the Earth is not the Earth."""
+    found = with_hidden("earth_rate", 5.0, RICH, seed, "gyroscope")
+    assert found.verdict != "nothing_missing"
+    assert "earth_rate" not in (*found.names, *found.group)
+
+
+def test_the_earth_at_its_own_rate_can_be_named() -> None:
+    """By a gyroscope with a thousandth of the noise."""
+    quiet = replace(RICH, sensor=RICH.sensor.with_noise(1e-3), rate_sd_relative=1e-8)
+    hidden = Hidden("earth_rate", "gyroscope", np.array(5e-5))
+    found = said_of(poses_of(quiet, 103, "gyroscope", [hidden]))
+    assert "earth_rate" in (*found.names, *found.group), found.text
 
 
 @pytest.mark.parametrize("name", ["temperature_bias", "temperature_scale", "bias_drift",

@@ -131,10 +131,10 @@ def test_kinds_of_noise_are_one_verdict_that_says_what_else_it_may_be() -> None:
     several = found(95)
     assert several.verdict == "noise"
     assert max(each.probability for each in several.inclusion) < CONSTANTS.sure
-    assert "It may be a bias that wanders (2 in 10) or a plate" in several.text
-    one = found(91)
-    assert (one.verdict, one.name) == ("noise", "plate_rate")
-    assert "'temperature_bias' (6 in 10)" in one.text
+    assert "It may be a bias that wanders (3 in 10) or a plate" in several.text
+    one = found(98)
+    assert (one.verdict, one.name) == ("noise", "wander")
+    assert "'temperature_scale' (1 in 10)" in one.text
 
 
 def test_a_memory_that_saturates_is_hysteresis_with_a_width() -> None:
@@ -249,3 +249,15 @@ def test_inclusion_holds_the_named_class_first_and_no_probability_beyond_one() -
 def test_every_constant_says_where_it_comes_from() -> None:
     for name, origin in CONSTANTS.origins().items():
         assert origin.split(":")[0] in ("fact", "derived", "tuned"), name
+
+
+def test_two_temperatures_do_not_tell_a_straight_line_from_a_curve() -> None:
+    """Three soaks at two temperatures; in a room that wanders by 0.2 °C a curve is another."""
+    curve = "follows the logged column temperature_c in a curve looks the same"
+    for name in ("temperature_bias", "temperature_squared"):
+        found = said("soak", "accelerometer", (name,), 20.0, 76)
+        assert (found.verdict, found.names) == ("effect", ("temperature_bias",))
+        assert curve in found.text
+    found = said("hand", "accelerometer", ("temperature_bias",), 10.0, 77)
+    assert (found.verdict, found.names) == ("effect", ("temperature_bias",))
+    assert curve not in found.text

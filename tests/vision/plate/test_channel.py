@@ -90,7 +90,7 @@ def test_colour_is_followed_in_frames_of(
     codec: str, pixel_format: str, suffix: str, render: Render
 ) -> None:
     recorder = Recorder(codec=codec, pixel_format=pixel_format)
-    track = track_phase(render(MOTION, SCENE, seconds=5, suffix=suffix, recorder=recorder)[0])
+    track = track_phase(render(MOTION, SCENE, seconds=4, suffix=suffix, recorder=recorder)[0])
     assert track.plate.channel != "luma"
     rate_of(track)
 

@@ -28,7 +28,7 @@ SCENE = Scene(tilt_rad=0.3)
 
 @pytest.fixture(scope="module")
 def still(render: Render) -> Path:
-    return render(MOTION, SCENE, seconds=20)[0]
+    return render(MOTION, SCENE, seconds=12)[0]
 
 
 def test_a_camera_that_stands_does_not_roll(still: Path) -> None:

@@ -5,7 +5,13 @@ import pytest
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.diagnose import diagnose
-from calib.diagnosis.hypotheses.signature import Projector, are_aliases, contains, effect_columns
+from calib.diagnosis.hypotheses.signature import (
+    Projector,
+    are_aliases,
+    contains,
+    effect_columns,
+    whole_columns,
+)
 from calib.diagnosis.search.evidence import (
     TAUS,
     Sets,
@@ -168,12 +174,14 @@ def test_what_the_model_absorbs_is_projected_out() -> None:
     assert projector.residual == pytest.approx(found.rows.residual, abs=1e-5)
 
 
-@pytest.mark.parametrize("name", ["quadratic", "g_sensitivity", "warm_up", "reference_offset"])
+@pytest.mark.parametrize(
+    "name", ["quadratic", "g_sensitivity", "warm_up", "scale_drift", "reference_offset"]
+)
 def test_the_columns_are_what_the_effect_would_leave(name: str) -> None:
     """Columns times a small size are the change of the rows when the effect enters the model."""
     base = fit(noisy(rich_poses("gyroscope"), 4), MODEL)
     effect = EFFECTS[name]
-    columns = effect_columns(base, effect)
+    columns = whole_columns(base, effect)
     with_it = Model.of((*BASE, name))
     equations = Equations(base.poses, with_it)
     size = 1e-6 * np.arange(1.0, len(effect.parameters) + 1)

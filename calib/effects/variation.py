@@ -1,0 +1,56 @@
+"""How an effect varies about what a bias or a gain would absorb of it."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from calib.effects.effect import Effect, ShapeValue
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import FloatArray
+
+ROUNDING_OF_MEAN = 1e-12  #: relative; numerical
+
+
+def about_mean(effect: Effect, fitted: Sequence[str], sets: int = 1) -> Effect:
+    """The part of an effect that the base does not hold: how it varies about its mean.
+
+    What an effect is while nothing varies is a bias or a gain, and where it is counted from
+    (25 °C, 5 V, power-on) adds no more than that: what poses see of it must not depend on it.
+
+    Parameters
+    ----------
+    effect : Effect
+    fitted : sequence of str
+        The effects of the model; without what it is at rest, all of it can be seen.
+    sets : int
+        The rows that it will be evaluated on are those of so many sets of poses, one after
+        another, each with a mean of its own.
+    """
+    if effect.constant_is not in fitted:
+        return effect
+    return replace(effect, columns=partial(_columns_about_mean, effect, sets))
+
+
+def _columns_about_mean(
+    effect: Effect, sets: int, at: Conditions, shape: ShapeValue | None = None
+) -> FloatArray:
+    """The columns of ``effect`` less what they are on average, as a bias or a gain."""
+    errors = effect.evaluate(at, shape)
+    if effect.acts_on == "reference":
+        per = np.where(at.magnitude > 0, at.magnitude, 0.0)[:, None]
+        factor = errors / np.where(per == 0, 1.0, per)
+    elif effect.constant_is == "scale":
+        per = at.vector[:, :, None]
+        factor = effect.evaluate(at.with_vector(np.ones_like(at.vector)), shape)
+    else:
+        per, factor = np.ones((len(at), 1, 1)), errors
+    counts = (per != 0).any(axis=1, keepdims=True).reshape(sets, -1, *(1,) * (per.ndim - 1))
+    of_set = factor.reshape(sets, -1, *factor.shape[1:])
+    number = np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    mean = np.where(counts, of_set, 0.0).sum(axis=1, keepdims=True) / number
+    varying = np.where(counts, of_set - mean, 0.0)
+    # The rounding of the mean is no variation.
+    varying = np.where(np.abs(varying) > ROUNDING_OF_MEAN * np.abs(mean), varying, 0.0)
+    return np.asarray(varying.reshape(factor.shape) * per)

@@ -1,0 +1,104 @@
+"""How far readings drift within a pose because of temperature or time, by the other poses.
+
+A bias that follows the temperature moves while a pose is taken, and the stronger it is the more it
+looks like a sensor that was moved. What tells them apart are the other poses: a bias moves along
+the sensor's own axes by the same amount per kelvin and per second, however the sensor lies, whereas
+a sensor that turns swaps gravity between its axes. The slopes are the least squares solution of
+
+    v_b - mean(v) = Σ_j (x_jb - mean(x_j)) c_j
+
+over the batch means v_b of the other poses, x_j the time and the temperature, axis by axis.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from calib.errors import Undetermined
+from calib.poses.averaging import PoseMean, average_pose
+from calib.poses.batches import batch_means
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import TEMPERATURE, TRIADS, FloatArray, ImuLog, Triad
+from calib.poses.pose_checks import SHORT_BATCHES, SensorMoved
+
+FEWEST_OTHERS = 3
+"""Poses that show the slopes. Derived: with two unknowns on each axis, one pose that was moved
+alike cannot make up the answer."""
+
+
+def average_poses(
+    logs: Sequence[ImuLog], accelerometer: TriadSpec | None, gyroscope: TriadSpec | None,
+    rates_rad_s: Sequence[float],
+) -> list[PoseMean]:
+    """Average the poses of one run.
+
+    A pose at rest that seems to have moved is judged once more with what drifts in all of them
+    taken off.
+
+    Parameters
+    ----------
+    logs : sequence of ImuLog
+        One for each pose.
+    accelerometer, gyroscope : TriadSpec or None
+        Data sheets; a triad without one is left out.
+    rates_rad_s : sequence of float
+        Approximate rate of the plate in each pose, 0 at rest.
+
+    Returns
+    -------
+    list of PoseMean
+
+    Raises
+    ------
+    UnusableLog, Undetermined, Contradiction
+        As :func:`calib.poses.averaging.average_pose`.
+    """
+    specs: dict[Triad, TriadSpec | None] = dict(
+        zip(TRIADS, (accelerometer, gyroscope), strict=True))
+    means = []
+    for i, (log, rate) in enumerate(zip(logs, rates_rad_s, strict=True)):
+        try:
+            means.append(average_pose(log, accelerometer, gyroscope, rate))
+        except SensorMoved as moved:
+            others = [other for j, other in enumerate(logs) if j != i and rates_rad_s[j] == 0]
+            drift = {triad: drift_within(log, others, triad, spec)
+                     for triad, spec in specs.items() if spec is not None and log.has(triad)}
+            try:
+                means.append(average_pose(log, accelerometer, gyroscope, rate, drift=drift))
+            except Undetermined:
+                raise moved from None
+    return means
+
+
+def drift_within(
+    log: ImuLog, others: Sequence[ImuLog], triad: Triad, spec: TriadSpec
+) -> FloatArray:
+    """What the readings of a pose drift by about their mean, by the other poses, (t, 3), SI.
+
+    Zero where fewer than ``FEWEST_OTHERS`` others show it.
+    """
+    t = len(log.time_s)
+    alike = [other for other in others
+             if other.has(triad) and len(other.time_s) >= SHORT_BATCHES
+             and (TEMPERATURE in other.columns) == (TEMPERATURE in log.columns)]
+    if len(alike) < FEWEST_OTHERS:
+        return np.zeros((t, 3))
+    x = np.concatenate([_about_mean(batch_means(_causes(other), SHORT_BATCHES))
+                        for other in alike])
+    v = np.concatenate([
+        _about_mean(batch_means(spec.nominal(spec.signed(getattr(other, triad))), SHORT_BATCHES))
+        for other in alike
+    ])
+    size = np.maximum(np.sqrt((x**2).sum(axis=0)), np.finfo(float).tiny)
+    slopes = np.linalg.lstsq(x / size, v, rcond=None)[0] / size[:, None]
+    return np.asarray(_about_mean(_causes(log)) @ slopes)
+
+
+def _causes(log: ImuLog) -> FloatArray:
+    """Time in the pose and, where it was logged, the temperature, (t, 1 or 2)."""
+    causes = [log.time_s, *(log.columns[name] for name in (TEMPERATURE,) if name in log.columns)]
+    return np.column_stack(causes)
+
+
+def _about_mean(values: FloatArray) -> FloatArray:
+    return np.asarray(values - values.mean(axis=0))

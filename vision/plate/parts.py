@@ -1,0 +1,173 @@
+"""A pattern that repeats around the plate: strobe dots, the ribs of a mat.
+
+Turned by one of its N equal parts the plate looks the same, and the low angular orders, which
+``vision.plate.rotation`` adds up, show nothing. But every place sees the same number of parts pass
+per second, f = N ω / 2π: a line in the spectrum over time,
+
+    D(r, φ, t) = Re X(r, φ) exp(2πift) + …,        arg X = ∓N φ_plate + const.
+
+Along a ring about the spindle the phase of X goes around N times, however the camera looks at it;
+which way tells the sense of rotation. It is N times the azimuth on the plate, so what it is beyond
+N times the azimuth of the ring shows by how much the view is off,
+
+    φ_plate - φ = (u sin φ - v cos φ) / r + s sin 2φ - h cos 2φ,
+
+shift (u, v), stretch s and shear h as in ``PlateView.adjusted``. The frames show the angle up to
+multiples of 2π/N, and the rate up to multiples of 2π/N per frame: the smallest is taken here.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.geometry import VIEW_PARAMETERS, FloatArray, PlateView
+from vision.plate.polar import Grid, Strips
+from vision.plate.rotation import COARSE_SAMPLES, ORDERS, WINDOW, CoarseRotation
+
+ROUNDS = 6  #: of the view at most; numerical
+SETTLED = 0.1  # of a part: a smaller change of the view need not be made
+FIRST_LOOK = 256  # azimuths, whether there are parts at all
+THINNED = 64  # azimuths at least, at which the line is looked for
+FEWEST_PARTS = ORDERS + 1  # fewer have orders that are added up for any plate
+LARGEST_STEP = 0.1  # of the radius, change of the view per round at most
+
+
+@dataclass(frozen=True)
+class PartsThresholds:
+    """When a pattern repeats itself. Tuned on tests.bench.clip_study no_mark.
+
+    Attributes
+    ----------
+    line : float
+        Share of the energy that varies, which goes around with the parts.
+    """
+
+    line: float = 0.3
+
+
+THRESHOLDS = PartsThresholds()
+
+
+@dataclass(frozen=True, eq=False)
+class EqualParts:
+    """A plate of equal parts.
+
+    Attributes
+    ----------
+    view : PlateView
+    rotation : CoarseRotation
+        At the smallest of its possible rates.
+    count : int
+        N.
+    """
+
+    view: PlateView
+    rotation: CoarseRotation
+    count: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Line:
+    """What varies at one frequency: X, shape (r, n), and its share of all that varies."""
+
+    hertz: float
+    wave: NDArray[np.complex64]
+    share: float
+
+
+def equal_parts(
+    view: PlateView, sample: Callable[[PlateView, int], tuple[Grid, Strips]], azimuths: int,
+    time_s: FloatArray,
+) -> EqualParts | None:
+    """The parts that pass about the spindle of a view, and the view as they show it.
+
+    Parameters
+    ----------
+    view : PlateView
+    sample : callable
+        The frames less what stands still along rings about a view at n azimuths: the grid, and an
+        array of shape (f, r, n).
+    azimuths : int
+        That show every part.
+    time_s : array, shape (f,)
+    """
+    for looked_at in (FIRST_LOOK, *[azimuths] * ROUNDS):
+        grid, strips = sample(view, looked_at)
+        varying = strips - strips.mean(axis=0)
+        line = _strongest_line(varying, grid.weight(), time_s)
+        count = round(_steps_around(line, grid.weight()).sum() / (2 * np.pi))
+        if line.share < THRESHOLDS.line or abs(count) < FEWEST_PARTS:
+            return None
+        if looked_at == FIRST_LOOK:
+            continue
+        change = _view_change(line, grid, count)
+        if np.abs(change).max() < SETTLED / abs(count):
+            break
+        view = view.adjusted(change)
+    if line.share * _in_step(line, grid, count) < THRESHOLDS.line:
+        return None
+    return EqualParts(view, _rotation(varying, grid.weight(), time_s, line, count), abs(count))
+
+
+def _strongest_line(varying: Strips, weight: NDArray[np.float32], time_s: FloatArray) -> _Line:
+    f, r, n = varying.shape
+    span_s, frame_s = float(np.ptp(time_s)), float(np.median(np.diff(time_s)))
+    trial = np.arange(1, int(span_s / frame_s) + 1) / (2 * span_s)
+    thin = varying[:, :, :: n // THINNED] * np.sqrt(weight)[:, None]
+    waves = _at(trial, time_s) @ thin.reshape(f, -1)
+    power = (np.abs(waves) ** 2).sum(axis=1)
+    best = int(power.argmax())
+    wave = (_at(trial[best : best + 1], time_s) @ varying.reshape(f, -1)).reshape(r, n)
+    share = 2 * float(power[best]) / f / max(float((thin**2).sum()), 1e-9)
+    return _Line(float(trial[best]), wave, share)
+
+
+def _at(hertz: FloatArray, time_s: FloatArray) -> NDArray[np.complex64]:
+    return np.asarray(np.exp(-2j * np.pi * np.outer(hertz, time_s)), np.complex64)
+
+
+def _steps_around(line: _Line, weight: NDArray[np.float32]) -> FloatArray:
+    """Change of the phase from azimuth to azimuth, rad, shape (n,); the stronger rings say more."""
+    following = np.roll(line.wave, -1, axis=1) * np.conj(line.wave)
+    return np.asarray(np.angle(weight @ following), float)
+
+
+def _rotation(
+    varying: Strips, weight: NDArray[np.float32], time_s: FloatArray, line: _Line, count: int
+) -> CoarseRotation:
+    f, _, n = varying.shape
+    seen = np.einsum("frn,rn,r->f", varying, np.conj(line.wave), weight)
+    phase = 2 * np.pi * line.hertz * time_s
+    phase += np.unwrap(np.angle(seen * np.exp(-1j * phase)))
+    angle = -(phase - phase[0]) / count
+    square = float(((varying**2).sum(axis=(0, 2)) @ weight) / (f * n))
+    # Of as many frames and samples as the coarse rotation adds up (Parseval).
+    energy = 0.5 * COARSE_SAMPLES**2 * min(WINDOW, f) * square
+    return CoarseRotation(angle, line.share, energy, slice(0, f))
+
+
+def _view_change(line: _Line, grid: Grid, count: int) -> FloatArray:
+    """The shift, stretch and shear of the module's equation by weighted least squares."""
+    azimuth = np.arange(grid.azimuths) * 2 * np.pi / grid.azimuths
+    step = _steps_around(line, grid.weight()) / count - azimuth[1]
+    beyond = np.concatenate([[0.0], np.cumsum(step)[:-1]])
+    power = np.abs(line.wave) ** 2 * grid.weight()[:, None]
+    strength = power.sum(axis=0)
+    radius = (grid.radius @ power) / np.maximum(strength, 1e-12)
+    x = np.stack([
+        np.sin(azimuth) / radius, -np.cos(azimuth) / radius,
+        np.sin(2 * azimuth), -np.cos(2 * azimuth), np.ones_like(azimuth)], axis=1)
+    root = np.sqrt(strength)
+    change = np.zeros(VIEW_PARAMETERS)
+    change[:4] = np.linalg.lstsq(x * root[:, None], beyond * root)[0][:4]
+    return np.asarray(change * min(1.0, LARGEST_STEP / max(float(np.abs(change).max()), 1e-12)))
+
+
+def _in_step(line: _Line, grid: Grid, count: int) -> float:
+    """Share of the line's energy that goes around with the parts."""
+    azimuth = np.arange(grid.azimuths) * 2 * np.pi / grid.azimuths
+    together = np.abs(line.wave @ np.exp(-1j * count * azimuth)) ** 2 / grid.azimuths
+    every = grid.weight() @ (np.abs(line.wave) ** 2).sum(axis=1)
+    return float(grid.weight() @ together / every)
