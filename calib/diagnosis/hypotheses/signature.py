@@ -136,7 +136,7 @@ def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> Floa
 
 
 def whole_columns(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:
-    """:func:`effect_columns` (d, k) as the formula has them, with what is a bias or a gain."""
+    """:func:`effect_columns` (d, k), whitened, as the formula has them: bias or gain included."""
     if effect.acts_on == "reference":
         return reference_columns(fit, effect)
     return vector_columns(fit, _whole_vectors(fit, effect, shape))
