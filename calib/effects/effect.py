@@ -17,14 +17,12 @@ Three places where an effect can act, and the vector its columns are evaluated o
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Literal
 
 import numpy as np
 
-from calib.effects.about_mean import about_mean
 from calib.effects.typical import Typical
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, BoolArray, FloatArray, Triad
@@ -181,24 +179,6 @@ class Effect:
     def is_column(self) -> bool:
         """Whether it is ``column:NAME``, which no catalogue lists."""
         return self.names_column is not None and self.name == OF_COLUMN + self.names_column
-
-    def from_mean(self, fitted: Sequence[str], sets: int = 1) -> "Effect":
-        """The part of the effect that the base does not hold: how it varies about its mean.
-
-        What an effect is while nothing varies is a bias or a gain, and where it is counted from
-        (25 °C, 5 V, power-on) adds no more than that: what poses see of it must not depend on it.
-
-        Parameters
-        ----------
-        fitted : sequence of str
-            The effects of the model; without what it is at rest, all of it can be seen.
-        sets : int
-            The rows that it will be evaluated on are those of so many sets of poses, one after
-            another, each with a mean of its own.
-        """
-        if self.constant_is not in fitted:
-            return self
-        return replace(self, columns=partial(about_mean, self, sets))
 
     def from_shape(self, value: float) -> "Effect":
         """The same effect with ``value`` as the first start of its shape parameter."""

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 from calib.effects.effect import Effect
+from calib.effects.variation import about_mean
 from calib.fit.column_scaling import unit_columns
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
@@ -32,7 +33,7 @@ def whitened_columns(fit: Fit, effect: Effect, shape: float | None = None) -> Fl
     """What one unit of every parameter adds to the whitened data rows, (d, k)."""
     equations, value = fit.equations, fit.shapes.get(effect.name, shape)
     if effect.acts_on == "reference":
-        varying = effect.from_mean(fit.model.names)
+        varying = about_mean(effect, fit.model.names)
         columns = varying.evaluate(equations.conditions(fit.rows.vector), value)
         return reference_rows(fit) * columns[equations.row_pose]
     turn, at = sensed_conditions(fit, effect)
@@ -47,7 +48,7 @@ def errors_of(
     Of an effect that is a bias or a gain where nothing varies, about their mean, as the solver
     judges what is seen of it.
     """
-    return effect.from_mean(fit.model.names).evaluate(at, shape)
+    return about_mean(effect, fit.model.names).evaluate(at, shape)
 
 
 def sensed_conditions(fit: Fit, effect: Effect) -> tuple[FloatArray, Conditions]:

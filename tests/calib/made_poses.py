@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from calib.effects.catalogue import BASE
+from calib.effects.effect import EFFECTS
 from calib.fit.model import Model
 from calib.fit.rows.residuals import Equations
 from calib.poses.attitudes import natural_directions
@@ -177,3 +178,8 @@ def noisy(poses: PoseSet, seed: int, model: Model = MODEL) -> PoseSet:
 def chosen(poses: PoseSet, rows: FloatArray | list[int]) -> PoseSet:
     """These poses alone, or several times."""
     return replace(poses.take(rows), time_s=30.0 * np.arange(len(rows)))
+
+
+def pairs(names: list[str]) -> list[tuple[str, Triad]]:
+    """Every effect of these names with every triad it is for."""
+    return [(name, triad) for name in names for triad in EFFECTS[name].triads]

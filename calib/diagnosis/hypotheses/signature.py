@@ -12,6 +12,7 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
+from calib.effects.variation import about_mean
 from calib.fit.column_scaling import orthonormal_bases, orthonormal_columns
 from calib.fit.least_squares.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
@@ -129,10 +130,10 @@ def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> Floa
     """Columns (d, k) of ``effect`` over the data rows of ``fit``, whitened.
 
     Of an effect that is a bias or a gain where nothing varies, those of how it varies
-    (:meth:`Effect.from_mean`). Their sign is that of the effect: a residual of ``columns @ theta``
-    is what theta would leave.
+    (:func:`calib.effects.variation.about_mean`). Their sign is that of the effect: a residual of
+    ``columns @ theta`` is what theta would leave.
     """
-    return whole_columns(fit, effect.from_mean(fit.model.names), shape)
+    return whole_columns(fit, about_mean(effect, fit.model.names), shape)
 
 
 def whole_columns(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:
@@ -144,7 +145,7 @@ def whole_columns(fit: Fit, effect: Effect, shape: float | None = None) -> Float
 
 def effect_vectors(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:
     """Errors (n, 3, k) of an effect on the reading or the sensor, per unit of its parameters."""
-    return _whole_vectors(fit, effect.from_mean(fit.model.names), shape)
+    return _whole_vectors(fit, about_mean(effect, fit.model.names), shape)
 
 
 def _whole_vectors(fit: Fit, effect: Effect, shape: float | None) -> FloatArray:

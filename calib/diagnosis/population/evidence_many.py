@@ -13,6 +13,7 @@ from calib.diagnosis.population.evidence import trials_of
 from calib.diagnosis.population.lot import LotEvidence
 from calib.diagnosis.population.stacked_conditions import StackedConditions
 from calib.effects.effect import Effect
+from calib.effects.variation import about_mean
 from calib.fit.batch.fit_many import FittedStack, ManyFits
 from calib.fit.least_squares.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.numbers import NO_LENGTH
@@ -81,7 +82,7 @@ def _columns(
     sets, n, _ = vector.shape
     k = equations.stack.turning
     if effect.acts_on == "reference":
-        varying = effect.from_mean(fits.model.names, sets)
+        varying = about_mean(effect, fits.model.names, sets)
         flat = varying.evaluate(at.reading, shape).reshape(sets, n, -1)[:, :k]
         rows = np.zeros((sets, equations.stack.data_count, flat.shape[2]))
         rows[:, :k] = flat / equations.magnitude_sd[..., None]
@@ -103,7 +104,7 @@ def _vectors(
     where = at.vector if effect.orthogonal else at.sensed
     if effect.acts_on == "reading":
         where = at.reading
-    flat = effect.from_mean(fitted, sets).evaluate(where, shape)
+    flat = about_mean(effect, fitted, sets).evaluate(where, shape)
     vectors = flat.reshape(sets, len(flat) // sets, 3, -1)
     if effect.orthogonal or effect.acts_on == "reading":
         return vectors

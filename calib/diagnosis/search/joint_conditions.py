@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from calib.effects.effect import Effect
+from calib.effects.variation import about_mean
 from calib.fit.least_squares.result import Fit
 from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions, joined
@@ -101,11 +102,11 @@ class JointConditions:
         """
         at, fitted = self._place(effect), self.fits[0].model.names
         if len(set(shapes)) == 1:
-            flat = effect.from_mean(fitted, len(shapes)).evaluate(at, shapes[0])
+            flat = about_mean(effect, fitted, len(shapes)).evaluate(at, shapes[0])
         else:
             n = len(at) // len(shapes)
             flat = np.concatenate([
-                effect.from_mean(fitted).evaluate(at.take(slice(i * n, (i + 1) * n)), shape)
+                about_mean(effect, fitted).evaluate(at.take(slice(i * n, (i + 1) * n)), shape)
                 for i, shape in enumerate(shapes)
             ])
         errors = flat.reshape(len(shapes), -1, *flat.shape[1:])

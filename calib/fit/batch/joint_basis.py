@@ -4,6 +4,7 @@
 import numpy as np
 
 from calib.effects.effect import Effect
+from calib.effects.variation import about_mean
 from calib.fit.batch.joint_axes import JointAxes
 from calib.fit.batch.joint_equations import JointEquations, Shapes
 from calib.fit.batch.joint_rows import JointRows
@@ -65,7 +66,7 @@ def _varying(
 ) -> FloatArray:
     """Columns (S, d, k) of ``effect`` about their mean."""
     one, sets, n = equations.one, len(equations), rows.vector.shape[1]
-    varying = effect.from_mean(one.model.names, sets)
+    varying = about_mean(effect, one.model.names, sets)
     if varying is effect:
         return columns
     held = equations.held(rows.vector)

@@ -21,6 +21,7 @@ from calib.poses.imu_log import BoolArray, FloatArray
 
 if TYPE_CHECKING:
     from calib.fit.rows.residuals import Equations
+from calib.effects.variation import about_mean
 from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.numbers import NO_LENGTH
 
@@ -215,7 +216,7 @@ def _varying(
 
     With that, what varies would look small.
     """
-    varying = effect.from_mean(equations.model.names)
+    varying = about_mean(effect, equations.model.names)
     if varying is effect:
         return columns
     at = equations.conditions(rows.vector)

@@ -18,6 +18,7 @@ from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from tests.calib.made_poses import (
     base_theta,
     linear_form,
+    pairs,
     read_through,
     rich_poses,
     some_conditions,
@@ -36,11 +37,6 @@ REFUSED = {(name, triad) for name in ("frame_rotation", "reference_scale") for t
 REFUSED |= {("reference_offset", "accelerometer")}
 """Effects that lengths cannot show: those across them, and a wrong clock or gravity, which is a
 gain."""
-
-
-def pairs(names: list[str]) -> list[tuple[str, Triad]]:
-    """Every effect with every triad it is for."""
-    return [(name, triad) for name in names for triad in EFFECTS[name].triads]
 
 
 def shapes_of(model: Model) -> dict[str, float]:

@@ -299,6 +299,9 @@ def test_a_frame_that_returns_at_another_rate_is_reported() -> None:
     track = phase_track(time, angle, noise_rad=NOISE, thumbnail=other.thumbnail)
     rate = measure_rate(track, timebase=CLOCK)
     assert any("returns after whole turns" in text for text in rate.warnings)
+    assert rate.cross_checks.lag is not None
+    apart = abs(rate.cross_checks.lag.rate_rad_s - rate.rate_rad_s)
+    assert rate.sd_rad_s >= apart  # which of them is right the clip does not show
 
 
 def test_a_term_that_does_not_exist_is_named() -> None:

@@ -1,43 +1,42 @@
-"""How an effect varies about its mean: the part of it that bias and scale do not hold.
+"""How an effect varies about what a bias or a gain would absorb of it."""
 
-With f its factor, which temperature or time changes from pose to pose, an effect that is a bias
-where nothing varies errs by f, one that is a gain by f · s, one on the reference by f · m. About
-the mean of the poses that is (f − mean f), (f − mean f) · s and (f − mean f) · m.
-"""
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
+from calib.effects.effect import Effect, ShapeValue
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
-
-if TYPE_CHECKING:
-    from calib.effects.effect import Effect
 
 ROUNDING_OF_MEAN = 1e-12  #: relative; numerical
 
 
-def about_mean(
-    effect: "Effect", sets: int, at: Conditions, shape: float | FloatArray | None = None
-) -> FloatArray:
-    """The columns of ``effect`` less what they are on average, as a bias or a gain.
+def about_mean(effect: Effect, fitted: Sequence[str], sets: int = 1) -> Effect:
+    """The part of an effect that the base does not hold: how it varies about its mean.
+
+    What an effect is while nothing varies is a bias or a gain, and where it is counted from
+    (25 °C, 5 V, power-on) adds no more than that: what poses see of it must not depend on it.
 
     Parameters
     ----------
     effect : Effect
-        With a constant part.
+    fitted : sequence of str
+        The effects of the model; without what it is at rest, all of it can be seen.
     sets : int
-        How many sets of n poses ``at`` has, one after another; each has a mean of its own.
-    at : Conditions
-    shape : float or array, shape (sets n, 1), optional
-        Value of the shape parameter, in its unit.
-
-    Returns
-    -------
-    array, shape (sets n, 3, k), or (sets n, k) for an effect on the reference
-        Errors in SI units per unit of each of the k parameters.
+        The rows that it will be evaluated on are those of so many sets of poses, one after
+        another, each with a mean of its own.
     """
+    if effect.constant_is not in fitted:
+        return effect
+    return replace(effect, columns=partial(_columns_about_mean, effect, sets))
+
+
+def _columns_about_mean(
+    effect: Effect, sets: int, at: Conditions, shape: ShapeValue | None = None
+) -> FloatArray:
+    """The columns of ``effect`` less what they are on average, as a bias or a gain."""
     errors = effect.evaluate(at, shape)
     if effect.acts_on == "reference":
         per = np.where(at.magnitude > 0, at.magnitude, 0.0)[:, None]

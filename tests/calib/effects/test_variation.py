@@ -1,4 +1,4 @@
-"""What poses see of an effect does not depend on where its formula is counted from."""
+"""What poses see of an effect does not depend on where it is counted from."""
 
 from dataclasses import replace
 
@@ -7,15 +7,13 @@ import pytest
 
 from calib.effects.catalogue import BASE
 from calib.effects.effect import EFFECTS
+from calib.effects.variation import about_mean
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import Triad
-from tests.calib.made_poses import some_conditions
+from tests.calib.made_poses import pairs, some_conditions
 
 COUNTED = [name for name, effect in EFFECTS.items() if effect.constant_is is not None]
 """Effects that are a bias or a gain where nothing varies."""
-
-
-OF_TRIADS = [(name, triad) for name in COUNTED for triad in EFFECTS[name].triads]
 
 
 def at_another_origin(at: Conditions) -> Conditions:
@@ -24,34 +22,34 @@ def at_another_origin(at: Conditions) -> Conditions:
     return replace(at, columns=warmer, time_s=at.time_s + 3600.0)
 
 
-@pytest.mark.parametrize(("name", "triad"), OF_TRIADS)
+@pytest.mark.parametrize(("name", "triad"), pairs(COUNTED))
 def test_how_an_effect_varies_does_not_depend_on_where_it_is_counted_from(
     name: str, triad: Triad
 ) -> None:
     effect, at = EFFECTS[name], some_conditions(triad)
-    varying = effect.from_mean(BASE)
+    varying = about_mean(effect, BASE)
     here, there = (varying.evaluate(each) for each in (at, at_another_origin(at)))
     # An hour later a warm-up has the same course, and less of it.
     factor = np.exp(3600.0 / effect.shape.starts[0]) if effect.shape is not None else 1.0
     assert factor * there == pytest.approx(here, abs=1e-9 * np.abs(here).max())
-    assert effect.from_mean(("misalignment",)) is effect
+    assert about_mean(effect, ("misalignment",)) is effect
 
 
-@pytest.mark.parametrize(("name", "triad"), OF_TRIADS)
+@pytest.mark.parametrize(("name", "triad"), pairs(COUNTED))
 def test_of_an_effect_in_conditions_that_do_not_vary_nothing_is_left(
     name: str, triad: Triad
 ) -> None:
     at = some_conditions(triad)
     still = replace(at, time_s=np.full(len(at), 311.7),
                     columns={**at.columns, "temperature_c": np.full(len(at), 29.87)})
-    assert not EFFECTS[name].from_mean(BASE).evaluate(still).any()
+    assert not about_mean(EFFECTS[name], BASE).evaluate(still).any()
     assert EFFECTS[name].evaluate(still).any()
 
 
 @pytest.mark.parametrize("name", COUNTED)
 def test_the_part_that_does_not_vary_is_a_bias_or_a_gain(name: str) -> None:
     effect, at = EFFECTS[name], some_conditions("gyroscope")
-    rest = effect.evaluate(at) - effect.from_mean(BASE).evaluate(at)
+    rest = effect.evaluate(at) - about_mean(effect, BASE).evaluate(at)
     if effect.acts_on == "reference":
         per = np.where(at.magnitude > 0, at.magnitude, 0.0)[:, None]
     else:
