@@ -31,7 +31,7 @@ def misfit(fit: Fit) -> float:
 
 
 def signal_rows(state: Search, joint: Refit, name: str) -> FloatArray:
-    """What an effect of ``joint`` explains, noise units, the model projected out, (r,)."""
+    """What an effect of ``joint`` explains, whitened, the model projected out, (r,)."""
     where = joint.fit.model.slices()[name]
     rows = joint.fit.rows.jacobian[:, where] @ joint.fit.theta[where]
     model = state.table.projector.model
