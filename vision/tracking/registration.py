@@ -165,7 +165,7 @@ def _corners(reference: Luma) -> NDArray[np.float32]:
     strongest = cv2.goodFeaturesToTrack(reference, 0, QUALITY, APART_PX)
     if strongest is None:
         return np.empty((0, 2), np.float32)
-    corners = np.asarray(strongest, np.float32).reshape(-1, 2)
+    corners = np.asarray(strongest, np.float32).reshape(-1, 2)  # the strongest first
     column, row = (corners * CELLS / reference.shape[::-1]).astype(int).T
     cell = row * CELLS + column
     chosen = [np.flatnonzero(cell == number)[:CORNERS] for number in range(CELLS**2)]
