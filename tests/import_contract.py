@@ -66,7 +66,9 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("stacked_tables", "set_densities", "beside", "sizes"), ("steps",),
         ("sets", "together"), ("expansion", "classes"), ("odds",),
     ],
-    "calib.diagnosis.verdict": [("explained",), ("decision", "ranking", "wording"), ("explain",)],
+    "calib.diagnosis.verdict": [
+        ("explained", "ranking", "wording"), ("decision",), ("explain",),
+    ],
     "vision": [
         ("geometry", "orientation", "av_decoder", "reduction", "numbers"), ("phase_track",),
         ("errors",),

@@ -23,7 +23,9 @@ Image = NDArray[np.uint8]
 
 RIM, CENTRE, HAND, UNUSED, TEXT = (  # BGR
     (80, 220, 80), (60, 60, 255), (255, 200, 0), (150, 150, 150), (255, 255, 255))
-LINE_PX = 22  #: of text
+LINE_PX = 22  #: of text, in a frame of the width that it was made for
+TEXT_WIDTH = 640
+FONT = cv2.FONT_HERSHEY_SIMPLEX
 SAME_S = 1e-4  #: stamps of one frame
 EVEN = 2  # pixels: encoders of 4:2:0 take even sizes only
 
@@ -93,25 +95,29 @@ class _Drawing:
         self._azimuth = plate.mark_azimuth_rad if marked else 0.0
         used = rate.history.angle.time_s[rate.fit.used]
         self._used = np.isin(track.time_s, used)
+        self._angle = _turning(track, rate.aliases.chosen_rad_s)
         ppm = 1e6 * rate.sd_rad_s / rate.rate_rad_s
-        self._rate = f"{rate.rate_rad_s / RPM:.4f} rpm +- {ppm:.0f} ppm, {rate.direction}"
+        sd = f"{ppm:.0f} ppm" if ppm < 1000 else f"{1e-4 * ppm:.1f} %"
+        self._rate = f"{rate.rate_rad_s / RPM:.4f} rpm +- {sd}, {rate.direction}"
 
     def on(self, frame: Frame, i: int) -> Image:
         """The i-th frame of the track with everything drawn, shape (h, w, 3), sides even."""
         image = frame.bgr
         h, w = (side // EVEN * EVEN for side in image.shape[:2])
         canvas = np.ascontiguousarray(image[:h, :w])
-        track, angle = self._track, float(self._track.phase_rad[i])
+        track, angle = self._track, float(self._angle[i])
         rim = self._seen(self._rim, i)
         cv2.polylines(canvas, [np.round(rim).astype(np.int32)], True, RIM, 2, cv2.LINE_AA)
         if np.isfinite(angle):
             self._hand(canvas, i, angle)
         where = f"{np.degrees(angle) % 360:5.1f} deg" if np.isfinite(angle) else "not seen"
         place = f"{track.time_s[i]:7.2f} s   {where}"
-        cv2.rectangle(canvas, (0, 0), (w, 2 * LINE_PX + 4), (0, 0, 0), -1)
+        larger = max(1.0, w / TEXT_WIDTH)
+        strong = round(larger)
+        cv2.rectangle(canvas, (0, 0), (w, round((2 * LINE_PX + 4) * larger)), (0, 0, 0), -1)
         for line, text in enumerate((self._rate, place), start=1):
-            at = (8, LINE_PX * line - 4)
-            cv2.putText(canvas, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.55, TEXT, 1, cv2.LINE_AA)
+            at = (round(8 * larger), round((LINE_PX * line - 4) * larger))
+            cv2.putText(canvas, text, at, FONT, 0.55 * larger, TEXT, strong, cv2.LINE_AA)
         return canvas
 
     def _hand(self, canvas: Image, i: int, angle_rad: float) -> None:
@@ -128,3 +134,15 @@ class _Drawing:
         """Where points of the view appear in the frame as filmed, shape (n, 2)."""
         x, y, n = self._track.motion[i] @ np.column_stack([points, np.ones(len(points))]).T
         return np.stack([x / n, y / n], axis=1)
+
+
+def _turning(track: PhaseTrack, rate_rad_s: float) -> FloatArray:
+    """The angles, (f,), of a plate that looks the same several times per turn at the rate chosen.
+
+    Which of its parts is which no frame shows; the hand stays on one of them.
+    """
+    part = 2 * np.pi / track.plate.symmetry
+    seen = np.flatnonzero(np.isfinite(track.phase_rad))
+    first = seen[0]
+    expected = track.phase_rad[first] + rate_rad_s * (track.time_s - track.time_s[first])
+    return np.asarray(track.phase_rad + part * np.round((expected - track.phase_rad) / part))

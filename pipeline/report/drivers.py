@@ -15,7 +15,7 @@ from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.effects.effect import Effect
 from calib.numbers import RPM
 from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
-from calib.poses.imu_log import AXES, FloatArray
+from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray
 from pipeline.text.formatting import DISPLAY
 
 SHIFT = 0.37  #: of the range of a condition, to see whether an effect depends on it
@@ -59,7 +59,7 @@ def drivers(triad: str, at: Conditions) -> Iterator[Driver]:
     yield Driver("time since the session began", "min", 1 / 60, "time_s")
     yield Driver("rate of the plate", "rpm", 1 / RPM, "spin_rad_s")
     for name in at.columns:
-        temperature = name == "temperature_c"
+        temperature = name == TEMPERATURE
         label = _column_label(name)
         yield Driver("temperature" if temperature else label, "°C" if temperature else "",
                      1.0, name)

@@ -149,11 +149,13 @@ def _columns(fit: Fit, equations: Equations, effect: Effect, shape: float | None
     slices = equations.model.slices()
     jacobian = equations.rows(theta, fit.eta, shapes).jacobian[: equations.data_count]
     columns = -jacobian[:, slices[effect.name]]
-    if effect.constant_is not in slices:
-        return columns
+    if effect.constant_is not in slices or effect.acts_on == "reference":
+        return columns  # a gain errs by the reading's length, not by what the reference says
     # About their mean, as the solver judges what is seen of it: the rest is a bias or a gain, which
     # takes it up and leaves the effect's own parameters as they are.
-    return columns - (whole_columns(fit, effect, shape) - effect_columns(fit, effect, shape))
+    constant = whole_columns(fit, effect, shape) - effect_columns(fit, effect, shape)
+    constant[: len(equations.magnitude)] *= 1 - equations.common_relative @ fit.eta[:, None]
+    return columns - constant
 
 
 def _with_derivative(

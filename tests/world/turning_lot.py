@@ -18,11 +18,10 @@ from tests.world.lot import (
     course_of,
     errors_per_unit,
     in_counts,
-    rows_of,
-    sizes_of,
     unlike,
     warmth_of,
 )
+from tests.world.lot_sizes import rows_of, sizes_of
 from tests.world.moments import Moments
 from tests.world.physics import courses, move
 from tests.world.sizes import WARM_UP_TAU_S

@@ -56,12 +56,16 @@ class CrossChecks:
         None with fewer than two alignments of the marks.
     lag : LagRate or None
         None where the frames have no clear return or the stamps are not evenly spaced.
+    contradiction_rad_s : float
+        How far the return of the frames is from the rate, where that is beyond every chance: which
+        of them is right the clip does not show. Else 0.
     warnings : tuple of str
         A paragraph for each way that disagrees.
     """
 
     frame_count: FrameCount | None
     lag: LagRate | None
+    contradiction_rad_s: float
     warnings: tuple[str, ...]
 
 
@@ -83,12 +87,13 @@ def cross_check(
     by_stamps = abs(rate_rad_s) * _stretch(angle, 0, -1)
     count = count_frames(angle, track.plate.mark_azimuth_rad, track.plate.fixed_mark_azimuth_rad)
     lag = lag_rate(track, time_s, by_stamps)
+    apart = _lag_apart(lag, by_stamps, sd_rad_s)
     paragraphs = (
         _compare_centroid(track, angle, rate_rad_s, sd_rad_s),
         _compare_count(track.source, count, angle, abs(rate_rad_s)),
-        _compare_lag(track.source, lag, by_stamps, sd_rad_s),
+        _lag_warning(track.source, lag, by_stamps) if apart else "",
     )
-    return CrossChecks(count, lag, tuple(text for text in paragraphs if text))
+    return CrossChecks(count, lag, apart, tuple(text for text in paragraphs if text))
 
 
 def _stretch(angle: PlateAngle, first: int, last: int) -> float:
@@ -114,17 +119,23 @@ def _compare_count(
     )
 
 
-def _compare_lag(source: str, lag: LagRate | None, rate_rad_s: float, sd_rad_s: float) -> str:
+def _lag_apart(lag: LagRate | None, rate_rad_s: float, sd_rad_s: float) -> float:
+    """How far the rate by the return of the frames is away, 0 where that does not matter."""
     if lag is None:
-        return ""
+        return 0.0
     apart = abs(lag.rate_rad_s - rate_rad_s)
-    limit = THRESHOLDS.apart * np.hypot(lag.sd_rad_s, sd_rad_s)
-    if apart <= max(limit, THRESHOLDS.lag_matters * rate_rad_s):
+    limit = THRESHOLDS.apart * float(np.hypot(lag.sd_rad_s, sd_rad_s))
+    return apart if apart > max(limit, THRESHOLDS.lag_matters * rate_rad_s) else 0.0
+
+
+def _lag_warning(source: str, lag: LagRate | None, rate_rad_s: float) -> str:
+    if lag is None:
         return ""
     return (
         f"{source}: the image returns after whole turns at {lag.rate_rad_s / RPM:.4f} ± "
         f"{lag.sd_rad_s / RPM:.4f} rpm, the regression gives {rate_rad_s / RPM:.4f} rpm. Something "
-        f"else in the frame may be turning, or turns were miscounted."
+        f"else in the frame may be turning, or turns were miscounted; the sd spans both. Put one "
+        f"bold mark near the rim and film again."
     )
 
 

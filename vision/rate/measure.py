@@ -63,7 +63,7 @@ class RateUncertainty:
     ----------
     image_rad_s : float
         From the frames: angles, dropped frames that may be none, roll of the camera, a shutter that
-        changed, the frame time of a camera slower than its clip.
+        changed, the frame time of a camera slower than its clip, another rate that they show.
     timebase_rad_s : float
         From the clock that stamps the frames.
     """
@@ -236,11 +236,11 @@ def _measured(
         exposure.relative_sd * rate if exposure else 0.0,
         frames.relative_sd * rate,
     )
+    checks = cross_check(track, stamps, angle, rate, float(np.linalg.norm(parts)))
     uncertainty = RateUncertainty(
-        image_rad_s=float(np.linalg.norm(parts)),
+        image_rad_s=float(np.linalg.norm((*parts, checks.contradiction_rad_s))),
         timebase_rad_s=abs(rate) * timebase.ppm * 1e-6,
     )
-    checks = cross_check(track, stamps, angle, rate, uncertainty.image_rad_s)
     return RateMeasurement(
         rate_rad_s=abs(rate),
         direction="ccw" if rate > 0 else "cw",

@@ -10,7 +10,6 @@ lies near it.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -23,7 +22,7 @@ from vision.video import Frame, Luma
 CELLS = 4  # of the frame, each way: a plate full of corners leaves some to its surroundings
 CORNERS = 10  #: followed in each of them at most; a limit of time
 APART_PX = 9  #: from corner to corner
-QUALITY = 0.01  # of the strongest corner of a cell
+QUALITY = 0.01  # of the strongest corner
 WINDOW = (21, 21)  #: pixels about a corner
 LEVELS = 3  #: of the pyramid: motions of up to eight windows
 LOOKED_AT = 14  # frames, for whether the camera moves and which corners stand still
@@ -131,7 +130,7 @@ def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
     if not _all_around(corners, reference.shape):
         return None, np.nan
     looked_at = [frames[i].luma for i in spread_choice(len(frames), LOOKED_AT)]
-    followed, agreements = [], np.zeros(len(corners))
+    followed, agreements, still = [], np.zeros(len(corners)), np.zeros(len(corners))
     enough = THRESHOLDS.stands * len(looked_at)
     for number, luma in enumerate(looked_at, 1):
         onto, seen = _followed(reference, luma, corners, np.eye(3), levels=0)
@@ -145,10 +144,15 @@ def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
                 agree[seen] = _common_motion(corners[seen], onto[seen])[1]
         followed.append((onto, seen))
         agreements += agree
+        still += away < THRESHOLDS.moved_px
         possible = agreements + len(looked_at) - number >= enough
         if not _all_around(corners[possible], reference.shape):
             return None, np.nan  # however many agree in the frames to come
     stands = agreements >= enough
+    # A camera moves all it sees. Ribs of a mat move alike too, from each to the next, as a camera
+    # that rolls would move them, and may be most of the corners; but others stand still.
+    if (still >= enough).sum() >= FEWEST:
+        stands = still >= enough
     shifts = [np.median((onto - corners)[seen & stands], axis=0)
               for onto, seen in followed if (seen & stands).sum() >= FEWEST]
     away = np.array(shifts) - np.median(shifts, axis=0)
@@ -158,15 +162,14 @@ def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
 
 def _corners(reference: Luma) -> NDArray[np.float32]:
     """The strongest corners of every cell of the frame, shape (n, 2)."""
-    h, w = reference.shape
-    rows, columns = (np.linspace(0, size, CELLS + 1).astype(int) for size in (h, w))
-    found = [np.empty((0, 2), np.float32)]
-    for y0, y1 in pairwise(rows):
-        for x0, x1 in pairwise(columns):
-            strong = cv2.goodFeaturesToTrack(reference[y0:y1, x0:x1], CORNERS, QUALITY, APART_PX)
-            if strong is not None:
-                found.append(np.add(strong.reshape(-1, 2), (x0, y0)))
-    return np.concatenate(found).astype(np.float32)
+    found = cv2.goodFeaturesToTrack(reference, 0, QUALITY, APART_PX)
+    if found is None:
+        return np.empty((0, 2), np.float32)
+    corners = np.asarray(found, np.float32).reshape(-1, 2)  # the strongest first
+    column, row = (corners * CELLS / reference.shape[::-1]).astype(int).T
+    cell = row * CELLS + column
+    chosen = [np.flatnonzero(cell == number)[:CORNERS] for number in range(CELLS**2)]
+    return corners[np.sort(np.concatenate(chosen))]
 
 
 def _all_around(corners: NDArray[np.float32], shape: tuple[int, ...]) -> bool:
