@@ -26,7 +26,7 @@ from tests.world.designs import paper_design, rich_design, soak_design
 from tests.world.hidden import GYROSCOPE_ONLY, Hidden, TriadName
 from tests.world.physics import triad_of
 from tests.world.session import Session, simulate
-from tests.world.sizes import draw_effect, pose_equations
+from tests.world.sizes import draw_effect, pose_equations, without_effects
 from tests.world.truth import g_sensitivity_seen
 
 LISTED = (
@@ -133,7 +133,7 @@ def drawn(name: str, triad: TriadName, size: float, design: Design, seed: int) -
         return None
     if name not in CONSTANT_PART:
         return hidden
-    nothing = pose_equations(design, seed, triad)
+    nothing = without_effects(design, seed, triad)
     moved = pose_equations(design, seed, triad, (hidden,)) - nothing
     constant = Hidden(CONSTANT_PART[name], triad, hidden.size)
     alike = pose_equations(design, seed, triad, (constant,)) - nothing

@@ -12,13 +12,13 @@ from calib.effects.effect import (
 )
 from calib.effects.typical import between, quoted, typical
 from calib.poses.conditions import Conditions
-from calib.poses.imu_log import AXES, FloatArray
+from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray
 
 SECONDS_PER_HOUR = 3600.0  #: definition
 
 
 def _warmth(at: Conditions) -> FloatArray:
-    return np.asarray(at.column("temperature_c") - REFERENCE_TEMPERATURE_C)[:, None]
+    return np.asarray(at.column(TEMPERATURE) - REFERENCE_TEMPERATURE_C)[:, None]
 
 
 def _hours(at: Conditions) -> FloatArray:
@@ -28,9 +28,9 @@ def _hours(at: Conditions) -> FloatArray:
 @effect(
     *AXES,
     unit="{u}/K",
-    logged=("temperature_c",),
+    logged=(TEMPERATURE,),
     constant_is="bias",
-    names_column="temperature_c",
+    names_column=TEMPERATURE,
     page=Page(
         formula="e_k = c_k · (T − 25 °C)",
         typical={
@@ -50,7 +50,7 @@ def temperature_bias(at: Conditions) -> FloatArray:
 @effect(
     *AXES,
     unit="1/K",
-    logged=("temperature_c",),
+    logged=(TEMPERATURE,),
     constant_is="scale",
     page=Page(
         formula="e_k = c_k · (T − 25 °C) · s_k",

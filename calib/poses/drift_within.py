@@ -18,10 +18,9 @@ from calib.errors import Undetermined
 from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.batches import batch_means
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import TRIADS, FloatArray, ImuLog, Triad
+from calib.poses.imu_log import TEMPERATURE, TRIADS, FloatArray, ImuLog, Triad
 from calib.poses.pose_checks import SHORT_BATCHES, SensorMoved
 
-TEMPERATURE = "temperature_c"
 FEWEST_OTHERS = 3
 """Poses that show the slopes. Derived: with two unknowns on each axis, one pose that was moved
 alike cannot make up the answer."""

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from calib.poses.imu_log import BoolArray, ImuLog
+from calib.poses.imu_log import TRIADS, BoolArray, ImuLog
 
 CHANCE = 1e-6
 """Expected number of such runs in a log by noise alone."""
@@ -24,7 +24,7 @@ BLOCKS_LISTED = 4  #: it chooses words only
 
 def frozen_samples(log: ImuLog) -> BoolArray:
     """Samples that only repeat the one before, in runs longer than noise makes, shape (t,)."""
-    held = [getattr(log, triad) for triad in ("accelerometer", "gyroscope") if log.has(triad)]
+    held = [getattr(log, triad) for triad in TRIADS if log.has(triad)]
     readings = np.hstack(held)
     repeats = np.concatenate([[False], (np.diff(readings, axis=0) == 0).all(axis=1)])
     edges = np.flatnonzero(np.diff(np.concatenate([repeats, [False]]).astype(np.int8)))

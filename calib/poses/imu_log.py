@@ -16,6 +16,7 @@ IntArray = NDArray[np.int64]
 Triad = Literal["accelerometer", "gyroscope"]
 TRIADS: tuple[Triad, Triad] = ("accelerometer", "gyroscope")
 AXES = ("x", "y", "z")
+TEMPERATURE = "temperature_c"  #: the column of the sensor's temperature, in every log
 SI_UNIT: Mapping[str, str] = {"accelerometer": "m/s²", "gyroscope": "rad/s"}
 
 
@@ -61,7 +62,7 @@ class ImuLog:
                 f"is followed by {self.time_s[i + 1]:.6g} s. Remove the repeated or misplaced "
                 f"rows, or record the log again."
             )
-        for name in ("accelerometer", "gyroscope"):
+        for name in TRIADS:
             triad = getattr(self, name)
             if triad.shape != (n, 3):
                 raise UnusableLog(

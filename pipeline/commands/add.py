@@ -6,7 +6,7 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import PathArgument
-from pipeline.commands.interaction.output import quiet_option
+from pipeline.commands.interaction.output import python_option, quiet_option
 
 
 @click.command(epilog=examples(
@@ -23,8 +23,7 @@ from pipeline.commands.interaction.output import quiet_option
               help="Add an effect although these data cannot separate it from another one.")
 @click.option("--although-unseen", is_flag=True,
               help="Add an effect although the leave-one-out error does not fall with it.")
-@click.option("--allow-python", is_flag=True,
-              help="Run the Python files that CONFIG names for user-defined effects.")
+@python_option
 @quiet_option("the verdicts and the next command")
 def command(
     config: Path, targets: tuple[str, ...], auto: bool, although_aliased: bool,

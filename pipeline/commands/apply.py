@@ -7,6 +7,8 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import Finite, PathArgument
+from pipeline.commands.interaction.output import echo_warnings, python_option
+from pipeline.logs.columns import SECONDS_PER
 
 if TYPE_CHECKING:
     from pipeline.logs.columns import ColumnNames, TimeUnit
@@ -29,7 +31,7 @@ SLOWEST_HZ, FASTEST_HZ = 1e-3, 1e6  #: sample rates of inertial sensors
                    "ours=theirs for the names in its header.")
 @click.option("--rate-hz", type=Finite(min=SLOWEST_HZ, max=FASTEST_HZ),
               help="Sample rate of a log without a time column.")
-@click.option("--time-unit", type=click.Choice(("s", "ms", "us", "ns", "min")),
+@click.option("--time-unit", type=click.Choice(tuple(SECONDS_PER)),
               help="Unit of the time column, if its name does not state it.")
 @click.option("--session-clock", is_flag=True,
               help="The time of the log is that of the calibration session: correct drifts.")
@@ -37,8 +39,7 @@ SLOWEST_HZ, FASTEST_HZ = 1e-3, 1e6  #: sample rates of inertial sensors
               help="Use results whose data do not determine the calibration.")
 @click.option("--although-unlike", is_flag=True,
               help="Correct a log that contradicts the calibration, for example by its gravity.")
-@click.option("--allow-python", is_flag=True,
-              help="Run the Python files of user-defined effects.")
+@python_option
 def command(
     results: Path,
     log: Path,
@@ -75,8 +76,7 @@ def command(
     if not although_unlike:
         notes += require_gravity(stored, readings, applied)
     notes += [*applied.left_out, *warnings_of(stored, readings, session_clock)]
-    for note in notes:
-        click.secho(f"warning: {note}", fg="yellow", err=True)
+    echo_warnings(notes)
     click.echo(f"columns are in {applied.axes}", err=True)
     if output is None:
         click.echo(applied_csv(applied), nl=False)

@@ -8,7 +8,7 @@ import click
 
 from pipeline.commands import examples, paragraph
 from pipeline.commands.interaction.arguments import PathArgument
-from pipeline.commands.interaction.output import echo_json, json_option
+from pipeline.commands.interaction.output import echo_json, json_option, python_option
 from pipeline.results.names import RESULTS_NAME
 
 if TYPE_CHECKING:
@@ -22,8 +22,7 @@ CONFIGURATION = (".yaml", ".yml")
     "pipeline compare base.run cubic.run --json | jq '.gyroscope.error_on_poses'",
 ))
 @click.argument("sessions", nargs=-1, required=True, metavar="A B [C...]", type=PathArgument())
-@click.option("--allow-python", is_flag=True,
-              help="Run the Python files of user-defined effects.")
+@python_option
 @json_option("the comparison")
 def command(sessions: tuple[Path, ...], allow_python: bool, as_json: bool) -> None:
     """Compare calibrations of one sensor: sessions, or runs of one session with different models.

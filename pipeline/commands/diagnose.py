@@ -6,7 +6,12 @@ import click
 
 from pipeline.commands import examples, paragraph
 from pipeline.commands.interaction.arguments import PathArgument
-from pipeline.commands.interaction.output import echo_whole, json_option, quiet_option
+from pipeline.commands.interaction.output import (
+    echo_whole,
+    json_option,
+    python_option,
+    quiet_option,
+)
 from pipeline.commands.interaction.verdicts import echo_verdict
 
 
@@ -15,8 +20,7 @@ from pipeline.commands.interaction.verdicts import echo_verdict
     "pipeline diagnose config.yaml --json | jq .gyroscope.diagnosis.ranking",
 ))
 @click.argument("config", type=PathArgument())
-@click.option("--allow-python", is_flag=True,
-              help="Run the Python files that CONFIG names for user-defined effects.")
+@python_option
 @json_option("the results")
 @quiet_option("the verdicts and the next command")
 def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> None:
@@ -24,20 +28,14 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
 
     The command runs every stage and does not change the results or the history.
     """
-    from pipeline.commands.interaction.run_with_progress import (
-        run_quietly,
-        run_silently,
-        run_watched,
-        say_waiting,
-    )
+    from pipeline.commands.interaction.run_with_progress import run_as_shown, say_waiting
     from pipeline.console.rate_text import verdict_lines
     from pipeline.console.run_text import comparison_lines, next_step, ranking_lines
     from pipeline.results.write import results_of, results_text
     from pipeline.session_folder import working_on
 
     with working_on(config, on_wait=say_waiting) as (session, folder):
-        run = run_silently if quiet else run_quietly if as_json else run_watched
-        outcome = run(session, folder, allow_python)
+        outcome = run_as_shown(quiet, as_json)(session, folder, allow_python)
     if as_json:
         echo_whole(results_text(results_of(outcome)))
         return

@@ -7,6 +7,7 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.output import echo_warnings, python_option
 from pipeline.export.formats import FORMATS
 
 if TYPE_CHECKING:
@@ -34,8 +35,7 @@ EXAMPLES = (
 @click.option("--force", is_flag=True, help="Replace files that this program did not write.")
 @click.option("--although-unfit", is_flag=True,
               help="Export results whose data do not determine the calibration.")
-@click.option("--allow-python", is_flag=True,
-              help="Run the Python files of user-defined effects.")
+@python_option
 def command(
     results: Path, form: str, output: Path | None, noise: Path | None, force: bool,
     although_unfit: bool, allow_python: bool,
@@ -58,11 +58,9 @@ def command(
     if noise is not None and form != "kalibr":
         raise click.UsageError(f"--noise is for kalibr; {form} has no place for it")
     stored = load_results(results, allow_python)
-    for warning in require_fit(stored, although_unfit):
-        click.secho(f"warning: {warning}", fg="yellow", err=True)
+    echo_warnings(require_fit(stored, although_unfit))
     export = _with_noise(stored, noise) if form == "kalibr" else EXPORTERS[form](stored)
-    for note in export.loses:
-        click.secho(f"note: {note}", fg="yellow", err=True)
+    echo_warnings(export.loses, "note")
     for name, content in export.files.items():
         path = (output or stored.folder) / name
         write_output(stored.folder, path, content, force=force, inputs=(stored.path,))

@@ -7,6 +7,7 @@ import click
 
 from pipeline.commands import examples, paragraph
 from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.output import python_option
 
 
 @click.command(epilog=examples(
@@ -25,8 +26,7 @@ from pipeline.commands.interaction.arguments import PathArgument
               help="Write report.html of each session, about 1 MB.  [default: reports]")
 @click.option("--json", "as_json", is_flag=True, help="Print population.json instead of text.")
 @click.option("--quiet", is_flag=True, help="Print the path of the report only.")
-@click.option("--allow-python", is_flag=True,
-              help="Run the Python files that configurations name for user-defined effects.")
+@python_option
 def command(
     pattern: str, output: Path, scheduler: str | None, workers: int | None, reports: bool,
     as_json: bool, quiet: bool, allow_python: bool,

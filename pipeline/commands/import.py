@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.interaction.arguments import Finite, PathArgument
-from pipeline.commands.interaction.output import echo_json, json_option, quiet_option
+from pipeline.commands.interaction.arguments import HEIGHT_M, LATITUDE_DEG, POSITIVE, PathArgument
+from pipeline.commands.interaction.output import echo_json, echo_warnings, json_option, quiet_option
 
 if TYPE_CHECKING:
     from pipeline.guess.checked import CheckedConfig
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 @click.option("--output", type=PathArgument(dir_okay=False), metavar="CONFIG",
               help="Configuration to write; default: the first file's name with .yaml, here.")
 @click.option("--force", is_flag=True, help="Replace a configuration that exists.")
-@click.option("--rate-hz", type=Finite(min=0, min_open=True),
+@click.option("--rate-hz", type=POSITIVE,
               help="Sample rate of logs without a column of times.")
-@click.option("--latitude", type=Finite(min=-90, max=90), help="Latitude of the site in degrees.")
-@click.option("--height", type=Finite(min=-500, max=9000), default=0.0,
+@click.option("--latitude", type=LATITUDE_DEG, help="Latitude of the site in degrees.")
+@click.option("--height", type=HEIGHT_M, default=0.0,
               help="Height of the site in metres; with --latitude.")
 @json_option("the guess")
 @quiet_option("the path of the configuration")
@@ -43,6 +43,7 @@ def command(
     and then writes it. It changes no log and never replaces a file without --force.
     """
     from pipeline.commands.interaction.run_with_progress import run_unwatched
+    from pipeline.config.template import site_text
     from pipeline.console.import_text import guess_json, guess_lines
     from pipeline.errors import UnwritableOutput
     from pipeline.files import write_whole
@@ -60,9 +61,8 @@ def command(
     if not (as_json or quiet):
         for line in guess_lines(guess):
             click.echo(line)
-    for note in passed_over:
-        click.secho(f"warning: {note}", fg="yellow", err=True)
-    site = None if latitude is None else f"{{latitude_deg: {latitude:g}, height_m: {height:g}}}"
+    echo_warnings(passed_over)
+    site = None if latitude is None else site_text(latitude, height)
     checked = checked_config(guess, path.absolute(), Choices(site), run_unwatched)
     if as_json:
         echo_json(guess_json(guess, checked))
@@ -78,8 +78,7 @@ def _say(path: Path, checked: "CheckedConfig") -> None:
     """What the check has changed, and whether the configuration runs."""
     from pipeline.errors import UnfinishedGuess
 
-    for change in checked.changes:
-        click.secho(f"warning: {change}", fg="yellow", err=True)
+    echo_warnings(checked.changes)
     if checked.outcome is None:
         raise UnfinishedGuess(
             f"{path} was written, but it does not run yet: {checked.fault} Correct the file, then "

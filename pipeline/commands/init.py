@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.interaction.arguments import Finite, PathArgument
+from pipeline.commands.interaction.arguments import HEIGHT_M, LATITUDE_DEG, PathArgument
 
 
 @click.command(epilog=examples(
@@ -14,9 +14,9 @@ from pipeline.commands.interaction.arguments import Finite, PathArgument
     "pipeline init my-session --latitude 59.91 --height 20",
 ))
 @click.argument("folder", metavar="[DIR]", default=".", type=PathArgument())
-@click.option("--latitude", type=Finite(min=-90, max=90),
+@click.option("--latitude", type=LATITUDE_DEG,
               help="Latitude of the site in degrees, which determines gravity.")
-@click.option("--height", type=Finite(min=-500, max=9000), default=0.0,
+@click.option("--height", type=HEIGHT_M, default=0.0,
               help="Height of the site in metres; with --latitude.")
 def command(folder: Path, latitude: float | None, height: float) -> None:
     """Write a commented config.yaml into DIR (default: the current folder).
@@ -40,5 +40,5 @@ def _latitude(typed: str) -> float | None:
     """What was typed as a latitude; nothing leaves it out."""
     if not typed.strip():
         return None
-    latitude: float = Finite(min=-90, max=90).convert(typed, None, None)
+    latitude: float = LATITUDE_DEG.convert(typed, None, None)
     return latitude

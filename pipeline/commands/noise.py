@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.interaction.arguments import Finite, PathArgument
+from pipeline.commands.interaction.arguments import POSITIVE, PathArgument
 from pipeline.commands.interaction.output import echo_whole, json_option, quiet_option
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @click.option("--config", type=PathArgument(dir_okay=False),
               help="Configuration whose `sensor` states the units; default: guess them as "
                    "`pipeline import` does.")
-@click.option("--rate-hz", type=Finite(min=0, min_open=True),
+@click.option("--rate-hz", type=POSITIVE,
               help="Sample rate of a log without a column of times.")
 @click.option("--output", type=PathArgument(file_okay=False),
               help="Folder for noise.json, noise.svg and noise.png; default: the results of "

@@ -6,6 +6,7 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.output import python_option
 
 
 @click.command(epilog=examples(
@@ -15,8 +16,7 @@ from pipeline.commands.interaction.arguments import PathArgument
 @click.argument("config", type=PathArgument())
 @click.option("--output", type=PathArgument(file_okay=False),
               help="Folder for the results; default: that of CONFIG.")
-@click.option("--allow-python", is_flag=True,
-              help="Run the Python files that CONFIG names for user-defined effects.")
+@python_option
 def command(config: Path, output: Path | None, allow_python: bool) -> None:
     """Run CONFIG and open its report in the browser.
 

@@ -8,7 +8,7 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import PathArgument
-from pipeline.commands.interaction.output import echo_json, json_option, quiet_option
+from pipeline.commands.interaction.output import echo_json, json_option, python_option, quiet_option
 
 if TYPE_CHECKING:
     from calib.effects.effect import Effect
@@ -24,8 +24,7 @@ if TYPE_CHECKING:
 @click.argument("config", type=PathArgument())
 @click.option("--effect", "effects", multiple=True, metavar="NAME",
               help="Print what to record to determine this effect; may be repeated.")
-@click.option("--allow-python", is_flag=True,
-              help="Run the Python files of user-defined effects.")
+@python_option
 @json_option("the outlook of each triad")
 @quiet_option("what the poses do not determine")
 def command(

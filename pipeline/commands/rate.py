@@ -11,7 +11,7 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import LONGEST_S, Finite, PathArgument
-from pipeline.commands.interaction.output import echo_json, json_option, quiet_option
+from pipeline.commands.interaction.output import echo_json, echo_warnings, json_option, quiet_option
 
 FILMED_S = 60.0  #: the clip that the guide asks for
 SLOWEST_FPS, FASTEST_FPS = 0.01, 1e5  #: from time lapse to high speed
@@ -161,8 +161,7 @@ def _measure(chosen: _Chosen, overlay: Path | None) -> None:
         with ClipProgress(chosen.shown != "quiet") as progress:
             draw_overlay(chosen.videos[0], tracks[0], rates[0], overlay, progress)
     for rate in rates:
-        for warning in rate.warnings:
-            click.secho(f"warning: {warning}", fg="yellow", err=True)
+        echo_warnings(rate.warnings)
     if chosen.shown == "json":
         by_name = {rate.name: rate_json(rate) for rate in rates}
         echo_json(by_name)

@@ -6,7 +6,7 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import PathArgument
-from pipeline.commands.interaction.output import quiet_option
+from pipeline.commands.interaction.output import python_option, quiet_option
 
 
 @click.command(epilog=examples(
@@ -15,8 +15,7 @@ from pipeline.commands.interaction.output import quiet_option
 ))
 @click.argument("config", type=PathArgument())
 @click.argument("targets", metavar="TARGET...", nargs=-1, required=True)
-@click.option("--allow-python", is_flag=True,
-              help="Run the Python files that CONFIG names for user-defined effects.")
+@python_option
 @quiet_option("the verdicts and the next command")
 def command(config: Path, targets: tuple[str, ...], allow_python: bool, quiet: bool) -> None:
     """Remove effects from the model in CONFIG and print the errors before and after.

@@ -7,7 +7,12 @@ import click
 
 from pipeline.commands import examples, paragraph
 from pipeline.commands.interaction.arguments import PathArgument
-from pipeline.commands.interaction.output import echo_whole, json_option, quiet_option
+from pipeline.commands.interaction.output import (
+    echo_whole,
+    json_option,
+    python_option,
+    quiet_option,
+)
 from pipeline.commands.interaction.verdicts import echo_verdict
 
 if TYPE_CHECKING:
@@ -24,8 +29,7 @@ if TYPE_CHECKING:
               help="Folder for the results; default: that of CONFIG.")
 @click.option("--force", is_flag=True,
               help="Replace a results.json or report.html that `pipeline run` did not write.")
-@click.option("--allow-python", is_flag=True,
-              help="Run the Python files that CONFIG names for user-defined effects.")
+@python_option
 @json_option("the results")
 @quiet_option("the path of the report")
 def command(
@@ -35,21 +39,15 @@ def command(
 
     Later runs read the measured angles of the clips from the folder of the results.
     """
-    from pipeline.commands.interaction.run_with_progress import (
-        run_quietly,
-        run_silently,
-        run_watched,
-        say_waiting,
-    )
+    from pipeline.commands.interaction.run_with_progress import run_as_shown, say_waiting
     from pipeline.console.run_text import next_step
     from pipeline.report.outputs import outputs_of
     from pipeline.results.names import REPORT_NAME, RESULTS_NAME
     from pipeline.session_folder import require_own_files, working_on, write_session
 
-    run = run_silently if quiet else run_quietly if as_json else run_watched
     with working_on(config, output, say_waiting) as (session, folder):
         require_own_files(folder, force)
-        outcome = run(session, folder, allow_python)
+        outcome = run_as_shown(quiet, as_json)(session, folder, allow_python)
         if not (quiet or as_json):
             _show(outcome)
         outputs = outputs_of(outcome, folder)

@@ -1,6 +1,7 @@
 """The configuration of a session: one YAML file, checked as a whole before anything slow runs."""
 
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 from pydantic import Field, PrivateAttr, ValidationError
@@ -107,10 +108,8 @@ def _checked(source: YamlSource, files_may_be_missing: bool) -> Config:
         error = invalid
     problems = problems_of(source, error, context)
     if config is not None and not files_may_be_missing:
-        problems += tuple(source.problem(path, problem) for path, problem in _clip_counts(config))
-    if config is not None and not files_may_be_missing:
-        problems += tuple(source.problem(path, text) for path, text in _column_counts(config))
-        problems += tuple(source.problem(path, text) for path, text in contradictions(config))
+        more = chain(_clip_counts(config), _column_counts(config), contradictions(config))
+        problems += tuple(source.problem(path, text) for path, text in more)
     if problems or config is None:
         raise (MissingFiles if _missing_files(error) == len(problems) else ConfigError)(*problems)
     config._source = source

@@ -7,14 +7,14 @@ Rules see every file, also one whose values are wrong, so that all mistakes are 
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+from calib.poses.imu_log import TRIADS
 from pipeline.config.types import STOPPED
 from pipeline.config.yaml_text import PathTo, path_text
 from pipeline.logs.columns import (
-    ACCELEROMETER,
-    GYROSCOPE,
     TIME,
     missing_columns,
     our_name,
+    parts_missing,
 )
 
 Values = Mapping[str, Any]
@@ -35,7 +35,7 @@ def whole_file(section: Values) -> Problems:
     tasks = ("rate", "accelerometer", "gyroscope", "installation", "record")
     if not any(task in section for task in tasks):
         yield "", f"nothing to do: none of {', '.join(tasks)} is given"
-    triads = [triad for triad in ("accelerometer", "gyroscope") if triad in section]
+    triads = [triad for triad in TRIADS if triad in section]
     if triads and "sensor" not in section:
         yield "sensor", ("is missing; name a preset as in `sensor: xsens-mti`, or give the data "
                    "sheet's full scale, bits and encoding")
@@ -134,7 +134,8 @@ def columns(section: Values) -> Problems:
     rows = rows if isinstance(rows, list) and not isinstance(rows[0], str) else [rows]
     for names in rows:
         if isinstance(names, dict):
-            yield from _picked_columns(names)
+            # Columns that are not picked may still be there under our names.
+            yield from (("columns", lacks) for lacks in parts_missing(names))
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
             continue  # a mapping, or the type itself is wrong and reported as such
         ours = [our_name(name)[0] for name in names]
@@ -144,14 +145,6 @@ def columns(section: Values) -> Problems:
             yield "columns", f"{TIME} is missing; name it, or give sample_rate_hz beside columns"
         if TIME in ours and "sample_rate_hz" in section:
             yield "sample_rate_hz", f"the columns have {TIME}; delete one of the two"
-
-
-def _picked_columns(names: Values) -> Problems:
-    """Parts of a triad; columns that are not picked may still be there under our names."""
-    for triad in (ACCELEROMETER, GYROSCOPE):
-        lacking = [name for name in triad if name not in names]
-        if 0 < len(lacking) < len(triad):
-            yield "columns", f"{' and '.join(lacking)} missing beside the rest of the triad"
 
 
 def model(section: Values) -> Problems:

@@ -10,6 +10,8 @@ from calib.poses.data_sheet import TriadSpec
 from pipeline.config.types import Positive, Section, no_such
 from pipeline.config.units import UNITS
 
+ForceUnit = Literal["m_s2", "g", "mg"]
+RateUnit = Literal["rad_s", "deg_s", "mrad_s", "mdeg_s"]
 Encoding = Literal["offset-binary", "twos-complement", "unsigned-twos-complement"]
 
 #: name -> what the user would otherwise write under ``sensor:``.
@@ -43,7 +45,7 @@ class AccelerometerSheet(_TriadSheet):
     full_scale_g: Positive | None = None
     counts_per_m_s2: Positive | None = None
     counts_per_g: Positive | None = None
-    unit: Literal["m_s2", "g", "mg"] | None = None
+    unit: ForceUnit | None = None
 
 
 class GyroscopeSheet(_TriadSheet):
@@ -53,7 +55,7 @@ class GyroscopeSheet(_TriadSheet):
     full_scale_rad_s: Positive | None = None
     counts_per_deg_s: Positive | None = None
     counts_per_rad_s: Positive | None = None
-    unit: Literal["rad_s", "deg_s", "mrad_s", "mdeg_s"] | None = None
+    unit: RateUnit | None = None
 
 
 class SensorSection(Section):

@@ -14,10 +14,15 @@ def template_text() -> str:
     return files("pipeline.config").joinpath("templates", TEMPLATE_NAME).read_text(encoding="utf-8")
 
 
+def site_text(latitude_deg: float, height_m: float) -> str:
+    """The section ``site`` of a place."""
+    return f"{{latitude_deg: {latitude_deg:g}, height_m: {height_m:g}}}"
+
+
 def at_site(text: str, latitude_deg: float, height_m: float) -> str:
     """The template with the line of the site stating where that is."""
     lines = text.splitlines(keepends=True)
-    site = f"site: {{latitude_deg: {latitude_deg:g}, height_m: {height_m:g}}}\n"
+    site = f"site: {site_text(latitude_deg, height_m)}\n"
     return "".join(site if line.startswith("site:") else line for line in lines
                    if not line.startswith("# with your values."))
 

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from calib.poses.imu_log import TEMPERATURE, TRIADS
+from pipeline.config.types import STOPPED
 from pipeline.guess.checked import CheckedConfig
 from pipeline.guess.session import SessionGuess
 from pipeline.guess.table_guess import TableGuess
@@ -32,7 +34,7 @@ def guess_lines(guess: SessionGuess) -> Iterator[str]:
         yield ""
     for source in guess.sources:
         turning = f"turning at {source.rate_rad_s:.3g} rad/s"
-        rate = "at rest" if source.rate == "stopped" else turning
+        rate = "at rest" if source.rate == STOPPED else turning
         yield f"{count(len(source.tables), 'table')}, {rate}: {LAYOUTS[source.layout]}"
     if guess.doubts:
         yield "not sure:"
@@ -52,13 +54,13 @@ def guessed_table(table: TableGuess) -> list[str]:
     elif not table.are_means:
         shown = "not known" if clock.rate_hz is None else f"{clock.rate_hz:g} Hz"
         rows.append(["  time", "-", shown, clock.because])
-    for name in ("accelerometer", "gyroscope"):
+    for name in TRIADS:
         triad = getattr(table, name)
         if triad is not None:
             rows.append([f"  {name}", _names(triad.columns), triad.unit, triad.because])
     lines += table_lines(rows)
     readings = [name for name in table.theirs if name in (TIME, *ACCELEROMETER, *GYROSCOPE)
-                or name.startswith("time_") or name == "temperature_c"]
+                or name.startswith("time_") or name == TEMPERATURE]
     head = [[f"  {name}" if i == 0 else name for i, name in enumerate(readings)]]
     for row in range(min(ROWS_SHOWN, table.table.rows)):
         values = [f"{table.table.columns[table.theirs[name]][row]:.10g}" for name in readings]

@@ -8,6 +8,7 @@ import math
 import re
 from collections.abc import Sequence
 
+from calib.poses.imu_log import TEMPERATURE
 from pipeline.devices.sample import COUNTS, NOT_SENT, DeviceClock, Sample, Triple
 from pipeline.devices.sketch_lines import (
     HEADER,
@@ -139,7 +140,7 @@ class Mpu6050TextParser:
             self._damaged += 1
             return None
         self._whole = set(block)
-        columns = (("temperature_c", block["temperature"][0]),) if "temperature" in block else ()
+        columns = ((TEMPERATURE, block["temperature"][0]),) if "temperature" in block else ()
         return Sample(_triple(block["accelerometer"]), _triple(block.get("gyroscope", NOT_SENT)),
                       None, columns)
 

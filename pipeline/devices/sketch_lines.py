@@ -10,6 +10,7 @@ everything before the ``*``, as two hexadecimal digits.
 
 import re
 
+from calib.poses.imu_log import TEMPERATURE
 from pipeline.devices.sample import Sample
 
 HEADER = "#turntable "
@@ -62,7 +63,7 @@ def parse_sketch_line(line: str) -> Sample | None:
         return None
     ax, ay, az, gx, gy, gz, temperature = (int(word) for word in match.groups()[3:10])
     return Sample((ax, ay, az), (gx, gy, gz), int(match[3]),
-                  (("temperature_c", mpu6050_temperature_c(temperature)),))
+                  ((TEMPERATURE, mpu6050_temperature_c(temperature)),))
 
 
 def mpu6050_temperature_c(word: int) -> float:

@@ -8,6 +8,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from calib.poses.imu_log import TEMPERATURE
 from pipeline.devices.sample import AS_LABELLED, CLOCK_MODULUS, COUNTS, DeviceClock
 from pipeline.logs.columns import ACCELEROMETER, COUNTER, GYROSCOPE, SKIP, TIME, our_name
 
@@ -94,7 +95,7 @@ _STREAM_NAMES: Mapping[str, str] = {
     **dict.fromkeys(("n", "count", "sample", "loopiteration"), COUNTER),
     **dict.fromkeys(("ms", "millis", "time_ms", "time (ms)", "t_ms"), "ms"),
     **dict.fromkeys(("us", "micros", "time_us", "time (us)", "t_us"), "us"),
-    **dict.fromkeys(("temp", "temp_c", "temperature", "temperature (c)"), "temperature_c"),
+    **dict.fromkeys(("temp", "temp_c", "temperature", "temperature (c)"), TEMPERATURE),
     **{f"{theirs}{axis}": f"{ours}_{axis}"
        for theirs, ours in (("gyroscope ", "gyr"), ("gyro_", "gyr"), ("gyro", "gyr"),
                             ("accelerometer ", "acc"), ("accel", "acc"), ("accel_", "acc"))

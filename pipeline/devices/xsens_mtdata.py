@@ -7,6 +7,7 @@ temperature as two's complement in 1/256 °C; an eleventh is the sample counter,
 
 import struct
 
+from calib.poses.imu_log import TEMPERATURE
 from pipeline.devices.sample import COUNTS, DeviceClock, Sample
 from pipeline.devices.xbus import Message, XbusReader
 
@@ -20,7 +21,7 @@ TEMPERATURE_STEP_C = 1 / 256  #: fact, of the raw temperature word
 def raw_sample(words: tuple[int, ...], ticks: int | None) -> Sample:
     """The sample in the ten words of the raw mode."""
     a, b, c, d, e, f = words[:6]
-    temperature = (("temperature_c", words[9] * TEMPERATURE_STEP_C),)
+    temperature = ((TEMPERATURE, words[9] * TEMPERATURE_STEP_C),)
     return Sample((a, b, c), (d, e, f), ticks, temperature)
 
 

@@ -9,6 +9,7 @@ import math
 import struct
 from collections.abc import Iterator
 
+from calib.poses.imu_log import TEMPERATURE
 from pipeline.devices.sample import CLOCK_MODULUS, COUNTS, NOT_SENT, DeviceClock, Sample, Triple
 from pipeline.devices.xbus import Message, XbusReader
 from pipeline.devices.xsens_mtdata import RAW, raw_sample
@@ -16,7 +17,7 @@ from pipeline.devices.xsens_mtdata import RAW, raw_sample
 #: Facts of the protocol: the message identifier, and DataIDs.
 MTDATA2 = 0x36
 PACKET_COUNTER, SAMPLE_TIME_FINE = 0x1020, 0x1060  # 16 bits; ticks of 100 µs
-RAW_ALL, TEMPERATURE = 0xA010, 0x0810  # readings of the converters; °C
+RAW_ALL, TEMPERATURE_ID = 0xA010, 0x0810  # readings of the converters; °C
 ACCELERATION, RATE_OF_TURN = 0x4020, 0x8020  # m/s² and rad/s
 KIND = 0xFFF0  #: of a DataID; the low four bits are number format and frame
 
@@ -94,11 +95,11 @@ class MtData2Parser:
                 counter = int.from_bytes(part, "big")
             elif data_id == SAMPLE_TIME_FINE and len(part) == 4:
                 fine = int.from_bytes(part, "big")
-            elif kind in (ACCELERATION, RATE_OF_TURN, TEMPERATURE):
+            elif kind in (ACCELERATION, RATE_OF_TURN, TEMPERATURE_ID):
                 values = reals(data_id, part)
                 usable = bool(values) and all(map(math.isfinite, values))
-                if usable and kind == TEMPERATURE and len(values) == 1:
-                    columns.append(("temperature_c", values[0]))
+                if usable and kind == TEMPERATURE_ID and len(values) == 1:
+                    columns.append((TEMPERATURE, values[0]))
                 elif usable and len(values) == 3:
                     triads[kind] = (values[0], values[1], values[2])
                 else:

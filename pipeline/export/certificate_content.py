@@ -4,7 +4,6 @@ import hashlib
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
@@ -20,18 +19,13 @@ from pipeline.export.certificate_records import (
     Residuals,
     TriadPart,
 )
+from pipeline.export.parts import HASH_DIGITS, temperatures
 from pipeline.results.history import read_history
 from pipeline.results.read import Stored, StoredTriad
-from pipeline.text.formatting import (
-    DISPLAY,
-    count,
-    relative,
-    with_sd,
-)
+from pipeline.text.formatting import DISPLAY, count, relative, with_minus_signs, with_sd
 from pipeline.text.model_name import short_model
-from pipeline.text.names import DISTRIBUTION
+from pipeline.text.names import DISTRIBUTION, program_version
 
-HASH_DIGITS = 16  #: hexadecimal; two of a million files agree by chance with a probability of 3e-8
 _MINUS = re.compile(r"(?<![\w.])-(?=\d)|(?<=\de)-(?=\d)")
 NOT_RECORDED = "not recorded"
 
@@ -78,19 +72,9 @@ def _facts(stored: Stored) -> Iterator[tuple[str, str]]:
     yield "Configuration", f"SHA-256 {sha[:HASH_DIGITS]}"
     results = hashlib.sha256(stored.path.read_bytes()).hexdigest()
     yield "Results", f"SHA-256 {results[:HASH_DIGITS]}"
-    yield "Program", _program()
-    warmth = [pose["columns"]["temperature_c"] for each in stored.triads
-              for pose in stored.contents[each.triad]["poses"]
-              if pose["columns"].get("temperature_c") is not None]
-    if warmth:
+    yield "Program", f"{DISTRIBUTION} {program_version()}"
+    if warmth := temperatures(stored):
         yield "Temperature", f"{min(warmth):.1f} to {max(warmth):.1f} °C"
-
-
-def _program() -> str:
-    try:
-        return f"{DISTRIBUTION} {version(DISTRIBUTION)}"
-    except PackageNotFoundError:  # run from its sources
-        return f"{DISTRIBUTION}, not installed"
 
 
 def _part(each: StoredTriad, section: Mapping[str, Any]) -> TriadPart:
@@ -156,12 +140,12 @@ def _row(name: str, values: FloatArray, sds: FloatArray) -> CertifiedRow:
 
 def _value(value: float, sd: float) -> CertifiedValue:
     if not math.isfinite(sd):
-        return CertifiedValue(f"{value + 0.0:.6g}".replace("-", "−"), "not fitted")
+        return CertifiedValue(with_minus_signs(f"{value + 0.0:.6g}"), "not fitted")
     text, _, spread = with_sd(value, sd).partition(" ± ")
     if "(" in text:  # a common power of ten stands behind the bracket
         power = spread.partition(")")[2]
         text, spread = text.lstrip("(") + power, spread.partition(")")[0] + power
-    return CertifiedValue(text.replace("-", "−"), f"± {spread}".replace("-", "−"))
+    return CertifiedValue(with_minus_signs(text), with_minus_signs(f"± {spread}"))
 
 
 def _figures(triad: str, section: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -180,7 +164,7 @@ def _prediction(triad: str, prediction: Mapping[str, Any] | None) -> str:
     if prediction is None or prediction["sd_median"] is None:
         return "Only rest was measured: the gains are not known."
     unit, factor = DISPLAY[triad]
-    worst = direction_name(np.array(prediction["worst_direction"], float)).replace("-", "−")
+    worst = with_minus_signs(direction_name(np.array(prediction["worst_direction"], float)))
     return (f"Corrected magnitudes err by {prediction['sd_median'] * factor:.2g} {unit} (1 sd, "
             f"median over all directions), at worst by {prediction['sd_worst'] * factor:.2g} "
             f"{unit} ({worst}).")
@@ -241,11 +225,11 @@ def _notes(stored: Stored) -> Iterator[str]:
     angles, sds = (gyroscope.get(key) for key in ("frame_to_accelerometer_rad", "frame_sd_rad"))
     if angles is not None and sds is not None:
         words = ", ".join(with_sd(a * 1e3, s * 1e3) for a, s in zip(angles, sds, strict=True))
-        yield f"Rotation of the gyroscope against the accelerometer: {words} mrad.".replace(
-            "-", "−")
+        yield with_minus_signs(
+            f"Rotation of the gyroscope against the accelerometer: {words} mrad.")
     mounting = stored.contents.get("installation")
     if mounting is not None:
-        roll, pitch = (f"{mounting[key]:.3f}".replace("-", "−")
+        roll, pitch = (with_minus_signs(f"{mounting[key]:.3f}")
                        for key in ("roll_deg", "pitch_deg"))
         sds = mounting["sd_deg"]
         yield f"Mounting: roll {roll} ± {sds[0]:.2g}°, pitch {pitch} ± {sds[1]:.2g}°."

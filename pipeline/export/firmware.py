@@ -14,6 +14,7 @@ from pipeline.export.parts import (
     no_effects,
     no_sds,
     origin,
+    plain_row,
     shown,
     triad_named,
 )
@@ -41,8 +42,8 @@ def to_fusion(stored: Stored) -> Export:
         counts, si = example(each)
         lines += [
             "",
-            *c_comments([f"{each.triad}: counts ({_plain_row(counts)}) are "
-                       f"({_plain_row(si * per_si)}) {unit}"]),
+            *c_comments([f"{each.triad}: counts ({plain_row(counts)}) are "
+                       f"({plain_row(si * per_si)}) {unit}"]),
             f"static const FusionMatrix {each.triad}Misalignment = "
             f"{{.element = {{{c_row(each.alignment.ravel())}}}}};",
             f"static const FusionVector {each.triad}Sensitivity = "
@@ -143,7 +144,3 @@ def what_is_left(
 def hash_comments(lines: Sequence[str]) -> list[str]:
     """Comments of the parameter files and of the command line."""
     return [f"# {ascii_line(line)}" for line in lines]
-
-
-def _plain_row(values: FloatArray) -> str:
-    return ", ".join(f"{value:.8g}" for value in values)

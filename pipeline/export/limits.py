@@ -14,7 +14,7 @@ from calib.consistency.force import LARGEST_DRIFT
 from calib.effects.effect import Effect
 from calib.errors import UnusableLog
 from calib.poses.conditions import Conditions
-from calib.poses.imu_log import AXES, SI_UNIT, FloatArray, ImuLog
+from calib.poses.imu_log import AXES, SI_UNIT, TEMPERATURE, FloatArray, ImuLog
 from calib.poses.rest_candidates import FEWEST_SAMPLES, WINDOW_S
 from pipeline.export.apply import Applied, apply_results, at_the_rails
 from pipeline.results.read import Stored, StoredTriad
@@ -28,7 +28,6 @@ LARGEST_DIFFERENCE = 0.3
 """Of gravity: what gains differ by from part to part of one type, and offsets, is a tenth of it."""
 
 MARGIN = 0.1  #: of the span of the calibration by which telemetry may exceed it unsaid
-TEMPERATURE = "temperature_c"
 
 
 def require_counts(stored: Stored, log: ImuLog) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.poses.imu_log import SI_UNIT, FloatArray
+from calib.poses.imu_log import SI_UNIT, TEMPERATURE, FloatArray
 from pipeline.export.remaining import remaining_error
 from pipeline.results.read import Stored, StoredTriad
 from pipeline.text.plain import one_line
@@ -14,6 +14,7 @@ from pipeline.text.plain import one_line
 #: Direction and size of the worked example, in units of EXAMPLE_SIZE: no axis is zero.
 EXAMPLE_DIRECTION = np.array([0.3, -0.4, 0.85])
 EXAMPLE_SIZE: Mapping[str, float] = {"accelerometer": 10.0, "gyroscope": 1.0}  #: SI
+HASH_DIGITS = 16  #: hexadecimal; two of a million files agree by chance with a probability of 3e-8
 SMALL_M_S2 = 1.0  #: errors below are shown in mm/s²
 
 
@@ -40,22 +41,27 @@ def short_name(each: StoredTriad) -> str:
     return {"accelerometer": "acc", "gyroscope": "gyro"}[each.triad]
 
 
-def example(each: StoredTriad) -> tuple[FloatArray, FloatArray]:
-    """A reading in counts and what bias, scale and misalignment make of it, SI; both (3,)."""
+def example_counts(each: StoredTriad) -> FloatArray:
+    """The reading of the worked example, counts, (3,)."""
     wanted = EXAMPLE_DIRECTION * EXAMPLE_SIZE[each.triad]
     counts = each.bias_counts + wanted * each.scale_counts_per_unit
-    if each.correction.spec.bits:
-        counts = np.round(counts)
+    return np.round(counts) if each.correction.spec.bits else counts
+
+
+def example(each: StoredTriad) -> tuple[FloatArray, FloatArray]:
+    """A reading in counts and what bias, scale and misalignment make of it, SI; both (3,)."""
+    counts = example_counts(each)
     return counts, matrix(each) @ (counts - each.bias_counts)
 
 
 def example_text(each: StoredTriad) -> str:
     """The worked example in one line."""
     counts, si = example(each)
-    return f"counts ({_row(counts)}) are ({_row(si)}) {SI_UNIT[each.triad]}"
+    return f"counts ({plain_row(counts)}) are ({plain_row(si)}) {SI_UNIT[each.triad]}"
 
 
-def _row(values: FloatArray) -> str:
+def plain_row(values: FloatArray) -> str:
+    """Numbers with commas, for a comment."""
     return ", ".join(f"{value:.8g}" for value in values)
 
 
@@ -110,7 +116,7 @@ def origin(stored: Stored) -> tuple[str, ...]:
     title = one_line(stored.contents["title"]) or "untitled"
     lines = [
         f"Calibration of {one_line(stored.contents['sensor'])}: {title}",
-        f"configuration {one_line(stored.contents['config_sha256'])[:16]} (SHA-256)",
+        f"configuration {one_line(stored.contents['config_sha256'])[:HASH_DIGITS]} (SHA-256)",
     ]
     for each in stored.triads:
         spec = each.correction.spec
@@ -128,8 +134,8 @@ def origin(stored: Stored) -> tuple[str, ...]:
 def temperatures(stored: Stored) -> list[float]:
     """Of every pose that has one, degrees Celsius."""
     return [
-        pose["columns"]["temperature_c"]
+        pose["columns"][TEMPERATURE]
         for each in stored.triads
         for pose in stored.contents[each.triad]["poses"]
-        if pose["columns"].get("temperature_c") is not None
+        if pose["columns"].get(TEMPERATURE) is not None
     ]

@@ -10,6 +10,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.effects.effect import Effect
 from calib.fit.rows.sensitive_axes import Axes, sensor_columns
 from calib.poses.attitudes import natural_directions
@@ -67,7 +68,8 @@ def session_conditions(
     if not any("force" in effect.needs for effect in effects):
         return whole
     accelerometer = stored.contents["accelerometer"]
-    gravity = 9.81 if accelerometer is None else accelerometer["gravity"]["value_m_s2"]
+    gravity = (STANDARD_GRAVITY_M_S2 if accelerometer is None
+               else accelerometer["gravity"]["value_m_s2"])
     units = natural_directions()
     rows = np.repeat(np.arange(len(whole)), len(units))
     repeated = whole.take(rows)

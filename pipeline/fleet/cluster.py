@@ -7,11 +7,10 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from pipeline.errors import BUG, ConfigError, DeviceError
-from pipeline.fleet.fingerprint import program_version
 from pipeline.fleet.record import SessionRecord
 from pipeline.fleet.rows import rows_of_failure
 from pipeline.fleet.worker import FleetTask, work_on
-from pipeline.text.names import DISTRIBUTION
+from pipeline.text.names import DISTRIBUTION, program_version
 
 if TYPE_CHECKING:
     from distributed import Client, Future

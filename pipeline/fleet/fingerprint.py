@@ -3,27 +3,18 @@
 import hashlib
 import os
 from collections.abc import Iterator
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from pipeline.config.load import Config
 from pipeline.errors import UnreadableInput
-from pipeline.text.names import DISTRIBUTION
+from pipeline.text.names import program_version
 
 RECORD_FORMAT = 1
 """Raise it whenever a record holds other things than before."""
 
 BLOCK = 1 << 20
 """Bytes read at a time; a fact of no consequence."""
-
-
-def program_version() -> str:
-    """The version of this program that is installed here."""
-    try:
-        return version(DISTRIBUTION)
-    except PackageNotFoundError:
-        return "not installed"
 
 
 def fingerprint(config: Config, allow_python: bool, reports: bool) -> str:

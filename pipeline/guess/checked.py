@@ -4,15 +4,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, Undetermined
+from calib.poses.imu_log import TRIADS
 from pipeline.config.load import Config, parse_config
 from pipeline.errors import PipelineError
-from pipeline.guess.config_text import WHOLE_MODEL, Choices, config_text
+from pipeline.guess.config_text import Choices, config_text
 from pipeline.guess.session import SessionGuess
 from pipeline.stages.run import Outcome
 
-MODELS = (WHOLE_MODEL, ("bias", "scale"), ("bias",))
-TRIADS = ("accelerometer", "gyroscope")
+MODELS = (BASE, ("bias", "scale"), ("bias",))
 MOST_TRIES = len(TRIADS) * len(MODELS) + 1
 """Derived: for each triad every smaller model and its removal, and the last try."""
 
@@ -68,7 +69,7 @@ def _smaller(choices: Choices, error: Exception) -> Choices | None:
     if not isinstance(error, Undetermined):
         return None
     remedy = error.remedy
-    triad = next((name for name in TRIADS if str(error).startswith(f"{name}:")), None)
+    triad: str | None = next((name for name in TRIADS if str(error).startswith(f"{name}:")), None)
     if remedy is not None and remedy.kind == "smaller_model" and remedy.triad is not None:
         triad = remedy.triad
     if triad is None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from calib.poses.imu_log import FloatArray
 from pipeline.guess.header_words import words_of
-from pipeline.logs.clock import ASSUMED_HZ, USUAL_HZ, without_wraps
+from pipeline.logs.clock import ASSUMED_HZ, likely_units, without_wraps
 from pipeline.logs.columns import SECONDS_PER, TIME, TimeUnit, our_name
 
 #: Seconds since 1970 from 2001 to 2128, in each unit.
@@ -84,8 +84,7 @@ def _unit(name: str, ticks: FloatArray) -> tuple[TimeUnit | None, str, str]:
     usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     if not usual > 0:
         return None, "", ""
-    likely = [unit for unit in SECONDS_PER if unit != "min"
-              and USUAL_HZ[0] <= 1 / (usual * SECONDS_PER[unit]) <= USUAL_HZ[1]]
+    likely = likely_units(usual)
     since_1970 = [unit for unit in SECONDS_PER
                   if EPOCH_S[0] < ticks[0] * SECONDS_PER[unit] < EPOCH_S[1]]
     stated = next((unit for unit in SECONDS_PER if unit == words_of(name).unit), None)

@@ -8,6 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from calib.earth import STANDARD_GRAVITY_M_S2
+from calib.effects.catalogue import BASE
+from calib.poses.imu_log import TRIADS
+from pipeline.config.types import STOPPED
 from pipeline.guess.session import RECORD_SD, PoseSource, SessionGuess
 from pipeline.guess.table_guess import TableGuess
 from pipeline.guess.triads import TriadGuess
@@ -17,7 +20,6 @@ from pipeline.logs.columns import TIME
 PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*")
 #: Plain words that YAML or a reader of it may take for something else.
 NOT_PLAIN = {"y", "n", "yes", "no", "on", "off", "true", "false", "null"}
-WHOLE_MODEL = ("bias", "scale", "misalignment")
 #: Gravity anywhere on Earth: 9.780 at the equator, 9.832 at the poles.
 GRAVITY_SD_M_S2 = 0.02
 WIDTH = 96  #: of a list of names that stays on one line
@@ -43,7 +45,7 @@ def config_text(guess: SessionGuess, folder: Path, choices: Choices) -> str:
     lines = [f"# Written by `pipeline import` from {_comment(names)}{more}.", ""]
     lines += [f"# Not sure: {_comment(doubt)}" for doubt in guess.doubts]
     lines += ["", "sensor:"]
-    for name in ("accelerometer", "gyroscope"):
+    for name in TRIADS:
         triad = getattr(guess, name)
         if triad is not None:
             lines.append(f"  {name}: {_sheet(triad)}   # {_comment(triad.unit)}")
@@ -63,7 +65,7 @@ def _site(site: str | None) -> list[str]:
 
 def _rates(guess: SessionGuess) -> list[str]:
     known = {source.rate: source.rate_rad_s for source in guess.sources
-             if source.rate not in (None, "stopped")}
+             if source.rate not in (None, STOPPED)}
     if not known:
         return []
     lines = ["", "# Nominal speeds. A clip of the plate is better: {video: clip.mp4}", "rate:"]
@@ -78,7 +80,7 @@ def _accelerometer(guess: SessionGuess, folder: Path, choices: Choices) -> list[
     if reason := choices.left_out.get("accelerometer"):
         return ["", f"# accelerometer: left out, since {_comment(reason)}"]
     return ["", "accelerometer:", "  poses:", *_poses(source, folder, "    "),
-            f"  model: [{', '.join(choices.models.get('accelerometer', WHOLE_MODEL))}]"]
+            f"  model: [{', '.join(choices.models.get('accelerometer', BASE))}]"]
 
 
 def _gyroscope(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]:
@@ -87,8 +89,8 @@ def _gyroscope(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]
         return []
     if reason := choices.left_out.get("gyroscope"):
         return ["", f"# gyroscope: left out, since {_comment(reason)}"]
-    turning = any(source.rate != "stopped" for source in able)
-    model = choices.models.get("gyroscope", WHOLE_MODEL if turning else ("bias",))
+    turning = any(source.rate != STOPPED for source in able)
+    model = choices.models.get("gyroscope", BASE if turning else ("bias",))
     lines = ["", "gyroscope:", "  runs:"]
     for source in able:
         lines += ["    - poses:", *_poses(source, folder, "        "),

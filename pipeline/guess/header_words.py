@@ -4,6 +4,10 @@ import re
 from dataclasses import dataclass
 from typing import Literal
 
+from calib.poses.imu_log import AXES
+from pipeline.guess.magnitudes import FORCE_UNITS, RATE_UNITS
+from pipeline.logs.columns import SECONDS_PER
+
 Quantity = Literal["time", "counter", "acc", "gyr", "temperature", "samples", "sd", "label", ""]
 
 UNITS = {
@@ -22,7 +26,6 @@ UNITS = {
     "counts": ("counts", "count", "lsb", "raw"),
 }
 _UNIT = {spelling: unit for unit, spellings in UNITS.items() for spelling in spellings}
-TIME_UNITS = ("s", "ms", "us", "ns", "min")
 
 TIME = {"time", "timestamp", "t", "ts", "stamp", "timeus", "timems", "sampleus", "millis", "micros",
         "ms", "us", "ns", "datetime", "date", "clock", "elapsed", "seconds", "utc", "epoch", "sec",
@@ -41,7 +44,6 @@ TEMPERATURE = {"temp", "temperature", "tmp", "tempc", "degc"}
 OTHER = {"mag", "magn", "magnetic", "magnetometer", "user", "gravity", "quat", "quaternion",
          "euler", "roll", "pitch", "yaw", "setpoint", "pos", "position", "axisp", "axisi",
          "axisd", "axisf", "debug", "motor", "bias", "covariance", "orientation"}
-AXES = ("x", "y", "z")
 SD = {"sd", "std", "stddev", "sigma"}
 POSITION = re.compile(r":\d+$")  #: a column of an array, which its name says nothing of
 WORD = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-zà-ÿ]+|[A-Z]+|\d+|[°µ]")
@@ -148,12 +150,11 @@ def _by_unit(words: list[str], axis: int | None, unit: str, in_brackets: bool) -
     """What a name that says nothing else says by its unit: "x-axis (deg/s)", "X_Value (s)"."""
     if {*words} & OTHER or not in_brackets:
         return ""
-    if unit in TIME_UNITS:
+    if unit in SECONDS_PER:
         return "time"
     if axis is None:
         return ""
-    return "acc" if unit in ("m_s2", "g", "mg") else "gyr" if unit in (
-        "rad_s", "deg_s", "mdeg_s") else ""
+    return "acc" if unit in FORCE_UNITS else "gyr" if unit in RATE_UNITS else ""
 
 
 def _gravity_free(text: str, words: list[str]) -> bool:

@@ -7,18 +7,21 @@ then moves as ``du/dt = -ω × u``, whatever the axes were before.
 
 import math
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.numbers import MEDIAN_OF_NORMAL
 from calib.poses.imu_log import FloatArray
+from pipeline.config.sensor import ForceUnit, RateUnit
+from pipeline.config.units import UNITS
 
 COUNTS_PER_G = (16384, 8192, 4096, 2048, 1024, 512, 256)
 """Facts: 16 bits over ±2, 4, 8 and 16 g; 12 bits over ±2 and 4 g; 10 bits over ±2 g."""
 COUNTS_PER_DEG_S = (131.072, 65.536, 32.768, 16.384)
 """Facts: 16 bits over ±250, 500, 1000 and 2000 °/s."""
-RATE_UNITS = {"rad_s": 1.0, "deg_s": math.radians(1), "mrad_s": 1e-3, "mdeg_s": math.radians(1e-3)}
+RATE_UNITS = {unit: UNITS[unit][1] for unit in get_args(RateUnit)}  #: fact: rad/s in each
 RECORD_RPM = (100 / 6, 100 / 3, 45.0, 78.26)
 """Of record players; the slowest and the last one from gramophones."""
 
@@ -32,7 +35,7 @@ LOOSEST, LOOSEST_SPREAD = 1.8, 0.7
 """Of a triad that is known to be the accelerometer: one board in ``tests`` reads 1.4 g upright, and
 in a hand half of the readings are accelerated."""
 
-PHYSICAL_PER_G = (("m_s2", STANDARD_GRAVITY_M_S2), ("g", 1.0), ("mg", 1000.0))
+FORCE_UNITS = {unit: UNITS[unit][1] for unit in get_args(ForceUnit)}  #: fact: m/s² in each
 CODES = 65536.0  #: fact: of a converter of 16 bits
 MOST_INNER = 0.7
 """Share of readings in the inner half of the codes from which zero is in the middle, not at the
@@ -107,7 +110,8 @@ def gravity_unit(values: FloatArray) -> GravityUnit | None:
     if not length > 0:
         return None
     spread = float(np.subtract(*np.quantile(lengths, [0.75, 0.25]))) / length
-    physical = () if encoding else PHYSICAL_PER_G
+    physical = () if encoding else [
+        (unit, STANDARD_GRAVITY_M_S2 / size) for unit, size in FORCE_UNITS.items()]
     counts = [("counts", float(per_g)) for per_g in COUNTS_PER_G
               if encoding or length > COUNTS_PER_G[-1] / 2]
     unit, per_g = min((*physical, *counts), key=lambda each: abs(math.log(length / each[1])))

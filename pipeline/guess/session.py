@@ -10,6 +10,8 @@ from calib.errors import CalibrationError
 from calib.numbers import RPM
 from calib.poses.averaging import average_pose
 from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import TRIADS
+from pipeline.config.types import STOPPED
 from pipeline.guess.magnitudes import record_rpm
 from pipeline.guess.table_guess import FEWEST_MEANS, TableGuess
 from pipeline.guess.triads import TriadGuess
@@ -113,7 +115,7 @@ def _setting(table: TableGuess) -> tuple[str | None, float]:
     """The name of the plate setting of a table, and its rate in rad/s."""
     turning = table.turning_rad_s
     if turning == 0:
-        return "stopped", 0.0
+        return STOPPED, 0.0
     rpm = record_rpm(turning)
     return (f"{rpm:.3g}rpm", rpm * RPM) if rpm else (None, turning)
 
@@ -170,7 +172,7 @@ def _about_rates(sources: Sequence[PoseSource]) -> list[str]:
                 f"{np.median(turning):.3g} rad/s, which is no speed of a record player; state the "
                 f"rate of the plate, or a clip of it, to calibrate the gyroscope by it"
             )
-        elif source.rate != "stopped":
+        elif source.rate != STOPPED:
             doubts.append(
                 f"{source.tables[0].path.name}: the gyroscope turns as on a record player at "
                 f"{source.rate}; the nominal rate is taken with an sd of {RECORD_SD:.1%}, which "
@@ -182,7 +184,7 @@ def _about_rates(sources: Sequence[PoseSource]) -> list[str]:
 def _differing(tables: Sequence[TableGuess]) -> list[str]:
     """Tables whose units differ: one sensor has one."""
     doubts = []
-    for name in ("accelerometer", "gyroscope"):
+    for name in TRIADS:
         units = {each.unit for table in tables if (each := getattr(table, name)) and not each.doubt}
         if len(units) > 1:
             doubts.append(f"the units of the {name} differ from file to file: "

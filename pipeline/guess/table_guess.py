@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.poses.imu_log import FloatArray, ImuLog
+from calib.poses.imu_log import TEMPERATURE, FloatArray, ImuLog
 from pipeline.guess.clocks import ClockGuess, guess_clock
 from pipeline.guess.header_words import words_of
 from pipeline.guess.magnitudes import decoded
@@ -179,7 +179,7 @@ def _further(
     for name in table.columns:
         words = words_of(name)
         if words.quantity == "temperature" and _is_celsius(table.columns[name]):
-            yield "temperature_c", name
+            yield TEMPERATURE, name
             break
     for name in table.columns:
         words = words_of(name)

@@ -6,9 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.poses.imu_log import FloatArray
 from pipeline.guess.header_words import words_of
 from pipeline.guess.magnitudes import (
+    COUNTS_PER_DEG_S,
+    FORCE_UNITS,
     LEAST_AGREEMENT,
     RATE_UNITS,
     GravityUnit,
@@ -21,7 +24,7 @@ from pipeline.guess.magnitudes import (
     typical_length,
 )
 
-AXES = 3  #: fact: of a triad
+AXIS_COUNT = 3  #: fact: of a triad
 BITS = 16  #: fact: of the converters in use; a smaller one gives words of 16 bits too
 UNIT_WORDS = {"m_s2": "m/s²", "rad_s": "rad/s", "deg_s": "°/s", "mrad_s": "mrad/s",
               "mdeg_s": "m°/s"}
@@ -77,18 +80,19 @@ def triples_by_name(columns: Sequence[str], quantity: str) -> list[Triple]:
         words = words_of(name)
         if words.quantity == quantity and words.axis is not None:
             by_stem.setdefault((words.stem, words.gravity_free), {})[words.axis] = name
-    whole = [(free, tuple(axes[i] for i in range(AXES))) for (_, free), axes in by_stem.items()
-             if len(axes) == AXES]
+    whole = [(free, tuple(axes[i] for i in range(AXIS_COUNT)))
+             for (_, free), axes in by_stem.items()
+             if len(axes) == AXIS_COUNT]
     return [(x, y, z) for _, (x, y, z) in sorted(whole, key=lambda each: each[0])]
 
 
 def neighbours(columns: Sequence[str]) -> Iterator[Triple]:
     """Every three columns in a row; in the order x, y, z where their names say which is which."""
-    for i in range(len(columns) - AXES + 1):
-        x, y, z = columns[i : i + AXES]
+    for i in range(len(columns) - AXIS_COUNT + 1):
+        x, y, z = columns[i : i + AXIS_COUNT]
         axes = [words_of(name).axis for name in (x, y, z)]
         if sorted(-1 if axis is None else axis for axis in axes) == [0, 1, 2]:
-            x, y, z = (columns[i + axes.index(axis)] for axis in range(AXES))
+            x, y, z = (columns[i + axes.index(axis)] for axis in range(AXIS_COUNT))
         yield x, y, z
 
 
@@ -115,7 +119,7 @@ def guess_accelerometer(
         hint != "acc" and bool(triples_by_name(list(columns), "gyr")))
     if hint == "gyr" or (sure is None and gyroscope_alone):
         return None
-    loose = next(iter(units), None) if hint == "acc" or len(free) >= 2 * AXES else None
+    loose = next(iter(units), None) if hint == "acc" or len(free) >= 2 * AXIS_COUNT else None
     turned = None if time_s is None else _turned(columns, free, list(units), time_s)
     triple = turned or sure or loose
     if triple is None:
@@ -129,8 +133,8 @@ def _turned(
     """The triple that the three columns behind it turn as a gyroscope would."""
     agreement: dict[Triple, float] = {}
     for triple in triples:
-        at = free.index(triple[0]) + AXES
-        if len(behind := free[at : at + AXES]) == AXES and _are_alike(
+        at = free.index(triple[0]) + AXIS_COUNT
+        if len(behind := free[at : at + AXIS_COUNT]) == AXIS_COUNT and _are_alike(
                 stacked(columns, (behind[0], behind[1], behind[2]))):
             guess = TriadGuess(triple, (), "", "", 1.0)
             turns = turns_beside(columns, guess, (behind[0], behind[1], behind[2]), time_s)
@@ -165,11 +169,11 @@ def _accelerometer(
         return None
     doubts = ["other columns may be an accelerometer's too"] if several else []
     if unit is None:
-        if not words.unit:
+        if words.unit not in FORCE_UNITS:  # counts that are as long as gravity in no unit
             return None
-        unit = GravityUnit(words.unit, {"m_s2": 9.80665, "g": 1.0, "mg": 1e3}[words.unit], "", 0.0,
-                           True)
-    elif words.unit in ("m_s2", "g", "mg") and words.unit != unit.unit:
+        per_g = STANDARD_GRAVITY_M_S2 / FORCE_UNITS[words.unit]
+        unit = GravityUnit(words.unit, per_g, "", 0.0, True)
+    elif words.unit in FORCE_UNITS and words.unit != unit.unit:
         doubts.append(f"their names say {words.unit}, but half of the readings are longer than "
                       f"{unit.length:.4g}")
     elif not unit.is_sure:
@@ -249,7 +253,7 @@ def _by_size(triple: Triple, signed: FloatArray, encoding: str, because: str) ->
             return _gyroscope(triple, unit, None, "", (
                 f"{because}; {length:.4g} is {rpm:.3g} rpm, a speed of record players"), "")
     if encoding:
-        return _gyroscope(triple, "counts", 131.072, encoding, because, (
+        return _gyroscope(triple, "counts", COUNTS_PER_DEG_S[0], encoding, because, (
             "nothing in the log shows the sensitivity of the gyroscope; 131 counts per °/s is that "
             "of ±250 °/s at 16 bits"))
     fastest = float(np.quantile(np.abs(signed - np.median(signed, axis=0)), 0.999))
@@ -267,12 +271,12 @@ def _beside(columns: Columns, hint: str, accelerometer: TriadGuess | None) -> Tr
              or (accelerometer is not None and name in accelerometer.columns)]
     if accelerometer is None:
         free = [name for name in names if not _is_else(name)]
-        alone = hint == "gyr" or (hint != "acc" and len(free) == AXES)
+        alone = hint == "gyr" or (hint != "acc" and len(free) == AXIS_COUNT)
         return next(neighbours(free), None) if alone else None
     at = names.index(accelerometer.columns[0])
-    for start in (at + AXES, at - AXES):
-        if start >= 0 and len(names[start : start + AXES]) == AXES:
-            x, y, z = names[start : start + AXES]
+    for start in (at + AXIS_COUNT, at - AXIS_COUNT):
+        if start >= 0 and len(names[start : start + AXIS_COUNT]) == AXIS_COUNT:
+            x, y, z = names[start : start + AXIS_COUNT]
             if not any(_is_else(name) for name in (x, y, z)):
                 return x, y, z
     return None

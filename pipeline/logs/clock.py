@@ -128,11 +128,10 @@ def without_wraps(ticks: FloatArray) -> FloatArray:
     return np.asarray(ticks + np.cumsum(turned))
 
 
-def likely_units(ticks: FloatArray) -> list[TimeUnit]:
-    """The units in which a column of times (t,) makes a usual sample rate."""
-    usual = float(np.median(np.diff(ticks)))
+def likely_units(step: float) -> list[TimeUnit]:
+    """The units in which a ``step`` of the column of times makes a usual sample rate."""
     return [unit for unit, seconds in SECONDS_PER.items()
-            if usual > 0 and USUAL_HZ[0] <= 1 / (usual * seconds) <= USUAL_HZ[1]
+            if step > 0 and USUAL_HZ[0] <= 1 / (step * seconds) <= USUAL_HZ[1]
             and unit != "min"]
 
 
@@ -151,11 +150,12 @@ def _require_sense(label: str, time_s: FloatArray, factor: float) -> None:
     if len(time_s) < 3:
         return
     length = float(time_s[-1] - time_s[0])
-    rate_hz = 1 / float(np.median(np.diff(time_s)))
+    step_s = float(np.median(np.diff(time_s)))
+    rate_hz = 1 / step_s
     slow_and_long = rate_hz < SLOW_HZ and length > LONGEST_SLOW_S
     if SLOWEST_HZ < rate_hz < FASTEST_HZ and not slow_and_long:
         return
-    units = likely_units(time_s / factor)
+    units = likely_units(step_s / factor)
     likely = (f"The column is likely in {' or '.join(units)}: write `time_unit: {units[0]}` beside "
               f"the file" if units else "Write `time_unit: ms` (or us, ns) beside the file where "
               "the column is in another unit")

@@ -1,7 +1,7 @@
 """Names of log columns: ours, and those of well-known programs that mean the same."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -85,6 +85,14 @@ def our_name(theirs: str) -> tuple[str, float]:
     return _OURS.get(bare(theirs).lower(), (bare(theirs), 1.0))
 
 
+def parts_missing(names: Container[str]) -> Iterator[str]:
+    """Of each triad that ``names`` hold in part, what is missing of it, in words."""
+    for triad in (ACCELEROMETER, GYROSCOPE):
+        lacking = [name for name in triad if name not in names]
+        if 0 < len(lacking) < len(triad):
+            yield f"{' and '.join(lacking)} missing beside the rest of the triad"
+
+
 def missing_columns(names: Sequence[str]) -> str | None:
     """What a log with columns of these names lacks to be one, in words; None if nothing.
 
@@ -94,10 +102,8 @@ def missing_columns(names: Sequence[str]) -> str | None:
     repeated = [name for name in counts if name != SKIP and counts[name] > 1]
     if repeated:
         return f"the column '{repeated[0]}' is there twice"
-    for triad in (ACCELEROMETER, GYROSCOPE):
-        lacking = [name for name in triad if name not in names]
-        if 0 < len(lacking) < len(triad):
-            return f"{' and '.join(lacking)} missing beside the rest of the triad"
+    if lacks := next(parts_missing(names), None):
+        return lacks
     if ACCELEROMETER[0] not in names and GYROSCOPE[0] not in names:
         return "neither acc_x, acc_y, acc_z nor gyr_x, gyr_y, gyr_z is there"
     return None

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from calib.poses.imu_log import FloatArray, ImuLog
+from calib.poses.imu_log import TRIADS, FloatArray, ImuLog
 from pipeline.errors import UnreadableInput
 
 #: A pause of the second log longer than this many of its usual steps is not interpolated over.
@@ -19,7 +19,7 @@ def group_logs(logs: Sequence[ImuLog]) -> list[list[ImuLog]]:
     """
     groups: list[list[ImuLog]] = []
     for log in logs:
-        held = [triad for triad in ("accelerometer", "gyroscope") if log.has(triad)]
+        held = [triad for triad in TRIADS if log.has(triad)]
         if groups and not any(other.has(triad) for other in groups[-1] for triad in held):
             groups[-1].append(log)
         else:
@@ -48,7 +48,7 @@ def join_logs(logs: Sequence[ImuLog]) -> ImuLog:
 def _joined(one: ImuLog, other: ImuLog) -> ImuLog:
     """``other``'s triad and columns at the times of ``one``."""
     label = f"{one.label} + {other.label}"
-    for triad in ("accelerometer", "gyroscope"):
+    for triad in TRIADS:
         if one.has(triad) and other.has(triad):
             raise UnreadableInput(
                 f"{label}: both hold the {triad}. Name one file with each triad, or give each "

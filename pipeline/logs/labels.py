@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Sequence
 from itertools import islice, pairwise
 
+from calib.poses.imu_log import AXES
 from pipeline.logs.dialect import delimiter_of
 
 LOOKED_AT = 60  #: lines, behind what a sketch says when it starts
@@ -20,7 +21,6 @@ BRACKETS = re.compile(r"\s*[(\[{](.*)[)\]}]\s*[,;]?\s*")
 ARROW = re.compile(r"\s*\[?(\d{1,2}:\d{2}:\d{2}[.:,]\d+)\]?\s*->\s*(.*)")
 TITLE = re.compile(r"^\s*([A-Za-z ]+):\s*(?=[A-Za-z]\s*[:=])")  #: "Acceleration: X:0.1, Y: 0.2"
 MOST_LINES = 4  #: of a sample, as accelerometer, gyroscope, magnetometer and temperature
-AXES = ("x", "y", "z")
 
 
 def without_labels(lines: list[str]) -> list[str]:

@@ -31,7 +31,7 @@ from pipeline.logs.dialect import (
 from pipeline.logs.head import MISSING_TRIAD, find_head, is_time, names_of, no_rows
 
 DIALECT_ROWS = 1000  #: in which a decimal comma shows
-TRIADS = (*ACCELEROMETER, *GYROSCOPE)
+IN_TRIADS = (*ACCELEROMETER, *GYROSCOPE)
 #: What loggers write, in lower case, where there is no value.
 MISSING = ("", "nan", "null", "none", "na", "n/a", "-", "--")
 
@@ -86,7 +86,7 @@ class LogText:
             return False
         if len(cells) != len(self.names):
             return True
-        readings = [cell for name, cell in zip(self.names, cells, strict=True) if name in TRIADS]
+        readings = [cell for name, cell in zip(self.names, cells, strict=True) if name in IN_TRIADS]
         return not readings or any(cell.lower() not in MISSING for cell in readings)
 
     @property
@@ -195,7 +195,7 @@ def numbers_of(text: LogText) -> FloatArray:
         table = table[:, wanted]
     full = np.full((len(table), len(text.names)), np.nan)
     full[:, wanted] = table
-    readings = [i for i in wanted if text.names[i] in TRIADS]
+    readings = [i for i in wanted if text.names[i] in IN_TRIADS]
     there = ~np.isnan(full[:, readings]).all(axis=1) if readings else np.ones(len(full), bool)
     if not there.any():
         raise UnreadableInput(f"{text.path}: no row holds a reading. Record the log again.")

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from calib.errors import Undetermined
+from calib.poses.imu_log import TRIADS
 from pipeline.config.load import Config
 from pipeline.plan.outlook import TriadPlan, plan_of
 
@@ -49,7 +50,7 @@ def _without_python(config: Config) -> Config:
     written = {name for name, effect in config.effects.items() if effect.python is not None}
     kept = {name: effect for name, effect in config.effects.items() if name not in written}
     changes: dict[str, object] = {"effects": kept}
-    for triad in ("accelerometer", "gyroscope"):
+    for triad in TRIADS:
         section = getattr(config, triad)
         if section is not None:
             model = tuple(name for name in section.model if name not in written)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import ImuLog
+from calib.poses.imu_log import TEMPERATURE, ImuLog
 from pipeline.config.load import Config
 from pipeline.config.schema import PosesSection
 from pipeline.config.sensor import sensor_specs
@@ -11,7 +11,6 @@ from pipeline.errors import ConfigError
 from pipeline.playback.device import Pose
 from pipeline.stages.session_logs import read_logs
 
-TEMPERATURE = "temperature_c"
 ROOM_C = 25.0  #: where the logs have no temperature
 
 

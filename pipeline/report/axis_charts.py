@@ -24,7 +24,7 @@ from pipeline.report.svg import (
     upward,
 )
 from pipeline.stages.triads import TriadResult
-from pipeline.text.formatting import count, with_sd
+from pipeline.text.formatting import count, with_minus_signs, with_sd
 
 MOST_COLUMNS = 6  #: logged columns with panels
 TIME = "bias_drift"  #: what shows a bias that follows time
@@ -223,7 +223,7 @@ def _sentence(panel: Panel) -> str:
     """What the panel shows in words; empty where its curve has no slope."""
     if not np.isfinite(panel.slope) or panel.axis == REFERENCE:
         return ""
-    value = with_sd(panel.slope, panel.slope_sd).replace("-", "−")
+    value = with_minus_signs(with_sd(panel.slope, panel.slope_sd))
     what = "The scale of axis" if panel.unit == "ppm" else "Axis"
     return (f"{what} {panel.axis} errs by {value} {panel.unit} per {panel.per or 'unit'} of "
             f"{panel.against}")
@@ -238,6 +238,6 @@ def _title(panel: Panel) -> str:
         span = float(np.ptp(panel.curve[1]))
         text = f"{tick_text(float(f'{span:.3g}'))} {panel.unit} over {count(len(panel.x), 'pose')}"
     if panel.axis == REFERENCE:
-        return f"Reference: {text}".replace("-", "−")
+        return with_minus_signs(f"Reference: {text}")
     axis = panel.axis if panel.parameter == panel.axis else f"{panel.axis} ({panel.parameter})"
-    return f"Axis {axis}: {text}".replace("-", "−")
+    return with_minus_signs(f"Axis {axis}: {text}")

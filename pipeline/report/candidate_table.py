@@ -12,7 +12,7 @@ from calib.effects.units import display_unit
 from calib.numbers import NO_LENGTH
 from pipeline.report.svg import tick_text
 from pipeline.stages.triads import TriadResult
-from pipeline.text.formatting import DISPLAY, with_sd
+from pipeline.text.formatting import DISPLAY, with_minus_signs, with_sd
 
 RANKED = 8  #: rows that are always shown; the others unfold
 LEAST_SHARE = 1e-3  #: of chi²: smaller drops are written as none
@@ -58,7 +58,7 @@ def _size(each: Candidate) -> str:
     largest = max(range(len(each.size)), key=lambda j: abs(float(each.size[j])))
     unit, factor = display_unit(each.unit, each.size)
     value = with_sd(float(each.size[largest]) * factor, float(each.sd[largest]) * factor)
-    return f"{value} {unit}".replace("-", "−")
+    return with_minus_signs(f"{value} {unit}")
 
 
 def limit_rows(result: TriadResult) -> Iterator[tuple[str, str]]:

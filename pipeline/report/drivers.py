@@ -15,7 +15,7 @@ from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.effects.effect import Effect
 from calib.numbers import RPM
 from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
-from calib.poses.imu_log import AXES, FloatArray
+from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray
 from pipeline.text.formatting import DISPLAY
 
 SHIFT = 0.37  #: of the range of a condition, to see whether an effect depends on it
@@ -59,7 +59,7 @@ def drivers(triad: str, at: Conditions) -> Iterator[Driver]:
     yield Driver("time since the session began", "min", 1 / 60, "time_s")
     yield Driver("rate of the plate", "rpm", 1 / RPM, "spin_rad_s")
     for name in at.columns:
-        temperature = name == "temperature_c"
+        temperature = name == TEMPERATURE
         label = _column_label(name)
         yield Driver("temperature" if temperature else label, "°C" if temperature else "",
                      1.0, name)
@@ -77,40 +77,59 @@ def _column_label(name: str) -> str:
     return f"run {name.removeprefix(RUN_COLUMN)}" if name.startswith(RUN_COLUMN) else name
 
 
-def driver_of(
-    triad: str, effect: Effect, shape: float | None, at: Conditions, a: int, j: int
-) -> tuple[Driver | None, bool]:
-    """The one condition that drives parameter j on axis a, and whether it acts on the scale.
+@dataclass(frozen=True, eq=False)
+class Dependence:
+    """The columns of an effect in these poses, and which conditions change them.
 
-    None where several conditions together do.
+    ``columns`` (n, 3, k), SI per unit of each parameter; with every condition by how much its
+    change changes each of them at most, (3, k).
     """
-    value = effect.evaluate(at, shape)[:, a, j]
-    size = float(np.abs(value).max())
-    moving = list(_moving(triad, effect, shape, at, a, j, value))
-    if len(moving) == 1:
-        return moving[0], False
-    scale = next((each for each in moving if (each.field, each.part) == ("vector", a)), None)
-    if len(moving) != 2 or scale is None:
-        return None, False
-    twice = effect.evaluate(scale.changed(at, 2 * scale.of(at)), shape)[:, a, j]
-    if np.abs(twice - 2 * value).max() > NOTHING * size:
-        return None, False
-    return next(each for each in moving if each is not scale), True
+
+    effect: Effect
+    shape: float | None
+    at: Conditions
+    columns: FloatArray
+    changes: tuple[tuple[Driver, FloatArray], ...]
+
+    def driver_of(self, a: int, j: int) -> tuple[Driver | None, bool]:
+        """The one condition that drives parameter j on axis a, and whether it acts on the scale.
+
+        None where several conditions together do.
+        """
+        value = self.columns[:, a, j]
+        nothing = NOTHING * float(np.abs(value).max())
+        moving = [each for each, change in self.changes if not change[a, j] <= nothing]
+        if len(moving) == 1:
+            return moving[0], False
+        scale = next((each for each in moving if (each.field, each.part) == ("vector", a)), None)
+        if len(moving) != 2 or scale is None:
+            return None, False
+        doubled = scale.changed(self.at, 2 * scale.of(self.at))
+        twice = self.effect.evaluate(doubled, self.shape)[:, a, j]
+        if np.abs(twice - 2 * value).max() > nothing:
+            return None, False
+        return next(each for each in moving if each is not scale), True
 
 
-def _moving(
-    triad: str, effect: Effect, shape: float | None, at: Conditions, a: int, j: int,
-    value: FloatArray,
-) -> Iterator[Driver]:
-    """Every condition whose change changes the column."""
-    size = float(np.abs(value).max())
+def dependence(
+    triad: str, effect: Effect, shape: float | None, at: Conditions
+) -> Dependence:
+    """Change every condition of the poses, one after the other, and look at the columns.
+
+    Raises
+    ------
+    Undetermined
+        A user's function fails at conditions that these poses do not have.
+    """
+    columns = effect.evaluate(at, shape)
+    changes = []
     for each in drivers(triad, at):
         now = each.of(at)
         if not np.isfinite(now).all():
             continue
         reach = np.ptp(now) or np.abs(now).max() or 1.0
         with np.errstate(all="ignore"):  # a time before the session can be out of an effect's range
-            others = [effect.evaluate(each.changed(at, changed), shape)[:, a, j] - value
+            others = [effect.evaluate(each.changed(at, changed), shape) - columns
                       for changed in (now + SHIFT * reach, -now)]
-        if not np.abs(others).max() <= NOTHING * size:
-            yield each
+        changes.append((each, np.abs(others).max(axis=(0, 1))))
+    return Dependence(effect, shape, at, columns, tuple(changes))

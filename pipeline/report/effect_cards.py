@@ -22,7 +22,7 @@ from calib.poses.imu_log import AXES, FloatArray, Triad
 from pipeline.report.fingerprint import Fingerprint, fingerprint, fingerprint_svg
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
-from pipeline.text.formatting import with_sd
+from pipeline.text.formatting import with_minus_signs, with_sd
 
 Standing = Literal["missing", "model", "offered", "idle", "unseen", "unavailable"]
 
@@ -264,5 +264,5 @@ def _cell(value: float, sd: float, largest: float) -> SizeCell:
     share = value / largest if largest > 0 else 0.0
     if not np.isfinite(sd):
         return SizeCell(f"{value:.3g}", "not determined alone", False, share)
-    text, _, spread = with_sd(value, sd).replace("-", "−").partition(" ± ")
+    text, _, spread = with_minus_signs(with_sd(value, sd)).partition(" ± ")
     return SizeCell(text, f"± {spread}" if spread else "", abs(value) > CLEAR_SD * sd, share)

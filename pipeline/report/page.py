@@ -3,7 +3,6 @@
 import shlex
 from collections.abc import Sequence
 from datetime import datetime
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +34,7 @@ from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.stages.user_effects import user_effects
-from pipeline.text.names import DISTRIBUTION
+from pipeline.text.names import program_version
 
 TEMPLATE_NAME = "report.html"
 HASH_DIGITS = 12  #: of the configuration's SHA-256, as the head of the page shows it
@@ -99,16 +98,9 @@ def head_lines(outcome: Outcome, when: datetime | None) -> tuple[tuple[str, str]
     lines += [
         ("configuration", str(outcome.config.source.path)),
         ("SHA-256", config_sha256(outcome)[:HASH_DIGITS]),
-        ("program", f"pipeline {_version()}"),
+        ("program", f"pipeline {program_version()}"),
     ]
     return tuple((name, value) for name, value in lines if value)
-
-
-def _version() -> str:
-    try:
-        return version(DISTRIBUTION)
-    except PackageNotFoundError:
-        return "(not installed)"
 
 
 def css_text(text: str) -> str:

@@ -16,6 +16,7 @@ says against what.
 """
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,7 +28,7 @@ from calib.fit.least_squares.result import Fit
 from calib.numbers import NO_LENGTH
 from calib.poses.conditions import FIELDS, Conditions
 from calib.poses.imu_log import AXES, FloatArray, IntArray
-from pipeline.report.drivers import NOTHING, Driver, driver_of
+from pipeline.report.drivers import NOTHING, Dependence, Driver, dependence
 from pipeline.report.effect_fit import (
     Rows,
     error_per_pose,
@@ -131,6 +132,10 @@ def panels(
         return ()
     theta, theta_sd, after = solved
     sensitivity = equations.whitened(np.tile(turn, (len(s), 1, 1)), s)
+    try:
+        depends = dependence(fit.poses.triad, effect, value, at)
+    except Undetermined:  # a user's function fails at conditions that these poses do not have
+        depends = None
     shown = []
     for j in range(len(effect.parameters)):
         strength = np.sqrt((errors[:, :, j] ** 2).mean(axis=0))
@@ -138,17 +143,18 @@ def panels(
             continue
         a = int(strength.argmax())
         parameter = _Parameter(effect, value, at, a, j, float(theta[j]), float(theta_sd[j]))
-        shown.append(_panel(fit, parameter, error_per_pose(fit, sensitivity[:, a], after)))
+        rows = error_per_pose(fit, sensitivity[:, a], after)
+        shown.append(_panel(fit, parameter, depends, rows))
     return tuple(panel for panel in shown if panel is not None)
 
 
-def _panel(fit: Fit, of: _Parameter, rows: Rows) -> Panel | None:
-    try:
-        driver, is_scale = driver_of(fit.poses.triad, of.effect, of.shape, of.at, of.a, of.j)
+def _panel(
+    fit: Fit, of: _Parameter, depends: Dependence | None, rows: Rows
+) -> Panel | None:
+    with suppress(Undetermined):  # a user's function fails at conditions that no pose has
+        driver, is_scale = depends.driver_of(of.a, of.j) if depends else (None, False)
         if driver is not None:
             return _against_driver(fit, of, driver, is_scale, rows)
-    except Undetermined:  # a user's function fails at conditions that these poses do not have
-        pass
     return _against_itself(fit, of, rows)
 
 

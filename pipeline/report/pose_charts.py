@@ -9,7 +9,7 @@ from scipy.special import gammainc
 
 from calib.fit.validation.predicted_pose import PredictedPose
 from calib.numbers import RPM
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import TEMPERATURE, FloatArray
 from calib.poses.pose_set import PoseSet
 from pipeline.console.run_text import leading_covariate
 from pipeline.report.coverage import coverage_of
@@ -44,7 +44,7 @@ EXCLUDED = "excluded"  #: class of their marks, and what their group in the char
 TITLES = {
     "time_s": ("time", "time since the session began [min]", 1 / 60),
     "spin_rad_s": ("the plate's rate", "rate of the plate [rpm]", 1 / RPM),
-    "temperature_c": ("temperature", "temperature [°C]", 1.0),
+    TEMPERATURE: ("temperature", "temperature [°C]", 1.0),
 }
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from calib.fit.validation.leave_one_out import PoseResidual
 from calib.numbers import RPM
 from calib.poses.averaging import PoseMean
-from calib.poses.imu_log import AXES, FloatArray, Triad
+from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray, Triad
 from calib.poses.pose_set import PoseSet
 from pipeline.console.exclude_text import exclude_lines, pose_sections
 from pipeline.report.coverage import coverage_of
@@ -22,7 +22,7 @@ from pipeline.results.json_values import Json
 from pipeline.stages.excluded_poses import ExcludedPose
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
-from pipeline.text.formatting import DISPLAY, with_sd
+from pipeline.text.formatting import DISPLAY, with_minus_signs, with_sd
 
 LEVELS = 255  #: of a raw log's chart: one byte for every value
 DIGITS = 4  #: of a direction
@@ -114,10 +114,10 @@ def _facts(poses: PoseSet, mean: PoseMean, i: int) -> Iterator[tuple[str, str]]:
     if not mean.stated:
         yield "length", f"{mean.duration_s:.1f} s"
     if poses.spin_rad_s[i]:
-        yield "rate of the plate", f"{poses.spin_rad_s[i] / RPM:.3f} rpm".replace("-", "−")
+        yield "rate of the plate", with_minus_signs(f"{poses.spin_rad_s[i] / RPM:.3f} rpm")
     for name, values in poses.columns.items():
-        unit = " °C" if name == "temperature_c" else ""
-        yield ("temperature" if unit else name), f"{values[i]:.4g}{unit}".replace("-", "−")
+        unit = " °C" if name == TEMPERATURE else ""
+        yield ("temperature" if unit else name), with_minus_signs(f"{values[i]:.4g}{unit}")
 
 
 def _trace(result: TriadResult, mean: PoseMean) -> Json:
@@ -167,5 +167,5 @@ def excluded_rows(result: TriadResult) -> tuple[PoseRow, ...]:
 
 def _row(pose: PoseResidual, factor: float) -> PoseRow:
     return PoseRow(pose.label, pose.run,
-                   with_sd(pose.residual * factor, pose.sd * factor).replace("-", "−"),
-                   f"{pose.in_sd:.1f}".replace("-", "−"))
+                   with_minus_signs(with_sd(pose.residual * factor, pose.sd * factor)),
+                   with_minus_signs(f"{pose.in_sd:.1f}"))

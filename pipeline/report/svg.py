@@ -15,6 +15,7 @@ from html import escape
 import numpy as np
 
 from calib.poses.imu_log import FloatArray, IntArray
+from pipeline.text.formatting import with_minus_signs
 
 NICE = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0)  #: limits of a symmetrical axis, in any decade
 TICK_STEPS = (1.0, 2.0, 5.0, 10.0)  #: of a linear axis, in any decade
@@ -123,7 +124,7 @@ def tick_text(value: float) -> str:
     >>> tick_text(-0.05), tick_text(3000.0)
     ('−0.05', '3000')
     """
-    return f"{value + 0.0:.6g}".replace("-", "−").replace("e−0", "e−").replace("e+0", "e")
+    return with_minus_signs(f"{value + 0.0:.6g}").replace("e−0", "e−").replace("e+0", "e")
 
 
 def pixel(value: float) -> str:

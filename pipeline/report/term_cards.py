@@ -18,7 +18,7 @@ from pipeline.report.effect_cards import STANDINGS, Standing, formula_html
 from pipeline.report.rate_terms import ANGLE_BINS, LEAST_LIMIT_DEG, angle_bins
 from pipeline.report.svg import PLAIN, Chart, nice_limit, rightward, upward
 from pipeline.stages.rate import SettingRate
-from pipeline.text.formatting import with_sd
+from pipeline.text.formatting import with_minus_signs, with_sd
 from vision.rate.term_pages import TERM_PAGES, TermPage
 from vision.rate.terms import CONSTANT_RATE, MEANING, TERMS, StatedFit
 
@@ -137,7 +137,7 @@ def _size(clip: "RateMeasurement", name: str) -> str:
     if name not in sizes:
         return ""
     value, sd = sizes[name]
-    return " ".join(_worded(name, value, sd, clip.rate_rad_s)).replace("-", "−")
+    return with_minus_signs(" ".join(_worded(name, value, sd, clip.rate_rad_s)))
 
 
 def _worded(name: str, value: FloatArray, sd: FloatArray, rate: float) -> Iterator[str]:

@@ -16,7 +16,7 @@ from calib.effects.catalogue import find_effect
 from calib.effects.effect import Effect
 from calib.errors import CalibrationError, Contradiction, Undetermined
 from calib.poses.frozen import without_frozen
-from calib.poses.imu_log import TRIADS, ImuLog, IntArray, Triad
+from calib.poses.imu_log import TEMPERATURE, TRIADS, ImuLog, IntArray, Triad
 from pipeline.config.load import Config
 from pipeline.config.schema import (
     AccelerometerSection,
@@ -213,7 +213,7 @@ def _readable(
 def _require_celsius(logs: Sequence[ImuLog]) -> None:
     low, high = CELSIUS
     for log in logs:
-        warmth = log.columns.get("temperature_c", np.zeros(1))
+        warmth = log.columns.get(TEMPERATURE, np.zeros(1))
         typical = float(np.nanmedian(warmth)) if np.isfinite(warmth).any() else 0.0
         if not low < typical < high:
             raise Contradiction(

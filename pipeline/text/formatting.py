@@ -28,3 +28,11 @@ def count(n: int, noun: str) -> str:
     """``1 pose``, ``18 poses``."""
     return f"{n} {noun}{'' if n == 1 else 's'}"
 
+
+def with_minus_signs(text: str) -> str:
+    """Numbers in ``text`` as print sets them.
+
+    >>> with_minus_signs("-0.12 ± 0.03")
+    '−0.12 ± 0.03'
+    """
+    return text.replace("-", "−")

@@ -1,4 +1,4 @@
-"""The name of the program, and the nearest right name, for messages about wrong ones."""
+"""Name and version of the program, and the nearest right name, for messages about wrong ones."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
@@ -7,6 +7,16 @@ DISTRIBUTION = "turntable-imu-calibration"  #: the name in pyproject.toml
 
 #: Similarity (difflib's ratio) under which a suggestion would puzzle more than help.
 SIMILAR = 0.6
+
+
+def program_version() -> str:
+    """The version of this program that is installed here."""
+    from importlib.metadata import PackageNotFoundError, version  # 15 ms that few commands need
+
+    try:
+        return version(DISTRIBUTION)
+    except PackageNotFoundError:
+        return "(not installed)"
 
 
 def nearest_names(wrong: str, right: Iterable[str]) -> list[str]:

@@ -46,8 +46,10 @@ class Recorder:
         Standard deviation of the stamps about the frame times.
     clock_ppm : float
         The recorder's clock runs fast by this much: stamps are too large.
-    codec, pixel_format, options
+    codec, pixel_format
         As PyAV takes them; luma is written to the first plane.
+    preset : str
+        How long x264 thinks about a frame.
     """
 
     crf: int = 28
@@ -61,6 +63,7 @@ class Recorder:
     clock_ppm: float = 0.0
     codec: str = "libx264"
     pixel_format: str = "yuv420p"
+    preset: str = "veryfast"
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,8 +195,8 @@ def _encode(
         if recorder.codec == "libx264":
             # The same film, byte for byte, every time: x264's AVX-512 code for the macroblock tree
             # reads memory that nobody has written.
-            options = {"crf": str(recorder.crf), "preset": "veryfast", "x264-params": "asm=SSE4.2"}
-            stream.options = options
+            stream.options = {"crf": str(recorder.crf), "preset": recorder.preset,
+                              "x264-params": "asm=SSE4.2"}
         stream.codec_context.thread_count = 1
         stream.codec_context.time_base = Fraction(1, TICKS_PER_S)
         stream.time_base = Fraction(1, TICKS_PER_S)

@@ -7,6 +7,7 @@ counts everything, also the part that other parameters of a calibration can take
 """
 
 from collections.abc import Mapping
+from functools import lru_cache
 
 import numpy as np
 
@@ -50,6 +51,14 @@ def pose_equations(
     return np.concatenate(rows)
 
 
+@lru_cache(maxsize=16)
+def without_effects(design: Design, seed: int, triad: TriadName) -> FloatArray:
+    """:func:`pose_equations` with nothing hidden, where many draws start; not to be changed."""
+    equations = pose_equations(design, seed, triad)
+    equations.setflags(write=False)
+    return equations
+
+
 def _reference_sd(design: Design, run: Run) -> float:
     """Sd of the stated plate rate, rad/s; gravity is stated without one."""
     return 0.0 if run.motion is None else design.rate_sd_relative * abs(whole_turn_rate(run.motion))
@@ -72,7 +81,7 @@ def strength(
     ``without`` are the equations of the evening without it, where they are known.
     """
     if without is None:
-        without = pose_equations(design, seed, effect.triad)
+        without = without_effects(design, seed, effect.triad)
     with_it = pose_equations(design, seed, effect.triad, (effect,))
     return float(np.sqrt(np.mean((with_it - without) ** 2)))
 
@@ -92,7 +101,7 @@ def draw_effect(
     direction = direction / np.linalg.norm(direction)
     detail = _draw_detail(design, triad, rng)
     size = FIRST_TRY
-    without = pose_equations(design, seed, triad)
+    without = without_effects(design, seed, triad)
     # Nearly all effects are linear and settle at once; a lever arm enters |f| by its square.
     for _ in range(6):
         effect = Hidden(name, triad, size * direction, detail)

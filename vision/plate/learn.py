@@ -227,16 +227,16 @@ def _or_of_parts(
     if plate is not None and plate.coherence > THRESHOLDS.certain:
         return plate
     largest_first = sorted(views, key=lambda view: -view.radius_px)
-    found = next((parts for view in largest_first if (parts := learning.parts(view))), None)
-    if found is None:
+    equal = next((parts for view in largest_first if (parts := learning.parts(view))), None)
+    if equal is None:
         return plate
-    turning = _turning(found.view, found.rotation)
+    turning = _turning(equal.view, equal.rotation)
     if plate is not None and turning < THRESHOLDS.whole * plate.turning:
         return plate
-    coarse = learning.coarse(found.view, found.rotation, found.count)
+    coarse = learning.coarse(equal.view, equal.rotation, equal.count)
     if coarse.template.explained < THRESHOLDS.coherent:
         return plate
-    return _Plate(coarse, found.rotation.coherence, turning, found.count)
+    return _Plate(coarse, equal.rotation.coherence, turning, equal.count)
 
 
 def _without_repeated(frames: list[Frame], channel: Channel) -> list[Frame]:

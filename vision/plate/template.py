@@ -123,7 +123,7 @@ class Alignment:
 def standing_share(
     angle_rad: FloatArray, orders: int, parts: int = 1
 ) -> NDArray[np.float32]:
-    """How far a turning wave of each order looks standing, |mean exp(ikθ)|², 0 to 1, (orders,).
+    """Share of a turning wave of each order that looks standing, |mean exp(ikθ)|², (orders,).
 
     One for orders of which the frames do not show whether they turn or stand. Of equal parts, the
     frames have shown how the orders turn that are multiples of their number; no other does.

@@ -162,10 +162,10 @@ def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
 
 def _corners(reference: Luma) -> NDArray[np.float32]:
     """The strongest corners of every cell of the frame, shape (n, 2)."""
-    found = cv2.goodFeaturesToTrack(reference, 0, QUALITY, APART_PX)
-    if found is None:
+    strongest = cv2.goodFeaturesToTrack(reference, 0, QUALITY, APART_PX)
+    if strongest is None:
         return np.empty((0, 2), np.float32)
-    corners = np.asarray(found, np.float32).reshape(-1, 2)  # the strongest first
+    corners = np.asarray(strongest, np.float32).reshape(-1, 2)  # the strongest first
     column, row = (corners * CELLS / reference.shape[::-1]).astype(int).T
     cell = row * CELLS + column
     chosen = [np.flatnonzero(cell == number)[:CORNERS] for number in range(CELLS**2)]

@@ -137,7 +137,7 @@ def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> Floa
 
 
 def whole_columns(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:
-    """:func:`effect_columns` (d, k), whitened, as the formula has them: bias or gain included."""
+    """Whitened columns (d, k) of ``effect`` as its formula is, with what is a bias or a gain."""
     if effect.acts_on == "reference":
         return reference_columns(fit, effect)
     return vector_columns(fit, _whole_vectors(fit, effect, shape))

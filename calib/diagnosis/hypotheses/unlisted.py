@@ -17,7 +17,7 @@ from calib.diagnosis.hypotheses.listed import Course, Hypothesis
 from calib.effects.effect import Effect, Page, per_axis
 from calib.fit.least_squares.result import Fit
 from calib.poses.conditions import Conditions
-from calib.poses.imu_log import AXES, TRIADS, BoolArray, FloatArray
+from calib.poses.imu_log import AXES, TEMPERATURE, TRIADS, BoolArray, FloatArray
 from calib.poses.pose_checks import LARGEST_RATE_CHANGE
 from calib.poses.pose_set import PoseSet
 
@@ -31,7 +31,6 @@ STEPS_TRIED = 32  #: times of a step that are tried; a limit of time
 STEP_MARGIN = 2
 """Poses that a step leaves on either side at least; fewer are bad poses."""
 
-TEMPERATURE = "temperature_c"
 IN_A_CURVE = "in a curve"  #: how a bias follows a column by its square
 LAGS_S = (30.0, 45.0, 70.0, 100.0, 150.0, 220.0, 330.0, 500.0, 750.0, 1100.0, 1700.0, 2500.0,
           3800.0, 5600.0)

@@ -3,10 +3,9 @@
 import numpy as np
 
 from calib.poses.attitudes import natural_directions, uncovered
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import TEMPERATURE, FloatArray
 from calib.poses.pose_set import PoseSet
 
-TEMPERATURE = "temperature_c"
 FEW_ATTITUDES = 3
 """Natural directions within 25° of one attitude, at most: more are more than one attitude."""
 

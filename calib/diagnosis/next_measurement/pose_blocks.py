@@ -11,7 +11,6 @@ import numpy as np
 
 from calib.diagnosis.next_measurement.kind import (
     SAME_SPEED,
-    TEMPERATURE,
     THROUGH_TEMPERATURES,
     at_one_speed,
     in_a_chamber,
@@ -21,7 +20,7 @@ from calib.fit.least_squares.result import Fit
 from calib.fit.rows.residuals import Equations
 from calib.numbers import RPM
 from calib.poses.attitudes import natural_directions
-from calib.poses.imu_log import BoolArray, FloatArray
+from calib.poses.imu_log import TEMPERATURE, BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import Reference
 from calib.poses.runs import RATE_OF, TIME_BASE

@@ -40,3 +40,8 @@ class Finite(click.FloatRange):
         if not math.isfinite(number):
             self.fail(f"{value} is no finite number.", param, ctx)
         return number
+
+
+POSITIVE = Finite(min=0, min_open=True)  #: by definition
+LATITUDE_DEG = Finite(min=-90, max=90)  #: by definition
+HEIGHT_M = Finite(min=-500, max=9000)  #: of places on land

@@ -5,7 +5,7 @@ from importlib import import_module
 import click
 
 from pipeline.commands import COMMANDS, front_page
-from pipeline.text.names import DISTRIBUTION, nearest_name
+from pipeline.text.names import nearest_name, program_version
 from pipeline.text.wrapping import WIDEST
 
 
@@ -41,15 +41,9 @@ class LazyGroup(click.Group):
 
 def print_version(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
     """Callback of ``--version``."""
-    if not wanted:
-        return
-    from importlib.metadata import PackageNotFoundError, version  # 15 ms that few commands need
-
-    try:
-        click.echo(f"pipeline {version(DISTRIBUTION)}")
-    except PackageNotFoundError:
-        click.echo("pipeline, not installed (run from a checkout)")
-    ctx.exit()
+    if wanted:
+        click.echo(f"pipeline {program_version()}")
+        ctx.exit()
 
 
 @click.group(cls=LazyGroup, context_settings={

@@ -8,6 +8,7 @@ import click
 
 from calib.diagnosis.verdict.wording import joined
 from calib.errors import CalibrationError
+from pipeline.commands.interaction.output import echo_warnings
 from pipeline.commands.interaction.run_with_progress import run_quietly, run_silently, say_waiting
 from pipeline.commands.interaction.verdicts import echo_verdict
 from pipeline.config.load import Config
@@ -50,7 +51,7 @@ class Manner:
                 click.echo(line)
             click.echo()
         if note := note_on(change):
-            click.secho(f"note: {note}", fg="yellow", err=True)
+            echo_warnings([note], "note")
 
 
 def change_and_show(

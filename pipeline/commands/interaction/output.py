@@ -1,12 +1,18 @@
 """Options that many commands have, and output that programs read."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import click
 
 Decorated = Callable[[Callable[..., Any]], Callable[..., Any]]
+
+
+#: ``--allow-python``, without which a file that comes from elsewhere runs nothing.
+python_option: Decorated = click.option(
+    "--allow-python", is_flag=True,
+    help="Run the Python files that are named for user-defined effects.")
 
 
 def json_option(printed: str) -> Decorated:
@@ -18,6 +24,12 @@ def quiet_option(printed: str) -> Decorated:
     """``--quiet``; warnings are printed all the same."""
     return click.option("--quiet", is_flag=True,
                         help=f"Print only {printed}, and warnings.")
+
+
+def echo_warnings(texts: Iterable[str], kind: str = "warning") -> None:
+    """Print each of ``texts`` on standard error, after what it is."""
+    for text in texts:
+        click.secho(f"{kind}: {text}", fg="yellow", err=True)
 
 
 def echo_json(value: Any) -> None:

@@ -1,11 +1,12 @@
 """Running the stages at the terminal: a line for each, warnings, progress of the clips."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import click
 
 from calib.mounting.mounting import Mounting
+from pipeline.commands.interaction.output import echo_warnings
 from pipeline.commands.interaction.progress import ClipProgress
 from pipeline.config.load import Config
 from pipeline.console.rate_text import rate_line
@@ -53,8 +54,7 @@ class StageDisplay(StageObserver):
 
     def _show(self, warnings: Iterable[str], line: str) -> None:
         self._progress.close()
-        for warning in warnings:
-            click.secho(f"warning: {warning}", fg="yellow", err=True)
+        echo_warnings(warnings)
         if self._lines and line:
             click.echo(line)
 
@@ -72,6 +72,11 @@ def run_quietly(config: Config, folder: Path, allow_python: bool = False) -> Out
 def run_silently(config: Config, folder: Path, allow_python: bool = False) -> Outcome:
     """The same with warnings only, for ``--quiet``."""
     return _run(config, folder, allow_python, lines=False, bars=False)
+
+
+def run_as_shown(quiet: bool, as_json: bool) -> Callable[[Config, Path, bool], Outcome]:
+    """How to run for a command with ``--quiet`` and ``--json``."""
+    return run_silently if quiet else run_quietly if as_json else run_watched
 
 
 def run_unwatched(config: Config) -> Outcome:

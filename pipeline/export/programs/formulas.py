@@ -15,6 +15,7 @@ import numpy as np
 from calib.effects.effect import EFFECTS, REFERENCE_TEMPERATURE_C, Effect
 from calib.effects.environment import SECONDS_PER_HOUR
 from calib.effects.expression import Expression, read_expression
+from calib.fit.triad.rotation import cross_matrix
 from calib.poses.imu_log import AXES, FloatArray
 from pipeline.results.read import StoredTriad
 
@@ -173,9 +174,7 @@ def _of_the_accelerometer(formula: ErrorFormula) -> ErrorFormula:
 
 def _rotation(theta: FloatArray, alignment: FloatArray) -> ErrorFormula:
     """``e = φ × s`` in sensitive axes u, where s is T u: ``T⁻¹ [φ]× T u``."""
-    x, y, z = theta
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    rows = np.linalg.inv(alignment) @ cross @ alignment
+    rows = np.linalg.inv(alignment) @ cross_matrix(theta) @ alignment
     axes = tuple(tuple(Product(float(factor), ast.Name(name))
                        for factor, name in zip(row, AXES, strict=True)) for row in rows)
     return ErrorFormula("frame_rotation", axes, ())

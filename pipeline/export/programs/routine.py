@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.poses.conditions import Conditions
-from calib.poses.imu_log import SI_UNIT, FloatArray
-from pipeline.export.parts import EXAMPLE_DIRECTION, EXAMPLE_SIZE
+from calib.poses.imu_log import SI_UNIT, TEMPERATURE, FloatArray
+from pipeline.export.parts import EXAMPLE_DIRECTION, EXAMPLE_SIZE, example_counts, plain_row
 from pipeline.export.programs.formulas import ErrorFormula, formula_of
 from pipeline.results.read import Stored, StoredTriad
 from pipeline.text.plain import one_line
@@ -22,14 +22,14 @@ FORCE = ("fx", "fy", "fz")
 STEPS = 50  #: of the fixed point at most, as in :mod:`calib.fit.rows.sensitive_axes`
 #: Conditions with a name of their own, and what they are.
 MEANINGS: Mapping[str, str] = {
-    "temperature_c": "temperature in degrees Celsius",
+    TEMPERATURE: "temperature in degrees Celsius",
     "time_s": "seconds since the calibration session began",
     "other_x": "reading of the other triad by the data sheet, SI",
     "other_y": "reading of the other triad by the data sheet, SI",
     "other_z": "reading of the other triad by the data sheet, SI",
 }
 #: What the worked example takes for a condition.
-EXAMPLE_CONDITIONS: Mapping[str, float] = {"temperature_c": 30.0, "time_s": 60.0}
+EXAMPLE_CONDITIONS: Mapping[str, float] = {TEMPERATURE: 30.0, "time_s": 60.0}
 EXAMPLE_CONDITION = 1.0  #: of any other column, in its unit: an example only
 
 
@@ -124,10 +124,7 @@ def _example(
     each: StoredTriad, held: set[str], inputs: tuple[Input, ...], needs_force: bool
 ) -> str:
     """A reading and what becomes of it, in one line."""
-    wanted = EXAMPLE_DIRECTION * EXAMPLE_SIZE[each.triad]
-    counts = each.bias_counts + wanted * each.scale_counts_per_unit
-    if each.correction.spec.bits:
-        counts = np.round(counts)
+    counts = example_counts(each)
     values = {one.column: EXAMPLE_CONDITIONS.get(one.column, EXAMPLE_CONDITION) for one in inputs}
     force = EXAMPLE_DIRECTION * EXAMPLE_SIZE["accelerometer"]
     columns = {name: np.array([value]) for name, value in values.items()}
@@ -135,13 +132,9 @@ def _example(
         each.correction.spec.nominal(counts)[None], columns, force=force[None],
         time_s=columns.get("time_s", np.zeros(1)))
     si = each.of_the_sensor(held).correct(at)[0]
-    listed = [f"force ({_row(force)})"] if needs_force else []
+    listed = [f"force ({plain_row(force)})"] if needs_force else []
     listed += [f"{one.identifier} {values[one.column]:g}" for one in inputs]
     conditions = f" at {', '.join(listed)}" if listed else ""
     codes = counts if each.correction.spec.encoding != "unsigned-twos-complement" else (
         counts % 2**each.correction.spec.bits)
-    return f"counts ({_row(codes)}) are ({_row(si)}) {SI_UNIT[each.triad]}{conditions}"
-
-
-def _row(values: FloatArray) -> str:
-    return ", ".join(f"{value:.8g}" for value in values)
+    return f"counts ({plain_row(codes)}) are ({plain_row(si)}) {SI_UNIT[each.triad]}{conditions}"

@@ -1,6 +1,7 @@
 """Expressions in the syntax of a programming language."""
 
 import ast
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -39,7 +40,7 @@ class Syntax:
             case ast.Constant(value=int() | float() as number):
                 return self.number(float(number))
             case ast.Name(id="pi"):
-                return self.number(3.141592653589793)
+                return self.number(math.pi)
             case ast.Name(id=name):
                 return names[name]
             case ast.UnaryOp(op=operator, operand=operand):

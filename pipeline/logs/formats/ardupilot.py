@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from pymavlink.DFReader import FORMAT_TO_STRUCT, DFReader_binary
 
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import TEMPERATURE, FloatArray
 from pipeline.errors import UnreadableInput
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
 from pipeline.logs.formats.file_table import FileTable
@@ -95,5 +95,5 @@ def _columns(name: str, samples: list[dict[str, float]]) -> dict[str, FloatArray
             columns |= {ours: np.array([sample[f"{theirs}{axis}"] for sample in samples], float)
                         for ours, axis in zip(triad, "XYZ", strict=True)}
     if "T" in samples[0]:
-        columns["temperature_c"] = np.array([sample["T"] for sample in samples], float)
+        columns[TEMPERATURE] = np.array([sample["T"] for sample in samples], float)
     return columns

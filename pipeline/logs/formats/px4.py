@@ -6,6 +6,7 @@ import numpy as np
 from pyulog import ULog
 from pyulog.exceptions import ULogException
 
+from calib.poses.imu_log import TEMPERATURE
 from pipeline.errors import UnreadableInput
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
 from pipeline.logs.formats.file_table import FileTable
@@ -32,7 +33,7 @@ def tables(path: Path) -> list[FileTable]:
             columns |= {ours: np.asarray(data.data[axis], float)
                         for ours, axis in zip(triad, "xyz", strict=True)}
             if "temperature" in data.data:
-                columns["temperature_c"] = np.asarray(data.data["temperature"], float)
+                columns[TEMPERATURE] = np.asarray(data.data["temperature"], float)
             listed.append(FileTable(f"{data.name}_{data.multi_id}", columns))
     if not listed and any(data.name == CORRECTED for data in log.data_list):
         raise UnreadableInput(

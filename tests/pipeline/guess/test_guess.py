@@ -60,3 +60,12 @@ def test_a_list_of_events_is_refused_with_the_command_that_splits_it(
 ) -> None:
     with pytest.raises(UnreadableInput, match=r"column 2 names the sensor .*grep ACC events.csv"):
         guess_files(android_lines(tmp_path, log).files, None)
+
+
+def test_columns_called_counts_that_are_no_gravity_in_any_unit_are_refused(tmp_path: Path) -> None:
+    rows = np.rint(np.random.default_rng(1).normal(0, (3, 3000, 1), (500, 3))).astype(int)
+    path = tmp_path / "board.csv"
+    path.write_text("Accel X (counts),Accel Y (counts),Accel Z (counts)\n"
+                    + "\n".join(",".join(map(str, row)) for row in rows), encoding="utf-8")
+    with pytest.raises(UnreadableInput, match=r"board\.csv"):
+        guess_files([path], 100.0)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from tests.vision.cut_label import cut_label
 from tests.vision.phase_tracks import CLOCK, NOISE, RPM, phase_track, steady
@@ -176,3 +177,32 @@ def test_other_ways_are_asked_on_the_stamps_though_frames_were_dropped() -> None
     assert abs(count.rate_rad_s - by_stamps) < 2.5 * count.sd_rad_s
     assert lag.rate_rad_s == pytest.approx(by_stamps, rel=0.01)
     assert all("dropped" in text for text in rate.warnings)
+
+
+def test_silently_dropped_frames_are_counted_exactly_and_repaired() -> None:
+    time, angle = steady(33.3)
+    keep = np.random.default_rng(2).random(len(time)) > 0.02
+    keep[0] = True
+    squeezed = time[: keep.sum()]
+    rate = measure_rate(phase_track(squeezed, angle[keep], noise_rad=NOISE), timebase=CLOCK)
+    last = np.flatnonzero(keep)[-1]
+    assert rate.frames.dropped == last + 1 - keep[: last + 1].sum()
+    assert abs(rate.rate_rad_s / (33.3 * RPM) - 1) < 5e-6
+    assert rate.diagnosis.name == "frame_steps"
+    assert any("dropped" in text for text in rate.warnings)
+
+
+def test_a_wander_that_dropped_frames_could_have_made_is_refused() -> None:
+    """As where an encoder blurs the small jumps of a fast camera."""
+    time, angle = steady(16.67, seconds=20, fps=240)
+    wander = lfilter([1], [1, -0.99], np.random.default_rng(3).standard_normal(len(time)))
+    wander *= np.radians(0.3) / wander.std()
+    with pytest.raises(RateRefused, match=r"wanders by 0\.\d\d° .* cannot determine whether"):
+        measure_rate(phase_track(time, angle + wander, noise_rad=NOISE), timebase=CLOCK)
+
+
+def test_a_scatter_that_would_hide_dropped_frames_is_said() -> None:
+    time, angle = steady(16.67, seconds=20, fps=240)
+    rate = measure_rate(phase_track(time, angle, noise_rad=5e-3), timebase=CLOCK)
+    assert any("would not be noticed" in text for text in rate.warnings)
+    assert abs(rate.rate_rad_s / (16.67 * RPM) - 1) < 3 * rate.sd_rad_s / rate.rate_rad_s

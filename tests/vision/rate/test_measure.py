@@ -7,7 +7,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
 
 from tests.chance import spread_bounds
 from tests.vision.phase_tracks import CLOCK, NOISE, RPM, phase_track, steady
@@ -218,19 +217,6 @@ def test_frames_dropped_with_true_stamps_cost_no_accuracy() -> None:
     assert abs(rate.rate_rad_s / (78.26 * RPM) - 1) < 5e-6
 
 
-def test_silently_dropped_frames_are_counted_exactly_and_repaired() -> None:
-    time, angle = steady(33.3)
-    keep = np.random.default_rng(2).random(len(time)) > 0.02
-    keep[0] = True
-    squeezed = time[: keep.sum()]
-    rate = measure_rate(phase_track(squeezed, angle[keep], noise_rad=NOISE), timebase=CLOCK)
-    last = np.flatnonzero(keep)[-1]
-    assert rate.frames.dropped == last + 1 - keep[: last + 1].sum()
-    assert abs(rate.rate_rad_s / (33.3 * RPM) - 1) < 5e-6
-    assert rate.diagnosis.name == "frame_steps"
-    assert any("dropped" in text for text in rate.warnings)
-
-
 def test_stamps_that_come_late_by_milliseconds_are_named_with_what_else_scatters() -> None:
     time, angle = steady(78.26)
     late = time + 3e-3 * np.random.default_rng(5).standard_normal(len(time))
@@ -241,22 +227,6 @@ def test_stamps_that_come_late_by_milliseconds_are_named_with_what_else_scatters
     assert "late by 3 ms" in said
     in_time = measure_rate(phase_track(time, angle, noise_rad=NOISE), timebase=CLOCK)
     assert not any("scatters" in text for text in in_time.warnings)
-
-
-def test_a_wander_that_dropped_frames_could_have_made_is_refused() -> None:
-    """As where an encoder blurs the small jumps of a fast camera."""
-    time, angle = steady(16.67, seconds=20, fps=240)
-    wander = lfilter([1], [1, -0.99], np.random.default_rng(3).standard_normal(len(time)))
-    wander *= np.radians(0.3) / wander.std()
-    with pytest.raises(RateRefused, match=r"wanders by 0\.\d\d° .* cannot determine whether"):
-        measure_rate(phase_track(time, angle + wander, noise_rad=NOISE), timebase=CLOCK)
-
-
-def test_a_scatter_that_would_hide_dropped_frames_is_said() -> None:
-    time, angle = steady(16.67, seconds=20, fps=240)
-    rate = measure_rate(phase_track(time, angle, noise_rad=5e-3), timebase=CLOCK)
-    assert any("would not be noticed" in text for text in rate.warnings)
-    assert abs(rate.rate_rad_s / (16.67 * RPM) - 1) < 3 * rate.sd_rad_s / rate.rate_rad_s
 
 
 def test_a_kind_of_frame_that_is_mismeasured_throughout_has_no_lag_of_its_own() -> None:

@@ -60,7 +60,7 @@ def test_what_begins_to_move_later_without_colour_is_glimpsed(tmp_path: Path) ->
 def test_a_plate_at_rest_is_not_read_with_all_its_colours(
     render: Render, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path, _ = render(PlateMotion(0.0), seconds=6)
+    path, _ = render(PlateMotion(0.0), seconds=6, preset="veryfast")
     read: list[bool] = []
 
     class Reader(ClipReader):
