@@ -5,8 +5,9 @@
 
 The records are those that the clips of ``threshold_sensitivity`` do not touch: registration,
 fields, the motion of the camera, whether anything moves, the smallest area that does, the inertia
-of a plate whose mark leaves the frame, the orders that look standing. The clips are those of
-``clip_study``, by default of the categories below; clips already in DIR are used again.
+of a plate whose mark leaves the frame, frames that show no angle, the orders that look standing,
+plates of equal parts. The clips are those of ``clip_study``, by default of the categories below;
+clips already in DIR are used again.
 """
 
 import argparse
@@ -20,9 +21,11 @@ import vision.plate.background
 import vision.plate.detect
 import vision.plate.fields
 import vision.plate.inertia
+import vision.plate.parts
 import vision.plate.template
 import vision.tracking.camera_motion
 import vision.tracking.registration
+import vision.tracking.tracker
 from tests.bench.clip_study import file_of
 from tests.bench.hard_clips.footage import Shot
 from tests.bench.hard_clips.shots import shot
@@ -42,6 +45,8 @@ RECORDS = (
     (vision.plate.detect.THRESHOLDS, "smallest_moving"),
     (vision.plate.inertia.THRESHOLDS, None),
     (vision.plate.template.THRESHOLDS, None),
+    (vision.plate.parts.THRESHOLDS, None),
+    (vision.tracking.tracker.THRESHOLDS, "shown"),
 )
 
 

@@ -27,12 +27,17 @@ class JumpThresholds:
     near_whole : float
         Frame times, from the nearest whole number of them. Derived: half of the half that lies
         between two neighbours.
+    blind : float
+        Frames from one that shows its angle to the next; over more of them the angle is carried on
+        by the usual rate, which a view that is off by some degrees makes a few per cent too large
+        or too small along an arc. Derived: a quarter of a frame time (``near_whole``) at 4 per cent.
     tidied : float
         Spread of the angles about a jump with its time put back, relative to that without.
     """
 
     clear: float = 6.0
     near_whole: float = 0.25
+    blind: float = 6.0
     tidied: float = 0.6
 
 
@@ -50,6 +55,7 @@ def frame_jumps(angle: PlateAngle) -> NDArray[np.int64]:
     rate = running_median(step / step_s, over)
     whole = rate * angle.frame_s
     excess = step - rate * step_s  # beyond the usual rate, less the jumps found so far
+    excess[np.diff(angle.index) > THRESHOLDS.blind] = 0
     limit = THRESHOLDS.clear * SD_PER_MAD * float(np.median(np.abs(excess)))
     clear = np.abs(whole) > limit
     count = np.zeros(len(step), np.int64)

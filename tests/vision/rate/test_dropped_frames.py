@@ -162,6 +162,20 @@ def test_a_camera_slower_than_its_clip_drops_nothing(slower: float) -> None:
     assert found.sd_of_rate == 0
 
 
+def test_a_gap_without_angles_is_no_jump_where_a_view_that_is_off_bends_the_arcs() -> None:
+    """A mark that leaves the frame for a third of each turn, and 2° of error at either end."""
+    rate_rad_s = 16.69 * RPM
+    time = np.arange(378) / 25.0
+    true = 0.3 + rate_rad_s * time
+    aside = np.angle(np.exp(1j * (true - 4.4)))
+    track = phase_track(time, true - 0.0426 * aside, noise_rad=NOISE)  # four frame times a turn
+    track.phase_rad[np.abs(aside) > 2.05] = np.nan
+    rate = measure_rate(track, timebase=CLOCK)
+    assert rate.frames.dropped == 0
+    assert not any("jumps" in text for text in rate.warnings)
+    assert abs(rate.rate_rad_s / rate_rad_s - 1) < 50e-6
+
+
 def test_other_ways_are_asked_on_the_stamps_though_frames_were_dropped() -> None:
     time, angle = steady(33.3, seconds=40.0)
     keep = np.ones(len(time), bool)
