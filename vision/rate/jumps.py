@@ -30,7 +30,7 @@ class JumpThresholds:
     blind : float
         Frames from one that shows its angle to the next; over more of them the angle is carried on
         by the usual rate, which a view that is off by some degrees makes a few per cent too large
-        or too small along an arc. Derived: a quarter of a frame time (``near_whole``) at 4 per cent.
+        or too small along an arc. Derived: a quarter of a frame time (``near_whole``) at 4 %.
     tidied : float
         Spread of the angles about a jump with its time put back, relative to that without.
     """
