@@ -81,7 +81,7 @@ def typed(capsys: pytest.CaptureFixture[str], config: Path, *arguments: str | Pa
     return Seen(capsys.readouterr().out, results_in(folder)["gyroscope"])
 
 
-@pytest.mark.parametrize("seed", range(201, 209))
+@pytest.mark.parametrize("seed", range(201, 207))
 def test_what_was_hidden_is_named_added_by_the_printed_command_and_the_error_falls(
     seed: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
