@@ -38,19 +38,25 @@ def _columns_about_mean(
 ) -> FloatArray:
     """The columns of ``effect`` less what they are on average, as a bias or a gain."""
     errors = effect.evaluate(at, shape)
+    if effect.constant_is == "bias":
+        of_set = errors.reshape(sets, -1, *errors.shape[1:])
+        return _less(of_set, of_set.mean(axis=1, keepdims=True)).reshape(errors.shape)
     if effect.acts_on == "reference":
         per = np.where(at.magnitude > 0, at.magnitude, 0.0)[:, None]
         factor = errors / np.where(per == 0, 1.0, per)
-    elif effect.constant_is == "scale":
+    else:
         per = at.vector[:, :, None]
         factor = effect.evaluate(at.with_vector(np.ones_like(at.vector)), shape)
-    else:
-        per, factor = np.ones((len(at), 1, 1)), errors
     counts = (per != 0).any(axis=1, keepdims=True).reshape(sets, -1, *(1,) * (per.ndim - 1))
     of_set = factor.reshape(sets, -1, *factor.shape[1:])
     number = np.maximum(counts.sum(axis=1, keepdims=True), 1)
     mean = np.where(counts, of_set, 0.0).sum(axis=1, keepdims=True) / number
-    varying = np.where(counts, of_set - mean, 0.0)
-    # The rounding of the mean is no variation.
-    varying = np.where(np.abs(varying) > ROUNDING_OF_MEAN * np.abs(mean), varying, 0.0)
+    varying = np.where(counts, _less(of_set, mean), 0.0)
     return np.asarray(varying.reshape(factor.shape) * per)
+
+
+def _less(values: FloatArray, mean: FloatArray) -> FloatArray:
+    """``values`` less their ``mean``, whose rounding is no variation."""
+    varying = values - mean
+    varying[np.abs(varying) <= ROUNDING_OF_MEAN * np.abs(mean)] = 0.0
+    return varying

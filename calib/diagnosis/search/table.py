@@ -175,9 +175,11 @@ class Table:
         alike = shared >= few * CONSTANTS.alias_correlation**2
         # What is fitted beside them may leave too little to compare.
         comparable = (few > 0) & (count == self.seen[others]) & ((count == len(mine)) | (few == 1))
-        for i in np.flatnonzero(alike & comparable):
-            part = overlap[ends[i] - count[i] : ends[i]]
-            least[i] = np.linalg.svd(part, compute_uv=False)[: few[i]].min()
+        close = np.flatnonzero(alike & comparable)
+        least[close] = np.sqrt(shared[close])  # of one direction
+        close = close[few[close] > 1]  # which see as many as ``j``
+        part = overlap[ends[close][:, None] - np.arange(len(mine), 0, -1)]
+        least[close] = np.linalg.svd(part, compute_uv=False).min(axis=1, initial=1.0)
         return least
 
 
