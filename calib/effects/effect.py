@@ -48,7 +48,9 @@ Owner = Literal["sensor", "session", "bench"]
 of one session; the bench's stays with the plate, its camera and where the sensor stood on it."""
 
 
-AT_BOUND = 1e-3  #: relative distance within which a shape parameter is at its bound
+AT_BOUND = 1e-3
+"""Relative distance within which a shape parameter is at its bound. Numerical: a step ends on the
+bound itself; half and twice change none of 55 verdicts."""
 
 
 @dataclass(frozen=True)

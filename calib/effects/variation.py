@@ -10,7 +10,8 @@ from calib.effects.effect import Effect, ShapeValue
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 
-ROUNDING_OF_MEAN = 1e-12  #: relative; numerical
+ROUNDING_OF_MEAN = 1e-12
+"""Relative to the mean. Numerical: a mean of some hundred doubles is exact to 1e-14."""
 
 
 def about_mean(effect: Effect, fitted: Sequence[str], sets: int = 1) -> Effect:

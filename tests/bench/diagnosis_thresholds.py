@@ -3,12 +3,13 @@
     python -m tests.bench.diagnosis_thresholds [--trials 12] [--first 43000] [--only FIELD]
 
 Sessions of the simulated bench hide none, one or two effects, in rich designs, in those of the
-paper and in poses laid by hand, for both triads. They are fitted once; each field of
-``calib.diagnosis.constants``, and each number of waves of an unknown function, is multiplied by a
-half and by two, one at a time, and all are diagnosed again. Of a share close to one, the rest to
-one is halved and doubled. Printed per value, as rows of the table in ``data/docs/thresholds.md``:
-sessions whose verdict changes (its code, its names or what it leaves open), hidden effects that are
-named, of those that can be seen, and wrong names.
+paper and in poses laid by hand, for both triads. They are fitted once. Each field of
+``calib.diagnosis.constants`` is multiplied by a half and by two, one at a time, as are the numbers
+of waves of an unknown function, of lags, and of refits that are asked what they predict; all are
+diagnosed again. Of a share close to one, the rest to one is halved and doubled. Printed per value,
+as rows of the table in ``data/docs/thresholds.md``: sessions whose verdict changes (its code, its
+names or what it leaves open), hidden effects that are named, of those that can be seen, and wrong
+names.
 """
 
 import argparse
@@ -16,6 +17,7 @@ import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
+from types import ModuleType
 
 import numpy as np
 
@@ -23,6 +25,7 @@ from calib.diagnosis.constants import CONSTANTS, Constants
 from calib.diagnosis.finding import find_many
 from calib.diagnosis.hypotheses import unlisted
 from calib.diagnosis.search import evidence
+from calib.diagnosis.verdict import explained
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit
@@ -35,7 +38,7 @@ from tests.trials import poses_of
 KINDS = (("gyroscope", "rich"), ("accelerometer", "hand"), ("gyroscope", "paper"),
          ("accelerometer", "rich"))
 SIZES = (4.0, 100.0)  #: noise units over the rows, from hardly seen to plain
-WAVES = ("TIME_WAVES", "COLUMN_WAVES")  #: of calib.diagnosis.hypotheses.unlisted
+COUNTS = ((unlisted, "TIME_WAVES"), (unlisted, "COLUMN_WAVES"), (explained, "HOLDING"))
 CLOSE_TO_ONE = 0.75  #: a share above it is moved by its rest to one
 
 
@@ -96,14 +99,21 @@ def constants(new: Constants) -> Iterator[None]:
 
 
 @contextmanager
-def waves(name: str, value: int) -> Iterator[None]:
-    """Unknown functions of another number of waves."""
-    usual = getattr(unlisted, name)
-    setattr(unlisted, name, value)
+def other(module: ModuleType, name: str, value: object) -> Iterator[None]:
+    """The diagnosis with another value of a constant of one of its modules."""
+    usual = getattr(module, name)
+    setattr(module, name, value)
     try:
         yield
     finally:
-        setattr(unlisted, name, usual)
+        setattr(module, name, usual)
+
+
+def lags(count: float) -> AbstractContextManager[None]:
+    """The diagnosis with so many lags of the temperature, over the same range."""
+    usual = unlisted.LAGS_S
+    return other(unlisted, "LAGS_S",
+                 tuple(np.geomspace(usual[0], usual[-1], int(count)).tolist()))
 
 
 def summary(found: Sequence[tuple[SetOutcome, tuple[str, ...]]]) -> str:
@@ -140,9 +150,10 @@ def main() -> None:
         row(field.name, getattr(CONSTANTS, field.name), field.metadata["origin"],
             lambda value, name=field.name: constants(
                 dataclasses.replace(CONSTANTS, **{name: value})))
-    for name in WAVES:
-        row(name, getattr(unlisted, name), "tuned",
-            lambda value, name=name: waves(name, int(value)))
+    for module, name in COUNTS:
+        row(name, getattr(module, name), "tuned" if module is unlisted else "a limit of time",
+            lambda value, module=module, name=name: other(module, name, int(value)))
+    row("LAGS_S", len(unlisted.LAGS_S), "derived", lags)
 
 
 if __name__ == "__main__":

@@ -35,7 +35,8 @@ IN_A_CURVE = "in a curve"  #: how a bias follows a column by its square
 LAGS_S = (30.0, 45.0, 70.0, 100.0, 150.0, 220.0, 330.0, 500.0, 750.0, 1100.0, 1700.0, 2500.0,
           3800.0, 5600.0)
 """How far the temperature within may lag that of the log, half a minute to an hour and a half.
-Derived: the log with neighbouring lags agrees to 0.99 and more."""
+Derived: the log with neighbouring lags agrees to 0.99 and more. Half as many over the same range
+change 1 of 55 verdicts, twice as many none (``tests.bench.diagnosis_thresholds``)."""
 WANDER_MODES = 10
 """The strongest of a course, a limit of size. Of 26 poses they hold 68, 88 and 93 % of the variance
 at the three spans below; half as many 44, 75 and 86 %, twice as many 92, 97 and 98 %."""
