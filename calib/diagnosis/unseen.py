@@ -21,7 +21,8 @@ from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.runs import TIME_BASE
 
 LEAST_SHARE = 0.1
-"""Of a stated sd, derived: what moves a parameter by less adds half a percent to it and is not listed."""
+"""Of a stated sd. Derived: what moves a parameter by less adds half a per cent to it, and is not
+listed."""
 
 
 def unseen_budget(
