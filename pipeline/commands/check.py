@@ -49,15 +49,17 @@ def command(config: Path, as_json: bool, quiet: bool) -> None:
 
 def _checked(path: Path) -> "Config":
     """The configuration, if it and its logs are right."""
-    from pipeline.config.load import load_config
+    from pipeline.config.load import checked_config
+    from pipeline.config.yaml_text import read_source
     from pipeline.errors import MissingFiles
     from pipeline.plan.refusal import require_planned
     from pipeline.stages.rehearsal import rehearse
 
+    source = read_source(path)
     try:
-        loaded = load_config(path)
+        loaded = checked_config(source)
     except MissingFiles:  # nothing is recorded yet, perhaps: then the plan is what can be wrong
-        require_planned(load_config(path, files_may_be_missing=True))
+        require_planned(checked_config(source, files_may_be_missing=True))
         raise
     require_planned(loaded)
     rehearse(loaded)

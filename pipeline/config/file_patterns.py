@@ -7,13 +7,25 @@ from pathlib import Path
 from pipeline.logs.formats.kinds import is_log_file
 from pipeline.text.names import nearest_name
 
-
-class NoSuchFile(FileNotFoundError):
-    """Nothing has this name or matches this pattern; it may still be recorded."""
-
-
 #: How many names of a folder a message shows.
 NAMES_SHOWN = 6
+
+
+class NoSuchFile(FileNotFoundError):
+    """Nothing has this name or matches this pattern; it may still be recorded.
+
+    Its text is made when it is read: to find what was meant, the folder is looked through.
+    """
+
+    def __init__(self, name: str, folder: Path) -> None:
+        super().__init__(name)
+        self.name, self.folder = name, folder
+
+    def __str__(self) -> str:
+        if is_pattern(self.name):
+            return f"no file matches '{self.name}'. {_holds(self.folder)}"
+        near = nearest_name(Path(self.name).name, _names(self.folder))
+        return f"there is no file '{self.name}'{near}. {_holds(self.folder)}"
 
 
 def natural_key(name: str) -> list[tuple[int, str]]:
@@ -56,15 +68,14 @@ def find_files(name: str, folder: Path) -> tuple[Path, ...]:
         raise FileNotFoundError(f"'{name}' is a folder; name the files in it, as in "
                                 f"'{name.rstrip('/')}/*.csv'. {_holds(literal)}")
     if not is_pattern(name):
-        near = nearest_name(literal.name, _names(literal.parent))
-        raise NoSuchFile(f"there is no file '{name}'{near}. {_holds(literal.parent)}")
+        raise NoSuchFile(name, literal.parent)
     # Path.glob refuses absolute patterns: start at the last folder without a sign in its name.
     fixed = tuple(takewhile(lambda part: not is_pattern(part), literal.parts))
     start = Path(*fixed)
     rest = str(Path(*literal.parts[len(fixed):]))
     paths = [path for path in start.glob(rest) if path.is_file()] if start.is_dir() else []
     if not paths:
-        raise NoSuchFile(f"no file matches '{name}'. {_holds(start)}")
+        raise NoSuchFile(name, start)
     return tuple(sorted(paths, key=lambda path: natural_key(str(path))))
 
 

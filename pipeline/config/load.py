@@ -7,7 +7,8 @@ from pathlib import Path
 from pydantic import Field, PrivateAttr, ValidationError
 
 from pipeline.config.contradictions import contradictions
-from pipeline.config.messages import problems_of
+from pipeline.config.messages import problems_in
+from pipeline.config.problems import ConfigProblem, config_error
 from pipeline.config.schema import (
     AccelerometerSection,
     CertificateSection,
@@ -22,14 +23,12 @@ from pipeline.config.schema import (
 )
 from pipeline.config.sensor import SensorOrPreset, SensorSection
 from pipeline.config.types import (
-    MISSING_FILE,
     FolderName,
     Section,
     UserEffectName,
     ValidationContext,
 )
 from pipeline.config.yaml_text import PathTo, YamlSource, parse_source, read_source
-from pipeline.errors import ConfigError, MissingFiles
 from pipeline.text.formatting import count
 
 
@@ -83,7 +82,7 @@ def load_config(path: Path, *, files_may_be_missing: bool = False) -> Config:
         With one paragraph for every mistake in the file: line, keys, what was found, what was
         expected.
     """
-    return _checked(read_source(path), files_may_be_missing)
+    return checked_config(read_source(path), files_may_be_missing=files_may_be_missing)
 
 
 def parse_config(path: Path, text: str) -> Config:
@@ -94,10 +93,11 @@ def parse_config(path: Path, text: str) -> Config:
     ConfigError
         With a paragraph for each mistake.
     """
-    return _checked(parse_source(path, text), False)
+    return checked_config(parse_source(path, text))
 
 
-def _checked(source: YamlSource, files_may_be_missing: bool) -> Config:
+def checked_config(source: YamlSource, *, files_may_be_missing: bool = False) -> Config:
+    """The configuration in a file that is read; errors and arguments as :func:`load_config`."""
     context = ValidationContext(
         source.path.parent, _names(source, "rate"), _names(source, "effects"), files_may_be_missing
     )
@@ -106,20 +106,14 @@ def _checked(source: YamlSource, files_may_be_missing: bool) -> Config:
         config = Config.model_validate(source.values, context=context)
     except ValidationError as invalid:
         error = invalid
-    problems = problems_of(source, error, context)
+    problems = list(problems_in(source, error, context))
     if config is not None and not files_may_be_missing:
         more = chain(_clip_counts(config), _column_counts(config), contradictions(config))
-        problems += tuple(source.problem(path, text) for path, text in more)
+        problems += [ConfigProblem(path, text) for path, text in more]
     if problems or config is None:
-        raise (MissingFiles if _missing_files(error) == len(problems) else ConfigError)(*problems)
+        raise config_error(source, problems)
     config._source = source
     return config
-
-
-def _missing_files(error: ValidationError | None) -> int:
-    """How many of the mistakes are names of files that are not there."""
-    details = error.errors(include_url=False) if error else []
-    return sum(detail["type"] == MISSING_FILE for detail in details)
 
 
 def _names(source: YamlSource, section: str) -> tuple[str, ...]:

@@ -1,10 +1,12 @@
-"""Every mistake in a configuration as one paragraph, in the order of the lines."""
+"""What is wrong with the values of a configuration, and what was expected, in words."""
 
+from collections.abc import Iterator
 from typing import Any
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
+from pipeline.config.problems import DUPLICATE_KEY, UNKNOWN_KEY, ConfigProblem
 from pipeline.config.rules import broken_rules, empty_keys
 from pipeline.config.types import MISSING_FILE, REFUSED, ValidationContext
 from pipeline.config.units import converted, same_quantity, split_unit
@@ -29,14 +31,13 @@ EXPECTED = {
     "too_short": "at least {min_length} entries",
     "too_long": "at most {max_length} entries",
 }
-UNKNOWN_KEY = "extra_forbidden"  #: pydantic's name for it
 LONGEST_SHOWN = 60  #: characters of a wrong value that a message repeats
 
 
-def problems_of(
+def problems_in(
     source: YamlSource, error: ValidationError | None, context: ValidationContext
-) -> tuple[str, ...]:
-    """One paragraph per mistake, in the order of the lines.
+) -> Iterator[ConfigProblem]:
+    """Every mistake in the values of a file, once.
 
     Parameters
     ----------
@@ -53,24 +54,23 @@ def problems_of(
     # A key that stands there under a wrong name is not missing as well.
     misnamed = {(*path[:-1], key) for path, keys in meant.items() for key in keys}
 
-    problems: dict[PathTo, str] = {}
+    told: set[PathTo] = set()
     for path, problem in (*empty_keys(source.values), *broken_rules(source.values)):
-        if path not in misnamed:
-            problems.setdefault(path, problem)
+        if path not in misnamed and path not in told:
+            told.add(path)
+            yield ConfigProblem(path, problem)
     for detail in details:
         path = _path_in_file(source, detail)
-        if _only_seems_short(detail):
+        if _only_seems_short(detail) or path in misnamed or path in told:
             continue
+        told.add(path)
         if path in meant:
-            problem = _unknown_key(source, path, meant[path], context)
-        elif path in misnamed:
-            continue
+            yield ConfigProblem(path, _unknown_key(source, path, meant[path], context), UNKNOWN_KEY)
         else:
-            problem = _wrong_value(detail)
-        problems.setdefault(path, problem)
-    paragraphs = [(source.line(path), source.problem(path, f"{problem.removesuffix('.')}."))
-                  for path, problem in problems.items()]
-    return tuple(problem for _, problem in sorted([*paragraphs, *source.duplicates]))
+            yield ConfigProblem(path, _wrong_value(detail), detail["type"])
+    for path, first, other in source.duplicates:
+        text = f"the key '{path[-1]}' is given twice, first in line {first}. Delete one of the two"
+        yield ConfigProblem(path, text, DUPLICATE_KEY, other)
 
 
 def _path_in_file(source: YamlSource, detail: ErrorDetails) -> PathTo:
@@ -122,16 +122,21 @@ def _unknown_key(
             f"{factor:.7g} × {wrong}{now}")
 
 
-def _wrong_value(detail: ErrorDetails) -> str:
-    """What was found and what was expected."""
+def _wrong_value(detail: ErrorDetails) -> object:
+    """What was found and what was expected; :class:`ConfigProblem` says when it becomes text."""
     kind, limits = detail["type"], detail.get("ctx", {})
     if kind == "missing":
         key = detail["loc"][-1]
         return f"entry {key + 1} is missing" if isinstance(key, int) else "is missing; add it"
-    if kind in (REFUSED, MISSING_FILE):
+    if kind == MISSING_FILE:
+        return detail["input"]
+    if kind == REFUSED:
         return detail["msg"]
+    shown = _shown(detail["input"])
     expected = EXPECTED[kind].format(**limits) if kind in EXPECTED else detail["msg"]
-    return f"found {_shown(detail['input'])}, expected {expected}"
+    if kind == "string_type" and not isinstance(detail["input"], list | dict):
+        expected += f"; put it in quotes, as in '{shown}'"
+    return f"found {shown}, expected {expected}"
 
 
 def _shown(value: Any) -> str:

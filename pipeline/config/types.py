@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final
 
 from pydantic import (
     AfterValidator,
@@ -68,11 +68,18 @@ REFUSED: Final = "refused"
 MISSING_FILE: Final = "missing_file"
 
 
-def refusal(
-    problem: str, kind: Literal["refused", "missing_file"] = REFUSED
-) -> PydanticCustomError:
+def refusal(problem: str) -> PydanticCustomError:
     """The error a validator raises; ``problem`` is the message."""
-    return PydanticCustomError(kind, "{problem}", {"problem": problem})
+    return PydanticCustomError(REFUSED, "{problem}", {"problem": problem})
+
+
+def missing_file(fault: NoSuchFile, at: tuple[int, ...]) -> InitErrorDetails:
+    """The error for a file that is not there, ``at`` a list item; as its input it has the fault.
+
+    pydantic writes the text of all else that an error holds, and this text takes a while.
+    """
+    return InitErrorDetails(type=PydanticCustomError(MISSING_FILE, "there is no such file"),
+                            loc=at, input=fault)
 
 
 def no_such(kind: str, name: str, right: tuple[str, ...]) -> PydanticCustomError:
@@ -84,8 +91,6 @@ def no_such(kind: str, name: str, right: tuple[str, ...]) -> PydanticCustomError
 # --- kinds of values ---------------------------------------------------------------------------
 
 
-#: Missing files of a list that are named; after as many the rest is not looked for.
-MOST_FAULTS = 20
 SHOWN = 60  #: characters of a wrong name that a message repeats
 #: No length, rate, count or share of a session is larger, and none that is not 0 is smaller than
 #: its inverse: what is squared later neither overflows nor vanishes.
@@ -153,14 +158,11 @@ def _files(names: object, info: ValidationInfo) -> tuple[Path, ...]:
                 raise FileNotFoundError(f"found {name!r}, a file's name or pattern is expected")
             paths += find_files(name, _context(info).folder)
         except FileNotFoundError as fault:
-            missing = isinstance(fault, NoSuchFile)
-            if missing and _context(info).files_may_be_missing:
+            if isinstance(fault, NoSuchFile) and _context(info).files_may_be_missing:
                 continue
             at = (i,) if isinstance(names, list) else ()
-            error = refusal(str(fault), MISSING_FILE if missing else REFUSED)
-            faults.append(InitErrorDetails(type=error, loc=at, input=name))
-            if len(faults) == MOST_FAULTS:  # looking for what was meant takes a while for each
-                break
+            faults.append(missing_file(fault, at) if isinstance(fault, NoSuchFile) else
+                          InitErrorDetails(type=refusal(str(fault)), loc=at, input=name))
         except (OSError, ValueError) as fault:  # no name that a file can have
             problem = getattr(fault, "strerror", None) or fault
             raise refusal(

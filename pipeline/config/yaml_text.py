@@ -87,8 +87,8 @@ class YamlSource:
         The whole text; one mapping at the top level.
     values : dict
         That mapping, as plain dicts, lists, str, int, float, bool and None.
-    duplicates : tuple of (int, str)
-        Line and one paragraph for every key that is given twice.
+    duplicates : tuple of (path, int, int)
+        Every key that is given twice: its path, and the lines of the first and the other.
     spans, key_spans : dict of path to Span
         Where each value and each mapping's key stands.
     """
@@ -96,7 +96,7 @@ class YamlSource:
     path: Path
     text: str
     values: dict[str, Any]
-    duplicates: tuple[tuple[int, str], ...]
+    duplicates: tuple[tuple[PathTo, int, int], ...]
     spans: dict[PathTo, Span]
     key_spans: dict[PathTo, Span]
 
@@ -119,10 +119,10 @@ class YamlSource:
             return 1
         return (self.key_spans.get(path) or self.spans[path]).line
 
-    def problem(self, path: PathTo, text: str) -> str:
+    def problem(self, path: PathTo, text: str, line: int | None = None) -> str:
         """One paragraph about the value at ``path``: file, line, keys, what is wrong."""
         keys = f"{path_text(path)}: " if path else ""
-        return f"{self.path}:{self.line(path)}: {keys}{text}"
+        return f"{self.path}:{self.line(path) if line is None else line}: {keys}{text}"
 
 
 def read_source(path: Path) -> YamlSource:
@@ -170,7 +170,7 @@ def parse_source(path: Path, text: str) -> YamlSource:
     """
     try:
         root = _root(text)
-        reader = _NodeReader(path)
+        reader = _NodeReader()
         values = reader.mapping(root, ())
     except _Refused as error:
         raise ConfigError(f"{path}:{error.line}: {error}") from error
@@ -236,9 +236,8 @@ def _root(text: str) -> yaml.MappingNode:
 class _NodeReader:
     """Builds plain values from nodes and notes their spans."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self.duplicates: list[tuple[int, str]] = []
+    def __init__(self) -> None:
+        self.duplicates: list[tuple[PathTo, int, int]] = []
         self.spans: dict[PathTo, Span] = {}
         self.key_spans: dict[PathTo, Span] = {}
 
@@ -264,10 +263,7 @@ class _NodeReader:
                                "A key is plain text, such as `sensor:`.")
             at, span = (*path, key.value), _span(key)
             if key.value in values:
-                self.duplicates.append((span.line, (
-                    f"{self.path}:{span.line}: {path_text(at)}: the key '{key.value}' is given "
-                    f"twice, first in line {self.key_spans[at].line}. Delete one of the two."
-                )))
+                self.duplicates.append((at, self.key_spans[at].line, span.line))
                 at = (*path, f"{key.value} (line {span.line})")
             self.key_spans[at] = span
             values.setdefault(key.value, self.value(child, at))

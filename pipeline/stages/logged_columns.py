@@ -4,8 +4,9 @@ from pathlib import Path
 
 from calib.poses.imu_log import TRIADS, Triad
 from pipeline.config.load import Config
+from pipeline.config.problems import ConfigProblem, config_error
 from pipeline.config.schema import LogsSection, PosesSection
-from pipeline.errors import ConfigError, UnreadableInput
+from pipeline.errors import UnreadableInput
 from pipeline.logs.columns import READINGS
 from pipeline.logs.read import column_names
 from pipeline.stages.pose_means import is_of_means
@@ -27,13 +28,13 @@ def check_covariates(config: Config) -> None:
         return
     logged = tuple(dict.fromkeys(name for columns in known for name in columns))
     problems = [
-        config.source.problem(("covariates", i), (
+        ConfigProblem(("covariates", i), (
             f"'{name}' is no logged column{nearest_name(name, logged)}. The logs have: "
             f"{', '.join(logged) or 'no further column'}. Name one of these, or log it."))
         for i, name in enumerate(config.covariates) if name not in logged
     ]
     if problems:
-        raise ConfigError(*problems)
+        raise config_error(config.source, problems)
 
 
 def logged_columns(config: Config, triad: Triad | None) -> list[str] | None:

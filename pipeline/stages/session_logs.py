@@ -18,6 +18,7 @@ from calib.errors import CalibrationError, Contradiction, Undetermined
 from calib.poses.frozen import without_frozen
 from calib.poses.imu_log import TEMPERATURE, TRIADS, ImuLog, IntArray, Triad
 from pipeline.config.load import Config
+from pipeline.config.problems import ConfigProblem, config_error
 from pipeline.config.schema import (
     AccelerometerSection,
     LogsSection,
@@ -26,7 +27,7 @@ from pipeline.config.schema import (
 )
 from pipeline.config.sensor import sensor_specs
 from pipeline.config.types import STOPPED
-from pipeline.errors import ConfigError, PipelineError
+from pipeline.errors import PipelineError
 from pipeline.logs.clock import StatedClock
 from pipeline.logs.join import group_logs, join_logs
 from pipeline.logs.read import read_log
@@ -258,11 +259,11 @@ def require_logged_columns(config: Config, logs: SessionLogs) -> None:
             if name in config.effects:
                 continue
             effect = find_effect(name)
-            problems += [config.source.problem((triad, "model"), absent)
+            problems += [ConfigProblem((triad, "model"), absent)
                          for absent in _absent(effect, used)]
             incomplete += _incomplete(effect, triad, used)
     if problems:
-        raise ConfigError(*problems)
+        raise config_error(config.source, problems)
     if incomplete:
         raise incomplete[0]
 

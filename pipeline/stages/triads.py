@@ -22,9 +22,9 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet
 from pipeline.config.load import Config
+from pipeline.config.problems import ConfigProblem, config_error
 from pipeline.config.schema import AccelerometerSection, GyroscopeSection
 from pipeline.config.sensor import triad_spec
-from pipeline.errors import ConfigError
 from pipeline.stages.context import RunContext
 from pipeline.stages.excluded_poses import ExcludedPose, predicted_poses
 from pipeline.stages.logged_columns import check_covariates
@@ -88,23 +88,23 @@ def require_fittable(config: Config) -> None:
         for name in section.model:
             if name in config.effects:
                 if config.effects[name].triad not in (None, triad):
-                    problems.append(config.source.problem(where, (
+                    problems.append(ConfigProblem(where, (
                         f"'{name}' is defined for the {config.effects[name].triad}. Take it out "
                         f"of this model")))
                 continue
             if triad not in find_effect(name).triads:
-                problems.append(config.source.problem(where, (
+                problems.append(ConfigProblem(where, (
                     f"'{name}' is no effect of the {triad}; `pipeline effects {name}` says what "
                     f"it acts on. Take it out of this model")))
         if section.solver == "paper" and section.loss != "squares":
-            problems.append(config.source.problem((triad, "loss"), (
+            problems.append(ConfigProblem((triad, "loss"), (
                 "'paper' knows plain least squares only. Use `solver: default` with another loss")))
         if section.solver == "paper" and set(section.model) != set(BASE):
-            problems.append(config.source.problem((triad, "solver"), (
+            problems.append(ConfigProblem((triad, "solver"), (
                 f"'paper' knows bias, scale and misalignment only, the model is "
                 f"[{', '.join(section.model)}]. Use `solver: default` with any other model")))
     if problems:
-        raise ConfigError(*problems)
+        raise config_error(config.source, problems)
     check_user_effects(config)
     check_covariates(config)
 

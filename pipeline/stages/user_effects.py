@@ -32,9 +32,10 @@ from calib.errors import CalibrationError, Undetermined
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, Triad
 from pipeline.config.load import Config
+from pipeline.config.problems import ConfigProblem, config_error
 from pipeline.config.schema import EffectSection
 from pipeline.config.types import STOPPED
-from pipeline.errors import ConfigError, UnreadableInput
+from pipeline.errors import UnreadableInput
 from pipeline.stages.logged_columns import logged_columns
 from pipeline.text.names import nearest_name
 
@@ -61,9 +62,9 @@ def user_effects(config: Config, triad: Triad, allow_python: bool) -> dict[str, 
             effects[name] = user_effect(
                 name, value, section.per, section.unit, triad, _shape(section.shapes))
         except CalibrationError as error:
-            problems.append(config.source.problem(("effects", name), f"{error}."))
+            problems.append(ConfigProblem(("effects", name), error))
     if problems:
-        raise ConfigError(*problems)
+        raise config_error(config.source, problems)
     return effects
 
 
@@ -104,12 +105,12 @@ def check_user_effects(config: Config) -> None:
                 continue
             expression = _expression(section)
         except CalibrationError as error:
-            problems.append(config.source.problem(where, f"{error}."))
+            problems.append(ConfigProblem(where, error))
             continue
-        problems += [config.source.problem((*where, "expression"), problem)
+        problems += [ConfigProblem((*where, "expression"), problem)
                      for problem in _unknown_names(config, section, expression)]
     if problems:
-        raise ConfigError(*problems)
+        raise config_error(config.source, problems)
 
 
 def _unknown_names(

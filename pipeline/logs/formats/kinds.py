@@ -133,8 +133,7 @@ def tables_of(path: Path, kind: Kind) -> list[FileTable]:
 
 def is_log_file(path: Path) -> bool:
     """Whether a path is that of a file, a bag, or a table in one of them."""
-    file, _ = split_member(path)
-    return file.is_file() or (file / BAG_FOLDER_MARK).is_file()
+    return _file_in(path) is not None
 
 
 def split_member(path: Path) -> tuple[Path, str]:
@@ -142,7 +141,17 @@ def split_member(path: Path) -> tuple[Path, str]:
 
     The name is empty where the path is that of the file.
     """
+    file = _file_in(path)
+    if file is None or file == path:
+        return path, ""
+    return file, path.relative_to(file).as_posix()
+
+
+def _file_in(path: Path) -> Path | None:
+    """The file or bag that ``path`` is, or names a table in; None where there is none."""
     for file in (path, *path.parents):
-        if file.is_file() or (file / BAG_FOLDER_MARK).is_file():
-            return file, path.relative_to(file).as_posix() if file != path else ""
-    return path, ""
+        if file.is_file():
+            return file
+        if file.is_dir():  # above a folder there is no file
+            return file if (file / BAG_FOLDER_MARK).is_file() else None
+    return None

@@ -1,11 +1,14 @@
 """Every mistake in a configuration is named once, with its line and what to write instead."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
 import yaml
 
+from pipeline.config.problems import SHOWN_ALIKE
 from pipeline.errors import ConfigError, MissingFiles, exit_code_of
+from pipeline.text.names import nearest_name
 from tests.pipeline.config.complete import GOOD, load, problems
 
 MISTAKES = [
@@ -60,6 +63,7 @@ MISTAKES = [
     ("[time_s, acc_x, acc_y, acc_z]", "[time_s, acc_x, acc_y]", 25, "acc_z missing beside"),
     ("        find: still\n", "", 23, "find: is missing"),
     ("[1, 2, 3]", "[1, 2, x]", 29, "found 'x', expected a number"),
+    ("unit: m/s² per °C²", "unit: 1", 31, "found 1, expected text; put it in quotes, as in '1'"),
     ("  mine:", "  bias:", 31, "'bias' cannot name a user-defined effect"),
     ("installation: {log: gyr/a.csv}", "installation:", 32, "nothing stands after 'installation:'"),
     ("poses: 18}", "poses: 7.5}", 33, "expected a whole number"),
@@ -109,6 +113,45 @@ def test_what_a_task_needs_is_asked_for(session: Path, removed: str, says: str) 
     values = yaml.safe_load(GOOD)
     del values[removed]
     assert any(says in each for each in problems(session, yaml.safe_dump(values)))
+
+
+def test_of_many_mistakes_of_one_kind_the_first_are_listed_and_the_rest_is_counted(
+    session: Path,
+) -> None:
+    files = ", ".join(f"none_{i}.csv" for i in range(1000))
+    runs = "".join(f"    - {{poses: gone_{i}.csv, rate: slow}}\n" for i in range(15))
+    effects = "".join(f"  e{i}: {{expression: time_s, per: axs, unit: '1'}}\n" for i in range(12))
+    keys = "".join(f"colour_{i}: red\n" for i in range(13))
+    text = (GOOD.replace("poses: acc/pose_*.csv", f"poses: [{files}]")
+            .replace("  runs:\n", f"  runs:\n{runs}")
+            .replace("effects:\n", f"effects:\n{effects}") + keys)
+    paragraphs = problems(session, text)
+    assert [sum(word in each for each in paragraphs) for word in (
+        "none_", "gone_", "axs", "no key is named 'colour_")] == [SHOWN_ALIKE] * 4
+    assert [each for each in paragraphs if "more" in each.split(": ")[2]] == [
+        "config.yaml:16: accelerometer.poses: and 990 more of this kind.",
+        "config.yaml:31: gyroscope.runs[10].poses: and 5 more of this kind.",
+        "config.yaml:56: effects.e10.per: and 2 more of this kind.",
+        "config.yaml:72: colour_10: and 3 more of this kind.",
+    ]
+    assert paragraphs.index("config.yaml:16: accelerometer.poses: and 990 more of this kind.") == (
+        SHOWN_ALIKE), "the number stands after what is listed"
+    assert len(paragraphs) == 4 * (SHOWN_ALIKE + 1)
+
+
+def test_the_folder_is_looked_through_for_the_files_that_are_listed_only(
+    session: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    looks = []
+
+    def look(wrong: str, right: Iterable[str]) -> str:
+        looks.append(wrong)
+        return nearest_name(wrong, right)
+
+    monkeypatch.setattr("pipeline.config.file_patterns.nearest_name", look)
+    files = ", ".join(f"none_{i}.csv" for i in range(1000))
+    problems(session, GOOD.replace("poses: acc/pose_*.csv", f"poses: [{files}]"))
+    assert len(looks) == SHOWN_ALIKE
 
 
 def test_a_duplicate_key_is_named_with_both_lines(session: Path) -> None:
