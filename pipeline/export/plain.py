@@ -39,13 +39,13 @@ def to_csv(stored: Stored) -> Export:
         nine = _nine(each)
         for key, unit in zip(PARAMETERS, units, strict=True):
             for axis, value, sd in zip(AXES, nine[key], nine[f"{key}_sd"], strict=True):
-                table.writerow([each.triad, key, axis, value, _blank(sd), unit])
+                table.writerow([each.triad, key, axis, value, sd, unit])
         for name, effect in each.effects.items():
             for label, value, sd in zip(
                 _labels(name, len(effect["values"])), effect["values"], effect["sd"], strict=True
             ):
-                table.writerow([each.triad, cell(name), cell(label), value, _blank(sd),
-                                cell(effect["unit"])])
+                table.writerow(
+                    [each.triad, cell(name), cell(label), value, sd, cell(effect["unit"])])
     return Export({"calibration.csv": text.getvalue()}, ())
 
 
@@ -68,10 +68,6 @@ def _nine(each: StoredTriad) -> dict[str, list[float | None]]:
         nine[key] = numbers(value)
         nine[f"{key}_sd"] = numbers(sd)
     return nine
-
-
-def _blank(value: float | None) -> float | str:
-    return "" if value is None else value
 
 
 def _labels(name: str, count: int) -> list[str]:

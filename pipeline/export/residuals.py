@@ -29,7 +29,7 @@ def to_residuals(stored: Stored) -> Export:
     ])
     for each in stored.triads:
         for pose in stored.contents[each.triad]["poses"]:
-            table.writerow([_blank(value) for value in _row(each.triad, pose, names)])
+            table.writerow(_row(each.triad, pose, names))
     return Export({"residuals.csv": text.getvalue()}, ())
 
 
@@ -41,7 +41,3 @@ def _row(triad: str, pose: dict[str, Any], names: list[str]) -> Iterator[Any]:
                 pose["left_out"])
     yield from (*pose["reading"], *pose["reading_sd"], *pose["corrected"])
     yield from (pose["columns"].get(name) for name in names)
-
-
-def _blank(value: Any) -> Any:
-    return "" if value is None else value

@@ -3,10 +3,10 @@
 import re
 from collections.abc import Iterable, Sequence
 
-from calib.poses.imu_log import AXES, FloatArray
+from calib.poses.imu_log import FloatArray
 from pipeline.export.parts import Export, no_sds, origin
 from pipeline.export.programs.notes import notes_on
-from pipeline.export.programs.routine import FORCE, STEPS, Routine, routine_of
+from pipeline.export.programs.routine import STEPS, Routine, routine_of
 from pipeline.export.programs.syntax import Syntax
 from pipeline.results.read import Stored
 from pipeline.text.plain import ascii_line
@@ -46,6 +46,8 @@ C = Syntax(
     functions={name: f"{name}f({{0}})" for name in ("cos", "exp", "log", "sin", "sqrt", "tanh")}
     | {"abs": "fabsf({0})", "sign": "(float)(({0} > 0.0f) - ({0} < 0.0f))"},
     operators={},
+    component=lambda vector, i: f"{vector}[{i}]",
+    column=lambda name: name,
 )
 
 
@@ -113,13 +115,10 @@ def _fixed_point(routine: Routine) -> list[str]:
     """Iteration of ``u = w - e(u)``."""
     if not routine.formulas:
         return []
-    names = {axis: f"u[{i}]" for i, axis in enumerate(AXES)}
-    names |= {each: f"force[{i}]" for i, each in enumerate(FORCE)}
-    names |= {each.column: each.identifier for each in routine.inputs}
     return [
         *c_comments([f"errors of {', '.join(each.effect for each in routine.formulas)}"]),
         f"for (step = 0; step < {STEPS}; step++) {{",
-        *_indented(f"e[{i}] = {C.sum_of(routine.formulas, i, names)};" for i in range(3)),
+        *_indented(f"e[{i}] = {error};" for i, error in enumerate(C.errors(routine))),
         "    change = size = 0.0f;",
         "    for (i = 0; i < 3; i++) {",
         "        change += fabsf(w[i] - e[i] - u[i]);",

@@ -1,20 +1,21 @@
 """MATLAB (and Octave) functions of whole logs: a row for each sample."""
 
-from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
+from calib.poses.imu_log import SI_UNIT, FloatArray
 from pipeline.export.parts import Export, no_sds, origin
 from pipeline.export.programs.notes import notes_on
-from pipeline.export.programs.routine import FORCE, STEPS, Routine, routine_of
+from pipeline.export.programs.routine import DOUBLE_TOLERANCE, STEPS, Routine, routine_of
 from pipeline.export.programs.syntax import Syntax
 from pipeline.results.read import Stored
 from pipeline.text.plain import ascii_line
 
-TOLERANCE = "1e-14"
 MATLAB = Syntax(
     number=lambda value: repr(float(value)),
     power=lambda base, exponent: f"({base} .^ ({float(exponent)!r}))",
     functions={name: f"{name}({{0}})"
                for name in ("abs", "cos", "exp", "log", "sign", "sin", "sqrt", "tanh")},
     operators={"*": ".*", "/": "./"},
+    component=lambda vector, i: f"{vector}(:, {i + 1})",
+    column=lambda name: f"{name}(:)",
 )
 
 
@@ -51,18 +52,15 @@ def _function(stored: Stored, routine: Routine) -> list[str]:
 def _fixed_point(routine: Routine) -> list[str]:
     if not routine.formulas:
         return []
-    names = {axis: f"u(:, {i + 1})" for i, axis in enumerate(AXES)}
-    names |= {each: f"force(:, {i + 1})" for i, each in enumerate(FORCE)}
-    names |= {each.column: f"{each.identifier}(:)" for each in routine.inputs}
     effects = ", ".join(ascii_line(each.effect) for each in routine.formulas)
     return [
         f"  % errors of {effects}",
         "  e = zeros(size(u));",
         f"  for step = 1:{STEPS}",
-        *(f"    e(:, {i + 1}) = {MATLAB.sum_of(routine.formulas, i, names)};" for i in range(3)),
+        *(f"    e(:, {i + 1}) = {error};" for i, error in enumerate(MATLAB.errors(routine))),
         "    change = max(max(abs(w - e - u)));",
         "    u = w - e;",
-        f"    if change <= {TOLERANCE} * max(max(abs(u)))",
+        f"    if change <= {DOUBLE_TOLERANCE} * max(max(abs(u)))",
         "      break",
         "    end",
         "  end",

@@ -1,14 +1,12 @@
 """A Python module that imports nothing but ``math``."""
 
-from calib.poses.imu_log import AXES, SI_UNIT
+from calib.poses.imu_log import SI_UNIT
 from pipeline.export.parts import Export, no_sds, origin
 from pipeline.export.programs.notes import notes_on
-from pipeline.export.programs.routine import FORCE, STEPS, Routine, routine_of
+from pipeline.export.programs.routine import DOUBLE_TOLERANCE, STEPS, Routine, routine_of
 from pipeline.export.programs.syntax import Syntax
 from pipeline.results.read import Stored
 from pipeline.text.plain import ascii_line
-
-TOLERANCE = 1e-14  #: relative change that ends the fixed point: 45 roundings of a double
 
 
 def _power(base: str, exponent: float) -> str:
@@ -22,6 +20,8 @@ PYTHON = Syntax(
     functions={name: f"math.{name}({{0}})" for name in ("cos", "exp", "log", "sin", "sqrt", "tanh")}
     | {"abs": "abs({0})", "sign": "(({0} > 0) - ({0} < 0))"},
     operators={},
+    component=lambda vector, i: f"{vector}[{i}]",
+    column=lambda name: name,
 )
 
 
@@ -60,19 +60,16 @@ def _function(routine: Routine) -> list[str]:
 def _fixed_point(routine: Routine) -> list[str]:
     if not routine.formulas:
         return ["    u = w"]
-    names = {axis: f"u[{i}]" for i, axis in enumerate(AXES)}
-    names |= {each: f"force[{i}]" for i, each in enumerate(FORCE)}
-    names |= {each.column: each.identifier for each in routine.inputs}
     effects = ", ".join(ascii_line(each.effect) for each in routine.formulas)
     return [
         "    u = list(w)",
         f"    for _ in range({STEPS}):  # errors of {effects}",
         "        e = [",
-        *(f"            {PYTHON.sum_of(routine.formulas, i, names)}," for i in range(3)),
+        *(f"            {error}," for error in PYTHON.errors(routine)),
         "        ]",
         "        new = [a - b for a, b in zip(w, e)]",
         "        change = max(abs(a - b) for a, b in zip(new, u))",
         "        u = new",
-        f"        if change <= {TOLERANCE} * max(map(abs, u)):",
+        f"        if change <= {DOUBLE_TOLERANCE} * max(map(abs, u)):",
         "            break",
     ]

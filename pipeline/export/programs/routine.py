@@ -20,6 +20,10 @@ from pipeline.text.plain import one_line
 
 FORCE = ("fx", "fy", "fz")
 STEPS = 50  #: of the fixed point at most, as in :mod:`calib.fit.rows.sensitive_axes`
+DOUBLE_TOLERANCE = "1e-14"
+"""Relative change that ends the fixed point in double precision: 45 roundings. As text, since each
+language writes it so."""
+
 #: Conditions with a name of their own, and what they are.
 MEANINGS: Mapping[str, str] = {
     TEMPERATURE: "temperature in degrees Celsius",
@@ -72,10 +76,6 @@ class Routine:
         force = [("force", "specific force in m/s², as calibrate_accelerometer returns it")]
         return (("counts", "readings as logged"), *(force if self.needs_force else ()),
                 *((each.identifier, each.meaning) for each in self.inputs))
-
-    def name_of(self, name: str) -> str:
-        """The argument for the name of a condition."""
-        return next(each.identifier for each in self.inputs if each.column == name)
 
 
 def routine_of(stored: Stored, each: StoredTriad) -> Routine:

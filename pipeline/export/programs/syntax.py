@@ -5,7 +5,9 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from pipeline.export.programs.formulas import ErrorFormula, Product
+from calib.poses.imu_log import AXES
+from pipeline.export.programs.formulas import Product
+from pipeline.export.programs.routine import FORCE, Routine
 
 OPERATORS: Mapping[type[ast.operator], str] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/",
@@ -14,21 +16,27 @@ OPERATORS: Mapping[type[ast.operator], str] = {
 
 @dataclass(frozen=True)
 class Syntax:
-    """How a language writes numbers, powers, functions and operators.
+    """How a language writes numbers, powers, functions, operators and its variables.
 
     ``operators`` replaces those of Python; ``functions`` maps ours to templates of one argument.
+    ``component`` writes a component 0, 1, 2 of the vector ``u`` or ``force``, ``column`` the
+    argument of a logged column.
     """
 
     number: Callable[[float], str]
     power: Callable[[str, float], str]
     functions: Mapping[str, str]
     operators: Mapping[str, str]
+    component: Callable[[str, int], str]
+    column: Callable[[str], str]
 
-    def sum_of(self, formulas: tuple[ErrorFormula, ...], axis: int, names: Mapping[str, str]) -> (
-            str):
-        """The error of one axis by all effects; ``names`` maps ours to those of the program."""
-        terms = [self._product(each, names) for formula in formulas for each in formula.axes[axis]]
-        return " + ".join(terms)
+    def errors(self, routine: Routine) -> list[str]:
+        """The error e(u) of x, y and z by all effects of a routine."""
+        names = {each: self.component("u", i) for i, each in enumerate(AXES)}
+        names |= {each: self.component("force", i) for i, each in enumerate(FORCE)}
+        names |= {each.column: self.column(each.identifier) for each in routine.inputs}
+        return [" + ".join(self._product(each, names) for formula in routine.formulas
+                           for each in formula.axes[i]) for i in range(len(AXES))]
 
     def _product(self, product: Product, names: Mapping[str, str]) -> str:
         value = self._text(product.value, names)
