@@ -63,8 +63,8 @@ def command(
 def _show(outcome: "Outcome") -> None:
     """Parameters and verdicts."""
     from pipeline.console.certificate_text import certificate_lines
+    from pipeline.console.parameter_text import parameter_lines
     from pipeline.console.rate_text import verdict_lines
-    from pipeline.console.run_text import parameter_lines
     from pipeline.stages.certificate import compare_with_certificate
 
     for result in outcome.triads:

@@ -15,8 +15,9 @@ from calib.diagnosis.verdict.explain import SIGNS, Standing
 from calib.diagnosis.verdict.wording import joined
 from calib.poses.attitudes import direction_name
 from pipeline.console.exclude_text import lines_to_exclude
+from pipeline.console.parameter_text import prediction_text
 from pipeline.console.rate_text import RateVerdict, rate_verdict
-from pipeline.console.run_text import aside_text, prediction_text
+from pipeline.console.run_text import aside_text
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, count

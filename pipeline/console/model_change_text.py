@@ -3,7 +3,8 @@
 import math
 from collections.abc import Iterator
 
-from pipeline.console.run_text import effect_rows, verdict_line
+from pipeline.console.parameter_text import effect_rows, shown_effects
+from pipeline.console.run_text import verdict_line
 from pipeline.model_change import ModelChange, result_of
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.run import Outcome
@@ -33,9 +34,9 @@ def _triad_lines(change: ModelChange, before: TriadResult, after: TriadResult) -
                                for r in (before, after))])
     rows.append(["verdict", *(r.diagnosis.verdict for r in (before, after))])
     yield from table_lines(rows, indent="")
-    sizes = [row for row in effect_rows(after) if row[0].strip().startswith(change.target.name)]
-    if sizes:
-        yield from table_lines(sizes, indent="")
+    for each in shown_effects(after):
+        if each.effect.name == change.target.name:
+            yield from table_lines(effect_rows(each), indent="")
     yield verdict_line(after)
 
 

@@ -1,4 +1,4 @@
-"""A run as text: one line for each stage, the parameters, the verdict, the next step."""
+"""A run as text: one line for each stage, the verdict, the next step."""
 
 import shlex
 from collections.abc import Iterator, Sequence
@@ -11,10 +11,7 @@ from calib.diagnosis.diagnose import Diagnosis
 from calib.diagnosis.unseen import together
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.units import display_unit
-from calib.fit.parameters import TriadParameters
 from calib.mounting.mounting import Mounting
-from calib.poses.attitudes import direction_name
-from calib.poses.imu_log import AXES, SI_UNIT
 from pipeline.console.exclude_text import lines_to_exclude
 from pipeline.console.mounting_text import mounting_text
 from pipeline.console.rate_text import rate_verdict
@@ -22,7 +19,7 @@ from pipeline.results.triad import WORST_POSES
 from pipeline.stages.poses import Recordings
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
-from pipeline.text.formatting import DISPLAY, NAME_WIDTH, count, with_sd
+from pipeline.text.formatting import DISPLAY, NAME_WIDTH, count
 from pipeline.text.tables import table_lines
 
 RANKED = 6  #: candidates that `pipeline diagnose` shows
@@ -58,78 +55,6 @@ def triad_figures(result: TriadResult) -> str:
         f"{unit}, leave-one-out {comparison.loo_rms * factor:.3g} {unit}, chi²/dof "
         f"{fit.chi2 / fit.dof:.2f}"
     )
-
-
-def parameter_lines(result: TriadResult) -> list[str]:
-    """The parameters ± sd of a triad as an aligned table."""
-    rows = [[result.triad, *AXES]]
-    rows += base_rows(result.triad, result.calibration.parameters)
-    rows += effect_rows(result)
-    if result.frame is not None:
-        angles = zip(result.frame.angles_rad, result.frame.sd_rad, strict=True)
-        rows.append(["  to accelerometer [rad]", *(with_sd(v, s) for v, s in angles)])
-    lines = table_lines(rows, indent="")
-    if result.prediction is not None:
-        lines.append(f"  {prediction_text(result)}")
-    if result.calibration.widening > 1:
-        lines.append(
-            f"  the sds include the Birge ratio {result.calibration.widening:.2g}: the model does "
-            f"not explain the residual"
-        )
-    return lines
-
-
-def prediction_text(result: TriadResult) -> str:
-    """What the calibration will err by on the next log, in one clause."""
-    prediction = result.prediction
-    assert prediction is not None
-    unit, factor = DISPLAY[result.triad]
-    return (
-        f"corrected magnitudes err by {prediction.sd_median * factor:.2g} {unit} (1 sd, median "
-        f"over all directions), by {prediction.sd_worst * factor:.2g} {unit} at worst "
-        f"({direction_name(prediction.worst_direction)})"
-    )
-
-
-def base_rows(triad: str, parameters: TriadParameters) -> list[list[str]]:
-    """Name with unit and three values of alpha, b and k⁻¹; the data sheet's if not fitted."""
-    values = (
-        ("misalignment [rad]", parameters.misalignment_rad),
-        ("bias [counts]", parameters.bias_counts),
-        (f"scale [counts/({SI_UNIT[triad]})]", parameters.scale_counts_per_unit),
-    )
-    return [
-        [f"  {title}", *(_fitted(v, s) for v, s in zip(value, sd, strict=True))]
-        for (title, value), sd in zip(values, parameters.sd, strict=True)
-    ]
-
-
-def _fitted(value: float, sd: float) -> str:
-    return with_sd(value, sd) if sd == sd else f"{value + 0.0:.6g} (not fitted)"  # NaN: no sd
-
-
-def effect_rows(result: TriadResult) -> list[list[str]]:
-    """Values of the added effects, up to three in a row, shape parameters in a row of their own."""
-    rows: list[list[str]] = []
-    model = {effect.name: effect for effect in result.calibration.fit.model.effects}
-    for name, (values, sds) in result.calibration.effect_values().items():
-        effect = model[name]
-        linear = len(effect.parameters)
-        unit, factor = display_unit(effect.unit_for(result.triad), values[:linear])
-        texts = [_size(v * factor, s * factor)
-                 for v, s in zip(values[:linear], sds[:linear], strict=True)]
-        for i in range(0, linear, len(AXES)):
-            names = effect.parameters[i : i + len(AXES)]
-            axis = f" {names[0][0]}" if linear > len(AXES) else ""
-            rows.append([f"  {name}{axis} [{unit}]", *texts[i : i + len(names)]])
-        if effect.shape is not None:
-            rows.append([f"  {name} {effect.shape.name} [{effect.shape.unit}]",
-                         _size(values[-1], sds[-1])])
-    return rows
-
-
-def _size(value: float, sd: float) -> str:
-    return f"{value:.3g} (not determined alone)" if isnan(sd) else with_sd(value, sd)
 
 
 def verdict_line(result: TriadResult) -> str:

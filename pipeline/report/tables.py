@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.consistency.certificate import CertificateComparison
-from calib.effects.units import display_unit
 from calib.fit.triad.calibration import NOISE, uncertainty_budget
 from calib.poses.imu_log import AXES, SI_UNIT
+from pipeline.console.parameter_text import fitted_text, shown_effects
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, relative, with_sd
 
@@ -91,35 +91,31 @@ def _base_groups(
     k = parameters.scale_counts_per_unit
     off = (parameters.bias_counts - spec.nominal_bias_counts) / k * factor
     yield Group("bias", "counts", MEANING["bias"], tuple(
-        Row(axis, _value(parameters.bias_counts[j], sd_bias[j]), f"{spec.nominal_bias_counts:g}",
-            f"{off[j]:+.4g} {unit}", *_certified(certificate, "bias", j))
+        Row(axis, fitted_text(parameters.bias_counts[j], sd_bias[j]),
+            f"{spec.nominal_bias_counts:g}", f"{off[j]:+.4g} {unit}",
+            *_certified(certificate, "bias", j))
         for j, axis in enumerate(AXES)))  # fmt: skip
     sheet = 1 / spec.nominal_scale
     yield Group("scale", f"counts per {SI_UNIT[result.triad]}", MEANING["scale"], tuple(
-        Row(axis, _value(k[j], sd_scale[j]), f"{sheet:.6g}", f"{100 * (k[j] / sheet - 1):+.2f} %",
-            *_certified(certificate, "scale", j))
+        Row(axis, fitted_text(k[j], sd_scale[j]), f"{sheet:.6g}",
+            f"{100 * (k[j] / sheet - 1):+.2f} %", *_certified(certificate, "scale", j))
         for j, axis in enumerate(AXES)))  # fmt: skip
     alpha = parameters.misalignment_rad
     yield Group("misalignment", "rad", MEANING["misalignment"], tuple(
-        Row(f"α{axis}", _value(alpha[j], sd_misalignment[j]), "0",
+        Row(f"α{axis}", fitted_text(alpha[j], sd_misalignment[j]), "0",
             f"{math.degrees(alpha[j]):+.3f}°", *_certified(certificate, "misalignment", j))
         for j, axis in enumerate(AXES)))  # fmt: skip
 
 
 def _effect_groups(result: TriadResult) -> Iterator[Group]:
-    model = {effect.name: effect for effect in result.calibration.fit.model.effects}
-    for name, (values, sds) in result.calibration.effect_values().items():
-        effect = model[name]
-        linear = len(effect.parameters)
-        unit, factor = display_unit(effect.unit_for(result.triad), values[:linear])
-        labels, factors = [*effect.parameters], [factor] * linear
-        if effect.shape is not None:
-            labels.append(f"{effect.shape.name} [{effect.shape.unit}]")
-            factors.append(1.0)
-        yield Group(name, unit, effect.physics, tuple(
-            Row(label, with_sd(value * factor, sd * factor), "0" if j < linear else "", "", "", "")
-            for j, (label, value, sd, factor) in enumerate(
-                zip(labels, values, sds, factors, strict=True))))
+    for shown in shown_effects(result):
+        effect = shown.effect
+        rows = [Row(name, value, "0", "", "", "")
+                for name, value in zip(effect.parameters, shown.values, strict=True)]
+        if effect.shape is not None and shown.shape is not None:
+            label = f"{effect.shape.name} [{effect.shape.unit}]"
+            rows.append(Row(label, shown.shape, "", "", "", ""))
+        yield Group(effect.name, shown.unit, effect.physics, tuple(rows))
 
 
 def _frame(result: TriadResult) -> Iterator[Group]:
@@ -135,10 +131,6 @@ def _frame(result: TriadResult) -> Iterator[Group]:
             for axis, angle, sd in zip(AXES, frame.angles_rad, frame.sd_rad, strict=True)
         ),
     )
-
-
-def _value(value: float, sd: float) -> str:
-    return with_sd(value, sd) if np.isfinite(sd) else f"{value + 0.0:.6g} (not fitted)"
 
 
 def _certified(

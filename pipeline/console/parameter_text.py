@@ -1,0 +1,113 @@
+"""The parameters of a triad ± their sds: as an aligned table, and as the report shows them too."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from calib.effects.effect import Effect
+from calib.effects.units import display_unit
+from calib.fit.parameters import TriadParameters
+from calib.poses.attitudes import direction_name
+from calib.poses.imu_log import AXES, SI_UNIT
+from pipeline.stages.triads import TriadResult
+from pipeline.text.formatting import DISPLAY, with_sd
+from pipeline.text.tables import table_lines
+
+
+@dataclass(frozen=True)
+class ShownEffect:
+    """An added effect in the units in which people state it.
+
+    Parameters
+    ----------
+    effect : Effect
+    unit : str
+        Of its linear parameters.
+    values : tuple of str
+        Each linear parameter ± sd, in the order of ``effect.parameters``.
+    shape : str or None
+        Its shape parameter ± sd, in the unit of ``effect.shape``; None where it has none.
+    """
+
+    effect: Effect
+    unit: str
+    values: tuple[str, ...]
+    shape: str | None
+
+
+def shown_effects(result: TriadResult) -> Iterator[ShownEffect]:
+    """The effects that were added to bias, scale and misalignment."""
+    model = {effect.name: effect for effect in result.calibration.fit.model.effects}
+    for name, (values, sds) in result.calibration.effect_values().items():
+        effect = model[name]
+        linear = len(effect.parameters)
+        unit, factor = display_unit(effect.unit_for(result.triad), values[:linear])
+        texts = tuple(_size(value * factor, sd * factor)
+                      for value, sd in zip(values[:linear], sds[:linear], strict=True))
+        shape = None if effect.shape is None else _size(values[-1], sds[-1])
+        yield ShownEffect(effect, unit, texts, shape)
+
+
+def _size(value: float, sd: float) -> str:
+    return with_sd(value, sd) if math.isfinite(sd) else f"{value:.3g} (not determined alone)"
+
+
+def fitted_text(value: float, sd: float) -> str:
+    """One of the nine parameters ± sd; that of the data sheet where it was not fitted."""
+    return with_sd(value, sd) if math.isfinite(sd) else f"{value + 0.0:.6g} (not fitted)"
+
+
+def parameter_lines(result: TriadResult) -> list[str]:
+    """The parameters ± sd of a triad as an aligned table."""
+    rows = [[result.triad, *AXES]]
+    rows += _nine_rows(result.triad, result.calibration.parameters)
+    rows += [row for each in shown_effects(result) for row in effect_rows(each)]
+    if result.frame is not None:
+        angles = zip(result.frame.angles_rad, result.frame.sd_rad, strict=True)
+        rows.append(["  to accelerometer [rad]", *(with_sd(v, s) for v, s in angles)])
+    lines = table_lines(rows, indent="")
+    if result.prediction is not None:
+        lines.append(f"  {prediction_text(result)}")
+    if result.calibration.widening > 1:
+        lines.append(
+            f"  the sds include the Birge ratio {result.calibration.widening:.2g}: the model does "
+            f"not explain the residual"
+        )
+    return lines
+
+
+def _nine_rows(triad: str, parameters: TriadParameters) -> list[list[str]]:
+    """Name with unit and three values of α, b and k⁻¹; the data sheet's if not fitted."""
+    values = (
+        ("misalignment [rad]", parameters.misalignment_rad),
+        ("bias [counts]", parameters.bias_counts),
+        (f"scale [counts/({SI_UNIT[triad]})]", parameters.scale_counts_per_unit),
+    )
+    return [
+        [f"  {title}", *(fitted_text(v, s) for v, s in zip(value, sd, strict=True))]
+        for (title, value), sd in zip(values, parameters.sd, strict=True)
+    ]
+
+
+def effect_rows(shown: ShownEffect) -> list[list[str]]:
+    """Name with unit and values of an added effect, three in a row; a shape parameter alone."""
+    effect, linear = shown.effect, len(shown.values)
+    rows: list[list[str]] = []
+    for i in range(0, linear, len(AXES)):
+        axis = f" {effect.parameters[i][0]}" if linear > len(AXES) else ""
+        rows.append([f"  {effect.name}{axis} [{shown.unit}]", *shown.values[i : i + len(AXES)]])
+    if effect.shape is not None and shown.shape is not None:
+        rows.append([f"  {effect.name} {effect.shape.name} [{effect.shape.unit}]", shown.shape])
+    return rows
+
+
+def prediction_text(result: TriadResult) -> str:
+    """What the calibration will err by on the next log, in one clause."""
+    prediction = result.prediction
+    assert prediction is not None
+    unit, factor = DISPLAY[result.triad]
+    return (
+        f"corrected magnitudes err by {prediction.sd_median * factor:.2g} {unit} (1 sd, median "
+        f"over all directions), by {prediction.sd_worst * factor:.2g} {unit} at worst "
+        f"({direction_name(prediction.worst_direction)})"
+    )
