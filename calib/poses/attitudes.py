@@ -16,7 +16,6 @@ from calib.poses.imu_log import AXES, FloatArray
 NEAR_COSINE = float(np.cos(np.radians(25.0)))
 """A pose covers a direction up to 25° away: the neighbours are 35 to 45° apart."""
 
-
 WEDGE_DIRECTIONS = 18  #: fact: the 6 faces and 12 edges, the first of the natural directions
 
 
@@ -64,24 +63,23 @@ def direction_name(direction: FloatArray) -> str:
     return f"corner {' '.join(parts)} up"
 
 
-def uncovered(directions: FloatArray, corners: bool = False) -> FloatArray:
-    """The natural directions with no pose near them.
+def uncovered(directions: FloatArray, wanted: FloatArray) -> FloatArray:
+    """Those of the ``wanted`` directions with no pose near them.
 
     Parameters
     ----------
     directions : array, shape (n, 3)
-        Vectors of any length.
-    corners : bool
-        Whether the corners are asked for.
+        Vectors of any length, those of the poses.
+    wanted : array, shape (m, 3)
+        Unit vectors.
 
     Returns
     -------
     array, shape (k, 3)
-        Unit vectors.
+        In the order of ``wanted``.
     """
-    natural = natural_directions(corners)
     unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-    return np.asarray(natural[(natural @ unit.T).max(axis=1) < NEAR_COSINE])
+    return np.asarray(wanted[(wanted @ unit.T).max(axis=1, initial=-1.0) < NEAR_COSINE])
 
 
 def list_directions(directions: Iterable[FloatArray], most: int = 6) -> str:

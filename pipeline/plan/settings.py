@@ -8,7 +8,7 @@ import numpy as np
 
 from calib.errors import CalibrationError
 from calib.numbers import RPM
-from calib.poses.attitudes import NEAR_COSINE, WEDGE_DIRECTIONS, natural_directions
+from calib.poses.attitudes import WEDGE_DIRECTIONS, natural_directions, uncovered
 from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
@@ -114,9 +114,8 @@ def _missing(config: Config, means: list[PoseMean]) -> FloatArray:
     Without a ``record`` section nothing is missing once something is recorded.
     """
     count = config.record.poses if config.record else (0 if means else WEDGE_DIRECTIONS)
-    wanted = natural_directions(corners=count > WEDGE_DIRECTIONS)[:count]
+    wanted = natural_directions()[:count]
     force = np.array([mean.accelerometer.mean for mean in means]).reshape(-1, 3)
-    if len(force) == 0 or not np.isfinite(force).all():
+    if not np.isfinite(force).all():  # no accelerometer shows which are covered
         return wanted[len(force) :]
-    unit = force / np.linalg.norm(force, axis=1, keepdims=True)
-    return np.asarray(wanted[(wanted @ unit.T).max(axis=1) < NEAR_COSINE])
+    return uncovered(force, wanted)

@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from calib.errors import CalibrationError
-from calib.poses.attitudes import WEDGE_DIRECTIONS, direction_name, natural_directions
+from calib.poses.attitudes import direction_name, natural_directions
 from calib.poses.averaging import average_pose
 from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.config.load import Config
@@ -95,7 +95,7 @@ def wanted_directions(config: Config, seed: int, block: int) -> FloatArray:
     """Unit vectors (n, 3) that a block is to cover, in the order in which they are suggested."""
     assert config.record is not None
     count = config.record.poses
-    directions = natural_directions(corners=count > WEDGE_DIRECTIONS)[:count]
+    directions = natural_directions()[:count]
     if config.record.order == "random":
         order = list(range(count))
         random.Random(seed * 1000 + block).shuffle(order)

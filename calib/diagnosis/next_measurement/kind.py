@@ -35,7 +35,8 @@ def in_a_chamber(poses: PoseSet) -> bool:
     up = _up(poses)
     if up is None:
         return False
-    return len(natural_directions()) - len(uncovered(up, corners=True)) <= FEW_ATTITUDES
+    natural = natural_directions()
+    return len(natural) - len(uncovered(up, natural)) <= FEW_ATTITUDES
 
 
 def at_one_speed(poses: PoseSet) -> bool:

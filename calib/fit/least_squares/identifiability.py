@@ -16,7 +16,7 @@ from calib.errors import Contradiction, FitFailed, Remedy, Undetermined
 from calib.fit.column_scaling import RANK_TOLERANCE, orthonormal_columns, unit_columns
 from calib.fit.model import stack_columns
 from calib.fit.rows.sensitive_axes import sensor_columns
-from calib.poses.attitudes import list_directions, uncovered
+from calib.poses.attitudes import list_directions, natural_directions, uncovered
 from calib.poses.imu_log import BoolArray, FloatArray
 
 if TYPE_CHECKING:
@@ -148,7 +148,8 @@ def _advice(equations: "Equations") -> str:
     turning = ~poses.reference.is_null
     if not turning.any():
         return "Poses on the turning plate are missing."
-    missing = uncovered(poses.reading[turning] - equations.start.bias)
+    missing = uncovered(poses.reading[turning] - equations.start.bias,
+                        natural_directions(corners=False))
     if len(missing) == 0:
         return "Every face and edge is covered: repeat the poses, or take an effect out."
     return f"Directions with no pose within 25°: {list_directions(missing, most=18)}. Add those."

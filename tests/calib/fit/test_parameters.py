@@ -147,8 +147,9 @@ def test_the_26_directions_are_6_faces_12_edges_8_corners() -> None:
 def test_what_no_pose_is_near_is_uncovered() -> None:
     natural = natural_directions(corners=False)
     kept = 9.8 * np.delete(natural, [2, 11], axis=0)
-    missing = uncovered(kept)
+    missing = uncovered(kept, natural)
     assert missing == pytest.approx(natural[[2, 11]])
     assert list_directions(missing) == ", ".join(map(direction_name, missing))
-    assert len(uncovered(natural)) == 0
+    assert len(uncovered(natural, natural)) == 0
+    assert uncovered(np.zeros((0, 3)), natural[:4]) == pytest.approx(natural[:4])
     assert list_directions(natural, most=3).endswith("and 15 more")
