@@ -76,7 +76,7 @@ def uncovered(directions: FloatArray, wanted: FloatArray) -> FloatArray:
     Returns
     -------
     array, shape (k, 3)
-        In the order of ``wanted``.
+        Unit vectors in the order of ``wanted``.
     """
     unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     return np.asarray(wanted[(wanted @ unit.T).max(axis=1, initial=-1.0) < NEAR_COSINE])

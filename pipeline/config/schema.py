@@ -261,6 +261,9 @@ def _pattern(text: str) -> str:
     return text
 
 
+SECONDS_PER_POSE = 10.0  #: batches of a second show the correlation of a mean's noise; chosen
+
+
 class RecordSection(Section):
     """What ``pipeline record`` is to record, and from what."""
 
@@ -269,7 +272,7 @@ class RecordSection(Section):
     baud: Count | None = None  #: the usual speeds of the device are tried by default
     sample_rate_hz: Positive | None = None  #: an Xsens is set to it; others have their own
     poses: Annotated[Count, Field(ge=6, le=26)] = 18  #: faces, edges, corners, in this order
-    seconds_per_pose: Annotated[Positive, Field(ge=2)] = 10.0
+    seconds_per_pose: Annotated[Positive, Field(ge=2)] = SECONDS_PER_POSE
     order: Literal["natural", "random"] = "natural"  #: random separates time from attitude
     pattern: Annotated[str, AfterValidator(_pattern)] | None = None  #: of ``device: lines``
     camera: Annotated[int, Field(strict=True, ge=0)] | None = None  #: films turning poses

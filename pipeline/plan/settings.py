@@ -10,7 +10,6 @@ from calib.errors import CalibrationError
 from calib.numbers import RPM
 from calib.poses.attitudes import WEDGE_DIRECTIONS, natural_directions, uncovered
 from calib.poses.averaging import PoseMean, average_pose
-from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 from calib.poses.static_intervals import find_still
 from pipeline.config.load import Config
@@ -23,14 +22,13 @@ from pipeline.config.schema import (
 )
 from pipeline.config.sensor import sensor_specs
 from pipeline.stages.excluded_poses import chosen
+from pipeline.stages.planned_poses import pose_seconds, sensed_rate
 from pipeline.stages.pose_means import read_pose_means
 from pipeline.stages.poses import still_search
 from pipeline.stages.session_logs import Setting, long_logs, read_logs
 
 USUAL_RATE_RAD_S = 100 / 3 * RPM  #: the speed that every record player has
-PAUSE_S = 20.0  #: between two planned poses
-POSE_S = 10.0  #: of a pose, where the configuration has no ``record``
-TURNS = 3.0  #: of the plate in a pose at least
+PAUSE_S = 20.0  #: between two planned poses: as long as a hand takes to lay the sensor; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,19 +77,17 @@ def _read_setting(config: Config, section: AccelerometerSection | RunSection) ->
     logs = list(_logs(config, poses, usual))
     for log in (logs[i] for i in chosen([log.label for log in logs], section, config).kept):
         if math.isnan(rate):
-            rate = _felt_rate(log, specs[1])
+            rate = sensed_rate(log, specs[1], None)
         try:
             means.append(average_pose(log, *specs, rate))
         except CalibrationError as error:
             unusable.append(str(error))
     if math.isnan(rate):
         rate = USUAL_RATE_RAD_S
-    seconds = config.record.seconds_per_pose if config.record else POSE_S
-    seconds = max(seconds, TURNS * 2 * math.pi / rate) if rate else seconds
-    if means:
-        seconds = float(np.median([mean.duration_s for mean in means]))
+    seconds = (float(np.median([mean.duration_s for mean in means])) if means
+               else pose_seconds(config.record, rate))
     return PlannedSetting(name, rate, relative, sd, tuple(means), _missing(config, means), seconds,
-                   tuple(unusable))
+                          tuple(unusable))
 
 
 def _logs(config: Config, poses: PosesSection, rate_rad_s: float) -> Iterator[ImuLog]:
@@ -100,12 +96,6 @@ def _logs(config: Config, poses: PosesSection, rate_rad_s: float) -> Iterator[Im
     for log in long_logs(poses, folder):
         yield from find_still(log, *specs, rate_rad_s, still_search(poses.still)).logs
     yield from read_logs(poses, poses.files, folder, clock_needed=rate_rad_s != 0)
-
-
-def _felt_rate(log: ImuLog, spec: TriadSpec | None) -> float:
-    if spec is None or not log.has("gyroscope"):
-        return math.nan
-    return float(np.linalg.norm(spec.nominal(log.gyroscope).mean(axis=0)))
 
 
 def _missing(config: Config, means: list[PoseMean]) -> FloatArray:

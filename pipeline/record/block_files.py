@@ -1,6 +1,5 @@
 """The blocks of a recording and the files that the configuration names for their poses."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,8 +11,7 @@ from pipeline.config.schema import VideoRateSection
 from pipeline.config.types import STOPPED
 from pipeline.config.yaml_text import PathTo
 from pipeline.errors import ConfigError
-
-FEWEST_TURNS = 3.0  #: of the plate in one pose: over whole turns its tilt averages out
+from pipeline.stages.planned_poses import pose_seconds
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,8 @@ class RecordingBlock:
     poses : NumberedFiles
         Where they are written.
     rate_rad_s : float or None
-        The plate's approximate rate; 0 at rest, None where the configuration states none.
+        The plate's approximate rate, either way round; 0 at rest, None where the configuration
+        states none.
     seconds : float
         Length of a pose.
     clips : NumberedFiles or Path or None
@@ -80,7 +79,6 @@ def recording_blocks(config: Config) -> tuple[RecordingBlock, ...]:
         A section names its poses in a way that gives no file names for new ones.
     """
     assert config.record is not None
-    seconds = config.record.seconds_per_pose
     blocks: dict[NumberedFiles, RecordingBlock] = {}
     for path, rate in _settings(config):
         poses = _numbered(config, path)
@@ -94,9 +92,9 @@ def recording_blocks(config: Config) -> tuple[RecordingBlock, ...]:
             if stated.nominal_rpm is not None:
                 rate_rad_s = stated.nominal_rpm * RPM
         elif stated is not None:
-            rate_rad_s = stated.rate_rad_s
-        turns_s = FEWEST_TURNS * 2 * math.pi / rate_rad_s if rate_rad_s else 0.0
-        blocks[poses] = RecordingBlock(rate, poses, rate_rad_s, max(seconds, turns_s), clips)
+            rate_rad_s = abs(stated.rate_rad_s)  # its sign says which way the plate turns
+        blocks[poses] = RecordingBlock(
+            rate, poses, rate_rad_s, pose_seconds(config.record, rate_rad_s), clips)
     return tuple(sorted(blocks.values(), key=lambda block: block.turns))
 
 

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.numbers import RPM
 from calib.poses.attitudes import NEAR_COSINE, direction_name
 from calib.poses.imu_log import SI_UNIT, TRIADS, FloatArray
@@ -20,6 +21,7 @@ from calib.poses.runs import PLAUSIBLE_RATIO, TURNING_RAD_S
 from calib.poses.static_intervals import STILL_RATIO, quiet_level
 from pipeline.record.stream import TimedSample
 from pipeline.record.task import Complete, Phase, Refused, Status, Task
+from pipeline.stages.planned_poses import beyond_rest
 
 # Half and double of each by ``tests.bench.pose_detector_thresholds``, 18 cases; no case fails but
 # where it is said.
@@ -203,7 +205,7 @@ class PoseDetector:
         if np.isfinite(force).all():
             vector = force
         elif self.task.turns and np.isfinite(rate).all():
-            vector = rate if self.task.rest_rad_s is None else rate - self.task.rest_rad_s
+            vector = beyond_rest(rate, self.task.rest_rad_s)
         else:
             return None
         size = float(np.linalg.norm(vector))
@@ -215,16 +217,16 @@ class PoseDetector:
 
     def _implausible(self, mean: FloatArray) -> str:
         force = float(np.linalg.norm(mean[:3]))
-        g = 9.8
+        g = STANDARD_GRAVITY_M_S2
         if np.isfinite(force) and not g / PLAUSIBLE_RATIO < force < g * PLAUSIBLE_RATIO:
             return (f"by the data sheet the accelerometer reads {force:.3g} {SI_UNIT[TRIADS[0]]} "
-                    f"at rest, {g:g} is expected: check sensor.accelerometer in the configuration")
+                    f"at rest, {g:.2g} is expected: check sensor.accelerometer in the "
+                    f"configuration")
         return ""
 
     def _sensed_rate(self, mean: FloatArray) -> float:
         """The plate's rate as the gyroscope feels it, rad/s; NaN where there is none."""
-        rest = self.task.rest_rad_s
-        return float(np.linalg.norm(mean[3:] - (np.zeros(3) if rest is None else rest)))
+        return float(np.linalg.norm(beyond_rest(mean[3:], self.task.rest_rad_s)))
 
     def _least_rate(self) -> float:
         """The rate from which on the plate counts as turning."""

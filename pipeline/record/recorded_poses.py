@@ -2,6 +2,7 @@
 rest."""
 
 from dataclasses import dataclass
+from math import isnan
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from pipeline.config.sensor import Specs
 from pipeline.errors import PipelineError
 from pipeline.logs.read import read_log
 from pipeline.record.block_files import RecordingBlock
+from pipeline.stages.planned_poses import beyond_rest, sensed_rate
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,14 +57,14 @@ def read_recorded_poses(
 def pose_rate(
     block: RecordingBlock, log: ImuLog, gyroscope: TriadSpec | None, rest: FloatArray | None
 ) -> float:
-    """The plate's approximate rate in a pose, rad/s: as stated, else as the gyroscope measures
-    it."""
+    """The plate's approximate rate in a pose, rad/s: as stated, else as the gyroscope reads it.
+
+    0 where neither is there.
+    """
     if block.rate_rad_s is not None:
         return block.rate_rad_s
-    if gyroscope is None or not log.has("gyroscope"):
-        return 0.0
-    sensed = gyroscope.nominal(log.gyroscope).mean(axis=0)
-    return float(np.linalg.norm(sensed - (np.zeros(3) if rest is None else rest)))
+    rate = sensed_rate(log, gyroscope, rest)
+    return 0.0 if isnan(rate) else rate
 
 
 def up_direction(mean: PoseMean, rest: FloatArray | None) -> FloatArray:
@@ -73,7 +75,7 @@ def up_direction(mean: PoseMean, rest: FloatArray | None) -> FloatArray:
     """
     vector = mean.accelerometer.mean
     if not np.isfinite(vector).all():
-        vector = mean.gyroscope.mean - (np.zeros(3) if rest is None else rest)
+        vector = beyond_rest(mean.gyroscope.mean, rest)
     return np.asarray(vector / max(float(np.linalg.norm(vector)), NO_LENGTH))
 
 

@@ -29,6 +29,7 @@ from pipeline.record.serial_port import PortLost
 from pipeline.record.store import Store
 from pipeline.record.stream import Stream, TimedSample
 from pipeline.record.task import Complete, Refused, Status, Task
+from pipeline.text.formatting import count
 
 RETRY_S, GIVE_UP_S = 0.5, 120.0  #: after the device is gone
 LOST_SHARE = 0.02  #: of a pose's samples, from which on the loss is told
@@ -94,10 +95,9 @@ class BlockProgress:
 def wanted_directions(config: Config, seed: int, block: int) -> FloatArray:
     """Unit vectors (n, 3) that a block is to cover, in the order in which they are suggested."""
     assert config.record is not None
-    count = config.record.poses
-    directions = natural_directions()[:count]
+    directions = natural_directions()[: config.record.poses]
     if config.record.order == "random":
-        order = list(range(count))
+        order = list(range(len(directions)))
         random.Random(seed * 1000 + block).shuffle(order)
         directions = directions[order]
     return directions
@@ -281,11 +281,12 @@ def clip_of(block: RecordingBlock) -> Path:
     return block.clips.path(block.poses.next_number())
 
 
-def introduction(block: RecordingBlock, missing: int, there: int) -> str:
+def introduction(block: RecordingBlock, missing: int, recorded: int) -> str:
     """What a block asks for, in a line."""
-    so_far = f", {there} are there" if there else ""
+    so_far = f", {recorded} are recorded" if recorded else ""
     where = f"on the plate turning at '{block.rate}'" if block.turns else "with the plate stopped"
-    return f"{missing} poses of {block.seconds:g} s {where}{so_far}. Ctrl-C stops; nothing is lost."
+    return (f"{count(missing, 'pose')} of {block.seconds:g} s {where}{so_far}. Ctrl-C stops; "
+            f"nothing is lost.")
 
 
 def loss_of(rows: list[TimedSample], stream: Stream) -> str:

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from calib.fit.triad.calibration import TriadCalibration
+from pipeline.config.load import load_config
 from pipeline.errors import ConfigError, DeviceError
 from pipeline.logs.read import read_log
 from pipeline.playback import Protocol
 from pipeline.playback.device import Faults
+from pipeline.record.block_files import recording_blocks
 from tests.pipeline.record.play import (
     calibrated,
     evening,
@@ -18,6 +20,7 @@ from tests.pipeline.record.play import (
     record_with_kills,
     write_config,
 )
+from tests.sessions import edit
 from tests.world.imu import mpu6050
 from tests.world.session import Session
 
@@ -116,6 +119,17 @@ def test_on_the_plate_poses_hold_three_turns(tmp_path: Path, six_faces: Session)
     assert len(list((tmp_path / "gyr").glob("pose_*.csv"))) == 6
 
 
+def test_a_plate_that_turns_the_other_way_is_recorded_alike(
+    tmp_path: Path, six_faces: Session
+) -> None:
+    config = write_config(tmp_path, six_faces, "xsens-mti", turning=True, more=", poses: 6")
+    as_usual = recording_blocks(load_config(config, files_may_be_missing=True))
+    edit(config, "{rate_rad_s: ", "{rate_rad_s: -")
+    assert recording_blocks(load_config(config, files_may_be_missing=True)) == as_usual
+    (turning,) = [block for block in as_usual if block.turns]
+    assert turning.seconds == pytest.approx(3 * 2 * np.pi / 1.7454, rel=1e-3)
+
+
 def test_what_is_taken_is_not_asked_for_again(tmp_path: Path, six_faces: Session) -> None:
     config = write_config(tmp_path, six_faces, "xsens-mti", more=", poses: 6")
     with playing(six_faces, "xsens-mti") as port:
@@ -123,7 +137,8 @@ def test_what_is_taken_is_not_asked_for_again(tmp_path: Path, six_faces: Session
         before = {path: path.read_bytes() for path in (tmp_path / "acc").iterdir()}
         (tmp_path / "acc" / "pose_03.csv").unlink()
         watcher = record(config, port)
-    assert any(text.startswith("1 poses of 3 s") and "5 are there" in text for text in watcher.said)
+    assert any(text.startswith("1 pose of 3 s") and "5 are recorded" in text
+               for text in watcher.said)
     assert set((tmp_path / "acc").iterdir()) == set(before)
     changed = [path.name for path, data in before.items() if path.read_bytes() != data]
     assert changed == ["pose_03.csv"]
