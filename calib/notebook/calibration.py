@@ -14,7 +14,7 @@ from calib.effects.effect import EFFECTS, Effect
 from calib.errors import CalibrationError, UnusableLog
 from calib.fit.model import Model
 from calib.notebook import display
-from calib.notebook.tables import SI, TIME, columns_of, gravity_runs, names_of, plate_runs
+from calib.notebook.tables import SI, TIME, columns_of, gravity_runs, plate_runs, triad_columns
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet, pose_set
@@ -81,7 +81,7 @@ class Calibration:
             The effects are larger than the readings.
         """
         columns, _ = columns_of(table, self.triad)
-        vector = np.column_stack([columns.pop(name) for name in names_of(self.triad)])
+        vector = np.column_stack([columns.pop(name) for name in triad_columns(self.triad)])
         known = {TIME: columns.pop(TIME)} if TIME in columns else {}
         return self.assessed.calibration.correct(Conditions.of_vectors(vector, columns, **known))
 
@@ -161,7 +161,8 @@ def calibrate(
     if gravity is not None:
         return _calibrated(_poses("accelerometer", gravity_runs(table, gravity, gravity_sd)),
                            tuple(model))
-    if rate is None and hasattr(table, "keys") and set(names_of("gyroscope")).isdisjoint(table):
+    is_named = hasattr(table, "keys")
+    if rate is None and is_named and set(triad_columns("gyroscope")).isdisjoint(table):
         raise UnusableLog("State `gravity=` in m/s² for an accelerometer, or give a table with "
                           "gyr_x, gyr_y, gyr_z and `rate=` in rad/s for a gyroscope.")
     correct = accelerometer.assessed.calibration.correct if accelerometer else None

@@ -64,9 +64,10 @@ def columns_of(table: Any, triad: Triad) -> tuple[Columns, list[str]]:
                               f"z means of every pose. Name the columns of anything else.")
         table = {f"{PREFIX[triad]}_{axis}": table[:, i] for i, axis in enumerate(AXES)}
     names = list(table.dtype.names or () if isinstance(table, np.ndarray) else table.keys())
-    absent = [name for name in names_of(triad) if name not in names]
+    expected = triad_columns(triad)
+    absent = [name for name in expected if name not in names]
     if absent:
-        raise UnusableLog(f"table: no column {', '.join(absent)}; {', '.join(names_of(triad))} are "
+        raise UnusableLog(f"table: no column {', '.join(absent)}; {', '.join(expected)} are "
                           f"expected. The table has {', '.join(map(str, names)) or 'no columns'}."
                           f"{_renaming(list(map(str, names)), triad)}")
     if len(set(names)) < len(names):
@@ -91,12 +92,12 @@ def _renaming(names: Sequence[str], triad: Triad) -> str:
             three = [name[:i] + axis + name[i + 1 :] for axis in axes]
             if letter in "xX" and all(each in names for each in three):
                 pairs = ", ".join(f"'{theirs}': '{ours}'"
-                                  for theirs, ours in zip(three, names_of(triad), strict=True))
+                                  for theirs, ours in zip(three, triad_columns(triad), strict=True))
                 return f" If these are the readings: table.rename(columns={{{pairs}}})."
     return " Rename the columns: table.rename(columns={...})."
 
 
-def names_of(triad: Triad, prefix: str = "") -> list[str]:
+def triad_columns(triad: Triad, prefix: str = "") -> list[str]:
     """Names of the three columns of a triad."""
     return [f"{prefix}{PREFIX[triad]}_{axis}" for axis in AXES]
 
@@ -167,7 +168,7 @@ def _require_si(
     columns: Columns, triad: Triad, magnitude: float, units: Mapping[str, float]
 ) -> None:
     """Refuse readings whose typical length is the reference in another unit than SI's."""
-    readings = np.column_stack([columns[name] for name in names_of(triad)])
+    readings = np.column_stack([columns[name] for name in triad_columns(triad)])
     typical = float(np.nanmedian(np.linalg.norm(readings, axis=1))) if len(readings) else np.nan
     ratio = typical / magnitude
     if not np.isfinite(ratio) or 1 / FAR < ratio < FAR:
@@ -190,7 +191,7 @@ def pose_means(
         return [_averaged(columns, label, np.array([each == label for each in labels]), rate_rad_s)
                 for label in dict.fromkeys(labels)]
     read = {TIME, SAMPLES, *(name for each in TRIADS for prefix in ("", "sd_")
-                             for name in names_of(each, prefix))}
+                             for name in triad_columns(each, prefix))}
     both = {each: _stated(columns, each, labels) for each in TRIADS}
     time_s = columns.get(TIME, np.full(len(labels), np.nan))
     return [
@@ -208,15 +209,15 @@ def _averaged(columns: Columns, label: str, rows: Any, rate_rad_s: float) -> Pos
                           f"a column time_s. Or give every pose its own name.")
     part = {name: values[rows] for name, values in columns.items()}
     accelerometer, gyroscope = (
-        np.column_stack([part.pop(name) for name in names_of(each)])
-        if names_of(each)[0] in part else np.full((int(rows.sum()), 3), np.nan)
+        np.column_stack([part.pop(name) for name in triad_columns(each)])
+        if triad_columns(each)[0] in part else np.full((int(rows.sum()), 3), np.nan)
         for each in TRIADS)
     log = ImuLog(label, part.pop(TIME), accelerometer, gyroscope, part)
     return average_pose(log, SI, SI, abs(rate_rad_s))
 
 
 def _stated(columns: Columns, triad: Triad, labels: Sequence[str]) -> list[TriadMean]:
-    names, sd_names = names_of(triad), names_of(triad, "sd_")
+    names, sd_names = triad_columns(triad), triad_columns(triad, "sd_")
     if any(name not in columns for name in names):
         return [NOT_LOGGED] * len(labels)
     means = np.column_stack([columns[name] for name in names])

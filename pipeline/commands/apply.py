@@ -60,7 +60,7 @@ def command(
     this sensor cannot have written, and lists the values outside the range of the calibration.
     """
     from pipeline.export.apply import applied_csv, apply_results
-    from pipeline.export.limits import require_counts, require_gravity, warnings_of
+    from pipeline.export.limits import compare_with_gravity, require_counts, warnings_of
     from pipeline.logs.clock import StatedClock
     from pipeline.logs.read import read_log
     from pipeline.results.fitness import require_fit
@@ -74,7 +74,7 @@ def command(
         require_counts(stored, readings)
     applied = apply_results(stored, readings, session_clock)
     if not although_unlike:
-        notes += require_gravity(stored, readings, applied)
+        notes += compare_with_gravity(stored, readings, applied)
     notes += [*applied.left_out, *warnings_of(stored, readings, session_clock)]
     echo_warnings(notes)
     click.echo(f"columns are in {applied.axes}", err=True)

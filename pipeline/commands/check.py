@@ -29,7 +29,7 @@ def command(config: Path, as_json: bool, quiet: bool) -> None:
     that cannot determine the model. It opens no clip, runs no Python and writes nothing.
     """
     from calib.errors import CalibrationError
-    from pipeline.console.triad_text import summary_json, summary_lines
+    from pipeline.console.check_text import config_json, config_lines
     from pipeline.errors import ConfigError, PipelineError, exit_code_of, message_of
 
     try:
@@ -41,9 +41,9 @@ def command(config: Path, as_json: bool, quiet: bool) -> None:
                        "problems": problems})
         raise
     if as_json:
-        echo_json(summary_json(loaded))
+        echo_json(config_json(loaded))
     elif not quiet:
-        for line in summary_lines(loaded):
+        for line in config_lines(loaded):
             click.echo(line)
 
 

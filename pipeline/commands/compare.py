@@ -32,12 +32,12 @@ def command(sessions: tuple[Path, ...], allow_python: bool, as_json: bool) -> No
     calibration errs by on the poses of each session.
     """
     from pipeline.console.comparison_text import comparison_lines, conclusions
-    from pipeline.results.comparison import compare, comparison_json
+    from pipeline.results.comparison import compare_calibrations, comparison_json
 
     if len(sessions) < 2:
         raise click.UsageError(f"only {sessions[0]} was named; name two sessions or more.")
     results = [_results_of(path, allow_python) for path in sessions]
-    compared = compare(results)
+    compared = compare_calibrations(results)
     if as_json:
         echo_json(comparison_json(results, compared))
         return

@@ -30,7 +30,7 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
     """
     from pipeline.commands.interaction.run_with_progress import run_as_shown, say_waiting
     from pipeline.console.rate_text import verdict_lines
-    from pipeline.console.run_text import comparison_lines, next_step, ranking_lines
+    from pipeline.console.run_text import misfit_lines, next_step, ranking_lines
     from pipeline.results.write import results_of, results_text
     from pipeline.session_folder import working_on
 
@@ -47,7 +47,7 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
     for result in outcome.triads:
         click.echo()
         echo_verdict(result)
-        for line in [*comparison_lines(result), *ranking_lines(result)]:
+        for line in [*misfit_lines(result), *ranking_lines(result)]:
             click.echo(line)
     for rate in outcome.rates.values():
         for line in verdict_lines(rate):

@@ -46,7 +46,7 @@ def command(
     from pipeline.fleet.population import POPULATION_NAME
     from pipeline.fleet.record import SessionRecord
     from pipeline.fleet.sessions import find_sessions
-    from pipeline.fleet.summary_text import summary_lines
+    from pipeline.fleet.summary_text import fleet_lines
     from pipeline.fleet.table import require_parquet
     from pipeline.fleet.worker import FleetTask
 
@@ -73,6 +73,6 @@ def command(
     elif quiet:
         click.echo(output / PAGE_NAME)
     else:
-        for line in summary_lines(summary):
+        for line in fleet_lines(summary):
             click.echo(paragraph(line, "  "))
     return BUG if any(record.exit_code == BUG for record in records) else DONE

@@ -23,14 +23,14 @@ def command(config: Path, output: Path | None, as_json: bool, quiet: bool) -> No
     from dataclasses import asdict
 
     from pipeline.config.load import load_config
-    from pipeline.results.history import history_lines, read_history
+    from pipeline.results.history import read_history, run_history_lines
 
     folder = output or load_config(config).output_folder
     runs = read_history(folder)
     if as_json:
         echo_json([asdict(run) for run in runs])
         return
-    for line in history_lines(runs[-1:] if quiet else runs) or (
+    for line in run_history_lines(runs[-1:] if quiet else runs) or (
         f"{folder} contains no run yet. Type: pipeline run {config}",
     ):
         click.echo(line)

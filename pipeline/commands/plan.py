@@ -42,7 +42,7 @@ def command(
     from pipeline.console.plan_text import plan_json, plan_lines
     from pipeline.errors import ConfigError
     from pipeline.plan.outlook import plan_of
-    from pipeline.plan.refusal import require_determined
+    from pipeline.plan.refusal import require_sufficient
 
     loaded = load_config(config, files_may_be_missing=True)
     if loaded.accelerometer is None and loaded.gyroscope is None:
@@ -59,7 +59,7 @@ def command(
         wanted = _effects_of(loaded, plan.triad, effects, allow_python)
         for line in plan_lines(plan, wanted, triad_spec(sheet).full_scale):
             click.echo(line)
-    require_determined(config, plans, reasons=as_json or quiet)
+    require_sufficient(config, plans, reasons=as_json or quiet)
 
 
 def _effects_of(

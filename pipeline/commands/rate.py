@@ -121,8 +121,8 @@ def _filmed(camera: int | None, seconds: float, keep: Path | None) -> Iterator[P
 
 def _measure(chosen: _Chosen, overlay: Path | None) -> None:
     from pipeline.commands.interaction.progress import ClipProgress
-    from pipeline.console.rate_text import clip_lines, history_lines, rate_line
-    from pipeline.results.rate import history_json, rate_json
+    from pipeline.console.rate_text import clip_lines, rate_history_lines, rate_line
+    from pipeline.results.rate import rate_history_json, rate_json
     from pipeline.stages.context import RunContext
     from pipeline.stages.rate import draw_overlay, follow_clips, measure_setting
     from vision.errors import RateRefused
@@ -151,10 +151,10 @@ def _measure(chosen: _Chosen, overlay: Path | None) -> None:
                 stem, [track], clock, chosen.nominal_rpm, part=part))
         except RateRefused as refused:
             if refused.history is not None and chosen.shown == "json":
-                by_stem = {stem: history_json(refused.history, str(refused))}
+                by_stem = {stem: rate_history_json(refused.history, str(refused))}
                 echo_json(by_stem)
             elif refused.history is not None:
-                for line in history_lines(stem, refused.history):
+                for line in rate_history_lines(stem, refused.history):
                     click.echo(line)
             raise
     if overlay is not None:

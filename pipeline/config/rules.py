@@ -114,7 +114,7 @@ def poses(section: Values) -> Problems:
     if "means" in section and "find" in section:
         yield "find", "only for `log`; each row of `means` is one pose"
     yield from still(section)
-    yield from columns(section)
+    yield from picked_columns(section)
 
 
 def still(section: Values) -> Problems:
@@ -123,7 +123,7 @@ def still(section: Values) -> Problems:
         yield "still", "only with `find: still`, whose search it overrules"
 
 
-def columns(section: Values) -> Problems:
+def picked_columns(section: Values) -> Problems:
     """Lists of names, each of which makes a log, or mappings from our names to the file's."""
     rows = section.get("columns")
     if "time_unit" in section and "sample_rate_hz" in section:
@@ -156,7 +156,7 @@ def model(section: Values) -> Problems:
                 yield "model", f"'{name}' is given twice. Delete one of the two"
 
 
-def user_effect(section: Values) -> Problems:
+def user_defined(section: Values) -> Problems:
     """An expression or a function."""
     yield from _one_of(section, "expression", "python")
 
@@ -184,9 +184,9 @@ RULES: tuple[tuple[PathTo, Callable[[Values], Problems]], ...] = (
     (("gyroscope",), model),
     (("accelerometer", "poses"), poses),
     (("gyroscope", "runs", "*", "poses"), poses),
-    (("installation",), columns),
+    (("installation",), picked_columns),
     (("installation",), still),
-    (("effects", "*"), user_effect),
+    (("effects", "*"), user_defined),
     (("record",), record),
 )
 

@@ -12,7 +12,7 @@ from math import sqrt
 import numpy as np
 
 from calib.diagnosis.verdict.explain import SIGNS, Standing
-from calib.diagnosis.verdict.wording import joined
+from calib.diagnosis.verdict.wording import enumeration
 from calib.poses.attitudes import direction_name
 from pipeline.console.exclude_text import lines_to_exclude
 from pipeline.console.parameter_text import prediction_text
@@ -130,7 +130,7 @@ def _lacking_sentences(lacking: Sequence[RateVerdict]) -> Iterator[str]:
         settings.setdefault(each.lacks, []).append(each.setting)
     for term, names in settings.items():
         one = len(names) == 1
-        yield (f"The rate {'model' if one else 'models'} of {joined(names, 'and')} "
+        yield (f"The rate {'model' if one else 'models'} of {enumeration(names, 'and')} "
                f"{'lacks' if one else 'lack'} "
                f"{term or 'a term that the clip does not determine'}.")
 

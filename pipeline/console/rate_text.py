@@ -104,7 +104,7 @@ def clip_lines(rate: SettingRate) -> Iterator[str]:
         yield f"  {clip.diagnosis.explanation}"
 
 
-def history_lines(name: str, history: "RateHistory") -> Iterator[str]:
+def rate_history_lines(name: str, history: "RateHistory") -> Iterator[str]:
     """Rate against time of a plate whose rate is not constant, at most ``MOST_ROWS`` rows."""
     head = f"{f'rate {name}':<{NAME_WIDTH}}"
     yield f"{head} not constant; time [s], mean rate over one revolution [rpm]:"

@@ -103,7 +103,7 @@ def _measurement(diagnosis: Diagnosis, config: str) -> str:
     return words[:1].lower() + words[1:]
 
 
-def comparison_lines(result: TriadResult) -> Iterator[str]:
+def misfit_lines(result: TriadResult) -> Iterator[str]:
     """Where the model fails: the largest residuals, and the covariate that they follow."""
     unit, factor = DISPLAY[result.triad]
     worst = ", ".join(

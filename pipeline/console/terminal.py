@@ -19,7 +19,7 @@ from types import FrameType
 from typing import TextIO
 
 from pipeline.text.plain import HIDDEN, escape
-from pipeline.text.wrapping import columns_of
+from pipeline.text.wrapping import terminal_columns
 
 #: The commands' own colours and faces; those that would hide text are not among them.
 FACE = r"\x1b\[(?:0|1|2|32|33|31|36)m"
@@ -33,10 +33,10 @@ FURTHER = 4  #: columns, of the further lines of an indented one
 DEEPEST = 0.4  #: share of the width that the beginning of further lines may take
 
 
-def shown(text: str) -> str:
+def visible(text: str) -> str:
     r"""``text`` with its control characters written out.
 
-    >>> shown("a\x1b[2Jb")
+    >>> visible("a\x1b[2Jb")
     'a\\x1b[2Jb'
     """
     return ACTING.sub(lambda match: escape(match[1]) if match[1] else match[0], text)
@@ -92,8 +92,8 @@ class ShownStream(io.TextIOBase):
 
     def write(self, text: str) -> int:
         """Write ``text``; nothing happens once the reader has gone."""
-        clean = shown(text)
-        columns = columns_of(self.raw)
+        clean = visible(text)
+        columns = terminal_columns(self.raw)
         if columns is not None:
             clean = "\n".join(cut_between_words(line, columns) for line in clean.split("\n"))
         self._send(clean)
@@ -110,7 +110,7 @@ class ShownStream(io.TextIOBase):
         """Write UTF-8 text as bytes, no line cut; shown as text where somebody watches."""
         raw = getattr(self.raw, "buffer", None)
         if raw is None or self.isatty():
-            self._send(shown(data.decode(errors="replace")))
+            self._send(visible(data.decode(errors="replace")))
             return
         self.flush()
         if not self._gone:

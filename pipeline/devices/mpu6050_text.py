@@ -27,7 +27,7 @@ from pipeline.devices.text_dialects import (
     BlockLine,
     HeaderTable,
     advice_on,
-    table_of,
+    header_table,
 )
 from pipeline.devices.text_lines import LineReader
 from pipeline.logs.columns import ACCELEROMETER, COUNTER, GYROSCOPE, SKIP, TIME
@@ -146,7 +146,7 @@ class Mpu6050TextParser:
 
     def _row(self, line: str) -> Sample | None:
         """A row of numbers under a header, or six numbers without one; else words."""
-        if self._table is None and (table := table_of(line)) is not None:
+        if self._table is None and (table := header_table(line)) is not None:
             self._table, self.clock, self.unit = table, table.clock, table.unit
             return None
         if self._table is not None:
@@ -180,7 +180,7 @@ class Mpu6050TextParser:
         triads = [[values.get(name) for name in triad] if triad[0] in table.names else NOT_SENT
                   for triad in (ACCELEROMETER, GYROSCOPE)]
         if len(cells) != len(table.names) or any(None in triad for triad in triads):
-            self._damaged += table_of(line) is None  # the header again is no damage
+            self._damaged += header_table(line) is None  # the header again is no damage
             return None
         stamp = next((name for name in CLOCK_COLUMNS if name in values), None)
         ticks = values.get(stamp) if stamp else None

@@ -115,7 +115,7 @@ def stream_name(cell: str) -> tuple[str, str]:
     return _STREAM_NAMES.get(bare, our_name(bare)[0]), unit[1] if unit else ""
 
 
-def table_of(line: str) -> HeaderTable | None:
+def header_table(line: str) -> HeaderTable | None:
     """The table whose header this line is, or None."""
     delimiter = next((sign for sign in ("\t", ";", ",") if sign in line), None)
     if delimiter is None:

@@ -31,7 +31,7 @@ SIGNS = {"good": ("✓", "#1d7240", "#e9f4ed"), "act": ("!", "#a63a12", "#fbeee8
          "open": ("?", "#7a5b00", "#f8f3e0")}  # fmt: skip
 
 
-def to_certificate(stored: Stored) -> Export:
+def certificate_pdf(stored: Stored) -> Export:
     """``certificate.pdf``, one page of A4; equal results and history give equal bytes."""
     content = certificate_content(stored)
     with own_settings():

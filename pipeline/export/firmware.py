@@ -9,13 +9,13 @@ from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.poses.imu_log import AXES, FloatArray
 from pipeline.export.parts import (
     Export,
+    error_text,
     example,
     matrix,
     no_effects,
     no_sds,
     origin,
     plain_row,
-    shown,
     triad_named,
 )
 from pipeline.export.programs.c import c_comments, c_row
@@ -136,8 +136,8 @@ def what_is_left(
     largest = float(np.linalg.norm(np.array(readings).reshape(-1, 3), axis=1).max(initial=0.0))
     return (
         f"{program} cannot store the {lost} of the {each.triad}: an error of up to "
-        f"{100 * share:.2g} % of the reading remains, {shown(share * largest, each.triad)} at the "
-        f"largest reading of the session."
+        f"{100 * share:.2g} % of the reading remains, {error_text(share * largest, each.triad)} at "
+        f"the largest reading of the session."
     )
 
 

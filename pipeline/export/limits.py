@@ -52,7 +52,7 @@ def require_counts(stored: Stored, log: ImuLog) -> None:
             )
 
 
-def require_gravity(stored: Stored, log: ImuLog, applied: Applied) -> tuple[str, ...]:
+def compare_with_gravity(stored: Stored, log: ImuLog, applied: Applied) -> tuple[str, ...]:
     """Compare the corrected specific force at rest with gravity.
 
     Returns

@@ -97,14 +97,14 @@ def lost_effects(
     error = remaining_error(stored, each, lost)
     size = ("The results do not hold the conditions that determine how large it is."
             if error is None else
-            f"In this session it is up to {shown(error, each.triad)}.")
+            f"In this session it is up to {error_text(error, each.triad)}.")
     return (
         f"{program} cannot store {', '.join(lost)} of the {each.triad}: its corrected "
         f"readings keep this error. {size} `pipeline apply` corrects it.",
     )
 
 
-def shown(error: float, triad: str) -> str:
+def error_text(error: float, triad: str) -> str:
     """An error of a triad in the unit in which people state it."""
     if triad == "gyroscope":
         return f"{math.degrees(error):.2g} °/s"

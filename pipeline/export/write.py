@@ -22,7 +22,7 @@ def to_certificate(stored: Stored) -> Export:
     """One page for the file; matplotlib is loaded for it alone."""
     from pipeline.export import certificate_page
 
-    return certificate_page.to_certificate(stored)
+    return certificate_page.certificate_pdf(stored)
 
 
 #: Format -> exporter; :data:`pipeline.export.formats.FORMATS` describes each in a line.

@@ -20,7 +20,7 @@ from pipeline.fleet.population import (
 )
 from pipeline.fleet.record import SessionRecord
 from pipeline.fleet.rows import Row
-from pipeline.fleet.table import table_of, write_table
+from pipeline.fleet.table import fleet_rows, write_table
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ def finish_fleet(
     records: Sequence[SessionRecord], output: Path, reports: bool
 ) -> FleetSummary:
     """Write table, population and page of ``records``; with links to ``reports`` if there are."""
-    rows = table_of(records)
+    rows = fleet_rows(records)
     ordered = sorted(records, key=lambda record: natural_key(record.name))
     populations = populations_of(rows, output)
     text = json.dumps(population_json(populations), indent=1, ensure_ascii=False, allow_nan=False)

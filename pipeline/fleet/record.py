@@ -1,7 +1,7 @@
 """What one session leaves in its folder for the fleet: its rows, what they cost, and its evidence.
 
-A record is written last, under the fingerprint of the session's inputs. Whoever finds it with the
-same fingerprint has nothing to do again.
+A record is written last, under the digest of the session's inputs. Whoever finds it with the
+same digest has nothing to do again.
 """
 
 import io
@@ -29,7 +29,7 @@ class SessionRecord:
     Parameters
     ----------
     name, sensor : str
-    fingerprint : str
+    input_digest : str
         Of its inputs; empty where these could not be read.
     exit_code : int
         As that of ``pipeline run``.
@@ -43,7 +43,7 @@ class SessionRecord:
 
     name: str
     sensor: str
-    fingerprint: str
+    input_digest: str
     exit_code: int
     reason: str = ""
     rows: tuple[Mapping[str, Any], ...] = ()

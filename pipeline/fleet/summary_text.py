@@ -18,7 +18,7 @@ MEANING = {
 }
 
 
-def summary_lines(summary: FleetSummary) -> Iterator[str]:
+def fleet_lines(summary: FleetSummary) -> Iterator[str]:
     """How many sessions were calibrated, why others were not, the verdicts, and what it cost."""
     calibrated = sum(record.exit_code == 0 for record in summary.records)
     sensors = len({record.sensor for record in summary.records})

@@ -33,7 +33,7 @@ def require_parquet() -> None:
                           f"Type: pip install '{DISTRIBUTION}[fleet]'")
 
 
-def table_of(records: Sequence[SessionRecord]) -> list[Row]:
+def fleet_rows(records: Sequence[SessionRecord]) -> list[Row]:
     """All rows, by session and triad, each with every column; None where it has no value."""
     order = {triad: i for i, triad in enumerate(TRIADS)}
     rows = [dict(row) for record in records for row in record.rows]

@@ -9,7 +9,7 @@ from calib.errors import CalibrationError
 from calib.mounting.mounting import Mounting
 from pipeline.config.load import Config, load_config
 from pipeline.errors import PipelineError, exit_code_of, message_of, of_the_system
-from pipeline.fleet.fingerprint import fingerprint
+from pipeline.fleet.input_digest import input_digest
 from pipeline.fleet.record import (
     SessionRecord,
     evidence_path,
@@ -86,9 +86,9 @@ def work_on(task: FleetTask) -> SessionRecord:
     config, key = None, ""
     try:
         config = load_config(session.config)
-        key = fingerprint(config, task.allow_python, task.reports)
+        key = input_digest(config, task.allow_python, task.reports)
         kept = kept_record(task.output, session.name)
-        if kept is not None and kept.fingerprint == key and kept.sensor == session.sensor:
+        if kept is not None and kept.input_digest == key and kept.sensor == session.sensor:
             return kept
         record = _run(task, key)
     except (PipelineError, CalibrationError, VisionError) as error:

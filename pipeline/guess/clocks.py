@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.poses.imu_log import FloatArray
-from pipeline.guess.header_words import words_of
+from pipeline.guess.header_words import read_name
 from pipeline.logs.clock import ASSUMED_HZ, likely_units, without_wraps
 from pipeline.logs.columns import SECONDS_PER, TIME, TimeUnit, our_name
 
@@ -53,7 +53,7 @@ def guess_clock(
             if unit is not None and (step > 0).all():
                 seconds = SECONDS_PER["s" if si else unit]
                 return ClockGuess(name, "s" if si else unit, None, ticks * seconds, because, doubt)
-            if unit is not None and words_of(name).quantity == "time" and (step > 0).any():
+            if unit is not None and read_name(name).quantity == "time" and (step > 0).any():
                 forward = step[step >= 0]  # a board that was reset begins again
                 rate = len(forward) / (float(forward.sum()) * SECONDS_PER[unit])
                 repeated = int((step <= 0).sum())
@@ -69,11 +69,11 @@ def guess_clock(
 
 def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
     """Columns that may be times: those that are called so, and else a first one that grows."""
-    named = [name for name in columns if words_of(name).quantity == "time"]
+    named = [name for name in columns if read_name(name).quantity == "time"]
     # A unit in the name settles it; of several, the time of the sample comes before others.
-    named.sort(key=lambda name: (words_of(name).unit == "", "sample" not in name.lower()))
+    named.sort(key=lambda name: (read_name(name).unit == "", "sample" not in name.lower()))
     first = next(iter(columns))
-    unnamed = words_of(first).stem == "" or words_of(first).stem.isdecimal()
+    unnamed = read_name(first).stem == "" or read_name(first).stem.isdecimal()
     grows = bool((np.diff(without_wraps(columns[first])) > 0).all()) and len(columns) > 3
     return named or ([first] if unnamed and grows else [])
 
@@ -87,7 +87,7 @@ def _unit(name: str, ticks: FloatArray) -> tuple[TimeUnit | None, str, str]:
     likely = likely_units(usual)
     since_1970 = [unit for unit in SECONDS_PER
                   if EPOCH_S[0] < ticks[0] * SECONDS_PER[unit] < EPOCH_S[1]]
-    stated = next((unit for unit in SECONDS_PER if unit == words_of(name).unit), None)
+    stated = next((unit for unit in SECONDS_PER if unit == read_name(name).unit), None)
     rate = f"{1 / usual:.4g} rows per unit of it"
     if stated is not None and (stated in likely or not likely):
         return stated, "its name states the unit", ""

@@ -64,10 +64,10 @@ class Words:
     gravity_free: bool = False
 
 
-def words_of(name: str) -> Words:
+def read_name(name: str) -> Words:
     """Read the name of a column.
 
-    >>> words_of("Acceleration x (m/s^2)")
+    >>> read_name("Acceleration x (m/s^2)")
     Words(quantity='acc', axis=0, unit='m_s2', stem='acceleration', gravity_free=False)
     """
     if POSITION.search(name):

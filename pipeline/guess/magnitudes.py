@@ -76,7 +76,7 @@ def typical_length(values: FloatArray) -> float:
     return float(np.median(np.linalg.norm(values, axis=1)))
 
 
-def noise_sd(values: FloatArray) -> float:
+def sample_noise_sd(values: FloatArray) -> float:
     """Sd of one sample of readings (t, 3), from what neighbours differ by."""
     steps = np.diff(values, axis=0)
     return float(np.median(np.abs(steps))) / MEDIAN_OF_NORMAL / math.sqrt(2) if len(steps) else 0.0

@@ -10,7 +10,7 @@ from calib.poses.imu_log import FloatArray
 from pipeline.errors import UnreadableInput
 from pipeline.logs.formats.kinds import kind_of, split_member, tables_of
 from pipeline.logs.source import read_bytes, text_lines
-from pipeline.logs.text import LogText, raw_text, table_of
+from pipeline.logs.text import LogText, columns_of_text, raw_text
 
 #: What loggers write above the rows: "Fs,100", "sample_rate: 100 Hz", "Update Rate: 100.0Hz".
 STATED_RATE = re.compile(
@@ -102,7 +102,7 @@ def _of_text(text: LogText) -> RawTable:
     above = "\n".join(text.lines[: text.first])
     stated = STATED_RATE.search(above)
     rate_hz = text.rate_hz or (float(stated.group(1)) if stated else None)
-    columns = table_of(text)
+    columns = columns_of_text(text)
     if not columns:
         raise UnreadableInput(f"{text.path}: no column holds numbers in its first row.")
     without_header = all(name.isdecimal() for name in columns)

@@ -8,7 +8,7 @@ import numpy as np
 
 from calib.poses.imu_log import TEMPERATURE, FloatArray, ImuLog
 from pipeline.guess.clocks import ClockGuess, guess_clock
-from pipeline.guess.header_words import words_of
+from pipeline.guess.header_words import read_name
 from pipeline.guess.magnitudes import decoded
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.triads import (
@@ -177,12 +177,12 @@ def _further(
 ) -> Iterator[tuple[str, str]]:
     """Temperature, sds and numbers of samples."""
     for name in table.columns:
-        words = words_of(name)
+        words = read_name(name)
         if words.quantity == "temperature" and _is_celsius(table.columns[name]):
             yield TEMPERATURE, name
             break
     for name in table.columns:
-        words = words_of(name)
+        words = read_name(name)
         if words.quantity == "samples":
             yield "samples", name
         if words.quantity == "sd" and words.axis is not None:

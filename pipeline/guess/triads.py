@@ -8,7 +8,7 @@ import numpy as np
 
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.poses.imu_log import FloatArray
-from pipeline.guess.header_words import words_of
+from pipeline.guess.header_words import read_name
 from pipeline.guess.magnitudes import (
     COUNTS_PER_DEG_S,
     FORCE_UNITS,
@@ -18,9 +18,9 @@ from pipeline.guess.magnitudes import (
     decoded,
     gravity_unit,
     nearest_rate_unit,
-    noise_sd,
     rate_scale,
     record_rpm,
+    sample_noise_sd,
     typical_length,
 )
 
@@ -77,7 +77,7 @@ def triples_by_name(columns: Sequence[str], quantity: str) -> list[Triple]:
     """All x, y, z of one quantity whose names differ in nothing but the axis, the best first."""
     by_stem: dict[tuple[str, bool], dict[int, str]] = {}
     for name in columns:
-        words = words_of(name)
+        words = read_name(name)
         if words.quantity == quantity and words.axis is not None:
             by_stem.setdefault((words.stem, words.gravity_free), {})[words.axis] = name
     whole = [(free, tuple(axes[i] for i in range(AXIS_COUNT)))
@@ -90,7 +90,7 @@ def neighbours(columns: Sequence[str]) -> Iterator[Triple]:
     """Every three columns in a row; in the order x, y, z where their names say which is which."""
     for i in range(len(columns) - AXIS_COUNT + 1):
         x, y, z = columns[i : i + AXIS_COUNT]
-        axes = [words_of(name).axis for name in (x, y, z)]
+        axes = [read_name(name).axis for name in (x, y, z)]
         if sorted(-1 if axis is None else axis for axis in axes) == [0, 1, 2]:
             x, y, z = (columns[i + axes.index(axis)] for axis in range(AXIS_COUNT))
         yield x, y, z
@@ -145,7 +145,7 @@ def _turned(
 
 def _free(columns: Columns) -> list[str]:
     """Columns whose names say nothing against being the accelerometer."""
-    return [name for name in columns if words_of(name).quantity == ""]
+    return [name for name in columns if read_name(name).quantity == ""]
 
 
 def _unit(columns: Columns, triple: Triple) -> GravityUnit | None:
@@ -164,7 +164,7 @@ def _are_alike(values: FloatArray) -> bool:
 def _accelerometer(
     columns: Columns, triple: Triple, because: str, several: bool
 ) -> TriadGuess | None:
-    unit, words = _unit(columns, triple), words_of(triple[0])
+    unit, words = _unit(columns, triple), read_name(triple[0])
     if words.gravity_free and (unit is None or not unit.is_sure):
         return None
     doubts = ["other columns may be an accelerometer's too"] if several else []
@@ -215,7 +215,7 @@ def guess_gyroscope(
         return None
     values = stacked(columns, triple)
     signed, encoding = decoded(values[np.isfinite(values).all(axis=1)])
-    words = words_of(triple[0])
+    words = read_name(triple[0])
     because = "their names" if named else "they stand beside the accelerometer"
     if hint == "gyr" and not named:
         because = "the name of the file"
@@ -246,7 +246,7 @@ def turns_beside(
 
 def _by_size(triple: Triple, signed: FloatArray, encoding: str, because: str) -> TriadGuess:
     """The unit by how fast things turn."""
-    length, noise = typical_length(signed), noise_sd(signed)
+    length, noise = typical_length(signed), sample_noise_sd(signed)
     for unit, size in RATE_UNITS.items():
         rpm = record_rpm(length * size) if not encoding else None
         if rpm is not None and noise * size < NOISIEST_RAD_S:
@@ -267,7 +267,7 @@ def _by_size(triple: Triple, signed: FloatArray, encoding: str, because: str) ->
 
 def _beside(columns: Columns, hint: str, accelerometer: TriadGuess | None) -> Triple | None:
     """Three columns without a meaning behind or before the accelerometer's; all of a file's."""
-    names = [name for name in columns if words_of(name).quantity in ("", "gyr")
+    names = [name for name in columns if read_name(name).quantity in ("", "gyr")
              or (accelerometer is not None and name in accelerometer.columns)]
     if accelerometer is None:
         free = [name for name in names if not _is_else(name)]
@@ -284,7 +284,7 @@ def _beside(columns: Columns, hint: str, accelerometer: TriadGuess | None) -> Tr
 
 def _is_else(name: str) -> bool:
     """Whether a name with letters stands for something that is not known."""
-    stem, quantity = words_of(name).stem, words_of(name).quantity
+    stem, quantity = read_name(name).stem, read_name(name).quantity
     return bool(stem) and not stem.isdecimal() and quantity != "gyr"
 
 

@@ -150,7 +150,7 @@ def _is_row(line: str, columns: ColumnNames | None) -> bool:
     return numbers >= FEWEST_NUMBERS
 
 
-def names_of(
+def named_columns(
     path: Path, head: Head, width: int, columns: ColumnNames | None
 ) -> list[tuple[str, float]]:
     """Our name and the factor of every column of a log.

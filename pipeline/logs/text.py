@@ -28,7 +28,7 @@ from pipeline.logs.dialect import (
     seconds_of,
     split_cells,
 )
-from pipeline.logs.head import MISSING_TRIAD, find_head, is_time, names_of, no_rows
+from pipeline.logs.head import MISSING_TRIAD, find_head, is_time, named_columns, no_rows
 
 DIALECT_ROWS = 1000  #: in which a decimal comma shows
 IN_TRIADS = (*ACCELEROMETER, *GYROSCOPE)
@@ -113,7 +113,7 @@ def log_text(path: Path, lines: list[str], columns: ColumnNames | None) -> LogTe
         raise no_rows(path, head)
     dialect = dialect_of_rows(lines[head.first : head.first + DIALECT_ROWS])
     cells = dialect.cells(lines[head.first])
-    names = names_of(path, head, len(cells), columns)
+    names = named_columns(path, head, len(cells), columns)
     if cells[-1] == "" and len(cells) == len(names) + 1:  # every row ends in a delimiter
         names.append((SKIP, 1.0))
     if len(cells) != len(names):
@@ -154,7 +154,7 @@ def raw_text(path: Path, lines: list[str]) -> LogText | None:
                    head.rate_hz, dated)
 
 
-def table_of(text: LogText) -> dict[str, FloatArray]:
+def columns_of_text(text: LogText) -> dict[str, FloatArray]:
     """The columns of a text that are read, as they stand in the file, each of shape (t,).
 
     Raises

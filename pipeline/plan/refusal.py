@@ -24,10 +24,10 @@ def require_planned(config: Config) -> None:
     """
     if config.record is None:
         return
-    require_determined(config.source.path, tuple(plan_of(_without_python(config))))
+    require_sufficient(config.source.path, tuple(plan_of(_without_python(config))))
 
 
-def require_determined(path: Path, plans: Sequence[TriadPlan], *, reasons: bool = True) -> None:
+def require_sufficient(path: Path, plans: Sequence[TriadPlan], *, reasons: bool = True) -> None:
     """Refuse plans whose poses, recorded and missing, do not determine the model.
 
     Without ``reasons``, which were printed already, the message is one line.

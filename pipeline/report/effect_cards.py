@@ -14,7 +14,7 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.verdict.ranking import Candidate
-from calib.diagnosis.verdict.wording import joined
+from calib.diagnosis.verdict.wording import enumeration
 from calib.effects.catalogue import EFFECTS, UnknownEffect, find_effect
 from calib.effects.effect import Effect
 from calib.effects.units import display_unit
@@ -203,7 +203,7 @@ def _confused_here(effect: Effect, entry: Json | None, shape: Fingerprint | None
     if entry["reason"] is not None:
         return f"{entry['reason'][0].upper()}{entry['reason'][1:]}."
     if entry["aliases"]:
-        return f"These poses cannot separate it from {joined(entry['aliases'], 'or')}."
+        return f"These poses cannot separate it from {enumeration(entry['aliases'], 'or')}."
     return "These poses separate it from every other listed effect."
 
 

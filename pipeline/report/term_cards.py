@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from calib.diagnosis.verdict.wording import joined
+from calib.diagnosis.verdict.wording import enumeration
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
 from pipeline.report.effect_cards import STANDINGS, Standing, formula_html
@@ -72,7 +72,7 @@ def _card(clip: "RateMeasurement", name: str) -> TermCard:
         caption=f"Dots are means of the angle residual without {name} over {over}; the line is "
                 f"{name} at its best size. It explains {100 * share:.2g} % of the residual's "
                 f"variance." if seen else "",
-        confused_here=f"This clip cannot separate it from {joined(others, 'or')}." if others
+        confused_here=f"This clip cannot separate it from {enumeration(others, 'or')}." if others
         else "",
         page=page,
         expanded=standing in ("missing", "offered"),

@@ -87,7 +87,7 @@ class ComparedTriad:
         return float(-ndtri((1 - (1 - CHANCE) ** (1 / max(count, 1))) / 2))
 
 
-def compare(results: Sequence[Stored]) -> tuple[ComparedTriad, ...]:
+def compare_calibrations(results: Sequence[Stored]) -> tuple[ComparedTriad, ...]:
     """Every triad that two of the ``results`` have.
 
     Parameters

@@ -132,7 +132,7 @@ def history_rows(steps: Sequence[Step]) -> dict[str, list[tuple[str, ...]]]:
     return tables
 
 
-def history_lines(steps: Sequence[Step]) -> list[str]:
+def run_history_lines(steps: Sequence[Step]) -> list[str]:
     """The same, aligned for a terminal."""
     tables = history_rows(steps)
     return [line for triad, rows in tables.items() for line in (triad, *table_lines(rows))]

@@ -41,7 +41,7 @@ def rate_json(rate: SettingRate) -> Json:
     }
 
 
-def history_json(history: "RateHistory", refusal: str) -> Json:
+def rate_history_json(history: "RateHistory", refusal: str) -> Json:
     """What is known of a clip without a constant rate: rate against time, and every angle."""
     angle = history.angle
     return {

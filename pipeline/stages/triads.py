@@ -15,7 +15,7 @@ from calib.diagnosis.unseen import unseen_budget
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
 from calib.fit.triad.calibration import TriadCalibration
-from calib.fit.triad.frame_alignment import FrameRotation, frame_rotation
+from calib.fit.triad.frame_alignment import FrameRotation, rotation_between_frames
 from calib.fit.validation.leave_one_out import Comparison
 from calib.fit.validation.prediction import Prediction
 from calib.poses.data_sheet import TriadSpec
@@ -192,7 +192,7 @@ def calibrate_gyroscope(
     result = _with_excluded(result, of_runs)
     return replace(
         result,
-        frame=frame_rotation(result.calibration.fit, beside),
+        frame=rotation_between_frames(result.calibration.fit, beside),
         warnings=(*result.warnings, *unknown, *direction_against_clip(poses, filmed)),
     )
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from pipeline.text.wrapping import columns_of, wrapped
+from pipeline.text.wrapping import terminal_columns, wrapped
 
 LEAST_TEXT = 24  #: columns in which the wrapped end of a row is still read as text
 
@@ -11,7 +11,7 @@ Rows = Sequence[Sequence[str]]
 
 def table_lines(rows: Rows, indent: str = "  ") -> list[str]:
     """The rows aligned, not wider than the terminal where the output is one."""
-    return aligned(rows, indent, columns_of())
+    return aligned(rows, indent, terminal_columns())
 
 
 def aligned(rows: Rows, indent: str = "  ", width: int | None = None) -> list[str]:

@@ -11,7 +11,7 @@ WIDEST = 100  #: columns that help and paragraphs use at most
 NARROWEST = 40  #: columns that they use at least
 
 
-def columns_of(stream: "TextIO | None" = None) -> int | None:
+def terminal_columns(stream: "TextIO | None" = None) -> int | None:
     """Columns of the terminal behind ``stream`` (default: standard output); None without one.
 
     ``COLUMNS`` in the environment counts before what the terminal says of itself. A terminal that
@@ -31,7 +31,7 @@ def columns_of(stream: "TextIO | None" = None) -> int | None:
 
 def prose_width() -> int | None:
     """Columns that a paragraph on standard output uses; None where that is no terminal."""
-    columns = columns_of()
+    columns = terminal_columns()
     return None if columns is None else min(columns, WIDEST)
 
 

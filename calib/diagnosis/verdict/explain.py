@@ -15,7 +15,7 @@ from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import (
     covariate,
     curves,
-    joined,
+    enumeration,
     odds_in_words,
     on_the_plate,
     physics,
@@ -123,11 +123,11 @@ def _effect(case: _Case) -> Explanation:
         unit, factor = display_unit(best.unit, best.size)
         size = with_sd(factor * float(best.size[largest]), factor * float(best.sd[largest]))
         text += f"{which} is {size} {unit}. "
-    others = joined([f"'{name}'" for name in verdict.group[1:]], "or")
-    short = f"its model lacks {joined(verdict.names, 'and')}"
+    others = enumeration([f"'{name}'" for name in verdict.group[1:]], "or")
+    short = f"its model lacks {enumeration(verdict.names, 'and')}"
     if others:
         text += f"In these poses it looks the same as {others}: they cannot determine which it is. "
-        short += f" or {joined(verdict.group[1:], 'or')}, which look the same here"
+        short += f" or {enumeration(verdict.group[1:], 'or')}, which look the same here"
     text += curves(verdict.straight) + _beside(verdict)
     if len(verdict.group) == 1:
         return Explanation(
@@ -140,7 +140,7 @@ def _effect(case: _Case) -> Explanation:
 def _with_odds(each: Inclusion) -> str:
     what = readable(each.name, each.follows)
     if len(each.members) > 1:
-        what = f"one of {joined([readable(name) for name in each.members], 'and')}"
+        what = f"one of {enumeration([readable(name) for name in each.members], 'and')}"
     return f"{what} ({odds_in_words(each.probability)})"
 
 
@@ -148,7 +148,7 @@ def _beside(verdict: Verdict) -> str:
     """What may be missing beside what is named, or that something is."""
     if verdict.beside:
         words = [_with_odds(each) for each in verdict.beside]
-        return f"Beside it may be missing: {joined(words, 'or')}. "
+        return f"Beside it may be missing: {enumeration(words, 'or')}. "
     if not verdict.explains:
         rest = 100 * (1 - verdict.share)
         return f"{rest:.0f} % of the misfit remain: something else is missing too. "
@@ -162,7 +162,7 @@ def _ambiguous(case: _Case) -> Explanation:
     words += [readable(key) for key in case.verdict.group if key not in told]
     text = (
         f"Something may be missing ({case.misfit}), and these data cannot determine what: "
-        f"{joined(words, 'or')}."
+        f"{enumeration(words, 'or')}."
     )
     short = "something may be missing, and these data cannot determine what"
     return Explanation("open", short, text + _record(case), *_settle(case))
@@ -172,12 +172,12 @@ def _unknown(case: _Case) -> Explanation:
     verdict = case.verdict
     assert verdict.name is not None
     if verdict.name == "jump":
-        what = f"the bias steps {joined([f'at {time}' for time in verdict.details], 'and')}"
+        what = f"the bias steps {enumeration([f'at {time}' for time in verdict.details], 'and')}"
     elif verdict.name == "time_s":
         what = "the bias has a course in time, along no straight line and no settling"
         at = f"; if it is a step, at {verdict.details[0]}" if verdict.details else ""
         words = [_with_odds(each) for each in verdict.beside]
-        return _course(case, what, f"{': ' if words else ''}{joined(words, 'or')}{at}")
+        return _course(case, what, f"{': ' if words else ''}{enumeration(words, 'or')}{at}")
     elif verdict.details:
         what = f"the bias follows {covariate(verdict.name)} {verdict.details[0]}"
     else:
@@ -218,7 +218,7 @@ def _nearest(case: _Case) -> str:
 
 def _bad_pose(case: _Case) -> Explanation:
     poses = case.verdict.details
-    names = joined(poses, "and")
+    names = enumeration(poses, "and")
     if len(poses) == 1:
         what, verb = f"One pose does not agree with the others: {names}", "it"
         short = f"the pose {names} contradicts the others"
@@ -265,7 +265,7 @@ def _instead_of_noise(verdict: Verdict) -> str:
     """What else it may be than the noise that is named, with odds."""
     lead = verdict.name or "noise"
     words = [_with_odds(each) for each in verdict.beside if each.name != lead]
-    return f"It may be {joined(words, 'or')} instead, or beside it. " if words else ""
+    return f"It may be {enumeration(words, 'or')} instead, or beside it. " if words else ""
 
 
 def _settle(case: _Case) -> tuple[Step, str]:

@@ -124,7 +124,7 @@ def odds_in_words(probability: float) -> str:
     return "less than 1 in 100"
 
 
-def joined(words: Sequence[str], last: str) -> str:
+def enumeration(words: Sequence[str], last: str) -> str:
     """Words as an enumeration.
 
     Parameters
@@ -140,7 +140,7 @@ def joined(words: Sequence[str], last: str) -> str:
 
     Examples
     --------
-    >>> joined(["a", "b", "c"], "or")
+    >>> enumeration(["a", "b", "c"], "or")
     'a, b or c'
     """
     if len(words) < 2:

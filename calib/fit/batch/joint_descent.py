@@ -95,7 +95,7 @@ def descend_jointly(
     iterations = np.zeros(len(start.theta), dtype=int)
     active, part, here = np.arange(len(iterations)), problem, start
     for iteration in range(1, precision.steps + 1):
-        step, row_step = step_from(part, here)
+        step, row_step = joint_step(part, here)
         largest = np.abs(row_step).max(axis=1)
         rests = largest < precision.idle_sd
         trial, share = _longest_that_falls(part, here, step)
@@ -163,7 +163,7 @@ def _trial(
         stretched = {name: value[off] for name, value in shapes.items()}
         beside = _moved(part, at.take(off), np.zeros((len(off), p)), stretched)
         with np.errstate(all="ignore"):
-            linear, _ = step_from(part.with_shapes_held(), beside)
+            linear, _ = joint_step(part.with_shapes_held(), beside)
         second = _moved(part, beside, linear, stretched)
         falls[off] = second.rows.cost <= most[off]
         trial = _put(trial, off[falls[off]], second.take(np.flatnonzero(falls[off])))
@@ -180,7 +180,7 @@ def _moved(
     )
 
 
-def step_from(problem: JointProblem, at: JointEstimate) -> tuple[FloatArray, FloatArray]:
+def joint_step(problem: JointProblem, at: JointEstimate) -> tuple[FloatArray, FloatArray]:
     """The step (S, p + q + h) from an estimate, SI, and of the rows, (S, r), in sds."""
     residual = at.rows.residual
     linear = np.where(np.isfinite(at.rows.jacobian), at.rows.jacobian, 0.0) @ problem.directions
@@ -202,7 +202,7 @@ def _shape_step(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Slope of the rows (S, r, h), step (S, h) of the shapes' logarithms, P (S, v + q, h)."""
     residual = at.rows.residual
-    slope, curvature, mixed = shape_derivatives(problem.equations, at, list(problem.free))
+    slope, curvature, mixed = joint_shape_derivatives(problem.equations, at, list(problem.free))
     pulled = np.einsum("sr,srph->sph", residual, mixed)
     full = np.zeros((*problem.directions.shape[:2], slope.shape[2]))
     full[:, : pulled.shape[1]] = pulled
@@ -226,7 +226,7 @@ def _shape_step(
     return slope, within_bounds(problem.free, at.shapes, step), coupling
 
 
-def shape_derivatives(
+def joint_shape_derivatives(
     equations: JointEquations, at: JointEstimate, names: Sequence[str]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Slope, curvature (S, r, h) and mixed derivatives (S, r, p, h) of whitened rows by shapes.

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from calib.errors import CalibrationError
-from calib.fit.batch.joint_descent import JointEstimate, JointProblem, shape_derivatives
+from calib.fit.batch.joint_descent import JointEstimate, JointProblem, joint_shape_derivatives
 from calib.fit.batch.joint_equations import JointEquations
 from calib.fit.batch.joint_rows import JointRows
 from calib.fit.batch.linear_algebra import inverses
@@ -95,7 +95,7 @@ def _covariances(
         unit, norm = unit_columns(linear)
         inverse = inverses(np.asarray(np.linalg.qr(unit, mode="r"))) / norm[:, :, None]
         return directions @ (inverse @ inverse.swapaxes(1, 2)) @ turned, {}
-    slope, _, _ = shape_derivatives(problem.equations, at, list(problem.free))
+    slope, _, _ = joint_shape_derivatives(problem.equations, at, list(problem.free))
     v = directions.shape[2]
     unknowns = pseudo_inverse_square(np.concatenate([linear, slope], axis=2))
     variance = np.einsum("skk->sk", unknowns)[:, v:]

@@ -108,7 +108,7 @@ class _TransverseRows:
         return float(np.sqrt(variance))
 
 
-def frame_rotation(fit: Fit, accelerometer: Fit | None = None) -> FrameRotation | None:
+def rotation_between_frames(fit: Fit, accelerometer: Fit | None = None) -> FrameRotation | None:
     """The rotation from the gyro's to the accelerometer's frame, where these poses show it.
 
     Parameters

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from calib.diagnosis.verdict.wording import joined
+from calib.diagnosis.verdict.wording import enumeration
 from calib.errors import CalibrationError
 from pipeline.commands.interaction.output import echo_warnings
 from pipeline.commands.interaction.run_with_progress import run_quietly, run_silently, say_waiting
@@ -119,7 +119,7 @@ def _why_unchanged(outcome: Outcome) -> str:
     for result in outcome.triads:
         named = result.diagnosis.named_class(result.diagnosis.name or "")
         if len(named) > 1:
-            alike = joined([f"'{name}'" for name in named], "and")
+            alike = enumeration([f"'{name}'" for name in named], "and")
             return f"these data do not separate {alike}, and --auto does not guess"
     return "the diagnosis names no effect to add"
 

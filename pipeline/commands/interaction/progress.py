@@ -4,7 +4,7 @@ import sys
 import threading
 from typing import TYPE_CHECKING
 
-from pipeline.console.terminal import shown
+from pipeline.console.terminal import visible
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -38,7 +38,7 @@ class ClipProgress:
                 self._bars = _bars("frames")
                 self._bars.start()
             if clip not in self._tasks:
-                self._tasks[clip] = self._bars.add_task(shown(clip), total=stated)
+                self._tasks[clip] = self._bars.add_task(visible(clip), total=stated)
             self._bars.update(self._tasks[clip], completed=done)
 
     def close(self) -> None:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pipeline.console.terminal import shown
+from pipeline.console.terminal import visible
 
 if TYPE_CHECKING:
     from rich.live import Live
@@ -60,7 +60,7 @@ class LivePanel:
         if self._live is None:
             click.echo(text, err=True)
         else:
-            self._live.console.print(shown(text), markup=False, highlight=False)
+            self._live.console.print(visible(text), markup=False, highlight=False)
 
     def show(self, view: "RecordingView") -> None:
         """Draw the panel."""
@@ -98,7 +98,7 @@ def panel(view: "RecordingView") -> "Table":
     colour = MARK[status.phase]
     bar = "█" * round(status.progress * BAR)
     table.add_row("now", Text(f"{status.phase}  {bar}", style=colour))
-    table.add_row("", Text(shown(status.message), style=colour))
+    table.add_row("", Text(visible(status.message), style=colour))
     table.add_row("up", status.direction or "?")
     table.add_row("acc", "  ".join(f"{x:8.3f}" for x in reading[:3]) + "  m/s², by data sheet")
     table.add_row("gyr", "  ".join(f"{x:8.4f}" for x in reading[3:]) + "  rad/s, by data sheet")

@@ -10,7 +10,7 @@ from pipeline.errors import UnreadableInput
 from pipeline.logs.formats.file_table import FileTable, columns_of_array, tables_by_length
 from pipeline.logs.memory import largest_text, too_large
 from pipeline.logs.source import text_lines
-from pipeline.logs.text import raw_text, table_of
+from pipeline.logs.text import columns_of_text, raw_text
 
 ENCRYPTED = 1  #: bit of a member's flags
 TEXT = (".csv", ".txt", ".tsv", ".log")
@@ -69,7 +69,7 @@ def _tables(path: Path, archive: zipfile.ZipFile) -> list[FileTable]:
             continue
         text = raw_text(path / name, text_lines(path / name, data))
         if text is not None:
-            tables.append(FileTable(name.as_posix(), table_of(text)))
+            tables.append(FileTable(name.as_posix(), columns_of_text(text)))
     return [*tables, *tables_by_length(arrays)]
 
 

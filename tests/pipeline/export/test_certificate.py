@@ -13,7 +13,7 @@ import pytest
 from matplotlib.text import Text
 
 from pipeline.export.certificate_content import certificate_content
-from pipeline.export.certificate_page import draw_certificate, to_certificate
+from pipeline.export.certificate_page import certificate_pdf, draw_certificate
 from pipeline.export.sheet import ABSENT, A4Sheet, own_settings
 from pipeline.results.read import Stored, load_results
 from pipeline.text.formatting import with_sd
@@ -64,13 +64,13 @@ def fits(sheet: A4Sheet) -> None:
 
 
 def test_it_is_one_page_and_the_same_bytes_for_the_same_results(stored: Stored) -> None:
-    (page,) = to_certificate(stored).files.values()
+    (page,) = certificate_pdf(stored).files.values()
     assert isinstance(page, bytes)
     assert page.startswith(b"%PDF")
     assert len(re.findall(rb"/Type /Page\b", page)) == 1
     assert b"CreationDate" not in page
-    assert page == to_certificate(stored).files["certificate.pdf"]
-    assert to_certificate(stored).loses == ()
+    assert page == certificate_pdf(stored).files["certificate.pdf"]
+    assert certificate_pdf(stored).loses == ()
 
 
 def test_it_states_the_parameters_of_the_results(stored: Stored, finished: RunSession) -> None:
@@ -139,11 +139,11 @@ def test_no_name_out_of_a_file_spoils_the_page(name: str, stored: Stored) -> Non
     shown = " ".join("".join(c if c.isprintable() else " " for c in name).split())
     drawn = [text.get_text() for text in texts_of(sheet)]
     assert shown in drawn or f"{shown[:30]}" in {text[:30] for text in drawn if text[-1] == "…"}
-    assert to_certificate(with_contents(stored, title=name)).files
+    assert certificate_pdf(with_contents(stored, title=name)).files
 
 
 def test_letters_that_the_font_lacks_are_boxes_and_said_so(stored: Stored) -> None:
-    export = to_certificate(with_contents(stored, title="転台 2"))
+    export = certificate_pdf(with_contents(stored, title="転台 2"))
     assert export.loses == ("The font of the page lacks 2 letters of the names; a box stands for "
                             "each.",)
     sheet, _ = sheet_of(with_contents(stored, title="転台 2"))
@@ -182,7 +182,7 @@ def test_a_user_s_matplotlib_settings_change_nothing(
 ) -> None:
     import matplotlib
 
-    plain = to_certificate(stored).files
+    plain = certificate_pdf(stored).files
     monkeypatch.setitem(matplotlib.rcParams, "font.size", 30.0)
     monkeypatch.setitem(matplotlib.rcParams, "axes.facecolor", "black")
-    assert to_certificate(stored).files == plain
+    assert certificate_pdf(stored).files == plain

@@ -17,7 +17,7 @@ from calib.fit.model import Model
 from pipeline.fleet.finish import FleetSummary, finish_fleet
 from pipeline.fleet.record import SessionRecord, evidence_path, write_evidence
 from pipeline.fleet.rows import Row
-from pipeline.fleet.summary_text import summary_lines
+from pipeline.fleet.summary_text import fleet_lines
 from tests.lots import pose_sets_of
 from tests.world.designs import soak_design
 from tests.world.lot import LotPlan, draw_lot
@@ -141,7 +141,7 @@ def test_addresses_stand_for_the_sessions_they_name(page: Page) -> None:
 
 
 def test_the_terminal_says_the_same(page: Page) -> None:
-    lines = list(summary_lines(page.summary))
+    lines = list(fleet_lines(page.summary))
     assert lines[0] == "82 sessions of 42 sensors: 81 calibrated"
     assert any(line.startswith("accelerometer: Pooled over 80 sessions of 40 sensors")
                for line in lines)

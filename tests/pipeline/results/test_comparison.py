@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline.results.comparison import compare
+from pipeline.results.comparison import compare_calibrations
 from pipeline.results.read import load_results
 from tests.sessions import edit, pipeline, quick_session
 from tests.world.designs import paper_design
@@ -58,7 +58,7 @@ def test_sessions_of_one_sensor_agree(
 
 def test_each_calibration_errs_more_on_the_poses_of_the_other_session(sessions: Path) -> None:
     results = [load_results(run_of(sessions / name)) for name in ("first", "second")]
-    for each in compare(results):
+    for each in compare_calibrations(results):
         errors = np.array(each.error_on_poses)
         own = np.array([section["residual_rms"] for section in each.sections if section])
         assert np.diag(errors) == pytest.approx(own, rel=1e-6)
@@ -74,7 +74,7 @@ def test_a_sensor_that_has_changed_is_told_with_the_parameter(
                     sessions / "moved" / "config.yaml") == 0
     assert "accelerometer: first and moved differ: bias y by" in capsys.readouterr().out
     first, moved = (load_results(run_of(sessions / name)) for name in ("first", "moved"))
-    accelerometer = compare([first, moved])[0]
+    accelerometer = compare_calibrations([first, moved])[0]
     (bias,) = [each for each in accelerometer.parameters if each.name == "bias y"]
     assert bias.values[0] is not None
     assert bias.values[1] is not None
@@ -138,7 +138,7 @@ def test_counts_of_another_data_sheet_are_not_compared(
     assert "have other data sheets" in out
     assert "gyroscope" not in out
     assert "error on the poses of one" in out
-    apart = {each.name: each.apart_sd[1] for each in compare(
+    apart = {each.name: each.apart_sd[1] for each in compare_calibrations(
         [load_results(one), load_results(of_table.with_suffix(".run"))])[0].parameters}
     assert apart["bias x"] is None
     assert apart["misalignment x"] is not None

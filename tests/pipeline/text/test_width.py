@@ -11,7 +11,7 @@ import pytest
 
 from pipeline.console.terminal import ShownStream, cut_between_words
 from pipeline.text.tables import aligned
-from pipeline.text.wrapping import columns_of
+from pipeline.text.wrapping import terminal_columns
 from tests.paths import ROOT
 
 ROWS = [["candidate", "log evidence", "chi² drop", "leave-one-out", "like"],
@@ -69,8 +69,8 @@ def test_what_is_copied_stays_whole(tmp_path: Path) -> None:
 
 def test_columns_counts_on_a_terminal_and_not_in_a_pipe(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "50")
-    assert columns_of(Terminal()) == 50
-    assert columns_of(io.StringIO()) is None
+    assert terminal_columns(Terminal()) == 50
+    assert terminal_columns(io.StringIO()) is None
     text = "a sentence of words " * 9
     for raw, lines in ((Terminal(), 4), (io.StringIO(), 1)):
         ShownStream(raw).write(text)

@@ -17,7 +17,7 @@ BLOCK = 1 << 20
 """Bytes read at a time; a fact of no consequence."""
 
 
-def fingerprint(config: Config, allow_python: bool, reports: bool) -> str:
+def input_digest(config: Config, allow_python: bool, reports: bool) -> str:
     """The SHA-256 of everything that decides the results of ``config``.
 
     Parameters

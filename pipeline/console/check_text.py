@@ -8,7 +8,7 @@ from pipeline.config.schema import AccelerometerSection, RunSection, VideoRateSe
 from pipeline.text.formatting import count
 
 
-def summary_lines(config: Config) -> Iterator[str]:
+def config_lines(config: Config) -> Iterator[str]:
     """One line per section of the file; the last line is the next command."""
     path, title = config.source.path, config.title
     yield f"{path}: no error{f' in {title!r}' if title else ''}"
@@ -31,7 +31,7 @@ def summary_lines(config: Config) -> Iterator[str]:
     yield f"next: pipeline run {path}"
 
 
-def summary_json(config: Config) -> dict[str, Any]:
+def config_json(config: Config) -> dict[str, Any]:
     """The same for programs; ``problems`` is empty, as the configuration is right."""
     accelerometer, gyroscope = config.accelerometer, config.gyroscope
     return {
