@@ -22,6 +22,10 @@ LONGEST_FILE = 300  #: lines
 #: No result is called so: a name says what a thing is, not how it was come by.
 NO_RESULTS = {"found", "given", "own", "says", "taken", "asked", "left", "made"}
 
+#: Functions of one name that are one thing: commands, readers of log formats; one question to the
+#: triads and to a clip; one of several stages in a package and the whole of it for a notebook.
+ONE_THING = {"command", "tables", "diagnose", "measure_rate", "calibrate"}
+
 
 def of_each(names: Iterable[Any]) -> Callable[[Callable[[Any], None]], Callable[[], None]]:
     """One test that checks each of ``names`` and lists those that fail."""
@@ -161,6 +165,16 @@ def test_a_class_name_occurs_once() -> None:
             if isinstance(node, ast.ClassDef):
                 homes.setdefault(node.name, []).append(module)
     assert {name: modules for name, modules in homes.items() if len(modules) > 1} == {}
+
+
+def test_a_public_function_s_name_means_one_thing() -> None:
+    homes: dict[str, list[str]] = {}
+    for module in FILES:
+        for node in tree_of(module).body:
+            if isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
+                homes.setdefault(node.name, []).append(module)
+    assert {name: modules for name, modules in homes.items()
+            if len(modules) > 1 and name not in ONE_THING} == {}
 
 
 @of_each(FILES)

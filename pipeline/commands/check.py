@@ -49,7 +49,7 @@ def command(config: Path, as_json: bool, quiet: bool) -> None:
 
 def _checked(path: Path) -> "Config":
     """The configuration, if it and its logs are right."""
-    from pipeline.config.load import checked_config
+    from pipeline.config.load import config_from
     from pipeline.config.yaml_text import read_source
     from pipeline.errors import MissingFiles
     from pipeline.plan.refusal import require_planned
@@ -57,9 +57,9 @@ def _checked(path: Path) -> "Config":
 
     source = read_source(path)
     try:
-        loaded = checked_config(source)
+        loaded = config_from(source)
     except MissingFiles:  # nothing is recorded yet, perhaps: then the plan is what can be wrong
-        require_planned(checked_config(source, files_may_be_missing=True))
+        require_planned(config_from(source, files_may_be_missing=True))
         raise
     require_planned(loaded)
     rehearse(loaded)

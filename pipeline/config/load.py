@@ -82,7 +82,7 @@ def load_config(path: Path, *, files_may_be_missing: bool = False) -> Config:
         With one paragraph for every mistake in the file: line, keys, what was found, what was
         expected.
     """
-    return checked_config(read_source(path), files_may_be_missing=files_may_be_missing)
+    return config_from(read_source(path), files_may_be_missing=files_may_be_missing)
 
 
 def parse_config(path: Path, text: str) -> Config:
@@ -93,10 +93,10 @@ def parse_config(path: Path, text: str) -> Config:
     ConfigError
         With a paragraph for each mistake.
     """
-    return checked_config(parse_source(path, text))
+    return config_from(parse_source(path, text))
 
 
-def checked_config(source: YamlSource, *, files_may_be_missing: bool = False) -> Config:
+def config_from(source: YamlSource, *, files_may_be_missing: bool = False) -> Config:
     """The configuration in a file that is read; errors and arguments as :func:`load_config`."""
     context = ValidationContext(
         source.path.parent, _names(source, "rate"), _names(source, "effects"), files_may_be_missing
