@@ -9,16 +9,11 @@ import re
 from dataclasses import dataclass
 
 from pipeline.devices.sample import AS_LABELLED, NOT_SENT, DeviceClock, Sample
-from pipeline.devices.text_dialects import MICROS, MILLIS, ROWS, SECONDS
+from pipeline.devices.text_dialects import CLOCKS
 from pipeline.devices.text_lines import LineReader
-from pipeline.logs.columns import ACCELEROMETER, COUNTER, GYROSCOPE, SKIP, missing_columns
+from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SKIP, missing_columns
 
 PLACE = re.compile(r"\{([^{}]*)\}")
-#: name -> the clock it is, and how many of its ticks the number 1 is.
-CLOCKS: dict[str, tuple[DeviceClock, float]] = {
-    "time_us": (MICROS, 1.0), "time_ms": (MILLIS, 1.0), "time_s": (SECONDS, 1e6),
-    COUNTER: (ROWS, 1.0),
-}
 NUMBER = r"([-+]?\d{1,12}(?:\.\d{0,12})?(?:[eE][-+]?\d{1,2})?)"
 ANYTHING = r"([^,;\s]{0,60})"
 
@@ -46,8 +41,8 @@ class LinePattern:
             raise ValueError(f"'{{{wrong[0]}}}' is no name of a column; write names in braces, "
                              f"{example}")
         if "}{" in text:
-            raise ValueError(f"two numbers stand side by side with nothing between them; write "
-                             f"what separates them, {example}")
+            raise ValueError(f"nothing separates two of its numbers; write what stands between "
+                             f"them, {example}")
         if lacks := missing_columns(names):
             raise ValueError(f"{lacks}; write every number of the line in braces, {example}")
         if sum(name in CLOCKS for name in names) > 1:

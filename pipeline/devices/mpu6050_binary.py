@@ -14,6 +14,7 @@ from pipeline.devices.sample import COUNTS, DeviceClock, Sample
 
 SAMPLE = struct.Struct(">6h")
 GREETING = b"connection successful"  #: the sketch's last words before the readings begin
+COUNTS_PER_G = 16384.0  #: fact: at ±2 g, which the chip is set to where nothing else is said
 JUDGED = 32  #: samples by which a phase is chosen, and checked ever after
 CLEARER = 2.0
 """A phase must be this many times smoother than all at an odd distance: there the low bytes, which
@@ -40,7 +41,7 @@ class Mpu6050BinaryParser:
     unit = COUNTS
     clock: DeviceClock | None = None
 
-    def __init__(self, counts_per_g: float = 16384.0) -> None:
+    def __init__(self, counts_per_g: float = COUNTS_PER_G) -> None:
         self.bad = 0
         self.advice = ""
         self._counts_per_g = counts_per_g

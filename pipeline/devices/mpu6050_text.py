@@ -19,6 +19,7 @@ from pipeline.devices.sketch_lines import (
 from pipeline.devices.text_dialects import (
     ARDUINO_STAMP,
     BLOCK_LINES,
+    CLOCKS,
     MICROS,
     PLOTTER,
     PLX_DAQ,
@@ -30,14 +31,12 @@ from pipeline.devices.text_dialects import (
     header_table,
 )
 from pipeline.devices.text_lines import LineReader
-from pipeline.logs.columns import ACCELEROMETER, COUNTER, GYROSCOPE, SKIP, TIME
+from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SKIP
 
 WORD = (-(2**15), 2**15 - 1)  #: what a 16-bit converter can give
 BARE_LINES = 4
 """Rows of six numbers between blanks count as samples from this many in a row on: sketches print
 one or two rows of six offsets before their first sample."""
-
-CLOCK_COLUMNS = {"us": 1.0, "ms": 1.0, TIME: 1e6, COUNTER: 1.0}
 
 
 class Mpu6050TextParser:
@@ -52,8 +51,6 @@ class Mpu6050TextParser:
     ----------
     settings : dict
         What the header of the project's own sketch states, for example ``fs_a`` in g.
-    words : int
-        Lines of text that hold no reading, such as greetings.
     """
 
     def __init__(self, from_start: bool = False) -> None:
@@ -61,7 +58,6 @@ class Mpu6050TextParser:
         self.unit = COUNTS
         self.advice = ""
         self.settings: dict[str, float] = {}
-        self.words = 0
         self._lines = LineReader(from_start)
         self._damaged = 0
         self._own = False
@@ -155,7 +151,6 @@ class Mpu6050TextParser:
         cells = line.replace(";", ",").split(",") if separated else line.split()
         numbers = [_number(cell) for cell in cells]
         if None in numbers:
-            self.words += 1
             self._bare = 0
             self.advice = self.advice or advice_on(line)
             return None
@@ -182,13 +177,13 @@ class Mpu6050TextParser:
         if len(cells) != len(table.names) or any(None in triad for triad in triads):
             self._damaged += header_table(line) is None  # the header again is no damage
             return None
-        stamp = next((name for name in CLOCK_COLUMNS if name in values), None)
+        stamp = next((name for name in CLOCKS if name in values), None)
         ticks = values.get(stamp) if stamp else None
         columns = tuple((name, value) for name, value in values.items() if value is not None
-                        and name not in CLOCK_COLUMNS and name not in ACCELEROMETER + GYROSCOPE)
+                        and name not in CLOCKS and name not in ACCELEROMETER + GYROSCOPE)
         return Sample(_triple(triads[0]), _triple(triads[1]),
                       None if ticks is None or stamp is None else
-                      round(ticks * CLOCK_COLUMNS[stamp]), columns)
+                      round(ticks * CLOCKS[stamp][1]), columns)
 
 
 def _number(cell: str) -> float | None:

@@ -14,6 +14,7 @@ from calib.poses.imu_log import TEMPERATURE
 from pipeline.devices.sample import Sample
 
 HEADER = "#turntable "
+WORDS_PER_K, WORD_0_C = 340, 36.53  #: facts of the MPU-6050's temperature: steps, °C at word 0
 POLYNOMIAL = 0x07  #: of the CRC-8 above, without its leading term
 
 _WORD = r"(-?\d{1,5})"
@@ -68,7 +69,12 @@ def parse_sketch_line(line: str) -> Sample | None:
 
 def mpu6050_temperature_c(word: int) -> float:
     """Temperature of an MPU-6050 in °C (its register map, section 4.18)."""
-    return round(word / 340 + 36.53, 3)
+    return round(word / WORDS_PER_K + WORD_0_C, 3)
+
+
+def mpu6050_temperature_word(temperature_c: float) -> int:
+    """The word that an MPU-6050 sends for a temperature."""
+    return round((temperature_c - WORD_0_C) * WORDS_PER_K)
 
 
 def header_settings(line: str) -> dict[str, float]:

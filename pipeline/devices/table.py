@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from pipeline.devices.line_pattern import LinePattern, LinePatternParser
-from pipeline.devices.mpu6050_binary import Mpu6050BinaryParser
+from pipeline.devices.mpu6050_binary import COUNTS_PER_G, Mpu6050BinaryParser
 from pipeline.devices.mpu6050_text import Mpu6050TextParser
 from pipeline.devices.sample import Parser
 from pipeline.devices.xsens_mtdata import MtDataParser
@@ -25,7 +25,7 @@ class StreamSettings:
     """
 
     pattern: str = ""
-    counts_per_g: float = 16384.0
+    counts_per_g: float = COUNTS_PER_G
 
 
 @dataclass(frozen=True)

@@ -89,12 +89,17 @@ MILLIS = DeviceClock("board milliseconds", 1e-3, CLOCK_MODULUS)
 MICROS = DeviceClock("board microseconds", 1e-6, CLOCK_MODULUS)
 SECONDS = DeviceClock("board seconds, in microseconds", 1e-6, None)
 ROWS = DeviceClock("row counter", None, None)
+#: Column of times, or of a counter -> the clock it is, and how many of its ticks the number 1 is;
+#: of several columns the first counts.
+CLOCKS: Mapping[str, tuple[DeviceClock, float]] = {
+    "time_us": (MICROS, 1.0), "time_ms": (MILLIS, 1.0), TIME: (SECONDS, 1e6), COUNTER: (ROWS, 1.0),
+}
 
 _STREAM_NAMES: Mapping[str, str] = {
     **dict.fromkeys(("t", "t_s", "sec", "time", "time (s)", "seconds"), TIME),
     **dict.fromkeys(("n", "count", "sample", "loopiteration"), COUNTER),
-    **dict.fromkeys(("ms", "millis", "time_ms", "time (ms)", "t_ms"), "ms"),
-    **dict.fromkeys(("us", "micros", "time_us", "time (us)", "t_us"), "us"),
+    **dict.fromkeys(("ms", "millis", "time_ms", "time (ms)", "t_ms"), "time_ms"),
+    **dict.fromkeys(("us", "micros", "time_us", "time (us)", "t_us"), "time_us"),
     **dict.fromkeys(("temp", "temp_c", "temperature", "temperature (c)"), TEMPERATURE),
     **{f"{theirs}{axis}": f"{ours}_{axis}"
        for theirs, ours in (("gyroscope ", "gyr"), ("gyro_", "gyr"), ("gyro", "gyr"),
@@ -128,8 +133,7 @@ def header_table(line: str) -> HeaderTable | None:
             return None
     if not known & set(names):
         return None
-    clock = next((clock for name, clock in (("us", MICROS), ("ms", MILLIS), (TIME, SECONDS),
-                                            (COUNTER, ROWS)) if name in names), None)
+    clock = next((clock for name, (clock, _) in CLOCKS.items() if name in names), None)
     units = {unit for name, unit in cells if name in known}
     unit = (G_AND_DEG if "g" in units or "deg/s" in units else
             SI if "rad/s" in units or "m/s^2" in units else COUNTS)

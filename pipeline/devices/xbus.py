@@ -12,6 +12,18 @@ EXTENDED = 0xFF  #: the LEN that is followed by a length of two bytes
 LONGEST_DATA = 2048  #: a longer length is taken for damage: no message of these devices has it
 
 
+#: Facts of the protocol: message identifiers. An answer has that of its request and one more.
+GO_TO_CONFIG, GO_TO_MEASUREMENT, RESET = 0x30, 0x10, 0x40
+WAKE_UP, WAKE_UP_ACK, ERROR = 0x3E, 0x3F, 0x42  # what a reset and a fault are reported by
+REQUEST_CONFIGURATION, SET_PERIOD = 0x0C, 0x04  # answered with 118 bytes; in ticks of 1/115200 s
+SET_OUTPUT_MODE, SET_OUTPUT_SETTINGS, SET_SKIP_FACTOR = 0xD0, 0xD2, 0xD4  # of the legacy series
+SET_OUTPUT_CONFIGURATION = 0xC0  # of the newer series
+WRONG_PERIOD = 0x03  # a code of ERROR
+TICKS_PER_S = 115200  #: fact: in which the sampling period is stated
+DATA_LENGTH_AT = 102  #: fact: of the length of its data in the answer to a request of configuration
+CONFIGURATION_BYTES = 118  #: fact: of that answer
+
+
 @dataclass(frozen=True, slots=True)
 class Message:
     """One message: its identifier and its data."""
@@ -41,13 +53,10 @@ class XbusReader:
     ----------
     bad : int
         Stretches of bytes that belong to no message.
-    skipped : int
-        Bytes in these stretches.
     """
 
     def __init__(self) -> None:
         self.bad = 0
-        self.skipped = 0
         self._buffer = bytearray()
         self._in_damage = False
 
@@ -91,7 +100,6 @@ class XbusReader:
 
     def _skip(self, count: int) -> None:
         if count > 0:
-            self.skipped += count
             self.bad += not self._in_damage
             self._in_damage = True
 

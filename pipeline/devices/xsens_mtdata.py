@@ -14,7 +14,8 @@ from pipeline.devices.xbus import Message, XbusReader
 MTDATA = 0x32  #: fact: its message identifier
 RAW = struct.Struct(">9Hh")
 RAW_COUNTED = struct.Struct(">9HhH")
-COUNTER = DeviceClock("sample counter", None, 1 << 16)
+COUNTER_MODULUS = 1 << 16  #: fact: sample and packet counters of an MTi have 16 bits
+COUNTER = DeviceClock("sample counter", None, COUNTER_MODULUS)
 TEMPERATURE_STEP_C = 1 / 256  #: fact, of the raw temperature word
 
 

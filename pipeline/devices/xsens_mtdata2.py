@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from calib.poses.imu_log import TEMPERATURE
 from pipeline.devices.sample import CLOCK_MODULUS, COUNTS, NOT_SENT, DeviceClock, Sample, Triple
 from pipeline.devices.xbus import Message, XbusReader
-from pipeline.devices.xsens_mtdata import RAW, raw_sample
+from pipeline.devices.xsens_mtdata import COUNTER_MODULUS, RAW, raw_sample
 
 #: Facts of the protocol: the message identifier, and DataIDs.
 MTDATA2 = 0x36
@@ -21,7 +21,7 @@ RAW_ALL, TEMPERATURE_ID = 0xA010, 0x0810  # readings of the converters; °C
 ACCELERATION, RATE_OF_TURN = 0x4020, 0x8020  # m/s² and rad/s
 KIND = 0xFFF0  #: of a DataID; the low four bits are number format and frame
 
-COUNTER = DeviceClock("packet counter", None, 1 << 16)
+COUNTER = DeviceClock("packet counter", None, COUNTER_MODULUS)
 FINE = DeviceClock("sample time fine", 1e-4, CLOCK_MODULUS)
 SI = "m/s², rad/s"
 

@@ -15,15 +15,37 @@ import numpy as np
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 from pipeline.devices.sample import CLOCK_MODULUS
-from pipeline.devices.sketch_lines import sketch_line
-from pipeline.devices.xbus import XbusReader, frame
-from pipeline.devices.xsens_mtdata import MTDATA, RAW_COUNTED
+from pipeline.devices.sketch_lines import HEADER, mpu6050_temperature_word, sketch_line
+from pipeline.devices.xbus import (
+    CONFIGURATION_BYTES,
+    DATA_LENGTH_AT,
+    ERROR,
+    GO_TO_CONFIG,
+    GO_TO_MEASUREMENT,
+    REQUEST_CONFIGURATION,
+    RESET,
+    SET_PERIOD,
+    TICKS_PER_S,
+    WAKE_UP,
+    WAKE_UP_ACK,
+    WRONG_PERIOD,
+    XbusReader,
+    frame,
+)
+from pipeline.devices.xsens_mtdata import (
+    COUNTER_MODULUS,
+    MTDATA,
+    RAW_COUNTED,
+    TEMPERATURE_STEP_C,
+)
 from pipeline.playback import Protocol
 
 MOVE_S = 1.2  #: a hand's motion from one pose to the next
 HAND_M_S2, HAND_RAD_S = 3.0, 1.5  #: standard deviation of what the hand adds
 GREETING = b"Initializing I2C devices...\r\nMPU6050 connection successful\r\n"
 HEADER_EVERY = 1000  #: samples
+NO_FIELD = (2**15,) * 3  #: words of the magnetometer: the middle of their range
+SAME_RATE = 0.02  #: relative; a device sets itself to the nearest rate that it can do
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +139,7 @@ class PlaybackDevice:
     def greeting(self) -> bytes:
         """What the device sends when it is switched on or reset."""
         if self._protocol == "xsens-mti":
-            return frame(0x3E)
+            return frame(WAKE_UP)
         return b"" if self._protocol == "sketch" else GREETING
 
     def next_sample(self) -> bytes:
@@ -131,13 +153,12 @@ class PlaybackDevice:
     def _encode(self, words: list[int], temperature_c: float) -> bytes:
         n = self._count
         if self._protocol == "xsens-mti":
-            celsius = round(temperature_c * 256)
-            return frame(MTDATA, RAW_COUNTED.pack(*words, 32768, 32768, 32768, celsius,
-                                                  n % 65536))
+            return frame(MTDATA, RAW_COUNTED.pack(
+                *words, *NO_FIELD, round(temperature_c / TEMPERATURE_STEP_C), n % COUNTER_MODULUS))
         if self._protocol == "sketch":
             micros = round(n / self._rate_hz * 1e6) % CLOCK_MODULUS
-            line = sketch_line(n, micros, (*words, round((temperature_c - 36.53) * 340)))
-            head = "" if n % HEADER_EVERY else "#turntable v1 mpu6050\r\n"
+            line = sketch_line(n, micros, (*words, mpu6050_temperature_word(temperature_c)))
+            head = "" if n % HEADER_EVERY else f"{HEADER}v1 mpu6050\r\n"
             return f"{head}{line}\r\n".encode()
         if self._protocol == "a/g":
             return ("a/g:\t" + "\t".join(map(str, words)) + "\r\n").encode()
@@ -151,15 +172,19 @@ class PlaybackDevice:
                         for message in self._requests.feed(data))
 
     def _answer(self, mid: int, data: bytes) -> bytes:
-        if mid == 0x40:  # Reset
+        if mid == WAKE_UP_ACK:
+            return b""
+        if mid == RESET:
             self.measuring = False
-            return frame(0x41) + self.greeting()
-        if mid in (0x30, 0x10):  # GoToConfig, GoToMeasurement
-            self.measuring = mid == 0x10
-        if mid == 0x04:  # SetPeriod; what is played has a rate of its own
-            wanted = 115200 / max(1, int.from_bytes(data, "big"))
-            if abs(wanted / self._rate_hz - 1) > 0.02:
-                return frame(0x42, b"\x03")
-        if mid == 0x0C:  # ReqConfiguration: the length of the data is all that the host reads
-            return frame(0x0D, bytes(102) + RAW_COUNTED.size.to_bytes(2, "big") + bytes(14))
-        return b"" if mid == 0x3F else frame(mid + 1)
+            return frame(RESET + 1) + self.greeting()
+        if mid in (GO_TO_CONFIG, GO_TO_MEASUREMENT):
+            self.measuring = mid == GO_TO_MEASUREMENT
+        if mid == SET_PERIOD:  # what is played has a rate of its own
+            wanted_hz = TICKS_PER_S / max(1, int.from_bytes(data, "big"))
+            if abs(wanted_hz / self._rate_hz - 1) > SAME_RATE:
+                return frame(ERROR, bytes([WRONG_PERIOD]))
+        if mid == REQUEST_CONFIGURATION:  # the length of the data is all that the host reads
+            length = RAW_COUNTED.size.to_bytes(2, "big")
+            after = bytes(CONFIGURATION_BYTES - DATA_LENGTH_AT - len(length))
+            return frame(mid + 1, bytes(DATA_LENGTH_AT) + length + after)
+        return frame(mid + 1)

@@ -8,6 +8,7 @@ from typing import Protocol
 from pipeline.config.load import Config
 from pipeline.config.schema import RecordSection
 from pipeline.config.sensor import AccelerometerSheet, GyroscopeSheet
+from pipeline.devices.mpu6050_binary import COUNTS_PER_G
 from pipeline.devices.mpu6050_text import Mpu6050TextParser
 from pipeline.devices.sample import AS_LABELLED, COUNTS, Parser
 from pipeline.devices.table import DEVICES, StreamSettings
@@ -44,7 +45,7 @@ class Connection:
     ----------
     config : Config
         With a ``record`` section.
-    open_line : callable
+    open_port : callable
         Opens the port at a speed.
     store : Store
         Where every byte goes.
@@ -117,7 +118,7 @@ class Connection:
 
     def _parser(self) -> Parser:
         sheet = self._config.sensor.accelerometer
-        counts_per_g = 16384.0
+        counts_per_g = COUNTS_PER_G
         if sheet is not None and sheet.full_scale_g is not None and sheet.bits is not None:
             counts_per_g = 2 ** (sheet.bits - 1) / sheet.full_scale_g
         return self._device.make(StreamSettings(self._record.pattern or "", counts_per_g))
@@ -147,7 +148,7 @@ class Connection:
 
         Raises
         ------
-        LineLost
+        PortLost
             The device is gone, or has been silent for ``DEAD_S``.
         """
         data, heard_s = self._take()

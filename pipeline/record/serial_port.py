@@ -31,7 +31,7 @@ class Port(Protocol):
 
         Raises
         ------
-        LineLost
+        PortLost
             The device is gone.
         """
         ...
@@ -50,7 +50,7 @@ class Port(Protocol):
 
 
 class SerialPort:
-    """A serial port; see :class:`Line`.
+    """A serial port; see :class:`Port`.
 
     Opening it resets most Arduinos, which then greet and start anew; what the driver had kept from
     before is dropped.
@@ -168,7 +168,7 @@ def _group_of(port: str) -> str | None:
 
 
 @dataclass(frozen=True)
-class FoundPort:
+class SerialPortInfo:
     """One serial port: its name, what it says of itself, what is probably behind it, access."""
 
     name: str
@@ -185,11 +185,11 @@ VENDORS = {
 }
 
 
-def find_ports() -> list[FoundPort]:
+def find_ports() -> list[SerialPortInfo]:
     """The serial ports there are, those on USB first."""
     ports = sorted(list_ports.comports(), key=lambda port: (port.vid is None, port.device))
     return [
-        FoundPort(
+        SerialPortInfo(
             port.device,
             port.description if port.description not in (None, "n/a") else "",
             VENDORS.get(port.vid, "USB device") if port.vid is not None else "",

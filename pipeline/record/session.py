@@ -110,7 +110,7 @@ class Session:
     ----------
     config : Config
         Loaded with ``files_may_be_missing``; with a ``record`` section.
-    open_line : callable
+    open_port : callable
         Opens the port at a speed; called again after the device was gone.
     display : RecordingDisplay
     open_camera : callable, optional

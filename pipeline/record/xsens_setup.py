@@ -9,29 +9,39 @@ import time
 from collections.abc import Callable
 from typing import NamedTuple
 
-from pipeline.devices.xbus import Message, XbusReader, frame
+from pipeline.devices.xbus import (
+    DATA_LENGTH_AT,
+    ERROR,
+    GO_TO_CONFIG,
+    GO_TO_MEASUREMENT,
+    REQUEST_CONFIGURATION,
+    RESET,
+    SET_OUTPUT_CONFIGURATION,
+    SET_OUTPUT_MODE,
+    SET_OUTPUT_SETTINGS,
+    SET_PERIOD,
+    SET_SKIP_FACTOR,
+    TICKS_PER_S,
+    WAKE_UP,
+    WAKE_UP_ACK,
+    WRONG_PERIOD,
+    Message,
+    XbusReader,
+    frame,
+)
 from pipeline.devices.xsens_mtdata import RAW_COUNTED
 from pipeline.devices.xsens_mtdata2 import PACKET_COUNTER, RAW_ALL, SAMPLE_TIME_FINE
 from pipeline.errors import DeviceError
 from pipeline.record.serial_port import Port
 
-#: Facts of the protocol: message identifiers.
-GO_TO_CONFIG, GO_TO_MEASUREMENT, RESET = 0x30, 0x10, 0x40
-WAKE_UP, WAKE_UP_ACK, ERROR = 0x3E, 0x3F, 0x42  # what a reset and a fault are reported by
-REQUEST_CONFIGURATION, SET_PERIOD = 0x0C, 0x04  # answered with 118 bytes; in ticks of 1/115200 s
-SET_OUTPUT_MODE, SET_OUTPUT_SETTINGS, SET_SKIP_FACTOR = 0xD0, 0xD2, 0xD4  # of the legacy series
-SET_OUTPUT_CONFIGURATION = 0xC0  # of the newer series
-
 RAW_MODE, SAMPLE_COUNTER_ON = 0x4000, 0x00000001  #: facts: bits of output mode and settings
-TICKS_PER_S = 115200  #: in which the sampling period is stated
 SHORTEST_PERIOD, LONGEST_PERIOD = 225, 1152  #: 512 Hz and 100 Hz
-DATA_LENGTH_AT = 102  #: in the answer to ReqConfiguration
 EVERY_SAMPLE = 0xFFFF  #: fact: the rate that means "with every packet"
 
 ANSWER_S = 0.6  #: at 115200 baud an answer takes milliseconds, a reset half a second
 TRIES = 3  #: a device that streams may overlook a request; chosen
 ERRORS = {
-    0x03: "the sampling period is not one it can do",
+    WRONG_PERIOD: "the sampling period is not one it can do",
     0x04: "it does not know this message; is it the other kind of MTi (record.device)?",
     0x1E: "its timer overflowed; lower the sample rate",
     0x20: "it does not do this baud rate",
@@ -59,11 +69,11 @@ class XsensStream(NamedTuple):
 
 
 class Conversation:
-    """Requests and their answers on a line.
+    """Requests and their answers on a port.
 
     Parameters
     ----------
-    line : Line
+    port : Port
     keep : callable
         Told of all bytes that come, and when: the raw file begins with the device's headers.
 
@@ -73,8 +83,8 @@ class Conversation:
         What came together with the last answer: the stream may begin in it.
     """
 
-    def __init__(self, line: Port, keep: Callable[[bytes, float], None]) -> None:
-        self._port, self._keep = line, keep
+    def __init__(self, port: Port, keep: Callable[[bytes, float], None]) -> None:
+        self._port, self._keep = port, keep
         self._reader = XbusReader()
         self.last = b""
 
@@ -126,9 +136,9 @@ class Conversation:
             self.ask(GO_TO_CONFIG)
 
 
-def start_mtdata(line: Port, rate_hz: float, keep: Callable[[bytes, float], None]) -> XsensStream:
+def start_mtdata(port: Port, rate_hz: float, keep: Callable[[bytes, float], None]) -> XsensStream:
     """Start raw output with the sample counter on a legacy MTi."""
-    talk = Conversation(line, keep)
+    talk = Conversation(port, keep)
     talk.go_to_config()
     period = min(max(round(TICKS_PER_S / rate_hz), SHORTEST_PERIOD), LONGEST_PERIOD)
     skip = max(round(TICKS_PER_S / period / rate_hz) - 1, 0)
@@ -147,13 +157,13 @@ def start_mtdata(line: Port, rate_hz: float, keep: Callable[[bytes, float], None
     return XsensStream(TICKS_PER_S / period / (skip + 1), talk.last)
 
 
-def start_mtdata2(line: Port, rate_hz: float, keep: Callable[[bytes, float], None]) -> XsensStream:
+def start_mtdata2(port: Port, rate_hz: float, keep: Callable[[bytes, float], None]) -> XsensStream:
     """Start raw output on a newer MTi.
 
     Counter and time stamp are asked for as well; firmware that does not combine them with raw
     readings refuses, and the readings are asked for alone.
     """
-    talk = Conversation(line, keep)
+    talk = Conversation(port, keep)
     talk.go_to_config()
     raw = (RAW_ALL, round(rate_hz))
     try:

@@ -167,7 +167,7 @@ def test_any_line_can_be_described_by_a_pattern() -> None:
 
 @pytest.mark.parametrize(("pattern", "says"), [
     ("{acc_x},{acc_y}", "acc_z missing"), ("{a b},{acc_x}", "no name of a column"),
-    ("{acc_x}{acc_y},{acc_z}", "side by side"), ("hello", "neither acc_x"),
+    ("{acc_x}{acc_y},{acc_z}", "nothing separates"), ("hello", "neither acc_x"),
     ("{time_s},{time_ms},{acc_x},{acc_y},{acc_z}", "more than one time"),
 ])
 def test_a_pattern_that_makes_no_log_is_refused(pattern: str, says: str) -> None:

@@ -77,7 +77,7 @@ def test_all_checksums_of_the_captured_mtdata2_hold(session: int) -> None:
     data = captured("xsens_mtdata2_einride", f"{session}_output.bin").read_bytes()
     reader = XbusReader()
     messages = reader.feed(data) + reader.finish()
-    assert (len(messages), reader.bad, reader.skipped) == (100, 0, 0)
+    assert (len(messages), reader.bad) == (100, 0)
     counters = [int.from_bytes(data, "big") for message in messages
                 for data_id, data in packets(message.data) if data_id == PACKET_COUNTER]
     first = 43398 + 100 * (session - 1)
@@ -114,7 +114,7 @@ def test_a_false_start_hides_no_message() -> None:
     reader = XbusReader()
     found = reader.feed(false + RAW_SAMPLE * 3) + reader.finish()
     assert len(found) == 3
-    assert (reader.bad, reader.skipped) == (1, len(false))
+    assert reader.bad == 1
 
 
 def test_readings_that_are_no_numbers_are_damage() -> None:

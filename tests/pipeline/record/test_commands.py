@@ -14,7 +14,7 @@ import pytest
 
 from pipeline.playback import PROTOCOLS
 from pipeline.record import serial_port as line
-from pipeline.record.serial_port import FoundPort, only_port, permission_advice
+from pipeline.record.serial_port import SerialPortInfo, only_port, permission_advice
 from tests.paths import ROOT
 
 GUIDE = (ROOT / "data/docs/recording.md").read_text(encoding="utf-8")
@@ -111,16 +111,16 @@ def test_permissions_are_explained(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize(("ports", "message"), [
     ([], "no USB serial port is there"),
-    ([FoundPort("COM3", "", "Arduino", True), FoundPort("COM4", "", "Xsens", True)],
+    ([SerialPortInfo("COM3", "", "Arduino", True), SerialPortInfo("COM4", "", "Xsens", True)],
      r"there are 2 USB serial ports: COM3 \(Arduino\), COM4 \(Xsens\)"),
 ])
 def test_the_port_is_asked_for_where_it_is_not_clear(
-    monkeypatch: pytest.MonkeyPatch, ports: list[FoundPort], message: str
+    monkeypatch: pytest.MonkeyPatch, ports: list[SerialPortInfo], message: str
 ) -> None:
     monkeypatch.setattr(line, "find_ports", lambda: ports)
     with pytest.raises(line.DeviceError, match=message):
         only_port()
-    monkeypatch.setattr(line, "find_ports", lambda: [FoundPort("COM3", "", "Arduino", True)])
+    monkeypatch.setattr(line, "find_ports", lambda: [SerialPortInfo("COM3", "", "Arduino", True)])
     assert only_port() == "COM3"
 
 
