@@ -27,14 +27,16 @@ EARLIEST_SHARE = 0.1  #: of the stretches' earliest arrivals lie below the line
 class Unwrap:
     """Device ticks without the jumps back to 0; the first is 0.
 
-    A step back by more than half the modulus is a wrap; any other step back, or the same value
-    twice, is a device that started anew, after which the count goes on from the last value.
+    A step back by more than half the modulus is a wrap; any other is a device that started anew,
+    after which the count goes on from the last value. A clock coarser than the samples gives one
+    value twice: the second is one tick later, and the next step so much shorter.
     """
 
     def __init__(self, clock: DeviceClock) -> None:
         self._modulus = clock.modulus
         self._last: int | None = None
         self._total = 0
+        self._ahead = 0
         self.restarts = 0
 
     def __call__(self, ticks: int) -> int:
@@ -44,11 +46,12 @@ class Unwrap:
             if self._modulus and step < 0:
                 step %= self._modulus
                 if step > self._modulus // 2:
-                    step = 0
-            if step <= 0:
-                self.restarts += 1
-                step = 1
-            self._total += step
+                    step = -1
+            self.restarts += step < 0
+            self._ahead += step == 0
+            back = min(self._ahead, max(step - 1, 0))
+            self._ahead -= back
+            self._total += max(step - back, 1)
         self._last = ticks
         return self._total
 

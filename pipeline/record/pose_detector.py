@@ -102,6 +102,10 @@ class PoseDetector:
         """The pose failed as a whole; it may be tried again without moving the sensor."""
         self._wait_for_move = False
 
+    def begin_again(self) -> None:
+        """Forget the rows of a pose that is not whole: those that follow are not continuous."""
+        self._rows, self._pending = [], []
+
     def _look(self, hop: list[TimedSample]) -> Refused | Complete | None:
         values = self._nominal(hop)
         self._window.append(values)

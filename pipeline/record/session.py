@@ -25,14 +25,13 @@ from pipeline.record.block_files import (
 from pipeline.record.connection import SILENT_S, Connection, OpenPort
 from pipeline.record.pose_detector import PoseDetector
 from pipeline.record.recorded_poses import pose_rate, read_recorded_poses, rest_reading
+from pipeline.record.remarks import introduction, loss_of
 from pipeline.record.serial_port import PortLost
 from pipeline.record.store import Store
 from pipeline.record.stream import Stream, TimedSample
 from pipeline.record.task import Complete, Refused, Status, Task
-from pipeline.text.formatting import count
 
 RETRY_S, GIVE_UP_S = 0.5, 120.0  #: after the device is gone
-LOST_SHARE = 0.02  #: of a pose's samples, from which on the loss is told
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,7 +205,7 @@ class Session:
         self, connection: Connection, block: RecordingBlock, task: Task, covered: set[int]
     ) -> None:
         detector: PoseDetector | None = None
-        phase = ""
+        phase, restarts = "", connection.stream.restarts
         while detector is None or detector.next_direction is not None:
             rows = connection.rows()
             rate_hz = connection.stream.rate_hz
@@ -214,6 +213,12 @@ class Session:
                 if rate_hz is None:
                     continue
                 detector = PoseDetector(task, rate_hz, tuple(covered))
+            if connection.stream.restarts > restarts:  # its clock no longer tells the gap
+                restarts = connection.stream.restarts
+                rows = []
+                self._stop_filming(keep=False)
+                detector.begin_again()
+                self._display.say("the device started anew; a pose that was begun starts again")
             for event in detector.feed(rows):
                 self._on_event(event, detector, connection.stream, block, task, covered)
             phase, before = detector.status.phase, phase
@@ -279,22 +284,3 @@ def clip_of(block: RecordingBlock) -> Path:
     """The clip of the pose that is taken next."""
     assert isinstance(block.clips, NumberedFiles)  # require_clip_names has seen to it
     return block.clips.path(block.poses.next_number())
-
-
-def introduction(block: RecordingBlock, missing: int, recorded: int) -> str:
-    """What a block asks for, in a line."""
-    so_far = f", {recorded} are recorded" if recorded else ""
-    where = f"on the plate turning at '{block.rate}'" if block.turns else "with the plate stopped"
-    return (f"{count(missing, 'pose')} of {block.seconds:g} s {where}{so_far}. Ctrl-C stops; "
-            f"nothing is lost.")
-
-
-def loss_of(rows: list[TimedSample], stream: Stream) -> str:
-    """What to say of samples lost within a pose; empty where it is nothing."""
-    first, last = rows[0].ticks, rows[-1].ticks
-    clock, rate_hz = stream.parser.clock, stream.rate_hz
-    if first is None or last is None or clock is None or rate_hz is None:
-        return ""
-    sent = last - first + 1 if clock.tick_s is None else (last - first) * clock.tick_s * rate_hz + 1
-    share = 1 - len(rows) / sent
-    return f"; {100 * share:.0f} % of its samples were lost" if share > LOST_SHARE else ""

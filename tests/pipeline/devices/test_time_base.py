@@ -55,6 +55,15 @@ def test_a_device_that_starts_anew_goes_on_from_where_it_was() -> None:
     assert Unwrap(DeviceClock("rows", None, None))(5) == 0
 
 
+def test_a_clock_coarser_than_the_samples_neither_stands_nor_drifts() -> None:
+    unwrap = Unwrap(DeviceClock("board milliseconds", 1e-3, 1 << 32))
+    assert [unwrap(ticks) for ticks in (5, 5, 7, 8, 8, 8, 11, 12)] == [0, 1, 2, 3, 4, 5, 6, 7]
+    assert unwrap.restarts == 0
+    made_s = np.arange(5000) / 1700
+    ticks = [unwrap(int(1e3 * made) + 13) for made in made_s]
+    assert (np.diff(ticks) >= 1).all()
+
+
 def test_few_samples_give_no_rate() -> None:
     assert np.isnan(rate_of([1.0]))
     assert straight_line(np.array([2.0])) == (2.0, 0.0)

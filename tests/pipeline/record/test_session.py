@@ -1,5 +1,6 @@
 """A guided recording over a real pseudo-terminal and pyserial, with every trouble of the line."""
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -10,14 +11,18 @@ from pipeline.config.load import load_config
 from pipeline.errors import ConfigError, DeviceError
 from pipeline.logs.read import read_log
 from pipeline.playback import Protocol
-from pipeline.playback.device import Faults
+from pipeline.playback.device import Faults, PlaybackDevice
 from pipeline.record.block_files import recording_blocks
+from pipeline.record.session import Session as RecordingSession
 from tests.pipeline.record.play import (
     calibrated,
     evening,
+    onlooker,
     playing,
+    poses_of,
     record,
     record_with_kills,
+    specs_of,
     write_config,
 )
 from tests.sessions import edit
@@ -117,6 +122,44 @@ def test_on_the_plate_poses_hold_three_turns(tmp_path: Path, six_faces: Session)
     for path in (tmp_path / "gyr").glob("pose_*.csv"):
         assert np.ptp(read_log(path).time_s) > 3 * 2 * np.pi / 1.7454 - 0.02
     assert len(list((tmp_path / "gyr").glob("pose_*.csv"))) == 6
+
+
+class Rebooting:
+    """A port whose device starts anew while a pose is taken; see `pipeline.record`'s Port."""
+
+    def __init__(self, session: Session, samples: int) -> None:
+        self._session, self._left = session, samples
+        self._device = self._begin()
+
+    def _begin(self) -> PlaybackDevice:
+        return PlaybackDevice("sketch", poses_of(self._session, turning=False), 100.0, 6.0,
+                              specs_of(self._session))
+
+    def read(self) -> tuple[bytes, float]:
+        self._left -= 10
+        if self._left == 0:
+            self._device = self._begin()
+        return b"".join(self._device.next_sample() for _ in range(10)), time.monotonic()
+
+    def write(self, data: bytes) -> None: ...
+
+    def set_baud(self, baud: int) -> None: ...
+
+    def close(self) -> None: ...
+
+
+def test_a_pose_during_which_the_device_starts_anew_is_taken_again(
+    tmp_path: Path, mpu_evening: Session
+) -> None:
+    config = load_config(write_config(tmp_path, mpu_evening, "mpu-6050", more=", poses: 6"),
+                         files_may_be_missing=True)
+    port, watcher = Rebooting(mpu_evening, samples=400), onlooker()
+    RecordingSession(config, lambda baud: port, watcher).run()
+    assert sum("started anew" in text for text in watcher.said) == 1
+    assert not any("It moved" in text for text in watcher.said)
+    for path in (tmp_path / "acc").glob("pose_*.csv"):
+        np.testing.assert_allclose(np.diff(read_log(path).time_s), 0.01, atol=2e-6)
+    assert len(list((tmp_path / "acc").glob("pose_*.csv"))) == 6
 
 
 def test_a_plate_that_turns_the_other_way_is_recorded_alike(
