@@ -9,7 +9,7 @@ from typing import Any
 
 from calib.poses.imu_log import SI_UNIT, TRIADS
 from pipeline.errors import UnreadableInput
-from pipeline.results.read import LARGEST_BYTES
+from pipeline.results.json_file import read_json
 from pipeline.results.schema.noise import FORMAT, NoiseFile
 from pipeline.results.schema.types import problems_of
 
@@ -60,16 +60,7 @@ def load_noise(path: Path) -> StoredNoise:
         It is missing, or is none that `pipeline noise` has written.
     """
     path = path / NOISE_NAME if path.is_dir() else path
-    try:
-        text = path.read_text(encoding="utf-8") if path.stat().st_size <= LARGEST_BYTES else ""
-        contents = json.loads(text)
-    except OSError as error:
-        raise UnreadableInput(
-            f"{path}: cannot be read ({error.strerror}). Name the {NOISE_NAME} that `pipeline "
-            f"noise` has written, or its folder.") from error
-    except (ValueError, RecursionError) as error:
-        raise UnreadableInput(f"{path}: is not JSON. Name the {NOISE_NAME} that `pipeline noise` "
-                              f"has written.") from error
+    contents = read_json(path, NOISE_NAME, "pipeline noise")
     if problems := problems_of(NoiseFile, contents):
         raise UnreadableInput(f"{path}: is not what `pipeline noise` writes ({problems}). Write it "
                               f"anew.")

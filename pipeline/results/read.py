@@ -1,6 +1,5 @@
 """results.json read back: what other commands need of an earlier run."""
 
-import json
 import math
 from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
@@ -17,13 +16,14 @@ from calib.fit.triad.correction import Correction
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from pipeline.errors import UnreadableInput
+from pipeline.results.json_file import read_json
 from pipeline.results.names import PARAMETERS, RESULTS_NAME
 from pipeline.results.schema import FORMAT
 from pipeline.results.schema.file import ResultsFile
 from pipeline.results.schema.types import problems_of
 
-LARGEST_BYTES = 100_000_000  #: a session of a thousand poses has 2 MB
-ROUNDING = 1e-6  #: relative; of what is stored twice
+SAME = 1e-6  #: relative difference of what is stored twice: no worse in files of other programs
+NONE = 1e-12  #: of a parameter that is 0 in one of the two places, in its unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +118,7 @@ def load_results(path: Path, allow_python: bool = False) -> Stored:
         It is missing, damaged, or was written by a program of another format.
     """
     path = path / RESULTS_NAME if path.is_dir() else path
-    contents = _json(path)
+    contents = read_json(path, RESULTS_NAME, "pipeline run")
     if not isinstance(contents, dict) or contents.get("format") != FORMAT:
         kind = contents.get("format") if isinstance(contents, dict) else None
         raise UnreadableInput(
@@ -136,32 +136,6 @@ def load_results(path: Path, allow_python: bool = False) -> Stored:
     except (ValueError, CalibrationError) as error:
         raise _not_ours(path, str(error)) from error
     return Stored(path, contents, triads)
-
-
-def _json(path: Path) -> Any:
-    try:
-        size = path.stat().st_size
-        text = path.read_text(encoding="utf-8") if size <= LARGEST_BYTES else None
-    except OSError as error:
-        raise UnreadableInput(
-            f"{path}: cannot be read ({error.strerror}). Name the {RESULTS_NAME} that `pipeline "
-            f"run` has written, or its folder."
-        ) from error
-    except ValueError as error:  # not UTF-8
-        raise _not_json(path, str(error)) from error
-    if text is None:
-        raise _not_json(path, f"{size} bytes, at most {LARGEST_BYTES} are expected")
-    try:
-        return json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise _not_json(path, str(error)) from error
-
-
-def _not_json(path: Path, problem: str) -> UnreadableInput:
-    return UnreadableInput(
-        f"{path}: is not JSON ({problem}). Name the {RESULTS_NAME} that `pipeline run` has "
-        f"written, or write it anew with `pipeline run`."
-    )
 
 
 def _not_ours(path: Path, problem: str) -> UnreadableInput:
@@ -214,12 +188,12 @@ def _require_agreement(triad: StoredTriad) -> None:
     no_cov = np.zeros((len(theta), len(theta)))
     expected = triad_parameters(model, theta, no_cov, correction.spec)
     for key in PARAMETERS:
-        if not np.allclose(getattr(triad, key), getattr(expected, key), rtol=ROUNDING, atol=1e-12):
+        if not np.allclose(getattr(triad, key), getattr(expected, key), rtol=SAME, atol=NONE):
             raise ValueError(f"{triad.triad}.parameters.{key} is not that of correction.theta")
     for name, entry in triad.effects.items():
         of_effect = theta[model.positions([each for each in model.effects if each.name == name])]
         values = _array(entry["values"])[: len(of_effect)]
-        if not np.allclose(values, of_effect, rtol=ROUNDING, atol=0, equal_nan=True):
+        if not np.allclose(values, of_effect, rtol=SAME, atol=0, equal_nan=True):
             raise ValueError(f"{triad.triad}.effects.{name} is not that of correction.theta")
 
 
@@ -228,9 +202,8 @@ def _user_effects(
 ) -> dict[str, Effect]:
     if not stored:
         return {}
-    from pipeline.stages.user_effects import (
-        stored_effects,  # pydantic and all, which few calibrations need
-    )
+    # pydantic and all, which few calibrations need
+    from pipeline.stages.user_effects import stored_effects
 
     return stored_effects(stored, triad, folder, allow_python)
 

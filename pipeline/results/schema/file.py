@@ -18,7 +18,7 @@ from pipeline.results.schema.types import (
     means,
 )
 
-ROUNDING = 1e-6  #: of a stored rotation matrix: no worse in the files of other programs
+ORTHOGONAL = 1e-6  #: deviation of R Rᵀ from the unit matrix: no worse in files of other programs
 
 
 class InstallationResult(Part):
@@ -42,8 +42,8 @@ class InstallationResult(Part):
     @model_validator(mode="after")
     def _is_a_rotation(self) -> "InstallationResult":
         r = np.array(self.rotation)
-        if not np.allclose(r @ r.T, np.eye(3), atol=ROUNDING) or np.linalg.det(r) < 0:
-            raise ValueError("rotation is no rotation")
+        if not np.allclose(r @ r.T, np.eye(3), atol=ORTHOGONAL) or np.linalg.det(r) < 0:
+            raise ValueError("rotation is no rotation matrix")
         return self
 
 
@@ -54,7 +54,7 @@ class ResultsFile(Part):
     title: Text = means("title of the session")
     sensor: Text = means("name of the sensor")
     config_sha256: Text = means("SHA-256 of the configuration")
-    session_start_s: Number | None = means("earliest sample of all logs")
+    session_start_s: Number | None = means("earliest sample of all logs, s by their clock")
     rate: dict[str, RateResult] = means("plate settings by name")
     accelerometer: AccelerometerResult | None = means("null if it was not calibrated")
     gyroscope: GyroscopeResult | None = means("null if it was not calibrated")

@@ -14,29 +14,30 @@ from pipeline.results.schema.types import (
 )
 
 
-class PhaseCandidate(Part):
-    """A term that the phase track may lack."""
+class CandidateResult(Part):
+    """A term that a phase track may lack, or an effect that a triad may lack."""
 
-    name: Text = means("term")
+    name: Text = means("term or effect")
     log_evidence: MaybeNumber = means("log of its evidence against the present model")
     chi2_drop: MaybeNumber = means("reduction of chi² with it")
-    size: list[MaybeNumber] = means("its parameters")
+    size: list[MaybeNumber] = means(
+        "its parameters, each in its unit; a shape parameter comes last")
     sd: list[MaybeSd] = means("their sds")
-    rms_after: MaybeSd = means("residual with it, rad; of a triad in SI units")
+    rms_after: MaybeSd = means("RMS residual with it, rad; of a triad in SI units")
     loo_after: MaybeSd = means("leave-one-out error with it, in the same unit; null where none is")
     blind: bool = means("these data cannot determine it")
-    aliases: list[Text] = means("terms with the same signature in these data")
+    aliases: list[Text] = means("terms or effects with the same signature in these data")
 
 
-class PhaseVerdict(Part):
-    """What the model of a phase track misses."""
+class DiagnosisResult(Part):
+    """What the model of a phase track or of a triad misses."""
 
     verdict: Text = means("code")
-    name: Text | None = means("the term that is missing")
-    group: list[Text] = means("the term and those with the same signature")
+    name: Text | None = means("the term or effect that is missing")
+    group: list[Text] = means("it, and those with the same signature")
     in_words: Text = means("the verdict in words", alias="says")
     record_next: Text | None = means("the measurement to record next")
-    ranking: list[PhaseCandidate] = means("every term, the most likely first")
+    ranking: list[CandidateResult] = means("every candidate, the most likely first")
 
 
 class CountedRate(Part):
@@ -47,7 +48,7 @@ class CountedRate(Part):
 
 
 class RateSds(Part):
-    """What the sd of a rate is made of."""
+    """Contributions to the sd of a rate."""
 
     image_rad_s: MaybeSd = means("noise of the images")
     timebase_rad_s: MaybeSd = means("clock of the camera")
@@ -80,7 +81,7 @@ class ClipRate(Part):
         "rates that give the same frames; negative is clockwise")
     lost_frames: Count = means("dropped frames")
     duplicate_frames: Count = means("repeated frames")
-    diagnosis: PhaseVerdict = means("what the model misses")
+    diagnosis: DiagnosisResult = means("what the model misses")
     warnings: list[Text] = means("warnings in words")
 
 
@@ -97,5 +98,5 @@ class RateResult(Part):
     frame_count: CountedRate | None = means("the same by counting frames")
     sd_parts: RateSds = means("contributions to the sd")
     source: Literal["video", "stated"] = means("where the rate comes from")
-    diagnosis: PhaseVerdict | None = means("of the clip that the model fits worst")
+    diagnosis: DiagnosisResult | None = means("of the clip that the model fits worst")
     clips: list[ClipRate] = means("every clip")

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from calib.poses.data_sheet import Encoding
-from pipeline.results.schema.rate import FittedPart, PhaseVerdict
+from pipeline.results.schema.rate import DiagnosisResult, FittedPart
 from pipeline.results.schema.types import (
     LARGEST,
     Count,
@@ -83,7 +83,7 @@ class InclusionResult(Part):
     probability: Probability = means("that one of them is there")
 
 
-class TriadVerdict(PhaseVerdict):
+class TriadDiagnosis(DiagnosisResult):
     """What the model of a triad misses."""
 
     names: list[Text] = means("all effects that are named as missing")
@@ -175,7 +175,7 @@ class TriadSection(Part):
     excluded: list[ExcludedResult] = means(
         "poses that the configuration excludes", default_factory=list)
     prediction: PredictionResult | None = means("error to expect of the next log")
-    diagnosis: TriadVerdict = means("what the model misses")
+    diagnosis: TriadDiagnosis = means("what the model misses")
     correction: CorrectionResult = means("what `apply` and `export` need")
     certificate: dict[str, CertificateGroup] | None = means(
         "the factory certificate beside the estimate", default=None)
