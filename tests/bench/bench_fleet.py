@@ -18,22 +18,8 @@ import tempfile
 import time
 from pathlib import Path
 
-import numpy as np
-
-from calib.diagnosis.population.evidence import Evidence
-from calib.diagnosis.population.evidence_many import evidence_many
-from calib.effects.catalogue import BASE
-from calib.fit.batch.fit_many import ManyFits, fit_many
-from calib.fit.model import Model
-from calib.fit.parameters import triad_parameters
-from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import AXES
 from pipeline.fleet.finish import finish_fleet
-from pipeline.fleet.record import SessionRecord, evidence_path, write_evidence
-from pipeline.fleet.rows import Row
-from pipeline.results.names import PARAMETERS
-from tests.fitting import spec_of
-from tests.lots import pose_sets_of
+from tests.lot_records import lot_records
 from tests.world.designs import paper_design
 from tests.world.imu import mpu6050
 from tests.world.lot import LotPlan, draw_lot
@@ -84,18 +70,10 @@ def page(asked: argparse.Namespace) -> None:
     plan = LotPlan(asked.sensors // 2, evenings=2, hidden="cubic", common_sd=0.5)
     lot = draw_lot(paper_design(mpu6050()), plan, 1)
     lot.counts[:: len(lot) // 20] *= 1.05  # 20 evenings at another supply
-    sets, spec = pose_sets_of(lot), spec_of(lot.triad, lot.triad.full_scale)
-    fits = fit_many(sets, Model.of(BASE))
     output = asked.output or Path(tempfile.mkdtemp())
-    names = [f"unit{unit:05d}/evening{i % plan.evenings + 1}" for i, unit in enumerate(lot.unit)]
-    for part in evidence_many(fits, sets, names):
-        for i, name in enumerate(part.sensors):
-            write_evidence(evidence_path(output, name, "accelerometer"), Evidence(
-                part.trials, part.score[i], part.information[i], float(part.chi2[i]),
-                float(part.dof[i]), float(part.noise_dof[i])))
-    records = [SessionRecord(name, name.partition("/")[0], "", 0, "", (_row(fits, i, name, spec),))
-               for i, name in enumerate(names)]
-    del lot, sets, fits
+    records = lot_records(lot, [f"unit{unit:05d}/evening{i % plan.evenings + 1}"
+                                for i, unit in enumerate(lot.unit)], output)
+    del lot
     before = _memory()
     begun, cpu = time.perf_counter(), time.process_time()
     finish_fleet(records, output, reports=True)
@@ -109,23 +87,6 @@ def page(asked: argparse.Namespace) -> None:
 def _memory() -> float:
     """Largest memory of this process so far, MB."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / KB
-
-
-def _row(fits: ManyFits, i: int, name: str, spec: TriadSpec) -> Row:
-    """The row of one session, with the parameters of its fit."""
-    stack = next(each for each in fits.stacks if i in each.index)
-    j = int(np.flatnonzero(stack.index == i)[0])
-    cov = stack.cov[j, :9, :9]
-    value = triad_parameters(fits.model, stack.theta[j], cov, spec)
-    row: Row = {"session": name, "sensor": name.partition("/")[0], "triad": "accelerometer",
-                "exit_code": 0, "reason": "", "warnings": 0, "n_poses": 18,
-                "verdict": "nothing_missing", "missing": "", "chi2": float(fits.chi2[i]),
-                "dof": int(fits.dof[i]), "p_value": float(fits.p_value[i])}
-    for key, sd in zip(PARAMETERS, value.sd, strict=True):
-        for axis, at, each in zip(AXES, getattr(value, key), sd, strict=True):
-            row[f"{key}_{axis}"] = float(at)
-            row[f"{key}_{axis}_sd"] = row[f"{key}_{axis}_noise_sd"] = float(each)
-    return row
 
 
 def main() -> None:

@@ -6,19 +6,13 @@ from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
 
-import numpy as np
 import pytest
 
-from calib.diagnosis.population.evidence import Evidence
-from calib.diagnosis.population.evidence_many import evidence_many
-from calib.effects.catalogue import BASE
-from calib.fit.batch.fit_many import fit_many
-from calib.fit.model import Model
 from pipeline.fleet.finish import FleetSummary, finish_fleet
-from pipeline.fleet.record import SessionRecord, evidence_path, write_evidence
+from pipeline.fleet.record import SessionRecord, evidence_path
 from pipeline.fleet.rows import Row
 from pipeline.fleet.summary_text import fleet_lines
-from tests.lots import pose_sets_of
+from tests.lot_records import lot_records
 from tests.world.designs import soak_design
 from tests.world.lot import LotPlan, draw_lot
 
@@ -57,36 +51,15 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Page:
     drawn = draw_lot(soak_design(), plan, 3)
     drawn.counts[2 * 11 : 2 * 12] *= 1.5  # both evenings of one sensor: another gain
     drawn.counts[2 * 7] += 400  # one evening of another: its bias moved
-    sets = pose_sets_of(drawn)
-    fits = fit_many(sets, Model.of(BASE))
     names = [f"u{unit:02d}/e{i % 2}" for i, unit in enumerate(drawn.unit)]
-    for part in evidence_many(fits, sets, names):
-        for i, name in enumerate(part.sensors):
-            write_evidence(evidence_path(output, name, "accelerometer"), Evidence(
-                part.trials, part.score[i], part.information[i], float(part.chi2[i]),
-                float(part.dof[i]), float(part.noise_dof[i])))
-    records = [
-        SessionRecord(name, name[:3], "", 0, "", (row_of(name, theta, sd, chi2),))
-        for name, theta, sd, chi2 in zip(names, fits.theta, fits.sd, fits.chi2, strict=True)
-    ]
-    copy = row_of("u98/e0", fits.theta[0], fits.sd[0], fits.chi2[0])
+    records = lot_records(drawn, names, output)
+    copy = {**records[0].rows[0], "session": "u98/e0", "sensor": "u98"}
     records.append(SessionRecord("u98/e0", "u98", "", 0, "", (copy,)))
     failed: Row = {"session": "u99/e0", "sensor": "u99", "triad": "", "exit_code": 3,
                    "reason": HOSTILE}
     records.append(SessionRecord("u99/e0", "u99", "", 3, HOSTILE, (failed,)))
     summary = finish_fleet(records, output, reports=True)
     return Page(output, summary, (output / "fleet.html").read_text(encoding="utf-8"))
-
-
-def row_of(name: str, theta: np.ndarray, sd: np.ndarray, chi2: float) -> Row:
-    row: Row = {"session": name, "sensor": name[:3], "triad": "accelerometer", "exit_code": 0,
-                "reason": "", "n_poses": 78, "verdict": "nothing_missing", "missing": "",
-                "chi2": float(chi2)}
-    for stem, where in (("bias_counts", 0), ("scale_counts_per_unit", 3)):
-        for k, axis in enumerate("xyz"):
-            row[f"{stem}_{axis}"] = float(theta[where + k])
-            row[f"{stem}_{axis}_sd"] = row[f"{stem}_{axis}_noise_sd"] = float(sd[where + k])
-    return row
 
 
 def test_what_no_sensor_shows_alone_stands_at_the_top_of_the_page(page: Page) -> None:
