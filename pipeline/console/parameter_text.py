@@ -8,7 +8,9 @@ from calib.effects.effect import Effect
 from calib.effects.units import display_unit
 from calib.fit.parameters import TriadParameters
 from calib.poses.attitudes import direction_name
-from calib.poses.imu_log import AXES, SI_UNIT
+from calib.poses.imu_log import AXES
+from pipeline.results.names import PARAMETERS
+from pipeline.results.units import unit_of
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, with_sd
 from pipeline.text.tables import table_lines
@@ -78,14 +80,10 @@ def parameter_lines(result: TriadResult) -> list[str]:
 
 def _nine_rows(triad: str, parameters: TriadParameters) -> list[list[str]]:
     """Name with unit and three values of α, b and k⁻¹; the data sheet's if not fitted."""
-    values = (
-        ("misalignment [rad]", parameters.misalignment_rad),
-        ("bias [counts]", parameters.bias_counts),
-        (f"scale [counts/({SI_UNIT[triad]})]", parameters.scale_counts_per_unit),
-    )
     return [
-        [f"  {title}", *(fitted_text(v, s) for v, s in zip(value, sd, strict=True))]
-        for (title, value), sd in zip(values, parameters.sd, strict=True)
+        [f"  {key.split('_')[0]} [{unit_of(key, triad)}]",
+         *(fitted_text(v, s) for v, s in zip(getattr(parameters, key), sd, strict=True))]
+        for key, sd in zip(PARAMETERS, parameters.sd, strict=True)
     ]
 
 

@@ -10,6 +10,7 @@ from pipeline.export.parts import Export, matrix, no_effects, no_sds, short_name
 from pipeline.results.json_values import numbers
 from pipeline.results.names import PARAMETERS
 from pipeline.results.read import Stored, StoredTriad
+from pipeline.results.units import unit_of
 from pipeline.text.plain import cell
 
 
@@ -35,9 +36,9 @@ def to_csv(stored: Stored) -> Export:
     table = csv.writer(text, lineterminator="\n")
     table.writerow(["triad", "parameter", "axis", "value", "sd", "unit"])
     for each in stored.triads:
-        units = ("rad", "counts", f"counts/({SI_UNIT[each.triad]})")
         nine = _nine(each)
-        for key, unit in zip(PARAMETERS, units, strict=True):
+        for key in PARAMETERS:
+            unit = unit_of(key, each.triad)
             for axis, value, sd in zip(AXES, nine[key], nine[f"{key}_sd"], strict=True):
                 table.writerow([each.triad, key, axis, value, sd, unit])
         for name, effect in each.effects.items():

@@ -13,17 +13,15 @@ from calib.diagnosis.population.pool import Pool, PooledEffect, pool
 from calib.diagnosis.population.random_effects import RandomEffects
 from calib.diagnosis.population.repeatability import Repeatability, repeatability
 from calib.diagnosis.population.spread import Spread, spread_of, weighed_together
-from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray
+from calib.poses.imu_log import AXES, TRIADS, FloatArray
 from calib.poses.mean_noise import NOISE_DOF_PER_POSE
 from pipeline.fleet.record import evidence_path, kept_evidence
 from pipeline.fleet.rows import Row
 from pipeline.results.json_values import Json, number, numbers
 from pipeline.results.names import PARAMETERS
+from pipeline.results.units import unit_of
 
 POPULATION_NAME = "population.json"
-
-UNIT = {"misalignment_rad": "rad", "bias_counts": "counts",
-        "scale_counts_per_unit": "counts per {u}"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +114,7 @@ def parameter_names() -> list[str]:
 
 def parameter_unit(name: str, triad: str) -> str:
     """The unit of one of them."""
-    return UNIT[name.rpartition("_")[0]].replace("{u}", SI_UNIT[triad])
+    return unit_of(name.rpartition("_")[0], triad)
 
 
 def _column(rows: Sequence[Row], name: str) -> FloatArray:

@@ -38,7 +38,9 @@ from pipeline.stages.session_logs import Setting
 from pipeline.stages.site import gravity_of, latitude_of
 from pipeline.stages.user_effects import user_effects
 
-HEADROOM = 0.9  #: of the full scale; gain and offset take the rest
+HEADROOM = 0.9
+"""Of the full scale; derived: by its data sheet the gain of an MPU-6050 errs by up to 3 % and its
+zero by 20 °/s, which is 8 % of ±250 °/s."""
 
 #: Sd of a mean over one second, SI, correlation included: the median axis of still stretches in
 #: public logs of these sensors (33 poses of an MTi, 53 stretches of an MPU-6050; see data/README).
@@ -234,16 +236,16 @@ def _saturating(triad: Triad, settings: list[PlannedSetting], spec: TriadSpec) -
     """Settings at which the sensor would stand at the end of its range."""
     if triad == "accelerometer":
         if spec.full_scale < STANDARD_GRAVITY_M_S2:
-            yield (f"gravity is beyond the accelerometer's ±{spec.full_scale:.3g} m/s²: choose a "
+            yield (f"gravity exceeds the accelerometer's ±{spec.full_scale:.3g} m/s². Choose a "
                    f"larger range.")
         return
     full = math.degrees(spec.full_scale)
     for setting in settings:
         rate = math.degrees(setting.rate_rad_s)
         if rate >= full:
-            yield (f"{setting.name}: the plate turns at {rate:.0f} °/s, the gyroscope ends at "
-                   f"±{full:.0f} °/s and saturates: choose a slower plate or a larger range.")
+            yield (f"{setting.name}: the plate turns at {rate:.0f} °/s and the gyroscope reads up "
+                   f"to ±{full:.0f} °/s: it saturates. Choose a slower plate or a larger range.")
         elif rate > HEADROOM * full:
-            yield (f"{setting.name}: the plate turns at {rate:.0f} °/s, within 10 % of the "
-                   f"gyroscope's ±{full:.0f} °/s: gain and offset may take it to the end of its "
-                   f"range.")
+            yield (f"{setting.name}: the plate turns at {rate:.0f} °/s, within "
+                   f"{100 * (1 - HEADROOM):.0f} % of the gyroscope's ±{full:.0f} °/s: its gain "
+                   f"and offset may saturate it.")

@@ -17,19 +17,14 @@ from scipy.special import ndtri
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.errors import CalibrationError
 from calib.poses.conditions import Conditions
-from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray
+from calib.poses.imu_log import AXES, TRIADS, FloatArray
+from pipeline.results.json_values import number
 from pipeline.results.names import PARAMETERS
 from pipeline.results.read import Stored, StoredTriad
+from pipeline.results.units import unit_of
 
 CHANCE = 0.01
 """A choice: probability that a change is stated of a sensor that has not changed."""
-
-#: Shown name and unit of the keys of the nine parameters.
-TITLES = {
-    "misalignment_rad": ("misalignment", "rad"),
-    "bias_counts": ("bias", "counts"),
-    "scale_counts_per_unit": ("scale", "counts/({u})"),
-}
 
 
 @dataclass(frozen=True)
@@ -97,33 +92,33 @@ def compare_calibrations(results: Sequence[Stored]) -> tuple[ComparedTriad, ...]
     """
     compared = []
     for triad in TRIADS:
-        each = [next((t for t in stored.triads if t.triad == triad), None) for stored in results]
-        if sum(one is not None for one in each) >= 2:
+        triads = [next((t for t in stored.triads if t.triad == triad), None) for stored in results]
+        if sum(each is not None for each in triads) >= 2:
             sections = tuple(stored.contents[triad] for stored in results)
             compared.append(ComparedTriad(
-                triad, sections, tuple(_parameters(triad, each)),
-                tuple(_errors_on(section, one, each)
-                      for section, one in zip(sections, each, strict=True)),
+                triad, sections, tuple(_parameters(triad, triads)),
+                tuple(_errors_on(section, each, triads)
+                      for section, each in zip(sections, triads, strict=True)),
                 tuple(_same_poses(sections[0], section) for section in sections),
-                tuple(_same_sheet(each[0], one) for one in each),
+                tuple(_same_sheet(triads[0], each) for each in triads),
             ))
     return tuple(compared)
 
 
-def _parameters(triad: str, each: Sequence[StoredTriad | None]) -> Iterator[ComparedParameter]:
-    sheets = [_same_sheet(each[0], one) for one in each]
+def _parameters(triad: str, triads: Sequence[StoredTriad | None]) -> Iterator[ComparedParameter]:
+    sheets = [_same_sheet(triads[0], each) for each in triads]
     for key in PARAMETERS:
-        title, unit = TITLES[key]
-        sd_name = key.split("_")[0] + "_sd"
+        title = key.split("_")[0]
         comparable = [key == "misalignment_rad" or sheet for sheet in sheets]
         for axis, name in enumerate(AXES):
-            yield _compared(f"{title} {name}", unit.replace("{u}", SI_UNIT[triad]), False, [
-                None if one is None else (getattr(one, key)[axis], getattr(one, sd_name)[axis])
-                for one in each
+            yield _compared(f"{title} {name}", unit_of(key, triad), False, [
+                None if each is None else (
+                    getattr(each, key)[axis], getattr(each, f"{title}_sd")[axis])
+                for each in triads
             ], comparable)
-    names = dict.fromkeys(name for one in each if one is not None for name in one.effects)
+    names = dict.fromkeys(name for each in triads if each is not None for name in each.effects)
     for name in names:
-        entries = [None if one is None else one.effects.get(name) for one in each]
+        entries = [None if each is None else each.effects.get(name) for each in triads]
         parts = max((entry for entry in entries if entry is not None),
                     key=lambda entry: len(entry["values"]))
         for i, (part, unit) in enumerate(_parts(name, triad, parts)):
@@ -151,8 +146,8 @@ def _compared(
     entries: Sequence[tuple[float | None, float | None] | None],
     comparable: Sequence[bool] | None = None,
 ) -> ComparedParameter:
-    values = [_number(None if entry is None else entry[0]) for entry in entries]
-    sds = [_number(None if entry is None else entry[1]) for entry in entries]
+    values, sds = ([_number(None if entry is None else entry[k]) for entry in entries]
+                   for k in range(2))
     apart = [_apart(values[0], sds[0], value, sd) if comparable is None or comparable[k] else None
              for k, (value, sd) in enumerate(zip(values, sds, strict=True))]
     return ComparedParameter(name, unit, is_effect, tuple(values), tuple(sds), tuple(apart))
@@ -163,12 +158,12 @@ def _apart(
 ) -> float | None:
     if first is None or first_sd is None or value is None or sd is None:
         return None
-    together = math.hypot(first_sd, sd)
-    return None if together == 0 else (value - first) / together
+    sd_of_difference = math.hypot(first_sd, sd)
+    return None if sd_of_difference == 0 else (value - first) / sd_of_difference
 
 
 def _number(value: float | None) -> float | None:
-    return None if value is None or not math.isfinite(value) else float(value)
+    return None if value is None else number(value)
 
 
 def comparison_json(
@@ -203,29 +198,28 @@ def comparison_json(
 
 def _errors_on(
     section: Mapping[str, Any] | None, recorded_by: StoredTriad | None,
-    each: Sequence[StoredTriad | None],
+    triads: Sequence[StoredTriad | None],
 ) -> tuple[float | None, ...]:
     """Rms error of every calibration on the poses of one section, SI."""
     if section is None or recorded_by is None:
-        return (None,) * len(each)
+        return (None,) * len(triads)
     return tuple(
-        _error_on(section["poses"], one)
-        if one is not None and _same_sheet(recorded_by, one) else None
-        for one in each
+        _error_on(section["poses"], each)
+        if each is not None and _same_sheet(recorded_by, each) else None
+        for each in triads
     )
 
 
-def _error_on(poses: Sequence[Mapping[str, Any]], one: StoredTriad) -> float | None:
-    """Rms error of ``one`` on poses with the readings of a triad with its data sheet."""
+def _error_on(poses: Sequence[Mapping[str, Any]], triad: StoredTriad) -> float | None:
+    """Rms error of ``triad`` on poses with the readings of a triad with its data sheet."""
     used = [pose for pose in poses if pose["reading"] is not None and pose["reference"] != 0]
     if not used:
         return None
     reading = np.array([pose["reading"] for pose in used], float)
     columns = {name: _column(used, name) for name in used[0]["columns"]}
-    correction = one.of_the_sensor()
     at = Conditions.of_vectors(reading, columns)
     try:
-        corrected = correction.correct(at)
+        corrected = triad.of_the_sensor().correct(at)
     except CalibrationError:
         return None
     if not np.isfinite(corrected).all():  # an effect needs what these results do not hold

@@ -6,6 +6,7 @@ import numpy as np
 
 from calib.fit.parameters import TriadParameters
 from calib.fit.triad.determined import undetermined
+from calib.poses.imu_log import SI_UNIT
 from pipeline.errors import UnfitCalibration
 from pipeline.results.read import Stored, StoredTriad
 
@@ -36,8 +37,8 @@ def require_fit(stored: Stored, although_unfit: bool) -> tuple[str, ...]:
     faults = [fault for each in stored.triads for fault in _faults(stored, each)]
     if faults and not although_unfit:
         raise UnfitCalibration(
-            f"{stored.path}: {faults[0]} Record what `pipeline diagnose` names, and run again; to "
-            f"use these results all the same, add --although-unfit."
+            f"{stored.path}: {faults[0]} Record what `pipeline diagnose` names and run again, or "
+            f"add --although-unfit to use these results as they are."
         )
     return (*faults, *(note for each in stored.triads for note in _notes(stored, each)))
 
@@ -52,18 +53,19 @@ def _faults(stored: Stored, each: StoredTriad) -> Iterator[str]:
         each.misalignment_rad, each.bias_counts, each.scale_counts_per_unit, np.diag(sd**2))
     lost = undetermined(nine, reference or np.nan)
     if lost:
-        yield f"the poses do not determine, of the {each.triad}: {', '.join(lost)}."
+        yield f"the poses do not determine the {each.triad}'s {', '.join(lost)}."
         return
     prediction = section["prediction"]
     if "scale" not in section["model"]:
         return
     if prediction is None or prediction["sd_worst"] is None or reference == 0:
-        yield (f"the gain of the {each.triad} was measured in no pose: all are at rest, where a "
+        yield (f"the gain of the {each.triad} was not measured: at rest, as in all its poses, a "
                f"gyroscope shows its bias only.")
     elif prediction["sd_worst"] > LARGEST_ERROR * reference:
-        yield (f"a corrected {each.triad} errs by up to {prediction['sd_worst']:.2g} (1 sd) of "
-               f"{reference:.3g} SI in its worst direction, more than the {LARGEST_ERROR:.0%} of "
-               f"an uncalibrated sensor.")
+        unit = SI_UNIT[each.triad]
+        yield (f"a corrected {each.triad} errs by up to {prediction['sd_worst']:.2g} {unit} (1 sd) "
+               f"of {reference:.3g} {unit} in its worst direction, which is more than the "
+               f"{100 * LARGEST_ERROR:.0f} % of an uncalibrated sensor.")
 
 
 def _notes(stored: Stored, each: StoredTriad) -> Iterator[str]:

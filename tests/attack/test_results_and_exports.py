@@ -127,7 +127,7 @@ LIMITS = (
       for command in ("apply RUN LOG", "export RUN --to px4", "export RUN --to kalibr")),
     Case("unfit by its error", "export RUN --to px4", 4, "errs by up to",
          result("gyroscope", "prediction", "sd_worst", value=1.0)),
-    Case("unfit by a scale factor", "export RUN --to px4", 4, "do not determine, of the gyr",
+    Case("unfit by a scale factor", "export RUN --to px4", 4, "determine the gyroscope's scale y",
          result("gyroscope", "sd", "scale_counts_per_unit", 1, value=1e5)),
     Case("unfit, and wanted", "export RUN --to px4 --although-unfit", 0, "warning: the gain",
          result("gyroscope", "prediction", value=None)),

@@ -173,7 +173,7 @@ def test_before_the_first_pose_the_plan_goes_by_the_data_sheet(tmp_path: Path) -
     text = plan(config, "--effect", "g_sensitivity")
     assert "accelerometer: 0 poses recorded, 18 missing" in text
     assert "typical noise of this sensor" in text
-    assert "270 °/s, the gyroscope ends at ±250 °/s and saturates" in text
+    assert "270 °/s and the gyroscope reads up to ±250 °/s: it saturates" in text
     assert "for g_sensitivity record: the same poses with the plate stopped" in text
 
 
