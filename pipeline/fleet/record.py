@@ -1,7 +1,7 @@
 """What one session leaves in its folder for the fleet: its rows, what they cost, and its evidence.
 
-A record is written last, under the digest of the session's inputs. Whoever finds it with the
-same digest has nothing to do again.
+A record is written last, with the digest of the session's inputs. A later run with the same digest
+keeps it.
 """
 
 import io

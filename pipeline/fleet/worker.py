@@ -79,8 +79,8 @@ class StageClock(StageObserver):
 def work_on(task: FleetTask) -> SessionRecord:
     """The record of a session; made now, unless one of the same inputs is kept.
 
-    What a person could do something about, a session that is refused or cannot be read, is in the
-    record. An exception that nobody expects goes through: it is a bug.
+    A session that is refused or cannot be read has a record with the reason. An unexpected exception
+    is a bug and is raised.
     """
     session = task.session
     config, key = None, ""
@@ -94,7 +94,8 @@ def work_on(task: FleetTask) -> SessionRecord:
     except (PipelineError, CalibrationError, VisionError) as error:
         record = _failure(session, config, key, error)
     except (OSError, MemoryError) as error:
-        record = _failure(session, config, "", of_the_system(error))  # another day it may do
+        # Without a digest, so that the next run tries it again.
+        record = _failure(session, config, "", of_the_system(error))
     write_record(task.output, record)
     return record
 

@@ -1,7 +1,7 @@
 """A log as lines of text: its columns, and the rows of numbers in them."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -111,8 +111,7 @@ def log_text(path: Path, lines: list[str], columns: ColumnNames | None) -> LogTe
     head = find_head(lines, columns)
     if head.first is None:
         raise no_rows(path, head)
-    dialect = dialect_of_rows(lines[head.first : head.first + DIALECT_ROWS])
-    cells = dialect.cells(lines[head.first])
+    dialect, cells = _first_row(lines, head.first)
     names = named_columns(path, head, len(cells), columns)
     if cells[-1] == "" and len(cells) == len(names) + 1:  # every row ends in a delimiter
         names.append((SKIP, 1.0))
@@ -126,8 +125,7 @@ def log_text(path: Path, lines: list[str], columns: ColumnNames | None) -> LogTe
         raise UnreadableInput(f"{path}: {lacks}. {MISSING_TRIAD}.")
     read = [(name, factor) if name in READINGS or dialect.holds_number(cell) else (SKIP, 1.0)
             for (name, factor), cell in zip(names, cells, strict=True)]
-    dated = next((i for i, ((name, _), cell) in enumerate(zip(read, cells, strict=True))
-                  if name == TIME and not dialect.holds_number(cell) and is_time(cell)), None)
+    dated = _date_column(dialect, cells, [i for i, (name, _) in enumerate(read) if name == TIME])
     return LogText(path, lines, head.first, tuple(name for name, _ in read),
                    tuple(factor for _, factor in read), dialect, head.rate_hz, dated)
 
@@ -140,18 +138,28 @@ def raw_text(path: Path, lines: list[str]) -> LogText | None:
     head = find_head(lines)
     if head.first is None:
         return None
-    dialect = dialect_of_rows(lines[head.first : head.first + DIALECT_ROWS])
-    cells = dialect.cells(lines[head.first])
+    dialect, cells = _first_row(lines, head.first)
     names = [bare(name) for name in head.names or ()]
     if len(set(names)) < len(names) or not names:  # names that stand twice name nothing
         names = [str(i) for i in range(1, len(cells) + 1)]
     names += [""] * (len(cells) - len(names))
-    dated = next((i for i, cell in enumerate(cells)
-                  if not dialect.holds_number(cell) and is_time(cell)), None)
+    dated = _date_column(dialect, cells, range(len(cells)))
     read = [name if name not in ("", *names[:i]) and (i == dated or dialect.holds_number(cell))
             else SKIP for i, (name, cell) in enumerate(zip(names, cells, strict=False))]
     return LogText(path, lines, head.first, tuple(read), (1.0,) * len(read), dialect,
                    head.rate_hz, dated)
+
+
+def _first_row(lines: list[str], first: int) -> tuple[Dialect, list[str]]:
+    """The dialect of the rows from line ``first`` on, and the cells of this line."""
+    dialect = dialect_of_rows(lines[first : first + DIALECT_ROWS])
+    return dialect, dialect.cells(lines[first])
+
+
+def _date_column(dialect: Dialect, cells: Sequence[str], places: Iterable[int]) -> int | None:
+    """The first of the columns ``places`` that holds a date or a time of the day in a row."""
+    return next((i for i in places
+                 if not dialect.holds_number(cells[i]) and is_time(cells[i])), None)
 
 
 def columns_of_text(text: LogText) -> dict[str, FloatArray]:

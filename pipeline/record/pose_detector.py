@@ -59,7 +59,7 @@ class PoseDetector:
     rate_hz : float
         Samples per second.
     covered : sequence of int
-        Directions taken already; the guide adds to its copy on :meth:`accept`.
+        Indices of the wanted directions that are recorded; :meth:`accept` adds to a copy of it.
     """
 
     def __init__(self, task: Task, rate_hz: float, covered: Sequence[int] = ()) -> None:

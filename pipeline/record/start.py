@@ -26,13 +26,12 @@ def open_session(
     ConfigError
         There is no ``record`` section, or nothing that poses could be recorded for.
     DeviceError
-        The port cannot be told.
+        The configuration names no port, and there is not exactly one that it could be.
     """
     path: Path = config.source.path
     if config.record is None:
-        raise ConfigError(f"{path}: has no section `record`. Add one, as in\nrecord: {{device: "
-                          "mpu-6050, seconds_per_pose: 10}\n`pipeline init` shows all its keys."
-                          .replace("\n", " "))
+        raise ConfigError(f"{path}: has no section `record`. Add one, as in `record: {{device: "
+                          f"mpu-6050, seconds_per_pose: 10}}`; `pipeline init` shows all its keys.")
     if config.accelerometer is None and config.gyroscope is None:
         raise ConfigError(f"{path}: names no poses to record; add the section accelerometer, "
                           "gyroscope or both, each with the pattern of its pose files.")

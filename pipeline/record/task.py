@@ -1,4 +1,4 @@
-"""What a block asks for, and what the guide says of the sensor."""
+"""What a block asks for, and what the pose detector makes of the readings."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -27,7 +27,7 @@ class Status:
 
 @dataclass(frozen=True)
 class Refused:
-    """A pose that was begun and is not one; why, in words."""
+    """A pose that was begun and not completed; ``message`` says why."""
 
     message: str
 

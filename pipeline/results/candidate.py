@@ -12,35 +12,43 @@ class Ranked(Protocol):
 
     @property
     def name(self) -> str:
-        """Effect or term."""
+        """Name of the effect or term."""
 
     @property
     def log_evidence(self) -> float:
-        """Against the present model."""
+        """Log Bayes factor against the present model."""
 
     @property
     def chi2_drop(self) -> float:
-        """By how much chi² falls with it."""
+        """Reduction of chi² with it."""
 
     @property
     def size(self) -> FloatArray:
-        """Of its parameters, (k,), each in its unit."""
+        """Its parameters, (k,), each in its unit."""
 
     @property
     def sd(self) -> FloatArray:
-        """Of these, (k,), in the same unit."""
+        """Sds of its parameters, (k,), in the same units."""
 
     @property
     def aliases(self) -> Sequence[str]:
-        """What looks the same."""
+        """Effects or terms with the same signature in these data."""
 
 
 def candidate_json(
     each: Ranked, rms_after: float, loo_after: float | None = None, is_blind: bool = False
 ) -> Json:
-    """The entry of a candidate; its errors are in the unit of its ranking, None where none is.
+    """The entry of a candidate.
 
-    ``is_blind`` says that the data cannot see it.
+    Parameters
+    ----------
+    each : Ranked
+    rms_after : float
+        RMS residual with it: SI units of a triad, rad of a phase track.
+    loo_after : float, optional
+        Leave-one-out error with it, in the same unit; None where there is none.
+    is_blind : bool
+        Whether the data cannot determine it.
     """
     return {
         "name": each.name,

@@ -1,7 +1,7 @@
 """Files that commands wrote from a calibration, so that no other file is ever replaced.
 
-Beside results.json stands a list of them with the hash of each. A file that is not on it, or that
-was edited since, belongs to the user.
+A list beside results.json holds the hash of each. A file that is not listed, or was edited since,
+belongs to the user.
 """
 
 import hashlib
