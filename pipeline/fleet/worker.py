@@ -79,8 +79,8 @@ class StageClock(StageObserver):
 def work_on(task: FleetTask) -> SessionRecord:
     """The record of a session; made now, unless one of the same inputs is kept.
 
-    A session that is refused or cannot be read has a record with the reason. An unexpected exception
-    is a bug and is raised.
+    A session that is refused or cannot be read has a record with the reason. An exception that is
+    not expected is a bug and is raised.
     """
     session = task.session
     config, key = None, ""
