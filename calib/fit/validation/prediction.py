@@ -15,7 +15,7 @@ from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import axes_of, sensor_columns
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.validation.leave_one_out import redundancy
-from calib.poses.attitudes import natural_directions
+from calib.poses.attitudes import natural_directions, spread_directions
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import Reference
@@ -75,15 +75,6 @@ class Prediction:
     def times_a_pose(self) -> float:
         """How many times worse than one pose there would show the worst direction is known."""
         return self.noise_worst / self.pose_sd
-
-
-def spread_directions(count: int) -> FloatArray:
-    """``count`` unit vectors spread evenly over the sphere (Fibonacci's spiral), (count, 3)."""
-    i = np.arange(count) + 0.5
-    z = 1 - 2 * i / count
-    azimuth = np.pi * (1 + np.sqrt(5)) * i
-    radius = np.sqrt(1 - z**2)
-    return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z], axis=1)
 
 
 def predict(calibration: TriadCalibration) -> Prediction | None:
