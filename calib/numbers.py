@@ -3,6 +3,7 @@
 import math
 
 RPM = 2 * math.pi / 60  #: rad/s
+SECONDS_PER_HOUR = 3600.0  #: definition
 
 MEDIAN_OF_NORMAL = 0.6745
 """Median of the absolute value of a standard normal number: a median over it is an sd."""

@@ -140,7 +140,7 @@ class PoseSet:
         vector : array, shape (n, 3)
             The triad's vectors, SI.
         sensed : array, shape (n, 3), optional
-            What each axis felt, for the memory of the pose before; by default ``vector``.
+            What each axis sensed, for the memory of the pose before; by default ``vector``.
         """
         before = self.before
         remembers = (before >= 0) & ~self.reference.is_null[before]  # rest leaves no memory

@@ -111,12 +111,12 @@ class Fit:
 
     @property
     def sensed(self) -> FloatArray:
-        """What each sensitive axis felt in every pose, all errors taken off, SI, shape (n, 3)."""
+        """What each sensitive axis sensed in every pose, all errors taken off, SI, shape (n, 3)."""
         return self.rows.axes.sensed(self.rows.vector)
 
     @cached_property
     def remembering(self) -> Equations:
-        """The equations with what the solution felt in the poses before."""
+        """The equations with what the axes sensed by the solution in the poses before."""
         return self.equations.after(self.sensed)
 
     def columns_of(self, effect: Effect, shape: float | None = None) -> FloatArray:

@@ -10,7 +10,8 @@ A fit with more effects than one at hand (:func:`extend`) is the same problem fr
 
 Shape parameters (the time constant of a warm-up) are unknowns beside all others, from the most
 promising of the effect's starts. What a pose remembers of the one before is evaluated at an
-estimate of what that one felt, first at the start, then at the solution, until it is steady.
+estimate of what the axes sensed in it, first at the start, then at the solution, until it is
+steady.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -239,7 +240,7 @@ def _converged(problem: Problem, solution: Solution) -> Fit:
 
 
 def _with_steady_memory(first: Fit, again: Callable[[Fit], Fit], rounds: int) -> Fit:
-    """``first`` fitted ``again``, each time after what the poses before felt by the latest."""
+    """``first`` fitted ``again``, each time after what the axes sensed in the poses before."""
     if not any("previous" in effect.needs for effect in first.model.effects):
         return first
     best = latest = first
@@ -274,10 +275,11 @@ def memory_change(fit: Fit) -> float:
     equations = fit.equations
     effects = equations.on_sensor
     theta = fit.theta[equations.sensor_index]
-    felt = [equations.at_start.previous, fit.poses.conditions(fit.rows.vector, fit.sensed).previous]
+    solved = fit.poses.conditions(fit.rows.vector, fit.sensed).previous
     at = equations.conditions(fit.rows.vector)
     before, after = (
-        sensor_columns(effects, at.with_previous(each), fit.shapes, fit.rows.axes) for each in felt
+        sensor_columns(effects, at.with_previous(each), fit.shapes, fit.rows.axes)
+        for each in (equations.at_start.previous, solved)
     )
     moved = equations.whitened(((after - before) @ theta)[:, :, None], fit.rows.vector)
     return float(np.abs(moved).max())

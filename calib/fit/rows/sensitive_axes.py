@@ -1,4 +1,4 @@
-"""Effects of the sensor act on what its sensitive axes feel.
+"""Effects of the sensor act on what its sensitive axes sense.
 
 An effect F acts on ``u = T⁻¹ s``, s the corrected vector and T of Angrisano et al. eq. (2), the
 columns of M over its diagonal: ``C(s) = T F(T⁻¹ s)``. The corrected vector solves
@@ -48,7 +48,7 @@ class Axes:
     to_sensed: FloatArray
 
     def sensed(self, vector: FloatArray) -> FloatArray:
-        """What the sensitive axes feel, ``T⁻¹ s``.
+        """What the sensitive axes sense, ``T⁻¹ s``.
 
         Parameters
         ----------
