@@ -7,6 +7,10 @@ import numpy as np
 
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
+PLAUSIBLE_RATIO = 3.0
+"""Of a reading by the data sheet to the reference, or the other way round. Fact: ranges of one
+sensor differ by factors of two and four, units by ten and fifty-seven; gains lie within a third."""
+
 RowIndex = IntArray | BoolArray | slice | Sequence[int]
 """Which poses: their indices, a mask (n,), or a slice."""
 

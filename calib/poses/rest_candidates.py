@@ -14,9 +14,11 @@ from scipy.special import gammaincinv
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Undetermined
 from calib.numbers import NO_LENGTH
+from calib.poses.batches import SHORTEST_SAMPLES
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import SI_UNIT, BoolArray, FloatArray, ImuLog, Triad
 from calib.poses.pose_checks import is_still
+from calib.poses.reference import PLAUSIBLE_RATIO
 from calib.poses.running_sums import RunningSums
 from calib.poses.still_search import StillSearch
 
@@ -26,9 +28,6 @@ quarter of a second finds the same stops where a gyroscope was logged beside, an
 for stops (0.5 %) where none was; a whole one loses 23 % of the stops."""
 
 FEWEST_WINDOW = 8  #: samples; derived: the sd of a variance is a third of it
-FEWEST_SAMPLES = 12
-"""Those that the sd of a mean needs (:data:`calib.poses.averaging.SHORTEST_SAMPLES`)."""
-
 QUIETEST_SHARE = 0.05
 """A log that rests for less than this share of its time, a minute of twenty, never rests."""
 
@@ -38,7 +37,7 @@ study half of it loses 4 % of the stops, all in trembling hands; twice of it cha
 
 LARGEST_TURN = 0.18
 """From peak to peak, rad/s (10 °/s), of a gyroscope beside the accelerometer: a turn about the
-vertical, which the accelerometer does not feel. Half of it loses 0.3 % of the stops in the study,
+vertical, which the accelerometer does not sense. Half of it loses 0.3 % of the stops in the study,
 twice of it changes nothing there."""
 
 SWING_PER_SD = 2 * math.sqrt(2)
@@ -55,18 +54,22 @@ also how far an attitude may wander within a rest: its mean then falls short by 
 WANDER_S = 2.0
 """Time in which an attitude may wander that far: 1 °/s is the most that a resting hand does."""
 
-NOISE_OF_RANGE = 3.0  #: sds of one; derived: range of MOST_BLOCKS normal means, 2.8, rounded up
 MOST_BLOCKS = 8
-"""Parts of a rest whose means are compared, and their range by noise alone in sds of one: enough of
-them to see a slow turn, few enough to average."""
+"""Parts of a rest whose means are compared: enough of them to see a slow turn, few enough to
+average. Half and twice change nothing in the study."""
+
+NOISE_OF_RANGE = 3.0  #: sds of one; derived: MOST_BLOCKS normal means range over 2.8 on average
 
 WANDER_M_S2 = STANDARD_GRAVITY_M_S2 * SAME_ATTITUDE
+"""The same as a change of the accelerometer's reading."""
+
 NOISE_OF_SHIFT = 3.0
-"""Sds by which the halves of a rest differ by noise alone, at most."""
+"""Sds by which the halves of a rest differ by noise alone, at most. Derived: 1 in 370 of a normal
+variable; half and twice change nothing in the study."""
 
 PLATE_STOOD = "the plate stood still"
-PLATE_STANDS = 1 / 3
-"""Part of the plate's rate. No gain is that wrong, so below it the plate stood still."""
+PLATE_STANDS = 1 / PLAUSIBLE_RATIO
+"""Part of the plate's rate. No data sheet is that wrong, so below it the plate stood still."""
 
 
 @dataclass(frozen=True)
@@ -93,13 +96,13 @@ class DecidingTriad:
     time_s : array, shape (t,)
     step_s : float
     variance : array, shape (t - window + 1,)
-        Of every window, summed over the axes.
+        Of every window, summed over the axes, in the square of the readings' unit.
     window, shortest : int
         Samples of a window, and of the shortest rest.
     rate_rad_s : float
         Rate of the plate, 0 at rest.
     smallest_variance : float
-        What a converter's step makes by itself.
+        What a converter's step makes by itself, in the same unit.
     turning : array, shape (t - window + 1,)
         Windows in which a gyroscope beside a deciding accelerometer speeds up or slows down.
     step : float
@@ -199,7 +202,7 @@ def deciding_triad(
     seconds = WINDOW_S if search.seconds is None else search.seconds
     window = max(FEWEST_WINDOW, round(min(WINDOW_S, seconds) / step_s))
     turn_s = 2 * math.pi / rate_rad_s if rate_rad_s else 0.0  # its mean is taken over whole turns
-    shortest = max(FEWEST_SAMPLES, math.ceil((1 - 2 * MARGIN_SHARE) * seconds / step_s),
+    shortest = max(SHORTEST_SAMPLES, math.ceil((1 - 2 * MARGIN_SHARE) * seconds / step_s),
                    math.ceil(turn_s / step_s) + 1)
     if len(log.time_s) < 2 * max(window, shortest):
         raise Undetermined(

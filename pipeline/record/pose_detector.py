@@ -16,7 +16,8 @@ import numpy as np
 from calib.numbers import RPM
 from calib.poses.attitudes import NEAR_COSINE, direction_name
 from calib.poses.imu_log import SI_UNIT, TRIADS, FloatArray
-from calib.poses.runs import PLAUSIBLE_RATIO, TURNING_RAD_S
+from calib.poses.reference import PLAUSIBLE_RATIO
+from calib.poses.runs import TURNING_RAD_S
 from calib.poses.static_intervals import STILL_RATIO, quiet_level
 from pipeline.record.stream import TimedSample
 from pipeline.record.task import Complete, Phase, Refused, Status, Task
