@@ -22,7 +22,7 @@ from calib.poses.static_intervals import STILL_RATIO, quiet_level
 from pipeline.record.stream import TimedSample
 from pipeline.record.task import Complete, Phase, Refused, Status, Task
 
-# Half and double of each by ``tests.bench.pose_detector_thresholds``, 18 cases; no case fails but
+# Half and double of each by ``tests.bench.tested_thresholds``, 18 cases; no case fails but
 # where it is said.
 HOP_S = 0.25
 """s: the display follows a hand at four a second. Twice of it fails what twice the window and twice
