@@ -51,10 +51,10 @@ PADDING = 8
 """Times the length of a log, for a spectrum dense enough to interpolate. Numerical."""
 
 SAMPLES_PER_TURN = 3.0
-"""Of the fastest rate looked at, after averaging. Derived: more than two show a wave."""
+"""Of the fastest rate looked at, after averaging. Derived: more than two show a wave. Numerical."""
 
 FEWEST_MEANS = 12
-"""Means of a log at least, from which a line is taken off. Derived: six of each half."""
+"""Means of a log at least, from which a line is taken off. Derived: six of each half. Numerical."""
 
 LARGEST_GAIN = 1 / (1 - SHEET_TOLERANCE)
 """Of a gyro over that of its data sheet, or the other way round. Derived."""

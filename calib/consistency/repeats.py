@@ -31,7 +31,8 @@ WHOLE = 0.9
 """Share of a log from which a copy is called one of the whole log."""
 
 FACTORS = 2 * np.random.default_rng(17).integers(2**63, size=9, dtype=np.uint64) + 1
-"""Odd multipliers: the key of a row is its cells' bits, multiplied and added modulo 2^64."""
+"""Odd multipliers: the key of a row is its cells' bits, multiplied and added modulo 2^64.
+Numerical."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ from calib.poses.imu_log import FloatArray
 
 RANK_TOLERANCE = 1e-9
 """Singular value of unit columns, relative to the largest, below which they are dependent: far
-above rounding (1e-15), far below what the refused condition numbers (25 and 625) correspond to."""
+above rounding (1e-15), far below what the refused condition numbers (25 and 625) correspond to.
+Numerical."""
 
 
 def unit_columns(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:

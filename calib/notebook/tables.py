@@ -26,9 +26,10 @@ SI = TriadSpec(np.inf, 0, "si")
 PREFIX: Mapping[Triad, str] = {"accelerometer": "acc", "gyroscope": "gyr"}
 POSE, TIME, RATE, SAMPLES = "pose", "time_s", "rate_rad_s", "samples"
 
-#: What people have in place of m/s² and rad/s: how long one SI unit is in each.
+#: What people have in place of m/s²: how long one SI unit is in each; definition
 FORCE_UNITS: Mapping[str, float] = {"g": 1 / STANDARD_GRAVITY_M_S2,
                                     "mg": 1e3 / STANDARD_GRAVITY_M_S2}
+#: The same in place of rad/s; definition
 RATE_UNITS: Mapping[str, float] = {"°/s": math.degrees(1.0), "m°/s": 1e3 * math.degrees(1.0),
                                    "rpm": 1 / RPM}
 EARTH_M_S2 = (9.7, 9.9)  #: beyond gravity anywhere on Earth's surface, 9.76 to 9.84

@@ -17,7 +17,7 @@ NEAR_COSINE = float(np.cos(np.radians(25.0)))
 """A pose covers a direction up to 25° away. Derived: the neighbours are 35 to 45° apart, so that
 no pose covers two that are opposite, and every pose covers one."""
 
-WEDGE_DIRECTIONS = 18  #: fact: the 6 faces and 12 edges, the first of the natural directions
+WEDGE_DIRECTIONS = 18  #: the 6 faces and 12 edges, the first of the natural ones; definition
 
 
 def natural_directions(corners: bool = True) -> FloatArray:

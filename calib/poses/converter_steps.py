@@ -6,7 +6,7 @@ from calib.numbers import NO_LENGTH
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 
-MOST_DECIMALS = 9  #: of a value in a log or on a certificate; with more it counts as not rounded
+MOST_DECIMALS = 9  #: of a value in a log or on a certificate; more are no rounding; numerical
 PRINTED_TOLERANCE = 1e-6
 """Of the last decimal: far above the rounding of a double, far below one."""
 

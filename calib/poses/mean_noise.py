@@ -20,13 +20,14 @@ from calib.poses.converter_steps import step_variance
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.sway import shortfall
 
-BATCH_DOF = BATCHES - 1  #: degrees of freedom of one pose's batches; derived
-MEDIAN_OF_CHI2_5 = 4.3515  #: fact: of chi-square with BATCH_DOF; a median of variances over it
+BATCH_DOF = BATCHES - 1  #: degrees of freedom of one pose's batches; definition
+MEDIAN_OF_CHI2_5 = 4.3515  #: of chi-square with BATCH_DOF; definition
 LEAST_BY_CHANCE = 0.042
 """0.1 % quantile of chi-square with BATCH_DOF over BATCH_DOF, a fact: a pose calmer than that shows
 a converter's step or a frozen block, not how alike the poses are."""
 NEWTON_STEPS = 20
-"""Of the inverse of the trigamma function; it converges quadratically and from one side."""
+"""Of the inverse of the trigamma function; it converges quadratically and from one side.
+Numerical."""
 LARGEST_TYPICAL = 10.0
 """Poses noisier than this many times the typical variance were disturbed; they say nothing of the
 sensor's correlation. Derived: white noise exceeds it in 1 of 6000 poses and axes."""

@@ -41,7 +41,7 @@ vertical, which the accelerometer does not sense. Half of it loses 0.3 % of the 
 twice of it changes nothing there."""
 
 SWING_PER_SD = 2 * math.sqrt(2)
-"""Peak to peak of a sinusoid in units of its sd."""
+"""Peak to peak of a sinusoid in units of its sd. Definition."""
 
 MARGIN_SHARE, MARGIN_S = 0.1, 0.25
 """Cut off both ends of a stretch, the smaller of the two: a still window may hold the last of a

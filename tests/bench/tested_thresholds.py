@@ -54,6 +54,15 @@ HELD: tuple[tuple[str, Sequence[str], Sequence[str]], ...] = (
      ("calib/fit/triad",)),
     ("calib.fit.validation.prediction", ("LARGEST_TO_POSE", "LEAST_REDUNDANCY"),
      ("calib/fit/validation",)),
+    ("calib.fit.least_squares.identifiability", (
+        "CONDITION_LIMIT", "VISIBLE_SHARE", "LARGEST_REFERENCE_ERROR"),
+     ("calib/fit/least_squares/test_solver.py", "calib/fit/least_squares/test_stopped.py")),
+    ("calib.fit.least_squares.result", ("OUTLIER_SD", "UNDETERMINED_SHARE"),
+     ("calib/fit/least_squares/test_solver.py", "calib/fit/least_squares/test_stopped.py")),
+    ("calib.fit.least_squares.unknown_sd", ("LEAST_REPEATS", "SAME_ATTITUDE"), ("calib/notebook",)),
+    ("calib.notebook.tables", ("FAR", "NEAR"), ("calib/notebook",)),
+    ("calib.diagnosis.next_measurement.kind", ("FEW_ATTITUDES", "SAME_SPEED", "SWEEP_K"),
+     ("calib/diagnosis/test_session_kinds.py",)),
     ("calib.diagnosis.unseen", ("LEAST_SHARE",), ("calib/diagnosis/test_unseen.py",)),
     ("calib.diagnosis.population.pool", (
         "FALSE_ALARM", "AS_STRONG", "WILD_P_VALUE", "FEWEST_DOF_OF_VARIANCE"),

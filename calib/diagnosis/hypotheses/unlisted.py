@@ -29,7 +29,7 @@ verdicts, twice as many in time none, in a column 2; 19 of 24 effects are named,
 
 STEPS_TRIED = 32  #: times of a step that are tried; a limit of time
 STEP_MARGIN = 2
-"""Poses that a step leaves on either side at least; fewer are bad poses."""
+"""Poses that a step leaves on either side at least. Derived: one is a bad pose."""
 
 IN_A_CURVE = "in a curve"  #: how a bias follows a column by its square
 LAGS_S = (30.0, 45.0, 70.0, 100.0, 150.0, 220.0, 330.0, 500.0, 750.0, 1100.0, 1700.0, 2500.0,
@@ -41,7 +41,8 @@ WANDER_MODES = 10
 """The strongest of a course, a limit of size. Of 26 poses they hold 68, 88 and 93 % of the variance
 at the three spans below; half as many 44, 75 and 86 %, twice as many 92, 97 and 98 %."""
 WANDER_SPANS = (0.05, 0.2, 0.8)
-"""Correlation times of a wandering bias over the length of the session."""
+"""Correlation times of a wandering bias over the length of the session. Derived: from what moves
+from pose to pose to what is a drift, four times apart."""
 
 #: axes whose components are multiplied
 CUBIC = np.array([*combinations_with_replacement(range(3), 3)]).T
@@ -50,7 +51,8 @@ QUARTIC = np.array([*combinations_with_replacement(range(3), 2)]).T
 
 NO_PAGE = Page(formula="", typical={}, source="", confounded="", separates="")
 MEMORY = 0.3
-"""Share of the magnitude by which the pose before saturates what an axis remembers."""
+"""Share of the magnitude by which the pose before saturates what an axis remembers. A
+judgement: the first start of the width of ``hysteresis``."""
 
 
 def waves(covariate: FloatArray, count: int) -> FloatArray:

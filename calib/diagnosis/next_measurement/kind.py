@@ -11,8 +11,7 @@ FEW_ATTITUDES = 3
 
 SAME_SPEED = 0.05
 """Relative: rates of one setting of a plate differ by less, its neighbours (16, 33, 45, 78) by
-more."""
-
+more. Fact."""
 
 SWEEP_K = 5.0
 """A sensor warms itself by less while it is laid on its faces; a chamber is set to more."""

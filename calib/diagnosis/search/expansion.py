@@ -21,10 +21,10 @@ from calib.diagnosis.search.steps import Steps, densities, larger, table_at
 from calib.fit.least_squares.result import Fit
 
 SCREENED = 4
-"""Steps and bad poses that take part in the screen of pairs: the best of each."""
+"""Steps and bad poses that take part in the screen of pairs: the best of each. Chosen for time."""
 
 WEIGHED = 10
-"""Sets beside a solution whose evidence is computed with every size averaged."""
+"""Sets beside a solution whose evidence is computed with every size averaged. Chosen for time."""
 
 
 def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Steps[Search]:

@@ -43,10 +43,10 @@ __all__ = ["Fit", "extend", "fit"]
 
 MEMORY_ROUNDS = 30  #: numerical limit
 MEMORY_SD = 1e-3
-"""A memory is steady once no row moves by more than this part of its sd."""
+"""A memory is steady once no row moves by more than this part of its sd. Numerical."""
 
 WEIGHING = Precision(30, step_sd=1e-2, idle_sd=1e-3)
-"""Of a fit that is to be weighed against others: chi-square is then exact to 1e-4."""
+"""Of a fit that is to be weighed against others: chi-square is then exact to 1e-4. Numerical."""
 
 WEIGHING_MEMORY_ROUNDS = 5  #: a limit of time
 ENOUGH_MISFIT = 2.0

@@ -18,12 +18,12 @@ from calib.fit.validation.leave_one_out import redundancy
 from calib.poses.attitudes import natural_directions, spread_directions
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
-from calib.poses.reference import Reference
+from calib.poses.reference import SAME_MAGNITUDE, Reference
 
 SPREAD_DIRECTIONS = 200
-"""Beside the 26 natural ones, 14° apart: the sd is a smooth function of second order in n."""
+"""Beside the 26 natural ones, 14° apart: the sd is a smooth function of second order in n.
+Numerical."""
 
-SAME_MAGNITUDE = 0.01  #: relative; a gain's error is the same at both to 1 % of itself
 LARGEST_TO_POSE = 1.5
 """Where a calibration knows a direction this many times worse than one pose laid there would show,
 that pose would nearly halve its error there. 18 wedge poses stay at 0.8; without those of one face
