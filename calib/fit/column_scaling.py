@@ -14,6 +14,9 @@ RANK_TOLERANCE = 1e-9
 above rounding (1e-15), far below what the refused condition numbers (25 and 625) correspond to.
 Numerical."""
 
+NORM_FLOOR = 1e-9
+"""Share of the largest column of an effect below which a column is zero. Numerical: rounding."""
+
 
 def unit_columns(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The columns of a matrix, or of each matrix of a stack, at unit length, and their lengths.

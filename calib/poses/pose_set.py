@@ -276,7 +276,7 @@ def _on_one_clock(means: Sequence[PoseMean]) -> FloatArray:
     time_s = np.array([mean.time_s for mean in means])
     half = np.array([mean.duration_s for mean in means]) / 2
     order = np.argsort(time_s)
-    overlap = (time_s - half)[order][1:] < (time_s + half)[order][:-1] - 1e-6
+    overlap = (time_s - half)[order][1:] < (time_s + half)[order][:-1] - 1e-6  # rounding
     return np.full(len(means), np.nan) if overlap.any() else time_s
 
 

@@ -26,7 +26,7 @@ from calib.diagnosis.constants import CONSTANTS, Constants
 from calib.diagnosis.finding import find_many
 from calib.diagnosis.hypotheses import unlisted
 from calib.diagnosis.search import evidence, expansion, sizes
-from calib.diagnosis.verdict import explained, ranking
+from calib.diagnosis.verdict import explained
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit
@@ -41,7 +41,8 @@ KINDS = (("gyroscope", "rich"), ("accelerometer", "hand"), ("gyroscope", "paper"
 SIZES = (4.0, 100.0)  #: noise units over the rows, from hardly seen to plain
 COUNTS = ((unlisted, "TIME_WAVES"), (unlisted, "COLUMN_WAVES"), (unlisted, "STEP_MARGIN"),
           (expansion, "SCREENED"), (expansion, "WEIGHED"), (explained, "HOLDING"))
-SHARES = ((unlisted, "MEMORY"), (sizes, "SEEN_SHARE"), (ranking, "LEAST_LEFT"))
+SHARES = ((unlisted, "MEMORY"), (unlisted, "DAMPING"), (expansion, "BEHIND_SHARE"),
+          (sizes, "SEEN_SHARE"))
 CLOSE_TO_ONE = 0.75  #: a share above it is moved by its rest to one
 
 
@@ -106,10 +107,19 @@ def other(module: ModuleType, name: str, value: object) -> Iterator[None]:
     """The diagnosis with another value of a constant of one of its modules."""
     usual = getattr(module, name)
     setattr(module, name, value)
+    _forget(module)
     try:
         yield
     finally:
         setattr(module, name, usual)
+        _forget(module)
+
+
+def _forget(module: ModuleType) -> None:
+    """Empty the caches of a module's functions."""
+    for each in vars(module).values():
+        if hasattr(each, "cache_clear"):
+            each.cache_clear()
 
 
 def lags(count: float) -> AbstractContextManager[None]:

@@ -28,6 +28,9 @@ verdicts, twice as many in time none, in a column 2; 19 of 24 effects are named,
 20, and none is wrong."""
 
 STEPS_TRIED = 32  #: times of a step that are tried; a limit of time
+DAMPING = 0.8
+"""Of the number of waves: amplitudes of nature fall with the frequency. A judgement."""
+
 STEP_MARGIN = 2
 """Poses that a step leaves on either side at least. Derived: one is a bad pose."""
 
@@ -65,7 +68,7 @@ def waves(covariate: FloatArray, count: int) -> FloatArray:
 def _waves_of(n: int, count: int) -> FloatArray:
     """:func:`waves` of what rises from pose to pose, (n, count)."""
     rank, k = np.arange(n) / n, np.arange(1, count + 1)
-    return np.asarray(np.cos(np.pi * rank[:, None] * k) * np.exp(-k / (0.8 * count)))
+    return np.asarray(np.cos(np.pi * rank[:, None] * k) * np.exp(-k / (DAMPING * count)))
 
 
 def lagging(time_s: FloatArray, values: FloatArray, lags_s: Sequence[float]) -> FloatArray:
