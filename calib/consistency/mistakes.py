@@ -30,18 +30,18 @@ from calib.poses.imu_log import AXES, BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
 
 LEFT_OVER = 0.01
-"""Of the misfit above its degrees of freedom, that a named mistake leaves at most: what a sensor's
-effects leave of an exchanged axis or a wrong range."""
+"""Of the misfit above its degrees of freedom, that a named mistake leaves at most. A
+judgement: what a sensor's effects leave of an exchanged axis or a wrong range."""
 
 SAME_RATE = 0.02
 """Relative: two plate rates closer than this are no mistake of one for the other. Fact: drives keep
 their speed to 2 %, and the speeds of records differ by 35 % and more."""
 
 OTHER_GAIN = 0.01
-"""Of a low-cost gyro's gain by 30 °C at the data sheets' 300 ppm/°C: runs differ by less."""
+"""Of a gyro's gain, by which runs differ at most. Fact: 300 ppm/°C of data sheets over 30 °C."""
 
 CERTAIN_SD = 5.0
-"""Of a difference of gains; five times 3 axes of some runs leave a chance below 1e-5."""
+"""Of a difference of gains. Derived: 3 axes of some runs exceed it with a chance below 1e-5."""
 
 BOUND_SLACK = 16.0
 """Times the chi-square that a mistake may leave: the bound holds to first order, and for gains that

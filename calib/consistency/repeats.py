@@ -19,16 +19,18 @@ from calib.poses.imu_log import TRIADS, ImuLog, IntArray, Triad
 Keys = NDArray[np.uint64]
 
 CORRELATED = 4.0
-"""Rows in which low-cost sensors' noise makes one independent row: half of their bandwidth's."""
+"""Rows in which low-cost sensors' noise makes one independent row. A judgement: they are read at up
+to four times the rate at which their filter gives independent values."""
 
 LEAST_ENTROPY = 0.5
-"""Bits per row; coarser logs repeat themselves by nature."""
+"""Bits per row. A judgement: coarser logs repeat themselves by nature, and would set the length of
+a copy for all others."""
 
 SHORTEST_COPY = 32
-"""Rows; a shorter copy moves a mean by less than its sd in every log of three seconds."""
+"""Rows. Derived: a shorter copy moves a mean by less than its sd in every log of three seconds."""
 
 WHOLE = 0.9
-"""Share of a log from which a copy is called one of the whole log."""
+"""Share of a log from which a copy is called one of the whole log. It chooses words only."""
 
 FACTORS = 2 * np.random.default_rng(17).integers(2**63, size=9, dtype=np.uint64) + 1
 """Odd multipliers: the key of a row is its cells' bits, multiplied and added modulo 2^64.

@@ -27,11 +27,12 @@ from calib.poses.imu_log import FloatArray, ImuLog
 FirstPush = Literal["forward", "backward"]
 
 MEAN_S = 0.5
-"""Readings are averaged over this time: longer than engine and road shake, shorter than a push."""
+"""Readings are averaged over this time: longer than engine and road shake, shorter than a push. A
+judgement."""
 
 STRETCH_MEANS = 10
 """Means in one stretch of the jackknife: 5 s, as long as a push and several times as long as
-lateral motion stays correlated. (2 s would cover 91 % where 95 % is stated.)"""
+lateral motion stays correlated. Derived: 2 s would cover 91 % where 95 % is stated."""
 
 LARGEST_STUDENT = 3.0
 """Factor on the variance where fewer than four stretches determine it. Derived: Student's factor
