@@ -13,9 +13,9 @@ from typing import Any
 from tests.source_tree import FILES, tree_of
 
 #: Of a description: the number is a fact of arithmetic, of a definition, of text or of a picture,
-#: or it limits time and memory.
+#: or it limits memory.
 NO_DECISION = re.compile(
-    r"\b(numerical|definitions?|rounding|WGS84|limits? of (time|size|memory)|(words|digits|plans)"
+    r"\b(numerical|definitions?|rounding|WGS84|limits? of (time and )?memory|(words|digits|plans)"
     r" only|only plans|of text|of a picture|its index)\b", re.IGNORECASE)
 
 

@@ -25,7 +25,7 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS, Constants
 from calib.diagnosis.finding import find_many
 from calib.diagnosis.hypotheses import unlisted
-from calib.diagnosis.search import evidence, expansion, sizes
+from calib.diagnosis.search import evidence, expansion, odds, sizes
 from calib.diagnosis.verdict import explained
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
@@ -40,6 +40,7 @@ KINDS = (("gyroscope", "rich"), ("accelerometer", "hand"), ("gyroscope", "paper"
          ("accelerometer", "rich"))
 SIZES = (4.0, 100.0)  #: noise units over the rows, from hardly seen to plain
 COUNTS = ((unlisted, "TIME_WAVES"), (unlisted, "COLUMN_WAVES"), (unlisted, "STEP_MARGIN"),
+          (unlisted, "STEPS_TRIED"), (unlisted, "WANDER_MODES"), (odds, "LEADING"),
           (expansion, "SCREENED"), (expansion, "WEIGHED"), (explained, "HOLDING"))
 SHARES = ((unlisted, "MEMORY"), (unlisted, "DAMPING"), (expansion, "BEHIND_SHARE"),
           (sizes, "SEEN_SHARE"))

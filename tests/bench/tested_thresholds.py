@@ -135,8 +135,9 @@ def main() -> None:
             for factor in FACTORS:
                 with changed(module, name, factor):
                     cases = outcome(tests)
-                cells.append(f"{len(cases.failed)} of {cases.count} cases fail"
-                             if cases.failed else f"none of {cases.count} cases fails")
+                failed = len(cases.failed) or "none"
+                verb = "fails" if failed in (1, "none") else "fail"
+                cells.append(f"{failed} of {cases.count} cases {verb}")
                 for each in cases.failed:
                     print(f"  {name} x {factor:g}: {each}", file=sys.stderr)
             print(f"| `{path}.{name}` | {getattr(module, name)} | {' | '.join(cells)} |",

@@ -48,7 +48,7 @@ MEMORY_SD = 1e-3
 WEIGHING = Precision(30, step_sd=1e-2, idle_sd=1e-3)
 """Of a fit that is to be weighed against others: chi-square is then exact to 1e-4. Numerical."""
 
-WEIGHING_MEMORY_ROUNDS = 5  #: a limit of time
+WEIGHING_MEMORY_ROUNDS = 5  #: a limit of time; numerical
 ENOUGH_MISFIT = 2.0
 """Chi-square per degree of freedom above which a warm start tries the shapes' other starts."""
 
