@@ -11,7 +11,7 @@ import pytest
 from calib.diagnosis.constants import CONSTANTS
 from calib.noise.stillness import STILLNESS
 from tests.paths import DATA
-from tests.thresholds import thresholds, written
+from tests.thresholds import ORIGIN, thresholds, written
 from vision import rate
 
 PAGE = (DATA / "docs/thresholds.md").read_text(encoding="utf-8")
@@ -38,6 +38,10 @@ def test_what_decides_in_calib_stands_on_the_page() -> None:
     assert len(expected) > 100
     listed = {" | ".join(cells[:3]) for cells in LISTED.values()}
     assert [row for row in expected if row not in listed] == []
+
+
+def test_what_decides_in_calib_says_where_it_comes_from() -> None:
+    assert [each.path for each in thresholds("calib") if not ORIGIN.search(each.description)] == []
 
 
 def test_what_the_page_lists_is_in_the_code_and_has_its_value() -> None:

@@ -17,6 +17,9 @@ from tests.source_tree import FILES, tree_of
 NO_DECISION = re.compile(
     r"\b(numerical|definitions?|rounding|WGS84|limits? of (time and )?memory|(words|digits|plans)"
     r" only|only plans|of text|of a picture|its index)\b", re.IGNORECASE)
+#: Where a number comes from.
+ORIGIN = re.compile(r"\b(facts?|derived|tuned|judgement|chosen|limit of (time|size))\b",
+                    re.IGNORECASE)
 
 
 @dataclass(frozen=True)

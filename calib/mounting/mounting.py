@@ -52,7 +52,8 @@ LOCK_COSINE = 0.05
 
 SHORTEST_LOG_S = 20.0
 """Noise of a low-cost sensor stays correlated over about half a second. In shorter logs the stated
-95 % cover less than 93 % (92 % at 12 s, 83 % at 3 s; ``tests/bench/study_installation.py``)."""
+95 % cover less than 93 % (92 % at 12 s, 83 % at 3 s; ``tests/bench/study_installation.py``).
+Derived."""
 
 
 @dataclass(frozen=True, eq=False)

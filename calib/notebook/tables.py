@@ -32,10 +32,10 @@ FORCE_UNITS: Mapping[str, float] = {"g": 1 / STANDARD_GRAVITY_M_S2,
 #: The same in place of rad/s; definition
 RATE_UNITS: Mapping[str, float] = {"°/s": math.degrees(1.0), "m°/s": 1e3 * math.degrees(1.0),
                                    "rpm": 1 / RPM}
-EARTH_M_S2 = (9.7, 9.9)  #: beyond gravity anywhere on Earth's surface, 9.76 to 9.84
+EARTH_M_S2 = (9.7, 9.9)  #: beyond gravity anywhere on Earth's surface, 9.76 to 9.84; fact
 FAR, NEAR = 3.0, 1.3
 """A bias and a gain error together change a typical reading by less than FAR; g and m/s² are 9.8
-apart, rpm and °/s six. Within NEAR of a unit the readings are in it."""
+apart, rpm and °/s six. Within NEAR of a unit the readings are in it. Derived."""
 
 Columns = dict[str, FloatArray]
 

@@ -25,15 +25,15 @@ SINGULAR = 1e-9
 far above rounding, far below what any rests of use have."""
 
 SPARE = 3
-"""Rests beyond the number of parameters: Student's factor ν/(ν - 2) needs three."""
+"""Rests beyond the number of parameters. Derived: Student's factor ν/(ν - 2) needs three."""
 
 WORTHLESS = 0.03
 """Part of the magnitude. Uncalibrated parts are within ±3 % by their data sheets (MPU-6050), so a
-calibration that predicts worse has nothing to say about thresholds."""
+calibration that predicts worse has nothing to say about thresholds. Fact."""
 
 ALIKE = 0.1
 """Scores this close are the same: the residual of 20 rests scatters by a sixth. Half of it loses
-1 % of the stops in ``tests.bench.study_static_intervals``, twice of it changes nothing."""
+1 % of the stops in ``tests.bench.study_static_intervals``, twice of it changes nothing. Tuned."""
 
 SPHERE_POINTS = 200  #: numerical: directions of the mean over the sphere
 

@@ -5,8 +5,8 @@ import numpy as np
 from calib.poses.imu_log import FloatArray
 
 BATCHES = 6
-"""Of a pose. A choice between two: fewer outlast the correlation better, more state the variance
-better; six have five degrees of freedom."""
+"""Of a pose. A judgement: fewer outlast the correlation better, more state the variance better; six
+have five degrees of freedom."""
 
 COARSE_BATCHES = BATCHES // 2
 """Derived: twice as long, so that the ratio of both variances shows the correlation

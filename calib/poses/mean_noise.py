@@ -39,26 +39,26 @@ NOISE_DOF_PER_POSE = 2.0
 twice its squared mean over its variance is 2.1 in white noise."""
 
 LARGEST_RATIO = 1.7
-"""Correlated over a quarter of the pose (x = 0.25): from here on the factor, 4.4, runs away."""
+"""Correlated over a quarter of the pose (x = 0.25): beyond, the factor, 4.4, runs away. Derived."""
 
 FIRST_ORDER_S = 6.0
 """Twelve times half a second, the correlation time of low-cost sensors' noise: the first order is
-within 10 % of the variance there (x = 0.08), and 30 % short of it at 3 s."""
+within 10 % of the variance there (x = 0.08), and 30 % short of it at 3 s. Derived."""
 
 UNCERTAIN_RATIO = 1.5
 """Beyond what RATIO_SD makes of it by chance: from x = 0.13 on 93 % and fewer of the means lie
-within 1.96 stated sds, 88 % at 0.33 (``python -m tests.bench.study_pose_means``)."""
+within 1.96 stated sds, 88 % at 0.33 (``python -m tests.bench.study_pose_means``). Derived."""
 
 RATIO_SD = 0.4
-"""Sd of the ratio that one pose of three axes gives, by the same bench."""
+"""Sd of the ratio that one pose of three axes gives, by the same bench. Derived."""
 
 SHORTEST_S, LONG_ENOUGH_S = 2.0, 8.0
 """With noise correlated over half a second, as low-cost sensors have it, 85 to 88 % at 1.5 s, 92 to
-93 % at 3 s, 95 % at 8 s, by the same bench."""
+93 % at 3 s, 95 % at 8 s, by the same bench. Derived."""
 
 LOWEST_HARMONICS = 4
 """Slow enough for noise that stays correlated over a tenth of the log, and with three axes enough
-degrees of freedom (24) that Student's factor is small."""
+degrees of freedom (24) that Student's factor is small. Derived."""
 
 
 def variance_of_mean(values: FloatArray) -> FloatArray:

@@ -31,14 +31,16 @@ more than 5 of it, none by more than 8.4 (a twentieth as many in
 ``test_no_pose_of_white_noise_strays_by_the_limit_and_some_stray_by_half_of_it``)."""
 
 LARGEST_STILL_SHIFT = {"accelerometer": 0.02, "gyroscope": 0.02}
-"""m/s² and rad/s: a tilt of 0.1°, a turn of 1°/s. Smaller shifts are drift, not motion."""
+"""m/s² and rad/s: a tilt of 0.1°, a turn of 1°/s. Smaller shifts are drift, not motion.
+A judgement."""
 
 LARGEST_RATE_CHANGE = 0.005
 """Of the plate's rate, within a pose and from pose to pose. A judgement: 2.5 times the wow of belt
 drives (0.2 %), of which whole turns leave little. Half and double contradict none of 2 ordinary
 sessions (``tests.bench.contradiction_limits``); what is refused is this change by definition."""
 LARGEST_TURN = 0.005
-"""Of the mean, 0.3°: what is laid on a plate by hand and loosened would turn by more."""
+"""Of the mean, 0.3°: what is laid on a plate by hand and loosened would turn by more.
+A judgement."""
 
 MUST_MOVE, STANDS_STILL = 0.5, 0.05
 """Of the magnitude: what the other axes demand of one that is alive, and how little a dead one

@@ -29,7 +29,7 @@ LOG_PRIOR = np.log(HALF_CAUCHY / HALF_CAUCHY.sum())
 SWEEPS = 2
 """Times that the size of each effect is chosen anew beside the others'; not tuned. Numerical."""
 
-#: logarithm of the range of the noise's size
+#: logarithm of the range of the noise's size; derived
 NOISE_RANGE = float(np.log(TAUS[-1] / CONSTANTS.least_noise))
 
 

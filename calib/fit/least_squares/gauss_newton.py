@@ -36,7 +36,7 @@ LONGEST_SHAPE_STEP = 1.0
 
 HUBER_SD = 1.5
 """Rows count in full up to here; beyond, their pull stays what it is here. At 1.5 the estimate is
-3.6 % less efficient than least squares on pure noise."""
+3.6 % less efficient than least squares on pure noise. A judgement."""
 
 ROBUST_ROUNDS = 30  #: numerical limit
 STEADY_WEIGHT = 1e-6  #: largest change of a weight when the loss has settled; numerical

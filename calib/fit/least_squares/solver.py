@@ -50,7 +50,8 @@ WEIGHING = Precision(30, step_sd=1e-2, idle_sd=1e-3)
 
 WEIGHING_MEMORY_ROUNDS = 5  #: a limit of time; numerical
 ENOUGH_MISFIT = 2.0
-"""Chi-square per degree of freedom above which a warm start tries the shapes' other starts."""
+"""Chi-square per degree of freedom above which a warm start tries the shapes' other starts.
+A judgement."""
 
 
 def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:

@@ -17,7 +17,8 @@ LINEAR_SD = 0.01
 """Error of a linear step, in sds of a row, that leave-one-out errors are allowed. Numerical."""
 
 LARGEST_LEVERAGE = 0.999
-"""A pose that the fit passes through exactly has no leave-one-out error to speak of."""
+"""A pose that the fit passes through exactly has no leave-one-out error to speak of.
+A judgement."""
 
 
 @dataclass(frozen=True, eq=False)

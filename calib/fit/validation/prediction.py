@@ -27,10 +27,11 @@ Numerical."""
 LARGEST_TO_POSE = 1.5
 """Where a calibration knows a direction this many times worse than one pose laid there would show,
 that pose would nearly halve its error there. 18 wedge poses stay at 0.8; without those of one face
-and the edges beside it 2."""
+and the edges beside it 2. A judgement."""
 
 MOST_WANTED = 8
-"""Directions that an advice lists; where more are missing, as many again come with the next run."""
+"""Directions that an advice lists; where more are missing, as many again come with the next run.
+A judgement."""
 
 LEAST_REDUNDANCY = 0.01
 """Share of a pose's own error that its residual shows. Derived: an error is noticed (in 8 of 10
