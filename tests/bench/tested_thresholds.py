@@ -31,8 +31,7 @@ HELD: tuple[tuple[str, Sequence[str], Sequence[str]], ...] = (
      ("calib/poses/test_averaging.py",)),
     ("calib.poses.mean_noise", (
         "LEAST_BY_CHANCE", "LARGEST_TYPICAL", "SIMILAR_LENGTH", "NOISE_DOF_PER_POSE",
-        "LARGEST_RATIO", "FIRST_ORDER_S", "UNCERTAIN_RATIO", "RATIO_SD", "SHORTEST_S",
-        "LOWEST_HARMONICS"),
+        "LARGEST_RATIO", "FIRST_ORDER_S", "UNCERTAIN_RATIO", "RATIO_SD", "SHORTEST_S"),
      ("calib/poses/test_averaging.py", "calib/poses/test_mean_sds.py")),
     ("calib.poses.creep", ("SEEN_CHI2",), ("calib/poses",)),
     ("calib.poses.drift_within", ("FEWEST_OTHERS",), ("calib/poses/test_drift_within.py",)),
