@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import cv2
@@ -118,18 +119,42 @@ def learn(
         No proposal turns about a fixed axis, in any of the channels.
     """
     refusal: RateRefused | None = None
+    brightness = _InBrightness([frame.luma for frame in frames])
     for channel in seen:
         try:
-            return _learn(name, frames, channel, rim, on_step, camera_stands)
+            return _learn(name, frames, channel, brightness, rim, on_step, camera_stands)
         except RateRefused as error:
             refusal = more_telling(refusal, error)
     raise refusal or NothingMoves(f"{name}: {NOTHING_MOVES}")
+
+
+class _InBrightness:
+    """What every axis of colour needs of the brightness, looked for once.
+
+    Parameters
+    ----------
+    images : list of arrays of uint8, shape (h, w)
+    """
+
+    def __init__(self, images: list[Luma]) -> None:
+        self._images = images
+
+    @cached_property
+    def background(self) -> Luma:
+        """What stands still, shape (h, w)."""
+        return median_image(self._images)
+
+    @cached_property
+    def outlines(self) -> list[PlateView]:
+        """Views of possible plates."""
+        return proposals(self.background, self._images)
 
 
 def _learn(
     name: str,
     frames: list[Frame],
     channel: Channel,
+    brightness: "_InBrightness",
     rim: PlateView | None,
     on_step: Callable[[], None],
     camera_stands: bool,
@@ -143,9 +168,8 @@ def _learn(
     views = proposals(background, images) if rim is None else [rim]
     in_brightness = background
     if not isinstance(channel, Brightness):  # the rim may have no colour of its own
-        luma = [frame.luma for frame in frames]
-        in_brightness = median_image(luma)
-        views += proposals(in_brightness, luma) if rim is None else []
+        in_brightness = brightness.background
+        views += brightness.outlines if rim is None else []
     learning = LearningFrames(
         images, np.array([frame.time_s for frame in frames]), background, on_step
     )
