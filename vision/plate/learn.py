@@ -173,9 +173,9 @@ def _learn(
     learning = LearningFrames(
         images, np.array([frame.time_s for frame in frames]), background, on_step
     )
-    outlines = [seek_spindle(view, learning.rotation, THRESHOLDS.certain) for view in views]
+    outlines = [seek_spindle(view, learning, THRESHOLDS.certain) for view in views]
     if rim is None and not any(r.coherence > THRESHOLDS.coherent for _, r in outlines):
-        outlines += [seek_spindle(view, learning.rotation, THRESHOLDS.certain)
+        outlines += [seek_spindle(view, learning, THRESHOLDS.certain)
                      for view in moving_areas(images)]
     plate, jumping, coherence = _chosen(outlines, learning)
     plate = _or_of_parts(plate, [view for view, _ in outlines], learning)

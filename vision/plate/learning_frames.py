@@ -19,6 +19,7 @@ from vision.video import Luma
 
 COARSE_AZIMUTHS = 256  #: of the first template
 COARSE_RADII = np.linspace(0.1, 0.97, 20)  # plate radii
+COARSE_WEIGHT = COARSE_RADII.astype(np.float32)  # pixels of the clip per sample, no unit
 COARSE_FRAMES = 100  #: at most; a limit of time
 FINE_FRAMES = 28  #: of the fine template; a limit of time
 #: The number of azimuths of the fine template, by the radius in pixels above which it holds.
@@ -52,10 +53,14 @@ class LearningFrames:
         return every_nth(len(self.images), -(-len(self.images) // COARSE_FRAMES))
 
     def rotation(self, view: PlateView) -> CoarseRotation:
-        """Rough motion about an axis."""
+        """Rough motion about the spindle of a view."""
         self.on_step()
-        weight = COARSE_RADII.astype(np.float32)
-        return self._search.about(self._series.low_orders(view, COARSE_RADII), weight)
+        return self._search.about(self._series.low_orders(view, COARSE_RADII), COARSE_WEIGHT)
+
+    def share(self, view: PlateView, part: slice) -> float:
+        """What turns together about it in one window, of what varies, 0 to 1."""
+        spectra = self._series.low_orders(view, COARSE_RADII, part)
+        return self._search.share(spectra, COARSE_WEIGHT, part)
 
     def parts(self, view: PlateView) -> EqualParts | None:
         """Equal parts that pass about an axis; None where there are none."""

@@ -124,8 +124,9 @@ def _strongest_line(varying: Strips, weight: NDArray[np.float32], time_s: FloatA
     span_s, frame_s = float(np.ptp(time_s)), float(np.median(np.diff(time_s)))
     trial = np.arange(1, int(span_s / frame_s) + 1) / (2 * span_s)
     thin = varying[:, :, :: n // THINNED] * np.sqrt(weight)[:, None]
-    waves = _at(trial, time_s) @ thin.reshape(f, -1)
-    power = (np.abs(waves) ** 2).sum(axis=1)
+    wave = _at(trial, time_s)
+    along = np.concatenate([wave.real, wave.imag]) @ thin.reshape(f, -1)
+    power = np.einsum("ij,ij->i", along, along).reshape(2, -1).sum(axis=0)
     best = int(power.argmax())
     wave = (_at(trial[best : best + 1], time_s) @ varying.reshape(f, -1)).reshape(r, n)
     share = 2 * float(power[best]) / f / max(float((thin**2).sum()), 1e-9)

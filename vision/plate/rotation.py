@@ -5,8 +5,8 @@ most of what varies adds up (``vision.plate.window_rate``).
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,30 +103,62 @@ class RotationSearch:
             self._parts[int(shares.argmax())],
         )
 
+    def share(self, spectra: Orders, weight: NDArray[np.float32], part: slice) -> float:
+        """The share of the energy that turns together in one of the windows, 0 to 1.
+
+        Parameters
+        ----------
+        spectra : array of complex64, shape (orders, r, f)
+            Of the frames of the window.
+        weight : array, shape (r,)
+        part : slice
+            The ``clearest`` of a ``CoarseRotation``.
+        """
+        return self._windows[self._parts.index(part)].best(spectra, weight)[1]
+
+
+class Spinning(Protocol):
+    """Frames in which something may turn about an axis."""
+
+    def rotation(self, view: PlateView) -> CoarseRotation:
+        """Rough motion about the spindle of a view."""
+        ...
+
+    def share(self, view: PlateView, part: slice) -> float:
+        """What turns together about it in one window, of what varies, 0 to 1."""
+        ...
+
 
 def seek_spindle(
-    view: PlateView, spin_about: Callable[[PlateView], CoarseRotation], certain: float
+    view: PlateView, frames: Spinning, certain: float
 ) -> tuple[PlateView, CoarseRotation]:
-    """The view with the spindle where most turns together, and that spin.
+    """The view with the spindle where most turns together, and that rotation.
 
     From D radii away, at a tilt α, the spindle appears off the middle of the rim's ellipse by
     sin α / D radii of the plate, on the minor axis. About the middle a label may turn, a rim seen
-    steeply does not. Not sought where the coherence is ``certain`` at once.
+    steeply does not. Not sought where the coherence is ``certain`` at once; the places tried are
+    compared in the window that is clearest about the middle.
     """
-    best, rotation = view, spin_about(view)
-    if rotation.coherence > certain or view.tilt_rad < THRESHOLDS.steep_rad:
-        return best, rotation
+    about_middle = frames.rotation(view)
+    if about_middle.coherence > certain or view.tilt_rad < THRESHOLDS.steep_rad:
+        return view, about_middle
+    clearest = about_middle.clearest
+    best, most = view, frames.share(view, clearest)
     squeezed = np.linalg.svd(view.jacobian_at_centre())[2][1]  # direction on the plate
     for side in (1, -1):
         for nearness in NEARNESS:
             u, v = side * nearness * np.sin(view.tilt_rad) * squeezed
             x, y = view.pixels(np.hypot(u, v), np.arctan2(v, u))
             other = view.about(float(x), float(y))
-            turning = spin_about(other)
-            if turning.coherence <= rotation.coherence:
+            share = frames.share(other, clearest)
+            if share <= most:
                 break
-            best, rotation = other, turning
-    return best, rotation
+            best, most = other, share
+    if best is view:
+        return view, about_middle
+    about_best = frames.rotation(best)
+    better = about_best.coherence > about_middle.coherence
+    return (best, about_best) if better else (view, about_middle)
 
 
 def same_spindle(smaller: PlateView, larger: PlateView) -> bool:

@@ -113,8 +113,9 @@ class WindowRate:
 
     def _one_way_power(self, varying: Orders) -> FloatArray:
         """P(ω) - P(-ω) at the trial rates."""
-        product = (varying.transpose(0, 2, 1) @ np.conj(varying)).imag  # of every two frames
-        covariance = np.bincount(self._apart, product.ravel(), ORDERS * self._length)
+        half = varying.imag.swapaxes(1, 2) @ varying.real  # (orders, f, f)
+        imaginary = half - half.swapaxes(1, 2)  # of the products of every two frames
+        covariance = np.bincount(self._apart, imaginary.ravel(), ORDERS * self._length)
         transform = np.fft.fft(covariance.reshape(ORDERS, -1), axis=-1).imag
         return np.asarray(2 * transform.ravel()[self._at_trial].sum(axis=0))
 
