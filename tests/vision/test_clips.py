@@ -167,6 +167,19 @@ def test_a_plate_half_outside_the_frame_is_followed_by_its_label_and_mark(render
     assert abs(error_ppm(rate, motion)) < min(100, 3 * sd_ppm)
 
 
+def test_what_turns_in_step_with_the_frames_bends_no_line_where_the_mark_leaves(
+    render: Render,
+) -> None:
+    """27 frames per turn: the 27th wave was taken for background, which made 30 ppm in 8 s."""
+    motion = PlateMotion(33.21 * RPM, angle_rad=4.4)
+    path, _ = render(motion, Scene(centre_px=(30.0, 181.0), sensor_box=False), seconds=8,
+                     recorder=Recorder(crf=1), preset="veryfast")
+    rate = measure_rate(track_phase(path), timebase=CLOCK)
+    sd_ppm = rate.uncertainty.image_rad_s / rate.rate_rad_s * 1e6
+    assert abs(error_ppm(rate, motion)) < 8
+    assert 1 < sd_ppm < 8
+
+
 @pytest.mark.parametrize("rpm", [16.7, 33.3])
 def test_a_mark_that_leaves_the_frame_for_half_of_each_turn_is_followed(
     rpm: float, render: Render

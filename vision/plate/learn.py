@@ -41,11 +41,15 @@ class SearchThresholds:
         Times as much must turn in an outline as in one inside it that turns more coherently, for
         the inner one to be its label only. Tuned on the coasting disc of
         tests.vision.test_real_clips, whose stand lies within the larger outline.
+    same_rim : float
+        Radii about one spindle, of the larger: two outlines of one rim, of which the template that
+        explains more has the better axis.
     """
 
     coherent: float = 0.3
     certain: float = 0.8
     whole: float = 1.2
+    same_rim: float = 0.8
 
 
 THRESHOLDS = SearchThresholds()
@@ -201,6 +205,17 @@ class _Plate:
     turning: float
     parts: int = 1
 
+    def rather_than(self, larger: "_Plate") -> bool:
+        """Whether this is the plate and not one whose outline is at least as large."""
+        view, other = (plate.coarse.template.grid.view for plate in (self, larger))
+        if not same_spindle(view, other):
+            return self.coherence > larger.coherence
+        if view.radius_px > THRESHOLDS.same_rim * other.radius_px:
+            return self.coarse.template.explained > larger.coarse.template.explained
+        # An inner part that turns more coherently is the plate, unless it is the label only.
+        label = THRESHOLDS.whole * self.turning < larger.turning
+        return self.coherence > larger.coherence and not label
+
 
 def _chosen(
     outlines: list[Outline], learning: LearningFrames
@@ -220,17 +235,16 @@ def _chosen(
         certain = rotation.coherence > THRESHOLDS.certain
         again = rotation if certain else learning.rotation(refined)
         highest = max(highest, again.coherence)
-        least = THRESHOLDS.coherent if plate is None else plate.coherence
-        if again.coherence <= least or coarse.template.explained < THRESHOLDS.coherent:
-            continue
         turning = _turning(refined, again)
-        if plate is not None and same_spindle(refined, plate.coarse.template.grid.view) and (
-                THRESHOLDS.whole * turning < plate.turning):
-            continue  # its label
+        candidate = _Plate(coarse, again.coherence, turning)
+        if min(again.coherence, coarse.template.explained) < THRESHOLDS.coherent:
+            continue
+        if plate is not None and not candidate.rather_than(plate):
+            continue
         if not smooth(coarse.angle_rad, rotation.angle_rad[learning.chosen]):
             jumping = jumping or coarse
             continue
-        plate = _Plate(coarse, again.coherence, turning)
+        plate = candidate
         if min(plate.coherence, coarse.template.explained) > THRESHOLDS.certain:
             break
     return plate, jumping, highest

@@ -121,17 +121,20 @@ class Alignment:
 
 
 def standing_share(
-    angle_rad: FloatArray, orders: int, parts: int = 1
+    angle_rad: FloatArray, orders: int, parts: int = 1, *, leaves: bool = False
 ) -> NDArray[np.float32]:
     """Share of a turning wave of each order that looks standing, |mean exp(ikθ)|², (orders,).
 
     One for orders of which the frames do not show whether they turn or stand. Of equal parts, the
-    frames have shown how the orders turn that are multiples of their number; no other does.
+    frames have shown how the orders turn that are multiples of their number; no other does. Where
+    the mark ``leaves`` the frame, a part of the ring is seen, in which the orders are not
+    orthogonal: one that turns, and is taken for background, pulls at the angle by all others. Then
+    only those count as standing that cannot be told at all.
     """
     share = np.abs(turns(angle_rad, orders).mean(axis=(0, 1))) ** 2
     step = np.quantile(np.abs(np.diff(angle_rad)), SMALL_STEP)
     order = np.arange(orders)
-    strobed = (order * step > np.pi) & (parts == 1)
+    strobed = (order * step > np.pi) & (parts == 1) & (not leaves)
     limit = np.where(strobed, THRESHOLDS.strobed, THRESHOLDS.standing)
     return np.asarray(np.where((share > limit) | (order % parts != 0), 1, share))
 
