@@ -36,10 +36,10 @@ class StandingThresholds:
     standing : float
         Above it order k does not show whether it turns or stands.
     strobed : float
-        The same of an order that turns by more than half a wave from frame to frame. Tuned on
-        ``tests.bench.clip_study --only edge_on``, seed 1001 (33.05 frames per turn), which errs by
-        1.6 sds; at 0.3 by 3.9, at 0.9 by 5.2. At 0.075 chance takes one order in eight out of 28
-        frames.
+        The same of an order that turns by more than half a wave from frame to frame, where the
+        mark does not leave the frame. Tuned on ``tests.bench.clip_study --only edge_on``, seed 1001
+        (33.05 frames per turn), which errs by 1.6 sds; at 0.3 by 3.9, at 0.9 by 5.2. At 0.075
+        chance takes one order in eight out of 28 frames.
     """
 
     standing: float = 0.9
