@@ -34,10 +34,10 @@ POLE_GRAVITY_M_S2 = 9.8321849378  #: m/s², WGS84
 
 SURFACE_M = (-500.0, 9000.0)  #: m; fact: from the Dead Sea to Mount Everest
 LARGEST_ANOMALY_M_S2 = 4e-3
-"""Free-air anomalies of mountains and trenches; the largest are 300 to 400 mGal."""
+"""Free-air anomalies of mountains and trenches; the largest are 300 to 400 mGal. Fact."""
 
 NORMAL_GRAVITY_SD_M_S2 = 5e-4
-"""How far real gravity strays from the normal field, 1 sd: the budget above."""
+"""How far real gravity strays from the normal field, 1 sd: the budget above. Fact."""
 
 
 def normal_gravity(latitude_rad: float, height_m: float = 0.0) -> float:

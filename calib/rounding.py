@@ -2,8 +2,8 @@
 
 import math
 
-SD_DIGITS = 2  #: significant digits of an sd; its value is shown to the same decimal
-FINEST = 1e-4  #: smaller numbers are shown with a power of ten
+SD_DIGITS = 2  #: significant ones of an sd and its value; it chooses digits only
+FINEST = 1e-4  #: smaller numbers are shown with a power of ten; it chooses digits only
 
 
 def with_sd(value: float, sd: float | None) -> str:

@@ -12,12 +12,12 @@ import numpy as np
 from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import EFFECTS
-from calib.effects.environment import SECONDS_PER_HOUR
 from calib.errors import CalibrationError
 from calib.fit.least_squares.solver import Fit, fit
 from calib.fit.model import Model
 from calib.fit.triad.calibration import calibrate_triad
 from calib.fit.validation.leave_one_out import left_out_residual
+from calib.numbers import SECONDS_PER_HOUR
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 from tests.fitting import pose_sets, spec_of

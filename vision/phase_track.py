@@ -129,9 +129,17 @@ class PhaseTrack:
 
     @property
     def apparent_turns(self) -> float:
-        """Turns from the first frame to the last, the shortest way from each to the next."""
-        phase = np.unwrap(self.phase_rad[np.isfinite(self.phase_rad)])
-        return float(abs(phase[-1] - phase[0]) / (2 * np.pi)) if phase.size else 0.0
+        """Turns from the first frame to the last, the shortest way from each to the next.
+
+        Where frames between them show no angle, the plate went on at the mean rate of the others.
+        """
+        step = np.angle(np.exp(1j * np.diff(self.phase_rad)))
+        shown = np.isfinite(step)
+        lasts = np.diff(self.time_s)
+        shown_s = float(lasts[shown].sum())
+        if shown_s <= 0:
+            return 0.0
+        return float(abs(step[shown].sum()) / (2 * np.pi) * lasts.sum() / shown_s)
 
     def frames(self, chosen: BoolArray) -> "PhaseTrack":
         """Some of the frames, shape (f,); their times stay those of the clip."""

@@ -1,8 +1,11 @@
 """What one part of a session knows that contradicts another.
 
-    logs ─ repeats ─ clock ─────┐                               same samples twice, whole turns
-    poses ─ force ─ plate_axes ─┼─ mistakes ─ contradiction     gravity, axes of both triads, runs
-    parameters ─ data_sheet ────┘
+    logs ─ repeats ─ clipping ─ clock ─┐                            same samples, limits, turns
+    poses ─ force ─ plate_axes ────────┼─ mistakes ─ contradiction  gravity, axes, runs
+    parameters ─ data_sheet ───────────┘
+    parameters ─ certificate                                        beside the factory's
+
+    signed_axes: the ways to exchange and mirror axes; quadric: what any parameters leave at least
 
 Each check compares two statements of one quantity and names the likely mistake: it evaluates what
 the data would be without each of a list of common mistakes (axes exchanged or mirrored, a factor,

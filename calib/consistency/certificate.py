@@ -19,12 +19,13 @@ import numpy as np
 
 from calib.errors import CalibrationError
 from calib.fit.parameters import TriadParameters
+from calib.poses.converter_steps import printed_unit
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 
-MOST_DECIMALS = 9  #: of a value on a certificate: none states more
 LARGEST_MISALIGNMENT = 0.5
-"""Elements of a certificate's alignment matrix beside the diagonal; beyond, it is not one."""
+"""Of an alignment matrix from the unit matrix, in any element; beyond, it is none. Derived: half of
+what an axis that is exchanged or mirrored, or a gain in the matrix, makes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,11 +135,7 @@ def rounding_sd(values: FloatArray) -> float:
     >>> round(rounding_sd(np.array([549.7, 552.7, 550.4])), 4)
     0.0289
     """
-    for decimals in range(MOST_DECIMALS):
-        scaled = values * 10.0**decimals
-        if np.allclose(scaled, np.round(scaled), rtol=0, atol=1e-6):
-            return float(10.0**-decimals / np.sqrt(12))
-    return 0.0
+    return float(printed_unit(values.reshape(-1, 1))[0] / np.sqrt(12))
 
 
 def frame_free(gain: FloatArray, aligned: FloatArray) -> tuple[FloatArray, FloatArray]:

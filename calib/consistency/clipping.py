@@ -20,7 +20,7 @@ change none of 2 ordinary sessions and 1 mistake in ``tests.bench.contradiction_
 
 USUAL_SHARE = 0.05
 """Of a log's samples at its extreme, the median of the sensor's logs that are not at the limit.
-Below the 7 % of normal noise of a step's size, above which no limit shows. Derived."""
+Derived: below the 7 % of normal noise of a step's size, above which no limit shows."""
 
 PILED_UP = 2.0
 """Times as frequent as any other value: noise cut off within its own width is. Derived: normal

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.consistency.data_sheet import SHEET_TOLERANCE
 from calib.errors import Contradiction
 from calib.numbers import NO_LENGTH, RPM
 from calib.poses.averaging import LEAST_PER_TURN
@@ -23,7 +24,7 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 
 LEAST_SHARE = 0.5
-"""Of what the accelerometer feels across gravity, that must go round for its rate to be known:
+"""Of what the accelerometer senses across gravity, that must go round for its rate to be known:
 then nothing else can be as large. Derived."""
 
 LEFT_SHARE = 0.1
@@ -47,20 +48,22 @@ PER_RESOLUTION = 12
 them lies within a 24th of the resolution of the maximum."""
 
 PADDING = 8
-"""Times the length of a log, for a spectrum dense enough to interpolate."""
+"""Times the length of a log, for a spectrum dense enough to interpolate. Numerical."""
+
 SAMPLES_PER_TURN = 3.0
-"""Of the fastest rate looked at, after averaging."""
+"""Of the fastest rate looked at, after averaging. Derived: more than two show a wave. Numerical."""
 
-DATA_SHEET = 1.4
-"""Factor within which a gyro's gain is its data sheet's; see ``SHEET_TOLERANCE``."""
+FEWEST_MEANS = 12
+"""Means of a log at least, from which a line is taken off. Derived: six of each half. Numerical."""
 
-
+LARGEST_GAIN = 1 / (1 - SHEET_TOLERANCE)
+"""Of a gyro over that of its data sheet, or the other way round. Derived."""
 
 @dataclass(frozen=True)
 class GravityWave:
     """Signed rate of the plate by the accelerometer, rad per unit of the stamps, positive ccw.
 
-    ``share`` is how much of what the accelerometer feels across gravity goes round with it,
+    ``share`` is how much of what the accelerometer senses across gravity goes round with it,
     ``share_stated`` the same at the stated rate, in the better of both directions.
     """
 
@@ -130,7 +133,7 @@ def gravity_wave(logs: Sequence[ImuLog], stated: FloatArray, spec: TriadSpec) ->
 def _across(log: ImuLog, rate: float, spec: TriadSpec) -> tuple[float, np.ndarray]:
     """Step in s and the complex specific force across its mean (m,), averaged and detrended."""
     span = log.time_s[-1] - log.time_s[0]
-    wanted = max(12, int(span * rate * FASTEST / (2 * np.pi) * SAMPLES_PER_TURN))
+    wanted = max(FEWEST_MEANS, int(span * rate * FASTEST / (2 * np.pi) * SAMPLES_PER_TURN))
     per = max(1, len(log.time_s) // wanted)
     n = len(log.time_s) // per
     force = spec.nominal(log.accelerometer[: n * per]).reshape(n, per, 3).mean(axis=1)
@@ -181,16 +184,16 @@ def require_whole_turns(
     rate, plate = abs(wave.rate), float(np.median(stated))
     if wave.share_stated > LEFT_SHARE * wave.share or abs(rate / plate - 1) < LARGEST_CLOCK_ERROR:
         return wave
-    felt = _felt(logs, specs[1])
+    gyro_rate = _gyro_rate(logs, specs[1])
     raise Contradiction(
         f"{run}: by the time stamps of its logs the plate turned at {_rpm(rate)}: gravity goes "
         f"round once per turn in the accelerometer. The rate of this run is {_rpm(plate)}. "
-        f"{_likely(run, rate, plate, felt, others)}"
+        f"{_likely(run, rate, plate, gyro_rate, others)}"
     )
 
 
-def _felt(logs: Sequence[ImuLog], spec: TriadSpec | None) -> float | None:
-    """What the gyro feels by its data sheet, rad/s; None where it was not logged."""
+def _gyro_rate(logs: Sequence[ImuLog], spec: TriadSpec | None) -> float | None:
+    """What the gyro reads by its data sheet, rad/s; None where it was not logged."""
     if spec is None or not all(log.has("gyroscope") for log in logs):
         return None
     means = np.array([spec.nominal(log.gyroscope).mean(axis=0) for log in logs])
@@ -198,10 +201,11 @@ def _felt(logs: Sequence[ImuLog], spec: TriadSpec | None) -> float | None:
 
 
 def _likely(
-    run: str, rate: float, plate: float, felt: float | None, others: Mapping[str, float]
+    run: str, rate: float, plate: float, gyro_rate: float | None, others: Mapping[str, float]
 ) -> str:
     same = [name for name, other in others.items() if abs(other / rate - 1) < LARGEST_CLOCK_ERROR]
-    gyro_agrees = felt is not None and 1 / DATA_SHEET < felt / plate < DATA_SHEET
+    gyro_agrees = (gyro_rate is not None
+                   and 1 / LARGEST_GAIN < gyro_rate / plate < LARGEST_GAIN)
     if gyro_agrees:
         return (
             f"The gyroscope agrees with that rate, so the stamps do not count seconds: they run "

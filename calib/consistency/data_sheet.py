@@ -1,4 +1,4 @@
-"""What one stage knows that contradicts another: said in words beside the numbers."""
+"""Warnings where a calibration contradicts the clips, the data sheet or the plate."""
 
 from collections.abc import Iterator, Sequence
 
@@ -11,7 +11,8 @@ from calib.poses.pose_set import PoseSet
 
 REFERENCE = {"accelerometer": "gravity", "gyroscope": "the rate of the plate"}
 SHEET_TOLERANCE = 0.3
-"""Gains lie within a few per cent of most data sheets; the paper's own MTi is 28 % off its own."""
+"""Of a gain, relative. Fact: gains lie within a few per cent of most data sheets, that of the
+paper's own MTi 28 % off."""
 
 
 def turning_while_still(poses: PoseSet) -> Iterator[str]:
@@ -58,11 +59,11 @@ def direction_against_clip(poses: PoseSet, filmed: Sequence[str | None]) -> Iter
     """
     sign = {"ccw": 1.0, "cw": -1.0}
     runs: dict[str, list[bool]] = {}
-    for run, spin, said in zip(poses.run, poses.spin_rad_s, filmed, strict=True):
-        if said is not None and spin != 0:
-            runs.setdefault(run, []).append(sign[said] != np.sign(spin))
+    for run, spin, direction in zip(poses.run, poses.spin_rad_s, filmed, strict=True):
+        if direction is not None and spin != 0:
+            runs.setdefault(run, []).append(sign[direction] != np.sign(spin))
     for run, opposite in runs.items():
-        if np.mean(opposite) > 0.5:
+        if np.mean(opposite) > 0.5:  # most poses of the run
             yield (
                 f"run {run}: by gyro and accelerometer together the plate turns the other way than "
                 f"in the clip. Is the clip mirrored, taken from below, or of another run? The "

@@ -1,13 +1,14 @@
 """The specific force on the turning plate against gravity.
 
-The accelerometer is calibrated on poses at rest. On the plate it feels gravity g and, across it,
+The accelerometer is calibrated on poses at rest. On the plate it senses gravity g and, across it,
 the centripetal ``Ω² r`` at r metres from the spindle, so that ``|f|`` lies between g and
 ``hypot(g, Ω² r)`` whatever the attitude. Where it does not, one of the two sets of logs is not what
 it seems. Each common mistake (axes exchanged or mirrored, counts halved, another unit) is undone in
 turn; with n poses it explains the contradiction the better by the log likelihood ratio
-``n/2 ln(S_as_logged / S_undone)`` of the mean squares S of ``|f| - g``. What the calibration itself
-does not know of these poses (what it leaves in its own poses, an effect that these hardly
-determine) contradicts nothing.
+``n/2 ln(S_as_logged / S_undone)`` of the mean squares S of ``|f| - g``. It is named where this
+exceeds the logarithm of the number of looks over ``FALSE_ALARM``. What the calibration itself does
+not know of these poses (what it leaves in its own poses, an effect that these hardly determine)
+contradicts nothing.
 """
 
 from collections.abc import Callable, Mapping
@@ -21,13 +22,10 @@ from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Contradiction
 from calib.fit.triad.calibration import TriadCalibration
 from calib.poses.conditions import Conditions
+from calib.poses.data_sheet import LARGEST_DRIFT
+from calib.poses.frozen import FALSE_ALARM
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
-
-LARGEST_DRIFT = 0.02
-"""Of gravity, by which a low-cost accelerometer may have drifted since its own poses: 0.02 %/K and
-1 mg/K, what data sheets state, over 50 K and some years; as
-:data:`calib.mounting.mounting.WRONG_GRAVITY`."""
 
 PLATE_RADIUS_M = 0.15  #: m; fact: of a record
 FEWEST_POSES = 3  #: of a run; derived: the median of fewer is that of one pose
@@ -41,11 +39,6 @@ FACTORS: Mapping[float, str] = {
     1 / STANDARD_GRAVITY_M_S2: "in m/s² instead of g",
 }
 """What brings readings of a common mistake of range, unit or bits back, and what they are."""
-
-FALSE_ALARM = 1e-6
-"""Probability of naming a mistake in a session without one: the log likelihood ratio asked for is
-the logarithm of the number of looks over it."""
-
 
 NOTICEABLE = 5e-4
 """Of gravity: what noise, placement and warmth leave in a good session; a mistake that changes less

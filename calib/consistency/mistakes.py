@@ -13,7 +13,7 @@ from itertools import combinations
 
 import numpy as np
 
-from calib.consistency.force import FACTORS, FALSE_ALARM
+from calib.consistency.force import FACTORS
 from calib.consistency.quadric import least_chi2
 from calib.consistency.signed_axes import SIGNED_PERMUTATIONS, permutation_words
 from calib.effects.catalogue import BASE
@@ -25,31 +25,31 @@ from calib.fit.model import Model, stack_columns
 from calib.fit.validation.leave_one_out import left_out_residual
 from calib.numbers import RPM
 from calib.poses.conditions import Conditions
+from calib.poses.frozen import FALSE_ALARM
 from calib.poses.imu_log import AXES, BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
 
 LEFT_OVER = 0.01
-"""Of the misfit above its degrees of freedom, that a named mistake leaves at most: what a sensor's
-effects leave of an exchanged axis or a wrong range."""
+"""Of the misfit above its degrees of freedom, that a named mistake leaves at most. A
+judgement: what a sensor's effects leave of an exchanged axis or a wrong range."""
 
 SAME_RATE = 0.02
-"""Two plate rates closer than this are no mistake of one for the other."""
+"""Relative: two plate rates closer than this are no mistake of one for the other. Fact: drives keep
+their speed to 2 %, and the speeds of records differ by 35 % and more."""
 
 OTHER_GAIN = 0.01
-"""Of a low-cost gyro's gain by 30 °C at the data sheets' 300 ppm/°C: runs differ by less."""
+"""Of a gyro's gain, by which runs differ at most. Fact: 300 ppm/°C of data sheets over 30 °C."""
 
 CERTAIN_SD = 5.0
-"""Of a difference of gains; five times 3 axes of some runs leave a chance below 1e-5."""
+"""Of a difference of gains. Derived: 3 axes of some runs exceed it with a chance below 1e-5."""
 
 BOUND_SLACK = 16.0
 """Times the chi-square that a mistake may leave: the bound holds to first order, and for gains that
 are the data sheet's within a third. Tuned by ``tests.bench.contradiction_limits``: at 2 exchanged
-axes of a run are passed over, at 4 and 8 nothing is; what explains nothing is far above. The double
-was not measured: a larger value only tries more mistakes in full."""
+axes of a run are passed over, at 4, 8, 16 and 32 nothing is; what explains nothing is far above."""
 
 FEWEST_OF_BLOCK = 3  #: poses; derived: fewer are bad poses, which have a verdict
 WORST_POSES = 2  #: tried one by one: a limit of time
-
 
 CHANGES: tuple[tuple[FloatArray, str], ...] = (
     *((matrix.T, permutation_words(matrix)) for matrix in SIGNED_PERMUTATIONS[1:]),

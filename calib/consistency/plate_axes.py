@@ -19,17 +19,16 @@ from calib.poses.pose_set import PoseSet
 
 FEWEST_POSES = 6  #: derived: three directions, each seen twice
 LEAST_SPREAD = 0.05
-"""Smallest singular value per pose, of 1/3 all round: below it one axis is not seen."""
+"""Smallest singular value per pose, of 1/3 all round: a judgement; below it an axis is unseen."""
 
 MOST_RUNS = 8  #: a limit of time
 LARGEST_SCATTER = 0.2
 """Of the directions, rad, about what one rotation makes of them: a sensor ten centimetres off the
-spindle at 45 rpm feels gravity turned by as much."""
+spindle at 45 rpm senses gravity turned by as much. Derived."""
 
 OTHER_POSE = 0.5
 """From here on, rad, a single pose cannot belong to the frame of the others: the smallest exchange
-of axes of any pose turns it by 60° and more, noise by a thousandth."""
-
+of axes of any pose turns it by 60° and more, noise by a thousandth. Derived: half of it."""
 
 REPAIR = (
     "Name the columns in the right order (`columns`), or multiply the mirrored ones by -1. The "

@@ -2,8 +2,8 @@
 
 Noise does not repeat itself. With H bits of collision entropy in a row (``2^-H`` is the chance that
 two rows agree) a stretch of L rows agrees with another of N by chance with the probability
-``N² 2^(-H L) / 2``; the length from which this is below ``CHANCE`` is how short a copy can be seen.
-Rows that follow each other are correlated, so ``CORRELATED`` times as many are asked for.
+``N² 2^(-H L) / 2``; the length from which this is below ``FALSE_ALARM`` is how short a copy can
+be seen. Rows that follow each other are correlated, so ``CORRELATED`` times as many are asked for.
 """
 
 from collections.abc import Sequence
@@ -13,27 +13,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.errors import Contradiction, Undetermined
+from calib.poses.frozen import FALSE_ALARM
 from calib.poses.imu_log import TRIADS, ImuLog, IntArray, Triad
 
 Keys = NDArray[np.uint64]
 
-CHANCE = 1e-6
-"""Of a false alarm in a session."""
-
 CORRELATED = 4.0
-"""Rows in which low-cost sensors' noise makes one independent row: half of their bandwidth's."""
+"""Rows in which low-cost sensors' noise makes one independent row. A judgement: they are read at up
+to four times the rate at which their filter gives independent values."""
 
 LEAST_ENTROPY = 0.5
-"""Bits per row; coarser logs repeat themselves by nature."""
+"""Bits per row. A judgement: coarser logs repeat themselves by nature, and would set the length of
+a copy for all others."""
 
 SHORTEST_COPY = 32
-"""Rows; a shorter copy moves a mean by less than its sd in every log of three seconds."""
+"""Rows. Derived: a shorter copy moves a mean by less than its sd in every log of three seconds."""
 
 WHOLE = 0.9
-"""Share of a log from which a copy is called one of the whole log."""
+"""Share of a log from which a copy is called one of the whole log. It chooses words only."""
 
 FACTORS = 2 * np.random.default_rng(17).integers(2**63, size=9, dtype=np.uint64) + 1
-"""Odd multipliers: the key of a row is its cells' bits, multiplied and added modulo 2^64."""
+"""Odd multipliers: the key of a row is its cells' bits, multiplied and added modulo 2^64.
+Numerical."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ def find_copy(logs: Sequence[ImuLog], triad: Triad) -> Copy | None:
     kept = [np.flatnonzero(np.r_[True, keys[1:] != keys[:-1]]) if len(keys) else
             np.zeros(0, int) for keys in every]
     rows = [keys[index] for keys, index in zip(every, kept, strict=True)]
-    bits = 2 * np.log2(sum(map(len, rows)) + 1) - np.log2(CHANCE)
+    bits = 2 * np.log2(sum(map(len, rows)) + 1) - np.log2(FALSE_ALARM)
     entropy = [_entropy(keys) for keys in rows]
     usable = [i for i, h in enumerate(entropy) if h > LEAST_ENTROPY]
     if not usable:
@@ -182,7 +183,7 @@ def find_frozen(logs: Sequence[ImuLog]) -> list[FrozenStretch]:
     equal = sum(int((each[1:] == each[:-1]).sum()) for each in keys)
     inside = sum(count - 1 for _, count in stretches)
     rows = sum(map(len, keys))
-    by_chance = 1 + np.log(CHANCE / rows) / np.log((equal - inside + 1) / (rows + 2))
+    by_chance = 1 + np.log(FALSE_ALARM / rows) / np.log((equal - inside + 1) / (rows + 2))
     return [
         FrozenStretch(i, start, count)
         for i, (each, (start, count)) in enumerate(zip(keys, stretches, strict=True))

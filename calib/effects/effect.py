@@ -9,7 +9,7 @@ Three places where an effect can act, and the vector its columns are evaluated o
 
 - ``reading``: bias, scale and misalignment, on the nominal reading y of eq. (12). They make up the
   linear form ``M y + c`` of Angrisano et al. eq. (1), one to one with (alpha, b, k).
-- ``sensor``: everything added to it, on what the sensitive axes feel, ``u = T⁻¹ s`` with s the
+- ``sensor``: everything added to it, on what the sensitive axes sense, ``u = T⁻¹ s`` with s the
   corrected vector in orthogonal axes and T of eq. (2); s solves ``s + T F(T⁻¹ s) theta = M y + c``.
   Parameters so mean the same in simulation, correction and fit. What belongs to the motion and not
   to an axis (a lever arm, a rotation of the frame) is ``orthogonal``: its columns take s itself.
@@ -28,8 +28,8 @@ from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, BoolArray, FloatArray, Triad
 
 REFERENCE_TEMPERATURE_C = 25.0
-"""Temperature at which bias and scale are quoted once a temperature effect is in the model."""
-
+"""Temperature at which bias and scale are quoted once a temperature effect is in the model. Fact:
+data sheets state theirs at 25 °C."""
 
 Columns = Callable[..., FloatArray]
 
@@ -46,7 +46,6 @@ ConstantPart = Literal["bias", "scale"]
 Owner = Literal["sensor", "session", "bench"]
 """Whose an effect is. The sensor's goes wherever the sensor goes; the session's holds on the clock
 of one session; the bench's stays with the plate, its camera and where the sensor stood on it."""
-
 
 AT_BOUND = 1e-3
 """Relative distance within which a shape parameter is at its bound. Numerical: a step ends on the
@@ -190,7 +189,6 @@ class Effect:
 
 OF_COLUMN = "column:"
 """Followed by the column: the name of a bias that follows it."""
-
 
 EFFECTS: dict[str, Effect] = {}
 """Every listed effect by name, in the order of the catalogue."""

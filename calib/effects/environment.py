@@ -11,10 +11,9 @@ from calib.effects.effect import (
     per_axis,
 )
 from calib.effects.typical import between, quoted, typical
+from calib.numbers import SECONDS_PER_HOUR
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray
-
-SECONDS_PER_HOUR = 3600.0  #: definition
 
 
 def _warmth(at: Conditions) -> FloatArray:
@@ -143,7 +142,7 @@ def warm_up(at: Conditions, tau_s: ShapeValue) -> FloatArray:
     unit="{u}",
     needs=("previous",),
     page=Page(
-        formula="e_k = h_k · tanh(u_k / (width · |u|)),  u what the axes felt in the pose before",
+        formula="e_k = h_k · tanh(u_k / (width · |u|)),  u what the axes sensed in the pose before",
         typical={
             "MPU-6050": typical(between(0.1, 1, "mg")),
             "MTi": typical(quoted(0.1, "mg"), note="at most"),
@@ -158,7 +157,7 @@ def warm_up(at: Conditions, tau_s: ShapeValue) -> FloatArray:
 def hysteresis(at: Conditions, width: ShapeValue) -> FloatArray:
     """Memory of the last pose: stress that has not relaxed when the next one is taken.
 
-    Narrow, it keeps the sign of what an axis felt; wide, it is in proportion to it.
+    Narrow, it keeps the sign of what an axis sensed; wide, it is in proportion to it.
     """
     size = np.linalg.norm(at.previous, axis=1, keepdims=True)
     share = at.previous / np.where(size == 0, 1.0, size)  # rest leaves no memory

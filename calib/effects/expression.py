@@ -23,8 +23,8 @@ from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
 from calib.poses.imu_log import FloatArray
 
 LONGEST_EXPRESSION = 500  #: characters; a limit of time and memory
-LARGEST_POWER = 8  #: so that LARGEST_NUMBER to this power is a number
-LARGEST_NUMBER = 1e30  #: its eighth power is still a number
+LARGEST_POWER = 8  #: so that LARGEST_NUMBER to this power is a number; numerical
+LARGEST_NUMBER = 1e30  #: its eighth power is still a number; numerical
 
 FUNCTIONS: dict[str, Callable[..., FloatArray]] = {
     "abs": np.abs,

@@ -1,4 +1,4 @@
-"""What specific force and rotation do to a triad that should not feel them."""
+"""What specific force and rotation do to a triad that should not sense them."""
 
 import numpy as np
 

@@ -6,14 +6,15 @@ Columns (n, k): error of the true magnitude over the stated one. Plate-stopped p
 import numpy as np
 
 from calib.effects.effect import Page, effect
-from calib.effects.environment import SECONDS_PER_HOUR
 from calib.effects.typical import between, typical
+from calib.numbers import SECONDS_PER_HOUR
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 
 
-def _turning(at: Conditions) -> FloatArray:
-    return (at.magnitude > 0).astype(float)
+def _magnitude(at: Conditions) -> FloatArray:
+    """Reference magnitude of the poses that have one, 0 of a plate at rest, SI, (n,)."""
+    return np.where(at.magnitude > 0, at.magnitude, 0.0)
 
 
 @effect(
@@ -34,7 +35,7 @@ def _turning(at: Conditions) -> FloatArray:
 )
 def reference_offset(at: Conditions) -> FloatArray:
     """The same error on every reference magnitude, whatever its size."""
-    return _turning(at)[:, None]
+    return np.asarray(_magnitude(at) > 0, float)[:, None]
 
 
 @effect(
@@ -56,7 +57,7 @@ def reference_offset(at: Conditions) -> FloatArray:
 )
 def reference_scale(at: Conditions) -> FloatArray:
     """Every reference magnitude wrong by the same factor: camera clock or gravity value."""
-    return np.where(_turning(at) > 0, at.magnitude, 0.0)[:, None]
+    return _magnitude(at)[:, None]
 
 
 @effect(
@@ -77,8 +78,7 @@ def reference_scale(at: Conditions) -> FloatArray:
 )
 def reference_drift(at: Conditions) -> FloatArray:
     """The plate speeds up or slows down through the session, unseen by the one clip."""
-    moving = np.where(_turning(at) > 0, at.magnitude, 0.0)
-    return np.asarray(moving * at.time_s / SECONDS_PER_HOUR)[:, None]
+    return np.asarray(_magnitude(at) * at.time_s / SECONDS_PER_HOUR)[:, None]
 
 
 @effect(
@@ -98,5 +98,4 @@ def reference_drift(at: Conditions) -> FloatArray:
 )
 def direction_dependent_rate(at: Conditions) -> FloatArray:
     """The plate turns faster one way than the other, by the same factor at every speed."""
-    moving = np.where(_turning(at) > 0, at.magnitude, 0.0)
-    return np.asarray(moving * np.sign(at.spin_rad_s))[:, None]
+    return np.asarray(_magnitude(at) * np.sign(at.spin_rad_s))[:, None]

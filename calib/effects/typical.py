@@ -1,16 +1,17 @@
 """Typical sizes of effects as numbers, in the units that data sheets quote them in."""
 
 from dataclasses import dataclass
-from math import pi, sqrt
+from math import radians, sqrt
 
 from calib.earth import STANDARD_GRAVITY_M_S2
+from calib.numbers import SECONDS_PER_HOUR
 from calib.poses.imu_log import Triad
 
-DEGREE, G, HOUR_S = pi / 180, STANDARD_GRAVITY_M_S2, 3600.0  #: rad, m/s², s; definitions
+DEGREE, G = radians(1.0), STANDARD_GRAVITY_M_S2  #: rad, m/s²; definitions
 
 QUOTED: dict[str, tuple[float, Triad | None]] = {
     "°/s": (DEGREE, "gyroscope"),
-    "°/h": (DEGREE / HOUR_S, "gyroscope"),
+    "°/h": (DEGREE / SECONDS_PER_HOUR, "gyroscope"),
     "°/s/K": (DEGREE, "gyroscope"),
     "°/s/V": (DEGREE, "gyroscope"),
     "°/s/h": (DEGREE, "gyroscope"),

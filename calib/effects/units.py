@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterable, Mapping
 
 from calib.earth import STANDARD_GRAVITY_M_S2
+from calib.numbers import SECONDS_PER_HOUR
 
 ERROR_UNIT: Mapping[str, tuple[str, float]] = {
     "m/s²": ("mm/s²", 1e3),
@@ -21,7 +22,7 @@ NUMERATORS: Mapping[str, tuple[str, float]] = {
 }
 """SI numerator -> unit, and how many of it one SI unit is."""
 
-FINER: Mapping[str, tuple[str, float]] = {"°/s": ("°/h", 3600.0), "%": ("ppm", 1e4)}
+FINER: Mapping[str, tuple[str, float]] = {"°/s": ("°/h", SECONDS_PER_HOUR), "%": ("ppm", 1e4)}
 """The unit of small sizes, and how many of it the coarser unit is."""
 
 FINER_BELOW = 0.01
@@ -75,7 +76,7 @@ def display_unit(unit: str, sizes: Iterable[float]) -> tuple[str, float]:
 
 
 def _split(unit: str) -> tuple[str | None, str]:
-    """The SI numerator of a unit, None if it is none of ours, and what follows it."""
+    """The SI numerator of a unit, None if NUMERATORS has none of it, and what follows it."""
     for numerator in NUMERATORS:
         for form in (f"({numerator})", numerator):
             rest = unit.removeprefix(form)

@@ -21,7 +21,8 @@ Per = Literal["axis", "common", "matrix", "reference"]
 ValueOf = Callable[..., FloatArray]
 
 START_SHARES = (0.5, 0.1, 0.3, 0.7, 0.9)
-"""Where between its bounds, by their logarithm, a shape parameter is tried; the first one first."""
+"""Where between its bounds, by their logarithm, a shape parameter is tried; the first one first.
+Numerical: every value between the bounds has a start within a tenth of them."""
 
 RAISED_BY_USERS_CODE = (
     ArithmeticError,
@@ -116,11 +117,11 @@ def user_effect(
     """
     names, runs = (value.names, value.runs) if isinstance(value, Expression) else ((), ())
     columns = value.columns if isinstance(value, Expression) else ()
-    here = triad == "accelerometer"
-    sensed = value if isinstance(value, Expression) else _guarded(name, value)
+    measures_force = triad == "accelerometer"
+    checked = value if isinstance(value, Expression) else _guarded(name, value)
 
     def values(at: Conditions, *shapes: float) -> FloatArray:
-        return sensed(replace(at, force=at.vector) if here else at, *shapes)
+        return checked(replace(at, force=at.vector) if measures_force else at, *shapes)
 
     arranged: Mapping[Per, Callable[[FloatArray, Conditions], FloatArray]] = {
         "axis": lambda v, _: per_axis(v),
@@ -128,7 +129,7 @@ def user_effect(
         "matrix": lambda v, _: np.einsum("ki,nj->nkij", np.eye(3), v).reshape(len(v), 3, 9),
         "reference": lambda v, at: v[:, :1] * (at.magnitude > 0)[:, None],
     }
-    bench = per == "reference" or bool(runs)
+    of_bench = per == "reference" or bool(runs)
     return Effect(
         name=name,
         acts_on="reference" if per == "reference" else "sensor",
@@ -137,9 +138,9 @@ def user_effect(
         unit=unit,
         columns=lambda at, *shapes: arranged[per](values(at, *shapes), at),
         needs=tuple(dict.fromkeys(need for each, need in NEEDS.items()
-                                  if each in names and not (here and need == "force"))),
+                                  if each in names and not (measures_force and need == "force"))),
         logged=columns,
-        belongs_to="bench" if bench else "session" if "time_s" in names else "sensor",
+        belongs_to="bench" if of_bench else "session" if "time_s" in names else "sensor",
         physics="Your own effect.",
         shape=shape,
         follows_words=value.text if isinstance(value, Expression) else "",
@@ -175,13 +176,13 @@ def _guarded(name: str, function: ValueOf) -> ValueOf:
 
 def read_only(at: Conditions) -> Conditions:
     """Copies of the conditions that cannot be written to."""
-    arrays = {each.name: _frozen(getattr(at, each.name)) for each in fields(at)
+    arrays = {each.name: _unwritable(getattr(at, each.name)) for each in fields(at)
               if each.name != "columns"}
-    return Conditions(**arrays, columns={name: _frozen(values)
+    return Conditions(**arrays, columns={name: _unwritable(values)
                                          for name, values in at.columns.items()})
 
 
-def _frozen(values: FloatArray) -> FloatArray:
+def _unwritable(values: FloatArray) -> FloatArray:
     copy = np.array(values)
     copy.setflags(write=False)
     return copy

@@ -11,7 +11,11 @@ from calib.poses.imu_log import FloatArray
 
 RANK_TOLERANCE = 1e-9
 """Singular value of unit columns, relative to the largest, below which they are dependent: far
-above rounding (1e-15), far below what the refused condition numbers (25 and 625) correspond to."""
+above rounding (1e-15), far below what the refused condition numbers (25 and 625) correspond to.
+Numerical."""
+
+NORM_FLOOR = 1e-9
+"""Share of the largest column of an effect below which a column is zero. Numerical: rounding."""
 
 
 def unit_columns(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:

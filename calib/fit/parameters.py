@@ -15,8 +15,8 @@ from calib.fit.model import Model
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 
-BASE_SIZE = 9  #: parameters of Angrisano et al. eq. (3)
-COMPLEX_STEP = 1e-30  #: its square is nothing beside one, so the derivative is exact to rounding
+BASE_SIZE = 9  #: parameters of Angrisano et al. eq. (3); definition
+COMPLEX_STEP = 1e-30  #: its square is nothing beside one, so that derivatives are exact; numerical
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,9 +16,10 @@ from calib.mounting.heading import Yaw
 from calib.mounting.still_reading import StillReading
 from calib.poses.imu_log import FloatArray
 
-STEEPEST_FLOOR_RAD = math.radians(15.0)  #: rad, 27 %: steeper than floors are built
+STEEPEST_FLOOR_RAD = math.radians(15.0)  #: rad, 27 %; ramps of garages have up to 20 %; fact
 REVERSAL_SD_RAD = math.radians(3.0)
-"""How well a vehicle is turned round by eye; an error ε leaves ε/2 of the slope, sideways."""
+"""How well a vehicle is turned round by eye; an error ε leaves ε/2 of the slope, sideways. A
+judgement."""
 
 
 @dataclass(frozen=True, eq=False)

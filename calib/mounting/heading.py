@@ -27,26 +27,31 @@ from calib.poses.imu_log import FloatArray, ImuLog
 FirstPush = Literal["forward", "backward"]
 
 MEAN_S = 0.5
-"""Readings are averaged over this time: longer than engine and road shake, shorter than a push."""
+"""Readings are averaged over this time: longer than engine and road shake, shorter than a push. A
+judgement."""
 
 STRETCH_MEANS = 10
 """Means in one stretch of the jackknife: 5 s, as long as a push and several times as long as
-lateral motion stays correlated. (2 s would cover 91 % where 95 % is stated.)"""
+lateral motion stays correlated. Derived: 2 s would cover 91 % where 95 % is stated."""
 
 LARGEST_STUDENT = 3.0
-"""Factor on the variance where no more than three stretches determine it."""
+"""Factor on the variance where fewer than four stretches determine it. Derived: Student's factor
+ν/(ν - 2) of three degrees of freedom, the fewest that it has one for."""
 
-SHORTEST_S = 20.0  #: s: to stand, drive off and stand again
+SHORTEST_DRIVE_S = 20.0
+"""To stand, drive off and stand again. Derived: four stretches of the jackknife."""
+
 WEAKEST_PUSH_M_S2 = 0.3
 """m/s², rms along the strongest direction. A judgement: a floor that slopes by 1.7° gives it. Half
 and twice of it change none of the 7 cases of ``tests.calib.mounting.test_heading``."""
 
 LARGEST_ACROSS = 0.35
-"""Rms across relative to along; a drive through bends comes near to 1."""
+"""Rms across relative to along. A judgement: a straight drive has its noise across, one through
+bends comes near to 1."""
 
 MARKED_SHARE = 0.3
-"""The first push is the first that reaches this share of the strongest; a road that slopes by two
-degrees and a gentle start stay on their own sides of it."""
+"""The first push is the first that reaches this share of the strongest. A judgement: a road that
+slopes by two degrees (0.34 m/s²) stays below it beside a push of 1.2 m/s²."""
 
 
 @dataclass(frozen=True)
@@ -108,12 +113,12 @@ def measure_yaw(
 def _horizontal(log: ImuLog, calibration: TriadCalibration, levelled: FloatArray) -> FloatArray:
     """Horizontal specific force, averaged over MEAN_S, shape (b, 2)."""
     duration = float(log.time_s[-1] - log.time_s[0])
-    if not log.has("accelerometer") or duration < SHORTEST_S:
+    if not log.has("accelerometer") or duration < SHORTEST_DRIVE_S:
         raise Undetermined(
             f"{log.label}: a drive of {duration:.1f} s with accelerometer readings "
-            f"{'present' if log.has('accelerometer') else 'missing'}; at least {SHORTEST_S:g} s "
-            f"with acc_x, acc_y, acc_z are needed. Log a whole drive from standstill through "
-            f"speeding up and braking on a straight road."
+            f"{'present' if log.has('accelerometer') else 'missing'}; at least "
+            f"{SHORTEST_DRIVE_S:g} s with acc_x, acc_y, acc_z are needed. Log a whole drive from "
+            f"standstill through speeding up and braking on a straight road."
         )
     at = log_conditions(log, calibration.spec.nominal(log.accelerometer))
     require_evaluable(log.label, at, calibration)

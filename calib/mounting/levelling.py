@@ -61,8 +61,8 @@ def order_margins(g: FloatArray) -> dict[Order, float]:
 
     Examples
     --------
-    >>> found = order_margins(np.array([-0.2235, 0.4937, 0.8330]))
-    >>> f"{found['xyz']:.6f} {found['yxz']:.6f}"
+    >>> margins = order_margins(np.array([-0.2235, 0.4937, 0.8330]))
+    >>> f"{margins['xyz']:.6f} {margins['yxz']:.6f}"
     '0.031688 0.137538'
     """
     x, y, z = g

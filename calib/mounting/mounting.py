@@ -40,21 +40,20 @@ from calib.mounting.still_reading import (
     noise_covariance,
     still_reading,
 )
+from calib.poses.data_sheet import LARGEST_DRIFT
 from calib.poses.imu_log import FloatArray, ImuLog
 
-WRONG_GRAVITY = 0.02
-"""Largest deviation of the corrected magnitude from gravity, relative. By it the angles could be
-wrong by more than a degree; a drifted low-cost sensor stays below (0.6 % in the paper)."""
-
 EXPLAINED_SD = 3.0
-"""A deviation up to this many sds is what the stated uncertainties explain."""
+"""A deviation up to this many sds is what the stated uncertainties explain. Derived: 1 in 370 of a
+normal variable."""
 
 LOCK_COSINE = 0.05
-"""Within 3° of the lock of an order the other angle's sd grows twentyfold and more."""
+"""Derived: within 3° of the lock of an order the other angle's sd grows twentyfold and more."""
 
-SHORTEST_S = 20.0
+SHORTEST_LOG_S = 20.0
 """Noise of a low-cost sensor stays correlated over about half a second. In shorter logs the stated
-95 % cover less than 93 % (92 % at 12 s, 83 % at 3 s; ``tests/bench/study_installation.py``)."""
+95 % cover less than 93 % (92 % at 12 s, 83 % at 3 s; ``tests/bench/study_installation.py``).
+Derived."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,10 +223,10 @@ def _with_drift(
     """Covariance (3, 3) of ``up`` with what the stated sds do not explain, and notes on it."""
     cov, notes = upright.cov, []
     for reading, force in zip(upright.readings, upright.forces, strict=True):
-        if reading.longest_s < SHORTEST_S:
+        if reading.longest_s < SHORTEST_LOG_S:
             notes.append(
                 f"{reading.label} lasts {reading.longest_s:.1f} s: slow noise is not seen in less "
-                f"than {SHORTEST_S:g} s, and the sds are lower bounds. Log half a minute."
+                f"than {SHORTEST_LOG_S:g} s, and the sds are lower bounds. Log half a minute."
             )
         unexplained = _unexplained(reading, force, cov, gravity, gravity_sd)
         if unexplained > 0:
@@ -247,11 +246,11 @@ def _unexplained(
     """Deviation of |force| from gravity where stated sds do not explain it, else 0; m/s²."""
     size = float(np.linalg.norm(force))
     deviation = size - gravity
-    if abs(deviation) > WRONG_GRAVITY * gravity:
+    if abs(deviation) > LARGEST_DRIFT * gravity:  # more than a degree
         raise Undetermined(
             f"{reading.label}: the calibrated readings have a magnitude of {size:.4f} m/s² where "
             f"gravity is {gravity:.4f} m/s², {100 * deviation / gravity:+.1f} % off; within "
-            f"{100 * WRONG_GRAVITY:g} % is accepted, since the angles are wrong by as much. The "
+            f"{100 * LARGEST_DRIFT:g} % is accepted, since the angles are wrong by as much. The "
             f"vehicle was accelerating, or the calibration is another sensor's, another range's or "
             f"too old: record the log at rest, and calibrate the sensor again if it persists."
         )

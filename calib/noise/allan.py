@@ -11,13 +11,14 @@ import numpy as np
 
 from calib.poses.imu_log import FloatArray, IntArray
 
-PER_OCTAVE = 2  #: averaging times per factor of two
+PER_OCTAVE = 2  #: averaging times per factor of two; numerical
 LONGEST = 8
-"""Averages of at most a record's length over this: longer ones have fewer than ten degrees of
-freedom, and their scatter is not Gaussian."""
+"""Averages of at most a record's length over this. Derived: longer ones have fewer than ten degrees
+of freedom, and their scatter is not Gaussian."""
 NOISE_TYPES = {"quantisation": 2, "noise_density": 0, "bias_instability": -1, "random_walk": -2,
                "rate_ramp": -2}
-"""The exponent of frequency of each process, as :func:`allantools.edf_greenhall` takes it."""
+"""The exponent of frequency of each process, as :func:`allantools.edf_greenhall` takes it.
+Definition."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,21 +25,21 @@ from calib.noise.allan import LONGEST, AllanCurve, allan_variances, averaging_fa
 from calib.noise.spectra import FLICKER, NAMES, VarianceModel
 from calib.poses.imu_log import BoolArray, FloatArray
 
-ITERATIONS = 6  #: of the weights; twice as many change no digit, two are too few for a limit
+ITERATIONS = 6  #: of the weights; twice as many change no digit, two are too few; numerical
 OPTIONAL = ("quantisation", "rate_ramp")
 """What few sensors show, and what takes from the random walk and the density beside it."""
 
-OPTIONAL_SDS = 4.0  #: without which they are left out of the fit; 1 in 30,000 of a normal variable
-SEEN_SDS = 2.0  #: a square smaller than this many of its sds is not seen; 1 in 44 of a normal one
-RISK = 0.05  #: that a coefficient is beyond its upper limit, as results.json states it
-LUCK = 0.16  #: of logs in which noise alone shows so little: one sd below, as Cowan et al. take it
-SYMMETRIC = 1e-3  #: a skewness below which the normal distribution is the same to five digits
-PRECISION = 1e-3  #: relative, of the square of an upper limit
-LARGEST_FACTOR = 1e6  #: of the square of a limit over the estimate and its sd: none is so large
+OPTIONAL_SDS = 4.0  #: less and they are left out of the fit; derived: 1 in 30,000 of a normal one
+SEEN_SDS = 2.0  #: a square of fewer of its sds is not seen; derived: 1 in 44 of a normal variable
+RISK = 0.05  #: that a coefficient is beyond its upper limit; fact: results.json states it so
+LUCK = 0.16  #: of logs in which noise alone shows so little; derived: one sd below, as Cowan et al.
+SYMMETRIC = 1e-3  #: a skewness of less leaves the normal distribution as it is; numerical
+PRECISION = 1e-3  #: relative, of the square of an upper limit; numerical
+LARGEST_FACTOR = 1e6  #: of the square of a limit over the estimate and its sd; numerical
 SMALLEST_SHARE = 1e-6
 """Of a variance, added so that correlations of nearly 1 have an inverse; and of the white noise
 that the curve allows, so that noise of a ramp alone scatters. Ten times less or more changes no
-digit that is printed."""
+digit that is printed. Numerical."""
 
 WHITE = NAMES.index("noise_density")
 

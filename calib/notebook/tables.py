@@ -26,15 +26,16 @@ SI = TriadSpec(np.inf, 0, "si")
 PREFIX: Mapping[Triad, str] = {"accelerometer": "acc", "gyroscope": "gyr"}
 POSE, TIME, RATE, SAMPLES = "pose", "time_s", "rate_rad_s", "samples"
 
-#: What people have in place of m/s² and rad/s: how long one SI unit is in each.
+#: What people have in place of m/s²: how long one SI unit is in each; definition
 FORCE_UNITS: Mapping[str, float] = {"g": 1 / STANDARD_GRAVITY_M_S2,
                                     "mg": 1e3 / STANDARD_GRAVITY_M_S2}
+#: The same in place of rad/s; definition
 RATE_UNITS: Mapping[str, float] = {"°/s": math.degrees(1.0), "m°/s": 1e3 * math.degrees(1.0),
                                    "rpm": 1 / RPM}
-EARTH_M_S2 = (9.7, 9.9)  #: beyond gravity anywhere on Earth's surface, 9.76 to 9.84
+EARTH_M_S2 = (9.7, 9.9)  #: beyond gravity anywhere on Earth's surface, 9.76 to 9.84; fact
 FAR, NEAR = 3.0, 1.3
 """A bias and a gain error together change a typical reading by less than FAR; g and m/s² are 9.8
-apart, rpm and °/s six. Within NEAR of a unit the readings are in it."""
+apart, rpm and °/s six. Within NEAR of a unit the readings are in it. Derived."""
 
 Columns = dict[str, FloatArray]
 

@@ -35,7 +35,7 @@ class PlannedRun:
     force_m_s2 : float
         Gravity where the accelerometer is logged too, NaN where it is not.
     time_s : array, shape (n,)
-        When the poses are taken.
+        When the poses are taken, s since the session began.
     vibration : array, shape (n, 3), or None
         Variance of the accelerometer within the poses, (m/s²)²; none by default.
     columns : mapping of name to array, shape (n,)
@@ -62,7 +62,7 @@ class PlannedRun:
         up : array, shape (n, 3)
             Unit vectors, the direction that faces up.
         time_s : array, shape (n,)
-            When each is taken, since the session began.
+            When each is taken, s since the session began.
         """
         n = len(up)
         return replace(
@@ -73,7 +73,7 @@ class PlannedRun:
 
 
 def one_second_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
-    """Sd that a mean over one second would have, from recorded poses; it falls as 1/√T.
+    """Sd of a mean over one second, from recorded poses; that of a mean over T falls as 1/√T.
 
     Correlation of the samples is included, as in the sds of the poses themselves.
 
@@ -124,8 +124,7 @@ def ideal_poses(
     runs : sequence of PlannedRun
         Their sds are in the nominal units of the readings.
     sensor : Start or None
-        What recorded poses tell of its gains and offsets; without it the sensor is as its data
-        sheet says.
+        Its gains and offsets by recorded poses; without them those of its data sheet.
 
     Returns
     -------
@@ -135,7 +134,7 @@ def ideal_poses(
     def joined(rows: list[FloatArray]) -> FloatArray:
         return np.concatenate(rows)
 
-    way = [np.sign(run.spin_rad_s) if triad == "gyroscope" else 1.0 for run in runs]
+    sense = [np.sign(run.spin_rad_s) if triad == "gyroscope" else 1.0 for run in runs]
     zeros = joined([np.zeros_like(run.up) for run in runs])
     shared = set.intersection(*(set(run.columns) for run in runs))
     return PoseSet(
@@ -143,7 +142,7 @@ def ideal_poses(
         label=tuple(f"{run.name} {i + 1}" for run in runs for i in range(len(run.up))),
         run=tuple(run.name for run in runs for _ in run.up),
         reading=readings_of(joined([sign * run.magnitude * run.up
-                                    for run, sign in zip(runs, way, strict=True)]), sensor),
+                                    for run, sign in zip(runs, sense, strict=True)]), sensor),
         sd=joined([np.tile(run.sd, (len(run.up), 1)) for run in runs]),
         force=joined([run.force_m_s2 * run.up for run in runs]),
         vibration=joined([np.zeros_like(run.up) if run.vibration is None else run.vibration

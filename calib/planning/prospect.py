@@ -15,8 +15,10 @@ import numpy as np
 
 from calib.diagnosis.hypotheses.listed import candidate_effects
 from calib.diagnosis.hypotheses.signature import Projector, Signature, are_aliases, effect_columns
+from calib.diagnosis.next_measurement.pose_blocks import POSE_S
 from calib.effects.effect import Effect
 from calib.effects.needs import unavailable
+from calib.fit.column_scaling import unit_columns
 from calib.fit.least_squares.identifiability import scaled_condition
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
@@ -32,6 +34,10 @@ from calib.poses.pose_set import PoseSet
 
 WEDGE = natural_directions(corners=False)
 
+WEAK_PRIOR = 1e-9
+"""Of the information on a parameter; it makes plans comparable that are not determined yet.
+Numerical: as small as the singular values that count as none (``RANK_TOLERANCE``)."""
+
 
 @dataclass(frozen=True, eq=False)
 class Prospect:
@@ -44,7 +50,11 @@ class Prospect:
     sd : array, shape (3, 3)
         Expected sds of misalignment (rad), bias (SI) and scale (relative), each x, y, z.
     dof : int
-    condition, d_efficiency : float
+        Rows beyond the parameters.
+    condition : float
+        Largest over smallest singular value of the unit columns of the model; 1 is the best.
+    d_efficiency : float
+        As this module says; 1 is that of the 18 wedge poses.
     blind : tuple of str
         Effects that these poses cannot see.
     partly : dict of str to (int, int)
@@ -170,6 +180,17 @@ def d_efficiency(fitted: Fit) -> float:
     It is that of bias, scale and misalignment: effects that follow a logged column say nothing of
     attitudes.
     """
+    ideal = Equations(_wedge_poses(fitted), fitted.model)
+    eta = np.zeros(ideal.common.shape[1])
+    p = fitted.model.size
+    wedge_rows = ideal.rows(np.zeros(p), eta, fitted.shapes).jacobian[: ideal.data_count, :p]
+    base = fitted.equations.reading_index
+    basis = fitted.basis if len(base) == p else np.eye(p)[:, base]
+    return _information(_about_zero(fitted) @ basis) / _information(wedge_rows @ basis)
+
+
+def _wedge_poses(fitted: Fit) -> PoseSet:
+    """The 18 wedge poses at the first setting of the plate, with the sds of its poses."""
     poses = fitted.poses
     turning = np.flatnonzero(~poses.reference.is_null)
     first = poses.run[turning[0]] if turning.size else poses.run[0]
@@ -180,7 +201,7 @@ def d_efficiency(fitted: Fit) -> float:
     reference = poses.reference
     matrix = fitted.equations.start.matrix  # from the data sheet's units to true ones
     typical_sd = np.sqrt(np.median(poses.sd[like] ** 2, axis=0) @ (matrix**2).T)
-    wedge = replace(
+    return replace(
         poses,
         label=tuple(f"wedge {i + 1}" for i in range(len(WEDGE))),
         run=(first,) * len(WEDGE),
@@ -196,13 +217,6 @@ def d_efficiency(fitted: Fit) -> float:
         other_reading=None,
         run_time_s=None,
     )
-    ideal = Equations(wedge, fitted.model)
-    eta = np.zeros(ideal.common.shape[1])
-    p = fitted.model.size
-    wedge_rows = ideal.rows(np.zeros(p), eta, fitted.shapes).jacobian[: ideal.data_count, :p]
-    base = fitted.equations.reading_index
-    basis = fitted.basis if len(base) == p else np.eye(p)[:, base]
-    return _information(_about_zero(fitted) @ basis) / _information(wedge_rows @ basis)
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,7 +230,7 @@ class BestPose:
     up : array, shape (3,)
         Unit vector of the side that faces up.
     shrinks : float
-        The factor on the geometric mean of the sds of all parameters.
+        By which factor the geometric mean of the sds of all parameters falls, 0 to 1.
     """
 
     run: str
@@ -240,24 +254,21 @@ def best_pose(triad: Triad, runs: Sequence[PlannedRun], model: Model) -> BestPos
     -------
     BestPose
     """
-    every = natural_directions()
-    more = [run.turned(every, run.time_s.max() + 30.0 * np.arange(1, 27)) for run in runs]
+    up = natural_directions()
+    more = [run.turned(up, run.time_s.max() + POSE_S * np.arange(1, len(up) + 1)) for run in runs]
     poses = ideal_poses(triad, [*runs, *more])
     equations = Equations(poses, model)
     eta = np.zeros(equations.common.shape[1])
     jacobian = equations.rows(np.zeros(model.size), eta, {}).jacobian
     at_hand = sum(len(run.up) for run in runs)
     pose = np.append(equations.row_pose, np.full(len(eta), -1))  # the prior rows belong to none
-    information = jacobian[pose < at_hand].T @ jacobian[pose < at_hand]
-    scale = np.sqrt(np.diag(information))
-    scale[scale == 0] = 1.0
-    # A weak prior keeps plans comparable that are not determined yet.
-    cov = np.linalg.inv(information / np.outer(scale, scale) + 1e-9 * np.eye(len(scale)))
+    unit, norm = unit_columns(jacobian[pose < at_hand])
+    cov = np.linalg.inv(unit.T @ unit + WEAK_PRIOR * np.eye(len(norm)))
     gains = []
     for k in range(at_hand, len(poses)):
-        rows = jacobian[pose == k] / scale
+        rows = jacobian[pose == k] / norm
         gains.append(np.linalg.slogdet(np.eye(len(rows)) + rows @ cov @ rows.T)[1])
     best = int(np.argmax(gains))
-    run = [run for run in runs for _ in every][best]
-    return BestPose(run.name, every[best % len(every)],
+    run = runs[best // len(up)]
+    return BestPose(run.name, up[best % len(up)],
                     float(np.exp(-gains[best] / 2 / model.size)))

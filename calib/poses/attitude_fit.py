@@ -13,22 +13,27 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from calib.poses.attitudes import spread_directions
 from calib.poses.imu_log import FloatArray
 
 STEPS = 12  #: numerical limit
 SMALLEST_STEP = 1e-12
 """Of a gain, and of a bias over the magnitude: rounding."""
 
+SINGULAR = 1e-9
+"""Singular value of unit columns over the largest, below which rests determine nothing: numerical,
+far above rounding, far below what any rests of use have."""
+
 SPARE = 3
-"""Rests beyond the number of parameters: Student's factor ν/(ν - 2) needs three."""
+"""Rests beyond the number of parameters. Derived: Student's factor ν/(ν - 2) needs three."""
 
 WORTHLESS = 0.03
 """Part of the magnitude. Uncalibrated parts are within ±3 % by their data sheets (MPU-6050), so a
-calibration that predicts worse has nothing to say about thresholds."""
+calibration that predicts worse has nothing to say about thresholds. Fact."""
 
 ALIKE = 0.1
 """Scores this close are the same: the residual of 20 rests scatters by a sixth. Half of it loses
-1 % of the stops in ``tests.bench.study_static_intervals``, twice of it changes nothing."""
+1 % of the stops in ``tests.bench.study_static_intervals``, twice of it changes nothing. Tuned."""
 
 SPHERE_POINTS = 200  #: numerical: directions of the mean over the sphere
 
@@ -53,6 +58,11 @@ def best_threshold(rests: Sequence[FloatArray], magnitude: float) -> int | None:
         thresholds alike (ALIKE) the one with most rests is taken, of these the lowest.
     magnitude : float
         What every one of them should measure, SI.
+
+    Returns
+    -------
+    int or None
+        The index of the set.
     """
     for model in MODELS:
         errors = np.array([prediction_error(each, magnitude, model) for each in rests])
@@ -90,9 +100,9 @@ def prediction_error(
     if not (np.isfinite(variance) and scale.all()):
         return float("inf")
     singular, axes = np.linalg.svd(design / scale, full_matrices=False)[1:]
-    if singular[-1] < 1e-9 * singular[0]:
+    if singular[-1] < SINGULAR * singular[0]:
         return float("inf")
-    directions = _sphere()
+    directions = spread_directions(SPHERE_POINTS)
     spread = _columns(directions, magnitude * directions) @ model / scale @ axes.T / singular
     return float(np.sqrt(variance * (spread**2).sum(axis=1).mean()))
 
@@ -110,11 +120,3 @@ def _columns(unit: FloatArray, vectors: FloatArray) -> FloatArray:
     """Derivative of ``unit · (M v + c)`` by the six elements of M and the three of c, (n, 9)."""
     rows, columns = np.triu_indices(3)
     return np.column_stack([unit[:, rows] * vectors[:, columns], unit])
-
-
-def _sphere() -> FloatArray:
-    """Directions spread evenly by the golden angle, (SPHERE_POINTS, 3)."""
-    k = np.arange(SPHERE_POINTS) + 0.5
-    polar, azimuth = np.arccos(1 - 2 * k / SPHERE_POINTS), np.pi * (1 + np.sqrt(5)) * k
-    return np.column_stack([np.cos(azimuth) * np.sin(polar), np.sin(azimuth) * np.sin(polar),
-                            np.cos(polar)])

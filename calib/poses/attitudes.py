@@ -14,9 +14,10 @@ import numpy as np
 from calib.poses.imu_log import AXES, FloatArray
 
 NEAR_COSINE = float(np.cos(np.radians(25.0)))
-"""A pose covers a direction up to 25° away: the neighbours are 35 to 45° apart."""
+"""A pose covers a direction up to 25° away. Derived: the neighbours are 35 to 45° apart, so that
+no pose covers two that are opposite, and every pose covers one."""
 
-WEDGE_DIRECTIONS = 18  #: fact: the 6 faces and 12 edges, the first of the natural directions
+WEDGE_DIRECTIONS = 18  #: the 6 faces and 12 edges, the first of the natural ones; definition
 
 
 def natural_directions(corners: bool = True) -> FloatArray:
@@ -39,22 +40,42 @@ def natural_directions(corners: bool = True) -> FloatArray:
     return np.asarray(chosen / np.linalg.norm(chosen, axis=1, keepdims=True))
 
 
+def spread_directions(count: int) -> FloatArray:
+    """Unit vectors spread evenly over the sphere (Fibonacci's spiral).
+
+    Parameters
+    ----------
+    count : int
+
+    Returns
+    -------
+    array, shape (count, 3)
+    """
+    i = np.arange(count) + 0.5
+    z = 1 - 2 * i / count
+    azimuth = np.pi * (1 + np.sqrt(5)) * i
+    radius = np.sqrt(1 - z**2)
+    return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z], axis=1)
+
+
 def direction_name(direction: FloatArray) -> str:
     """In words: ``+x up``, ``edge between +x and -z up``, ``corner +x -y +z up``.
 
     Parameters
     ----------
     direction : array, shape (3,)
-        Unit vector, one of :func:`natural_directions`.
+        Unit vector; the nearest of :func:`natural_directions` gives the name.
 
     Returns
     -------
     str
     """
+    natural = natural_directions()
+    nearest = natural[int(np.argmax(natural @ direction))]
     parts = [
         f"{'+' if value > 0 else '-'}{axis}"
-        for axis, value in zip(AXES, direction, strict=True)
-        if abs(value) > 0.3
+        for axis, value in zip(AXES, nearest, strict=True)
+        if value
     ]
     if len(parts) == 1:
         return f"{parts[0]} up"

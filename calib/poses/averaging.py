@@ -16,7 +16,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from calib.errors import Contradiction, Undetermined
-from calib.poses.batches import BATCHES, COARSE_BATCHES, batch_means, batch_variance
+from calib.poses.batches import (
+    BATCHES,
+    COARSE_BATCHES,
+    SHORTEST_SAMPLES,
+    batch_means,
+    batch_variance,
+)
 from calib.poses.converter_steps import least_steps, value_steps
 from calib.poses.creep import creep_rate
 from calib.poses.data_sheet import TriadSpec
@@ -33,12 +39,13 @@ from calib.poses.sway import check_calm, sway_square
 
 HARMONICS = (1, 2)  #: per turn; fact: tilt once, ellipticity twice
 LEAST_PER_TURN = 5
-"""Samples per turn by which the second harmonic is told from a mean."""
+"""Samples per turn. Derived: a mean and both harmonics are five unknowns."""
 
 LONGEST_PAUSE = 0.25
-"""Of a turn, in which no sample was logged."""
+"""Of a turn, in which no sample was logged. Derived: the mean of a wave over three turns
+is then up to 0.08 of its amplitude."""
 
-SHORTEST_SAMPLES = 2 * BATCHES  #: derived: two in each batch
+WHOLE_TURN = 1e-9  #: turns by which a last one may fall short: rounding of the stamps
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +150,7 @@ def _whole_turns(log: ImuLog, rate_rad_s: float) -> int:
             f"{100 * LONGEST_PAUSE:g} % of a turn of the plate: what comes back with every turn no "
             f"longer averages out. Record the pose again, or cut the log to one side of the gap."
         )
-    turns = math.floor(len(log.time_s) * step_s / turn_s + 1e-9)
+    turns = math.floor(len(log.time_s) * step_s / turn_s + WHOLE_TURN)
     if turns < 1:
         raise Undetermined(
             f"{log.label}: lasts {log.time_s[-1] - log.time_s[0]:.3g} s by its time stamps, less "

@@ -4,9 +4,15 @@ import numpy as np
 
 from calib.poses.imu_log import FloatArray
 
-BATCHES = 6  #: of a pose: few, so that they outlast the correlation; five degrees of freedom
+BATCHES = 6
+"""Of a pose. A judgement: fewer outlast the correlation better, more state the variance better; six
+have five degrees of freedom."""
+
 COARSE_BATCHES = BATCHES // 2
-"""Long enough stretches to hold most of the correlation, enough of them to show a scatter."""
+"""Derived: twice as long, so that the ratio of both variances shows the correlation
+(:func:`calib.poses.mean_noise.correlation_factor`)."""
+
+SHORTEST_SAMPLES = 2 * BATCHES  #: of a pose; derived: two in each batch
 
 
 def batch_means(values: FloatArray, count: int) -> FloatArray:

@@ -35,7 +35,7 @@ class Conditions:
     time_s : array, shape (n,)
         Time since the session began.
     previous : array, shape (n, 3)
-        What each sensitive axis felt in the pose recorded before; 0 for the first and after rest.
+        What each sensitive axis sensed in the pose recorded before; 0 for the first and after rest.
     vibration : array, shape (n, 3)
         Variance of the accelerometer within the pose, (m/s²)².
     columns : mapping of name to array, shape (n,)

@@ -8,14 +8,11 @@ change of gravity's direction; about the vertical the pose turns unseen, and is 
 
 import numpy as np
 
+from calib.numbers import MEDIAN_OF_NORMAL
 from calib.poses.imu_log import FloatArray
 
 SEEN_CHI2 = 13.8
-"""Of two components: noise alone makes as much once in a thousand poses."""
-
-
-MEDIAN_OF_CHI2_1 = 0.4549
-"""Median of chi-square with one degree of freedom: a median of squares as a variance."""
+"""Of two components: noise alone makes as much once in a thousand poses. Derived."""
 
 
 def creep_rate(batches: FloatArray, duration_s: float) -> float:
@@ -37,7 +34,7 @@ def creep_rate(batches: FloatArray, duration_s: float) -> float:
     across = change - up * (up @ change)
     # Second differences: neither a steady turn nor a step of the attitude enters their noise much.
     second = np.diff(batches, n=2, axis=0)
-    of_change = 2 * float(np.median(second**2)) / MEDIAN_OF_CHI2_1 / 6
+    of_change = 2 * float(np.median(second**2)) / MEDIAN_OF_NORMAL**2 / 6
     square = float(across @ across)
     if square <= SEEN_CHI2 * of_change:
         return 0.0

@@ -13,11 +13,13 @@ import numpy as np
 
 from calib.poses.imu_log import TRIADS, BoolArray, ImuLog
 
-CHANCE = 1e-6
-"""Expected number of such runs in a log by noise alone."""
+FALSE_ALARM = 1e-6
+"""Expected number of such runs in a log by noise alone, and probability that any other check of a
+session's files speaks of a mistake where there is none. Derived: one in a million logs."""
 
 SHORTEST_BLOCK = 10
-"""Sensors read faster than they measure repeat each reading a few times."""
+"""Rows. Fact: sensors read faster than they measure repeat each reading a few times, one of 100 Hz
+on a line of 1 kHz ten times."""
 
 BLOCKS_LISTED = 4  #: it chooses words only
 
@@ -33,7 +35,7 @@ def frozen_samples(log: ImuLog) -> BoolArray:
     share = float(repeats.mean())
     if not 0 < share < 1:
         return frozen
-    shortest = max(SHORTEST_BLOCK, 2 * math.log(CHANCE / len(repeats)) / math.log(share))
+    shortest = max(SHORTEST_BLOCK, 2 * math.log(FALSE_ALARM / len(repeats)) / math.log(share))
     for start, stop in zip(starts, stops, strict=True):
         if stop - start >= shortest:
             frozen[start:stop] = True

@@ -16,49 +16,49 @@ import numpy as np
 from calib.numbers import NO_LENGTH
 from calib.poses.averaging import PoseMean, TriadMean
 from calib.poses.batches import BATCHES, COARSE_BATCHES
+from calib.poses.converter_steps import step_variance
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.sway import shortfall
 
-OWN_DOF = BATCHES - 1  #: degrees of freedom of one pose's batches
+BATCH_DOF = BATCHES - 1  #: degrees of freedom of one pose's batches; definition
+MEDIAN_OF_CHI2_5 = 4.3515  #: of chi-square with BATCH_DOF; definition
 LEAST_BY_CHANCE = 0.042
-"""0.1 % quantile of chi-square with OWN_DOF over OWN_DOF: a pose calmer than that in its batches
-shows a converter's step or a frozen block, not how alike the poses are."""
+"""0.1 % quantile of chi-square with BATCH_DOF over BATCH_DOF, a fact: a pose calmer than that shows
+a converter's step or a frozen block, not how alike the poses are."""
 NEWTON_STEPS = 20
-"""Of the inverse of the trigamma function; it converges quadratically and from one side."""
+"""Of the inverse of the trigamma function; it converges quadratically and from one side.
+Numerical."""
 LARGEST_TYPICAL = 10.0
 """Poses noisier than this many times the typical variance were disturbed; they say nothing of the
-sensor's correlation."""
+sensor's correlation. Derived: white noise exceeds it in 1 of 6000 poses and axes."""
 SIMILAR_LENGTH = 1.3
-"""Runs whose poses differ by less than this factor in length share one correlation."""
+"""Runs whose poses differ by less than this factor in length share one correlation. Derived: the
+factor 2 ratio - 1 then differs by 6 to 10 % at ratios of 1.1 to 1.5."""
 NOISE_DOF_PER_POSE = 2.0
-"""Degrees of freedom that a pose adds to the estimate ``2 v3 - v6`` over three axes."""
-MEDIAN_OF_CHI2_5 = 4.3515
-"""Median of chi-square with OWN_DOF = 5, to turn a median of variances into a variance."""
+"""Degrees of freedom that a pose adds to the estimate ``2 v3 - v6`` over three axes. Derived:
+twice its squared mean over its variance is 2.1 in white noise."""
 
 LARGEST_RATIO = 1.7
-"""Correlated over a quarter of the pose (x = 0.25): from here on the factor, 4.4, runs away."""
+"""Correlated over a quarter of the pose (x = 0.25): beyond, the factor, 4.4, runs away. Derived."""
 
 FIRST_ORDER_S = 6.0
 """Twelve times half a second, the correlation time of low-cost sensors' noise: the first order is
-within 10 % of the variance there (x = 0.08), and 30 % short of it at 3 s."""
+within 10 % of the variance there (x = 0.08), and 30 % short of it at 3 s. Derived."""
 
 UNCERTAIN_RATIO = 1.5
-"""From x = 0.13 on 93 % and fewer of the means lie within 1.96 stated sds, 88 % at 0.33
-(``python -m tests.bench.study_pose_means``)."""
+"""Beyond what RATIO_SD makes of it by chance: from x = 0.13 on 93 % and fewer of the means lie
+within 1.96 stated sds, 88 % at 0.33 (``python -m tests.bench.study_pose_means``). Derived."""
 
 RATIO_SD = 0.4
-"""Sd of the ratio that one pose of three axes gives, by the same bench."""
+"""Sd of the ratio that one pose of three axes gives, by the same bench. Derived."""
 
 SHORTEST_S, LONG_ENOUGH_S = 2.0, 8.0
 """With noise correlated over half a second, as low-cost sensors have it, 85 to 88 % at 1.5 s, 92 to
-93 % at 3 s, 95 % at 8 s, by the same bench."""
+93 % at 3 s, 95 % at 8 s, by the same bench. Derived."""
 
-STEP_TERMS = 100
-"""The series is within 0.6 % of Δ²/12 without noise, and exact with any."""
-
-HARMONICS = 4
+LOWEST_HARMONICS = 4
 """Slow enough for noise that stays correlated over a tenth of the log, and with three axes enough
-degrees of freedom (24) that Student's factor is small."""
+degrees of freedom (24) that Student's factor is small. Derived."""
 
 
 def variance_of_mean(values: FloatArray) -> FloatArray:
@@ -83,11 +83,11 @@ def variance_of_mean(values: FloatArray) -> FloatArray:
     if not (white > 0).any():
         return np.zeros(axes)
     time = np.arange(samples) / samples
-    waves = np.exp(-2j * np.pi * np.outer(np.arange(1, HARMONICS + 1), time))  # (h, t)
+    waves = np.exp(-2j * np.pi * np.outer(np.arange(1, LOWEST_HARMONICS + 1), time))  # (h, t)
     power = (np.abs(waves @ centred) ** 2).mean(axis=0) / samples**2  # (k,)
     alive = white > 0
     colour = max(1.0, float((power[alive] / white[alive]).mean()))
-    dof = 2 * HARMONICS * int(alive.sum())
+    dof = 2 * LOWEST_HARMONICS * int(alive.sum())
     return np.asarray(white * colour * dof / (dof - 2))
 
 
@@ -103,10 +103,10 @@ def pooled_sd(means: Sequence[PoseMean], triad: Triad) -> FloatArray:
     """
     variance = np.array([getattr(mean, triad).variance for mean in means])
     duration = np.array([mean.duration_s for mean in means])[:, None]
-    typical = np.median(variance * duration, axis=0) * OWN_DOF / MEDIAN_OF_CHI2_5 / duration
+    typical = np.median(variance * duration, axis=0) * BATCH_DOF / MEDIAN_OF_CHI2_5 / duration
     shared = shared_dof(variance / np.maximum(typical, np.finfo(float).tiny))
-    weight = OWN_DOF / (OWN_DOF + shared)
-    student = 1 / (1 - 2 / (OWN_DOF + shared))
+    weight = BATCH_DOF / (BATCH_DOF + shared)
+    student = 1 / (1 - 2 / (BATCH_DOF + shared))
     disturbed = student * (weight * variance + (1 - weight) * typical)
     return np.asarray(np.sqrt(np.maximum(disturbed, typical)))
 
@@ -115,7 +115,7 @@ def shared_dof(ratio: FloatArray) -> float:
     """Degrees of freedom that the typical variance of a run counts for in that of one pose.
 
     The poses' true variances are taken as scattered about a typical one like its inverse by
-    chi-square. The logarithms of their estimates then scatter by trigamma(d/2) for the OWN_DOF of
+    chi-square. The logarithms of their estimates then scatter by trigamma(d/2) for the BATCH_DOF of
     an estimate and trigamma(d0/2) for the d0 sought.
 
     Parameters
@@ -136,7 +136,7 @@ def shared_dof(ratio: FloatArray) -> float:
     if len(ratio) < 2:
         return 0.0
     logs = np.log(np.maximum(ratio, LEAST_BY_CHANCE))
-    excess = float(logs.var(axis=0, ddof=1).mean() - polygamma(1, OWN_DOF / 2))
+    excess = float(logs.var(axis=0, ddof=1).mean() - polygamma(1, BATCH_DOF / 2))
     if excess <= 0:
         return np.inf
     half = 0.5 + 1 / excess
@@ -156,6 +156,8 @@ def _batch_variance(x: FloatArray, batches: int) -> FloatArray:
     return np.asarray((_mean_variance(batches * x) - _mean_variance(x)) / (batches - 1))
 
 
+# Of noise with one correlation time x: the ratio that COARSE_BATCHES and BATCHES state, and the
+# factor that is missing.
 _SHARES = np.geomspace(1e-4, 3.0, 300)
 _RATIOS = _batch_variance(_SHARES, COARSE_BATCHES) / _batch_variance(_SHARES, BATCHES)
 _FACTORS = _mean_variance(_SHARES) / _batch_variance(_SHARES, BATCHES)
@@ -266,33 +268,3 @@ def known_step(means: Sequence[TriadMean]) -> FloatArray:
     step = np.min([mean.step for mean in means], axis=0)
     unit = np.min([mean.unit for mean in means], axis=0)
     return np.asarray(np.where(np.isfinite(step), step, unit))
-
-
-def step_variance(step: FloatArray, scatter: FloatArray) -> FloatArray:
-    """Variance of a mean by the converter's steps, over where between two steps the truth lies.
-
-    The mean of rounded samples with noise of sd σ misses the truth x by a periodic function of x
-    (Widrow & Kollár, *Quantization Noise*, 2008, its Fourier series), of the variance
-
-        Σ_k Δ² / (2π² k²) · exp(−4π² k² σ² / Δ²),
-
-    which is Δ²/12 without noise and vanishes once σ exceeds half a step. It does not fall with the
-    length of the pose.
-
-    Parameters
-    ----------
-    step : array, shape (3,)
-        Δ; 0 where there is none.
-    scatter : array, shape (3,)
-        Variance of the logged samples, rounding included: σ² + Δ²/12.
-
-    Returns
-    -------
-    array, shape (3,)
-        In the square of their unit.
-    """
-    square = np.maximum(step**2, NO_LENGTH)[:, None]
-    dither = np.maximum(scatter - step**2 / 12, 0.0)[:, None]
-    k = np.arange(1, STEP_TERMS + 1)
-    terms = np.exp(-4 * np.pi**2 * k**2 * dither / square) / (2 * np.pi**2 * k**2)
-    return np.asarray(step**2 * terms.sum(axis=1))

@@ -12,27 +12,35 @@ import numpy as np
 
 from calib.errors import Remedy, Undetermined, UnusableLog
 from calib.numbers import MEDIAN_OF_NORMAL
-from calib.poses.batches import batch_means
+from calib.poses.batches import BATCHES, batch_means
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
 
-SHORT_BATCHES = 12  #: stretches of a pose; derived: twice the batches of its sd
-FINER = 4  #: times as many stretches where a pose has the samples for it
+SHORT_BATCHES = 2 * BATCHES  #: stretches of a pose; derived: twice the batches of its sd
+FINER = 4
+"""Times as many stretches on the turning plate, where a pose has the samples for it: a wave that
+bends SHORT_BATCHES means is straight over a quarter of their length. Derived."""
+
 RAIL_SHARE = 1e-3
 """Of the samples, at the end of the range. Derived: normal noise cut off there moves its mean by
 σ(φ(z) - z p) = 2.8e-4 of its sd, a hundredth of the sd of the mean of 1300 samples; half of the
 share by 1.3e-4, twice by 5.8e-4."""
-LARGEST_SHIFT_SD = 10.0  #: of the noise of the means: far beyond what noise does
+LARGEST_SHIFT_SD = 10.0
+"""Of the noise that the pose itself shows. Derived: of 200,000 poses of white noise 0.8 % stray by
+more than 5 of it, none by more than 8.4 (a twentieth as many in
+``test_no_pose_of_white_noise_strays_by_the_limit_and_some_stray_by_half_of_it``)."""
+
 LARGEST_STILL_SHIFT = {"accelerometer": 0.02, "gyroscope": 0.02}
-"""m/s² and rad/s: a tilt of 0.1°, a turn of 1°/s. Smaller shifts are drift, not motion."""
+"""m/s² and rad/s: a tilt of 0.1°, a turn of 1°/s. Smaller shifts are drift, not motion.
+A judgement."""
 
 LARGEST_RATE_CHANGE = 0.005
 """Of the plate's rate, within a pose and from pose to pose. A judgement: 2.5 times the wow of belt
 drives (0.2 %), of which whole turns leave little. Half and double contradict none of 2 ordinary
 sessions (``tests.bench.contradiction_limits``); what is refused is this change by definition."""
 LARGEST_TURN = 0.005
-"""Of the mean, 0.3°: what is laid on a plate by hand and loosened would turn by more."""
-
+"""Of the mean, 0.3°: what is laid on a plate by hand and loosened would turn by more.
+A judgement."""
 
 MUST_MOVE, STANDS_STILL = 0.5, 0.05
 """Of the magnitude: what the other axes demand of one that is alive, and how little a dead one
@@ -66,6 +74,7 @@ def _noise(means: FloatArray) -> float:
     """
     bends = means[2:] - 2 * means[1:-1] + means[:-2]
     of_batch = _median(np.abs(bends)) / MEDIAN_OF_NORMAL
+    # A second difference has 6 variances of a batch; the difference of two halves of b, 4/b.
     return math.sqrt(np.mean(of_batch**2) / 6 * 4 / len(means))
 
 

@@ -140,7 +140,7 @@ class PoseSet:
         vector : array, shape (n, 3)
             The triad's vectors, SI.
         sensed : array, shape (n, 3), optional
-            What each axis felt, for the memory of the pose before; by default ``vector``.
+            What each axis sensed, for the memory of the pose before; by default ``vector``.
         """
         before = self.before
         remembers = (before >= 0) & ~self.reference.is_null[before]  # rest leaves no memory
@@ -276,7 +276,7 @@ def _on_one_clock(means: Sequence[PoseMean]) -> FloatArray:
     time_s = np.array([mean.time_s for mean in means])
     half = np.array([mean.duration_s for mean in means]) / 2
     order = np.argsort(time_s)
-    overlap = (time_s - half)[order][1:] < (time_s + half)[order][:-1] - 1e-6
+    overlap = (time_s - half)[order][1:] < (time_s + half)[order][:-1] - 1e-6  # rounding
     return np.full(len(means), np.nan) if overlap.any() else time_s
 
 

@@ -14,59 +14,61 @@ from scipy.special import gammaincinv
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Undetermined
 from calib.numbers import NO_LENGTH
+from calib.poses.batches import SHORTEST_SAMPLES
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import SI_UNIT, BoolArray, FloatArray, ImuLog, Triad
 from calib.poses.pose_checks import is_still
+from calib.poses.reference import PLAUSIBLE_RATIO
 from calib.poses.running_sums import RunningSums
 from calib.poses.still_search import StillSearch
 
 WINDOW_S = 0.5
 """The shortest stop that people make on purpose. In ``tests.bench.study_static_intervals`` a
 quarter of a second finds the same stops where a gyroscope was logged beside, and takes movement
-for stops (0.5 %) where none was; a whole one loses 23 % of the stops."""
+for stops (0.5 %) where none was. Tuned."""
 
 FEWEST_WINDOW = 8  #: samples; derived: the sd of a variance is a third of it
-FEWEST_SAMPLES = 12
-"""Those that the sd of a mean needs (:data:`calib.poses.averaging.SHORTEST_SAMPLES`)."""
-
 QUIETEST_SHARE = 0.05
-"""A log that rests for less than this share of its time, a minute of twenty, never rests."""
+"""A log that rests for less of its time, a minute of twenty, never rests. A judgement."""
 
 LARGEST_SWING: dict[Triad, float] = {"accelerometer": 1.0, "gyroscope": 0.09}
-"""From peak to peak, m/s² and rad/s: what no stop does. 5 °/s is no turn of a plate either. In the
-study half of it loses 4 % of the stops, all in trembling hands; twice of it changes nothing."""
+"""From peak to peak, m/s² and rad/s: what no stop does. 5 °/s is no turn of a plate either.
+Tuned in the study: half of it loses 4 % of the stops, all in trembling hands."""
 
 LARGEST_TURN = 0.18
 """From peak to peak, rad/s (10 °/s), of a gyroscope beside the accelerometer: a turn about the
-vertical, which the accelerometer does not feel. Half of it loses 0.3 % of the stops in the study,
-twice of it changes nothing there."""
+vertical, which the accelerometer does not sense. Tuned in the study."""
 
 SWING_PER_SD = 2 * math.sqrt(2)
-"""Peak to peak of a sinusoid in units of its sd."""
+"""Peak to peak of a sinusoid in units of its sd. Definition."""
 
 MARGIN_SHARE, MARGIN_S = 0.1, 0.25
 """Cut off both ends of a stretch, the smaller of the two: a still window may hold the last of a
-movement."""
+movement. Tuned."""
 
 SAME_ATTITUDE = math.radians(2.0)
 """Consecutive rests closer than this are pieces of one, unless the sensor was moved between. It is
-also how far an attitude may wander within a rest: its mean then falls short by θ²/24, 5e-5."""
+also how far an attitude may wander within a rest: its mean then is short by θ²/24. Derived."""
 
 WANDER_S = 2.0
-"""Time in which an attitude may wander that far: 1 °/s is the most that a resting hand does."""
+"""Time in which an attitude may wander that far: 1 °/s is the most of a resting hand. Fact."""
 
-NOISE_OF_RANGE = 3.0  #: sds of one; derived: range of MOST_BLOCKS normal means, 2.8, rounded up
 MOST_BLOCKS = 8
-"""Parts of a rest whose means are compared, and their range by noise alone in sds of one: enough of
-them to see a slow turn, few enough to average."""
+"""Parts of a rest whose means are compared: enough of them to see a slow turn, few enough to
+average. A judgement."""
+
+NOISE_OF_RANGE = 3.0  #: sds of one; derived: MOST_BLOCKS normal means range over 2.8 on average
 
 WANDER_M_S2 = STANDARD_GRAVITY_M_S2 * SAME_ATTITUDE
+"""The same as a change of the accelerometer's reading."""
+
 NOISE_OF_SHIFT = 3.0
-"""Sds by which the halves of a rest differ by noise alone, at most."""
+"""Sds by which the halves of a rest differ by noise alone, at most. Derived: 1 in 370 of a normal
+variable."""
 
 PLATE_STOOD = "the plate stood still"
-PLATE_STANDS = 1 / 3
-"""Part of the plate's rate. No gain is that wrong, so below it the plate stood still."""
+PLATE_STANDS = 1 / PLAUSIBLE_RATIO
+"""Part of the plate's rate. No data sheet is that wrong, so below it stood still. Derived."""
 
 
 @dataclass(frozen=True)
@@ -93,13 +95,13 @@ class DecidingTriad:
     time_s : array, shape (t,)
     step_s : float
     variance : array, shape (t - window + 1,)
-        Of every window, summed over the axes.
+        Of every window, summed over the axes, in the square of the readings' unit.
     window, shortest : int
         Samples of a window, and of the shortest rest.
     rate_rad_s : float
         Rate of the plate, 0 at rest.
     smallest_variance : float
-        What a converter's step makes by itself.
+        What a converter's step makes by itself, in the same unit.
     turning : array, shape (t - window + 1,)
         Windows in which a gyroscope beside a deciding accelerometer speeds up or slows down.
     step : float
@@ -199,7 +201,7 @@ def deciding_triad(
     seconds = WINDOW_S if search.seconds is None else search.seconds
     window = max(FEWEST_WINDOW, round(min(WINDOW_S, seconds) / step_s))
     turn_s = 2 * math.pi / rate_rad_s if rate_rad_s else 0.0  # its mean is taken over whole turns
-    shortest = max(FEWEST_SAMPLES, math.ceil((1 - 2 * MARGIN_SHARE) * seconds / step_s),
+    shortest = max(SHORTEST_SAMPLES, math.ceil((1 - 2 * MARGIN_SHARE) * seconds / step_s),
                    math.ceil(turn_s / step_s) + 1)
     if len(log.time_s) < 2 * max(window, shortest):
         raise Undetermined(

@@ -11,13 +11,17 @@ from calib.poses.averaging import PoseMean, check_alive
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_checks import check_axes_alive
 from calib.poses.pose_set import PoseRun
-from calib.poses.reference import CommonError, PlateRate, Reference, constant_reference
+from calib.poses.reference import (
+    PLAUSIBLE_RATIO,
+    CommonError,
+    PlateRate,
+    Reference,
+    constant_reference,
+)
 
 TURNING_RAD_S = 0.09
-"""5 °/s: above any zero-rate offset of a working MEMS gyro, below the rate of any plate."""
-
-PLAUSIBLE_RATIO = 3.0
-"""A data sheet may be wrong by a third of the range; by three, it is another range or unit."""
+"""5 °/s, of a pose beyond the typical one: the offset is the same in every pose, so that its noise
+and drift stay far below; the slowest plate turns at 100 °/s. Fact."""
 
 GRAVITY = "local gravity"
 TIME_BASE = "time base of the camera"
@@ -33,9 +37,9 @@ def spin_sign(means: Sequence[PoseMean], direction: str | None) -> FloatArray:
     """
     gyro = np.array([mean.gyroscope.mean for mean in means])
     force = np.array([mean.accelerometer.mean for mean in means])
-    felt = np.sign((gyro * force).sum(axis=1))
+    sensed = np.sign((gyro * force).sum(axis=1))
     filmed = {"ccw": 1.0, "cw": -1.0, None: 0.0}[direction]
-    return np.where(np.isfinite(felt), felt, filmed)
+    return np.where(np.isfinite(sensed), sensed, filmed)
 
 
 def gravity_run(
@@ -202,16 +206,16 @@ def _check_logged(name: str, means: Sequence[PoseMean], readings: FloatArray, tr
 
 
 def _check_turning(
-    name: str, means: Sequence[PoseMean], felt: FloatArray, plate: FloatArray
+    name: str, means: Sequence[PoseMean], rate: FloatArray, plate: FloatArray
 ) -> None:
-    ratio = felt / plate
+    ratio = rate / plate
     wrong = np.flatnonzero((ratio < 1 / PLAUSIBLE_RATIO) | (ratio > PLAUSIBLE_RATIO))
     if wrong.size == 0:
         return
     worst = int(wrong[0])
     raise Undetermined(
         f"{name}: in {means[worst].label} (and {wrong.size - 1} other poses) the gyro reads "
-        f"{felt[worst]:.3g} rad/s by the data sheet while the plate turns at {plate[worst]:.4g} "
+        f"{rate[worst]:.3g} rad/s by the data sheet while the plate turns at {plate[worst]:.4g} "
         f"rad/s. Either the plate was not turning in these poses, or the stated data sheet of the "
         f"gyroscope (full scale, bits, encoding, unit) is not this sensor's.",
         Remedy("data_sheet", "gyroscope"),

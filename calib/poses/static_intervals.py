@@ -33,17 +33,17 @@ from calib.poses.still_search import StillSearch
 
 STILL_RATIO = 4.0
 """Twice the noise amplitude of the quietest rest: below it noise alone cuts rests to pieces. Half
-or twice of it moves 0.1 % of the stops in ``tests.bench.study_static_intervals``."""
+or twice of it moves 0.1 % of the stops in ``tests.bench.study_static_intervals``. Derived."""
 
-THRESHOLD_STEP = 2.0  #: of a variance: 1.4 of an amplitude
+THRESHOLD_STEP = 2.0  #: of a variance: 1.4 of an amplitude; a judgement
 USUAL_SHARE = 0.75
 """Of the rests, so that a quarter may be disturbed. Half of it changes none of 384 rests in
-``python -m tests.bench.study_static_intervals 2 USUAL_SHARE``."""
+``python -m tests.bench.study_static_intervals 2 USUAL_SHARE``. A judgement."""
 
 LARGEST_OF_USUAL = 10.0
 """How far a stop may give way, as a multiple of what three in four of its log do: speeds and
 lengths of stops in a hand spread over a decade each. Half of it loses one of 24 simulated stops in
-a hand; half and twice change none of 384 in the study with two seeds."""
+a hand; half and twice change none of 384 in the study with two seeds. A judgement."""
 SEARCH = StillSearch()
 
 

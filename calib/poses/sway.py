@@ -15,6 +15,7 @@ import numpy as np
 from calib.errors import Undetermined
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
+from calib.poses.pose_checks import LARGEST_STILL_SHIFT
 
 if TYPE_CHECKING:
     from calib.poses.averaging import PoseMean
@@ -59,8 +60,8 @@ def check_calm(label: str, scatter: FloatArray, sway: float, gravity: float, lim
         )
 
 
-NOTICEABLE_M_S2 = 0.02
-"""Of gravity missing; as ``LARGEST_STILL_SHIFT`` of the accelerometer."""
+NOTICEABLE_M_S2 = LARGEST_STILL_SHIFT["accelerometer"]
+"""Of gravity missing. Derived: as much as a still pose may stray."""
 
 
 def shortfall(means: Sequence["PoseMean"]) -> FloatArray:

@@ -10,12 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from calib.consistency.force import LARGEST_DRIFT
 from calib.effects.effect import Effect
 from calib.errors import UnusableLog
+from calib.poses.batches import SHORTEST_SAMPLES
 from calib.poses.conditions import Conditions
+from calib.poses.data_sheet import LARGEST_DRIFT
 from calib.poses.imu_log import AXES, SI_UNIT, TEMPERATURE, FloatArray, ImuLog
-from calib.poses.rest_candidates import FEWEST_SAMPLES, WINDOW_S
+from calib.poses.rest_candidates import WINDOW_S
 from pipeline.export.apply import Applied, apply_results, at_the_rails
 from pipeline.results.read import Stored, StoredTriad
 
@@ -87,7 +88,7 @@ def compare_with_gravity(stored: Stored, log: ImuLog, applied: Applied) -> tuple
 def _magnitude_at_rest(time_s: FloatArray, force: FloatArray) -> float:
     """Median magnitude of the mean force in the quietest windows."""
     step_s = float(np.median(np.diff(time_s)))
-    length = min(max(FEWEST_SAMPLES, round(WINDOW_S / step_s)), len(force))
+    length = min(max(SHORTEST_SAMPLES, round(WINDOW_S / step_s)), len(force))
     count = len(force) // length
     windows = force[: count * length].reshape(count, length, 3)
     scatter = windows.var(axis=1).sum(axis=1)
@@ -111,7 +112,7 @@ def warnings_of(stored: Stored, log: ImuLog, session_clock: bool) -> Iterator[st
             yield (f"{log.label}: the {each.triad} has readings with decimals, where counts are "
                    f"whole numbers. If they are in physical units, the result is wrong.")
         stuck = np.ptp(readings, axis=0) == 0
-        if len(readings) >= FEWEST_SAMPLES and stuck.any():
+        if len(readings) >= SHORTEST_SAMPLES and stuck.any():
             yield (f"{log.label}: {each.triad} {AXES[int(np.argmax(stuck))]} is stuck: it gives "
                    f"the same value in every sample.")
         yield from _beyond_readings(each, stored, log)

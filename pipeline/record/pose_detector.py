@@ -17,13 +17,14 @@ from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.numbers import RPM
 from calib.poses.attitudes import NEAR_COSINE, direction_name
 from calib.poses.imu_log import SI_UNIT, TRIADS, FloatArray
-from calib.poses.runs import PLAUSIBLE_RATIO, TURNING_RAD_S
+from calib.poses.reference import PLAUSIBLE_RATIO
+from calib.poses.runs import TURNING_RAD_S
 from calib.poses.static_intervals import STILL_RATIO, quiet_level
 from pipeline.record.stream import TimedSample
 from pipeline.record.task import Complete, Phase, Refused, Status, Task
 from pipeline.stages.planned_poses import beyond_rest
 
-# Half and double of each by ``tests.bench.pose_detector_thresholds``, 18 cases; no case fails but
+# Half and double of each by ``tests.bench.tested_thresholds``, 18 cases; no case fails but
 # where it is said.
 HOP_S = 0.25
 """s: the display follows a hand at four a second. Twice of it fails what twice the window and twice

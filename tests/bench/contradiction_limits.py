@@ -18,7 +18,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from calib.consistency import clipping, clock, data_sheet, force, mistakes, plate_axes, repeats
-from calib.poses import pose_checks, sway
+from calib.poses import data_sheet as spec
+from calib.poses import frozen, pose_checks, sway
 from pipeline.stages import session_logs
 from tests.attack.mistakes import CASES
 from tests.attack.spoilt import copy_of, write_base
@@ -44,10 +45,12 @@ MOVED = ("a pose turned to and fro", "a pose turned half way", "moved on the pla
 LIMITS: tuple[tuple[object, Sequence[str], Sequence[str]], ...] = (
     (clipping, ("CLIPPED_SHARE", "USUAL_SHARE", "PILED_UP"), ("readings clipped",)),
     (clock, ("LEAST_SHARE", "LEFT_SHARE", "LARGEST_CLOCK_ERROR", "FEWEST_TURNS"), CLOCK),
-    (force, ("LARGEST_DRIFT", "NOTICEABLE", "UNKNOWN_SD", "FALSE_ALARM"), FORCE),
+    (spec, ("LARGEST_DRIFT",), FORCE),
+    (force, ("NOTICEABLE", "UNKNOWN_SD"), FORCE),
     (mistakes, ("LEFT_OVER", "SAME_RATE", "OTHER_GAIN", "CERTAIN_SD", "BOUND_SLACK"), RUNS),
     (plate_axes, ("LEAST_SPREAD", "LARGEST_SCATTER", "OTHER_POSE"), AXES),
-    (repeats, ("CORRELATED", "LEAST_ENTROPY", "CHANCE"), COPIES),
+    (repeats, ("CORRELATED", "LEAST_ENTROPY"), COPIES),
+    (frozen, ("FALSE_ALARM",), (*FORCE, *RUNS, *COPIES)),
     (data_sheet, ("SHEET_TOLERANCE",), ()),
     (session_logs, ("OTHER_UNIT",), CLOCK[:1]),
     (pose_checks, ("LARGEST_SHIFT_SD", "LARGEST_TURN", "MUST_MOVE", "STANDS_STILL"), MOVED),

@@ -4,9 +4,10 @@
 
 Sessions of the simulated bench hide none, one or two effects, in rich designs, in those of the
 paper and in poses laid by hand, for both triads. They are fitted once. Each field of
-``calib.diagnosis.constants`` is multiplied by a half and by two, one at a time, as are the numbers
-of waves of an unknown function, of lags, and of refits that are asked what they predict; all are
-diagnosed again. Of a share close to one, the rest to one is halved and doubled. Printed per value,
+``calib.diagnosis.constants`` is multiplied by a half and by two, one at a time, as are counts and
+shares of its modules (waves of an unknown function, lags, refits that are asked what they predict,
+sets that are weighed, the memory of a pose); all are diagnosed again. Of a share close to one, the
+rest to one is halved and doubled. Printed per value,
 as rows of the table in ``data/docs/thresholds.md``: sessions whose verdict changes (its code, its
 names or what it leaves open), hidden effects that are named, of those that can be seen, and wrong
 names.
@@ -24,7 +25,7 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS, Constants
 from calib.diagnosis.finding import find_many
 from calib.diagnosis.hypotheses import unlisted
-from calib.diagnosis.search import evidence
+from calib.diagnosis.search import evidence, expansion, odds, sizes
 from calib.diagnosis.verdict import explained
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
@@ -38,7 +39,11 @@ from tests.trials import poses_of
 KINDS = (("gyroscope", "rich"), ("accelerometer", "hand"), ("gyroscope", "paper"),
          ("accelerometer", "rich"))
 SIZES = (4.0, 100.0)  #: noise units over the rows, from hardly seen to plain
-COUNTS = ((unlisted, "TIME_WAVES"), (unlisted, "COLUMN_WAVES"), (explained, "HOLDING"))
+COUNTS = ((unlisted, "TIME_WAVES"), (unlisted, "COLUMN_WAVES"), (unlisted, "STEP_MARGIN"),
+          (unlisted, "STEPS_TRIED"), (unlisted, "WANDER_MODES"), (odds, "LEADING"),
+          (expansion, "SCREENED"), (expansion, "WEIGHED"), (explained, "HOLDING"))
+SHARES = ((unlisted, "MEMORY"), (unlisted, "DAMPING"), (expansion, "BEHIND_SHARE"),
+          (sizes, "SEEN_SHARE"))
 CLOSE_TO_ONE = 0.75  #: a share above it is moved by its rest to one
 
 
@@ -103,10 +108,19 @@ def other(module: ModuleType, name: str, value: object) -> Iterator[None]:
     """The diagnosis with another value of a constant of one of its modules."""
     usual = getattr(module, name)
     setattr(module, name, value)
+    _forget(module)
     try:
         yield
     finally:
         setattr(module, name, usual)
+        _forget(module)
+
+
+def _forget(module: ModuleType) -> None:
+    """Empty the caches of a module's functions."""
+    for each in vars(module).values():
+        if hasattr(each, "cache_clear"):
+            each.cache_clear()
 
 
 def lags(count: float) -> AbstractContextManager[None]:
@@ -151,8 +165,11 @@ def main() -> None:
             lambda value, name=field.name: constants(
                 dataclasses.replace(CONSTANTS, **{name: value})))
     for module, name in COUNTS:
-        row(name, getattr(module, name), "tuned" if module is unlisted else "a limit of time",
+        row(name, getattr(module, name), "a count",
             lambda value, module=module, name=name: other(module, name, int(value)))
+    for module, name in SHARES:
+        row(name, getattr(module, name), "a share",
+            lambda value, module=module, name=name: other(module, name, value))
     row("LAGS_S", len(unlisted.LAGS_S), "derived", lags)
 
 

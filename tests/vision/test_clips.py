@@ -155,46 +155,6 @@ def test_stamps_that_come_late_do_not_lead_the_follower_astray(render: Render) -
     assert measure_rate(track, timebase=CLOCK).frames.used == len(track.time_s)
 
 
-def test_a_plate_half_outside_the_frame_is_followed_by_its_label_and_mark(render: Render) -> None:
-    """Where most frames show no mark, those that do were set aside as outliers."""
-    motion = PlateMotion(33.21 * RPM)
-    path, _ = render(motion, Scene(centre_px=(5.0, 181.0), sensor_box=False), seconds=12,
-                     recorder=STRONG, preset="veryfast")
-    track = track_phase(path)
-    assert track.plate.explained > 0.97
-    rate = measure_rate(track, timebase=CLOCK)
-    sd_ppm = rate.uncertainty.image_rad_s / rate.rate_rad_s * 1e6
-    assert abs(error_ppm(rate, motion)) < min(100, 3 * sd_ppm)
-
-
-@pytest.mark.parametrize("rpm", [16.7, 33.3])
-def test_a_mark_that_leaves_the_frame_for_half_of_each_turn_is_followed(
-    rpm: float, render: Render
-) -> None:
-    scene = Scene(centre_px=(5.0, 181.0), label=False, sensor_box=False)
-    motion = PlateMotion(rpm * RPM)
-    path, _ = render(motion, scene, seconds=8, recorder=STRONG)
-    rate = measure_rate(track_phase(path), timebase=CLOCK)
-    sd_ppm = rate.uncertainty.image_rad_s / rate.rate_rad_s * 1e6
-    assert abs(error_ppm(rate, motion)) < min(100, 4 * sd_ppm)
-
-
-def test_frames_that_do_not_show_the_mark_show_no_angle(render: Render) -> None:
-    """What little the rest of the plate looks like at any angle is not taken for one."""
-    motion = PlateMotion(33.21 * RPM)
-    scene = Scene(centre_px=(30.0, 181.0), marks=(Mark(0.8, 0.0, 0.2, 0.2),), label=False,
-                  sensor_box=False)
-    path, _ = render(motion, scene, seconds=12, recorder=STRONG)
-    track = track_phase(path)
-    hidden = ~np.isfinite(track.phase_rad)
-    assert 0.2 < hidden.mean() < 0.5
-    assert not track.duplicate[hidden].any()
-    rate = measure_rate(track, timebase=CLOCK)
-    assert rate.frames.used > 0.85 * (~hidden).sum()
-    sd_ppm = rate.uncertainty.image_rad_s / rate.rate_rad_s * 1e6
-    assert abs(error_ppm(rate, motion)) < min(60, 3 * sd_ppm)
-
-
 def test_two_equal_marks_opposite_each_other_do_not_halve_the_turn(render: Render) -> None:
     marks = (Mark(), Mark(azimuth_rad=np.pi))
     motion = PlateMotion(33.3 * RPM)

@@ -169,8 +169,9 @@ class _Fit:
                 spectra, turning, grid, self._angle, near_enough, self._frames.parts))
         if first:
             self._used = np.ones(len(self._angle), bool)
-            parts = self._frames.parts
-            self._standing = standing_share(self._angle, len(self._standing), parts)
+            self._standing = standing_share(
+                self._angle, len(self._standing), self._frames.parts,
+                leaves=self._mark_leaves(turning))
         self.turning = mean_turning(spectra, self._angle, self._used, grid, self._standing)
         self._turned = turned(self.turning, self._angle, grid)
         self._misfit = self._difference - self._turned
@@ -181,6 +182,13 @@ class _Fit:
         self._background = self._background + change
         self._beyond_median = self._beyond_median + change
         self._difference -= change
+
+    def _mark_leaves(self, turning: Spectra) -> bool:
+        """Whether most of what turns is out of sight at some of the angles."""
+        if self._grid.seen.all():
+            return False
+        shown = energy(turned(turning, self._angle, self._grid), self._grid)
+        return bool(shown.min() < HALF * shown.max())
 
     def _carry_on(self, angle_rad: FloatArray) -> None:
         """Take the angles that the frames show; elsewhere those that a plate has meanwhile."""

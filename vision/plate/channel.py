@@ -47,8 +47,9 @@ class ChromaAxis:
 
     def __call__(self, frame: Frame) -> Luma:
         """The frame of the coordinate, grey at 128, shape (h, w)."""
-        row = np.array([[self.cr, self.cb, GREY * (1 - self.cr - self.cb)]])
-        return np.asarray(cv2.transform(frame.chroma, row), np.uint8)
+        cr, cb = cv2.split(frame.chroma)
+        grey = GREY * (1 - self.cr - self.cb)
+        return np.asarray(cv2.addWeighted(cr, self.cr, cb, self.cb, grey), np.uint8)
 
     def __str__(self) -> str:
         return f"{self.cr:.2f} Cr {'-' if self.cb < 0 else '+'} {abs(self.cb):.2f} Cb"

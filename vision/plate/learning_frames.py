@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,14 +10,16 @@ from numpy.typing import NDArray
 from vision.geometry import FloatArray, PlateView
 from vision.plate.alignment import Effort, align
 from vision.plate.background import every_nth, spread_choice
+from vision.plate.low_orders import PixelSeries
 from vision.plate.parts import EqualParts, equal_parts
-from vision.plate.polar import Grid, Strips, polar_grid, ring_spectra
-from vision.plate.rotation import COARSE_SAMPLES, CoarseRotation, coarse_rotation
+from vision.plate.polar import Grid, Strips, polar_grid
+from vision.plate.rotation import CoarseRotation, RotationSearch
 from vision.plate.template import Alignment, RoughlyAligned, informative_rings
 from vision.video import Luma
 
 COARSE_AZIMUTHS = 256  #: of the first template
 COARSE_RADII = np.linspace(0.1, 0.97, 20)  # plate radii
+COARSE_WEIGHT = COARSE_RADII.astype(np.float32)  # pixels of the clip per sample, no unit
 COARSE_FRAMES = 100  #: at most; a limit of time
 FINE_FRAMES = 28  #: of the fine template; a limit of time
 #: The number of azimuths of the fine template, by the radius in pixels above which it holds.
@@ -36,27 +39,37 @@ class LearningFrames:
     background: Luma
     on_step: Callable[[], None]
 
+    @cached_property
+    def _series(self) -> PixelSeries:
+        return PixelSeries(self.images)
+
+    @cached_property
+    def _search(self) -> RotationSearch:
+        return RotationSearch(self.time_s)
+
     @property
     def chosen(self) -> NDArray[np.intp]:
         """Indices (≤ COARSE_FRAMES,) of the frames that templates are made from."""
         return every_nth(len(self.images), -(-len(self.images) // COARSE_FRAMES))
 
     def rotation(self, view: PlateView) -> CoarseRotation:
-        """Rough motion about an axis."""
+        """Rough motion about the spindle of a view."""
         self.on_step()
-        grid = polar_grid(view, COARSE_RADII, COARSE_SAMPLES, self.background.shape)
-        background = grid.strip(self.background).astype(np.float32)
-        spectra = ring_spectra(grid.differences(background, self.images))
-        return coarse_rotation(spectra, grid.weight(), self.time_s)
+        return self._search.about(self._series.low_orders(view, COARSE_RADII), COARSE_WEIGHT)
+
+    def share(self, view: PlateView, part: slice) -> float:
+        """What turns together about it in one window, of what varies, 0 to 1."""
+        spectra = self._series.low_orders(view, COARSE_RADII, part)
+        return self._search.share(spectra, COARSE_WEIGHT, part)
 
     def parts(self, view: PlateView) -> EqualParts | None:
         """Equal parts that pass about an axis; None where there are none."""
 
-        def sample(about: PlateView, azimuths: int) -> tuple[Grid, Strips]:
+        def sample(about: PlateView, azimuths: int, frames: slice) -> tuple[Grid, Strips]:
             self.on_step()
             grid = polar_grid(about, COARSE_RADII, azimuths, self.background.shape)
             background = grid.strip(self.background).astype(np.float32)
-            return grid, grid.differences(background, self.images)
+            return grid, grid.differences(background, self.images[frames])
 
         return equal_parts(view, sample, fine_azimuths(view), self.time_s)
 

@@ -23,13 +23,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import VIEW_PARAMETERS, FloatArray, PlateView
+from vision.plate.low_orders import ORDERS
 from vision.plate.polar import Grid, Strips
-from vision.plate.rotation import COARSE_SAMPLES, ORDERS, WINDOW, CoarseRotation
+from vision.plate.rotation import WINDOW, CoarseRotation
 
 ROUNDS = 6  #: of the view at most; numerical
 SETTLED = 0.1  # of a part: a smaller change of the view need not be made
-FIRST_LOOK = 256  # azimuths, whether there are parts at all
 THINNED = 64  # azimuths at least, at which the line is looked for
+GLIMPSE = 64  # frames, whether there is a line: one that lasts is in them as well
+FIRST_LOOK = 256  # azimuths, whether it is of parts at all
 FEWEST_PARTS = ORDERS + 1  # fewer have orders that are added up for any plate
 LARGEST_STEP = 0.1  # of the radius, change of the view per round at most
 
@@ -78,8 +80,8 @@ class _Line:
 
 
 def equal_parts(
-    view: PlateView, sample: Callable[[PlateView, int], tuple[Grid, Strips]], azimuths: int,
-    time_s: FloatArray,
+    view: PlateView, sample: Callable[[PlateView, int, slice], tuple[Grid, Strips]],
+    azimuths: int, time_s: FloatArray,
 ) -> EqualParts | None:
     """The parts that pass about the spindle of a view, and the view as they show it.
 
@@ -87,14 +89,20 @@ def equal_parts(
     ----------
     view : PlateView
     sample : callable
-        The frames less what stands still along rings about a view at n azimuths: the grid, and an
-        array of shape (f, r, n).
+        Frames less what stands still along rings about a view at n azimuths: the grid, and an array
+        of shape (f, r, n).
     azimuths : int
         That show every part.
     time_s : array, shape (f,)
     """
+    first = max(0, len(time_s) - GLIMPSE) // 2
+    glimpse = slice(first, first + GLIMPSE)
+    grid, strips = sample(view, THINNED, glimpse)
+    line = _strongest_line(strips - strips.mean(axis=0), grid.weight(), time_s[glimpse])
+    if line.share < THRESHOLDS.line:
+        return None
     for looked_at in (FIRST_LOOK, *[azimuths] * ROUNDS):
-        grid, strips = sample(view, looked_at)
+        grid, strips = sample(view, looked_at, slice(None))
         varying = strips - strips.mean(axis=0)
         line = _strongest_line(varying, grid.weight(), time_s)
         count = round(_steps_around(line, grid.weight()).sum() / (2 * np.pi))
@@ -116,8 +124,9 @@ def _strongest_line(varying: Strips, weight: NDArray[np.float32], time_s: FloatA
     span_s, frame_s = float(np.ptp(time_s)), float(np.median(np.diff(time_s)))
     trial = np.arange(1, int(span_s / frame_s) + 1) / (2 * span_s)
     thin = varying[:, :, :: n // THINNED] * np.sqrt(weight)[:, None]
-    waves = _at(trial, time_s) @ thin.reshape(f, -1)
-    power = (np.abs(waves) ** 2).sum(axis=1)
+    wave = _at(trial, time_s)
+    along = np.concatenate([wave.real, wave.imag]) @ thin.reshape(f, -1)
+    power = np.einsum("ij,ij->i", along, along).reshape(2, -1).sum(axis=0)
     best = int(power.argmax())
     wave = (_at(trial[best : best + 1], time_s) @ varying.reshape(f, -1)).reshape(r, n)
     share = 2 * float(power[best]) / f / max(float((thin**2).sum()), 1e-9)
@@ -143,8 +152,8 @@ def _rotation(
     phase += np.unwrap(np.angle(seen * np.exp(-1j * phase)))
     angle = -(phase - phase[0]) / count
     square = float(((varying**2).sum(axis=(0, 2)) @ weight) / (f * n))
-    # Of as many frames and samples as the coarse rotation adds up (Parseval).
-    energy = 0.5 * COARSE_SAMPLES**2 * min(WINDOW, f) * square
+    # Of as many frames as the coarse rotation adds up, on one side of the spectrum (Parseval).
+    energy = 0.5 * min(WINDOW, f) * square
     return CoarseRotation(angle, line.share, energy, slice(0, f))
 
 

@@ -36,10 +36,10 @@ class StandingThresholds:
     standing : float
         Above it order k does not show whether it turns or stands.
     strobed : float
-        The same of an order that turns by more than half a wave from frame to frame. Tuned on
-        ``tests.bench.clip_study --only edge_on``, seed 1001 (33.05 frames per turn), which errs by
-        1.6 sds; at 0.3 by 3.9, at 0.9 by 5.2. At 0.075 chance takes one order in eight out of 28
-        frames.
+        The same of an order that turns by more than half a wave from frame to frame, where the
+        mark does not leave the frame. Tuned on ``tests.bench.clip_study --only edge_on``, seed 1001
+        (33.05 frames per turn), which errs by 1.6 sds; at 0.3 by 3.9, at 0.9 by 5.2. At 0.075
+        chance takes one order in eight out of 28 frames.
     """
 
     standing: float = 0.9
@@ -121,17 +121,20 @@ class Alignment:
 
 
 def standing_share(
-    angle_rad: FloatArray, orders: int, parts: int = 1
+    angle_rad: FloatArray, orders: int, parts: int = 1, *, leaves: bool = False
 ) -> NDArray[np.float32]:
     """Share of a turning wave of each order that looks standing, |mean exp(ikθ)|², (orders,).
 
     One for orders of which the frames do not show whether they turn or stand. Of equal parts, the
-    frames have shown how the orders turn that are multiples of their number; no other does.
+    frames have shown how the orders turn that are multiples of their number; no other does. Where
+    the mark ``leaves`` the frame, a part of the ring is seen, in which the orders are not
+    orthogonal: one that turns, and is taken for background, pulls at the angle by all others. Then
+    only those count as standing that cannot be told at all.
     """
     share = np.abs(turns(angle_rad, orders).mean(axis=(0, 1))) ** 2
     step = np.quantile(np.abs(np.diff(angle_rad)), SMALL_STEP)
     order = np.arange(orders)
-    strobed = (order * step > np.pi) & (parts == 1)
+    strobed = (order * step > np.pi) & (parts == 1) & (not leaves)
     limit = np.where(strobed, THRESHOLDS.strobed, THRESHOLDS.standing)
     return np.asarray(np.where((share > limit) | (order % parts != 0), 1, share))
 

@@ -13,7 +13,7 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
 from calib.effects.variation import about_mean
-from calib.fit.column_scaling import orthonormal_bases, orthonormal_columns
+from calib.fit.column_scaling import NORM_FLOOR, orthonormal_bases, orthonormal_columns
 from calib.fit.least_squares.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.square_start import square_columns
@@ -113,7 +113,7 @@ class Projector:
         full[: len(columns)] = columns
         full *= self.root[:, None]
         norm = np.sqrt((full**2).sum(axis=0))
-        used = norm > 1e-9 * max(float(norm.max(initial=0.0)), NO_LENGTH)
+        used = norm > NORM_FLOOR * max(float(norm.max(initial=0.0)), NO_LENGTH)
         nothing = Signature(name, columns, np.zeros((len(full), 0)), np.zeros(0))
         if not used.any():
             return nothing

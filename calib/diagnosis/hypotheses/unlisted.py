@@ -28,8 +28,11 @@ verdicts, twice as many in time none, in a column 2; 19 of 24 effects are named,
 20, and none is wrong."""
 
 STEPS_TRIED = 32  #: times of a step that are tried; a limit of time
+DAMPING = 0.8
+"""Of the number of waves: amplitudes of nature fall with the frequency. A judgement."""
+
 STEP_MARGIN = 2
-"""Poses that a step leaves on either side at least; fewer are bad poses."""
+"""Poses that a step leaves on either side at least. Derived: one is a bad pose."""
 
 IN_A_CURVE = "in a curve"  #: how a bias follows a column by its square
 LAGS_S = (30.0, 45.0, 70.0, 100.0, 150.0, 220.0, 330.0, 500.0, 750.0, 1100.0, 1700.0, 2500.0,
@@ -41,7 +44,8 @@ WANDER_MODES = 10
 """The strongest of a course, a limit of size. Of 26 poses they hold 68, 88 and 93 % of the variance
 at the three spans below; half as many 44, 75 and 86 %, twice as many 92, 97 and 98 %."""
 WANDER_SPANS = (0.05, 0.2, 0.8)
-"""Correlation times of a wandering bias over the length of the session."""
+"""Correlation times of a wandering bias over the length of the session. Derived: from what moves
+from pose to pose to what is a drift, four times apart."""
 
 #: axes whose components are multiplied
 CUBIC = np.array([*combinations_with_replacement(range(3), 3)]).T
@@ -50,7 +54,8 @@ QUARTIC = np.array([*combinations_with_replacement(range(3), 2)]).T
 
 NO_PAGE = Page(formula="", typical={}, source="", confounded="", separates="")
 MEMORY = 0.3
-"""Share of the magnitude by which the pose before saturates what an axis remembers."""
+"""Share of the magnitude by which the pose before saturates what an axis remembers. A
+judgement: the first start of the width of ``hysteresis``."""
 
 
 def waves(covariate: FloatArray, count: int) -> FloatArray:
@@ -63,7 +68,7 @@ def waves(covariate: FloatArray, count: int) -> FloatArray:
 def _waves_of(n: int, count: int) -> FloatArray:
     """:func:`waves` of what rises from pose to pose, (n, count)."""
     rank, k = np.arange(n) / n, np.arange(1, count + 1)
-    return np.asarray(np.cos(np.pi * rank[:, None] * k) * np.exp(-k / (0.8 * count)))
+    return np.asarray(np.cos(np.pi * rank[:, None] * k) * np.exp(-k / (DAMPING * count)))
 
 
 def lagging(time_s: FloatArray, values: FloatArray, lags_s: Sequence[float]) -> FloatArray:

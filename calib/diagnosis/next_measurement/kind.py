@@ -7,15 +7,16 @@ from calib.poses.imu_log import TEMPERATURE, FloatArray
 from calib.poses.pose_set import PoseSet
 
 FEW_ATTITUDES = 3
-"""Natural directions within 25° of one attitude, at most: more are more than one attitude."""
+"""Natural directions within 25° of one attitude, at most: more are more than one attitude.
+Derived."""
 
 SAME_SPEED = 0.05
 """Relative: rates of one setting of a plate differ by less, its neighbours (16, 33, 45, 78) by
-more."""
-
+more. Fact."""
 
 SWEEP_K = 5.0
-"""A sensor warms itself by less while it is laid on its faces; a chamber is set to more."""
+"""A sensor warms itself by less while it is laid on its faces; a chamber is set to more.
+A judgement."""
 
 THROUGH_TEMPERATURES = (
     "the same attitude through the same temperatures once more, falling as well as rising"

@@ -28,7 +28,8 @@ from calib.poses.runs import RATE_OF, TIME_BASE
 #: fact: 16⅔, 33⅓, 45 and 78 rpm
 RECORD_SPEEDS_RAD_S = np.array([50 / 3, 100 / 3, 45.0, 78.0]) * RPM
 HEADROOM = 0.9
-"""Share of the full scale up to which a rate is advised; gain and offset take the rest."""
+"""Share of the full scale up to which a rate is advised; gain and offset take the rest.
+A judgement."""
 
 SOAK_K = 20.0  #: K above the room, as a hair dryer makes it; it only plans
 POSE_S = 30.0  #: s of a planned pose; it only plans

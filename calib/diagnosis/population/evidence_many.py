@@ -15,6 +15,7 @@ from calib.diagnosis.population.stacked_conditions import StackedConditions
 from calib.effects.effect import Effect
 from calib.effects.variation import about_mean
 from calib.fit.batch.fit_many import FittedStack, ManyFits
+from calib.fit.column_scaling import NORM_FLOOR
 from calib.fit.least_squares.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
@@ -117,7 +118,7 @@ def _visible(columns: FloatArray, basis: FloatArray, data_count: int) -> FloatAr
     full = np.zeros((sets, basis.shape[1], k))
     full[:, :d] = columns
     norm = np.sqrt(np.einsum("srk,srk->sk", full, full))
-    used = norm > 1e-9 * np.maximum(norm.max(axis=1, keepdims=True), NO_LENGTH)
+    used = norm > NORM_FLOOR * np.maximum(norm.max(axis=1, keepdims=True), NO_LENGTH)
     unit = np.where(used[:, None, :], full / np.where(used, norm, 1.0)[:, None, :], 0.0)
     rest = unit - basis @ (np.swapaxes(basis, 1, 2) @ unit)
     values, vectors = np.linalg.eigh(np.swapaxes(rest, 1, 2) @ rest)

@@ -41,9 +41,10 @@ WILD_P_VALUE = 1e-6
 """Below which the residual of a session is no chance. Derived: 10,000 sound sessions have none, so
 that widening takes nothing from what the others leave."""
 
-LEAST_NOISE_DOF = 8.0
-"""Degrees of freedom behind sds from which the correction for them is trusted; derived: it needs
-more than four."""
+FEWEST_DOF_OF_VARIANCE = 8.0
+"""Degrees of freedom that count behind sds at least. Derived: the variance of 1/x, and with it 1/c
+= (ν - 2)/(ν - 4), is infinite at four; at twice as many 1/c is 1.5. (A mean of 1/x is enough where
+sessions are compared one by one: ``FEWEST_DOF_OF_MEAN`` of ``repeatability``.)"""
 
 ALONE = 0.98
 """Share of a parameter in what is seen from which a sensor states a size of it; derived, as
@@ -178,7 +179,7 @@ def _widening(rest: FloatArray, spare: FloatArray, noise_dof: FloatArray) -> Flo
 
 def _as_many(noise_dof: FloatArray) -> FloatArray:
     """c of this module, (S,)."""
-    dof = np.maximum(noise_dof, LEAST_NOISE_DOF)
+    dof = np.maximum(noise_dof, FEWEST_DOF_OF_VARIANCE)
     return np.asarray((dof - 4) / (dof - 2))
 
 

@@ -19,10 +19,11 @@ from scipy.special import chdtrc
 from calib.poses.imu_log import FloatArray
 
 STEPS = 200
-"""Of the iteration for τ², which converges linearly; a fact of no consequence beyond 50."""
+"""Of the iteration for τ², which converges linearly; a fact of no consequence beyond 50.
+Numerical."""
 
 AT_REST = 1e-8
-"""Relative change of τ² + median v at which it stops: far below its sd. Derived."""
+"""Relative change of τ² + median v at which it stops: far below its sd. Derived. Numerical."""
 
 
 @dataclass(frozen=True)

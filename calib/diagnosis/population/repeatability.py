@@ -17,9 +17,9 @@ from scipy.special import chdtrc
 from calib.diagnosis.population.spread import weighed_together
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
-LEAST_NOISE_DOF = 4.0
-"""Degrees of freedom behind sds from which the correction for them is trusted; derived: it needs
-more than two."""
+FEWEST_DOF_OF_MEAN = 4.0
+"""Degrees of freedom that count behind sds at least. Derived: the mean of 1/x, ν/(ν - 2), is
+infinite at two; at twice as many it is 2."""
 
 DRIFT_LEVEL = 0.01
 """Probability that any sensor of a lot whose sds hold is said to have moved. Derived, as
@@ -74,7 +74,7 @@ def repeatability(
     """
     stated = np.isfinite(value) & np.isfinite(sd) & (sd > 0)
     value, sd, sensor = value[stated], sd[stated], sensor[stated]
-    known = np.maximum(np.bincount(sensor, noise_dof[stated], sensors), LEAST_NOISE_DOF)
+    known = np.maximum(np.bincount(sensor, noise_dof[stated], sensors), FEWEST_DOF_OF_MEAN)
     mean, _ = weighed_together(value, sd, sensor, sensors)
     pull = ((value - mean[sensor]) / sd) ** 2
     chi2 = np.bincount(sensor, pull, sensors) * (known - 2) / known

@@ -20,8 +20,8 @@ class StackedConditions:
     Parameters
     ----------
     reading, sensed, vector : Conditions
-        With the nominal readings, what the sensitive axes feel, the corrected vectors; where a pose
-        at rest reads what it should.
+        With the nominal readings, what the sensitive axes sense, the corrected vectors; where a
+        pose at rest reads what it should.
     to_orthogonal : array, shape (S, 3, 3)
         From the sensitive axes to the orthogonal ones.
     """

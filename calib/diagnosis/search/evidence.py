@@ -19,7 +19,7 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
-#: sizes of an effect, noise units, each twice the one before
+#: sizes of an effect, noise units, each twice the one before; numerical
 TAUS = 2.0 ** np.arange(CONSTANTS.octaves_of_size)
 HALF_CAUCHY = TAUS / (1.0 + (TAUS / CONSTANTS.typical_size) ** 2)
 """Derived: its density over the logarithm of tau, up to a factor."""
@@ -27,9 +27,9 @@ HALF_CAUCHY = TAUS / (1.0 + (TAUS / CONSTANTS.typical_size) ** 2)
 LOG_PRIOR = np.log(HALF_CAUCHY / HALF_CAUCHY.sum())
 
 SWEEPS = 2
-"""Times that the size of each effect is chosen anew beside the others'; not tuned."""
+"""Times that the size of each effect is chosen anew beside the others'; not tuned. Numerical."""
 
-#: logarithm of the range of the noise's size
+#: logarithm of the range of the noise's size; derived
 NOISE_RANGE = float(np.log(TAUS[-1] / CONSTANTS.least_noise))
 
 

@@ -21,10 +21,14 @@ from calib.diagnosis.search.steps import Steps, densities, larger, table_at
 from calib.fit.least_squares.result import Fit
 
 SCREENED = 4
-"""Steps and bad poses that take part in the screen of pairs: the best of each."""
+"""Steps and bad poses that take part in the screen of pairs: the best of each. Chosen for time."""
+
+BEHIND_SHARE = 0.1
+"""Of the log odds that the best gains over nothing: a refit can make up as much, since the error of
+the linearisation grows with the signal. A judgement."""
 
 WEIGHED = 10
-"""Sets beside a solution whose evidence is computed with every size averaged."""
+"""Sets beside a solution whose evidence is computed with every size averaged. Chosen for time."""
 
 
 def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Steps[Search]:
@@ -107,7 +111,7 @@ def _refit_singles(state: Search) -> Steps[None]:
     for entry in singles[: 3 * CONSTANTS.singles_refitted]:
         if first is not None:
             gain = first - state.nothing[0]
-            if entry.log_posterior < first - max(CONSTANTS.behind, 0.1 * gain):
+            if entry.log_posterior < first - max(CONSTANTS.behind, BEHIND_SHARE * gain):
                 break
         if state.best().explains and not _has_shape(state, entry.members):
             continue

@@ -47,7 +47,7 @@ class JointConditions:
 
     @cached_property
     def sensed(self) -> Conditions:
-        """The corrected conditions with what the sensitive axes feel."""
+        """The corrected conditions with what the sensitive axes sense."""
         to_sensed = np.array([fit.rows.axes.to_sensed for fit in self.fits])
         vector = self.corrected.vector.reshape(len(self.fits), -1, 3) @ to_sensed.swapaxes(1, 2)
         return self.corrected.with_vector(vector.reshape(-1, 3))

@@ -141,8 +141,8 @@ def _of_courses(
         directions = at.along_vectors
         counted = values[:, at.fits[0].equations.magnitude]
     whole = (counted**2).sum(axis=1).reshape(len(values), -1)
-    felt = values.transpose(0, 2, 3, 1)[..., at.row_pose]
-    columns = (felt * directions.swapaxes(1, 2)[:, None]).reshape(*whole.shape, -1)
+    of_rows = values.transpose(0, 2, 3, 1)[..., at.row_pose]
+    columns = (of_rows * directions.swapaxes(1, 2)[:, None]).reshape(*whole.shape, -1)
     columns[_is_rounding(at, (columns**2).sum(axis=2), whole)] = 0.0
     return columns, [h.course.values[0].size for h in hypotheses[0] if h.course is not None]
 

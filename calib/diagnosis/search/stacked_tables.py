@@ -11,14 +11,11 @@ from calib.diagnosis.hypotheses.signature import Projector
 from calib.diagnosis.search.raw_columns import RawColumns
 from calib.diagnosis.search.table import Spectrum, Table
 from calib.effects.effect import EFFECTS
-from calib.fit.column_scaling import RANK_TOLERANCE
+from calib.fit.column_scaling import NORM_FLOOR, RANK_TOLERANCE
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
-
-NORM_FLOOR = 1e-9
-"""Share of a block's largest column below which a column is zero: rounding."""
 
 
 @dataclass(frozen=True, eq=False)

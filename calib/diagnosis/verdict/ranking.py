@@ -14,7 +14,7 @@ from calib.diagnosis.search.sizes import predicted_size
 from calib.poses.imu_log import FloatArray
 
 LEAST_LEFT = 1e-3
-"""Floor of what a row keeps for itself after the fit."""
+"""Floor of what a row keeps for itself after the fit. Numerical."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -93,7 +93,7 @@ def extend_many(requests: Sequence[Extension]) -> list[Fit | None]:
 
 
 def _extended(requests: Sequence[Extension]) -> list[Equations]:
-    """The rows of the larger models, each after what its poses felt at its base."""
+    """The rows of the larger models, each after what its axes sensed at its base."""
     first = requests[0].base.remembering.extended(requests[0].effects)
     if not all(is_listed(effect) for effect in first.model.effects):
         return [first, *(each.base.remembering.extended(each.effects) for each in requests[1:])]
@@ -123,7 +123,7 @@ Fits = dict[int, Fit | None]
 
 
 def _with_steady_memory(first: Fits) -> Fits:
-    """Each fitted again, after what the poses before felt by the latest, until that is steady."""
+    """Each fitted again, after what the axes sensed in the poses before, until that is steady."""
     best, latest = dict(first), dict(first)
     for _ in range(WEIGHING_MEMORY_ROUNDS):
         moving = {i: fit for i, fit in latest.items()

@@ -35,7 +35,8 @@ from calib.poses.pose_set import PoseSet
 
 SETS_AT_ONCE = 500
 """Sets in one stack, which then stays in a processor's cache. Tuned on ``python -m
-tests.bench.bench_batch``: 0.41 s for 10,000 sets, 0.46 s at half, 0.47 s at double."""
+tests.bench.bench_batch``: 0.41 s for 10,000 sets, 0.46 s at half, 0.47 s at double.
+A limit of memory."""
 
 
 @dataclass(frozen=True, eq=False)

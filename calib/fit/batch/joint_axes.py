@@ -34,7 +34,7 @@ class JointAxes:
         return np.asarray((np.abs(self.gain) >= NO_GAIN).all(axis=1))
 
     def sensed(self, vector: FloatArray) -> FloatArray:
-        """What the sensitive axes feel of vectors (S, n, 3), in their unit."""
+        """What the sensitive axes sense of vectors (S, n, 3), in their unit."""
         return np.asarray(vector @ self.to_sensed.swapaxes(1, 2))
 
     def slopes(self, one: Equations) -> FloatArray:

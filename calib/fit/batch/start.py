@@ -4,12 +4,14 @@ import numpy as np
 
 from calib.fit.batch.linear_algebra import choleskys, inverses, times
 from calib.fit.batch.pose_stack import PoseStack
-from calib.fit.rows.initial_estimate import SAME_MAGNITUDE, UNKNOWNS, Start
+from calib.fit.rows.initial_estimate import UNKNOWNS, Start
 from calib.poses.imu_log import BoolArray, FloatArray
+from calib.poses.reference import SAME_MAGNITUDE
 
 WELL_DETERMINED = 1e3
 """Condition number of the ellipsoid's design up to which its normal equations are solved: they lose
-its square, 1e-10 of the start, which moves an estimate by less than 1e-11 of an sd. Derived."""
+its square, 1e-10 of the start, which moves an estimate by less than 1e-11 of an sd. Derived.
+Numerical."""
 
 
 def starts_of(stack: PoseStack) -> Start:

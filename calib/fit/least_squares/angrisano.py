@@ -29,11 +29,11 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 
-STOP_RULE = 0.0005  #: relative change of q; Angrisano et al.
+STOP_RULE = 0.0005  #: relative change of q; Angrisano et al.; fact
 ITERATIONS = 50  #: numerical limit
 SETTLING_STEPS = 10  #: numerical limit
 AT_REST_SD = 1e-8
-"""Whitened rows that move by less than this no longer move the parameters."""
+"""Whitened rows that move by less than this no longer move the parameters. Numerical."""
 
 NOISE_FREE = 1e-24
 """Below this, per row, the misclosure is rounding, and the rule would divide by it."""

@@ -32,11 +32,11 @@ from calib.poses.imu_log import FloatArray
 
 HALVINGS = 12  #: numerical limit: down to 1/4096 of a step
 LONGEST_SHAPE_STEP = 1.0
-"""Of the logarithm: a factor of e."""
+"""Of the logarithm: a factor of e. Numerical."""
 
 HUBER_SD = 1.5
 """Rows count in full up to here; beyond, their pull stays what it is here. At 1.5 the estimate is
-3.6 % less efficient than least squares on pure noise."""
+3.6 % less efficient than least squares on pure noise. A judgement."""
 
 ROBUST_ROUNDS = 30  #: numerical limit
 STEADY_WEIGHT = 1e-6  #: largest change of a weight when the loss has settled; numerical

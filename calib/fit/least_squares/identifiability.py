@@ -27,13 +27,14 @@ from calib.numbers import NO_LENGTH
 
 CONDITION_LIMIT = 25.0
 """The 18 wedge poses give 1.4, ten usable free-hand poses up to 8; from 25 on the worst
-combination of parameters is known twenty times worse than the best."""
+combination of parameters is known twenty times worse than the best. A judgement."""
 
 FEWEST_SPARE_ROWS = 1  #: derived: without a degree of freedom nothing tests the fit
 GAINS = ("scale", "misalignment")
 
 VISIBLE_SHARE = 0.02
-"""Share of its signal that a combination must keep when the rest of the model is projected out."""
+"""Share of its signal that a combination must keep when the rest of the model is projected out.
+A judgement: its sd is then fifty times that of the combination alone."""
 
 NAMED_SHARE = 0.35
 """Of the largest part of an undetermined combination: a message names the parameters of at least
@@ -43,7 +44,7 @@ ROUNDING = 1e-3
 """Share of an error vector below which its part along the reading is rounding, not a signal."""
 
 LARGEST_REFERENCE_ERROR = 2.0
-"""No plate turns, and no site has gravity, half or twice what was stated."""
+"""No plate turns, and no site has gravity, half or twice what was stated. Fact."""
 
 
 def scaled_condition(jacobian: FloatArray) -> tuple[float, FloatArray]:

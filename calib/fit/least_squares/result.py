@@ -20,18 +20,19 @@ from calib.poses.imu_log import BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
 
 HUBER_VARIANCE = 0.7785
-"""Mean of ψ² for standard normal noise, ``Φ(c) - Φ(-c) - 2cφ(c) + 2c²(1 - Φ(c))`` at 1.5."""
+"""Mean of ψ² for standard normal noise, ``Φ(c) - Φ(-c) - 2cφ(c) + 2c²(1 - Φ(c))`` at 1.5.
+Definition."""
 
 OUTLIER_SD = 4.0
-"""Rows beyond are no noise of the stated sd: of normal rows one in 16000 is."""
+"""Rows beyond are no noise of the stated sd: of normal rows one in 16000 is. Derived."""
 
 MISFIT_P_VALUE = 0.005
 """The one level at which "the stated noise explains the rows" is given up: both triads of a session
-together raise a false alarm in one session of a hundred."""
-
+together raise a false alarm in one session of a hundred. Derived."""
 
 UNDETERMINED_SHARE = 0.02
-"""A parameter is seen by itself when no more of it than this lies outside what was fitted."""
+"""A parameter is seen by itself when no more of it than this lies outside what was fitted.
+A judgement, as ``VISIBLE_SHARE``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,12 +112,12 @@ class Fit:
 
     @property
     def sensed(self) -> FloatArray:
-        """What each sensitive axis felt in every pose, all errors taken off, SI, shape (n, 3)."""
+        """What each sensitive axis sensed in every pose, all errors taken off, SI, shape (n, 3)."""
         return self.rows.axes.sensed(self.rows.vector)
 
     @cached_property
     def remembering(self) -> Equations:
-        """The equations with what the solution felt in the poses before."""
+        """The equations with what the axes sensed by the solution in the poses before."""
         return self.equations.after(self.sensed)
 
     def columns_of(self, effect: Effect, shape: float | None = None) -> FloatArray:

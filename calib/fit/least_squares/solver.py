@@ -10,7 +10,8 @@ A fit with more effects than one at hand (:func:`extend`) is the same problem fr
 
 Shape parameters (the time constant of a warm-up) are unknowns beside all others, from the most
 promising of the effect's starts. What a pose remembers of the one before is evaluated at an
-estimate of what that one felt, first at the start, then at the solution, until it is steady.
+estimate of what the axes sensed in it, first at the start, then at the solution, until it is
+steady.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -42,14 +43,15 @@ __all__ = ["Fit", "extend", "fit"]
 
 MEMORY_ROUNDS = 30  #: numerical limit
 MEMORY_SD = 1e-3
-"""A memory is steady once no row moves by more than this part of its sd."""
+"""A memory is steady once no row moves by more than this part of its sd. Numerical."""
 
 WEIGHING = Precision(30, step_sd=1e-2, idle_sd=1e-3)
-"""Of a fit that is to be weighed against others: chi-square is then exact to 1e-4."""
+"""Of a fit that is to be weighed against others: chi-square is then exact to 1e-4. Numerical."""
 
-WEIGHING_MEMORY_ROUNDS = 5  #: a limit of time
+WEIGHING_MEMORY_ROUNDS = 5  #: a limit of time; numerical
 ENOUGH_MISFIT = 2.0
-"""Chi-square per degree of freedom above which a warm start tries the shapes' other starts."""
+"""Chi-square per degree of freedom above which a warm start tries the shapes' other starts.
+A judgement."""
 
 
 def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
@@ -239,7 +241,7 @@ def _converged(problem: Problem, solution: Solution) -> Fit:
 
 
 def _with_steady_memory(first: Fit, again: Callable[[Fit], Fit], rounds: int) -> Fit:
-    """``first`` fitted ``again``, each time after what the poses before felt by the latest."""
+    """``first`` fitted ``again``, each time after what the axes sensed in the poses before."""
     if not any("previous" in effect.needs for effect in first.model.effects):
         return first
     best = latest = first
@@ -274,10 +276,11 @@ def memory_change(fit: Fit) -> float:
     equations = fit.equations
     effects = equations.on_sensor
     theta = fit.theta[equations.sensor_index]
-    felt = [equations.at_start.previous, fit.poses.conditions(fit.rows.vector, fit.sensed).previous]
+    solved = fit.poses.conditions(fit.rows.vector, fit.sensed).previous
     at = equations.conditions(fit.rows.vector)
     before, after = (
-        sensor_columns(effects, at.with_previous(each), fit.shapes, fit.rows.axes) for each in felt
+        sensor_columns(effects, at.with_previous(each), fit.shapes, fit.rows.axes)
+        for each in (equations.at_start.previous, solved)
     )
     moved = equations.whitened(((after - before) @ theta)[:, :, None], fit.rows.vector)
     return float(np.abs(moved).max())

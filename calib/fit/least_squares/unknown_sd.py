@@ -25,19 +25,21 @@ from calib.poses.pose_set import PoseSet
 
 SAME_ATTITUDE = math.radians(5.0)
 """A sensor laid down again on the same face of a box lies within this. What the model misses
-differs little between such poses, and counts as noise."""
+differs little between such poses, and counts as noise. A judgement."""
 
 LEAST_REPEATS = 5.0
-"""Degrees of freedom that a test of the model needs."""
+"""Degrees of freedom that a test of the model needs. A judgement."""
 
 BY_RESIDUALS = 1.0
-"""Degrees of freedom stated for sds that say nothing of the model: its test then never fires."""
+"""Degrees of freedom stated for sds that say nothing of the model: its test then never fires.
+Derived."""
 
 SMALLEST_SD = 1e-9
-"""Of a typical reading: a converter of 24 bits, the finest, steps by 6e-8 of its range."""
+"""Of a typical reading: a converter of 24 bits, the finest, steps by 6e-8 of its range. Derived."""
 
 START_SD = 1e-3
-"""Of the reference, for the first of two fits; it only weighs common errors against the rest."""
+"""Of the reference, for the first of two fits; it only weighs common errors against the rest.
+Numerical."""
 
 
 def has_sds(poses: PoseSet) -> bool:

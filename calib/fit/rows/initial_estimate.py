@@ -13,11 +13,10 @@ import numpy as np
 from calib.fit.model import Model
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
+from calib.poses.reference import SAME_MAGNITUDE
 
-UNKNOWNS = 9  #: coefficients of a quadric of one size
+UNKNOWNS = 9  #: coefficients of a quadric of one size; definition
 SMALLEST_SINGULAR_VALUE = 1e-6  #: relative to the largest; numerical, far below what a fit accepts
-SAME_MAGNITUDE = 0.01
-"""Plate rates this close (both directions of one setting) count as one for the start."""
 
 
 @dataclass(frozen=True, eq=False)

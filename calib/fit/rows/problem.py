@@ -17,7 +17,8 @@ from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.poses.imu_log import FloatArray
 
 CONVERGED_SD = 1e-3
-"""Where no row moves by more than this part of its sd, an iteration that stopped has converged."""
+"""Where no row moves by more than this part of its sd, an iteration that stopped has converged.
+Numerical."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Precision:
 
 EXACT = Precision(60, 1e-7)
 """Of a calibration: Gauss-Newton then is closer to the minimum by another factor of the relative
-residual, below 1e-9 in every parameter."""
+residual, below 1e-9 in every parameter. Numerical."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -54,7 +54,7 @@ class Equations:
         n poses.
     model : Model
     sensed : array, shape (n, 3), optional
-        What each sensitive axis felt in its pose, SI, for the memory of the pose before; by the
+        What each sensitive axis sensed in its pose, SI, for the memory of the pose before; by the
         start where it is not given.
     whitening : Whitening, optional
         That of ``poses``, where it is known already.
@@ -112,8 +112,8 @@ class Equations:
         """The same rows where the axes ``sensed`` (n, 3) in the poses, SI: what they remember."""
         later = copy(self)
         later.__dict__.pop("probes", None)
-        felt = self.poses.conditions(self.whitening.vector, sensed).previous
-        later.at_start = self.at_start.with_previous(felt)
+        previous = self.poses.conditions(self.whitening.vector, sensed).previous
+        later.at_start = self.at_start.with_previous(previous)
         return later
 
     def _hold(self, model: Model) -> None:

@@ -1,4 +1,4 @@
-"""Effects of the sensor act on what its sensitive axes feel.
+"""Effects of the sensor act on what its sensitive axes sense.
 
 An effect F acts on ``u = T⁻¹ s``, s the corrected vector and T of Angrisano et al. eq. (2), the
 columns of M over its diagonal: ``C(s) = T F(T⁻¹ s)``. The corrected vector solves
@@ -21,15 +21,16 @@ from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 
 FIXED_POINT_STEPS = 12
-"""Derived: an effect that changes the gain by a tenth has then converged to 1e-12."""
+"""Derived: an effect that changes the gain by a tenth has then converged to 1e-12. Numerical."""
 
 NEWTON_STEPS = 30  #: numerical limit
-FIXED_POINT_TOLERANCE = 1e-14  #: relative; rounding
-SOLVED = 1e-9  #: relative; vectors that still move by less are solved as far as any sd asks for
+FIXED_POINT_TOLERANCE = 1e-14  #: relative; numerical: rounding
+SOLVED = 1e-9  #: relative; vectors that move by less are solved for any sd; numerical
 RUNAWAY = 1e3  #: relative; numerical: a step so long never comes back
 NO_GAIN = 1e-9  #: of the data sheet's gain; numerical: an axis that gives nothing
 SLOPE_STEP = 1e-4
-"""Relative step of the central difference dC/ds; exact for effects of second order in s."""
+"""Relative step of the central difference dC/ds; exact for effects of second order in s.
+Numerical."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +49,7 @@ class Axes:
     to_sensed: FloatArray
 
     def sensed(self, vector: FloatArray) -> FloatArray:
-        """What the sensitive axes feel, ``T⁻¹ s``.
+        """What the sensitive axes sense, ``T⁻¹ s``.
 
         Parameters
         ----------
@@ -63,7 +64,7 @@ class Axes:
         return np.asarray(vector @ self.to_sensed.T)
 
 
-ALIGNED = Axes(np.eye(3), np.eye(3))  #: sensitive axes that are the orthogonal ones
+ALIGNED = Axes(np.eye(3), np.eye(3))  #: sensitive axes that are the orthogonal ones; definition
 
 
 def axes_of(matrix: FloatArray) -> Axes:

@@ -21,7 +21,8 @@ from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.poses.imu_log import FloatArray
 
 DIFFERENCE_STEP = 1e-4
-"""Of the logarithm of a shape parameter: central differences are exact to 1e-8 of themselves."""
+"""Of the logarithm of a shape parameter: central differences are exact to 1e-8 of themselves.
+Numerical."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from calib.poses.imu_log import AXES
 
 LARGEST_SHARE = 0.1
 """The sds are those of a linear fit: at a relative sd r its curvature moves a parameter by r sds. A
-data sheet states most gains to 3 %: ten are no calibration."""
+data sheet states most gains to 3 %: ten are no calibration. Derived."""
 
 
 def undetermined(parameters: TriadParameters, magnitude: float) -> tuple[str, ...]:

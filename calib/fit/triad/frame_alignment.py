@@ -28,10 +28,10 @@ LARGEST_PLACEMENT_M = 0.5  #: fact: beyond the rim of any plate
 PLACEMENT_STEPS = 60  #: numerical limit: a step about doubles a variance that is far too small
 PLACEMENT_TOLERANCE = 1e-12  #: of chi-square over its degrees of freedom; numerical
 EFFECTIVE_SAMPLES = 100.0
-"""Independent samples that a pose of some ten seconds is worth at least."""
+"""Independent samples that a pose of some ten seconds is worth at least. A judgement."""
 
 LEAST_SINGULAR = 1e-6
-"""Relative singular value below which the lever is not seen and stays at zero."""
+"""Relative singular value below which the lever is not seen and stays at zero. Numerical."""
 
 
 @dataclass(frozen=True, eq=False)

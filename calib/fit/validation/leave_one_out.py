@@ -14,10 +14,11 @@ from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray, IntArray
 
 LINEAR_SD = 0.01
-"""Error of a linear step, in sds of a row, that leave-one-out errors are allowed."""
+"""Error of a linear step, in sds of a row, that leave-one-out errors are allowed. Numerical."""
 
 LARGEST_LEVERAGE = 0.999
-"""A pose that the fit passes through exactly has no leave-one-out error to speak of."""
+"""A pose that the fit passes through exactly has no leave-one-out error to speak of.
+A judgement."""
 
 
 @dataclass(frozen=True, eq=False)

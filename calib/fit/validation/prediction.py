@@ -15,22 +15,23 @@ from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import axes_of, sensor_columns
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.validation.leave_one_out import redundancy
-from calib.poses.attitudes import natural_directions
+from calib.poses.attitudes import natural_directions, spread_directions
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
-from calib.poses.reference import Reference
+from calib.poses.reference import SAME_MAGNITUDE, Reference
 
 SPREAD_DIRECTIONS = 200
-"""Beside the 26 natural ones, 14° apart: the sd is a smooth function of second order in n."""
+"""Beside the 26 natural ones, 14° apart: the sd is a smooth function of second order in n.
+Numerical."""
 
-SAME_MAGNITUDE = 0.01  #: relative; a gain's error is the same at both to 1 % of itself
 LARGEST_TO_POSE = 1.5
 """Where a calibration knows a direction this many times worse than one pose laid there would show,
 that pose would nearly halve its error there. 18 wedge poses stay at 0.8; without those of one face
-and the edges beside it 2."""
+and the edges beside it 2. A judgement."""
 
 MOST_WANTED = 8
-"""Directions that an advice lists; where more are missing, as many again come with the next run."""
+"""Directions that an advice lists; where more are missing, as many again come with the next run.
+A judgement."""
 
 LEAST_REDUNDANCY = 0.01
 """Share of a pose's own error that its residual shows. Derived: an error is noticed (in 8 of 10
@@ -75,15 +76,6 @@ class Prediction:
     def times_a_pose(self) -> float:
         """How many times worse than one pose there would show the worst direction is known."""
         return self.noise_worst / self.pose_sd
-
-
-def spread_directions(count: int) -> FloatArray:
-    """``count`` unit vectors spread evenly over the sphere (Fibonacci's spiral), (count, 3)."""
-    i = np.arange(count) + 0.5
-    z = 1 - 2 * i / count
-    azimuth = np.pi * (1 + np.sqrt(5)) * i
-    radius = np.sqrt(1 - z**2)
-    return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z], axis=1)
 
 
 def predict(calibration: TriadCalibration) -> Prediction | None:

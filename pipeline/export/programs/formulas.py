@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from calib.effects.effect import EFFECTS, REFERENCE_TEMPERATURE_C, Effect
-from calib.effects.environment import SECONDS_PER_HOUR
 from calib.effects.expression import Expression, read_expression
 from calib.fit.triad.rotation import cross_matrix
+from calib.numbers import SECONDS_PER_HOUR
 from calib.poses.imu_log import AXES, FloatArray
 from pipeline.results.read import StoredTriad
 

@@ -5,10 +5,13 @@ import pytest
 from scipy.signal import lfilter
 
 from calib.errors import Undetermined, UnusableLog
-from calib.poses.averaging import average_pose, batch_variance
+from calib.poses import pose_checks
+from calib.poses.averaging import average_pose
+from calib.poses.batches import batch_variance
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 from calib.poses.mean_noise import pose_mean_sd
+from calib.poses.pose_checks import is_still
 from tests.calib.poses.pose_mean_coverage import coverage
 
 RATE_HZ = 100.0
@@ -183,3 +186,15 @@ def test_poses_too_short_for_their_noise_are_told(seconds: float, tau_s: float) 
 @pytest.mark.parametrize("step", [0.5, 2, 20])
 def test_the_sds_cover_a_converter_of_any_step(step: float) -> None:
     assert coverage(8, 0.01, 0, step, sessions=15).covered > 0.93
+
+
+def test_no_pose_of_white_noise_strays_by_the_limit_and_some_stray_by_half_of_it() -> None:
+    """Samples far noisier than any shift that a pose may have: the noise alone decides."""
+    rng = np.random.default_rng(1)
+    poses = rng.standard_normal((10_000, 12, 3))
+    assert all(is_still(pose, 0.0, 0.0) for pose in poses)
+    still = pose_checks.LARGEST_SHIFT_SD / 2
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pose_checks, "LARGEST_SHIFT_SD", still)
+        moved = np.mean([not is_still(pose, 0.0, 0.0) for pose in poses])
+    assert 0.005 < moved < 0.012

@@ -10,10 +10,10 @@ from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.triad.calibration import calibrate_triad
 from calib.poses.averaging import average_pose
-from calib.poses.converter_steps import least_steps, value_steps
+from calib.poses.converter_steps import least_steps, step_variance, value_steps
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
-from calib.poses.mean_noise import pose_mean_sd, step_variance
+from calib.poses.mean_noise import pose_mean_sd
 from tests.fitting import pose_sets
 from tests.world.designs import paper_design
 from tests.world.imu import Triad, mpu6050

@@ -182,3 +182,12 @@ def test_turns_are_counted_where_the_plate_was_seen() -> None:
     for phase in (track.phase_rad, gaps):
         turns = replace(track, phase_rad=phase).apparent_turns
         assert turns == pytest.approx(0.5 * time[-1] / (2 * np.pi))
+
+
+def test_turns_are_counted_over_gaps_of_almost_half_a_turn() -> None:
+    """The shortest way from 13 frames before to the next would be back: a quarter of a turn."""
+    time = np.arange(120) / 15
+    track = phase_track(time, 3.48 * time)
+    shown = np.mod(3.48 * time, 2 * np.pi) < 3.2
+    turns = replace(track, phase_rad=np.where(shown, track.phase_rad, np.nan)).apparent_turns
+    assert turns == pytest.approx(3.48 * time[-1] / (2 * np.pi))

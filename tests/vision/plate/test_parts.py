@@ -23,11 +23,11 @@ def found(light: Light) -> EqualParts | None:
     """Of frames in which a place at (radius, azimuth) on the true plate has a light by time."""
     rng = np.random.default_rng(1)
 
-    def sample(view: PlateView, azimuths: int) -> tuple[Grid, Strips]:
+    def sample(view: PlateView, azimuths: int, frames: slice) -> tuple[Grid, Strips]:
         grid = polar_grid(view, RADII, azimuths, SHAPE)
         radius, azimuth = TRUE.plate(grid.x.astype(float), grid.y.astype(float))
         strips = light(radius, azimuth) + rng.normal(0, 3, (FRAMES, *radius.shape))
-        return grid, strips.astype(np.float32)
+        return grid, strips[frames].astype(np.float32)
 
     return equal_parts(GUESS, sample, 1024, TIME)
 

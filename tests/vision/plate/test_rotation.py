@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from tests.vision.rendered_clips import Render
 from vision.errors import RateRefused
 from vision.geometry import PlateOverride
-from vision.plate.polar import ring_spectra
-from vision.plate.rotation import CoarseRotation, coarse_rotation
+from vision.plate.low_orders import ORDERS
+from vision.plate.rotation import CoarseRotation, RotationSearch
 from vision.tracking.track import track_phase
 
 FloatArray = NDArray[np.float64]
@@ -34,7 +34,8 @@ def turned(strip: FloatArray, angle_rad: FloatArray) -> FloatArray:
 
 
 def spin(strips: FloatArray) -> CoarseRotation:
-    return coarse_rotation(ring_spectra(strips.astype(np.float32)), WEIGHT, TIME)
+    spectra = np.fft.rfft(strips, axis=2)[:, :, 1 : ORDERS + 1] / AZIMUTHS
+    return RotationSearch(TIME).about(spectra.transpose(2, 1, 0).astype(np.complex64), WEIGHT)
 
 
 def in_place(kind: str, rng: np.random.Generator) -> FloatArray:

@@ -7,7 +7,8 @@ from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.triad.calibration import calibrate_triad
-from calib.fit.validation.prediction import predict, spread_directions
+from calib.fit.validation.prediction import predict
+from calib.poses.attitudes import spread_directions
 from calib.poses.imu_log import Triad
 from tests.calib.made_poses import (
     GRAVITY,

@@ -1,0 +1,147 @@
+"""Which tests fail with a threshold halved or doubled.
+
+    python -m tests.bench.tested_thresholds [--only MODULE[.NAME]]
+
+For thresholds that a few quick tests hold: how sensors are mounted, how pose means are weighed,
+which samples froze, what the noise of a log shows, what a lot shows, what a recording does. Tests
+are real cases with an answer that is known otherwise; one that fails may mean that the answer is
+wrong, or that a message states the threshold. "No case fails" means that no case is near.
+"""
+
+import argparse
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, redirect_stdout
+from importlib import import_module
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from tests.paths import ROOT
+
+FACTORS = (0.5, 2.0)
+#: Module, thresholds, and the tests that hold them.
+HELD: tuple[tuple[str, Sequence[str], Sequence[str]], ...] = (
+    ("pipeline.record.pose_detector", (
+        "HOP_S", "WINDOW_HOPS", "STEADY_HOPS", "CEILING", "MOVED_RATIO", "STEADY_CHANGE",
+        "STEADY_SD", "MOVED_DEG", "SAME_SPEED"), ("pipeline/record/test_pose_detector.py",)),
+    ("calib.poses.averaging", ("LEAST_PER_TURN", "LONGEST_PAUSE"),
+     ("calib/poses/test_averaging.py",)),
+    ("calib.poses.mean_noise", (
+        "LEAST_BY_CHANCE", "LARGEST_TYPICAL", "SIMILAR_LENGTH", "NOISE_DOF_PER_POSE",
+        "LARGEST_RATIO", "FIRST_ORDER_S", "UNCERTAIN_RATIO", "RATIO_SD", "SHORTEST_S"),
+     ("calib/poses/test_averaging.py", "calib/poses/test_mean_sds.py")),
+    ("calib.poses.creep", ("SEEN_CHI2",), ("calib/poses",)),
+    ("calib.poses.drift_within", ("FEWEST_OTHERS",), ("calib/poses/test_drift_within.py",)),
+    ("calib.poses.frozen", ("FALSE_ALARM", "SHORTEST_BLOCK"), ("calib/poses/test_frozen.py",)),
+    ("calib.poses.reference", ("PLAUSIBLE_RATIO",), ("calib/poses/test_runs.py",)),
+    ("calib.poses.runs", ("TURNING_RAD_S",), ("calib/poses/test_runs.py", "calib/mounting")),
+    ("calib.mounting.floor_slope", ("STEEPEST_FLOOR_RAD", "REVERSAL_SD_RAD"), ("calib/mounting",)),
+    ("calib.mounting.heading", (
+        "MEAN_S", "STRETCH_MEANS", "LARGEST_STUDENT", "SHORTEST_DRIVE_S", "WEAKEST_PUSH_M_S2",
+        "LARGEST_ACROSS", "MARKED_SHARE"), ("calib/mounting/test_heading.py",)),
+    ("calib.mounting.mounting", ("EXPLAINED_SD", "LOCK_COSINE", "SHORTEST_LOG_S"),
+     ("calib/mounting",)),
+    ("calib.mounting.still_reading", ("LARGEST_OFFSET_RAD_S", "SAME_PLACE_M_S2", "SAME_PLACE_SD"),
+     ("calib/mounting",)),
+    ("calib.noise.allan", ("LONGEST",), ("calib/noise",)),
+    ("calib.noise.coefficients", ("OPTIONAL_SDS", "SEEN_SDS", "LUCK"), ("calib/noise",)),
+    ("calib.fit.triad.determined", ("LARGEST_SHARE",), ("calib/fit/triad",)),
+    ("calib.fit.triad.frame_alignment", ("LARGEST_PLACEMENT_M", "EFFECTIVE_SAMPLES"),
+     ("calib/fit/triad",)),
+    ("calib.fit.validation.prediction", ("LARGEST_TO_POSE", "LEAST_REDUNDANCY"),
+     ("calib/fit/validation",)),
+    ("calib.fit.least_squares.identifiability", (
+        "CONDITION_LIMIT", "VISIBLE_SHARE", "LARGEST_REFERENCE_ERROR"),
+     ("calib/fit/least_squares/test_solver.py", "calib/fit/least_squares/test_stopped.py")),
+    ("calib.fit.least_squares.result", ("OUTLIER_SD", "UNDETERMINED_SHARE"),
+     ("calib/fit/least_squares/test_solver.py", "calib/fit/least_squares/test_stopped.py")),
+    ("calib.fit.least_squares.unknown_sd", ("LEAST_REPEATS", "SAME_ATTITUDE"), ("calib/notebook",)),
+    ("calib.notebook.tables", ("FAR", "NEAR"), ("calib/notebook",)),
+    ("calib.diagnosis.next_measurement.kind", ("FEW_ATTITUDES", "SAME_SPEED", "SWEEP_K"),
+     ("calib/diagnosis/test_session_kinds.py",)),
+    ("calib.diagnosis.unseen", ("LEAST_SHARE",), ("calib/diagnosis/test_unseen.py",)),
+    ("calib.diagnosis.population.pool", (
+        "FALSE_ALARM", "AS_STRONG", "WILD_P_VALUE", "FEWEST_DOF_OF_VARIANCE"),
+     ("calib/diagnosis/population",)),
+    ("calib.diagnosis.population.repeatability", ("FEWEST_DOF_OF_MEAN", "DRIFT_LEVEL"),
+     ("calib/diagnosis/population",)),
+    ("calib.diagnosis.population.spread", ("UNLIKE_LEVEL", "FEWEST_SENSORS"),
+     ("calib/diagnosis/population",)),
+)
+
+
+def multiplied(value: Any, factor: float) -> Any:
+    """A number, or each number of a mapping, times ``factor``."""
+    if isinstance(value, dict):
+        return {key: multiplied(each, factor) for key, each in value.items()}
+    return type(value)(value * factor)
+
+
+@contextmanager
+def changed(module: ModuleType, name: str, factor: float) -> Iterator[None]:
+    """Another value of a threshold, in every module of the product that has imported it."""
+    value = getattr(module, name)
+    holders = [each for path, each in list(sys.modules.items())
+               if path.split(".")[0] in ("calib", "pipeline") and vars(each).get(name) is value]
+    new = multiplied(value, factor)
+    for each in holders:
+        setattr(each, name, new)
+    try:
+        yield
+    finally:
+        for each in holders:
+            setattr(each, name, value)
+
+
+class Counted:
+    """How many tests ran, and the names of those that failed."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.failed: list[str] = []
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Called by pytest for each part of each test."""
+        self.count += report.when == "call"
+        if report.failed:
+            self.failed.append(report.nodeid.partition("::")[2])
+
+
+def outcome(tests: Sequence[str]) -> Counted:
+    """The tests in files or folders of ``tests/``."""
+    counted = Counted()
+    paths = [str(ROOT / "tests" / each) for each in tests]
+    with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
+        pytest.main(["--numprocesses=0", *paths], plugins=[counted])
+    return counted
+
+
+def main() -> None:
+    """A row of a table for each threshold."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--only", default="")
+    only = parser.parse_args().only
+    print("| threshold | value | × 0.5 | × 2 |\n|---|---|---|---|")
+    for path, names, tests in HELD:
+        for name in names:
+            if not f"{path}.{name}.".startswith(f"{only}." if only else ""):
+                continue
+            module = import_module(path)
+            cells = []
+            for factor in FACTORS:
+                with changed(module, name, factor):
+                    cases = outcome(tests)
+                failed = len(cases.failed) or "none"
+                verb = "fails" if failed in (1, "none") else "fail"
+                cells.append(f"{failed} of {cases.count} cases {verb}")
+                for each in cases.failed:
+                    print(f"  {name} x {factor:g}: {each}", file=sys.stderr)
+            print(f"| `{path}.{name}` | {getattr(module, name)} | {' | '.join(cells)} |",
+                  flush=True)
+
+
+if __name__ == "__main__":
+    main()
