@@ -4,9 +4,10 @@
                                             [--categories hand_held,bump] [--keep DIR]
 
 The records are those that the clips of ``threshold_sensitivity`` do not touch: registration,
-fields, the motion of the camera, whether anything moves, the smallest area that does, the inertia
-of a plate whose mark leaves the frame, frames that show no angle, the orders that look standing,
-plates of equal parts. The clips are those of ``clip_study``, by default of the categories below;
+fields, the motion of the camera, whether anything moves, the smallest area that does, two outlines
+of one rim, the inertia of a plate whose mark leaves the frame, frames that show no angle, the
+orders that look standing, plates of equal parts. The clips are those of ``clip_study``, by default
+of the categories below;
 clips already in DIR are used again.
 """
 
@@ -18,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 import vision.plate.background
+import vision.plate.choice
 import vision.plate.detect
 import vision.plate.fields
 import vision.plate.inertia
@@ -43,6 +45,7 @@ RECORDS = (
     (vision.plate.background.CHANGE, None),
     (vision.tracking.camera_motion.THRESHOLDS, "moved_px"),
     (vision.plate.detect.THRESHOLDS, "smallest_moving"),
+    (vision.plate.choice.THRESHOLDS, "same_rim"),
     (vision.plate.inertia.THRESHOLDS, None),
     (vision.plate.template.THRESHOLDS, None),
     (vision.plate.parts.THRESHOLDS, None),
