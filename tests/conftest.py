@@ -3,6 +3,7 @@
 import os
 import signal
 
+import pytest
 from hypothesis import settings
 
 settings.register_profile("same", derandomize=True)
@@ -16,3 +17,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # that interrupt what they start.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Recordings begin first: others work while they wait for devices played in real time."""
+    items.sort(key=lambda item: not item.nodeid.startswith("tests/pipeline/record/"))

@@ -1,4 +1,8 @@
-"""The whole tree is clean by ruff and by mypy in strict mode, and every bench can be begun."""
+"""The whole tree is clean by ruff, and every bench can be begun.
+
+Types are checked by ``python -m mypy``, which ``.ci/run`` does after the tests: in a fresh clone,
+which has no cache, it takes 25 s.
+"""
 
 import importlib
 import subprocess
@@ -9,15 +13,9 @@ import pytest
 from tests.paths import ROOT
 
 
-@pytest.mark.parametrize(
-    "checker",
-    [["ruff", "check", "--no-cache", "."], ["mypy"]],
-    ids=["ruff", "mypy"],
-)
-def test_the_tree_is_clean(checker: list[str]) -> None:
-    said = subprocess.run(
-        [sys.executable, "-m", *checker], cwd=ROOT, capture_output=True, text=True, check=False
-    )
+def test_the_tree_is_clean() -> None:
+    said = subprocess.run([sys.executable, "-m", "ruff", "check", "--no-cache", "."], cwd=ROOT,
+                          capture_output=True, text=True, check=False)
     assert said.returncode == 0, said.stdout + said.stderr
 
 

@@ -22,7 +22,7 @@ MIDDLE = {"paper": 32767.5, "rich": 0.0}
 def write_base(folder: Path) -> None:
     """The sessions without a fault: ``paper`` (one speed) and ``rich`` (five runs)."""
     write_session(folder / "paper", simulate(paper_design().scaled(sample_rate=0.5), 1), film=False)
-    write_session(folder / "rich", simulate(rich_design().scaled(sample_rate=0.5), 2), film=False)
+    write_session(folder / "rich", simulate(rich_design().scaled(sample_rate=0.2), 2), film=False)
 
 
 def copy_of(base: Path, name: str, to: Path) -> Path:

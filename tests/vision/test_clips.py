@@ -10,7 +10,7 @@ from vision.tracking.track import track_phase
 pytest.importorskip("av", reason="rendering clips needs PyAV")
 
 from tests.vision.phase_tracks import CLOCK
-from tests.vision.rendered_clips import Render
+from tests.vision.rendered_clips import Render, small_scene
 from tests.world.film import Recorder, Scene
 from tests.world.plate import PlateMotion
 from tests.world.scene import Mark, homography
@@ -96,7 +96,8 @@ def test_the_rim_is_found_where_only_the_label_turns_about_the_middle_of_its_ell
 
 def test_frame_faults_of_a_recorder_are_found_counted_and_repaired(render: Render) -> None:
     motion = PlateMotion(33.3 * RPM)
-    path, truth = render(motion, seconds=12, recorder=Recorder(lost=0.02, duplicated=0.03))
+    path, truth = render(motion, small_scene(), seconds=12,
+                         recorder=Recorder(lost=0.02, duplicated=0.03))
     rate = measure_rate(track_phase(path), timebase=CLOCK)
     assert rate.frames.dropped == truth.lost_before.sum() > 0
     assert rate.frames.repeated == truth.duplicate.sum() > 0
@@ -106,7 +107,7 @@ def test_frame_faults_of_a_recorder_are_found_counted_and_repaired(render: Rende
 def test_dropped_frames_with_true_stamps_and_jitter_cost_nothing(render: Render) -> None:
     motion = PlateMotion(-33.3 * RPM)
     recorder = Recorder(dropped=0.06, jitter_s=4e-3)
-    path, truth = render(motion, seconds=9, recorder=recorder, suffix=".mkv")
+    path, truth = render(motion, small_scene(), seconds=9, recorder=recorder, suffix=".mkv")
     track = track_phase(path)
     assert np.abs(track.time_s - truth.stamp_s).max() < 0.6e-3  # mkv stores milliseconds
     rate = measure_rate(track, timebase=CLOCK)
@@ -117,7 +118,8 @@ def test_dropped_frames_with_true_stamps_and_jitter_cost_nothing(render: Render)
 def test_a_recorder_that_stalls_does_not_lay_two_plates_over_each_other(render: Render) -> None:
     """The rough angle knows nothing of the turn that is missing; a plate of two marks came out."""
     motion = PlateMotion(33.3 * RPM)
-    path, truth = render(motion, seconds=18, recorder=Recorder(stalled_s=(8.0, 9.3)))
+    path, truth = render(motion, small_scene(), seconds=18,
+                         recorder=Recorder(stalled_s=(8.0, 9.3)))
     track = track_phase(path)
     away = np.angle(np.exp(1j * (track.phase_rad - truth.angle_rad)))
     assert np.ptp(away) < 0.01
@@ -128,7 +130,7 @@ def test_a_recorder_that_stalls_does_not_lay_two_plates_over_each_other(render: 
 
 def test_a_clip_of_uneven_frame_rate_is_not_taken_for_a_damaged_one(render: Render) -> None:
     """Matroska states no count; length times frame rate is far from it."""
-    path, _ = render(PlateMotion(33.3 * RPM), seconds=8, suffix=".mkv",
+    path, _ = render(PlateMotion(33.3 * RPM), small_scene(), seconds=8, suffix=".mkv",
                      recorder=Recorder(dropped=0.4))
     assert track_phase(path).notes == ()
 
@@ -137,7 +139,7 @@ def test_a_clip_of_uneven_frame_rate_is_not_taken_for_a_damaged_one(render: Rend
 def test_frames_shown_twice_do_not_hide_the_plate(camera_fps: float, render: Render) -> None:
     """As of a webcam in the dark, in a clip of 30 frames per second."""
     motion, camera = PlateMotion(33.3 * RPM), Recorder(camera_fps=camera_fps)
-    path, truth = render(motion, fps=30, seconds=7, recorder=camera)
+    path, truth = render(motion, small_scene(), fps=30, seconds=7, recorder=camera)
     track = track_phase(path)
     assert track.notes == ()
     assert (track.duplicate == truth.duplicate).mean() > 0.98
@@ -184,7 +186,7 @@ def test_strobe_dots_alone_give_the_set_of_rates_and_the_nominal_one_chooses(
 
 def test_an_aliased_plate_lists_its_rates_and_takes_the_nominal_one(render: Render) -> None:
     motion = PlateMotion(600 * RPM)
-    path, _ = render(motion, Scene(exposure_s=1 / 500), seconds=6)
+    path, _ = render(motion, small_scene(exposure_s=1 / 500), seconds=6)
     track = track_phase(path)
     assert abs(error_ppm(measure_rate(track, timebase=CLOCK, nominal_rpm=600), motion)) < 20
     blind = measure_rate(track, timebase=CLOCK)
@@ -195,7 +197,7 @@ def test_an_aliased_plate_lists_its_rates_and_takes_the_nominal_one(render: Rend
 @pytest.mark.parametrize("rpm", [45.0, -78.26])
 def test_an_ordinary_speed_at_15_frames_per_second_is_no_alias(rpm: float, render: Render) -> None:
     motion = PlateMotion(rpm * RPM)
-    path, _ = render(motion, Scene(exposure_s=1 / 200), seconds=6)
+    path, _ = render(motion, small_scene(exposure_s=1 / 200), seconds=6)
     track = track_phase(path)
     for nominal_rpm in (None, abs(rpm)):
         rate = measure_rate(track, timebase=CLOCK, nominal_rpm=nominal_rpm)
@@ -210,7 +212,7 @@ def test_an_ordinary_speed_at_15_frames_per_second_is_no_alias(rpm: float, rende
 
 def test_a_coasting_plate_is_refused_with_its_rate_against_time(render: Render) -> None:
     motion = PlateMotion(45 * RPM, coast_from_s=3, coast_s=8)
-    path, _ = render(motion, seconds=14)
+    path, _ = render(motion, small_scene(), seconds=14)
     with pytest.raises(RateRefused, match="slows down") as refused:
         measure_rate(track_phase(path), timebase=CLOCK)
     history = refused.value.history
@@ -221,7 +223,7 @@ def test_a_coasting_plate_is_refused_with_its_rate_against_time(render: Render) 
 
 
 def test_a_plate_at_rest_is_refused(render: Render) -> None:
-    path, _ = render(PlateMotion(0.0), seconds=6)
+    path, _ = render(PlateMotion(0.0), small_scene(), seconds=6)
     with pytest.raises(RateRefused):
         measure_rate(track_phase(path), timebase=CLOCK)
 

@@ -20,17 +20,18 @@ av = pytest.importorskip("av", reason="rendering clips needs PyAV")
 
 from tests.vision.edited_clips import Image, again  # noqa: E402
 from tests.vision.phase_tracks import CLOCK  # noqa: E402
-from tests.vision.rendered_clips import Render  # noqa: E402
-from tests.world.film import Recorder, Scene  # noqa: E402
+from tests.vision.rendered_clips import Render, small_scene  # noqa: E402
+from tests.world.film import Recorder  # noqa: E402
 from tests.world.plate import PlateMotion  # noqa: E402
 
 RPM = 2 * np.pi / 60
 MOTION = PlateMotion(33.3 * RPM)
+SCENE = small_scene()
 
 
 @pytest.fixture(scope="module")
 def clip(render: Render) -> Path:
-    return render(MOTION, seconds=8)[0]
+    return render(MOTION, SCENE, seconds=8)[0]
 
 
 def test_a_name_with_colons_is_a_file_and_no_protocol(
@@ -139,7 +140,7 @@ def test_one_frame_is_not_enough(render: Render) -> None:
 
 @pytest.mark.parametrize("pixel_format", ["yuv420p10le", "gray", "yuv444p", "yuvj420p"])
 def test_other_pixel_formats_give_the_same_rate(pixel_format: str, render: Render) -> None:
-    path, _ = render(MOTION, seconds=8, recorder=Recorder(pixel_format=pixel_format))
+    path, _ = render(MOTION, SCENE, seconds=8, recorder=Recorder(pixel_format=pixel_format))
     assert abs(rate_of(path).rate_rad_s / MOTION.rate_rad_s - 1) < 1e-4
 
 
@@ -202,10 +203,10 @@ def test_two_plates_in_view_are_not_mixed(clip: Path, tmp_path: Path) -> None:
 
 
 def test_the_rim_given_by_hand_is_used(clip: Path) -> None:
-    given = PlateOverride(centre_px=(233.0, 181.0), radius_px=145.0)
+    given = PlateOverride(centre_px=(155.3, 120.7), radius_px=96.3)
     assert abs(rate_of(clip, plate=given).rate_rad_s / MOTION.rate_rad_s - 1) < 1e-4
     with pytest.raises(RateRefused, match="turns about a fixed axis"):
-        track_phase(clip, plate=PlateOverride(centre_px=(60.0, 60.0), radius_px=40.0))
+        track_phase(clip, plate=PlateOverride(centre_px=(40.0, 40.0), radius_px=26.7))
 
 
 def test_how_each_frame_is_coded_is_read_from_the_file(clip: Path) -> None:
@@ -245,8 +246,8 @@ def test_the_annotated_frame_shows_plate_and_centre(clip: Path) -> None:
     shown = cv2.imdecode(track_phase(clip).annotated, cv2.IMREAD_COLOR)
     assert shown is not None
     assert shown.dtype == np.uint8
-    assert shown.shape == (360, 480, 3)
-    x, y = round(Scene().centre_px[0]), round(Scene().centre_px[1])
+    assert shown.shape == (240, 320, 3)
+    x, y = round(SCENE.centre_px[0]), round(SCENE.centre_px[1])
     blue, _, red = shown[y, x].astype(int)
     assert red > blue + 100
 

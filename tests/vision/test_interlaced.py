@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from tests.vision.phase_tracks import CLOCK
-from tests.vision.rendered_clips import Render
+from tests.vision.rendered_clips import Render, small_scene
 from tests.world.plate import PlateMotion
-from tests.world.scene import Scene
 from vision.errors import UnreadableVideo
 from vision.plate.fields import interlacing
 from vision.rate.measure import measure_rate
@@ -24,7 +23,7 @@ MOTION = PlateMotion(33.3 * 2 * np.pi / 60)
 @pytest.fixture(scope="module")
 def fields(render: Render) -> Path:
     """A clip of 50 frames per second, each of which becomes a field."""
-    return render(MOTION, Scene(exposure_s=1 / 200), seconds=5, fps=50)[0]
+    return render(MOTION, small_scene(exposure_s=1 / 200), seconds=5, fps=50)[0]
 
 
 def woven(source: Path, target: Path, *, flagged: bool, first: int = 0) -> Path:

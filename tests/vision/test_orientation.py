@@ -18,13 +18,13 @@ from vision.video import ClipReader, Luma
 
 pytest.importorskip("av", reason="rendering clips needs PyAV")
 
-from tests.vision.rendered_clips import Render
-from tests.world.film import Recorder, Scene
+from tests.vision.rendered_clips import Render, small_scene
+from tests.world.film import Recorder
 from tests.world.plate import PlateMotion
 
 RPM = 2 * np.pi / 60
 MOTION = PlateMotion(33.3 * RPM)
-SCENE = Scene()
+SCENE = small_scene()
 
 #: What is done to a frame for display -> (a, b, c, d): x' = a x + c y, y' = b x + d y, y down.
 MATRIX = {

@@ -75,7 +75,12 @@ class Picture:
         if time_s < scene.hand_until_s:
             hand = _hand(scene, time_s)
             picture = np.asarray(picture * (1 - hand) + HAND_LUMA * hand, np.float32)
-        return ((picture - 16) * self._gain(time_s) + 16).astype(np.float32)
+        gain = self._gain(time_s)
+        picture -= 16
+        if gain != 1:
+            return (picture * gain + 16).astype(np.float32)
+        picture += 16
+        return picture
 
     def chroma(
         self, angle_by_row: FloatArray, swept_rad: float, time_s: float = 0.0

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pipeline.errors import DeviceError
 from pipeline.stages.live_clip import film_clip
 from tests.sessions import pipeline
+from tests.vision.rendered_clips import small_scene
 from tests.world.film import film
 from tests.world.plate import PlateMotion
 
@@ -20,7 +21,7 @@ SLOWING = -0.06  # rad/s²
 @pytest.fixture(scope="module")
 def slowing(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("slowing") / "slowing.mp4"
-    film(path, PlateMotion(RATE, drift_rad_s2=SLOWING), fps=15.0, seconds=20.0)
+    film(path, PlateMotion(RATE, drift_rad_s2=SLOWING), small_scene(), fps=15.0, seconds=20.0)
     return path
 
 

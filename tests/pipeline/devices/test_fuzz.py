@@ -18,8 +18,8 @@ def test_random_bytes_do_no_harm(name: str) -> None:
 
 @pytest.mark.parametrize("name", PARSERS)
 @pytest.mark.parametrize("filler", [b"\xff", b"\xfa\xff\x36\xff\x07\xff", b"x", b"\0", b"1,"])
-def test_a_megabyte_of_the_same_is_neither_kept_nor_slow(name: str, filler: bytes) -> None:
+def test_240_kilobytes_of_the_same_are_neither_kept_nor_slow(name: str, filler: bytes) -> None:
     parser = PARSERS[name]()
-    for _ in range(50):
+    for _ in range(12):
         parser.feed(filler * (20_000 // len(filler)))
         assert kept(parser) < MOST_KEPT

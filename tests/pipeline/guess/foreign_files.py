@@ -110,7 +110,8 @@ def milli_g(folder: Path, log: HandLog) -> Foreign:
 
 
 def no_header_no_time(folder: Path, log: HandLog) -> Foreign:
-    return Foreign([_csv(folder, "imu.log", "", [log.acc, log.gyr], " ", "%.5f")], rate_hz=100.0)
+    return Foreign([_csv(folder, "imu.log", "", [log.acc, log.gyr], " ", "%.5f")],
+                   rate_hz=log.rate_hz)
 
 
 def gyroscope_first(folder: Path, log: HandLog) -> Foreign:
@@ -131,8 +132,8 @@ def blackbox(folder: Path, log: HandLog) -> Foreign:
 
 
 def mt_manager(folder: Path, log: HandLog) -> Foreign:
-    head = ("// Start Time: Unknown\n// Update Rate: 100.0Hz\nPacketCounter\tAcc_X\tAcc_Y\tAcc_Z\t"
-            "Gyr_X\tGyr_Y\tGyr_Z\tMag_X\tRoll")
+    head = (f"// Start Time: Unknown\n// Update Rate: {log.rate_hz}Hz\n"
+            "PacketCounter\tAcc_X\tAcc_Y\tAcc_Z\tGyr_X\tGyr_Y\tGyr_Z\tMag_X\tRoll")
     counter = (65_500 + np.arange(len(log.time_s))) % 65536
     columns = [counter, log.acc, log.gyr, np.full((len(log.time_s), 2), 0.5)]
     return Foreign([_csv(folder, "MT_0001.txt", head, columns, "\t", "%.8g")])

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-RATE_HZ = 100.0
 REST_S, TURN_S = 2.0, 1.0
 GRAVITY_M_S2 = 9.80665
 NOISE_M_S2, NOISE_RAD_S = 0.01, 0.001
@@ -22,13 +21,14 @@ class HandLog:
     acc: np.ndarray
     gyr: np.ndarray
     rest: np.ndarray
+    rate_hz: float
 
 
-def hand_log(seed: int = 0, rests: int = 18) -> HandLog:
+def hand_log(seed: int = 0, rests: int = 18, rate_hz: float = 100.0) -> HandLog:
     """Rests in random attitudes, each turn along the shortest way at a steady rate."""
     rng = np.random.default_rng(seed)
     period = REST_S + TURN_S
-    time_s = np.arange(round(rests * period * RATE_HZ)) / RATE_HZ
+    time_s = np.arange(round(rests * period * rate_hz)) / rate_hz
     attitudes = Rotation.random(rests + 1, random_state=seed)
     keys, knots = [], []
     for i in range(rests):
@@ -38,11 +38,11 @@ def hand_log(seed: int = 0, rests: int = 18) -> HandLog:
     knots.append(attitudes[rests])
     path = Slerp(keys, Rotation.concatenate(knots))
     # Body to world; the turn from one sample to the next is what the gyroscope reads.
-    now, after = path(time_s), path(np.minimum(time_s + 1 / RATE_HZ, keys[-1]))
-    rate = (now.inv() * after).as_rotvec() * RATE_HZ
+    now, after = path(time_s), path(np.minimum(time_s + 1 / rate_hz, keys[-1]))
+    rate = (now.inv() * after).as_rotvec() * rate_hz
     force = now.inv().apply([0.0, 0.0, GRAVITY_M_S2])
     acc = force * ACC_SCALE + ACC_BIAS + rng.normal(0, NOISE_M_S2, (len(time_s), 3))
     gyr = rate + GYR_BIAS + rng.normal(0, NOISE_RAD_S, (len(time_s), 3))
     index = (time_s // period).astype(int)
     rest = np.where(time_s % period < REST_S, index, -1)
-    return HandLog(time_s, acc, gyr, rest)
+    return HandLog(time_s, acc, gyr, rest, rate_hz)

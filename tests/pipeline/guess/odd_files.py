@@ -67,7 +67,7 @@ def betaflight_header_block(folder: Path, log: HandLog) -> Foreign:
 def serial_labels(folder: Path, log: HandLog) -> Foreign:
     """A sketch that prints `ax:123 ay:..`; no times."""
     rows = ["ax:{} ay:{} az:{} gx:{} gy:{} gz:{}".format(*row) for row in counts_of(log)]
-    return Foreign([write_lines(folder / "putty.log", rows)], 16384 / G, 131.072 / DEG, 100.0)
+    return Foreign([write_lines(folder / "putty.log", rows)], 16384 / G, 131.072 / DEG, log.rate_hz)
 
 
 def serial_equals(folder: Path, log: HandLog) -> Foreign:
@@ -83,7 +83,7 @@ def tab_labels(folder: Path, log: HandLog) -> Foreign:
     return Foreign([write_lines(folder / "mpu.txt", ["Initializing I2C devices...",
                                                 "Testing device connections...",
                                                 "MPU6050 connection successful", *rows])],
-                   16384 / G, 131.072 / DEG, 100.0)
+                   16384 / G, 131.072 / DEG, log.rate_hz)
 
 
 def arduino_noise(folder: Path, log: HandLog) -> Foreign:
@@ -107,7 +107,7 @@ def arduino_ide_stamps(folder: Path, log: HandLog) -> Foreign:
 def xsens_header(folder: Path, log: HandLog) -> Foreign:
     """MT Manager: comments with //, fine time in 1e-4 s, quaternions beside."""
     head = ["// General information:", "//  MT Manager version: 2021.4",
-            "// Device information:", "//  DeviceId: 03782EBF", "//  Update Rate: 100.0Hz",
+            "// Device information:", "//  DeviceId: 03782EBF", f"//  Update Rate: {log.rate_hz}Hz",
             "PacketCounter\tSampleTimeFine\tQuat_q0\tQuat_q1\tQuat_q2\tQuat_q3\tAcc_X\tAcc_Y\tAcc_Z"
             "\tGyr_X\tGyr_Y\tGyr_Z\tMag_X\tMag_Y\tMag_Z"]
     rows = ["\t".join([f"{(65_000 + i) % 65536:05d}", str(round(t * 10_000)), "0.70711", "0.0",
@@ -166,7 +166,7 @@ def adafruit_sentences(folder: Path, log: HandLog) -> Foreign:
     for a, w in zip(log.acc, log.gyr, strict=True):
         lines.append(f"Acceleration: X:{a[0]:.3f}, Y: {a[1]:.3f}, Z: {a[2]:.3f} m/s^2")
         lines.append(f"Gyro X:{w[0]:.4f}, Y: {w[1]:.4f}, Z: {w[2]:.4f} radians/s")
-    return Foreign([write_lines(folder / "lsm6ds.txt", lines)], rate_hz=100.0)
+    return Foreign([write_lines(folder / "lsm6ds.txt", lines)], rate_hz=log.rate_hz)
 
 
 def rostopic_echo(folder: Path, log: HandLog) -> Foreign:

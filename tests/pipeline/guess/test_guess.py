@@ -22,7 +22,7 @@ SITE = "{gravity_m_s2: 9.80665}"
 
 @pytest.fixture(scope="module")
 def log() -> HandLog:
-    return hand_log()
+    return hand_log(rate_hz=50.0)
 
 
 def imported(foreign: Foreign, folder: Path) -> CheckedConfig:

@@ -82,8 +82,8 @@ class Tab:
             {"name": "prefers-color-scheme", "value": "dark" if dark else "light"},
             {"name": "prefers-reduced-motion", "value": "reduce"}])
         self.send("Page.navigate", url=f"{page.as_uri()}{fragment}")
-        while self.evaluate("document.readyState") != "complete":
-            pass
+        self.evaluate("new Promise((done) => document.readyState === 'complete' ? done(true)"
+                      " : addEventListener('load', () => done(true)))")
         self.painted()
 
     def painted(self) -> None:

@@ -25,8 +25,8 @@ TOUCHING = (
 )
 
 
-def test_a_python_function_gives_the_same_as_the_expression(damp: Path) -> None:
-    damp.with_name("physics.py").write_text(
+def test_a_python_function_gives_the_same_as_the_expression(damp_once: Path) -> None:
+    damp_once.with_name("physics.py").write_text(
         "import numpy as np\n"
         "def damp(at):\n"
         "    square = (at.column('humidity_pct') - 45) ** 2\n"
@@ -36,7 +36,7 @@ def test_a_python_function_gives_the_same_as_the_expression(damp: Path) -> None:
     effects = []
     for name, extra in (("one", HEATING), ("two", IN_PYTHON)):
         text = extra.replace("effects:", "effects:", 1)
-        config = variant(damp, name, text)
+        config = variant(damp_once, name, text)
         allowed = ["--allow-python"] if name == "two" else []
         assert pipeline("add", config, "gyroscope.damp", *allowed) == 0
         effects.append(results_in(config.with_suffix(".run"))["gyroscope"]["effects"]["damp"])
@@ -45,20 +45,20 @@ def test_a_python_function_gives_the_same_as_the_expression(damp: Path) -> None:
 
 
 def test_python_does_not_run_unless_the_command_allows_it(
-    damp: Path, capsys: pytest.CaptureFixture[str]
+    damp_once: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    damp.with_name("physics.py").write_text(TOUCHING, encoding="utf-8")
-    config = variant(damp, "python", IN_PYTHON)
+    damp_once.with_name("physics.py").write_text(TOUCHING, encoding="utf-8")
+    config = variant(damp_once, "python", IN_PYTHON)
     assert pipeline("run", config) == 2
     assert "runs only when you allow it: add --allow-python" in capsys.readouterr().err
-    assert not damp.with_name("ran").exists()
+    assert not damp_once.with_name("ran").exists()
 
 
 def test_neither_is_bytecode_run_in_place_of_the_file_nor_left_beside_it(
-    damp: Path, monkeypatch: pytest.MonkeyPatch
+    damp_once: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Bytecode that says it is of this file, which holds something else than the file."""
-    physics = damp.with_name("physics.py")
+    physics = damp_once.with_name("physics.py")
     monkeypatch.setattr(sys, "dont_write_bytecode", False)
     physics.write_text(TOUCHING, encoding="utf-8")
     planted = Path(py_compile.compile(str(physics), doraise=True) or "")
@@ -66,9 +66,9 @@ def test_neither_is_bytecode_run_in_place_of_the_file_nor_left_beside_it(
     harmless = "def damp(at):\n    return at.vector\n"
     physics.write_text(harmless.ljust(len(TOUCHING)), encoding="utf-8")
     os.utime(physics, ns=(stat.st_atime_ns, stat.st_mtime_ns))
-    config = variant(damp, "python", IN_PYTHON)
+    config = variant(damp_once, "python", IN_PYTHON)
     assert pipeline("run", config, "--allow-python") == 0
-    assert not damp.with_name("ran").exists()
+    assert not damp_once.with_name("ran").exists()
     planted.unlink()
     assert pipeline("run", config, "--allow-python") == 0
     assert not planted.exists()
@@ -79,23 +79,23 @@ def test_neither_is_bytecode_run_in_place_of_the_file_nor_left_beside_it(
     ("nowhere.py:damp", "does not name a function"),
 ])
 def test_check_finds_the_function_without_running_it(
-    damp: Path, python: str, says: str, capsys: pytest.CaptureFixture[str]
+    damp_once: Path, python: str, says: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    damp.with_name("physics.py").write_text(TOUCHING, encoding="utf-8")
-    config = variant(damp, "named", IN_PYTHON)
+    damp_once.with_name("physics.py").write_text(TOUCHING, encoding="utf-8")
+    config = variant(damp_once, "named", IN_PYTHON)
     assert pipeline("check", config) == 0
-    config = variant(damp, "misnamed", IN_PYTHON.replace("physics.py:damp", python))
+    config = variant(damp_once, "misnamed", IN_PYTHON.replace("physics.py:damp", python))
     assert pipeline("check", config) == 2
     assert says in capsys.readouterr().err
-    assert not damp.with_name("ran").exists()
+    assert not damp_once.with_name("ran").exists()
 
 
 def test_python_reaches_apply_plan_and_export_and_only_the_file_that_was_fitted(
-    damp: Path, capsys: pytest.CaptureFixture[str]
+    damp_once: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    physics = damp.with_name("physics.py")
+    physics = damp_once.with_name("physics.py")
     physics.write_text(SQUARE, encoding="utf-8")
-    config = with_models(damp, "coded", "", "damp")
+    config = with_models(damp_once, "coded", "", "damp")
     text = config.read_text(encoding="utf-8")
     config.write_text(text.replace("expression: (humidity_pct - 45)**2", "python: physics.py:damp"),
                       encoding="utf-8")
@@ -104,7 +104,7 @@ def test_python_reaches_apply_plan_and_export_and_only_the_file_that_was_fitted(
     stored = results_in(results)["gyroscope"]["correction"]["own_effects"]["damp"]
     assert stored["python"] == "physics.py:damp"
     assert len(stored["python_sha256"]) == 64
-    log = damp.parent / "gyroscope" / "17rpm" / "pose_01.csv"
+    log = damp_once.parent / "gyroscope" / "17rpm" / "pose_01.csv"
 
     capsys.readouterr()
     assert pipeline("apply", results, log) == 4
@@ -117,7 +117,7 @@ def test_python_reaches_apply_plan_and_export_and_only_the_file_that_was_fitted(
     assert "cannot store damp of the gyroscope" in capsys.readouterr().err
     by_python = corrected(results, log, "--allow-python")
 
-    expression = with_models(damp, "expressed", "", "damp")
+    expression = with_models(damp_once, "expressed", "", "damp")
     assert pipeline("run", expression) == 0
     by_expression = corrected(expression.with_suffix(".run"), log)
     assert by_python["gyr_x_rad_s"] == pytest.approx(by_expression["gyr_x_rad_s"], abs=1e-7)
@@ -131,10 +131,10 @@ def test_python_reaches_apply_plan_and_export_and_only_the_file_that_was_fitted(
 
 
 def test_a_function_that_fails_is_named_and_no_bug_of_ours(
-    damp: Path, capsys: pytest.CaptureFixture[str]
+    damp_once: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    damp.with_name("physics.py").write_text("def damp(at):\n    return at.wetness\n", "utf-8")
-    config = variant(damp, "failing", IN_PYTHON)
+    damp_once.with_name("physics.py").write_text("def damp(at):\n    return at.wetness\n", "utf-8")
+    config = variant(damp_once, "failing", IN_PYTHON)
     assert pipeline("run", config, "--allow-python") == 0  # no model has it
     assert "the diagnosis of the gyroscope leaves it out" in capsys.readouterr().err
     text = config.read_text(encoding="utf-8")

@@ -97,8 +97,8 @@ def test_a_misspelt_name_is_said_of_a_table_of_means_too(
     assert says in capsys.readouterr().err
 
 
-def test_user_effects_that_the_data_cannot_see_are_listed_as_blind(damp: Path) -> None:
-    config = variant(damp, "blind", HEATING.replace("(humidity_pct - 45)**2", "2 * s"))
+def test_user_effects_that_the_data_cannot_see_are_listed_as_blind(damp_once: Path) -> None:
+    config = variant(damp_once, "blind", HEATING.replace("(humidity_pct - 45)**2", "2 * s"))
     assert pipeline("run", config) == 0
     found = results_in(config.with_suffix(".run"))["gyroscope"]["diagnosis"]
     assert "damp" in found["blind"]
@@ -156,11 +156,11 @@ def test_a_correction_is_the_fit_s_own(damp: Path, names: str) -> None:
 
 
 def test_a_settling_needs_the_session_s_clock(
-    damp: Path, capsys: pytest.CaptureFixture[str]
+    damp_once: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    config = with_models(damp, "settling", "", "settle, damp")
+    config = with_models(damp_once, "settling", "", "settle, damp")
     assert pipeline("run", config) == 0
-    log = damp.parent / "gyroscope" / "17rpm" / "pose_01.csv"
+    log = damp_once.parent / "gyroscope" / "17rpm" / "pose_01.csv"
     assert pipeline("apply", config.with_suffix(".run"), log) == 4
     assert "add --session-clock" in capsys.readouterr().err
     corrected(config.with_suffix(".run"), log, "--session-clock")
@@ -173,15 +173,15 @@ def test_a_settling_needs_the_session_s_clock(
 
 
 def test_plan_goes_with_effects_of_logged_columns(
-    damp: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    damp_once: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    config = with_models(damp, "planned", "temperature_bias", "temperature_bias, damp")
+    config = with_models(damp_once, "planned", "temperature_bias", "temperature_bias, damp")
     assert pipeline("plan", config) == 0
     said = capsys.readouterr().out
     assert "planned without" not in said
     assert said.count("degrees of freedom") == 2
     text = config.read_text(encoding="utf-8").replace("pose_*.csv", "coming_*.csv")
-    fresh = damp.with_name("fresh.yaml")
+    fresh = damp_once.with_name("fresh.yaml")
     fresh.write_text(text, encoding="utf-8")
     assert pipeline("plan", fresh) == 0
     assert ("planned without temperature_bias: the column temperature_c is not in the logs that "

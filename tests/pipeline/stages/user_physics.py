@@ -1,13 +1,15 @@
 """A session with an effect that no catalogue has, and configurations that name it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from tests.sessions import pipeline
-from tests.world.designs import rich_design
+from tests.world.designs import paper_design, rich_design
 
 RICH = rich_design().scaled(sample_rate=0.1)
+PAPER = replace(paper_design(), columns=rich_design().columns).scaled(sample_rate=0.2)
 
 
 def variant(damp: Path, name: str, extra: str) -> Path:

@@ -20,8 +20,9 @@ from tests.studies.real_sets.logs import Stops
 UPPER = np.triu_indices(3)
 LEAST_LEFT = 1e-3
 STEP_MARGIN, FEWEST_FOR_STEPS = 2, 8
+DIFFERENCE = float(np.finfo(float).eps ** (1 / 3))  # of a central difference, parameters near one
 Extra = Callable[[FloatArray, FloatArray], FloatArray]
-"""(parameters, corrected vectors) to errors (n, 3)."""
+"""(parameters (..., 1, k), corrected vectors (..., n, 3)) to errors (..., n, 3)."""
 
 
 @dataclass(frozen=True)
@@ -42,10 +43,8 @@ def weights_of(sd: FloatArray) -> FloatArray:
 
 
 def magnitudes(x: FloatArray, readings: FloatArray) -> FloatArray:
-    """|M (v - b)|, (n,), by the nine parameters: six of M, three of b."""
-    matrix = np.zeros((3, 3))
-    matrix[UPPER] = x[:6]
-    return np.asarray(np.linalg.norm((readings - x[6:9]) @ matrix.T, axis=1))
+    """|M (v - b)|, (..., n), by the nine parameters (..., 9): six of M, three of b."""
+    return _corrected(x, readings, None)
 
 
 def fit_magnitudes(
@@ -60,16 +59,21 @@ def fit_magnitudes(
     def residual(x: FloatArray) -> FloatArray:
         return (_corrected(x, stops.force, extra) - gravity) / sd
 
-    return least_squares(residual, start, x_scale="jac"), sd
+    def jacobian(x: FloatArray) -> FloatArray:
+        step = DIFFERENCE * np.maximum(1.0, np.abs(x))
+        ahead, behind = residual(x + np.stack([np.diag(step), -np.diag(step)]))
+        return np.asarray(((ahead - behind) / (2 * step[:, None])).T)
+
+    return least_squares(residual, start, jac=jacobian, x_scale="jac", method="lm"), sd
 
 
 def _corrected(x: FloatArray, readings: FloatArray, extra: Extra | None) -> FloatArray:
-    if extra is None:
-        return magnitudes(x, readings)
-    matrix = np.zeros((3, 3))
-    matrix[UPPER] = x[:6]
-    s = (readings - x[6:9]) @ matrix.T
-    return np.asarray(np.linalg.norm(s - extra(x[9:], s), axis=1))
+    matrix = np.zeros((*x.shape[:-1], 3, 3))
+    matrix[(..., *UPPER)] = x[..., :6]
+    s = (readings - x[..., None, 6:9]) @ matrix.swapaxes(-1, -2)
+    if extra is not None:
+        s = s - extra(x[..., None, 9:], s)
+    return np.asarray(np.sqrt((s * s).sum(axis=-1)))
 
 
 def weighted(stops: Stops) -> FloatArray:
@@ -109,7 +113,7 @@ def accelerometer_effects(stops: Stops) -> Mapping[str, tuple[Extra | None, int]
         "quadratic": (lambda p, s: p * s**2 / g, 3),
         "cubic": (lambda p, s: p * s**3 / g**2, 3),
         "asymmetry": (lambda p, s: p * np.abs(s), 3),
-        "cross_quadratic": (lambda p, s: _products(s / g) @ p.reshape(3, 3).T, 9),
+        "cross_quadratic": (lambda p, s: _products(s / g) @ _square(p).swapaxes(-1, -2), 9),
         "bias_drift": (lambda p, s: late[:, None] * p, 3),
         "scale_drift": (lambda p, s: late[:, None] * p * s, 3),
     }
@@ -126,7 +130,11 @@ def _step(after: BoolArray) -> Extra:
 
 
 def _products(s: FloatArray) -> FloatArray:
-    return np.stack([s[:, 0] * s[:, 1], s[:, 1] * s[:, 2], s[:, 2] * s[:, 0]], axis=1)
+    return s * np.roll(s, -1, axis=-1)
+
+
+def _square(p: FloatArray) -> FloatArray:
+    return p.reshape(*p.shape[:-2], 3, 3)
 
 
 def _steps(n: int, most: int = 12) -> list[int]:

@@ -19,15 +19,15 @@ pytest.importorskip("av", reason="rendering clips needs PyAV")
 
 from tests.vision.edited_clips import Image, again
 from tests.vision.phase_tracks import CLOCK, phase_track
-from tests.vision.rendered_clips import Render
-from tests.world.film import Recorder, Scene
+from tests.vision.rendered_clips import Render, small_scene
+from tests.world.film import Recorder
 from tests.world.plate import PlateMotion
-from tests.world.scene import Mark, homography
+from tests.world.scene import Mark, Scene, homography
 
 RPM = 2 * np.pi / 60
 MOTION = PlateMotion(-33.3 * RPM)
 RED = Mark(luma=Scene().plate_luma, blue=-10.0, red=50.0)
-SCENE = Scene(marks=(RED,), label=False, sensor_box=False, chroma_noise=1.0)
+SCENE = small_scene(marks=(RED,), label=False, sensor_box=False, chroma_noise=1.0)
 
 
 def rate_of(track: PhaseTrack) -> RateMeasurement:
@@ -67,10 +67,10 @@ def test_what_is_found_by_colour_stands_in_pixels_of_the_clip(clip: Path) -> Non
 
 
 def test_the_rim_given_by_hand_holds_for_a_clip_followed_by_colour(clip: Path) -> None:
-    given = PlateOverride(centre_px=(233.0, 181.0), radius_px=145.0)
+    given = PlateOverride(centre_px=(155.3, 120.7), radius_px=96.3)
     rate_of(track_phase(clip, plate=given))
     with pytest.raises(RateRefused, match="turns about a fixed axis"):
-        track_phase(clip, plate=PlateOverride(centre_px=(60.0, 60.0), radius_px=40.0))
+        track_phase(clip, plate=PlateOverride(centre_px=(40.0, 40.0), radius_px=26.7))
 
 
 @pytest.mark.parametrize(
@@ -110,7 +110,7 @@ def test_a_plate_at_rest_with_a_red_mark_is_refused(render: Render) -> None:
 
 
 def test_a_mark_that_is_bright_too_is_followed_by_its_brightness(render: Render) -> None:
-    path, _ = render(MOTION, Scene(marks=(Mark(blue=-10.0, red=50.0),)), seconds=5)
+    path, _ = render(MOTION, small_scene(marks=(Mark(blue=-10.0, red=50.0),)), seconds=5)
     track = track_phase(path)
     assert (track.plate.channel, track.plate.reduction) == ("luma", 1)
     rate_of(track)
@@ -122,9 +122,9 @@ def test_a_clip_gives_chroma_only_when_asked(clip: Path) -> None:
     with ClipReader(clip, colours=True) as reader:
         coloured = next(iter(reader))[0]
     assert plain.chroma is NO_CHROMA
-    assert plain.luma.shape == (360, 480)
-    assert coloured.luma.shape == (180, 240)
-    assert coloured.chroma.shape == (180, 240, 2)
+    assert plain.luma.shape == (240, 320)
+    assert coloured.luma.shape == (120, 160)
+    assert coloured.chroma.shape == (120, 160, 2)
     assert channels([plain], brightness=True) == [Brightness()]
     assert isinstance(channels([coloured], brightness=True)[0], Brightness)
 
@@ -162,7 +162,7 @@ def test_less_than_a_turn_in_the_brightness_does_not_hide_a_mark_of_colour(
     clip: Path, render: Render, tmp_path: Path
 ) -> None:
     """No rate could be had from it."""
-    grey = Scene(label=False, sensor_box=False)
+    grey = small_scene(label=False, sensor_box=False)
     slow, _ = render(PlateMotion(3.0 * RPM), grey, seconds=10)
     assert track_phase(slow).apparent_turns == pytest.approx(0.5, abs=0.01)
     capture = cv2.VideoCapture(str(slow))

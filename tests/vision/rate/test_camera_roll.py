@@ -1,6 +1,5 @@
 """A camera that rolls while it films."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -16,11 +15,9 @@ pytest.importorskip("av", reason="rendering clips needs PyAV")
 
 from tests.vision.edited_clips import again
 from tests.vision.phase_tracks import CLOCK
-from tests.world.film import FilmTruth, Scene
+from tests.vision.rendered_clips import Render, small_scene
+from tests.world.film import Scene
 from tests.world.plate import PlateMotion
-
-Render = Callable[..., tuple[Path, FilmTruth]]
-
 
 MOTION = PlateMotion(33.3 * 2 * np.pi / 60)
 SCENE = Scene(tilt_rad=0.3)
@@ -59,6 +56,6 @@ def test_a_camera_that_rolls_is_noticed_and_doubted(
 def test_a_hand_beside_the_plate_is_no_camera_that_rolls(render: Render, fps: float) -> None:
     """It is in most of the frames that are learned from, and moves in one place only."""
     motion = PlateMotion(-45.0 * 2 * np.pi / 60)
-    path, _ = render(motion, Scene(hand_until_s=2.0), seconds=6, fps=fps)
+    path, _ = render(motion, small_scene(hand_until_s=2.0), seconds=6, fps=fps)
     track = track_phase(path)
     assert camera_roll(track, CLOCK.times(track)) is None
