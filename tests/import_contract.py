@@ -23,7 +23,7 @@ HOME: Mapping[str, tuple[str, ...]] = {
     "distributed": ("pipeline.fleet.cluster",),
     "h5py": ("pipeline.logs.formats.hdf5",),
     "pandas": ("calib.notebook",),
-    "av": ("vision.av_decoder",),
+    "av": ("vision.video.av_decoder",),
     "allantools": ("calib.noise.allan",),
 }
 #: Installed by an extra: what reads them says which where they are missing.
@@ -70,11 +70,11 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("explained", "ranking", "wording"), ("decision",), ("explain",),
     ],
     "vision": [
-        ("geometry", "orientation", "av_decoder", "reduction", "numbers"), ("phase_track",),
-        ("errors",),
+        ("geometry", "numbers"), ("phase_track",), ("errors",),
         ("video", "camera"),
         ("plate", "rate"), ("tracking", "overlay"), ("clip_rate",),
     ],
+    "vision.video": [("orientation", "reduction", "av_decoder"), ("reader",)],
     "pipeline": [
         ("errors", "text"), ("files",), ("logs",), ("devices",),
         ("config",), ("stages",),

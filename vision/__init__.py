@@ -17,10 +17,9 @@ The way of the data
 ::
 
     clip ─ video ─ plate ─ tracking ─ phase_track ─ rate ─ RateMeasurement
-           orientation, geometry                          camera ─ clip (live)
+                   geometry                         camera ─ clip (live)
 
-``video``         a clip as luma frames with their time stamps
-``orientation``   how a file wants its frames turned and mirrored
+``video``         a clip as luma frames with their time stamps, turned as they are to be shown
 ``geometry``      the view: plate coordinates to pixels and back
 ``plate``         where the plate is and what it looks like (``PlateModel``)
 ``tracking``      the plate's angle in every frame (``track_phase``: clip to ``PhaseTrack``)

@@ -17,7 +17,7 @@ from vision.numbers import RPM
 from vision.phase_track import LUMA, USUAL_MARK_RADIUS, PhaseTrack
 from vision.rate.measure import RateMeasurement
 from vision.rate.unwrap import frame_time
-from vision.video import ClipReader, Frame
+from vision.video.reader import ClipReader, Frame
 
 Image = NDArray[np.uint8]
 

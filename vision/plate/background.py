@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
 from vision.phase_track import BoolArray
-from vision.reduction import reduced
-from vision.video import Luma
+from vision.video.reader import Luma
+from vision.video.reduction import reduced
 
 SMALL_SIDE = 300  # pixels at most, by halving; what moves is larger than one of them
 BLURRED = (3, 3)  # pixels

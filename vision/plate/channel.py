@@ -18,7 +18,7 @@ import numpy as np
 
 from vision.phase_track import LUMA
 from vision.plate.background import spread_choice
-from vision.video import NO_CHROMA, Frame, Luma
+from vision.video.reader import NO_CHROMA, Frame, Luma
 
 GREY = 128  # Cr and Cb of what has no colour
 MOMENTS_OF = 60  # frames

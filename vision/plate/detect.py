@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from vision.geometry import PlateView, view_of_ellipse
 from vision.plate.background import spread_choice
-from vision.reduction import reduced
-from vision.video import Luma
+from vision.video.reader import Luma
+from vision.video.reduction import reduced
 
 LARGEST_SIDE = 400  # pixels; a proposal needs no more
 MOTION_LEVELS = (0.08, 0.2, 0.5)  # of the largest change, above that of the noise

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
 from vision.plate.background import spread_choice
-from vision.video import Frame
+from vision.video.reader import Frame
 
 LOOKED_AT = 6  # pairs of frames
 COLUMN_STEP = 4  # every row, and some of the columns

@@ -19,7 +19,7 @@ from vision.plate.mark import symmetry
 from vision.plate.refusal import NOTHING_MOVES, why_it_jumps, why_nothing_turns
 from vision.plate.rotation import seek_spindle
 from vision.plate.template import Template
-from vision.video import Frame, Luma
+from vision.video.reader import Frame, Luma
 
 CHANGE_OF = 60  # frames, for whether anything changes
 LONGEST_REPEAT_S = 0.2  #: fact: a camera that gives fewer than five frames per second is none

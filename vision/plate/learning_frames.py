@@ -15,7 +15,7 @@ from vision.plate.parts import EqualParts, equal_parts
 from vision.plate.polar import Grid, Strips, polar_grid
 from vision.plate.rotation import CoarseRotation, RotationSearch
 from vision.plate.template import Alignment, RoughlyAligned, informative_rings
-from vision.video import Luma
+from vision.video.reader import Luma
 
 COARSE_AZIMUTHS = 256  #: of the first template
 COARSE_RADII = np.linspace(0.1, 0.97, 20)  # plate radii

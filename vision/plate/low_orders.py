@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from vision.geometry import FloatArray, PlateView
 from vision.plate.background import halved
-from vision.video import Luma
+from vision.video.reader import Luma
 
 AZIMUTHS = 64  #: per ring, eight in a wave of the highest order
 ORDERS = 8  #: angular orders 1 ... that are added up

@@ -10,7 +10,7 @@ from vision.geometry import FloatArray, PlateView
 from vision.numbers import SD_PER_MAD
 from vision.plate.polar import polar_grid, ring_spectra
 from vision.plate.template import Template
-from vision.video import Luma
+from vision.video.reader import Luma
 
 APART = 0.5  # correlation, where a mark does not overlap itself; for the words of a refusal
 MOST_FOLD = 12  # turns into itself that are looked for

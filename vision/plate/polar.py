@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray, PlateView
-from vision.video import Luma
+from vision.video.reader import Luma
 
 Strips = NDArray[np.float32]  # (frames, rings, azimuths), or of one frame (rings, azimuths)
 Spectra = NDArray[np.complex64]  # (frames, rings, azimuths // 2 + 1)

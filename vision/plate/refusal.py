@@ -6,7 +6,7 @@ from vision.geometry import PlateView
 from vision.plate.mark import repeats_itself
 from vision.plate.rotation import CoarseRotation
 from vision.plate.template import Template
-from vision.video import Luma
+from vision.video.reader import Luma
 
 WHOLE = 0.95  # of the rim inside the frame; it chooses the words only
 GRAZING_RAD = np.radians(75)  # tilt; likewise

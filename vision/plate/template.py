@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vision.geometry import FloatArray
 from vision.phase_track import BoolArray
 from vision.plate.polar import Grid, Spectra, Strips, ring_spectra, ring_strips, turns
-from vision.video import Luma
+from vision.video.reader import Luma
 
 SMALL_STEP = 0.1  # quantile of the steps from frame to frame, some of which are left out
 RING_SPACING_PX = 1.0  #: between rings: no pixel is passed over

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray, PlateView
-from vision.reduction import reduced
-from vision.video import Luma
+from vision.video.reader import Luma
+from vision.video.reduction import reduced
 
 LARGEST_SIDE = 160  # pixels; the surroundings are large
 BORDER = 4  # pixels; what moves in there from outside is unknown

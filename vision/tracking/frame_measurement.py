@@ -11,7 +11,7 @@ from vision.plate.learn import PlateModel
 from vision.plate.mark import MOST_FOLD, find_fixed_mark, find_mark
 from vision.tracking.camera_motion import CameraMotion
 from vision.tracking.tracker import MeasuredAngles, PlateTracker
-from vision.video import ClipReader, Frame, Luma
+from vision.video.reader import ClipReader, Frame, Luma
 
 ROLL_EVERY_S = 0.9  # seconds: a camera moves slowly
 THUMBNAIL = 20  # samples across the plate and what is around it, each way

@@ -13,7 +13,7 @@ import numpy as np
 
 from vision.plate.background import halved, stands_still
 from vision.tracking.stretch import LEARN_FROM
-from vision.video import ClipReader, Luma
+from vision.video.reader import ClipReader, Luma
 
 EVERY = 7  # frames; a plate at a record speed and 15, 25 or 30 fps does not keep step with it
 LOOKED_AT = 60  # glimpses at a time

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
 from vision.plate.background import spread_choice
-from vision.video import Frame, Luma
+from vision.video.reader import Frame, Luma
 
 CELLS = 4  # of the frame, each way: a plate full of corners leaves some to its surroundings
 CORNERS = 10  #: followed in each of them at most; a limit of time

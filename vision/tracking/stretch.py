@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from vision.video import Frame
+from vision.video.reader import Frame
 
 if TYPE_CHECKING:
     from vision.plate.fields import Interlacing

@@ -21,7 +21,7 @@ from vision.errors import NothingMoves, RateRefused, UnreadableVideo, more_telli
 from vision.geometry import PlateOverride
 from vision.tracking.glimpses import nothing_moves
 from vision.tracking.stretch import Stretch, next_stretch
-from vision.video import BATCH, ClipReader, Frame
+from vision.video.reader import BATCH, ClipReader, Frame
 
 if TYPE_CHECKING:
     from vision.phase_track import PhaseTrack

@@ -29,7 +29,7 @@ from vision.geometry import FloatArray
 from vision.plate.mark import PlateMark, centroid
 from vision.plate.polar import Strips, ring_spectra
 from vision.plate.template import Template
-from vision.video import Luma
+from vision.video.reader import Luma
 
 SUBSTEPS = 8  # of a sample of azimuth
 LINEAR = 0.75 / SUBSTEPS  # of a sample: steps below this are taken without looking again

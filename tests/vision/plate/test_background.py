@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vision.plate.background import median_image, spread_choice, stands_still
-from vision.video import Luma
+from vision.video.reader import Luma
 
 FRAMES, SHAPE = 60, (180, 240)
 

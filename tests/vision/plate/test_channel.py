@@ -13,7 +13,7 @@ from vision.phase_track import PhaseTrack
 from vision.plate.channel import Brightness, ChromaAxis, channels
 from vision.rate.measure import RateMeasurement, measure_rate
 from vision.tracking.track import track_phase
-from vision.video import NO_CHROMA, ClipReader, Frame
+from vision.video.reader import NO_CHROMA, ClipReader, Frame
 
 pytest.importorskip("av", reason="rendering clips needs PyAV")
 

@@ -11,7 +11,7 @@ from vision.tracking import track
 from vision.tracking.glimpses import nothing_moves
 from vision.tracking.stretch import LEARN_FROM
 from vision.tracking.track import track_phase
-from vision.video import ClipReader
+from vision.video.reader import ClipReader
 
 pytest.importorskip("av", reason="rendering clips needs PyAV")
 

@@ -12,7 +12,7 @@ from tests.vision.phase_tracks import CLOCK
 from vision.rate.measure import measure_rate
 from vision.tracking.registration import registration
 from vision.tracking.track import track_phase
-from vision.video import NO_CHROMA, Frame
+from vision.video.reader import NO_CHROMA, Frame
 
 pytest.importorskip("av", reason="rendering clips needs PyAV")
 

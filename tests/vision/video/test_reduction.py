@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vision.reduction import reduced
+from vision.video.reduction import reduced
 
 
 @pytest.mark.parametrize("factor", [1, 2, 3, 4, 6, 8])

@@ -18,10 +18,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.av_decoder import AvCapture
 from vision.errors import UnreadableVideo
-from vision.orientation import Orientation, stated_orientation
-from vision.reduction import reduced
+from vision.video.av_decoder import AvCapture
+from vision.video.orientation import Orientation, stated_orientation
+from vision.video.reduction import reduced
 
 Luma = NDArray[np.uint8]
 

@@ -13,7 +13,7 @@ from vision.errors import UnreadableVideo
 from vision.plate.fields import interlacing
 from vision.rate.measure import measure_rate
 from vision.tracking.track import track_phase
-from vision.video import NO_CHROMA, ClipReader, Frame
+from vision.video.reader import NO_CHROMA, ClipReader, Frame
 
 av = pytest.importorskip("av", reason="rendering clips needs PyAV")
 
@@ -73,7 +73,7 @@ def test_without_the_other_decoder_an_interlaced_clip_says_what_to_type(
     def missing(*_: object, **__: object) -> None:
         raise ModuleNotFoundError("av")
 
-    monkeypatch.setattr("vision.video.AvCapture.__init__", missing)
-    monkeypatch.setattr("vision.video.BLACK", 255.0)  # what the decoder hands back varies
+    monkeypatch.setattr("vision.video.reader.AvCapture.__init__", missing)
+    monkeypatch.setattr("vision.video.reader.BLACK", 255.0)  # what the decoder hands back varies
     with pytest.raises(UnreadableVideo, match=r"interlaced.*pip install '.*\[fields\]'"):
         track_phase(path)

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vision.orientation import Orientation, stated_orientation
 from vision.phase_track import PhaseTrack
 from vision.rate.measure import measure_rate
 from vision.rate.timebase import Timebase
 from vision.tracking.track import track_phase
-from vision.video import ClipReader, Luma
+from vision.video.orientation import Orientation, stated_orientation
+from vision.video.reader import ClipReader, Luma
 
 pytest.importorskip("av", reason="rendering clips needs PyAV")
 

@@ -1,6 +1,6 @@
 """A clip decoded by PyAV where OpenCV cannot: from 4.13 on it hands back interlaced frames black.
 
-Only what ``vision.video`` asks of ``cv2.VideoCapture`` is here, under the same names.
+Only what ``vision.video.reader`` asks of ``cv2.VideoCapture`` is here, under the same names.
 """
 
 import os
