@@ -57,7 +57,9 @@ FEWEST_MEANS = 12
 """Means of a log at least, from which a line is taken off. Derived: six of each half. Numerical."""
 
 LARGEST_GAIN = 1 / (1 - SHEET_TOLERANCE)
-"""Of a gyro over that of its data sheet, or the other way round. Derived."""
+"""Gain of a gyro over that of its data sheet, or the other way round; a ratio. Derived from the
+tolerance of data sheets."""
+
 
 @dataclass(frozen=True)
 class GravityWave:

@@ -1,4 +1,4 @@
-"""The type of the fixture ``render``, and a scene for what does not depend on many pixels."""
+"""The fixture ``render``: its type, a scene of few pixels, and how far a rate is from the truth."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -8,6 +8,8 @@ from tests.world.scene import Scene
 
 if TYPE_CHECKING:
     from tests.world.film import FilmTruth
+    from tests.world.plate import PlateMotion
+    from vision.rate.measure import RateMeasurement
 
 #: (motion, scene, seconds=20, ...) -> the clip and what is true of it.
 Render = Callable[..., "tuple[Path, FilmTruth]"]
@@ -20,3 +22,9 @@ def small_scene(**what: Any) -> Scene:
     """
     return Scene(**{"width_px": 320, "height_px": 240, "centre_px": (154.0, 122.0),
                     "radius_px": 95.3, **what})
+
+
+def error_ppm(rate: "RateMeasurement", motion: "PlateMotion") -> float:
+    """Of the signed rate, relative to that of the plate."""
+    signed = rate.rate_rad_s * (1 if rate.direction == "ccw" else -1)
+    return (signed / motion.rate_rad_s - 1) * 1e6

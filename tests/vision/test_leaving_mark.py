@@ -3,24 +3,19 @@
 import numpy as np
 import pytest
 
-from vision.rate.measure import RateMeasurement, measure_rate
+from vision.rate.measure import measure_rate
 from vision.tracking.track import track_phase
 
 pytest.importorskip("av", reason="rendering clips needs PyAV")
 
 from tests.vision.phase_tracks import CLOCK
-from tests.vision.rendered_clips import Render
+from tests.vision.rendered_clips import Render, error_ppm
 from tests.world.film import Recorder, Scene
 from tests.world.plate import PlateMotion
 from tests.world.scene import Mark
 
 RPM = 2 * np.pi / 60
 STRONG = Recorder(crf=30)
-
-
-def error_ppm(rate: RateMeasurement, motion: PlateMotion) -> float:
-    signed = rate.rate_rad_s * (1 if rate.direction == "ccw" else -1)
-    return (signed / motion.rate_rad_s - 1) * 1e6
 
 
 def test_a_plate_half_outside_the_frame_is_followed_by_its_label_and_mark(render: Render) -> None:

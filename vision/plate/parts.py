@@ -30,7 +30,9 @@ from vision.plate.rotation import WINDOW, CoarseRotation
 ROUNDS = 6  #: of the view at most; numerical
 SETTLED = 0.1  # of a part: a smaller change of the view need not be made
 THINNED = 64  # azimuths at least, at which the line is looked for
-GLIMPSE = 64  # frames, whether there is a line: one that lasts is in them as well
+#: Frames in which a line is looked for at first. Derived: one that lasts has in a part of the frames
+#: the share that it has in all, and noise a tenth of what makes a line.
+GLIMPSE = 64
 FIRST_LOOK = 256  # azimuths, whether it is of parts at all
 FEWEST_PARTS = ORDERS + 1  # fewer have orders that are added up for any plate
 LARGEST_STEP = 0.1  # of the radius, change of the view per round at most
