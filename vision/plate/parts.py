@@ -30,8 +30,8 @@ from vision.plate.rotation import WINDOW, CoarseRotation
 ROUNDS = 6  #: of the view at most; numerical
 SETTLED = 0.1  # of a part: a smaller change of the view need not be made
 THINNED = 64  # azimuths at least, at which the line is looked for
-#: Frames in which a line is looked for at first. Derived: one that lasts has in a part of the frames
-#: the share that it has in all, and noise a tenth of what makes a line.
+#: Frames in which a line is looked for at first. Derived: one that lasts has in a part of the
+#: frames the share that it has in all, and noise a tenth of what makes a line.
 GLIMPSE = 64
 FIRST_LOOK = 256  # azimuths, whether it is of parts at all
 FEWEST_PARTS = ORDERS + 1  # fewer have orders that are added up for any plate
