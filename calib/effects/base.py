@@ -80,6 +80,7 @@ def misalignment(at: Conditions) -> FloatArray:
     orthogonal=True,
     page=Page(
         formula="e = φ × s",
+        expressions=("0", "z", "-y", "-z", "0", "x", "y", "-x", "0"),
         typical={"MPU-6050": typical(between(1, 2, "°")), "MTi": typical(quoted(0.1, "°"))},
         source="IEEE Std 528 input-axis misalignment; Kalibr C_gyro_i",
         confounded="nothing and everything: a magnitude does not change under rotation",

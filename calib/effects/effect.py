@@ -19,7 +19,7 @@ Three places where an effect can act, and the vector its columns are evaluated o
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, Required, TypedDict, Unpack
 
 import numpy as np
 
@@ -82,7 +82,10 @@ class Page:
     """What a person should know of an effect before adding it.
 
     ``typical`` maps a class of parts to its sizes; ``confounded`` and ``separates`` say what
-    looks the same in which data, and the measurement that tells them apart.
+    looks the same in which data, and the measurement that tells them apart. ``expressions`` are its
+    columns once more, in the language of :mod:`calib.effects.expression` and in the arrangement of
+    :mod:`calib.effects.formula`, for programs that cannot call the effect: none where the samples
+    of a log do not determine it.
     """
 
     formula: str
@@ -90,6 +93,7 @@ class Page:
     source: str
     confounded: str
     separates: str
+    expressions: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -99,10 +103,8 @@ class Effect:
     Parameters
     ----------
     name : str
-    acts_on : str
-        ``reading``, ``sensor`` or ``reference``; see the module's docstring.
-    triads, parameters : tuple of str
-        For which triads it is, and what its k parameters are called.
+    parameters : tuple of str
+        What its k parameters are called.
     unit : str
         Of every parameter, ``{u}`` standing for the SI unit of the triad.
     columns : callable
@@ -111,6 +113,10 @@ class Effect:
     physics : str
         One sentence.
     page : Page
+    acts_on : str
+        ``reading``, ``sensor`` or ``reference``; see the module's docstring.
+    triads : tuple of str
+        For which triads it is.
     shape : Shape or None
     needs : tuple of str
         What its columns are made of besides the vector; see :data:`Need`.
@@ -135,13 +141,13 @@ class Effect:
     """
 
     name: str
-    acts_on: Literal["reading", "sensor", "reference"]
-    triads: tuple[Triad, ...]
     parameters: tuple[str, ...]
     unit: str
     columns: Columns
     physics: str
     page: Page
+    acts_on: Literal["reading", "sensor", "reference"] = "sensor"
+    triads: tuple[Triad, ...] = TRIADS
     shape: Shape | None = None
     needs: tuple[Need, ...] = ()
     logged: tuple[str, ...] = ()
@@ -194,52 +200,37 @@ EFFECTS: dict[str, Effect] = {}
 """Every listed effect by name, in the order of the catalogue."""
 
 
-def effect(
-    *parameters: str,
-    acts_on: Literal["reading", "sensor", "reference"] = "sensor",
-    unit: str,
-    page: Page,
-    triads: tuple[Triad, ...] = TRIADS,
-    shape: Shape | None = None,
-    needs: tuple[Need, ...] = (),
-    logged: tuple[str, ...] = (),
-    belongs_to: Owner = "sensor",
-    orthogonal: bool = False,
-    in_square: bool = False,
-    constant_is: ConstantPart | None = None,
-    names_column: str | None = None,
-    follows_words: str = "",
-    largest: float = math.inf,
-) -> Callable[[Columns], Columns]:
+class EffectFields(TypedDict, total=False):
+    """The fields of :class:`Effect` that its decorator takes by name."""
+
+    acts_on: Literal["reading", "sensor", "reference"]
+    unit: Required[str]
+    page: Required[Page]
+    triads: tuple[Triad, ...]
+    shape: Shape | None
+    needs: tuple[Need, ...]
+    logged: tuple[str, ...]
+    belongs_to: Owner
+    orthogonal: bool
+    in_square: bool
+    constant_is: ConstantPart | None
+    names_column: str | None
+    follows_words: str
+    largest: float
+
+
+def effect(*parameters: str, **fields: Unpack[EffectFields]) -> Callable[[Columns], Columns]:
     """Register the decorated column function under its own name; its docstring is the physics.
 
-    The arguments are the fields of :class:`Effect`. Registered, the effect has its page in the
-    catalogue and can be named in a model, diagnosed, added, and applied to other logs.
+    Registered, the effect has its page in the catalogue and can be named in a model, diagnosed,
+    added, applied to other logs, and exported where its page has expressions.
     """
 
     def register(function: Columns) -> Columns:
         name = function.__name__
         physics = " ".join((function.__doc__ or "").split())
         EFFECTS[name] = Effect(
-            name=name,
-            acts_on=acts_on,
-            triads=triads,
-            parameters=parameters,
-            unit=unit,
-            columns=function,
-            physics=physics,
-            page=page,
-            shape=shape,
-            needs=needs,
-            logged=logged,
-            belongs_to=belongs_to,
-            orthogonal=orthogonal,
-            in_square=in_square,
-            constant_is=constant_is,
-            names_column=names_column,
-            follows_words=follows_words,
-            largest=largest,
-        )
+            name=name, parameters=parameters, columns=function, physics=physics, **fields)
         return function
 
     return register
@@ -267,8 +258,6 @@ def column_effect(name: str) -> Effect:
     """The effect ``column:NAME``: a bias that follows the logged column NAME linearly."""
     return Effect(
         name=OF_COLUMN + name,
-        acts_on="sensor",
-        triads=TRIADS,
         parameters=AXES,
         unit=f"{{u}} per unit of {name}",
         logged=(name,),

@@ -15,6 +15,12 @@ from calib.numbers import SECONDS_PER_HOUR
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray
 
+WARMTH = f"({TEMPERATURE} - {REFERENCE_TEMPERATURE_C})"
+"""The columns of an effect of temperature as an expression, K."""
+
+HOURS = f"time_s / {SECONDS_PER_HOUR}"
+"""The columns of a drift as an expression, h."""
+
 
 def _warmth(at: Conditions) -> FloatArray:
     return np.asarray(at.column(TEMPERATURE) - REFERENCE_TEMPERATURE_C)[:, None]
@@ -32,6 +38,7 @@ def _hours(at: Conditions) -> FloatArray:
     names_column=TEMPERATURE,
     page=Page(
         formula="e_k = c_k · (T − 25 °C)",
+        expressions=(WARMTH,),
         typical={
             "MPU-6050": typical(quoted(0.16, "°/s/K"), between(0.5, 0.9, "mg/K")),
             "MTi": typical(quoted(0.1, "mg/K"), note="at most, after the factory"),
@@ -53,6 +60,7 @@ def temperature_bias(at: Conditions) -> FloatArray:
     constant_is="scale",
     page=Page(
         formula="e_k = c_k · (T − 25 °C) · s_k",
+        expressions=(f"{WARMTH} * s",),
         typical={
             "MPU-6050": typical(quoted(0.02, "%/K")),
             "MTi": typical(note="compensated in the factory model"),
@@ -75,6 +83,7 @@ def temperature_scale(at: Conditions) -> FloatArray:
     belongs_to="session",
     page=Page(
         formula="e_k = d_k · t",
+        expressions=(HOURS,),
         typical={
             "MPU-6050": typical(between(0.01, 0.05, "°/s/h"), quoted(1, "mg/h")),
             "MTi": typical(quoted(0.003, "°/s/h"), quoted(0.02, "mg/h")),
@@ -97,6 +106,7 @@ def bias_drift(at: Conditions) -> FloatArray:
     belongs_to="session",
     page=Page(
         formula="e_k = d_k · t · s_k",
+        expressions=(f"{HOURS} * s",),
         typical={
             "MPU-6050": typical(quoted(0.1, "%/h"), note="while warming"),
             "MTi": typical(note="small"),
@@ -120,6 +130,7 @@ def scale_drift(at: Conditions) -> FloatArray:
     belongs_to="session",
     page=Page(
         formula="e_k = w_k · exp(−t/τ),  τ fitted",
+        expressions=("exp(-time_s / tau_s)",),
         typical={
             "MPU-6050": typical(
                 between(0.1, 1, "°/s"), between(5, 20, "mg"), note="over 10 min"),

@@ -12,6 +12,7 @@ Nothing runs but what is listed: numbers, names, + - * / **, a few functions of 
 """
 
 import ast
+import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -59,6 +60,9 @@ NEEDS: dict[str, Need] = {
     "spin_rad_s": "plate",
     "magnitude": "plate",
 }
+OF_AXIS = {"s": "xyz", **{letter: tuple(f"{letter}{axis}" for axis in "xyz") for letter in "fp"}}
+"""Names of an axis's own components, and which they are on x, y and z."""
+
 KNOWN_NAMES = (*VECTORS, *OTHER_TRIAD, "vibration", *OF_POSE, "pi")
 """Names of an expression that are neither logged columns nor shape parameters."""
 
@@ -148,6 +152,22 @@ def read_expression(text: str, shapes: Sequence[str] = ()) -> Expression:
             raise BadExpression(f"the shape parameter '{shape}' is not used in '{text}'", shape,
                                 [name for name in names if name not in KNOWN_NAMES])
     return Expression(text, tree, tuple(names), tuple(runs), tuple(shapes))
+
+
+def substituted(tree: ast.expr, values: Mapping[str, ast.expr]) -> ast.expr:
+    """A copy of ``tree`` with these expressions in the place of names."""
+
+    class Substitution(ast.NodeTransformer):
+        def visit_Name(self, node: ast.Name) -> ast.expr:
+            return copy.deepcopy(values.get(node.id, node))
+
+    result: ast.expr = Substitution().visit(copy.deepcopy(tree))
+    return result
+
+
+def on_axis(tree: ast.expr, axis: int) -> ast.expr:
+    """What ``tree`` is on axis 0, 1 or 2: the axis's own components by their names."""
+    return substituted(tree, {name: ast.Name(names[axis]) for name, names in OF_AXIS.items()})
 
 
 def _check(node: ast.expr, names: dict[str, None], runs: dict[str, None]) -> None:

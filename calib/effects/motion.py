@@ -16,6 +16,7 @@ from calib.poses.imu_log import AXES, FloatArray
     triads=("gyroscope",),
     page=Page(
         formula="e_k = Σ_j G_kj · f_j",
+        expressions=("fx", "fy", "fz"),
         typical={
             "MPU-6050": typical(quoted(0.1, "°/s/g")),
             "MTi": typical(quoted(0.003, "°/s/g"), note="after the factory"),
@@ -42,6 +43,7 @@ def g_sensitivity(at: Conditions) -> FloatArray:
     triads=("gyroscope",),
     page=Page(
         formula="e_k = h_k · f_k²",
+        expressions=("f**2",),
         typical={
             "MPU-6050": typical(between(0.01, 0.05, "°/s/g²")),
             "MTi": typical(note="lower"),

@@ -13,6 +13,7 @@ from calib.poses.imu_log import AXES, FloatArray
     unit="1/({u})",
     page=Page(
         formula="e_k = K2_k · s_k²",
+        expressions=("s**2",),
         typical={
             "MPU-6050": typical(quoted(2.5, "mg/g²"), quoted(8e-6, "1/(°/s)"),
                                 note="0.5 % of ±2 g, 0.2 % of ±250 °/s"),
@@ -35,6 +36,7 @@ def quadratic(at: Conditions) -> FloatArray:
     unit="1/({u})²",
     page=Page(
         formula="e_k = K3_k · s_k³",
+        expressions=("s**3",),
         typical={
             "MPU-6050": typical(quoted(1.2, "mg/g³"), quoted(3e-8, "1/(°/s)²"),
                                 note="0.5 % of ±2 g, 0.2 % of ±250 °/s"),
@@ -56,6 +58,7 @@ def cubic(at: Conditions) -> FloatArray:
     unit="1",
     page=Page(
         formula="e_k = a_k · |s_k|",
+        expressions=("abs(s)",),
         typical={
             "MPU-6050": typical(quoted(0.1, "%")),
             "MTi": typical(quoted(0.05, "%"), note="at most"),
@@ -75,6 +78,7 @@ def asymmetry(at: Conditions) -> FloatArray:
     unit="1/({u})",
     page=Page(
         formula="e_k = K_kij · s_i · s_j,  i ≠ j",
+        expressions=("x*y", "y*z", "z*x"),
         typical={"MPU-6050": typical(note="not specified"), "MTi": typical(note="not specified")},
         source="IEEE Std 1293 cross-coupling coefficients Kip, Kio, Kop",
         confounded="quadratic; x·y·z is zero on every wedge pose",

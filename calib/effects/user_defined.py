@@ -5,6 +5,7 @@ one. A Python function has the signature ``f(at)`` or ``f(at, shape)``; it sees 
 cannot write to.
 """
 
+import ast
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from typing import Literal
@@ -12,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from calib.effects.effect import Effect, Page, Shape, per_axis
-from calib.effects.expression import NEEDS, Expression
+from calib.effects.expression import NEEDS, Expression, on_axis
 from calib.errors import CalibrationError, Undetermined
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, TRIADS, FloatArray, Triad
@@ -132,11 +133,11 @@ def user_effect(
     of_bench = per == "reference" or bool(runs)
     return Effect(
         name=name,
-        acts_on="reference" if per == "reference" else "sensor",
-        triads=TRIADS if triad is None else (triad,),
         parameters=PARAMETERS[per],
         unit=unit,
         columns=lambda at, *shapes: arranged[per](values(at, *shapes), at),
+        acts_on="reference" if per == "reference" else "sensor",
+        triads=TRIADS if triad is None else (triad,),
         needs=tuple(dict.fromkeys(need for each, need in NEEDS.items()
                                   if each in names and not (measures_force and need == "force"))),
         logged=columns,
@@ -150,8 +151,18 @@ def user_effect(
             source="your configuration",
             confounded="see the aliases that the diagnosis lists",
             separates="poses in which its columns change while everything else stays",
+            expressions=_expressions(value, per),
         ),
     )
+
+
+def _expressions(value: ValueOf, per: Per) -> tuple[str, ...]:
+    """The columns as expressions; none for a Python function."""
+    if not isinstance(value, Expression):
+        return ()
+    if per == "matrix":
+        return tuple(ast.unparse(on_axis(value.tree, j)) for j in range(len(AXES)))
+    return (value.text,)
 
 
 def _guarded(name: str, function: ValueOf) -> ValueOf:

@@ -1,4 +1,4 @@
-"""A new effect is one decorated function: YAML, run, diagnosis, page and apply follow from it."""
+"""A new effect is one decorated function: YAML, run, diagnosis, page, apply, export follow."""
 
 import json
 from collections.abc import Iterator
@@ -30,6 +30,7 @@ def knee() -> Iterator[str]:
             source="a test",
             confounded="temperature_bias",
             separates="a soak",
+            expressions=(f"0.01 * (temperature_c - {KNEE_C})**2",),
         ),
     )
     def heat_knee(at: Conditions) -> FloatArray:
@@ -88,6 +89,12 @@ def test_a_registered_effect_is_usable_everywhere(
     assert plain[:, 1:4] - with_effect[:, 1:4] == pytest.approx(
         np.tile(1e-2 * warmth[:, None] ** 2, 3), rel=0.05
     )
+
+
+    assert pipeline("export", results, "--to", "arduino", "--output", tmp_path / "c") == 0
+    header = (tmp_path / "c/imu_calibration.h").read_text(encoding="utf-8")
+    assert "/* errors of heat_knee */" in header
+    assert header.count("* (temperature_c - 20.0f)") == 6  # three axes of two triads
 
 
 def applied(results: dict[str, object], log: Path, output: Path) -> FloatArray:

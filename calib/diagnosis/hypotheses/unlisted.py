@@ -17,7 +17,7 @@ from calib.diagnosis.hypotheses.listed import Course, Hypothesis
 from calib.effects.effect import Effect, Page, per_axis
 from calib.fit.least_squares.result import Fit
 from calib.poses.conditions import Conditions
-from calib.poses.imu_log import AXES, TEMPERATURE, TRIADS, BoolArray, FloatArray
+from calib.poses.imu_log import AXES, TEMPERATURE, BoolArray, FloatArray
 from calib.poses.pose_checks import LARGEST_RATE_CHANGE
 from calib.poses.pose_set import PoseSet
 
@@ -164,7 +164,7 @@ def _internal(name: str, marks: FloatArray) -> Effect:
     def columns(at: Conditions) -> FloatArray:
         return per_axis(np.tile(marks[:, None], 3))
 
-    return Effect(name, "sensor", TRIADS, AXES, "{u}", columns, "", NO_PAGE, orthogonal=True)
+    return Effect(name, AXES, "{u}", columns, "", NO_PAGE, orthogonal=True)
 
 
 def step_hypotheses(fit: Fit) -> list[Hypothesis]:

@@ -1,4 +1,4 @@
-"""The complete correction as source code: one set of formulas, three languages.
+"""The complete correction as source code: the effects' own expressions, three languages.
 
-    formulas ─ routine ─ syntax ─ c, python, matlab
+    errors ─ routine ─ syntax ─ c, python, matlab
 """

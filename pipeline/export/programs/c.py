@@ -53,7 +53,7 @@ C = Syntax(
 
 def to_arduino(stored: Stored) -> Export:
     """``imu_calibration.h``: one function for each triad, with a worked number."""
-    routines = [routine_of(stored, each) for each in stored.triads]
+    routines = [routine_of(each) for each in stored.triads]
     lines = [
         *c_comments([*origin(stored), "calibrated = T * (K * (counts - B) - errors), in SI units"]),
         "#ifndef IMU_CALIBRATION_H",

@@ -21,7 +21,7 @@ MATLAB = Syntax(
 
 def to_matlab(stored: Stored) -> Export:
     """``calibrate_accelerometer.m`` and ``calibrate_gyroscope.m``."""
-    routines = [routine_of(stored, each) for each in stored.triads]
+    routines = [routine_of(each) for each in stored.triads]
     files = {f"calibrate_{each.triad}.m": "\n".join(_function(stored, each)) + "\n"
              for each in routines}
     return Export(files, (*no_sds(stored), *notes_on(stored, routines, "The function")))

@@ -27,7 +27,7 @@ PYTHON = Syntax(
 
 def to_python(stored: Stored) -> Export:
     """``imu_calibration.py``: one function for each triad, plain numbers in and out."""
-    routines = [routine_of(stored, each) for each in stored.triads]
+    routines = [routine_of(each) for each in stored.triads]
     lines = [f"# {ascii_line(line)}" for line in origin(stored)]
     lines.append("# calibrated = T (K (counts - B) - errors), in SI units")
     if any(each.formulas for each in routines):

@@ -14,11 +14,10 @@ import numpy as np
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import SI_UNIT, TEMPERATURE, FloatArray
 from pipeline.export.parts import EXAMPLE_DIRECTION, EXAMPLE_SIZE, example_counts, plain_row
-from pipeline.export.programs.formulas import ErrorFormula, formula_of
-from pipeline.results.read import Stored, StoredTriad
+from pipeline.export.programs.errors import FORCE, ErrorFormula, error_formula
+from pipeline.results.read import StoredTriad
 from pipeline.text.plain import one_line
 
-FORCE = ("fx", "fy", "fz")
 STEPS = 50  #: of the fixed point at most, as in :mod:`calib.fit.rows.sensitive_axes`
 DOUBLE_TOLERANCE = "1e-14"
 """Relative change that ends the fixed point in double precision: 45 roundings. As text, since each
@@ -78,17 +77,15 @@ class Routine:
                 *((each.identifier, each.meaning) for each in self.inputs))
 
 
-def routine_of(stored: Stored, each: StoredTriad) -> Routine:
+def routine_of(each: StoredTriad) -> Routine:
     """The correction of one triad with every effect that samples determine."""
     correction = each.correction
     formulas, left_out = [], []
-    users = stored.contents[each.triad]["correction"]["own_effects"]
     for effect in correction.model.effects:
         if effect.acts_on == "reading":
             continue
         theta = correction.theta[correction.model.positions([effect])]
-        formula = formula_of(effect, theta, correction.shapes.get(effect.name),
-                             users.get(effect.name), each)
+        formula = error_formula(effect, theta, correction.shapes.get(effect.name), each)
         if formula is None:
             left_out.append(effect.name)
         else:

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from calib.poses.imu_log import AXES
-from pipeline.export.programs.formulas import Product
-from pipeline.export.programs.routine import FORCE, Routine
+from pipeline.export.programs.errors import FORCE, Product
+from pipeline.export.programs.routine import Routine
 
 OPERATORS: Mapping[type[ast.operator], str] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/",

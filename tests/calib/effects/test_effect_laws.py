@@ -1,5 +1,6 @@
 """Laws that every registered effect keeps; a new effect joins them by being registered."""
 
+import ast
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,8 @@ import pytest
 
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import EFFECTS, REFERENCE_TEMPERATURE_C, Effect
+from calib.effects.expression import read_expression
+from calib.effects.formula import axis_terms
 from calib.effects.needs import unavailable
 from calib.errors import Undetermined
 from calib.fit.least_squares.solver import fit
@@ -26,6 +29,7 @@ from tests.calib.made_poses import (
 
 NOISE_UNITS = 30.0
 ADDED = [name for name, effect in EFFECTS.items() if effect.acts_on != "reading"]
+WRITTEN_OUT = [name for name, effect in EFFECTS.items() if effect.page.expressions]
 SHAPE_VALUE = {"warm_up": 900.0, "hysteresis": 0.12}
 """Each between two of the effect's starts."""
 
@@ -70,6 +74,25 @@ def test_a_row_does_not_depend_on_the_other_rows(name: str, triad: Triad) -> Non
     whole = effect.evaluate(at)
     for rows in ([0], [7, 3], [11, 10, 9, 1]):
         assert effect.evaluate(at.take(rows)) == pytest.approx(whole[rows], rel=1e-14, abs=0)
+
+
+@pytest.mark.parametrize(("name", "triad"), pairs(WRITTEN_OUT))
+def test_the_expressions_of_the_page_are_the_columns(name: str, triad: Triad) -> None:
+    effect, at = EFFECTS[name], some_conditions(triad)
+    columns = np.zeros((len(at), 3, len(effect.parameters)))
+    for axis, terms in enumerate(axis_terms(effect)):
+        for term in terms:
+            value = read_expression(ast.unparse(term.value))
+            columns[:, axis, term.parameter] += value(at)[:, axis]
+    assert columns == pytest.approx(effect.evaluate(at), rel=1e-14, abs=1e-300)
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_what_samples_determine_has_expressions_so_that_programs_correct_it(name: str) -> None:
+    effect = EFFECTS[name]
+    determined = (effect.acts_on == "sensor" and effect.belongs_to != "bench"
+                  and not {"previous", "vibration", "plate"} & {*effect.needs})
+    assert bool(effect.page.expressions) == determined
 
 
 @pytest.mark.parametrize("name", EFFECTS)
