@@ -20,14 +20,14 @@ from calib.poses.imu_log import AXES
 
 
 @dataclass(frozen=True)
-class Term:
+class ErrorTerm:
     """A part of the error of an axis: ``value`` times the parameter of this number."""
 
     parameter: int
     value: ast.expr
 
 
-def axis_terms(effect: Effect, shape: float | None = None) -> tuple[tuple[Term, ...], ...]:
+def axis_terms(effect: Effect, shape: float | None = None) -> tuple[tuple[ErrorTerm, ...], ...]:
     """The error of x, y and z as terms to be summed; none where the effect has no expressions.
 
     Parameters
@@ -56,7 +56,7 @@ def _value(text: str, effect: Effect, shape: float | None) -> ast.expr:
     return substituted(read_expression(text, (name,)).tree, {name: ast.Constant(value)})
 
 
-def _terms_on(axis: int, values: Sequence[ast.expr], k: int) -> Iterator[Term]:
+def _terms_on(axis: int, values: Sequence[ast.expr], k: int) -> Iterator[ErrorTerm]:
     m = len(values)
     if m == 1:
         numbered = [(min(axis, k - 1), values[0])]
@@ -66,4 +66,4 @@ def _terms_on(axis: int, values: Sequence[ast.expr], k: int) -> Iterator[Term]:
         numbered = list(enumerate(values[k * axis : k * (axis + 1)]))
     for parameter, value in numbered:
         if not (isinstance(value, ast.Constant) and value.value == 0):
-            yield Term(parameter, on_axis(value, axis))
+            yield ErrorTerm(parameter, on_axis(value, axis))
