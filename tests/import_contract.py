@@ -62,9 +62,9 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
     "calib.diagnosis.search": [
-        ("evidence", "joint_conditions"), ("raw_columns", "table", "refit"),
-        ("stacked_tables", "set_densities", "beside", "sizes"), ("steps",),
-        ("sets", "together"), ("expansion", "classes"), ("odds",),
+        ("evidence",), ("raw_columns", "table", "refit"),
+        ("table_at", "set_densities", "beside", "sizes"),
+        ("sets",), ("expansion", "classes"), ("odds",),
     ],
     "calib.diagnosis.verdict": [
         ("explained", "ranking", "wording"), ("decision",), ("explain",),

@@ -3,12 +3,10 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
-from calib.diagnosis.population.evidence import Evidence
-from calib.diagnosis.population.evidence_many import evidence_many
+from calib.diagnosis.population.evidence import evidence_of
 from calib.effects.catalogue import BASE
-from calib.fit.batch.fit_many import ManyFits, fit_many
+from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.parameters import triad_parameters
 from calib.poses.data_sheet import TriadSpec
@@ -25,28 +23,20 @@ def lot_records(lot: Lot, names: Sequence[str], output: Path) -> list[SessionRec
     """The records of sessions called SENSOR/EVENING; their evidence stands in ``output``."""
     sets, spec = pose_sets_of(lot), spec_of(lot.triad, lot.triad.full_scale)
     triad = sets[0].triad
-    fits = fit_many(sets, Model.of(BASE))
-    for part in evidence_many(fits, sets, names):
-        for i, name in enumerate(part.sensors):
-            write_evidence(evidence_path(output, name, triad), Evidence(
-                part.trials, part.score[i], part.information[i], float(part.chi2[i]),
-                float(part.dof[i]), float(part.noise_dof[i])))
-    return [SessionRecord(name, name.partition("/")[0], "", 0, "",
-                          (_row(fits, i, name, triad, spec, len(sets[i])),))
-            for i, name in enumerate(names)]
+    fits = [fit(each, Model.of(BASE)) for each in sets]
+    for name, each in zip(names, fits, strict=True):
+        write_evidence(evidence_path(output, name, triad), evidence_of(each))
+    return [SessionRecord(name, name.partition("/")[0], "", 0, "", (_row(each, name, spec),))
+            for name, each in zip(names, fits, strict=True)]
 
 
-def _row(
-    fits: ManyFits, i: int, name: str, triad: str, spec: TriadSpec, n_poses: int
-) -> Row:
+def _row(one: Fit, name: str, spec: TriadSpec) -> Row:
     """The row of one session, with the parameters of its fit."""
-    stack = next(each for each in fits.stacks if i in each.index)
-    j = int(np.flatnonzero(stack.index == i)[0])
-    value = triad_parameters(fits.model, stack.theta[j], stack.cov[j, :9, :9], spec)
-    row: Row = {"session": name, "sensor": name.partition("/")[0], "triad": triad,
-                "exit_code": 0, "reason": "", "warnings": 0, "n_poses": n_poses,
-                "verdict": "nothing_missing", "missing": "", "chi2": float(fits.chi2[i]),
-                "dof": int(fits.dof[i]), "p_value": float(fits.p_value[i])}
+    value = triad_parameters(one.model, one.theta, one.cov, spec)
+    row: Row = {"session": name, "sensor": name.partition("/")[0], "triad": one.poses.triad,
+                "exit_code": 0, "reason": "", "warnings": 0, "n_poses": len(one.poses),
+                "verdict": "nothing_missing", "missing": "", "chi2": one.chi2,
+                "dof": one.dof, "p_value": one.p_value}
     for key, sd in zip(PARAMETERS, value.sd, strict=True):
         for axis, at, each in zip(AXES, getattr(value, key), sd, strict=True):
             row[f"{key}_{axis}"] = float(at)

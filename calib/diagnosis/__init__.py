@@ -6,7 +6,7 @@
 ``search``            which sets of hypotheses explain the rows, with what odds
 ``next_measurement``  the poses that would settle what these leave open
 ``verdict``           what is named, how it ranks, and how it is said
-``finding``           the verdict on one fit, or on many fits at once
+``finding``           the verdict on one fit
 ``diagnose``          the way through these rooms
 ``unseen``            what effects that no residual shows do to the parameters, if they are typical
 ``untested``          the verdict where the noise of the poses is not known

@@ -23,7 +23,7 @@ from types import ModuleType
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS, Constants
-from calib.diagnosis.finding import find_many
+from calib.diagnosis.finding import find
 from calib.diagnosis.hypotheses import unlisted
 from calib.diagnosis.search import evidence, expansion, odds, sizes
 from calib.diagnosis.verdict import explained
@@ -72,8 +72,9 @@ def sessions(first: int, trials: int) -> Iterator[Session]:
 
 def outcomes(every: Sequence[Session]) -> list[tuple[SetOutcome, tuple[str, ...]]]:
     """What the diagnosis says of each, and what it leaves open."""
-    return [(scored(each.seed, found, each.hidden), found.verdict.group)
-            for each, found in zip(every, find_many([each.base for each in every]), strict=True)]
+    findings = [(each, find(each.base)) for each in every]
+    return [(scored(each.seed, finding, each.hidden), finding.verdict.group)
+            for each, finding in findings]
 
 
 def verdict(outcome: tuple[SetOutcome, tuple[str, ...]]) -> tuple[str, object, object]:

@@ -4,7 +4,6 @@
     python -m tests.bench.study_evenings hand --evenings 20000 --sizes 2 50
     python -m tests.bench.study_evenings plate --evenings 20000 --workers 2
     python -m tests.bench.study_evenings mixture --evenings 20000 --workers 2
-    python -m tests.bench.study_evenings paper --evenings 400 --loop
 
 ``paper`` and ``hand`` are accelerometers in poses at rest, ``plate`` gyroscopes in the paper's 18
 poses on the turning plate with the humidity logged. Half of the evenings hide nothing, as the prior
@@ -13,10 +12,9 @@ its own, log-uniform between ``--sizes`` (root mean square over the pose equatio
 ``mixture`` hides in the poses of ``paper`` what the diagnosis believes in before it sees data: the
 effects, steps, bad poses, biases that wander or swing, and two of these at once, each as often as
 its prior has it, in sizes of the prior's half-Cauchy distribution.
-They are drawn (``tests.world.lot``, ``tests.world.turning_lot``), fitted and diagnosed as stacks.
-The tables show what was named, and every stated probability beside how often it came true.
-``--loop`` diagnoses the same evenings one after the other too, counts the findings that differ, and
-prints both times. ``--workers`` and ``--scheduler`` are those of ``tests.bench.study_diagnosis``.
+They are drawn as stacks (``tests.world.lot``, ``tests.world.turning_lot``), each is fitted and
+diagnosed by itself. The tables show what was named, and every stated probability beside how often
+it came true. ``--workers`` and ``--scheduler`` are those of ``tests.bench.study_diagnosis``.
 """
 
 import argparse
@@ -28,10 +26,9 @@ from functools import partial
 from itertools import combinations
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.finding import Finding, find, find_each
+from calib.diagnosis.finding import find
 from calib.effects.catalogue import BASE
-from calib.fit.batch.fit_many import fit_many
-from calib.fit.least_squares.result import Fit
+from calib.errors import CalibrationError
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.poses.pose_set import PoseSet
@@ -62,19 +59,15 @@ and the pose before."""
 MIXED_SOUND = 900
 """Evenings of one seed of the mixture that hide nothing."""
 
-SEEDS_AT_ONCE = 5
-"""Of which the evenings are diagnosed together: 10,000 and more."""
-
 
 @dataclass(frozen=True)
 class Part:
-    """The evenings of some seeds: with an effect hidden, with nothing, and what the times were."""
+    """The evenings of a seed: with an effect hidden, with nothing, and what the times were."""
 
     hidden: tuple[SetOutcome, ...]
     sound: tuple[SetOutcome, ...]
     refused: int
     seconds: dict[str, float]
-    differ: int
 
 
 def design_called(name: str) -> Design:
@@ -126,63 +119,27 @@ def evenings(
     yield (), pose_sets_of(draw(design, LotPlan(in_one(name) // 2), seed))
 
 
-def part_of(name: str, sizes: tuple[float, float], loop: bool, last: int, first: int) -> Part:
-    """Draw, fit and diagnose the evenings of ``SEEDS_AT_ONCE`` seeds from ``first`` to ``last``."""
+def part_of(name: str, sizes: tuple[float, float], seed: int) -> Part:
+    """Draw, fit and diagnose the evenings of one seed."""
     seconds: Counter[str] = Counter()
-    kept: list[tuple[int, tuple[str, ...], Fit | None]] = []
-    refused = 0
-
-    def fits() -> Iterator[Fit]:
-        nonlocal refused
-        for seed in range(first, min(first + SEEDS_AT_ONCE, last + 1)):
-            begun = time.process_time()
-            drawn = [(what, poses) for what, sets in evenings(name, seed, sizes)
-                     for poses in sets]
-            drawn_at = time.process_time()
-            sets = [poses for _, poses in drawn]
-            each = fit_many(sets, Model.of(BASE)).each(sets)
-            seconds["drawing"] += drawn_at - begun
-            seconds["fitting"] += time.process_time() - drawn_at
-            for (what, _), one in zip(drawn, each, strict=True):
-                refused += one is None
-                if one is not None:
-                    kept.append((seed, what, one if loop else None))
-                    yield one
-
-    begun = time.process_time()
     hidden: list[SetOutcome] = []
     sound: list[SetOutcome] = []
-    findings: dict[int, Finding] = {}
-    for i, finding in find_each(fits()):
-        seed, what, _ = kept[i]
-        outcome = scored(seed, finding, what)
-        (hidden if what else sound).append(outcome)
-        if loop:
-            findings[i] = finding
-    seconds["diagnosing"] = time.process_time() - begun - seconds.total()
-    differ = 0
-    if loop:
+    refused, begun = 0, time.process_time()
+    drawn = [(what, poses) for what, sets in evenings(name, seed, sizes) for poses in sets]
+    seconds["drawing"] = time.process_time() - begun
+    for what, poses in drawn:
         begun = time.process_time()
-        alone = [find(fit(one.poses, Model.of(BASE))) for _, _, one in kept if one is not None]
-        seconds["fitting and diagnosing in a loop"] = time.process_time() - begun
-        differ = sum(not _agree(findings[i], each) for i, each in enumerate(alone))
-    return Part(tuple(hidden), tuple(sound), refused, dict(seconds), differ)
-
-
-SAME_PROBABILITY = 1e-4
-"""Derived: fits are weighed with a chi-square that is exact to 1e-4."""
-
-
-def _agree(one: Finding, other: Finding) -> bool:
-    """Whether two findings say the same."""
-    a, b = one.verdict, other.verdict
-    stated = list(zip(one.inclusion, other.inclusion, strict=False))
-    return (
-        (a.code, a.names, a.group) == (b.code, b.names, b.group)
-        and len(one.inclusion) == len(other.inclusion)
-        and all(i.members == j.members and abs(i.probability - j.probability) < SAME_PROBABILITY
-                for i, j in stated)
-    )
+        try:
+            one = fit(poses, Model.of(BASE))
+        except CalibrationError:
+            refused += 1
+            continue
+        fitted_at = time.process_time()
+        finding = find(one)
+        seconds["fitting"] += fitted_at - begun
+        seconds["diagnosing"] += time.process_time() - fitted_at
+        (hidden if what else sound).append(scored(seed, finding, what))
+    return Part(tuple(hidden), tuple(sound), refused, dict(seconds))
 
 
 def main() -> None:
@@ -194,17 +151,16 @@ def main() -> None:
     parser.add_argument("--evenings", type=int, default=20_000)
     parser.add_argument("--sizes", type=float, nargs=2, default=(5.0, 5.0))
     parser.add_argument("--first-seed", type=int, default=0)
-    parser.add_argument("--loop", action="store_true")
     parser.add_argument("--workers", type=int, default=1, help="processes of this machine")
     parser.add_argument("--scheduler", help="address of a Dask cluster")
     asked = parser.parse_args()
     low, high = asked.sizes
     count = max(1, round(asked.evenings / in_one(asked.design)))
     seeds = range(asked.first_seed, asked.first_seed + count)
-    trial = partial(part_of, asked.design, (low, high), asked.loop, seeds[-1])
+    trial = partial(part_of, asked.design, (low, high))
     begun = time.perf_counter()
     with trials_on(asked.workers, asked.scheduler) as each:
-        parts = [part for _, part in each(trial, seeds[::SEEDS_AT_ONCE]) if isinstance(part, Part)]
+        parts = [part for _, part in each(trial, seeds) if isinstance(part, Part)]
     by_the_clock = time.perf_counter() - begun
     hidden = [outcome for part in parts for outcome in part.hidden]
     sound = [outcome for part in parts for outcome in part.sound]
@@ -229,9 +185,6 @@ def main() -> None:
     for step, total in seconds.items():
         print(f"{step:34s} {total:8.1f} s of one processor, {1e3 * total / count:7.3f} ms each")
     print(f"{by_the_clock:.0f} s by the clock")
-    if asked.loop:
-        print(f"{sum(part.differ for part in parts)} of {count} findings differ from those of the "
-              f"loop")
 
 
 if __name__ == "__main__":

@@ -4,9 +4,9 @@
     python -m tests.bench.study_population --design soak --lots 20 --sizes 0.25 0.5 1
     python -m tests.bench.study_population --lots 1000 --sensors 100 --only-nothing
 
-Lots of accelerometers of one make (``tests.world.lot``), fitted and scored as stacks. First lots in
-which nothing is missing, with sds that are right, with sds that are all 5 % too small, and with a
-bias that differs from evening to evening: the share of lots in which the pool names something (a
+Lots of accelerometers of one make (``tests.world.lot``), fitted and scored one by one. First lots
+in which nothing is missing, with sds that are right, with sds that are all 5 % too small, and with
+a bias that differs from evening to evening: the share of lots in which the pool names something (a
 false alarm). Then an effect in each sensor, of one size in all of them, or of sizes that scatter
 about zero: the share of lots in which it is named as such or in a class with it, and in which
 something else is named. Sizes are root mean squares over the pose equations in noise units; the
@@ -18,11 +18,11 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from calib.diagnosis.population.evidence_many import evidence_many
+from calib.diagnosis.population.evidence import evidence_of
 from calib.diagnosis.population.lot import LotEvidence
 from calib.diagnosis.population.pool import FALSE_ALARM, Pool, judge, pool
 from calib.effects.catalogue import BASE
-from calib.fit.batch.fit_many import fit_many
+from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from tests.lots import pose_sets_of
 from tests.world.bench import Design
@@ -45,8 +45,10 @@ def lots_of(
         lot: Lot = draw_lot(design, plan, seed)
         sets = pose_sets_of(replace(lot, sd_counts=lot.sd_counts / widened))
         names = [f"{unit}" for unit in lot.unit]
-        fits = fit_many(sets, Model.of(BASE))
-        yield LotEvidence.joined(list(evidence_many(fits, sets, names)))
+        lot_evidence = LotEvidence.of((name, evidence_of(fit(poses, Model.of(BASE))))
+                                      for name, poses in zip(names, sets, strict=True))
+        assert lot_evidence is not None
+        yield lot_evidence
 
 
 def share_named(pools: list[Pool]) -> float:

@@ -19,7 +19,6 @@ from calib.effects.effect import EFFECTS, Effect, column_effect
 from calib.effects.needs import why_not_finite
 from calib.fit.least_squares.result import Fit
 from calib.fit.model import Model
-from calib.poses.conditions import joined
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 
@@ -156,38 +155,11 @@ def listed_hypotheses(
     fit: Fit, user_effects: Sequence[Effect] = (), covariates: Sequence[str] | None = None
 ) -> tuple[Sequence[Hypothesis], dict[str, str]]:
     """Every effect that could be added, at each start of its shape, and why others cannot be."""
-    return listed_in_each([fit], user_effects, covariates)[0]
-
-
-def listed_in_each(
-    fits: Sequence[Fit], user_effects: Sequence[Effect] = (),
-    covariates: Sequence[str] | None = None,
-) -> list[tuple[Sequence[Hypothesis], dict[str, str]]]:
-    """:func:`listed_hypotheses` of many fits; those that can have the same effects share them."""
-    alike: dict[object, list[int]] = {}
-    for i, fit in enumerate(fits):
-        poses = fit.poses
-        kind = (fit.model.names, poses.triad, len(poses), tuple(poses.columns), poses.run,
-                bool(poses.reference.magnitude.any()))
-        alike.setdefault(kind, []).append(i)
-    listed: dict[int, tuple[Sequence[Hypothesis], dict[str, str]]] = {}
-    for which in alike.values():
-        readings = [fits[i].equations.at_reading for i in which]
-        effects = list(candidate_effects(fits[which[0]], user_effects, covariates))
-        at = joined(readings)
-        finite = np.array([
-            np.isfinite(effect.evaluate(at)).reshape(len(which), -1).all(axis=1)
-            for effect in effects
-        ]).reshape(len(effects), len(which))
-        shared: dict[bytes, Sequence[Hypothesis]] = {}
-        for i, reading, good in zip(which, readings, finite.T, strict=True):
-            possible = [effect for effect, ok in zip(effects, good, strict=True) if ok]
-            if good.tobytes() not in shared:
-                shared[good.tobytes()] = _at_their_shapes(possible)
-            absent = {effect.name: why_not_finite(effect, reading)
-                      for effect, ok in zip(effects, good, strict=True) if not ok}
-            listed[i] = (shared[good.tobytes()], absent)
-    return [listed[i] for i in range(len(fits))]
+    at = fit.equations.at_reading
+    effects = list(candidate_effects(fit, user_effects, covariates))
+    absent = {effect.name: why_not_finite(effect, at) for effect in effects
+              if not np.isfinite(effect.evaluate(at)).all()}
+    return _at_their_shapes([each for each in effects if each.name not in absent]), absent
 
 
 def _at_their_shapes(effects: Sequence[Effect]) -> Sequence[Hypothesis]:

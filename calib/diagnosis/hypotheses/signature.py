@@ -13,7 +13,7 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
 from calib.effects.variation import about_mean
-from calib.fit.column_scaling import NORM_FLOOR, orthonormal_bases, orthonormal_columns
+from calib.fit.column_scaling import NORM_FLOOR, orthonormal_columns
 from calib.fit.least_squares.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.square_start import square_columns
@@ -72,12 +72,10 @@ class Projector:
 
     ``tested`` names the effects of the model that are on trial: their columns are kept out of what
     is projected, and what they explained is put back into the residual. ``model`` (r, k) is an
-    orthonormal basis of the other columns, where it is known already.
+    orthonormal basis of the other columns.
     """
 
-    def __init__(
-        self, fit: Fit, tested: Sequence[str] = (), model: FloatArray | None = None
-    ) -> None:
+    def __init__(self, fit: Fit, tested: Sequence[str] = ()) -> None:
         self.root = np.sqrt(fit.weight)
         residual, self.dof = fit.rows.residual, fit.dof
         if tested:
@@ -86,23 +84,10 @@ class Projector:
             # What is fitted of one effect is combinations of its own parameters.
             self.dof += int(fit.basis[where].any(axis=0).sum())
             self.dof += sum(name in fit.shapes for name in tested)
-        known = orthonormal_columns(untested_columns(fit, tested)) if model is None else model
-        self.model = known
+        self.model = orthonormal_columns(untested_columns(fit, tested))
         self.residual = self(residual * self.root)
         self.chi2 = float(self.residual @ self.residual)
         self.data_count = fit.equations.data_count
-
-    @classmethod
-    def each(cls, fits: Sequence[Fit], tested: Sequence[Sequence[str]]) -> "list[Projector]":
-        """Those of ``fits`` with equally many rows, each with what is ``tested`` in it."""
-        columns = [untested_columns(fit, names) for fit, names in zip(fits, tested, strict=True)]
-        bases: list[FloatArray] = [np.zeros(0)] * len(fits)
-        for width in {each.shape[1] for each in columns}:
-            some = [i for i, each in enumerate(columns) if each.shape[1] == width]
-            stack = orthonormal_bases(np.array([columns[i] for i in some]))
-            for i, basis in zip(some, stack, strict=True):
-                bases[i] = basis[:, basis.any(axis=0)]
-        return [cls(*each) for each in zip(fits, tested, bases, strict=True)]
 
     def __call__(self, rows: FloatArray) -> FloatArray:
         return np.asarray(rows - self.model @ (self.model.T @ rows))

@@ -72,14 +72,6 @@ class LotEvidence:
         whole = np.einsum("skk->sk", information).copy()
         return cls(sensors, tuple(places), score, information, whole, *scalars)
 
-    @classmethod
-    def joined(cls, parts: Sequence["LotEvidence"]) -> "LotEvidence":
-        """Parts with the same trials as one lot."""
-        sensors = tuple(sensor for part in parts for sensor in part.sensors)
-        fields = ("score", "information", "whole", "chi2", "dof", "noise_dof")
-        arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in fields}
-        return cls(sensors, parts[0].trials, **arrays)
-
     def only(self, i: int) -> "LotEvidence":
         """The lot of one session alone."""
         rows = {name: value[i : i + 1] for name, value in vars(self).items() if name != "trials"}

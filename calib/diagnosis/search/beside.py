@@ -25,14 +25,6 @@ class Beside:
 
 
 @dataclass(frozen=True, eq=False)
-class BesideSets:
-    """Asks for every hypothesis of ``table`` beside each of ``sets``."""
-
-    table: Table
-    sets: Sequence[Sequence[int]]
-
-
-@dataclass(frozen=True, eq=False)
 class _Remaining:
     """What the space of one set leaves of a table: rows (v, r), their products with what it leaves
     of the residual (v,), that one's chi-square and degrees of freedom.
@@ -60,20 +52,9 @@ class _Remaining:
                    table.dof - q.shape[1], outside, bool(q.shape[1]))
 
 
-def besides(requests: Sequence[BesideSets]) -> list[list[Beside]]:
-    """Every hypothesis beside the sets of each request, the set's space projected out.
-
-    Parameters
-    ----------
-    requests : sequence of BesideSets
-        Of tables with equally many rows.
-
-    Returns
-    -------
-    list of list of Beside
-        One for each set of each request.
-    """
-    rests = [_Remaining.of(each.table, members) for each in requests for members in each.sets]
+def besides(table: Table, sets: Sequence[Sequence[int]]) -> list[Beside]:
+    """Every hypothesis of a table beside each of ``sets``, the set's space projected out."""
+    rests = [_Remaining.of(table, members) for members in sets]
     nothing = [float(np.logaddexp(*nothing_log_density(each.chi2, each.dof))) for each in rests]
     weighed = [
         Beside(np.full(len(each.outside), -np.inf), np.zeros(len(each.outside))) for each in rests
@@ -83,8 +64,7 @@ def besides(requests: Sequence[BesideSets]) -> list[list[Beside]]:
         widths = sorted({int(k) for i in some for k in rests[i].table.seen[rests[i].outside]})
         for alike in _grouped(widths):
             _weigh(alike, [(rests[i], nothing[i], weighed[i]) for i in some])
-    ends = iter(weighed)
-    return [[next(ends) for _ in each.sets] for each in requests]
+    return weighed
 
 
 def _grouped(widths: Sequence[int]) -> list[list[int]]:

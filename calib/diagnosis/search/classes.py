@@ -11,7 +11,6 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.search.sets import Entry, Search
-from calib.diagnosis.search.steps import Steps
 from calib.diagnosis.search.table import Table
 
 SETTLED = float(np.log(CONSTANTS.credible / (1 - CONSTANTS.credible)))
@@ -84,7 +83,7 @@ def alike(state: Search, table: Table, lead: Entry, k: int) -> dict[str, int]:
 
 def refit_alike(
     state: Search, lead: Entry, k: int, places: Mapping[str, int]
-) -> Steps[None]:
+) -> None:
     """The leading set with ``k`` exchanged for each of ``places``, at their refits."""
     if lead.refit is None:
         return
@@ -94,7 +93,7 @@ def refit_alike(
         known = state.entries.get(state.key(members))
         if not state.can_refit(members) or (known is not None and known.whole):
             continue
-        again = yield from state.refitted(members, lead.refit)
+        again = state.refitted(members, lead.refit)
         if again is not None:
             state.note(again)
 

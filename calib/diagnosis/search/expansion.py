@@ -12,12 +12,13 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis
-from calib.diagnosis.search.beside import Beside, pair_scores
+from calib.diagnosis.search.beside import Beside, besides, pair_scores
 from calib.diagnosis.search.evidence import nothing_log_density
 from calib.diagnosis.search.refit import Refit
+from calib.diagnosis.search.set_densities import set_densities
 from calib.diagnosis.search.sets import OFTEN, Entry, Key, Search, is_nothing
 from calib.diagnosis.search.sizes import within_nature
-from calib.diagnosis.search.steps import Steps, densities, larger, table_at
+from calib.diagnosis.search.table_at import table_at
 from calib.fit.least_squares.result import Fit
 
 SCREENED = 4
@@ -31,11 +32,11 @@ WEIGHED = 10
 """Sets beside a solution whose evidence is computed with every size averaged. Chosen for time."""
 
 
-def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Steps[Search]:
+def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Search:
     """Search the sets of ``hypotheses`` for what the model of ``base`` lacks."""
-    table = yield from table_at(base, hypotheses)
+    table = table_at(base, hypotheses)
     hypotheses = within_nature(table, hypotheses)
-    (alone,) = yield from larger(table, [()])
+    (alone,) = besides(table, [()])
     nothing = nothing_log_density(table.chi2, table.dof)
     state = Search(base, hypotheses, table, alone, nothing, base.bounded_p_value)
     empty = float(np.logaddexp(*nothing))
@@ -43,14 +44,14 @@ def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Steps[Search]:
     _note_by_name(state, (), empty, alone, None)
     if is_nothing(state):
         return state
-    yield from _refit_singles(state)
+    _refit_singles(state)
     if not state.is_explained:
-        yield from _refit_pairs(state)
+        _refit_pairs(state)
     for _ in range(CONSTANTS.expansions):
         following = _next_to_expand(state)
         if following is None:
             break
-        yield from _expand(state, following)
+        _expand(state, following)
     return state
 
 
@@ -99,7 +100,7 @@ def _note_by_name(
     return sorted(noted, reverse=True)
 
 
-def _refit_singles(state: Search) -> Steps[None]:
+def _refit_singles(state: Search) -> None:
     """The best effects by themselves, at their refits.
 
     Once the best explains the rows, what could stand in its place is weighed at its solution, where
@@ -115,7 +116,7 @@ def _refit_singles(state: Search) -> Steps[None]:
                 break
         if state.best().explains and not _has_shape(state, entry.members):
             continue
-        again = yield from state.refitted(entry.members)
+        again = state.refitted(entry.members)
         if again is None:
             continue
         state.note(again)
@@ -130,7 +131,7 @@ def _has_shape(state: Search, members: Iterable[int]) -> bool:
     return any(state.hypotheses[j].shape is not None for j in members)
 
 
-def _refit_pairs(state: Search) -> Steps[None]:
+def _refit_pairs(state: Search) -> None:
     """The best of all pairs, at their refits, until the best of all sets explains the rows."""
     candidates = [
         j for j, h in enumerate(state.hypotheses)
@@ -153,26 +154,26 @@ def _refit_pairs(state: Search) -> Steps[None]:
         if len(tried) == 2 * CONSTANTS.pairs_refitted:
             break
         tried.add(key)
-        entry = yield from state.refitted(members)
+        entry = state.refitted(members)
         if entry is not None:
             state.note(entry)
             count += 1
 
 
-def _expand(state: Search, entry: Entry) -> Steps[None]:
+def _expand(state: Search, entry: Entry) -> None:
     """The sets beside one solution: one more, one exchanged, one less; the best are refitted."""
     state.expanded.add(state.key(entry.members))
     inside = [j for j in entry.members if state.can_refit([j])]
     joint = entry.refit if inside else None
     table = state.table
     if joint is not None:
-        table = yield from state.table_of(joint)
+        table = state.table_of(joint)
     members = entry.members
     smaller = [tuple(m for m in members if m != k) for k in members]
-    values = yield from densities(table, [members, *smaller])
+    values = set_densities(table, [members, *smaller])
     weighed = [(each, value) for each, value in zip([members, *smaller], values, strict=True)
                if np.isfinite(value)]
-    beside = yield from larger(table, [each for each, _ in weighed])
+    beside = besides(table, [each for each, _ in weighed])
     ahead: list[tuple[float, tuple[int, ...]]] = []
     for (each, density), more in zip(weighed, beside, strict=True):
         if each and each != members:
@@ -181,12 +182,12 @@ def _expand(state: Search, entry: Entry) -> Steps[None]:
     ahead.sort(reverse=True)
     near = [chosen for rough, chosen in ahead[:WEIGHED]
             if rough >= state.standard - CONSTANTS.behind]
-    values = yield from densities(table, near)
+    values = set_densities(table, near)
     better = [(value + state.log_prior(chosen), chosen)
               for value, chosen in zip(values, near, strict=True)]
     for value, chosen in better:
         state.note(Entry(chosen, value, joint))
-    yield from _refit_best(state, better, joint, set(members))
+    _refit_best(state, better, joint, set(members))
 
 
 def _refit_best(
@@ -194,7 +195,7 @@ def _refit_best(
     weighed: list[tuple[float, tuple[int, ...]]],
     joint: Refit | None,
     inside: set[int],
-) -> Steps[None]:
+) -> None:
     """Refit the sets that could be the best."""
     count = 0
     for value, members in sorted(weighed, reverse=True):
@@ -211,6 +212,6 @@ def _refit_best(
         if not state.can_refit(members) or (known is not None and known.whole):
             continue
         count += 1
-        again = yield from state.refitted(members, joint)
+        again = state.refitted(members, joint)
         if again is not None:
             state.note(again)

@@ -12,7 +12,6 @@ import numpy as np
 from calib.diagnosis.hypotheses.listed import Hypothesis
 from calib.diagnosis.search.classes import aliases, alike, class_of, refit_alike, similar
 from calib.diagnosis.search.sets import Entry, Search, with_refit
-from calib.diagnosis.search.steps import Steps
 
 LEADING = 6
 """Sets among which the leading one is looked for, those of one class counted together: a
@@ -89,16 +88,16 @@ class Odds:
         return tuple(sorted(by_names, key=lambda item: -item[1]))
 
 
-def odds_of(state: Search) -> Steps[Odds]:
+def odds_of(state: Search) -> Odds:
     """The probabilities of a finished search."""
-    lead = yield from _refitted_lead(state)
+    lead = _refitted_lead(state)
     at_lead = state.table
     if lead.refit is not None:
-        at_lead = yield from state.table_of(lead.refit)
+        at_lead = state.table_of(lead.refit)
     state.tables.clear()
     places = {k: alike(state, at_lead, lead, k) for k in lead.members}
     for k in lead.members:
-        yield from refit_alike(state, lead, k, places[k])
+        refit_alike(state, lead, k, places[k])
     total = float(np.logaddexp.reduce([e.log_posterior for e in state.entries.values()]))
     nothing, noise = (float(np.exp(v - total)) for v in state.nothing)
     names = tuple(dict.fromkeys(h.name for h in state.hypotheses))
@@ -127,13 +126,13 @@ def odds_of(state: Search) -> Steps[Odds]:
     )
 
 
-def _refitted_lead(state: Search) -> Steps[Entry]:
+def _refitted_lead(state: Search) -> Entry:
     """The leading set at its joint refit; one that its refit excludes leads no more."""
     while True:
         lead = _leading(state)
         if not lead.members:
             return lead
-        again = yield from with_refit(state, lead)
+        again = with_refit(state, lead)
         if not state.is_refused(state.key(lead.members)):
             return again
 

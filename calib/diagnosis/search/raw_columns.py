@@ -1,31 +1,32 @@
-"""What every hypothesis would leave in the whitened rows of many fits, nothing projected out.
+"""What every hypothesis would leave in the whitened rows of a fit, nothing projected out.
 
-Effects are row by row by law, so that one call evaluates them on the poses of all fits. Columns lie
-as rows of one array, those of a hypothesis one after another: everything that is done to them then
-runs along the memory.
+Columns lie as rows of one array, those of a hypothesis one after another: everything that is done
+to them then runs along the memory.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from calib.diagnosis.hypotheses.listed import Hypothesis
-from calib.diagnosis.search.joint_conditions import JointConditions
+from calib.diagnosis.hypotheses.signature import is_rounding, reference_columns, square_vectors
 from calib.effects.effect import Effect
-from calib.fit.least_squares.identifiability import ROUNDING
+from calib.effects.variation import about_mean
 from calib.fit.least_squares.result import Fit
-from calib.fit.least_squares.square_start import square_products
+from calib.numbers import NO_LENGTH
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
 class RawColumns:
-    """The columns of m hypotheses over r rows of S fits.
+    """The columns of m hypotheses over r rows.
 
     Parameters
     ----------
-    rows : array, shape (S, c, r)
+    rows : array, shape (c, r)
         Each column as a row; zero over the rows of the common errors.
     start, width : array, shape (m,)
         Where those of each hypothesis begin, and how many it has.
@@ -39,32 +40,27 @@ class RawColumns:
     owner: IntArray
 
     @classmethod
-    def of(
-        cls, fits: Sequence[Fit], hypotheses: Sequence[Sequence[Hypothesis]], root: FloatArray
-    ) -> "RawColumns":
-        """Those at the solutions ``fits``, which are alike, as are their ``hypotheses``.
-
-        ``root`` (S, r) are the roots of the rows' weights.
-        """
-        reference, vector, size, axes = _in_groups(hypotheses[0])
-        at = JointConditions.of(fits)
-        d = fits[0].equations.data_count
-        parts = [np.zeros((len(fits), 0, d))]
+    def of(cls, fit: Fit, hypotheses: Sequence[Hypothesis], root: FloatArray) -> "RawColumns":
+        """Those at the solution ``fit``; ``root`` (r,) are the roots of the rows' weights."""
+        reference, vector, size, axes = _in_groups(hypotheses)
+        at, d = _Solution(fit), fit.equations.data_count
+        parts = [np.zeros((0, d))]
         widths: list[int] = []
         for j in reference:
-            parts.append(_of_reference(at, [each[j] for each in hypotheses]))
-            widths.append(parts[-1].shape[1])
-        for group, columns in ((vector, _of_effects), (size, _of_courses), (axes, _of_courses)):
+            parts.append(at.of_reference(_effect_of(hypotheses[j])))
+            widths.append(len(parts[-1]))
+        for group, columns in ((vector, at.of_effects), (size, at.of_courses),
+                               (axes, at.of_courses)):
             if group:
-                part, count = columns(at, [[each[j] for j in group] for each in hypotheses])
+                part, count = columns([hypotheses[j] for j in group])
                 parts.append(part)
                 widths += count
         order = np.array([*reference, *vector, *size, *axes], int)
-        width, start = np.zeros((2, len(hypotheses[0])), int)
+        width, start = np.zeros((2, len(hypotheses)), int)
         width[order] = widths
         start[order] = np.cumsum(widths, dtype=int) - width[order]
-        rows = np.zeros((len(fits), sum(widths), root.shape[1]))
-        np.multiply(np.concatenate(parts, axis=1), root[:, None, :d], out=rows[:, :, :d])
+        rows = np.zeros((sum(widths), len(root)))
+        np.multiply(np.concatenate(parts), root[:d], out=rows[:, :d])
         return cls(rows, start, width, np.repeat(order, width[order]))
 
 
@@ -79,74 +75,81 @@ def _in_groups(hypotheses: Sequence[Hypothesis]) -> tuple[list[int], ...]:
     return groups
 
 
-def _of_reference(at: JointConditions, alike: Sequence[Hypothesis]) -> FloatArray:
-    """Columns (S, k, d) of one effect on the reference."""
-    effect, equations = _effect_of(alike[0]), at.fits[0].equations
-    errors = at.of_effect(effect, [None] * len(alike))[:, equations.magnitude]
-    sd = np.array([fit.equations.magnitude_sd for fit in at.fits])
-    columns = np.zeros((len(errors), errors.shape[2], equations.data_count))
-    columns[:, :, : len(equations.magnitude)] = (errors / sd[:, :, None]).swapaxes(1, 2)
-    return columns
-
-
-def _of_effects(
-    at: JointConditions, hypotheses: Sequence[Sequence[Hypothesis]]
-) -> tuple[FloatArray, list[int]]:
-    """Columns (S, k, d) of effects on the vectors, and how many each has."""
-    errors = [_errors(at, [each[i] for each in hypotheses]) for i in range(len(hypotheses[0]))]
-    vectors = np.concatenate(errors, axis=3)
-    rows = np.einsum("sdi,sdik->skd", at.directions, vectors[:, at.row_pose], optimize=True)
-    rows[_is_rounding(at, (rows**2).sum(axis=2), (vectors**2).sum(axis=(1, 2)))] = 0.0
-    return rows, [each.shape[3] for each in errors]
-
-
-def _errors(at: JointConditions, alike: Sequence[Hypothesis]) -> FloatArray:
-    """Errors (S, n, 3, k) of one effect; a shape parameter that a fit fitted is as fitted."""
-    effect, name = _effect_of(alike[0]), alike[0].name
-    if effect.in_square and name not in at.fits[0].model.names:
-        return _square_errors(at, effect)
-    shapes = [None if h.shape is None else fit.shapes.get(name, h.shape)
-              for fit, h in zip(at.fits, alike, strict=True)]
-    return at.of_effect(effect, shapes)
-
-
-def _square_errors(at: JointConditions, effect: Effect) -> FloatArray:
-    """:func:`..hypotheses.signature.square_vectors` of all fits, (S, n, 3, k (k + 1) / 2)."""
-    s = np.array([fit.rows.vector for fit in at.fits])
-    chosen = at.fits[0].equations.magnitude
-    columns = square_products(effect.evaluate(at.corrected), at.corrected.vector)
-    direction = s / np.linalg.norm(s, axis=2, keepdims=True)
-    vectors = np.zeros((*s.shape, columns.shape[1]))
-    errors = direction[..., None] * columns.reshape(*s.shape[:2], 1, -1)
-    vectors[:, chosen] = errors[:, chosen]
-    return vectors
-
-
 def _effect_of(hypothesis: Hypothesis) -> Effect:
     assert hypothesis.effect is not None
     return hypothesis.effect
 
 
-def _of_courses(
-    at: JointConditions, hypotheses: Sequence[Sequence[Hypothesis]]
-) -> tuple[FloatArray, list[int]]:
-    """Columns (S, k, d) of courses of one kind, all of size or all on the axes, and how many each.
-    """
-    values = np.array([
-        np.concatenate([h.course.values for h in each if h.course is not None], axis=1)
-        for each in hypotheses
-    ])  # (S, n, courses, a)
-    directions, counted = at.directions, values
-    if values.shape[3] == 1:
-        directions = at.along_vectors
-        counted = values[:, at.fits[0].equations.magnitude]
-    whole = (counted**2).sum(axis=1).reshape(len(values), -1)
-    of_rows = values.transpose(0, 2, 3, 1)[..., at.row_pose]
-    columns = (of_rows * directions.swapaxes(1, 2)[:, None]).reshape(*whole.shape, -1)
-    columns[_is_rounding(at, (columns**2).sum(axis=2), whole)] = 0.0
-    return columns, [h.course.values[0].size for h in hypotheses[0] if h.course is not None]
+@dataclass(frozen=True, eq=False)
+class _Solution:
+    """What hypotheses are evaluated on at the solution ``fit``."""
 
+    fit: Fit
 
-def _is_rounding(at: JointConditions, shown: FloatArray, whole: FloatArray) -> FloatArray:
-    """Which columns (S, k) are rounding, as :func:`..hypotheses.signature.is_rounding` has it."""
-    return np.asarray(np.sqrt(shown) < ROUNDING * np.sqrt(whole) / at.typical_sd[:, None])
+    @cached_property
+    def corrected(self) -> Conditions:
+        """With the corrected vectors, a pose at rest held at what it should read."""
+        return self.fit.equations.conditions(self.fit.rows.vector)
+
+    @cached_property
+    def sensed(self) -> Conditions:
+        """With what the sensitive axes sense."""
+        to_sensed = self.fit.rows.axes.to_sensed
+        return self.corrected.with_vector(self.corrected.vector @ to_sensed.T)
+
+    @cached_property
+    def directions(self) -> FloatArray:
+        """What every data row shows per SI unit of error of its pose's vector, (d, 3)."""
+        return self.fit.equations.directions(self.fit.rows.vector, self.fit.rows.slope)
+
+    @cached_property
+    def along_vectors(self) -> FloatArray:
+        """What every data row shows per SI unit of error in the length of its vector, (d, 1)."""
+        chosen = self.fit.equations.magnitude
+        s = self.fit.rows.vector[chosen]
+        unit = s / np.maximum(np.linalg.norm(s, axis=1, keepdims=True), NO_LENGTH)
+        along = np.zeros((len(self.directions), 1))
+        along[: len(chosen), 0] = (self.directions[: len(chosen)] * unit).sum(axis=1)
+        return along
+
+    def of_reference(self, effect: Effect) -> FloatArray:
+        """Columns (k, d) of an effect on the reference."""
+        varying = about_mean(effect, self.fit.model.names)
+        return reference_columns(self.fit, varying).T
+
+    def of_effects(self, hypotheses: Sequence[Hypothesis]) -> tuple[FloatArray, list[int]]:
+        """Columns (k, d) of effects on the vectors, and how many each has."""
+        errors = [self._errors(h) for h in hypotheses]
+        vectors = np.concatenate(errors, axis=2)
+        rows = np.einsum("di,dik->kd", self.directions, vectors[self.fit.equations.row_pose],
+                         optimize=True)
+        whole = (vectors**2).sum(axis=(0, 1))
+        rows[is_rounding(self.fit, (rows**2).sum(axis=1), whole)] = 0.0
+        return rows, [each.shape[2] for each in errors]
+
+    def _errors(self, h: Hypothesis) -> FloatArray:
+        """Errors (n, 3, k) of one effect; a shape parameter that the fit has is as fitted."""
+        effect, fitted = _effect_of(h), self.fit.model.names
+        if effect.in_square and h.name not in fitted:
+            return square_vectors(self.fit, effect)
+        shape = None if h.shape is None else self.fit.shapes.get(h.name, h.shape)
+        varying = about_mean(effect, fitted)
+        if effect.acts_on == "reading":
+            return varying.evaluate(self.fit.equations.at_reading, shape)
+        if effect.orthogonal:
+            return varying.evaluate(self.corrected, shape)
+        errors = varying.evaluate(self.sensed, shape)
+        return np.asarray(self.fit.rows.axes.to_orthogonal @ errors)
+
+    def of_courses(self, hypotheses: Sequence[Hypothesis]) -> tuple[FloatArray, list[int]]:
+        """Columns (k, d) of courses, all of size or all on the axes, and how many each has."""
+        courses = [h.course.values for h in hypotheses if h.course is not None]
+        values = np.concatenate(courses, axis=1)  # (n, courses, a)
+        equations, directions, counted = self.fit.equations, self.directions, values
+        if values.shape[2] == 1:
+            directions, counted = self.along_vectors, values[equations.magnitude]
+        whole = (counted**2).sum(axis=0).ravel()
+        of_rows = values.transpose(1, 2, 0)[..., equations.row_pose]
+        columns = (of_rows * directions.T).reshape(len(whole), -1)
+        columns[is_rounding(self.fit, (columns**2).sum(axis=1), whole)] = 0.0
+        return columns, [each[0].size for each in courses]

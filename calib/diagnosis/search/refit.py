@@ -13,8 +13,9 @@ from scipy.special import erfcx, ndtr
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
-from calib.fit.batch.extend_many import Extension, extend_many
+from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit, shapes_at_bound
+from calib.fit.least_squares.solver import extend
 from calib.fit.rows.shape_derivatives import shape_derivatives
 from calib.fit.validation.leave_one_out import left_out_residual
 
@@ -56,34 +57,28 @@ def linear_loo_rms(fit: Fit) -> float:
     return float(np.sqrt(np.mean((equations.row_sd * out) ** 2)))
 
 
-def refits(requests: Sequence[Extension]) -> list[Refit | None]:
-    """Effects added to fits and everything refitted.
+def refit(base: Fit, effects: Sequence[Effect]) -> Refit | None:
+    """``effects`` added to a fit and everything refitted.
 
     Parameters
     ----------
-    requests : sequence of Extension
-        Of one :attr:`Extension.shape`. A shape parameter begins at the first of its effect's
-        starts.
+    base : Fit
+    effects : sequence of Effect
+        A shape parameter begins at the first of its effect's starts.
 
     Returns
     -------
-    list of Refit or None
+    Refit or None
         None where the poses cannot carry the effects.
     """
-    joints: list[Refit | None] = []
-    for each, joint in zip(requests, extend_many(requests), strict=True):
-        if joint is None or joint.dof < CONSTANTS.fewest_dof:
-            joints.append(None)
-            continue
-        names = tuple(effect.name for effect in each.effects)
-        width = _log_shape_width(joint, each.effects)
-        joints.append(Refit(names, joint, joint.bounded_p_value, width))
-    return joints
-
-
-def refit(base: Fit, effects: Sequence[Effect]) -> Refit | None:
-    """One of :func:`refits`."""
-    return refits([Extension(base, tuple(effects))])[0]
+    try:
+        joint = extend(base, effects)
+    except (CalibrationError, np.linalg.LinAlgError):
+        return None
+    if joint.dof < CONSTANTS.fewest_dof:
+        return None
+    names = tuple(effect.name for effect in effects)
+    return Refit(names, joint, joint.bounded_p_value, _log_shape_width(joint, effects))
 
 
 def _log_shape_width(joint: Fit, effects: Sequence[Effect]) -> float:

@@ -1,7 +1,6 @@
-"""Log densities of the residual under sets of hypotheses of many tables, those alike together."""
+"""Log densities of the residual under sets of hypotheses of a table."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,46 +8,34 @@ from calib.diagnosis.search.evidence import Sets, nothing_log_density, set_log_d
 from calib.diagnosis.search.table import Table
 
 
-@dataclass(frozen=True, eq=False)
-class SetDensities:
-    """Asks for the log density of the residual under each of ``sets`` of hypotheses of ``table``.
-    """
-
-    table: Table
-    sets: Sequence[Sequence[int]]
-
-
-def set_densities(requests: Sequence[SetDensities]) -> list[list[float]]:
-    """The log density under every set of every request.
+def set_densities(table: Table, sets: Sequence[Sequence[int]]) -> list[float]:
+    """The log density of the residual under every set.
 
     -inf where a set has as many columns as there are degrees of freedom.
     """
-    values = [[-np.inf] * len(each.sets) for each in requests]
-    by_sizes: dict[tuple[int, ...], list[tuple[int, int]]] = {}
-    for i, each in enumerate(requests):
-        for j, members in enumerate(each.sets):
-            sizes = tuple(int(k) for k in each.table.seen[list(members)] if k)
-            if not sizes:
-                nothing = nothing_log_density(each.table.chi2, each.table.dof)
-                values[i][j] = float(np.logaddexp(*nothing))
-            elif sum(sizes) < each.table.dof + len(sizes):
-                by_sizes.setdefault(sizes, []).append((i, j))
+    values = [-np.inf] * len(sets)
+    by_sizes: dict[tuple[int, ...], list[int]] = {}
+    for i, members in enumerate(sets):
+        sizes = tuple(int(k) for k in table.seen[list(members)] if k)
+        if not sizes:
+            values[i] = float(np.logaddexp(*nothing_log_density(table.chi2, table.dof)))
+        elif sum(sizes) < table.dof + len(sizes):
+            by_sizes.setdefault(sizes, []).append(i)
     for sizes, places in by_sizes.items():
-        stack = sets_of([(requests[i].table, requests[i].sets[j]) for i, j in places], sizes)
-        for (i, j), value in zip(places, set_log_densities(stack), strict=True):
-            values[i][j] = float(value)
+        stack = sets_of(table, [sets[i] for i in places], sizes)
+        for i, value in zip(places, set_log_densities(stack), strict=True):
+            values[i] = float(value)
     return values
 
 
-def sets_of(cases: Sequence[tuple[Table, Sequence[int]]], sizes: tuple[int, ...]) -> Sets:
-    """Tables with sets of their hypotheses, whose numbers of visible columns are ``sizes``."""
-    x = [np.concatenate([table.rows[table.where(j)] for j in members]) for table, members in cases]
+def sets_of(table: Table, sets: Sequence[Sequence[int]], sizes: tuple[int, ...]) -> Sets:
+    """Sets of hypotheses of a table, whose numbers of visible columns are ``sizes``."""
+    x = np.array([np.concatenate([table.rows[table.where(j)] for j in members])
+                  for members in sets])
     return Sets(
-        gram=np.array([each @ each.T for each in x]),
-        product=np.array(
-            [each @ table.residual for each, (table, _) in zip(x, cases, strict=True)]
-        ),
-        chi2=np.array([table.chi2 for table, _ in cases]),
-        dof=np.array([table.dof for table, _ in cases]),
+        gram=x @ x.swapaxes(1, 2),
+        product=x @ table.residual,
+        chi2=np.full(len(sets), table.chi2),
+        dof=np.full(len(sets), table.dof),
         sizes=sizes,
     )

@@ -10,10 +10,11 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis, held
 from calib.diagnosis.search.beside import Beside
-from calib.diagnosis.search.refit import Refit
+from calib.diagnosis.search.refit import Refit, refit
+from calib.diagnosis.search.set_densities import set_densities
 from calib.diagnosis.search.sizes import exceeds_nature
-from calib.diagnosis.search.steps import Steps, densities, joint_refit, table_at
 from calib.diagnosis.search.table import Table
+from calib.diagnosis.search.table_at import table_at
 from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
 from calib.poses.imu_log import FloatArray, IntArray
@@ -118,11 +119,11 @@ class Search:
         """Whether the rows have no solution with these members, or with one of them alone."""
         return bool(key & self.refused_alone) or key in self.refused
 
-    def table_of(self, joint: Refit) -> Steps[Table]:
+    def table_of(self, joint: Refit) -> Table:
         """The table of all hypotheses at a joint refit, whose effects are on trial."""
         known = self.tables.get(joint)
         if known is None:
-            known = self.tables[joint] = yield from table_at(
+            known = self.tables[joint] = table_at(
                 joint.fit, self.hypotheses, joint.names
             )
         return known
@@ -151,7 +152,7 @@ class Search:
 
     def refitted(
         self, members: Sequence[int], start: Refit | None = None
-    ) -> Steps[Entry | None]:
+    ) -> Entry | None:
         """The set of ``members`` at its joint refit.
 
         None where it would leave too few degrees of freedom to check it with; or where the rows
@@ -160,7 +161,7 @@ class Search:
         effects = [self._effect(j, start) for j in members]
         if self.base.dof - sum(int(self.table.seen[j]) for j in members) < CONSTANTS.fewest_dof:
             return None
-        joint = yield from joint_refit(self.base, effects)
+        joint = refit(self.base, effects)
         if joint is None:
             self.refuse(self.key(members))
             return None
@@ -168,8 +169,8 @@ class Search:
             self.exclude(self.key(members))
             return None
         chosen = [self.hypotheses[j] for j in members]
-        table = yield from table_at(joint.fit, chosen, joint.names)
-        (density,) = yield from densities(table, [range(len(members))])
+        table = table_at(joint.fit, chosen, joint.names)
+        (density,) = set_densities(table, [range(len(members))])
         prior = self.log_prior(members) + joint.log_shape_width
         prior += sum(
             float(np.log(len(h.effect.shape.starts)))
@@ -214,7 +215,7 @@ def _largest_part(state: Search, members: Sequence[int]) -> Refit | None:
     return None if best is None else best.refit
 
 
-def with_refit(state: Search, entry: Entry) -> Steps[Entry]:
+def with_refit(state: Search, entry: Entry) -> Entry:
     """``entry`` with the joint refit of those of its members that a model can hold.
 
     Where the rows have none it is out of the search.
@@ -228,7 +229,7 @@ def with_refit(state: Search, entry: Entry) -> Steps[Entry]:
     if known is not None and known.whole:
         again: Entry | None = known
     else:
-        again = yield from state.refitted(inside, entry.refit)
+        again = state.refitted(inside, entry.refit)
     if again is None and state.is_refused(state.key(inside)):
         state.exclude(state.key(entry.members))
     if again is None:

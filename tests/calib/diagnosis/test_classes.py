@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from calib.diagnosis.diagnose import diagnose
-from calib.diagnosis.finding import find, find_many
+from calib.diagnosis.finding import find
 from calib.effects.catalogue import BASE
-from calib.fit.batch.fit_many import fit_many
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
@@ -31,8 +30,7 @@ def test_what_rises_with_time_and_temperature_is_named_as_one_class(name: str) -
     """Of 100 evenings 33 and 47 were named where each had to stand out from the others."""
     lot = draw_lot(paper_design(mpu6050()), LotPlan(EVENINGS, hidden=name, own_sd=(5.0, 5.0)), 32)
     sets = pose_sets_of(lot)
-    fits = [each for each in fit_many(sets, Model.of(BASE)).each(sets) if each is not None]
-    found = find_many(fits)
+    found = [find(fit(each, Model.of(BASE))) for each in sets]
     outcomes = [scored(32, each, (name,)) for each in found]
     assert np.mean([bool(each.named) for each in outcomes]) > 0.6
     assert sum(bool(each.wrong) for each in outcomes) <= 1

@@ -1,68 +1,33 @@
-"""Evidence of many sensors: the same stacked and one at a time, and what the pool makes of it."""
+"""Evidence of many sensors, and what the pool makes of it."""
 
 import numpy as np
 import pytest
 
 from calib.diagnosis.population.evidence import evidence_of
-from calib.diagnosis.population.evidence_many import evidence_many
 from calib.diagnosis.population.lot import LotEvidence
 from calib.diagnosis.population.pool import Pool, judge, pool
 from calib.effects.catalogue import BASE
-from calib.fit.batch.fit_many import fit_many
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.poses.pose_set import PoseSet
-from tests.fitting import pose_sets
 from tests.lots import pose_sets_of
-from tests.world.designs import paper_design, rich_design, soak_design
+from tests.world.designs import paper_design, soak_design
 from tests.world.imu import mpu6050
 from tests.world.lot import LotPlan, draw_lot
-from tests.world.session import simulate
 
 NINE = Model.of(BASE)
 
 
 def lot_of(sets: list[PoseSet], names: list[str] | None = None) -> LotEvidence:
     names = names or [str(i) for i in range(len(sets))]
-    return LotEvidence.joined(list(evidence_many(fit_many(sets, NINE), sets, names)))
+    lot = LotEvidence.of((name, evidence_of(fit(each, NINE)))
+                         for name, each in zip(names, sets, strict=True))
+    assert lot is not None
+    return lot
 
 
 def pooled(plan: LotPlan, seed: int = 1) -> Pool:
     return pool(lot_of(pose_sets_of(draw_lot(paper_design(mpu6050()), plan, seed))))
-
-
-@pytest.fixture(scope="module")
-def gyroscopes() -> list[PoseSet]:
-    design = rich_design().scaled(sample_rate=0.06)
-    return [pose_sets(simulate(design, seed))[1] for seed in range(2)]
-
-
-def assert_same(sets: list[PoseSet]) -> None:
-    stacked = lot_of(sets)
-    alone = LotEvidence.of((str(i), evidence_of(fit(each, NINE))) for i, each in enumerate(sets))
-    assert alone is not None
-    assert set(alone.trials) <= set(stacked.trials)
-    for trial in stacked.trials:
-        here = stacked.place(trial)
-        if trial not in alone.trials:
-            assert not stacked.information[:, here, here].any()
-            continue
-        there = alone.place(trial)
-        scale = max(float(np.abs(alone.information[:, there, there]).max()), 1e-300)
-        apart = stacked.information[:, here, here] - alone.information[:, there, there]
-        assert np.abs(apart).max() < 1e-9 * scale
-        apart_score = stacked.score[:, here] - alone.score[:, there]
-        assert np.abs(apart_score).max() < 1e-7 * np.sqrt(scale)
-    np.testing.assert_allclose(stacked.chi2, alone.chi2, rtol=1e-9)
-    np.testing.assert_array_equal(stacked.dof, alone.dof)
-
-
-def test_evidence_of_a_stack_is_that_of_each_gyroscope(gyroscopes: list[PoseSet]) -> None:
-    assert_same(gyroscopes)
-
-
-def test_evidence_of_a_stack_is_that_of_each_accelerometer() -> None:
-    assert_same(pose_sets_of(draw_lot(soak_design(), LotPlan(4), 1)))
 
 
 def test_half_an_sd_in_each_of_a_hundred_sensors_is_found_in_the_pool_and_in_none_alone() -> None:

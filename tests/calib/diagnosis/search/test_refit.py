@@ -10,7 +10,7 @@ from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.hypotheses.listed import listed_hypotheses
 from calib.diagnosis.search.expansion import search
 from calib.diagnosis.search.refit import refit
-from calib.diagnosis.search.steps import alone, densities
+from calib.diagnosis.search.set_densities import set_densities
 from calib.effects.catalogue import BASE, find_effect
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
@@ -86,11 +86,11 @@ def test_for_an_effect_near_the_noise_the_refit_changes_no_evidence(name: str) -
     """Linear there: the closed form at the base fit and at the joint refit are one."""
     base = fit(session(name, 3.0, "rich"), Model.of(BASE))
     listed, _ = listed_hypotheses(base)
-    state = alone(search(base, listed))
+    state = search(base, listed)
     (j,) = (j for j, h in enumerate(listed) if h.name == name)
-    (density,) = alone(densities(state.table, [(j,)]))
+    (density,) = set_densities(state.table, [(j,)])
     at_base = density + listed[j].log_prior
-    at_refit = alone(state.refitted((j,)))
+    at_refit = state.refitted((j,))
     assert at_refit is not None
     assert at_refit.log_posterior == pytest.approx(at_base, abs=0.4)
 
