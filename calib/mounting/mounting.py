@@ -24,6 +24,7 @@ import numpy as np
 
 from calib.errors import Undetermined
 from calib.fit.triad.calibration import TriadCalibration
+from calib.mounting.both_orders import LevelledReadings, OrderTrial, levelled_readings, try_orders
 from calib.mounting.floor_slope import HeadingForces, Slope, floor_slope, turned_short_covariance
 from calib.mounting.heading import FirstPush, Yaw, measure_yaw
 from calib.mounting.levelling import (
@@ -106,6 +107,10 @@ class Mounting:
         The floor's, where a log at the reverse heading was given.
     yaw : Yaw or None
         Where a drive was given.
+    orders : tuple of OrderTrial
+        Roll and pitch in both orders.
+    readings : LevelledReadings
+        Single readings of the first heading, before and after.
     """
 
     order: Order
@@ -120,6 +125,8 @@ class Mounting:
     samples: int
     slope: Slope | None
     yaw: Yaw | None
+    orders: tuple[OrderTrial, ...]
+    readings: LevelledReadings
 
     @property
     def sd_rad(self) -> FloatArray:
@@ -198,6 +205,8 @@ def mounting_from_logs(
         samples=sum(reading.samples for reading in upright.readings),
         slope=floor_slope(upright, rotation, yaw) if logs.reverse else None,
         yaw=yaw,
+        orders=try_orders(first, upright.up, cov, gravity_m_s2),
+        readings=levelled_readings(logs.still, accelerometer, rotation),
     )
 
 
@@ -268,5 +277,6 @@ def _refuse_lock(label: str, up: FloatArray, order: Order) -> None:
     raise Undetermined(
         f"{label}: gimbal lock: with the rotation order {order} the {locked} is within "
         f"{math.degrees(math.asin(LOCK_COSINE)):.0f}° of 90° at this mounting, where the {lost} "
-        f"has no meaning. Use the order {other}, or leave the choice to eq. (6)."
+        f"has no meaning. Write `order: {other}` under `installation:`, or delete the key and "
+        f"leave the choice to eq. (6)."
     )

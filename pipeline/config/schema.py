@@ -19,6 +19,7 @@ from pydantic import (
 )
 
 from calib.effects.catalogue import BASE
+from calib.mounting.levelling import Order
 from pipeline.config.types import (
     Columns,
     Count,
@@ -245,6 +246,7 @@ class InstallationSection(LogsSection):
     reverse_log: Files = ()
     drive_log: Files = ()
     drive_direction: Literal["forward", "backward"] = "forward"
+    order: Order | None = None  #: of the rotations; by eq. (6) of Promrit et al. where None
 
 
 def _device(name: str) -> str:

@@ -8,7 +8,6 @@ from typing import Any
 
 from calib.fit.least_squares.gauss_newton import HUBER_SD
 from pipeline.console.answers import RATES, Answer, answers_of, headline
-from pipeline.console.mounting_text import mounting_text
 from pipeline.console.run_text import triad_figures
 from pipeline.report.added_variable import added_variable_figure
 from pipeline.report.axis_charts import axis_charts, lead_panel
@@ -16,6 +15,7 @@ from pipeline.report.candidate_table import RANKED, candidate_rows, limit_rows
 from pipeline.report.effect_cards import effect_cards
 from pipeline.report.glossary import TERMS
 from pipeline.report.history_chart import staircase
+from pipeline.report.mounting_view import mounting_view
 from pipeline.report.page_templates import page_templates
 from pipeline.report.payload import script_json
 from pipeline.report.pose_charts import (
@@ -80,7 +80,7 @@ def report_html(
         ranked=RANKED,
         triads=[views[triad] for triad in order],
         warnings=outcome.warnings,
-        installation=_installation_view(outcome),
+        installation=mounting_view(outcome.installation),
         payload=script_json({
             "config": config,
             "constants": constants_json(),
@@ -164,17 +164,4 @@ def _triad_view(
         "candidates": candidate_rows(result),
         "limits": tuple(limit_rows(result)),
         "blind": result.diagnosis.blind,
-    }
-
-
-def _installation_view(outcome: Outcome) -> dict[str, Any] | None:
-    """What the page shows of the mounting; None if it was not measured."""
-    mounting = outcome.installation
-    if mounting is None:
-        return None
-    return {
-        "text": mounting_text(mounting),
-        "before": mounting.before.tolist(),
-        "after": mounting.after.tolist(),
-        "notes": mounting.notes,
     }

@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 from calib.mounting.mounting import Mounting
+from pipeline.results.json_values import number
 
 
 def mounting_json(mounting: Mounting) -> dict[str, Any]:
@@ -23,5 +24,16 @@ def mounting_json(mounting: Mounting) -> dict[str, Any]:
         "after": mounting.after.tolist(),
         "magnitude_error_m_s2": mounting.magnitude_error_m_s2,
         "readings": mounting.samples,
+        "orders": [
+            {
+                "order": trial.order,
+                "roll_deg": math.degrees(trial.roll_rad),
+                "pitch_deg": math.degrees(trial.pitch_rad),
+                "sd_deg": [number(math.degrees(sd)) for sd in trial.sd_rad],
+                "margin": trial.margin,
+                "residual_m_s2": trial.residual_m_s2,
+            }
+            for trial in mounting.orders
+        ],
         "notes": list(mounting.notes),
     }

@@ -62,7 +62,8 @@ def measure_mounting(
     gyroscope = sensor_specs(config.sensor)[1]
     if gyroscope is not None:
         require_at_rest(still, gyroscope, at_rest)
-    return mounting_from_logs(logs, accelerometer, gravity.value_m_s2, gravity.sd_m_s2)
+    return mounting_from_logs(logs, accelerometer, gravity.value_m_s2, gravity.sd_m_s2,
+                              section.order)
 
 
 def reading_at_rest(config: Config, recordings: Recordings) -> FloatArray | None:

@@ -11,6 +11,7 @@ from pipeline.results.schema.types import (
     Count,
     Matrix,
     MaybeSd,
+    NotNegative,
     Number,
     Part,
     Text,
@@ -19,6 +20,18 @@ from pipeline.results.schema.types import (
 )
 
 ORTHOGONAL = 1e-6  #: deviation of R Rᵀ from the unit matrix: no worse in files of other programs
+
+
+class OrderResult(Part):
+    """The mounting in one order of the rotations."""
+
+    order: Text = means("order of the rotations")
+    roll_deg: Number = means("roll")
+    pitch_deg: Number = means("pitch")
+    sd_deg: list[MaybeSd] = means("their sds; null where the order is locked",
+                                  min_length=2, max_length=2)
+    margin: NotNegative = means("its side of eq. (6); the smaller side names the order")
+    residual_m_s2: NotNegative = means("distance of the levelled mean reading from (0, 0, g)")
 
 
 class InstallationResult(Part):
@@ -37,6 +50,8 @@ class InstallationResult(Part):
     after: Three = means("after it")
     magnitude_error_m_s2: Number = means("magnitude less gravity")
     readings: Count = means("samples")
+    orders: list[OrderResult] = Field(default_factory=list,
+                                      description="both orders of the rotations")
     notes: list[Text] = means("warnings in words")
 
     @model_validator(mode="after")

@@ -60,6 +60,10 @@ def test_the_mounting_is_said_with_its_forces(page: Page, outcome: Outcome) -> N
     assert "roll" in page.text
     for force in (*outcome.installation.before, *outcome.installation.after):
         assert f"{force:.4f}" in page.text
+    assert "(used)" in page.text
+    for trial in outcome.installation.orders:
+        assert f"{1e3 * trial.residual_m_s2:.2f}" in page.text
+    assert "Readings in the vehicle's axes" in page.text
 
 
 def test_an_effect_in_the_model_and_one_of_the_user_s_own_have_boxes(outcome: Outcome) -> None:

@@ -13,6 +13,7 @@ from calib.poses.imu_log import ImuLog
 from pipeline.config.load import Config, load_config
 from pipeline.console.certificate_text import certificate_lines
 from pipeline.console.mounting_text import mounting_text
+from pipeline.errors import ConfigError
 from pipeline.results.certificate import certificate_json
 from pipeline.results.mounting import mounting_json
 from pipeline.stages.certificate import compare_with_certificate
@@ -99,6 +100,42 @@ def test_reverse_and_drive_logs_give_floor_and_yaw(folder: Path) -> None:
     assert said["floor_rise_deg"] == pytest.approx([math.degrees(0.02), 0], abs=0.12)
     assert mounting_text(found).startswith("roll 29.99")
     assert ", yaw 4" in mounting_text(found)
+
+
+def test_the_file_s_order_overrules_eq_6_and_both_orders_are_told(folder: Path) -> None:
+    """Both level the same reading: what is left is the same, the angles are the other order's."""
+    by_paper = measure_mounting(loaded(folder, CONFIG), calibration(), GRAVITY)
+    stated = measure_mounting(loaded(folder, CONFIG + "  order: yxz\n"), calibration(), GRAVITY)
+    assert by_paper is not None
+    assert stated is not None
+    assert (by_paper.order, stated.order) == ("xyz", "yxz")
+    trials = {trial["order"]: trial for trial in mounting_json(stated)["orders"]}
+    assert trials == {trial["order"]: trial for trial in mounting_json(by_paper)["orders"]}
+    for found in (by_paper, stated):
+        trial = trials[found.order]
+        assert math.radians(trial["roll_deg"]) == pytest.approx(found.roll_rad)
+        assert np.radians(trial["sd_deg"]) == pytest.approx(found.sd_rad)
+        rest = np.linalg.norm(found.after - [0, 0, G])
+        assert trial["residual_m_s2"] == pytest.approx(rest)
+    assert trials["xyz"]["residual_m_s2"] == pytest.approx(trials["yxz"]["residual_m_s2"])
+    assert trials["xyz"]["margin"] < trials["yxz"]["margin"]
+    assert abs(trials["xyz"]["roll_deg"] - trials["yxz"]["roll_deg"]) > 0.5
+
+
+def test_an_order_that_does_not_exist_is_refused_with_those_that_do(folder: Path) -> None:
+    with pytest.raises(ConfigError, match=r"installation\.order.*xyz.*yxz"):
+        loaded(folder, CONFIG + "  order: zyx\n")
+
+
+def test_single_readings_are_upright_after_the_mounting(folder: Path) -> None:
+    """Figure 5 of the paper: three level lines, of which two come to lie on zero."""
+    found = measure_mounting(loaded(folder, CONFIG), calibration(), GRAVITY)
+    assert found is not None
+    readings = found.readings
+    assert readings.before.shape == readings.after.shape == (300, 3)
+    assert (np.diff(readings.time_s) > 0).all()
+    assert readings.before.mean(axis=0) == pytest.approx(found.before, abs=0.02)
+    assert readings.after.mean(axis=0) == pytest.approx([0, 0, G], abs=0.02)
 
 
 def test_still_stretches_are_found_where_the_file_says_so(folder: Path) -> None:

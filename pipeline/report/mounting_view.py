@@ -1,0 +1,100 @@
+"""The mounting in the report: angles in both orders, and the readings before and after.
+
+The charts are those of figure 5 of Promrit et al.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.mounting.both_orders import OrderTrial
+from calib.mounting.mounting import Mounting
+from calib.poses.imu_log import AXES, FloatArray
+from pipeline.console.mounting_text import mounting_text
+from pipeline.report.svg import Chart, Figure, across, upward
+from pipeline.text.formatting import with_sd
+
+ROOM = 0.08  #: of the range of the forces, above and below; layout
+DIGITS = 4  #: of a force that the page shows
+NAME_PX = 14  #: from the name of one line to the next, which may lie upon it; layout
+NOT_DETERMINED = "locked"
+
+
+@dataclass(frozen=True)
+class OrderRow:
+    """One order of the rotations, as the table shows it."""
+
+    order: str
+    is_used: bool
+    roll: str
+    pitch: str
+    margin: str
+    residual: str
+
+
+@dataclass(frozen=True)
+class MountingView:
+    """What the page shows of the mounting; ``before`` and ``after`` are mean forces in m/s²."""
+
+    text: str
+    before: tuple[float, ...]
+    after: tuple[float, ...]
+    notes: tuple[str, ...]
+    orders: tuple[OrderRow, ...]
+    figures: tuple[Figure, ...]
+
+
+def mounting_view(mounting: Mounting | None) -> MountingView | None:
+    """Everything the page shows of the mounting; None if it was not measured."""
+    if mounting is None:
+        return None
+    readings = mounting.readings
+    forces = np.concatenate([readings.before, readings.after])
+    room = ROOM * float(np.ptp(forces))
+    limits = (float(forces.min()) - room, float(forces.max()) + room)
+    return MountingView(
+        text=mounting_text(mounting),
+        before=_without_minus_zero(mounting.before),
+        after=_without_minus_zero(mounting.after),
+        notes=mounting.notes,
+        orders=tuple(_row(trial, mounting.order) for trial in mounting.orders),
+        figures=(
+            _curves("Readings in the sensor's axes", readings.time_s, readings.before, limits,
+                    "three level lines: the sensor stood still."),
+            _curves("Readings in the vehicle's axes", readings.time_s, readings.after, limits,
+                    "x and y on zero, z on the magnitude of gravity."),
+        ),
+    )
+
+
+def _without_minus_zero(force: FloatArray) -> tuple[float, ...]:
+    return tuple((np.round(force, DIGITS) + 0.0).tolist())
+
+
+def _row(trial: OrderTrial, used: str) -> OrderRow:
+    roll, pitch = (
+        f"{with_sd(math.degrees(angle), math.degrees(sd))}°" if math.isfinite(sd)
+        else NOT_DETERMINED
+        for angle, sd in zip((trial.roll_rad, trial.pitch_rad), trial.sd_rad, strict=True)
+    )
+    return OrderRow(trial.order, trial.order == used, roll, pitch, f"{trial.margin:.4f}",
+                    f"{1e3 * trial.residual_m_s2:.2f}")
+
+
+def _curves(
+    title: str, time_s: FloatArray, force: FloatArray, limits: tuple[float, float], good: str
+) -> Figure:
+    """One line for each axis against the time, on a scale that both charts share."""
+    chart = Chart(across(time_s), upward(*limits), "time [s]", "specific force [m/s²]")
+    chart.axes()
+    chart.level(0.0)
+    ends = []
+    for i, axis in enumerate(AXES):
+        chart.line(time_s, force[:, i], f"axis{i}")
+        mean = float(force[:, i].mean())
+        ends.append(f"{axis} {round(mean, DIGITS - 1) + 0.0:.3f}")
+        chart.parts.append(f'<text class="title" x="{chart.right - NAME_PX * (2 - i):g}" '
+                           f'y="{chart.y(mean):.1f}" dy="-5" text-anchor="end">{axis}</text>')
+    caption = f"{len(time_s)} single readings; means {', '.join(ends)} m/s²."
+    return Figure(title, chart.svg(f"{title}. {caption}"), good, caption)
