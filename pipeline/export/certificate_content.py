@@ -4,6 +4,7 @@ import hashlib
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,14 +12,7 @@ import numpy as np
 from calib.effects.units import display_unit
 from calib.numbers import RPM
 from calib.poses.attitudes import direction_name
-from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
-from pipeline.export.certificate_records import (
-    CertificateContent,
-    CertifiedRow,
-    CertifiedValue,
-    Residuals,
-    TriadPart,
-)
+from calib.poses.imu_log import AXES, SI_UNIT, BoolArray, FloatArray
 from pipeline.export.parts import HASH_DIGITS, temperatures
 from pipeline.results.history import read_history
 from pipeline.results.read import Stored, StoredTriad
@@ -39,6 +33,58 @@ VERDICTS: Mapping[str, tuple[str, str]] = {
     "noise": ("The residuals exceed the noise of the poses", "act"),
     "refused": ("Refused", "act"),
 }
+
+
+@dataclass(frozen=True)
+class CertifiedRow:
+    """One kind of parameter: its name with unit, and up to three values with their sds, as text."""
+
+    name: str
+    values: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Residuals:
+    """The residuals of a triad in its shown unit.
+
+    ``value`` and ``sd`` (n,), ``run`` the name of each pose's run; ``is_length`` (n,) marks poses
+    at rest with the plate stopped, whose residual is a length.
+    """
+
+    unit: str
+    value: FloatArray
+    sd: FloatArray
+    run: tuple[str, ...]
+    is_length: BoolArray
+
+
+@dataclass(frozen=True, eq=False)
+class TriadPart:
+    """What the certificate states of one triad."""
+
+    name: str
+    model: str
+    range: str
+    standing: str
+    verdict: str
+    explanation: str
+    rows: tuple[CertifiedRow, ...]
+    figures: tuple[tuple[str, str], ...]
+    prediction: str
+    not_determined: str
+    residuals: Residuals
+
+
+@dataclass(frozen=True, eq=False)
+class CertificateContent:
+    """Everything that the page states."""
+
+    title: str
+    sensor: str
+    facts: tuple[tuple[str, str], ...]
+    triads: tuple[TriadPart, ...]
+    references: tuple[tuple[str, str, str], ...]
+    notes: tuple[str, ...]
 
 
 def certificate_content(stored: Stored) -> CertificateContent:
@@ -138,14 +184,14 @@ def _row(name: str, values: FloatArray, sds: FloatArray) -> CertifiedRow:
     return CertifiedRow(name, tuple(_value(v, s) for v, s in zip(values, sds, strict=True)))
 
 
-def _value(value: float, sd: float) -> CertifiedValue:
+def _value(value: float, sd: float) -> tuple[str, str]:
     if not math.isfinite(sd):
-        return CertifiedValue(with_minus_signs(f"{value + 0.0:.6g}"), "not fitted")
+        return with_minus_signs(f"{value + 0.0:.6g}"), "not fitted"
     text, _, spread = with_sd(value, sd).partition(" ± ")
     if "(" in text:  # a common power of ten stands behind the bracket
         power = spread.partition(")")[2]
         text, spread = text.lstrip("(") + power, spread.partition(")")[0] + power
-    return CertifiedValue(with_minus_signs(text), with_minus_signs(f"± {spread}"))
+    return with_minus_signs(text), with_minus_signs(f"± {spread}")
 
 
 def _figures(triad: str, section: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

@@ -15,5 +15,5 @@ FORMATS: dict[str, str] = {
     "inav": "CLI commands of INAV",
     "ardupilot": "INS parameters of ArduPilot, with its temperature calibration",
     "residuals": "a CSV row for each pose: residual, sd, leave-one-out, readings",
-    "certificate": "one page (PDF) to file: parameters, reference, residuals, verdict",
+    "certificate": "one page to print and file (HTML): parameters, reference, residuals, verdict",
 }

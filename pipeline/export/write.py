@@ -7,6 +7,7 @@ on what they cannot store: no exporter drops an effect without a note.
 from collections.abc import Callable, Mapping
 
 from pipeline.export.ardupilot import to_ardupilot
+from pipeline.export.certificate import to_certificate
 from pipeline.export.firmware import to_fusion, to_inav, to_px4
 from pipeline.export.parts import Export
 from pipeline.export.plain import to_csv, to_imu_tk, to_json
@@ -16,14 +17,6 @@ from pipeline.export.programs.python import to_python
 from pipeline.export.residuals import to_residuals
 from pipeline.export.robotics import to_kalibr, to_ros
 from pipeline.results.read import Stored
-
-
-def to_certificate(stored: Stored) -> Export:
-    """One page for the file; matplotlib is loaded for it alone."""
-    from pipeline.export import certificate_page
-
-    return certificate_page.certificate_pdf(stored)
-
 
 #: Format -> exporter; :data:`pipeline.export.formats.FORMATS` describes each in a line.
 EXPORTERS: Mapping[str, Callable[[Stored], Export]] = {
