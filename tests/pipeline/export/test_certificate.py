@@ -120,7 +120,8 @@ def test_a_browser_prints_it_on_one_page(finished: RunSession, tmp_path: Path) -
     out = tmp_path / "out"
     assert pipeline("export", finished.folder, "--to", "certificate", "--output", out) == 0
     subprocess.run(
-        [str(CHROMIUM), *QUIET, f"--user-data-dir={tmp_path}", f"--print-to-pdf={out / 'page.pdf'}", (out / "certificate.html").as_uri()],
+        [str(CHROMIUM), *QUIET, f"--user-data-dir={tmp_path}",
+         f"--print-to-pdf={out / 'page.pdf'}", (out / "certificate.html").as_uri()],
         check=True, capture_output=True, timeout=120)
     printed = (out / "page.pdf").read_bytes()
     assert printed.count(b"/Type /Page") - printed.count(b"/Type /Pages") == 1
