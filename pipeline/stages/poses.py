@@ -17,6 +17,7 @@ from calib.poses.rest_candidates import PLATE_STOOD
 from calib.poses.runs import TURNING_RAD_S
 from calib.poses.static_intervals import StaticIntervals, find_still, list_stops
 from calib.poses.still_search import StillSearch
+from calib.poses.stray_samples import without_strays
 from pipeline.config.load import Config
 from pipeline.config.schema import AccelerometerSection, RunSection, StillSection
 from pipeline.config.sensor import Specs, sensor_specs
@@ -187,12 +188,15 @@ def _of_search(
     """The poses of a long log; stops that turn out to be none are left out, with the reason."""
     means: list[PoseMean] = []
     refused: list[Undetermined] = []
+    stray_notes: list[str] = []
     largest_shift = _largest_shift(intervals)
     for pose in intervals.logs:
         if pose.label in out:
             continue
         try:
-            means.append(average_pose(pose, *specs, rate_rad_s, largest_shift))
+            measured, strays = without_strays(pose)
+            means.append(average_pose(measured, *specs, rate_rad_s, largest_shift))
+            stray_notes += [strays] if strays else []
         except Undetermined as error:
             refused.append(error)
     if not means and refused:
@@ -204,7 +208,7 @@ def _of_search(
         means, turning = _parted_by_rate(means)
         skipped += [(mean.label.removeprefix(f"{log.label} "), "the plate or the hand turned it")
                     for mean in turning]
-    notes = [*filter(None, [frozen]), *(f"Left out: {error}" for error in refused)]
+    notes = [*filter(None, [frozen]), *stray_notes, *(f"Left out: {error}" for error in refused)]
     notes += _skipped_notes(log, intervals, skipped, len(means), rate_rad_s)
     return Recording(tuple(means), float(log.time_s[0]), np.arange(len(means)), tuple(notes),
                      excluded=excluded)

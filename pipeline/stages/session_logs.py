@@ -17,6 +17,7 @@ from calib.effects.effect import Effect
 from calib.errors import CalibrationError, Contradiction, Undetermined
 from calib.poses.frozen import without_frozen
 from calib.poses.imu_log import TEMPERATURE, TRIADS, ImuLog, IntArray, Triad
+from calib.poses.stray_samples import without_strays
 from pipeline.config.load import Config
 from pipeline.config.problems import ConfigProblem, config_error
 from pipeline.config.schema import (
@@ -61,9 +62,9 @@ class Setting:
 class SessionLogs:
     """The logs of all settings, one for each pose or the long ones that hold all of them.
 
-    Of files of one pose the frozen blocks are taken out; ``notes`` say where. A table of means has
-    no logs. ``choices`` say which files of one pose the configuration excludes; ``excluded`` are
-    these with their labels, None where a log cannot be read.
+    Of files of one pose frozen blocks and stray samples are taken out; ``notes`` say where. A table
+    of means has no logs. ``choices`` say which files of one pose the configuration excludes;
+    ``excluded`` are these with their labels, None where a log cannot be read.
     """
 
     by_setting: Mapping[Setting, tuple[ImuLog, ...]]
@@ -193,8 +194,15 @@ def _read(
         return []
     if choice is None:
         return [(log, None) for log in long_logs(poses, folder)]
-    return [without_frozen(_read_one(poses, i, poses.files[i], folder, turning), turning)
+    return [_cleaned(_read_one(poses, i, poses.files[i], folder, turning), turning)
             for i in map(int, choice.kept)]
+
+
+def _cleaned(log: ImuLog, turning: bool) -> tuple[ImuLog, str | None]:
+    """The log of one pose without what is no measurement, and what is left out."""
+    running, frozen = without_frozen(log, turning)
+    measured, strays = without_strays(running)
+    return measured, " ".join(filter(None, [frozen, strays])) or None
 
 
 def _readable(
@@ -206,7 +214,7 @@ def _readable(
         label = _shown_name(poses.files[i], folder)
         try:
             log = _read_one(poses, i, poses.files[i], folder, turning)
-            yield label, without_frozen(log, turning)[0]
+            yield label, _cleaned(log, turning)[0]
         except (PipelineError, CalibrationError):
             yield label, None
 

@@ -57,6 +57,35 @@ def test_a_session_without_a_fault_is_not_contradicted(
     assert "warning" not in streams.err
 
 
+@pytest.mark.parametrize("share", [0.04, 0.1, 0.2])
+def test_readings_that_failed_are_left_out_at_every_dose(
+    base: Path, tmp_path: Path, share: float, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = copy_of(base, "rich", tmp_path)
+    assert pipeline("run", config) == 0
+    sound = _gyroscope(config)
+    failing = np.random.default_rng(7)
+
+    def zeros(table: np.ndarray) -> np.ndarray:
+        table[failing.uniform(size=len(table)) < share, GYR] = 0.0
+        return table
+
+    logs("*/**/*.csv", zeros)(config)
+    assert pipeline("run", config) == 0
+    streams = capsys.readouterr()
+    assert "samples are no measurement" in streams.err
+    spoilt = _gyroscope(config)
+    for name, values in spoilt["parameters"].items():
+        apart = np.abs(np.subtract(values, sound["parameters"][name]))
+        assert (apart < 3 * np.array(spoilt["sd"][name])).all(), name
+
+
+def _gyroscope(config: Path) -> dict[str, dict[str, list[float]]]:
+    path = config.with_suffix(".run") / "results.json"
+    triad: dict[str, dict[str, list[float]]] = json.loads(path.read_text())["gyroscope"]
+    return triad
+
+
 def test_an_effect_that_no_model_has_does_not_stop_the_run(
     base: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,0 +1,224 @@
+"""Samples of a pose that are no measurement: what a bus or a sensor that failed left in the log.
+
+A reading that fails gives zeros, −1, an end of the converter, or whatever the register last held.
+Such samples pull the mean, and since they also widen the scatter that a pose is judged by, more of
+them would be judged less. So they are judged by what half of the samples cannot move: the median
+and the median deviation of the pose. A sample is stray where
+
+far
+    it is further from the median than FAR noise sds, on any axis, and stands alone: what lies
+    together in time is a motion, and the checks of the pose speak of it;
+again
+    its very tuple, or one value of an axis away from the middle, occurs more often than smooth
+    noise repeats it, and scattered over the pose: slow noise repeats itself in stretches.
+
+Stray samples that move the mean by more than its noise sd are left out and counted; where they are
+too many, the pose is refused.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.errors import Undetermined
+from calib.numbers import MEDIAN_OF_NORMAL
+from calib.poses.imu_log import TRIADS, BoolArray, FloatArray, ImuLog, IntArray, Triad
+
+FAR = 6.0
+"""Sds of the noise. Derived: normal noise goes so far once in 5·10⁸ samples; a wave goes up to 1.0
+of the scale that its median deviation shows, a random walk up to about 4."""
+
+ONE_LEVEL = 0.74
+"""Steps. Derived: normal noise of this sd leaves half of the samples on one level, and their median
+deviation shows no less."""
+
+OFTEN = 10.0
+"""Times as often as smooth noise repeats a tuple. Derived: the normal shape with the sd of a median
+deviation understates the middle of a coarse log sixfold at most."""
+
+NEIGHBOURS = 3.0
+"""Times as often as the next values of its axis. Derived: away from the middle smooth noise repeats
+the inner neighbour more, and in noise of two steps neighbours differ by a factor of 1.6 at most."""
+
+LEAST_REPEATS = 12
+"""Samples. Derived: where one is expected, so many occur by chance once in 10¹⁰ poses."""
+
+AWAY = 2.0
+"""Sds of the noise by which a value of one axis is outside of the middle, and steps of noise from
+which on neighbouring values are about as frequent. Derived: in a log of few levels the middle one
+repeats more than its neighbours, the second from it does not."""
+
+TOO_MANY = 1 / 3
+"""Share of a pose's samples. Derived: the median of the others is then off by 0.67 of their sd."""
+
+TUPLES_SHOWN = 3  #: it chooses words only
+
+
+def without_strays(log: ImuLog) -> tuple[ImuLog, str | None]:
+    """A log of one pose without its stray samples.
+
+    Parameters
+    ----------
+    log : ImuLog
+        Counts or physical units, still or turning.
+
+    Returns
+    -------
+    log : ImuLog
+    note : str or None
+        A sentence on what is left out; None where nothing is.
+
+    Raises
+    ------
+    Undetermined
+        More than a third of the samples of a triad are stray.
+    """
+    stray = np.zeros(len(log.time_s), dtype=bool)
+    notes = []
+    for triad in TRIADS:
+        if not log.has(triad):
+            continue
+        values = np.asarray(getattr(log, triad), dtype=float)
+        of_triad = stray_samples(values)
+        if of_triad.any():
+            _require_few(log, triad, values, of_triad)
+            notes.append(f"{int(of_triad.sum())} of the {triad}, {_described(values, of_triad)}")
+            stray |= of_triad
+    if not notes:
+        return log, None
+    return log.where(~stray), (
+        f"{log.label}: {int(stray.sum())} of {len(stray)} samples are no measurement "
+        f"({'; '.join(notes)}) and are left out. Check wiring, bus speed and supply: a reading "
+        f"that fails is logged so."
+    )
+
+
+def stray_samples(values: FloatArray) -> BoolArray:
+    """Which samples of one triad are stray and move its mean, shape (t,).
+
+    Parameters
+    ----------
+    values : array, shape (t, 3)
+        In any unit.
+    """
+    axes = [_Levels.of(axis) for axis in values.T if np.ptp(axis) > 0]
+    far = np.any([axis.distance > FAR for axis in axes], axis=0) if axes else np.zeros(1, bool)
+    stray = _again(values, axes)
+    if _alone(far):
+        stray |= far
+    if not stray.any() or stray.all():
+        return np.zeros(len(values), dtype=bool)
+    kept = values[~stray]
+    shift = np.abs(values.mean(axis=0) - kept.mean(axis=0))
+    matters = (shift > kept.std(axis=0) / np.sqrt(len(kept))).any()
+    return stray if matters else np.zeros(len(values), dtype=bool)
+
+
+@dataclass(frozen=True, eq=False)
+class _Levels:
+    """The values that occur on one axis, in sds of its noise from its median.
+
+    Attributes
+    ----------
+    value : array, shape (l,)
+        The levels, ascending.
+    place : array of int, shape (t,)
+        The level of each sample.
+    step : float
+        The distance that most samples have to the next level: what noise moves them by.
+    """
+
+    value: FloatArray
+    place: IntArray
+    step: float
+
+    @classmethod
+    def of(cls, values: FloatArray) -> "_Levels":
+        level, place = np.unique(values, return_inverse=True)
+        gap = np.concatenate([[np.inf], np.diff(level), [np.inf]])
+        step = float(np.median(np.minimum(gap[:-1], gap[1:])[place]))
+        middle = float(np.median(values))
+        noise = max(float(np.median(np.abs(values - middle))) / MEDIAN_OF_NORMAL, ONE_LEVEL * step)
+        return cls((level - middle) / noise, place, step / noise)
+
+    @property
+    def distance(self) -> FloatArray:
+        """How far each sample is from the median, (t,)."""
+        return np.asarray(np.abs(self.value)[self.place])
+
+    @property
+    def chance(self) -> FloatArray:
+        """Probability of each level in normal noise that is rounded to the nearest, (l,)."""
+        from scipy.special import ndtr  # measuring a clip loads this package and needs no SciPy
+
+        edges = np.concatenate([[-np.inf], (self.value[1:] + self.value[:-1]) / 2, [np.inf]])
+        return np.asarray(np.diff(ndtr(edges)))
+
+    def repeated(self, counted: BoolArray) -> BoolArray:
+        """Levels away from the middle that occur more often than their neighbours explain, (l,).
+
+        Parameters
+        ----------
+        counted : array of bool, shape (t,)
+            The samples that count.
+        """
+        times = np.bincount(self.place[counted], minlength=len(self.value))
+        around = np.concatenate([[0], times, [0]])
+        beside = np.maximum(around[:-2], around[2:])
+        away = (np.abs(self.value) > AWAY) | (AWAY * self.step < 1)
+        return np.asarray(away & (times > LEAST_REPEATS + NEIGHBOURS * beside))
+
+
+def _alone(some: BoolArray) -> bool:
+    """Whether ``some`` samples are scattered over the log as chance scatters them."""
+    count = int(some.sum())
+    runs = int(np.count_nonzero(np.diff(np.concatenate([[False], some]).astype(np.int8)) > 0))
+    return runs >= count * (1 - count / len(some)) * 2 / 3
+
+
+def _again(values: FloatArray, axes: Sequence[_Levels]) -> BoolArray:
+    """Samples whose tuple, or whose value on one axis, noise does not repeat so often."""
+    stray = np.zeros(len(values), dtype=bool)
+    if axes and all(axis.step <= 1 for axis in axes):
+        # Of fewer levels than that the normal shape is no measure, and the levels themselves are.
+        key = np.zeros(len(values), dtype=np.int64)
+        chance = np.ones(len(values))
+        for axis in axes:
+            key = key * len(axis.value) + axis.place
+            chance *= axis.chance[axis.place]
+        _, first, place, times = np.unique(
+            key, return_index=True, return_inverse=True, return_counts=True)
+        often = times > LEAST_REPEATS + OFTEN * len(values) * chance[first]
+        stray |= _scattered(place, np.flatnonzero(often))
+    for axis in axes:
+        stray |= _scattered(axis.place, np.flatnonzero(axis.repeated(~stray)))
+    return stray
+
+
+def _scattered(place: IntArray, numbers: IntArray) -> BoolArray:
+    """Samples in those of the places ``numbers`` that scatter over the log, shape (t,)."""
+    stray = np.zeros(len(place), dtype=bool)
+    for number in numbers:
+        there = place == number
+        if _alone(there):
+            stray |= there
+    return stray
+
+
+def _require_few(log: ImuLog, triad: Triad, values: FloatArray, stray: BoolArray) -> None:
+    if stray.mean() > TOO_MANY:
+        raise Undetermined(
+            f"{log.label}: {100 * stray.mean():.0f} % of the {triad}'s samples are no measurement: "
+            f"{_described(values, stray)}. At most {100 * TOO_MANY:.0f} % can be left out. Check "
+            f"wiring, bus speed and supply, and record the pose again."
+        )
+
+
+def _described(values: FloatArray, stray: BoolArray) -> str:
+    """The tuples that occur most among the stray samples."""
+    tuples, count = np.unique(values[stray], axis=0, return_counts=True)
+    order = np.argsort(-count, kind="stable")[:TUPLES_SHOWN]
+    shown = [f"({', '.join(f'{v:g}' for v in tuples[i])}) {count[i]} times" for i in order]
+    more = len(tuples) - len(order)
+    return ", ".join(shown) + (f" and {more} other tuples" if more > 0 else "")
