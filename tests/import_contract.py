@@ -51,7 +51,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("unknown_sd",),
     ],
     "calib.fit.triad": [
-        ("correction", "determined", "rotation"), ("calibration", "frame_alignment"),
+        ("correction", "determined"), ("calibration", "frame_alignment"),
     ],
     "calib.fit.validation": [("leave_one_out",), ("predicted_pose", "prediction")],
     "calib.noise": [("stillness", "spectra"), ("allan",), ("coefficients",)],

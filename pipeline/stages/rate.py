@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -128,8 +127,6 @@ def follow_clips(
 
     with ThreadPoolExecutor(PARALLEL_CLIPS) as pool:
         waiting = [pool.submit(find, clip, plate) for clip, plate in clips]
-        for needed_next in ("numpy.ma", "vision.rate.measure"):  # np.unique needs the first
-            import_module(needed_next)  # meanwhile the first frames are decoded
         try:
             return [each.result() for each in waiting]
         finally:

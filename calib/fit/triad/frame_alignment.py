@@ -14,11 +14,11 @@ estimated from the scatter of the rows, and weights the fast runs down.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from calib.fit.column_scaling import pseudo_inverse
 from calib.fit.least_squares.result import Fit
 from calib.fit.model import stack_columns
-from calib.fit.triad.rotation import cross_matrix, nearest_rotation, rotation_vector
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import BoolArray, FloatArray
 
@@ -134,17 +134,17 @@ def rotation_between_frames(fit: Fit, accelerometer: Fit | None = None) -> Frame
     n = np.sign(spin)[:, None] * s / speed[:, None]
     noise = np.hypot(poses.sd[used].mean(axis=1) / speed, _force_sd(fit, used) / gravity)
     per_metre = spin**2 / gravity
-    rotation = nearest_rotation(f.T @ n)
+    rotation = _nearest_rotation(f.T @ n)
     for _ in range(ITERATIONS):
         turned = n @ rotation.T
         across = _transverse(turned)
         residual = np.einsum("mij,mj->mi", across, f - turned)
-        turn = np.einsum("mij,mjk->mik", across, -np.array([cross_matrix(v) for v in turned]))
+        turn = -np.cross(across, turned[:, None])
         lever = -across * per_metre[:, None, None]
         rows = _TransverseRows(residual, np.concatenate([turn, lever], axis=2), noise, per_metre)
         placement = rows.placement()
         solution, cov, _ = rows.solve(placement)
-        rotation = nearest_rotation((np.eye(3) + cross_matrix(solution[:3])) @ rotation)
+        rotation = Rotation.from_rotvec(solution[:3]).as_matrix() @ rotation
         if np.abs(solution[:3]).max() < 1e-12:
             break
     inverse, row_sd = rows.inverse(placement)
@@ -155,7 +155,18 @@ def rotation_between_frames(fit: Fit, accelerometer: Fit | None = None) -> Frame
         by_force = _moved(accelerometer, force) / gravity[:, None, None]
         cov += _carried(inverse, row_sd, across, by_force, accelerometer)
     sd = np.sqrt(np.diag(cov))
-    return FrameRotation(rotation_vector(rotation), sd[:3], solution[3:], placement)
+    angles = Rotation.from_matrix(rotation).as_rotvec()
+    return FrameRotation(angles, sd[:3], solution[3:], placement)
+
+
+def _nearest_rotation(matrix: FloatArray) -> FloatArray:
+    """The rotation R that maximises tr(Rᵀ ``matrix``), shape (3, 3).
+
+    For ``Σ f nᵀ`` over pairs of directions it takes n nearest to f, also where all lie in one
+    plane: Markley, *J. Astronaut. Sci.* 36 (1988), on Wahba's problem, eq. (12) to (14).
+    """
+    u, _, vt = np.linalg.svd(matrix)
+    return np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt)
 
 
 def _moved(fit: Fit, vector: FloatArray) -> FloatArray:
