@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from calib.consistency.mistakes import require_no_mistake, require_one_sensor
 from calib.consistency.plate_axes import require_common_axes
 from calib.diagnosis.diagnose import Diagnosis, diagnose
+from calib.diagnosis.unseen import LOW_COST, among_what_is_seen, with_unseen
 from calib.diagnosis.untested import untested
 from calib.effects.effect import Effect
 from calib.errors import FitFailed
@@ -47,6 +48,7 @@ def assess(
     candidates: Sequence[Effect] = (),
     covariates: Sequence[str] | None = None,
     senses: Mapping[str, float] | None = None,
+    part: str = LOW_COST,
 ) -> AssessedTriad:
     """Calibrate one triad and compare the model with the measurements.
 
@@ -68,6 +70,9 @@ def assess(
     senses : mapping of run to float, or None
         How the plate turns by the accelerometer alone, +1 ccw, -1 cw, 0 unknown; of a gyro whose
         poses have the calibrated specific force, so that the axes of both triads are compared.
+    part : str
+        Class of the sensor, as the pages of the catalogue call it: how large what these poses
+        cannot see typically is.
 
     Returns
     -------
@@ -88,10 +93,13 @@ def assess(
     fitted = calibration.fit
     prediction = predict(calibration)
     diagnosis = diagnose(fitted, candidates, spec.full_scale, covariates, prediction)
+    if prediction is not None:
+        prediction = with_unseen(prediction, calibration, diagnosis, part)
     return AssessedTriad(
         calibration,
         compare(fitted),
-        diagnosis if tests_the_model(fitted.poses) else untested(diagnosis),
+        among_what_is_seen(diagnosis, fitted, prediction, part, spec.full_scale)
+        if tests_the_model(fitted.poses) else untested(diagnosis),
         prediction,
     )
 

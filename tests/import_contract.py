@@ -53,12 +53,14 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "calib.fit.triad": [
         ("correction", "determined"), ("calibration", "frame_alignment"),
     ],
-    "calib.fit.validation": [("leave_one_out",), ("predicted_pose", "prediction")],
+    "calib.fit.validation": [
+        ("leave_one_out",), ("predicted_pose", "prediction"), ("missing_effect",),
+    ],
     "calib.noise": [("stillness", "spectra"), ("allan",), ("coefficients",)],
     "calib.notebook": [("tables", "display"), ("calibration",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
-        ("finding",), ("diagnose", "unseen"), ("untested", "population"),
+        ("finding",), ("diagnose",), ("unseen", "untested", "population"),
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
     "calib.diagnosis.search": [

@@ -1,4 +1,4 @@
-"""What effects that these poses cannot see do to the parameters, if the sensor is typical.
+"""What effects that these poses cannot see do to a calibration, if the sensor is typical.
 
 An effect that the base absorbs whole leaves no residual and moves the parameters:
 
@@ -6,23 +6,38 @@ An effect that the base absorbs whole leaves no residual and moves the parameter
 
 per unit of its parameters, with C its whitened columns. With the catalogue's typical size for each
 parameter, independent of the others, that is a covariance, and a line of its own in the budget.
-Whether this sensor is typical is not in the data: the stated sds do not contain it.
+Whether this sensor is typical is not in the data: the sds of the parameters do not contain it. What
+a corrected log will err by does, and the verdict says what it rests on.
 """
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from calib.diagnosis.hypotheses.signature import whole_columns
+from calib.diagnosis.diagnose import Diagnosis
+from calib.diagnosis.hypotheses.signature import vector_columns, whole_columns
+from calib.diagnosis.next_measurement.advice import Rival, best_block
+from calib.diagnosis.verdict.decision import Code
+from calib.diagnosis.verdict.explain import Explanation
+from calib.diagnosis.verdict.wording import NOTHING_MISSING, enumeration, what_separates
 from calib.effects.effect import EFFECTS, Effect
+from calib.effects.units import display_unit
+from calib.fit.least_squares.result import Fit
 from calib.fit.rows.problem import with_common
+from calib.fit.rows.sensitive_axes import sensor_columns
 from calib.fit.triad.calibration import TriadCalibration, parameter_sds
+from calib.fit.validation.missing_effect import error_by_missing
+from calib.fit.validation.prediction import Prediction, typical_force
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.runs import TIME_BASE
 
 LEAST_SHARE = 0.1
 """Of a stated sd. Derived: what moves a parameter by less adds half a per cent to it, and is not
 listed."""
+
+LOW_COST = "MPU-6050"
+"""The class of parts that a sensor is taken for where nothing else is known; see the catalogue."""
 
 
 def unseen_budget(
@@ -77,11 +92,138 @@ def absorbed(calibration: TriadCalibration, effect: Effect) -> FloatArray:
     fit = calibration.fit
     root = np.sqrt(fit.weight)[:, None]
     columns = np.zeros((len(fit.rows.residual), len(effect.parameters)))
-    seen = whole_columns(fit, effect)
+    seen = _columns(fit, effect)
     columns[: len(seen)] = seen
     basis = with_common(fit.basis, len(fit.eta))
     solution = np.linalg.lstsq(fit.rows.jacobian @ basis * root, columns * root, rcond=None)[0]
     return np.asarray(-(basis @ solution)[: fit.model.size])
+
+
+def _columns(fit: Fit, effect: Effect) -> FloatArray:
+    """Whitened columns (d, k); gravity is along the axis of the plate where nobody logged it."""
+    poses = fit.poses
+    if "force" not in effect.needs or np.isfinite(poses.force).all():
+        return whole_columns(fit, effect)
+    along = np.sign(poses.spin_rad_s)[:, None] * fit.rows.vector
+    up = along / np.linalg.norm(fit.rows.vector, axis=1, keepdims=True)
+    at = replace(fit.equations.conditions(fit.rows.vector), force=typical_force(poses) * up)
+    return vector_columns(fit, sensor_columns((effect,), at, {}, fit.rows.axes))
+
+
+def with_unseen(
+    prediction: Prediction, calibration: TriadCalibration, diagnosis: Diagnosis, part: str
+) -> Prediction:
+    """``prediction`` with what these poses cannot see, and what the verdict leaves open.
+
+    Effects of the bench are left out: the stated sds of the references contain them.
+
+    Parameters
+    ----------
+    prediction : Prediction
+        By the poses alone.
+    calibration : TriadCalibration
+    diagnosis : Diagnosis
+        Of its fit.
+    part : str
+        Class of the sensor, as the pages of the catalogue call it.
+
+    Returns
+    -------
+    Prediction
+        Blind effects that add less than ``LEAST_SHARE`` of what the poses leave are not listed.
+    """
+    unseen = {}
+    for effect in _not_seen(calibration.fit, diagnosis):
+        size = typical_size(effect, part, calibration.triad)
+        if size is None:
+            continue
+        root = size * np.eye(len(effect.parameters))
+        variance = error_by_missing(
+            calibration, prediction, effect, absorbed(calibration, effect), root)
+        if np.isfinite(variance).all() and (
+            variance.max() > LEAST_SHARE**2 * prediction.variance.max()
+        ):
+            unseen[effect.name] = variance
+    return replace(prediction, unseen=unseen,
+                   open=_left_open(prediction, calibration, diagnosis))
+
+
+def _not_seen(fit: Fit, diagnosis: Diagnosis) -> list[Effect]:
+    """The sensor's effects that these poses cannot show, also where gravity was not logged."""
+    logged = np.isfinite(fit.poses.force).all() or not fit.poses.spin_rad_s.all()
+    by_gravity = () if logged else (
+        name for name in diagnosis.unavailable if EFFECTS[name].needs == ("force",))
+    effects = (EFFECTS.get(name) for name in (*diagnosis.blind, *by_gravity))
+    return [each for each in effects if each is not None and each.belongs_to == "sensor"]
+
+
+def _left_open(
+    prediction: Prediction, calibration: TriadCalibration, diagnosis: Diagnosis
+) -> FloatArray:
+    """Variance (m, d) by effects that may be missing, each class by its most probable member."""
+    total = np.zeros_like(prediction.variance)
+    if diagnosis.verdict == Code.NOTHING_MISSING:
+        return total
+    listed = {each.name: each for each in diagnosis.ranking if each.kind == "listed"}
+    for each in diagnosis.inclusion:
+        effect, candidate = EFFECTS.get(each.name), listed.get(each.name)
+        if effect is None or candidate is None or not candidate.size.size:
+            continue
+        variance = error_by_missing(calibration, prediction, effect,
+                                    absorbed(calibration, effect), candidate.size[:, None])
+        total += each.probability * np.where(np.isfinite(variance), variance, 0.0)
+    return total
+
+
+def among_what_is_seen(
+    diagnosis: Diagnosis, fit: Fit, prediction: Prediction | None, part: str, full_scale: float
+) -> Diagnosis:
+    """``diagnosis`` with what "nothing is missing" rests on: what these poses cannot see.
+
+    Where a typical size says more of what corrected readings err by than the poses do, the session
+    is not complete, and what to record next makes the effect visible.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        Of ``fit``.
+    fit : Fit
+    prediction : Prediction or None
+        :func:`with_unseen`.
+    part : str
+        Class of the sensor, as the pages of the catalogue call it.
+    full_scale : float
+        Of the triad, SI; keeps what to record next to what the sensor can measure.
+    """
+    if diagnosis.verdict != Code.NOTHING_MISSING or prediction is None or not prediction.unseen:
+        return diagnosis
+    said = diagnosis.explanation
+    largest_first = sorted(prediction.by_unseen, key=lambda name: -prediction.by_unseen[name])
+    words = enumeration([_sized(EFFECTS[name], part, fit.poses.triad) for name in largest_first],
+                        "and")
+    text = said.text.replace(NOTHING_MISSING, f"{NOTHING_MISSING} among what these poses can see",
+                             1) + f" They are blind to {words}."
+    if said.standing != "good" or not prediction.is_mostly_unseen:
+        return replace(diagnosis, explanation=replace(said, text=text))
+    name = largest_first[0]
+    advice = best_block(fit, [Rival(EFFECTS[name], None)], full_scale)
+    if advice is None:
+        following = f"What shows {name}: {what_separates(name, fit.poses.triad)}"
+        text += f" {following}."
+    else:
+        following = f"Record {advice.instruction}; name the new logs in the configuration"
+        text += f" Record next: {advice.instruction}."
+    short = f"its poses are blind to {enumeration(largest_first, 'and')}"
+    return replace(diagnosis, advice=advice,
+                   explanation=Explanation("open", short, text, "record", following))
+
+
+def _sized(effect: Effect, part: str, triad: Triad) -> str:
+    """``g_sensitivity, typically 0.1 °/s per g``."""
+    size = typical_size(effect, part, triad)
+    assert size is not None  # it would not have been listed
+    unit, factor = display_unit(effect.unit_for(triad), [size])
+    return f"{effect.name}, typically {size * factor:.2g} {unit}"
 
 
 def together(budget: Mapping[str, FloatArray]) -> FloatArray:

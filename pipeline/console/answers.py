@@ -172,7 +172,7 @@ def _is_it_good(result: TriadResult) -> str:
     noise = sqrt(float(np.mean(result.calibration.fit.equations.row_sd**2)))
     rms, loo = comparison.residual_rms * factor, comparison.loo_rms * factor
     if result.diagnosis.verdict == "nothing_missing":
-        first = _lost_direction(result) or "Yes."
+        first = _lost_direction(result) or _mostly_unseen(result) or "Yes."
         return (
             f"{first} The RMS residual of the {count(len(comparison.poses), 'pose')} is {rms:.2g} "
             f"{unit}, and their own noise explains it (sd {noise * factor:.2g} {unit}). The "
@@ -197,6 +197,16 @@ def _lost_direction(result: TriadResult) -> str:
         f"magnitude {prediction.noise_worst / prediction.pose_sd:.2g} times worse than a single "
         f"pose there would show. Add poses there."
     )
+
+
+def _mostly_unseen(result: TriadResult) -> str:
+    """That the calibration rests on what no pose has measured; empty where it does not."""
+    prediction = result.prediction
+    if prediction is None or not prediction.is_mostly_unseen:
+        return ""
+    names = enumeration(list(prediction.by_unseen), "and")
+    return (f"As far as these poses can see, and they are blind to {names}: what corrected "
+            f"readings err by rests on its typical size.")
 
 
 def _prediction(result: TriadResult) -> str:

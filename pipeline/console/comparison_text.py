@@ -5,6 +5,7 @@ from typing import Any
 
 from calib.effects.units import display_unit
 from pipeline.results.comparison import ComparedParameter, ComparedTriad
+from pipeline.results.fitness import unseen_of
 from pipeline.text.formatting import DISPLAY, with_sd
 from pipeline.text.model_name import short_model
 from pipeline.text.tables import table_lines
@@ -24,6 +25,8 @@ def comparison_lines(compared: ComparedTriad, names: Sequence[str]) -> list[str]
         f"RMS [{unit}]": lambda s: _scaled(s["residual_rms"], factor),
         f"leave-one-out [{unit}]": lambda s: _scaled(s["loo_rms"], factor),
         "chi²/dof": lambda s: f"{s['chi2'] / s['dof']:.2f}" if s["dof"] else NONE,
+        f"to expect [{unit}]": lambda s: _scaled((s["prediction"] or {}).get("sd_median"), factor),
+        "cannot see": lambda s: ", ".join(unseen_of(s)) or NONE,
     }
     for title, cell in of_section.items():
         rows.append(_row(title, [NONE if s is None else cell(s) for s in compared.sections]))

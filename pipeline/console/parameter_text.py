@@ -12,7 +12,7 @@ from calib.poses.imu_log import AXES
 from pipeline.results.names import PARAMETERS
 from pipeline.results.units import unit_of
 from pipeline.stages.triads import TriadResult
-from pipeline.text.formatting import DISPLAY, with_sd
+from pipeline.text.formatting import DISPLAY, not_measured, with_sd
 from pipeline.text.tables import table_lines
 
 
@@ -108,4 +108,5 @@ def prediction_text(result: TriadResult) -> str:
         f"corrected magnitudes err by {prediction.sd_median * factor:.2g} {unit} (1 sd, median "
         f"over all directions), by {prediction.sd_worst * factor:.2g} {unit} at worst "
         f"({direction_name(prediction.worst_direction)})"
+        f"{not_measured(result.triad, prediction.by_poses, prediction.by_unseen)}"
     )

@@ -16,7 +16,14 @@ from calib.poses.imu_log import AXES, SI_UNIT, BoolArray, FloatArray
 from pipeline.export.parts import HASH_DIGITS, temperatures
 from pipeline.results.history import read_history
 from pipeline.results.read import Stored, StoredTriad
-from pipeline.text.formatting import DISPLAY, count, relative, with_minus_signs, with_sd
+from pipeline.text.formatting import (
+    DISPLAY,
+    count,
+    not_measured,
+    relative,
+    with_minus_signs,
+    with_sd,
+)
 from pipeline.text.model_name import short_model
 from pipeline.text.names import DISTRIBUTION, program_version
 
@@ -213,7 +220,16 @@ def _prediction(triad: str, prediction: Mapping[str, Any] | None) -> str:
     worst = with_minus_signs(direction_name(np.array(prediction["worst_direction"], float)))
     return (f"Corrected magnitudes err by {prediction['sd_median'] * factor:.2g} {unit} (1 sd, "
             f"median over all directions), at worst by {prediction['sd_worst'] * factor:.2g} "
-            f"{unit} ({worst}).")
+            f"{unit} ({worst}){_typical(triad, prediction)}.")
+
+
+def _typical(triad: str, prediction: Mapping[str, Any]) -> str:
+    """How much of that no pose has measured; empty where nothing is, or where it is not known."""
+    parts = prediction.get("parts")
+    if parts is None or parts["poses"] is None:
+        return ""
+    return not_measured(triad, parts["poses"], {
+        printable(name): rms for name, rms in parts["unseen"].items() if rms is not None})
 
 
 def _residuals(triad: str, poses: Sequence[Mapping[str, Any]]) -> Residuals:

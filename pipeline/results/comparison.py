@@ -32,7 +32,8 @@ class ComparedParameter:
     """One parameter of all calibrations; None where one does not have it.
 
     ``apart_sd`` is its distance from the first calibration in sds of the difference, None where
-    one of the two was not fitted; ``is_effect`` whether it is none of the nine parameters.
+    one of the two was not fitted. What only one of them cannot see is in that sd, at the size
+    typical of the sensor. ``is_effect`` is whether it is none of the nine parameters.
     """
 
     name: str
@@ -96,7 +97,7 @@ def compare_calibrations(results: Sequence[Stored]) -> tuple[ComparedTriad, ...]
         if sum(each is not None for each in triads) >= 2:
             sections = tuple(stored.contents[triad] for stored in results)
             compared.append(ComparedTriad(
-                triad, sections, tuple(_parameters(triad, triads)),
+                triad, sections, tuple(_parameters(triad, triads, sections)),
                 tuple(_errors_on(section, each, triads)
                       for section, each in zip(sections, triads, strict=True)),
                 tuple(_same_poses(sections[0], section) for section in sections),
@@ -105,7 +106,10 @@ def compare_calibrations(results: Sequence[Stored]) -> tuple[ComparedTriad, ...]
     return tuple(compared)
 
 
-def _parameters(triad: str, triads: Sequence[StoredTriad | None]) -> Iterator[ComparedParameter]:
+def _parameters(
+    triad: str, triads: Sequence[StoredTriad | None],
+    sections: Sequence[Mapping[str, Any] | None],
+) -> Iterator[ComparedParameter]:
     sheets = [_same_sheet(triads[0], each) for each in triads]
     for key in PARAMETERS:
         title = key.split("_")[0]
@@ -115,7 +119,7 @@ def _parameters(triad: str, triads: Sequence[StoredTriad | None]) -> Iterator[Co
                 None if each is None else (
                     getattr(each, key)[axis], getattr(each, f"{title}_sd")[axis])
                 for each in triads
-            ], comparable)
+            ], comparable, [_of_one_alone(sections[0], each, key, axis) for each in sections])
     names = dict.fromkeys(name for each in triads if each is not None for name in each.effects)
     for name in names:
         entries = [None if each is None else each.effects.get(name) for each in triads]
@@ -144,22 +148,34 @@ def _parts(name: str, triad: str, entry: Mapping[str, Any]) -> list[tuple[str, s
 def _compared(
     name: str, unit: str, is_effect: bool,
     entries: Sequence[tuple[float | None, float | None] | None],
-    comparable: Sequence[bool] | None = None,
+    comparable: Sequence[bool] | None = None, unseen: Sequence[float] | None = None,
 ) -> ComparedParameter:
     values, sds = ([_number(None if entry is None else entry[k]) for entry in entries]
                    for k in range(2))
-    apart = [_apart(values[0], sds[0], value, sd) if comparable is None or comparable[k] else None
+    apart = [_apart(values[0], sds[0], value, sd, 0.0 if unseen is None else unseen[k])
+             if comparable is None or comparable[k] else None
              for k, (value, sd) in enumerate(zip(values, sds, strict=True))]
     return ComparedParameter(name, unit, is_effect, tuple(values), tuple(sds), tuple(apart))
 
 
 def _apart(
-    first: float | None, first_sd: float | None, value: float | None, sd: float | None
+    first: float | None, first_sd: float | None, value: float | None, sd: float | None,
+    unseen: float,
 ) -> float | None:
     if first is None or first_sd is None or value is None or sd is None:
         return None
-    sd_of_difference = math.hypot(first_sd, sd)
+    sd_of_difference = math.hypot(first_sd, sd, unseen)
     return None if sd_of_difference == 0 else (value - first) / sd_of_difference
+
+
+def _of_one_alone(
+    first: Mapping[str, Any] | None, other: Mapping[str, Any] | None, key: str, axis: int
+) -> float:
+    """What an sd lacks of the effects that one of two calibrations can see and the other cannot."""
+    parts = [{} if each is None else each["sd_parts_if_typical"] for each in (first, other)]
+    alone = [part[name][key][axis] for part, rest in (parts, parts[::-1]) for name in part
+             if name not in rest]
+    return math.hypot(*(sd for sd in alone if sd is not None))
 
 
 def _number(value: float | None) -> float | None:

@@ -1,14 +1,18 @@
 """Whether a stored calibration is good enough to be used by other programs."""
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
+from calib.diagnosis.verdict.wording import enumeration
 from calib.fit.parameters import TriadParameters
 from calib.fit.triad.determined import undetermined
 from calib.poses.imu_log import SI_UNIT
 from pipeline.errors import UnfitCalibration
 from pipeline.results.read import Stored, StoredTriad
+from pipeline.text.formatting import DISPLAY
 
 LARGEST_ERROR = 0.03
 """Of the reference: the tolerance of an uncalibrated sensor's gain by its data sheet (MPU-6050:
@@ -74,3 +78,28 @@ def _notes(stored: Stored, each: StoredTriad) -> Iterator[str]:
         yield f"{each.triad}: the calibration is incomplete. {verdict['says']}"
     if "scale" not in each.correction.model.names:
         yield f"{each.triad}: the gain was not fitted; it is that of the data sheet."
+    section = stored.contents[each.triad]
+    unseen, (unit, factor) = unseen_of(section), DISPLAY[each.triad]
+    by_them = math.hypot(*unseen.values())
+    if unseen and by_them > (section["prediction"]["parts"]["poses"] or 0.0):
+        yield (f"{each.triad}: its poses are blind to {enumeration(list(unseen), 'and')}: if the "
+               f"sensor is typical, corrected magnitudes err by {by_them * factor:.2g} {unit} "
+               f"(1 sd) by that alone.")
+
+
+def unseen_of(section: Mapping[str, Any]) -> dict[str, float]:
+    """What each effect that the poses cannot see adds to the error of a corrected magnitude.
+
+    Parameters
+    ----------
+    section : mapping
+        Of a triad in results.json.
+
+    Returns
+    -------
+    dict of str to float
+        Root mean square by effect, SI, the largest first; empty in results of earlier versions.
+    """
+    parts = (section["prediction"] or {}).get("parts") or {"unseen": {}}
+    known = {name: rms for name, rms in parts["unseen"].items() if rms is not None}
+    return dict(sorted(known.items(), key=lambda each: -each[1]))

@@ -139,6 +139,11 @@ def _prediction(result: TriadResult) -> Json | None:
         "sd_median": number(prediction.sd_median),
         "sd_worst": number(prediction.sd_worst),
         "worst_direction": numbers(prediction.worst_direction),
+        "parts": {
+            "poses": number(prediction.by_poses),
+            "unseen": {name: number(rms) for name, rms in prediction.by_unseen.items()},
+            "open": number(prediction.by_open),
+        },
     }
 
 

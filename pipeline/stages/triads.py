@@ -217,7 +217,7 @@ def _calibrated(
     model, usable, notes = model_on(section.model, defined, poses)
     assessed = assess(poses, model, spec, solver=section.solver, loss=section.loss,
                       candidates=tuple(usable.values()), covariates=config.covariates,
-                      senses=senses)
+                      senses=senses, part=part_of(config))
     return TriadResult(
         assessed.calibration,
         assessed.comparison,

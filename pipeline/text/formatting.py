@@ -1,5 +1,6 @@
 """Numbers and units as people read them; everything else is in SI units."""
 
+import math
 from collections.abc import Mapping
 
 from calib.effects.units import ERROR_UNIT
@@ -36,3 +37,25 @@ def with_minus_signs(text: str) -> str:
     '−0.12 ± 0.03'
     """
     return text.replace("-", "−")
+
+
+def not_measured(triad: str, by_poses: float, by_unseen: Mapping[str, float]) -> str:
+    """How much of a predicted error no pose has measured, as the end of a clause; may be empty.
+
+    Parameters
+    ----------
+    triad : str
+    by_poses : float
+        What the poses determine, SI.
+    by_unseen : mapping of str to float
+        What each effect adds that they cannot see, SI.
+    """
+    if not by_unseen:
+        return ""
+    unit, factor = DISPLAY[triad]
+    largest_first = sorted(by_unseen, key=lambda name: -by_unseen[name])
+    unseen = math.sqrt(sum(rms**2 for rms in by_unseen.values()))
+    return (
+        f": {by_poses * factor:.2g} {unit} by the poses, {unseen * factor:.2g} {unit} by "
+        f"{' and '.join(largest_first)}, which they cannot see, if your sensor is typical"
+    )

@@ -13,6 +13,7 @@ from calib.diagnosis.search.refit import linear_loo_rms
 from calib.diagnosis.verdict.decision import Code, Verdict
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import (
+    NOTHING_MISSING,
     covariate,
     curves,
     enumeration,
@@ -32,8 +33,8 @@ from calib.rounding import with_sd
 Standing = Literal["good", "act", "open"]
 Step = Literal["apply", "add", "record", "repeat", "define"]
 
+#: A sign beside the word, since colour alone says nothing.
 SIGNS: Mapping[Standing, str] = {"good": "✓", "act": "!", "open": "?"}
-"""A sign beside the word, since colour alone says nothing."""
 
 LEAST_FALL_PERCENT = 5.0
 """Fall of the leave-one-out error from which the nearest listed effect is worth trying: it
@@ -44,9 +45,8 @@ chooses words only, and no bench tunes it."""
 class Explanation:
     """A verdict for people.
 
-    ``standing`` and ``sign`` say how it stands, ``short`` in a few words what is wrong, ``text``
-    in two or three sentences. ``step`` is what to do next, for programs, and ``following`` in
-    words.
+    ``standing`` and ``sign`` say how it stands, ``short`` in a few words what is wrong, ``text`` in
+    two or three sentences. ``step`` is what to do next, for programs, ``following`` in words.
     """
 
     standing: Standing
@@ -92,7 +92,7 @@ def explain(
 
 
 def _nothing(case: _Case) -> Explanation:
-    text = f"Nothing is missing: the poses' own noise explains the residual ({case.misfit})."
+    text = f"{NOTHING_MISSING}: the poses' own noise explains the residual ({case.misfit})."
     if turned := on_the_plate(case.fit):
         again = "Take these poses with the plate stopped, or add accelerometer.lever_arm"
         return Explanation("open", "its poses were taken on the turning plate",

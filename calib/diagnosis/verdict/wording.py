@@ -16,6 +16,8 @@ MORE_THAN_NOISE = 10.0
 """Residuals ten times the noise within the poses come from between them. It chooses words only."""
 
 
+NOTHING_MISSING = "Nothing is missing"  #: begins the text of that verdict
+
 ON_PAGES = {"accelerometer": "accelerometer", "gyroscope": "gyro"}
 """How the pages of the catalogue call a triad."""
 

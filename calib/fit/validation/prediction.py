@@ -6,10 +6,12 @@ with cov that of the parameters, noise and common errors together, and m every m
 measured. A small residual says nothing of directions in which no pose was taken; this does.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.fit.least_squares.result import Fit
 from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import axes_of, sensor_columns
@@ -45,10 +47,14 @@ class Prediction:
 
     Attributes
     ----------
-    sd_median, sd_worst : float
-        Over all directions and magnitudes.
-    worst_direction : array, shape (3,)
-        Unit vector of ``sd_worst``.
+    magnitude : array, shape (m,)
+        Every magnitude that was measured.
+    directions : array, shape (d, 3)
+        Unit vectors.
+    gradient : array, shape (m, d, p)
+        Of the corrected magnitude by the parameters.
+    variance : array, shape (m, d)
+        By what the poses determine.
     noise_worst : float
         The largest sd without the errors that the references have in common.
     pose_sd : float
@@ -57,15 +63,63 @@ class Prediction:
         Natural directions in which poses would mend that, the best first.
     unchecked : tuple of str
         The poses that no other pose checks (:data:`LEAST_REDUNDANCY`).
+    unseen : mapping of str to array, shape (m, d)
+        Variance by each effect that the poses cannot see, at the size typical of the sensor.
+    open : array, shape (m, d)
+        Variance by effects that may be missing, weighed by their probability.
     """
 
-    sd_median: float
-    sd_worst: float
-    worst_direction: FloatArray
+    magnitude: FloatArray
+    directions: FloatArray
+    gradient: FloatArray
+    variance: FloatArray
     noise_worst: float
     pose_sd: float
     wanted: tuple[FloatArray, ...] = ()
     unchecked: tuple[str, ...] = ()
+    unseen: Mapping[str, FloatArray] = field(default_factory=dict)
+    open: FloatArray = field(default_factory=lambda: np.zeros((1, 1)))
+
+    @property
+    def sd(self) -> FloatArray:
+        """The sd at every magnitude in every direction, all causes together, SI, (m, d)."""
+        whole = self.variance + sum(self.unseen.values()) + self.open
+        return np.asarray(np.sqrt(np.maximum(whole, 0.0)))
+
+    @property
+    def sd_median(self) -> float:
+        """The median over all directions and magnitudes."""
+        return float(np.median(self.sd))
+
+    @property
+    def sd_worst(self) -> float:
+        """The largest of all directions and magnitudes."""
+        return float(self.sd.max())
+
+    @property
+    def worst_direction(self) -> FloatArray:
+        """Unit vector of :attr:`sd_worst`, (3,)."""
+        return np.asarray(self.directions[int(np.argmax(self.sd.max(axis=0)))])
+
+    @property
+    def by_poses(self) -> float:
+        """Root mean square over the sphere of what the poses determine."""
+        return _rms(self.variance)
+
+    @property
+    def by_unseen(self) -> dict[str, float]:
+        """Root mean square over the sphere by each effect that the poses cannot see."""
+        return {name: _rms(variance) for name, variance in self.unseen.items()}
+
+    @property
+    def by_open(self) -> float:
+        """Root mean square over the sphere by effects that may be missing."""
+        return _rms(self.open)
+
+    @property
+    def is_mostly_unseen(self) -> bool:
+        """Whether more of it comes from a typical size than from these measurements."""
+        return bool(sum(each**2 for each in self.by_unseen.values()) > self.by_poses**2)
 
     @property
     def holds_everywhere(self) -> bool:
@@ -97,25 +151,26 @@ def predict(calibration: TriadCalibration) -> Prediction | None:
     if turning.size == 0:
         return None
     directions = np.vstack([natural_directions(), spread_directions(SPREAD_DIRECTIONS)])
-    gradients, variances, by_noise = [], [], []
-    common = fit.common_shift @ fit.common_shift.T
-    for magnitude in _distinct(turning):
-        gradient = _gradient(calibration, float(magnitude) * directions)
-        gradients.append(gradient)
-        variances.append(np.einsum("np,pq,nq->n", gradient, fit.cov, gradient))
-        by_noise.append(np.einsum("np,pq,nq->n", gradient, fit.cov - common, gradient))
-    sd = np.sqrt(np.maximum(np.array(variances), 0.0))  # (magnitudes, directions)
-    worst = int(np.argmax(sd.max(axis=0)))
+    magnitude = np.array(_distinct(turning))
+    gradient = np.array([_gradient(calibration, size * directions) for size in magnitude])
+    uncommon = fit.cov - fit.common_shift @ fit.common_shift.T
+    by_noise = np.einsum("mdp,pq,mdq->md", gradient, uncommon, gradient)
     pose_sd = float(np.median(fit.equations.magnitude_sd)) * calibration.widening
     return Prediction(
-        sd_median=float(np.median(sd)),
-        sd_worst=float(sd.max()),
-        worst_direction=directions[worst],
+        magnitude=magnitude,
+        directions=directions,
+        gradient=gradient,
+        variance=np.einsum("mdp,pq,mdq->md", gradient, fit.cov, gradient),
         noise_worst=float(np.sqrt(max(np.max(by_noise), 0.0))),
         pose_sd=pose_sd,
-        wanted=_wanted(np.array(gradients), fit.cov - common, pose_sd, directions),
+        wanted=_wanted(gradient, uncommon, pose_sd, directions),
         unchecked=_unchecked(fit),
     )
+
+
+def _rms(variance: FloatArray) -> float:
+    """Root mean square over all directions and magnitudes."""
+    return float(np.sqrt(max(float(np.mean(variance)), 0.0)))
 
 
 def _wanted(
@@ -161,7 +216,7 @@ def _distinct(magnitudes: FloatArray) -> list[float]:
 def _gradient(calibration: TriadCalibration, true: FloatArray) -> FloatArray:
     """Derivative of the corrected magnitude by theta at the true vectors (n, 3), (n, p)."""
     fit = calibration.fit
-    poses = _imagined(fit.poses, true)
+    poses = imagined(fit.poses, true)
     at = poses.conditions(true)
     correction = calibration.correction
     matrix, offset = correction.linear_form()
@@ -171,19 +226,26 @@ def _gradient(calibration: TriadCalibration, true: FloatArray) -> FloatArray:
         size = fit.theta[fit.equations.sensor_index]
         linear = true + sensor_columns(sensor, at, fit.shapes, axes_of(matrix)) @ size
     readings = np.asarray((linear - offset) @ np.linalg.inv(matrix).T)
-    equations = Equations(_imagined(fit.poses, true, readings), fit.model)
+    equations = Equations(imagined(fit.poses, true, readings), fit.model)
     jacobian = equations.rows(fit.theta, np.zeros_like(fit.eta), fit.shapes).jacobian
     gradient = jacobian[: len(true), : fit.model.size] * equations.magnitude_sd[:, None]
     gradient[:, equations.reference_index] = 0.0  # the next log has another reference
     return np.asarray(gradient)
 
 
-def _imagined(poses: PoseSet, true: FloatArray, readings: FloatArray | None = None) -> PoseSet:
+def typical_force(poses: PoseSet) -> float:
+    """The median specific force of poses, m/s²; standard gravity where none was logged."""
+    logged = np.linalg.norm(poses.force, axis=1)
+    logged = logged[np.isfinite(logged)]
+    return float(np.median(logged)) if logged.size else STANDARD_GRAVITY_M_S2
+
+
+def imagined(poses: PoseSet, true: FloatArray, readings: FloatArray | None = None) -> PoseSet:
     """Poses of these true vectors (n, 3) under the typical conditions of the real ones."""
     n = len(true)
     size = np.linalg.norm(true, axis=1)
     up = true / size[:, None]
-    gravity = float(np.median(np.linalg.norm(poses.force, axis=1)))
+    gravity = typical_force(poses)
     q = len(poses.reference.common_names)
     return PoseSet(
         triad=poses.triad,

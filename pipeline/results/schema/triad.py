@@ -67,12 +67,22 @@ class ExcludedResult(Part):
     sd: MaybeSd = means("its sd")
 
 
+class PredictionParts(Part):
+    """What a prediction is made of: root mean squares over all directions, SI."""
+
+    poses: MaybeSd = means("by what the poses determine")
+    unseen: dict[str, MaybeSd] = means(
+        "by each effect that the poses cannot see, if the sensor is typical")
+    open: MaybeSd = means("by effects that may be missing, weighed by their probability")
+
+
 class PredictionResult(Part):
     """What a corrected magnitude will err by on the next log, 1 sd, SI."""
 
     sd_median: MaybeSd = means("median over all directions")
     sd_worst: MaybeSd = means("in the worst direction")
     worst_direction: ThreeOrNull = means("that direction")
+    parts: PredictionParts | None = means("what it is made of", default=None)
 
 
 class InclusionResult(Part):

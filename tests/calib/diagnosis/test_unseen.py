@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from calib.assess import AssessedTriad, assess
 from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.unseen import absorbed, together, typical_size, unseen_budget
 from calib.effects.effect import EFFECTS
 from calib.fit.least_squares.solver import fit
 from calib.fit.triad.calibration import calibrate_triad
 from calib.poses.imu_log import TRIADS
+from calib.poses.pose_set import PoseSet
 from tests.calib.made_poses import FAST, MODEL, SLOW, SPECS, made_poses, noisy
 
 ONE_SPEED = noisy(made_poses("gyroscope", (SLOW,)), 4)
@@ -48,3 +50,36 @@ def test_every_effect_of_a_sensor_has_a_number_or_says_why_not(name: str) -> Non
     for part, size in effect.page.typical.items():
         numbers = [typical_size(effect, part, triad) for triad in TRIADS if triad in effect.triads]
         assert any(number is not None and number > 0 for number in numbers) or size.note
+
+
+def assessed_at(part: str, poses: PoseSet = ONE_SPEED) -> AssessedTriad:
+    return assess(poses, MODEL, SPECS["gyroscope"], part=part)
+
+
+def test_what_the_next_log_errs_by_contains_what_the_poses_are_blind_to() -> None:
+    low_cost, factory = assessed_at("MPU-6050"), assessed_at("MTi")
+    assert low_cost.prediction is not None
+    assert factory.prediction is not None
+    # n·G (f - g n) over random directions of gravity: the square root of two for every element
+    expected = np.sqrt(2) * np.radians(0.1)
+    assert low_cost.prediction.by_unseen["g_sensitivity"] == pytest.approx(expected, rel=0.05)
+    assert low_cost.prediction.sd_median == pytest.approx(expected, rel=0.05)
+    assert low_cost.prediction.by_poses == factory.prediction.by_poses
+    assert factory.prediction.by_unseen["g_sensitivity"] == pytest.approx(0.03 * expected, rel=0.05)
+
+
+def test_nothing_missing_is_said_with_what_the_poses_are_blind_to() -> None:
+    said = assessed_at("MPU-6050").diagnosis
+    assert said.verdict == "nothing_missing"
+    assert said.text.startswith("Nothing is missing among what these poses can see: ")
+    assert "They are blind to g_sensitivity, typically 0.1 °/s per g." in said.text
+    assert (said.explanation.standing, said.explanation.step) == ("open", "record")
+    assert said.advice is not None
+
+
+def test_a_gyroscope_logged_alone_is_as_blind() -> None:
+    alone = replace(ONE_SPEED, force=np.full_like(ONE_SPEED.force, np.nan))
+    logged, unlogged = assessed_at("MPU-6050").prediction, assessed_at("MPU-6050", alone).prediction
+    assert logged is not None
+    assert unlogged is not None
+    assert unlogged.sd_median == pytest.approx(logged.sd_median, rel=1e-2)
