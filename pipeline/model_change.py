@@ -12,7 +12,8 @@ import numpy as np
 
 from calib.diagnosis.next_measurement.advice import Rival, best_block
 from calib.diagnosis.verdict.ranking import Candidate
-from calib.effects.catalogue import BASE, find_effect
+from calib.effects.catalogue import BASE, EFFECTS, find_effect
+from calib.effects.effect import OF_COLUMN
 from calib.errors import CalibrationError, Undetermined
 from calib.poses.imu_log import TRIADS
 from pipeline.config.edit import with_item, without_item
@@ -22,7 +23,7 @@ from pipeline.errors import ConfigError
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY
-from pipeline.text.names import nearest_name
+from pipeline.text.names import nearest_names
 
 RunConfig = Callable[[Config], Outcome]
 CONSTANT_RATE = ("constant_rate",)
@@ -82,11 +83,29 @@ def read_target(config: Config, text: str) -> Target:
     setting, _, term = rest.rpartition(".")
     if head == "rate" and setting in config.rate and term:
         return Target(("rate", setting), term)
-    near = nearest_name(head, (*TRIADS, "rate"))
     raise ConfigError(
-        f"{text}: cannot be added to{near}; write accelerometer.NAME, gyroscope.NAME, or "
-        f"rate.SETTING.TERM, as `pipeline diagnose` names them."
+        f"{text}: names nothing that an effect can be added to{_meant(config, text)}. Write "
+        f"accelerometer.NAME, gyroscope.NAME, or rate.SETTING.TERM, as `pipeline diagnose` names "
+        f"them."
     )
+
+
+def _meant(config: Config, text: str) -> str:
+    """A target that ``text`` may stand for, in brackets; empty where none is near."""
+    head, _, rest = text.partition(".")
+    setting, _, term = rest.rpartition(".")
+    if head == "rate":
+        near = nearest_names(setting or rest, config.rate)
+        return f" (did you mean 'rate.{near[0]}.{term or 'TERM'}'?)" if near else ""
+    if rest and (triad := nearest_names(head, TRIADS)):
+        return f" (did you mean '{triad[0]}.{rest}'?)"
+    name = text if text.startswith(OF_COLUMN) else next(
+        iter(nearest_names(text, (*EFFECTS, *config.effects))), "")
+    if not name:
+        return ""
+    triads = TRIADS if name in config.effects else find_effect(name).triads
+    targets = [f"'{triad}.{name}'" for triad in triads if getattr(config, triad) is not None]
+    return f" (did you mean {' or '.join(targets)}?)" if targets else ""
 
 
 def result_of(outcome: Outcome, target: Target) -> TriadResult | None:

@@ -51,7 +51,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("unknown_sd",),
     ],
     "calib.fit.triad": [
-        ("correction", "determined"), ("calibration", "frame_alignment"),
+        ("correction", "determined"), ("calibration", "frame_alignment"), ("evaluable",),
     ],
     "calib.fit.validation": [
         ("leave_one_out",), ("predicted_pose", "prediction"), ("missing_effect",),

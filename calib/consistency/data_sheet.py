@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.fit.parameters import TriadParameters
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, FloatArray
@@ -95,8 +96,8 @@ def gain_off_the_sheet(parameters: TriadParameters, spec: TriadSpec, triad: str)
     if abs(ratio[worst] - 1) > SHEET_TOLERANCE:
         named = np.isfinite(spec.full_scale)
         range_says = (
-            f" (full scale {spec.full_scale / ratio.mean():.3g} SI instead of "
-            f"{spec.full_scale:.3g})"
+            f" (a range of {_range(spec.full_scale / ratio.mean(), triad)} instead of "
+            f"{_range(spec.full_scale, triad)})"
             if named
             else ""
         )
@@ -107,3 +108,10 @@ def gain_off_the_sheet(parameters: TriadParameters, spec: TriadSpec, triad: str)
             f"factor and the scale with it. Check the {triad}'s full scale and bits, and "
             f"{REFERENCE[triad]}."
         )
+
+
+def _range(full_scale: float, triad: str) -> str:
+    """A full scale in the unit of data sheets: ``±4 g``, ``±500 °/s``."""
+    if triad == "accelerometer":
+        return f"±{full_scale / STANDARD_GRAVITY_M_S2:.3g} g"
+    return f"±{np.degrees(full_scale):.3g} °/s"

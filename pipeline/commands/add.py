@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.arguments import ConfigArgument
 from pipeline.commands.interaction.output import python_option, quiet_option
 
 
@@ -15,7 +15,7 @@ from pipeline.commands.interaction.output import python_option, quiet_option
     "pipeline add config.yaml rate.slow.once_per_rev",
     "pipeline add config.yaml --auto",
 ))
-@click.argument("config", type=PathArgument())
+@click.argument("config", type=ConfigArgument())
 @click.argument("targets", metavar="[TARGET...]", nargs=-1)
 @click.option("--auto", is_flag=True,
               help="Add effects until the diagnosis names none.")

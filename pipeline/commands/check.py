@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.interaction.arguments import PathArgument
-from pipeline.commands.interaction.output import echo_json, json_option, quiet_option
+from pipeline.commands.interaction.arguments import ConfigArgument
+from pipeline.commands.interaction.output import echo_json, echo_warnings, json_option, quiet_option
 
 if TYPE_CHECKING:
     from pipeline.config.load import Config
+    from pipeline.stages.rehearsal import Rehearsal
 
 
 @click.command(epilog=examples(
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     "pipeline check config.yaml --quiet && pipeline run config.yaml",
     "pipeline check config.yaml --json",
 ))
-@click.argument("config", type=PathArgument())
+@click.argument("config", type=ConfigArgument())
 @json_option("the sections, or the errors,")
 @quiet_option("errors")
 def command(config: Path, as_json: bool, quiet: bool) -> None:
@@ -33,7 +34,7 @@ def command(config: Path, as_json: bool, quiet: bool) -> None:
     from pipeline.errors import ConfigError, PipelineError, exit_code_of, message_of
 
     try:
-        loaded = _checked(config)
+        loaded, rehearsal = _checked(config)
     except (PipelineError, CalibrationError) as error:
         if as_json:
             problems = error.problems if isinstance(error, ConfigError) else (message_of(error),)
@@ -41,14 +42,16 @@ def command(config: Path, as_json: bool, quiet: bool) -> None:
                        "problems": problems})
         raise
     if as_json:
-        echo_json(config_json(loaded))
-    elif not quiet:
-        for line in config_lines(loaded):
+        echo_json(config_json(loaded, rehearsal))
+        return
+    echo_warnings(rehearsal.warnings)
+    if not quiet:
+        for line in config_lines(loaded, rehearsal.poses):
             click.echo(line)
 
 
-def _checked(path: Path) -> "Config":
-    """The configuration, if it and its logs are right."""
+def _checked(path: Path) -> "tuple[Config, Rehearsal]":
+    """The configuration, if it and its logs are right, and what is doubtful of them."""
     from pipeline.config.load import config_from
     from pipeline.config.yaml_text import read_source
     from pipeline.errors import MissingFiles
@@ -62,5 +65,4 @@ def _checked(path: Path) -> "Config":
         require_planned(config_from(source, files_may_be_missing=True))
         raise
     require_planned(loaded)
-    rehearse(loaded)
-    return loaded
+    return loaded, rehearse(loaded)

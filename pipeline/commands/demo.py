@@ -1,6 +1,5 @@
 """``pipeline demo [DIR]``."""
 
-import shlex
 from pathlib import Path
 
 import click
@@ -24,18 +23,18 @@ def command(folder: Path, quiet: bool) -> None:
     describe. The command prints what to type to find it.
     """
     from pipeline.config.demo_session import copy_session
+    from pipeline.text.commands import command as proposed
 
     config = copy_session(folder)
     if not quiet:
-        click.echo(f"{config} was written. Now: pipeline run {shlex.quote(str(config))}", err=True)
+        click.echo(f"{config} was written. Now: {proposed('run', config)}", err=True)
     from pipeline.commands.run import command as run
 
     click.get_current_context().invoke(run, config=config, quiet=quiet)
     if quiet:
         return
-    quoted = shlex.quote(str(config))
     click.echo()
     click.echo(paragraph(
         "This session is yours to change. The line that begins with `next:` names the effect that "
         "is missing; the report shows the same with boxes to tick."))
-    click.echo(f"afterwards: pipeline history {quoted}")
+    click.echo(f"afterwards: {proposed('history', config)}")

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples, paragraph
-from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.arguments import ConfigArgument
 from pipeline.commands.interaction.output import (
     echo_whole,
     json_option,
@@ -19,7 +19,7 @@ from pipeline.commands.interaction.verdicts import echo_verdict
     "pipeline diagnose config.yaml",
     "pipeline diagnose config.yaml --json | jq .gyroscope.diagnosis.ranking",
 ))
-@click.argument("config", type=PathArgument())
+@click.argument("config", type=ConfigArgument())
 @python_option
 @json_option("the results")
 @quiet_option("the verdicts and the next command")

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.arguments import ConfigArgument, PathArgument
 from pipeline.commands.interaction.output import echo_json, json_option, quiet_option
 
 
@@ -13,7 +13,7 @@ from pipeline.commands.interaction.output import echo_json, json_option, quiet_o
     "pipeline history config.yaml",
     "pipeline history config.yaml --json | jq '.[-1].triads.gyroscope.verdict'",
 ))
-@click.argument("config", type=PathArgument())
+@click.argument("config", type=ConfigArgument())
 @click.option("--output", type=PathArgument(file_okay=False),
               help="Folder of the results, if `pipeline run` had this option.")
 @json_option("the runs")
@@ -24,6 +24,7 @@ def command(config: Path, output: Path | None, as_json: bool, quiet: bool) -> No
 
     from pipeline.config.load import load_config
     from pipeline.results.history import read_history, run_history_lines
+    from pipeline.text.commands import command as proposed
 
     folder = output or load_config(config).output_folder
     runs = read_history(folder)
@@ -31,6 +32,6 @@ def command(config: Path, output: Path | None, as_json: bool, quiet: bool) -> No
         echo_json([asdict(run) for run in runs])
         return
     for line in run_history_lines(runs[-1:] if quiet else runs) or (
-        f"{folder} contains no run yet. Type: pipeline run {config}",
+        f"{folder} contains no run yet. Type: {proposed('run', config)}",
     ):
         click.echo(line)

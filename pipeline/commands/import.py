@@ -77,21 +77,23 @@ def command(
 def _say(path: Path, checked: "CheckedConfig") -> None:
     """What the check has changed, and whether the configuration runs."""
     from pipeline.errors import UnfinishedGuess
+    from pipeline.text.commands import command as proposed
 
     echo_warnings(checked.changes)
     if checked.outcome is None:
         raise UnfinishedGuess(
             f"{path} was written, but it does not run yet: {checked.fault} Correct the file, then "
-            f"type: pipeline run {path}")
+            f"type: {proposed('run', path)}")
 
 
 def _show_run(path: Path, checked: "CheckedConfig") -> None:
     """The errors of the trial run, and the next command."""
     from pipeline.console.run_text import recordings_line, triad_line
+    from pipeline.text.commands import command as proposed
 
     assert checked.outcome is not None
     click.echo(recordings_line(checked.outcome.recordings))
     for result in checked.outcome.triads:
         click.echo(triad_line(result))
     click.echo(f"{path} was written, and it runs.")
-    click.echo(f"next: pipeline run {path}")
+    click.echo(f"next: {proposed('run', path)}")

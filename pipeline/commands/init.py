@@ -25,6 +25,7 @@ def command(folder: Path, latitude: float | None, height: float) -> None:
     anywhere on Earth with its uncertainty. The command never overwrites a file.
     """
     from pipeline.config.template import at_site, template_text, write_template
+    from pipeline.text.commands import command as proposed
 
     if latitude is None and sys.stdin.isatty():
         latitude = click.prompt(
@@ -32,8 +33,8 @@ def command(folder: Path, latitude: float | None, height: float) -> None:
             show_default=False, err=True, value_proc=_latitude)
     text = template_text()
     path = write_template(folder, text if latitude is None else at_site(text, latitude, height))
-    click.echo(f"{path} was written. Edit it, then type: pipeline plan {path}, and with the logs "
-               f"in place: pipeline check {path}")
+    click.echo(f"{path} was written. Edit it, then type: {proposed('plan', path)}, and with the "
+               f"logs in place: {proposed('check', path)}")
 
 
 def _latitude(typed: str) -> float | None:

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.arguments import ConfigArgument, PathArgument
 from pipeline.commands.interaction.output import python_option
 
 
@@ -13,7 +13,7 @@ from pipeline.commands.interaction.output import python_option
     "pipeline open config.yaml",
     "pipeline open config.yaml --output results",
 ))
-@click.argument("config", type=PathArgument())
+@click.argument("config", type=ConfigArgument())
 @click.option("--output", type=PathArgument(file_okay=False),
               help="Folder for the results; default: that of CONFIG.")
 @python_option

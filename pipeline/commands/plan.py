@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.arguments import ConfigArgument
 from pipeline.commands.interaction.output import echo_json, json_option, python_option, quiet_option
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     "pipeline plan config.yaml --effect g_sensitivity",
     "pipeline plan config.yaml --json | jq .gyroscope.complete.sd_scale_relative",
 ))
-@click.argument("config", type=PathArgument())
+@click.argument("config", type=ConfigArgument())
 @click.option("--effect", "effects", multiple=True, metavar="NAME",
               help="Print what to record to determine this effect; may be repeated.")
 @python_option

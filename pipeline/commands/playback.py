@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.interaction.arguments import LONGEST_S, Finite, PathArgument
+from pipeline.commands.interaction.arguments import LONGEST_S, ConfigArgument, Finite, PathArgument
 from pipeline.playback import PROTOCOLS, Protocol
 
 SHARE = Finite(min=0, max=1)  #: by definition
@@ -15,7 +15,7 @@ SHARE = Finite(min=0, max=1)  #: by definition
     "pipeline playback data/example/config.yaml --protocol xsens-mti",
     "pipeline playback config.yaml --lost 0.01 --link /tmp/sensor",
 ))
-@click.argument("config", type=PathArgument())
+@click.argument("config", type=ConfigArgument())
 @click.option("--protocol", type=click.Choice(PROTOCOLS), default="sketch",
               show_default=True, help="Protocol of the simulated device.")
 @click.option("--hold", type=Finite(min=0.1, max=LONGEST_S), default=15.0, show_default=True,

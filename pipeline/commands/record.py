@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.arguments import ConfigArgument
 from pipeline.commands.interaction.output import quiet_option
 
 FASTEST_BAUD = 100_000_000  #: bits per second, of a serial line over USB
@@ -15,7 +15,7 @@ FASTEST_BAUD = 100_000_000  #: bits per second, of a serial line over USB
     "pipeline record config.yaml",
     "pipeline record config.yaml --port /dev/ttyUSB0 --camera 0",
 ))
-@click.argument("config", type=PathArgument())
+@click.argument("config", type=ConfigArgument())
 @click.option("--port", help="Serial port; default: record.port of CONFIG.")
 @click.option("--baud", type=click.IntRange(min=1, max=FASTEST_BAUD),
               help="Baud rate; default: record.baud of CONFIG.")
@@ -39,6 +39,7 @@ def command(
     from pipeline.config.load import load_config
     from pipeline.plan.refusal import require_planned
     from pipeline.record.start import open_session
+    from pipeline.text.commands import command as proposed
 
     loaded = load_config(config, files_may_be_missing=True)
     if not although_undetermined and loaded.record is not None:
@@ -53,10 +54,12 @@ def command(
     try:
         done = open_session(loaded, display, port=port, baud=baud, camera=camera).run()
     except KeyboardInterrupt:
-        display.say(f"Stopped; recorded poses are kept. Continue with: pipeline record {config}")
+        display.say(f"Stopped; recorded poses are kept. Continue with: "
+                    f"{proposed('record', config)}")
         raise
     finally:
         display.close()
     for block in done:
         click.echo(f"{block.rate}: {block.recorded} of {block.wanted} poses")
-    click.echo(f"next: pipeline plan {config}, then pipeline run {config}")
+    click.echo(f"next: {proposed('plan', config)}")
+    click.echo(f"afterwards: {proposed('run', config)}")

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.arguments import ConfigArgument
 from pipeline.commands.interaction.output import python_option, quiet_option
 
 
@@ -13,7 +13,7 @@ from pipeline.commands.interaction.output import python_option, quiet_option
     "pipeline remove config.yaml gyroscope.g_sensitivity",
     "pipeline remove config.yaml accelerometer.quadratic rate.slow.once_per_rev",
 ))
-@click.argument("config", type=PathArgument())
+@click.argument("config", type=ConfigArgument())
 @click.argument("targets", metavar="TARGET...", nargs=-1, required=True)
 @python_option
 @quiet_option("the verdicts and the next command")

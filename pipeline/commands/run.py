@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pipeline.commands import examples, paragraph
-from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.arguments import ConfigArgument, PathArgument
 from pipeline.commands.interaction.output import (
     echo_whole,
     json_option,
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     "pipeline run config.yaml --output results",
     "pipeline run config.yaml --json | jq .gyroscope.diagnosis.verdict",
 ))
-@click.argument("config", type=PathArgument())
+@click.argument("config", type=ConfigArgument())
 @click.option("--output", type=PathArgument(file_okay=False),
               help="Folder for the results; default: that of CONFIG.")
 @click.option("--force", is_flag=True,

@@ -7,6 +7,7 @@ import re
 from collections.abc import Sequence
 
 from pipeline.config.yaml_text import PathTo, YamlSource
+from pipeline.config.yaml_words import yaml_word
 
 
 def with_item(source: YamlSource, section: PathTo, name: str, default: Sequence[str]) -> str:
@@ -15,6 +16,7 @@ def with_item(source: YamlSource, section: PathTo, name: str, default: Sequence[
     Where the section has no such list, one is written that starts from ``default``.
     """
     path = (*section, "model")
+    name, default = yaml_word(name), [yaml_word(each) for each in default]
     if path not in source.spans:
         return _with_new_model(source, section, [*default, name])
     items = source.value(path)

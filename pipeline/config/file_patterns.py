@@ -69,10 +69,12 @@ def find_files(name: str, folder: Path) -> tuple[Path, ...]:
                                 f"'{name.rstrip('/')}/*.csv'. {_holds(literal)}")
     if not is_pattern(name):
         raise NoSuchFile(name, literal.parent)
-    # Path.glob refuses absolute patterns: start at the last folder without a sign in its name.
-    fixed = tuple(takewhile(lambda part: not is_pattern(part), literal.parts))
-    start = Path(*fixed)
-    rest = str(Path(*literal.parts[len(fixed):]))
+    # Path.glob refuses absolute patterns: start at the last folder without a sign in its name. The
+    # folder of the configuration is no pattern, whatever signs its name has.
+    parts = Path(name).parts
+    fixed = tuple(takewhile(lambda part: not is_pattern(part), parts))
+    start = folder.joinpath(*fixed)
+    rest = str(Path(*parts[len(fixed):]))
     paths = [path for path in start.glob(rest) if path.is_file()] if start.is_dir() else []
     if not paths:
         raise NoSuchFile(name, start)

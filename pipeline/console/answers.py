@@ -4,10 +4,10 @@ Each triad has an answer, and so have the clips of the plate where their rate mo
 The headline of the report, its sections and the last lines of ``pipeline run`` are made of these.
 """
 
-import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import sqrt
+from pathlib import Path
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from pipeline.console.rate_text import RateVerdict, rate_verdict
 from pipeline.console.run_text import aside_text
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
+from pipeline.text.commands import command
 from pipeline.text.formatting import DISPLAY, count
 
 LOG = "LOG.csv"  #: placeholder for a file of the user
@@ -66,7 +67,7 @@ class Headline:
 
 def answers_of(outcome: Outcome, folder: str) -> tuple[Answer, ...]:
     """The answers on a session, the worst first; ``folder`` is where its results are."""
-    config = shlex.quote(str(outcome.config.source.path))
+    config = outcome.config.source.path
     answers = [triad_answer(outcome, result, folder) for result in outcome.triads]
     rates = rates_answer([rate_verdict(rate, config) for rate in outcome.rates.values()])
     if rates is not None:
@@ -140,7 +141,6 @@ def _lacking_sentences(lacking: Sequence[RateVerdict]) -> Iterator[str]:
 
 def triad_answer(outcome: Outcome, result: TriadResult, folder: str) -> Answer:
     """The three answers for one triad."""
-    config = shlex.quote(str(outcome.config.source.path))
     words = result.diagnosis.explanation
     standing, short = words.standing, words.short
     wrong = _nothing_wrong(result) if standing == "good" else words.text
@@ -149,7 +149,7 @@ def triad_answer(outcome: Outcome, result: TriadResult, folder: str) -> Answer:
     return Answer(
         result.triad, standing, short, _is_it_good(result), f"{wrong}{_aside(result)}",
         _what_next(result),
-        _commands(result, config, shlex.quote(folder)),
+        _commands(result, outcome.config.source.path, folder),
         lines_to_exclude(outcome, result, result.diagnosis.group)
         if result.diagnosis.verdict == "bad_pose" else "",
     )
@@ -237,15 +237,15 @@ def _aside(result: TriadResult) -> str:
     return f" {text[0].upper()}{text[1:]}."
 
 
-def _commands(result: TriadResult, config: str, folder: str) -> tuple[str, ...]:
+def _commands(result: TriadResult, config: Path, folder: str) -> tuple[str, ...]:
     """The commands that the next step takes."""
     step = result.diagnosis.explanation.step
     if step == "apply":
         base_only = all(e.acts_on == "reading" for e in result.calibration.fit.model.effects)
-        return (f"pipeline apply {folder} {LOG} --output calibrated.csv",
-                f"pipeline export {folder} --to {'arduino' if base_only else HOLDS_EFFECTS}")
-    add = (f"pipeline add {config} {result.triad}.{result.diagnosis.name}",)
+        return (f"{command('apply', folder)} {LOG} --output calibrated.csv",
+                command("export", folder, "--to", "arduino" if base_only else HOLDS_EFFECTS))
+    add = (command("add", config, f"{result.triad}.{result.diagnosis.name}"),)
     if step == "add":
         return add
-    return (f"pipeline {'diagnose' if step == 'define' else 'run'} {config}",
+    return (command("diagnose" if step == "define" else "run", config),
             *(add if result.diagnosis.verdict == "effect" else ()))

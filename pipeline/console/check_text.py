@@ -1,15 +1,21 @@
 """A configuration as text: one line per section; and the same for programs."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pipeline.config.load import Config
 from pipeline.config.schema import AccelerometerSection, RunSection, VideoRateSection
+from pipeline.stages.rehearsal import Rehearsal
+from pipeline.stages.session_logs import Setting
+from pipeline.text.commands import command
 from pipeline.text.formatting import count
 
 
-def config_lines(config: Config) -> Iterator[str]:
-    """One line per section of the file; the last line is the next command."""
+def config_lines(config: Config, poses: Mapping[Setting, int]) -> Iterator[str]:
+    """One line per section of the file, with the number of ``poses`` of each setting.
+
+    The last line is the next command.
+    """
     path, title = config.source.path, config.title
     yield f"{path}: no error{f' in {title!r}' if title else ''}"
     yield f"sensor         {config.sensor.name}"
@@ -22,16 +28,16 @@ def config_lines(config: Config) -> Iterator[str]:
             yield f"rate           {name}: {value}, stated in the configuration"
     if config.accelerometer:
         section = config.accelerometer
-        yield f"accelerometer  {_poses(section)}; model {', '.join(section.model)}"
+        yield f"accelerometer  {_poses(section, poses)}; model {', '.join(section.model)}"
     if config.gyroscope:
         for run in config.gyroscope.runs:
-            yield f"gyroscope      {_poses(run)} at rate {run.rate}"
+            yield f"gyroscope      {_poses(run, poses)} at rate {run.rate}"
         yield f"gyroscope      model {', '.join(config.gyroscope.model)}"
     yield f"results        {config.output_folder}"
-    yield f"next: pipeline run {path}"
+    yield f"next: {command('run', path)}"
 
 
-def config_json(config: Config) -> dict[str, Any]:
+def config_json(config: Config, rehearsal: Rehearsal) -> dict[str, Any]:
     """The same for programs; ``problems`` is empty, as the configuration is right."""
     accelerometer, gyroscope = config.accelerometer, config.gyroscope
     return {
@@ -39,6 +45,7 @@ def config_json(config: Config) -> dict[str, Any]:
         "title": config.title,
         "exit_code": 0,
         "problems": [],
+        "warnings": list(rehearsal.warnings),
         "sensor": config.sensor.name,
         "rate": {name: {"clips": [str(path) for path in rate.video]}
                  if isinstance(rate, VideoRateSection) else
@@ -58,11 +65,13 @@ def _logs(section: AccelerometerSection | RunSection) -> dict[str, Any]:
     return {"files": paths, "exclude": list(section.exclude)}
 
 
-def _poses(section: AccelerometerSection | RunSection) -> str:
+def _poses(section: AccelerometerSection | RunSection, counts: Mapping[Setting, int]) -> str:
     poses, excluded = section.poses, section.exclude
+    number = counts.get(Setting.of(section))
+    beside = f", {count(number, 'pose')}" if number is not None else ""
     without = f", without {', '.join(map(str, excluded))}" if excluded else ""
     if poses.log:
-        return f"static intervals in {', '.join(path.name for path in poses.log)}{without}"
+        return f"static intervals in {', '.join(path.name for path in poses.log)}{beside}{without}"
     if poses.means:
-        return f"rows of {', '.join(path.name for path in poses.means)}{without}"
+        return f"rows of {', '.join(path.name for path in poses.means)}{beside}{without}"
     return f"{count(len(poses.files) - len(excluded), 'pose')}{without}"

@@ -1,19 +1,15 @@
 """The lines of a configuration that exclude poses of a triad, for terminal and report."""
 
-import json
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from calib.poses.imu_log import Triad
 from pipeline.config.load import Config
 from pipeline.config.schema import AccelerometerSection, RunSection
+from pipeline.config.yaml_words import yaml_word
 from pipeline.stages.excluded_poses import PoseName, short_names
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
-
-_PLAIN = re.compile(r"[A-Za-z]\w*[._]\w+", re.ASCII)
-"""Names that YAML reads as text without quotation marks, whatever they are."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +35,8 @@ def exclude_lines(config: Config, triad: Triad) -> ExcludeLines:
         return ExcludeLines(f"{triad}:", ("  exclude: ",), (tuple(map(yaml_name, known)),))
     runs = config.gyroscope.runs if config.gyroscope else ()
     return ExcludeLines(
-        f"{triad}:\n  runs:", tuple(f"  - rate: {run.rate}\n    exclude: " for run in runs),
+        f"{triad}:\n  runs:",
+        tuple(f"  - rate: {yaml_word(run.rate)}\n    exclude: " for run in runs),
         tuple(tuple(map(yaml_name, run.exclude)) for run in runs))
 
 
@@ -90,6 +87,4 @@ def yaml_name(name: PoseName) -> str:
     >>> yaml_name("pose_07"), yaml_name("138.0-145.2 s"), yaml_name(7)
     ('pose_07', '"138.0-145.2 s"', '7')
     """
-    if isinstance(name, int) or _PLAIN.fullmatch(name):
-        return str(name)
-    return json.dumps(name, ensure_ascii=False)
+    return str(name) if isinstance(name, int) else yaml_word(name)

@@ -4,7 +4,8 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from calib.diagnosis.next_measurement.advice import Rival, best_block
-from calib.effects.effect import Effect
+from calib.effects.catalogue import find_effect
+from calib.effects.effect import EFFECTS, OF_COLUMN, Effect
 from calib.numbers import RPM
 from calib.planning.prospect import Prospect
 from calib.poses.attitudes import direction_name
@@ -100,7 +101,11 @@ def _determined(
         if effect.name not in prospect.blind and not rivals:
             yield f"  {effect.name}: these poses determine it and separate it from all others"
             continue
-        advice = best_block(prospect.fit, [Rival(effect, None)], full_scale)
+        named = {each.name: each for each in effects}
+        alike = [named.get(name) or find_effect(name) for group in rivals for name in group
+                 if name in named or name in EFFECTS or name.startswith(OF_COLUMN)]
+        advice = best_block(prospect.fit, [Rival(each, None) for each in alike or [effect]],
+                            full_scale)
         yield (f"  for {effect.name} record: {advice.instruction}" if advice else
                f"  for {effect.name} further poses do not help: {effect.page.separates}")
 

@@ -1,15 +1,16 @@
 """A measured rate as text: one line for the setting, several for each clip, the verdict."""
 
 import math
-import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from calib.numbers import RPM
 from pipeline.stages.rate import SettingRate
+from pipeline.text.commands import command
 from pipeline.text.formatting import NAME_WIDTH, count, relative
 from vision.phase_track import LUMA
 from vision.rate.terms import ALWAYS
@@ -51,8 +52,8 @@ class RateVerdict:
     in_the_rate: bool = True
 
 
-def rate_verdict(rate: SettingRate, config: str) -> RateVerdict:
-    """The verdict on one plate setting; ``config`` is the file as a shell reads it."""
+def rate_verdict(rate: SettingRate, config: Path) -> RateVerdict:
+    """The verdict on one plate setting, with the command that changes ``config``."""
     if not rate.clips:
         return RateVerdict(rate.name, True,
                            "The configuration states this rate; it was not measured from a clip.")
@@ -62,12 +63,11 @@ def rate_verdict(rate: SettingRate, config: str) -> RateVerdict:
     in_the_rate = diagnosis.name in ALWAYS
     # Of terms that the clip cannot separate, one that changes no rate may be added.
     addable = lacks or (diagnosis.name if diagnosis.verdict == "ambiguous" and in_the_rate else "")
-    target = shlex.quote(f"rate.{rate.name}.{addable}")
     return RateVerdict(
         rate.name, diagnosis.verdict == COMPLETE,
         " ".join(filter(None, (diagnosis.explanation, diagnosis.record_next))), lacks,
-        f"pipeline add {config} {target}" if addable else "", math.degrees(clip.fit.rms_rad),
-        in_the_rate)
+        command("add", config, f"rate.{rate.name}.{addable}") if addable else "",
+        math.degrees(clip.fit.rms_rad), in_the_rate)
 
 
 def worst_clip(rate: SettingRate) -> int:
@@ -77,7 +77,7 @@ def worst_clip(rate: SettingRate) -> int:
 
 def verdict_lines(rate: SettingRate) -> Iterator[str]:
     """What the rate model lacks; nothing where it lacks nothing."""
-    verdict = rate_verdict(rate, "CONFIG")
+    verdict = rate_verdict(rate, Path("CONFIG"))
     if not verdict.complete:
         yield f"rate.{rate.name}: {verdict.text}"
 

@@ -1,6 +1,5 @@
 """A run as text: one line for each stage, the verdict, the next step."""
 
-import shlex
 from collections.abc import Iterator, Sequence
 from math import isnan
 from pathlib import Path
@@ -19,6 +18,7 @@ from pipeline.results.triad import WORST_POSES
 from pipeline.stages.poses import Recordings
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
+from pipeline.text.commands import command, word
 from pipeline.text.formatting import DISPLAY, NAME_WIDTH, count
 from pipeline.text.tables import table_lines
 
@@ -62,36 +62,39 @@ def verdict_line(result: TriadResult) -> str:
     return f"{result.triad}: {result.diagnosis.text}"
 
 
-def next_step(outcome: Outcome, folder: Path, look: str = "pipeline diagnose {config}") -> str:
+def next_step(outcome: Outcome, folder: Path, look: str = "") -> str:
     """The next step: a command, or a measurement.
 
-    ``look`` is the command for a misfit that neither one effect nor one measurement explains.
+    ``look`` is the command on a misfit that neither one effect nor one measurement explains; by
+    default it is ``pipeline diagnose``.
     """
-    config = shlex.quote(str(outcome.config.source.path))
+    path = outcome.config.source.path
+    config, run = word(path), command("run", path)
     diagnoses = {result.triad: result.diagnosis for result in outcome.triads}
     for triad, diagnosis in diagnoses.items():
         if diagnosis.explanation.step == "add":
-            return f"next: pipeline add {config} {triad}.{diagnosis.name}"
+            return f"next: {command('add', path, f'{triad}.{diagnosis.name}')}"
     for result in outcome.triads:
         if result.diagnosis.verdict == "bad_pose":
             lines = lines_to_exclude(outcome, result, result.diagnosis.group)
             return (f"next: {result.diagnosis.explanation.following}. These lines in {config} "
-                    f"exclude it; then type: pipeline run {config}\n{lines}")
+                    f"exclude it; then type: {run}\n{lines}")
     for triad, diagnosis in diagnoses.items():
         if measurement := _measurement(diagnosis, config):
             trial = "" if diagnosis.verdict != "effect" else (
-                f"\nor see the errors with it: pipeline add {config} {triad}.{diagnosis.name}")
-            return f"next: {measurement}, then type: pipeline run {config}{trial}"
+                "\nor see the errors with it: "
+                f"{command('add', path, f'{triad}.{diagnosis.name}')}")
+            return f"next: {measurement}, then type: {run}{trial}"
     for triad, diagnosis in diagnoses.items():
         if diagnosis.verdict == "effect":  # one of a class that no block of poses separates
-            return f"next: pipeline add {config} {triad}.{diagnosis.name}"
+            return f"next: {command('add', path, f'{triad}.{diagnosis.name}')}"
     if any(diagnosis.explanation.step != "apply" for diagnosis in diagnoses.values()):
-        return f"next: {look.format(config=config)}"
+        return f"next: {look or command('diagnose', path)}"
     for rate in outcome.rates.values():
-        if command := rate_verdict(rate, config).command:
-            return f"next: {command}"
+        if add := rate_verdict(rate, path).command:
+            return f"next: {add}"
     if diagnoses:
-        return f"next: pipeline apply {shlex.quote(str(folder))} LOG --output FILE"
+        return f"next: {command('apply', folder)} LOG --output FILE"
     return f"next: add the sections accelerometer and gyroscope to {config}"
 
 

@@ -1,8 +1,6 @@
 """The configuration of a guessed session, as a person would write it."""
 
-import json
 import os
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,15 +9,13 @@ from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.effects.catalogue import BASE
 from calib.poses.imu_log import TRIADS
 from pipeline.config.types import STOPPED
+from pipeline.config.yaml_words import yaml_word
 from pipeline.guess.session import RECORD_SD, PoseSource, SessionGuess
 from pipeline.guess.table_guess import TableGuess
 from pipeline.guess.triads import TriadGuess
 from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.logs.columns import TIME
 
-PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*")
-#: Plain words that YAML or a reader of it may take for something else.
-NOT_PLAIN = {"y", "n", "yes", "no", "on", "off", "true", "false", "null"}
 #: Gravity anywhere on Earth: 9.780 at the equator, 9.832 at the poles.
 GRAVITY_SD_M_S2 = 0.02
 WIDTH = 96  #: of a list of names that stays on one line
@@ -69,7 +65,7 @@ def _rates(guess: SessionGuess) -> list[str]:
     if not known:
         return []
     lines = ["", "# Nominal speeds. A clip of the plate is better: {video: clip.mp4}", "rate:"]
-    return lines + [f"  {_text(str(name))}: {{rate_rad_s: {rate:.6g}, "
+    return lines + [f"  {yaml_word(str(name))}: {{rate_rad_s: {rate:.6g}, "
                     f"sd_rad_s: {RECORD_SD * rate:.2g}}}" for name, rate in known.items()]
 
 
@@ -94,7 +90,7 @@ def _gyroscope(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]
     lines = ["", "gyroscope:", "  runs:"]
     for source in able:
         lines += ["    - poses:", *_poses(source, folder, "        "),
-                  f"      rate: {_text(str(source.rate))}"]
+                  f"      rate: {yaml_word(str(source.rate))}"]
     if not turning:
         lines.append("  # All at rest: that shows the bias. A turning plate shows scale and "
                      "misalignment.")
@@ -103,7 +99,7 @@ def _gyroscope(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]
 
 def _poses(source: PoseSource, folder: Path, indent: str) -> list[str]:
     """The section ``poses`` of a source."""
-    paths = [_text(_relative(table.path, folder)) for table in source.tables]
+    paths = [yaml_word(_relative(table.path, folder)) for table in source.tables]
     lines = [f"{source.layout}: {_listed(paths, indent)}"]
     columns = [table.columns for table in source.tables]
     if any(each is not None for each in columns):
@@ -134,7 +130,7 @@ def _columns(table: TableGuess, columns: list[str] | dict[str, str] | None) -> s
         return f"[{', '.join(columns)}]"
     pairs = columns if columns is not None else {
         name: theirs for name, theirs in table.theirs.items() if name != TIME}
-    return "{" + ", ".join(f"{name}: {_text(theirs)}" for name, theirs in pairs.items()) + "}"
+    return "{" + ", ".join(f"{name}: {yaml_word(theirs)}" for name, theirs in pairs.items()) + "}"
 
 
 def _listed(items: Sequence[str], indent: str) -> str:
@@ -157,13 +153,6 @@ def _relative(path: Path, folder: Path) -> str:
     """The path from the configuration's folder, where the file lies in it or near by."""
     relative = Path(os.path.relpath(path.absolute(), folder)).as_posix()
     return path.absolute().as_posix() if relative.startswith("../..") else relative
-
-
-def _text(value: str) -> str:
-    """A name as YAML text: as it is where it is a plain word, else in quotation marks."""
-    if PLAIN.fullmatch(value) and value.lower() not in NOT_PLAIN:
-        return value
-    return json.dumps(value, ensure_ascii=False)
 
 
 def _comment(text: str) -> str:

@@ -1,6 +1,5 @@
 """Everything a run leaves in its folder; report.html is one file that needs no network."""
 
-import shlex
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
@@ -34,6 +33,7 @@ from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.stages.user_effects import user_effects
+from pipeline.text.commands import word
 from pipeline.text.names import program_version
 
 TEMPLATE_NAME = "report.html"
@@ -60,7 +60,7 @@ def report_html(
     environment = page_templates()
     drawings = tuple(environment.get_template("drawings.html").module.__dict__)
     where = str(folder or outcome.config.output_folder)
-    config = shlex.quote(str(outcome.config.source.path))
+    config = outcome.config.source.path
     rates = [rate_view(rate, config) for rate in outcome.rates.values()]
     unfolded = next((rate.name for rate in rates if not rate.verdict.complete), None)
     answers = answers_of(outcome, where)
@@ -82,7 +82,7 @@ def report_html(
         warnings=outcome.warnings,
         installation=mounting_view(outcome.installation),
         payload=script_json({
-            "config": config,
+            "config": word(config),
             "constants": constants_json(),
             "triads": [views[triad]["payload"] for triad in order],
             "rates": [rate.terms for rate in rates if rate.terms],

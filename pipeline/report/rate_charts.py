@@ -4,6 +4,7 @@ import base64
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,9 +40,8 @@ class RateView:
     cards: tuple[TermCard, ...] = ()
 
 
-def rate_view(rate: SettingRate, config: str = "CONFIG") -> RateView:
-    """Everything the page shows of one plate setting; ``config`` is the file, as a shell reads it.
-    """
+def rate_view(rate: SettingRate, config: Path = Path("CONFIG")) -> RateView:
+    """Everything the page shows of one plate setting; its commands change ``config``."""
     sd = relative(rate.sd_rad_s / rate.rate_rad_s)
     headline = f"{rate.rate_rad_s / RPM:.4f} rpm ± {sd}"
     verdict = rate_verdict(rate, config)

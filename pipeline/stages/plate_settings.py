@@ -1,6 +1,7 @@
 """The vision stage: every entry under ``rate:`` becomes the rate of one plate setting."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from pipeline.stages.rate import SettingRate, follow_clips, measure_setting
 from vision.geometry import PlateOverride
 from vision.rate.steady_part import ClipPart
 from vision.rate.timebase import Timebase
+from vision.rate.together import judge_together
 
 
 def measure_rates(config: Config, context: RunContext) -> Mapping[str, SettingRate]:
@@ -34,7 +36,7 @@ def measure_rates(config: Config, context: RunContext) -> Mapping[str, SettingRa
     named = [(clip, rims[name]) for name, rate in filmed.items() for clip in rate.video]
     clips = list(dict.fromkeys(named))
     tracks = dict(zip(clips, follow_clips(clips, context), strict=True))
-    return {
+    return _judged_together({
         name: stated_rate(name, rate)
         if isinstance(rate, KnownRateSection)
         else measure_setting(
@@ -46,6 +48,22 @@ def measure_rates(config: Config, context: RunContext) -> Mapping[str, SettingRa
             ClipPart(rate.from_s, rate.to_s),
         )
         for name, rate in config.rate.items()
+    })
+
+
+def _judged_together(rates: Mapping[str, SettingRate]) -> Mapping[str, SettingRate]:
+    """The rates with the verdicts on their clips that all clips of the session decide together."""
+    names = {id(clip): f"{name}[{i}]" if len(rate.clips) > 1 else name
+             for name, rate in rates.items() for i, clip in enumerate(rate.clips)}
+    decided = judge_together([
+        (names[id(clip)], clip.diagnosis,
+         -clip.rate_rad_s if clip.direction == "cw" else clip.rate_rad_s)
+        for rate in rates.values() for clip in rate.clips])
+    return {
+        name: replace(rate, clips=tuple(
+            replace(clip, diagnosis=decided.get(names[id(clip)], clip.diagnosis))
+            for clip in rate.clips))
+        for name, rate in rates.items()
     }
 
 

@@ -6,15 +6,18 @@ own reading stands in for it: that tells whether its poses can evaluate and dete
 nothing of what a wrong rate would make of them.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from calib.assess import calibrate
-from calib.consistency.force import require_gravity, unknown_force
+from calib.consistency.data_sheet import SHEET_TOLERANCE
 from calib.effects.effect import Effect
 from calib.fit.least_squares.solver import require_determinable
 from calib.fit.triad.calibration import TriadCalibration
+from calib.fit.triad.evaluable import correct_other_poses
+from calib.numbers import RPM
 from calib.poses.averaging import average_pose
 from calib.poses.imu_log import Triad
 from calib.poses.reference import PlateRate
@@ -36,13 +39,26 @@ from pipeline.stages.triad_poses import (
     model_on,
     senses_of,
 )
+from pipeline.stages.triads import KNOWN_FORCE, check_force, doubts_of
 from pipeline.stages.user_effects import user_effects
 
 READ_SD = 0.01  #: relative, of a rate that the gyroscope reads; it weighs rows, no result has it
 UNLIMITED: Mapping[str, float] = {"accelerometer": np.inf, "gyroscope": np.inf}
 
 
-def rehearse(config: Config) -> None:
+@dataclass(frozen=True, eq=False)
+class Rehearsal:
+    """What was read and what is doubtful of it.
+
+    ``poses`` are their numbers by setting; ``warnings`` those of a run, as far as no clip decides
+    them.
+    """
+
+    poses: Mapping[Setting, int]
+    warnings: tuple[str, ...]
+
+
+def rehearse(config: Config) -> Rehearsal:
     """Refuse what :func:`pipeline.stages.run.run_stages` would, as far as no clip decides it.
 
     Raises
@@ -55,9 +71,15 @@ def rehearse(config: Config) -> None:
               if isinstance(rate, KnownRateSection)}
     recordings = average_recordings(config, logs, stated)
     accelerometer, gravity = _accelerometer(config, recordings)
-    _gyroscope(config, logs, stated, recordings, accelerometer, gravity)
+    gyroscope, notes = _gyroscope(config, logs, stated, recordings, accelerometer, gravity)
     if accelerometer is not None:
         measure_mounting(config, accelerometer, gravity, reading_at_rest(config, recordings))
+    of_triads = tuple(
+        note for each in (accelerometer, gyroscope) if each is not None
+        for note in doubts_of(each))
+    return Rehearsal({setting: len(recording.means) for setting, recording in
+                      recordings.by_setting.items()},
+                     (*recordings.warnings, *of_triads, *notes))
 
 
 def _accelerometer(
@@ -82,32 +104,48 @@ def _gyroscope(
     recordings: Recordings,
     accelerometer: TriadCalibration | None,
     gravity: Gravity | None,
-) -> None:
+) -> tuple[TriadCalibration | None, tuple[str, ...]]:
+    """The calibration where no clip is needed for it, and what is doubtful of the readings."""
     section, sheet = config.gyroscope, config.sensor.gyroscope
     defined = _expressions(config, "gyroscope")
     if section is None or sheet is None or defined is None:
-        return
+        return None, ()
     rates = {name: rate.plate for name, rate in stated.items()}
     filmed = [run for run in section.runs if run.rate not in (STOPPED, *stated)]
     if filmed:
         specs = sensor_specs(config.sensor)
         felt = _felt(logs, [Setting.of(run) for run in filmed], specs)
         if felt is None:
-            return
+            return None, ()
         recordings = Recordings({**recordings.by_setting, **felt[0]})
         rates |= felt[1]
-    correct = accelerometer.correct if accelerometer else None
+    correct = correct_other_poses(accelerometer) if accelerometer else None
     poses = gyroscope_poses(config, rates, recordings, correct).used
     model, _, _ = model_on(section.model, defined, poses)
     if filmed:
         require_determinable(poses, model)
-        return
-    unknown = False
+        return None, tuple(_off_the_nominal(config, rates))
+    force = KNOWN_FORCE
     if accelerometer is not None and gravity is not None:
-        require_gravity(poses, accelerometer, gravity.value_m_s2)
-        unknown = bool(unknown_force(poses, accelerometer))
-    calibrate(poses, model, triad_spec(sheet), solver=section.solver, loss=section.loss,
-              senses=senses_of(config, recordings) if accelerometer and not unknown else None)
+        force = check_force(poses, accelerometer, gravity.value_m_s2)
+    calibration = calibrate(
+        poses, model, triad_spec(sheet), solver=section.solver, loss=section.loss,
+        senses=senses_of(config, recordings) if accelerometer and force.is_known else None)
+    return calibration, force.notes
+
+
+def _off_the_nominal(config: Config, rates: Mapping[str, PlateRate]) -> Iterator[str]:
+    """Filmed settings at which the gyroscope reads another rate than the nominal one."""
+    for name, rate in config.rate.items():
+        nominal = getattr(rate, "nominal_rpm", None)
+        if nominal is None or name not in rates or isinstance(rate, KnownRateSection):
+            continue
+        ratio = float(rates[name].rate_rad_s[0]) / (abs(nominal) * RPM)
+        if abs(ratio - 1) > SHEET_TOLERANCE:
+            yield (f"run {name}: by its data sheet the gyroscope reads {ratio:.2f} times the "
+                   f"nominal {abs(nominal):g} rpm. Either its range is not the stated one, or the "
+                   f"plate did not turn at this speed. Check the gyroscope's full scale, and "
+                   f"nominal_rpm.")
 
 
 def _expressions(config: Config, triad: Triad) -> dict[str, Effect] | None:

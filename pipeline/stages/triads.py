@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from calib.assess import assess
 from calib.consistency.data_sheet import (
     direction_against_clip,
@@ -15,6 +17,7 @@ from calib.diagnosis.unseen import unseen_budget
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
 from calib.fit.triad.calibration import TriadCalibration
+from calib.fit.triad.evaluable import correct_other_poses, missing_in, with_typical_columns
 from calib.fit.triad.frame_alignment import FrameRotation, rotation_between_frames
 from calib.fit.validation.leave_one_out import Comparison
 from calib.fit.validation.prediction import Prediction
@@ -175,26 +178,68 @@ def calibrate_gyroscope(
         return None
     assert config.sensor.gyroscope is not None
     plates = {name: rate.plate for name, rate in rates.items()}
-    correct = accelerometer.calibration.correct if accelerometer else None
+    correct = correct_other_poses(accelerometer.calibration) if accelerometer else None
     of_runs = gyroscope_poses(config, plates, recordings, correct)
     poses = of_runs.used
-    unknown: tuple[str, ...] = ()
+    force = KNOWN_FORCE
     if accelerometer is not None and accelerometer.gravity is not None:
-        require_gravity(poses, accelerometer.calibration, accelerometer.gravity.value_m_s2)
-        unknown = unknown_force(poses, accelerometer.calibration)
+        force = check_force(poses, accelerometer.calibration, accelerometer.gravity.value_m_s2)
     defined = user_effects(config, "gyroscope", context.allow_python)
     spec = triad_spec(config.sensor.gyroscope)
     result = _calibrated(poses, config.gyroscope, spec, defined, config,
                          senses=senses_of(config, recordings)
-                         if accelerometer and not unknown else None)
+                         if accelerometer and force.is_known else None)
     beside = accelerometer.calibration.fit if accelerometer else None
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
     result = _with_excluded(result, of_runs)
     return replace(
         result,
         frame=rotation_between_frames(result.calibration.fit, beside),
-        warnings=(*result.warnings, *unknown, *direction_against_clip(poses, filmed)),
+        warnings=(*result.warnings, *force.notes, *direction_against_clip(poses, filmed)),
     )
+
+
+@dataclass(frozen=True)
+class ForceCheck:
+    """Whether the calibrated force in the gyroscope's poses is good enough to compare axes by.
+
+    ``notes`` are sentences on what is not known of it.
+    """
+
+    is_known: bool
+    notes: tuple[str, ...]
+
+
+KNOWN_FORCE = ForceCheck(True, ())
+
+
+def check_force(
+    poses: PoseSet, accelerometer: TriadCalibration, gravity_m_s2: float
+) -> ForceCheck:
+    """Check the specific force in the poses of the gyroscope by the calibrated accelerometer.
+
+    Raises
+    ------
+    Contradiction
+        The calibrated accelerometer does not read gravity in them.
+    """
+    whole = with_typical_columns(accelerometer, poses)
+    missing = missing_in(accelerometer, poses)
+    if still := missing_in(accelerometer, whole):
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in still.items())
+        return ForceCheck(False, (
+            f"the poses of the gyroscope cannot evaluate all effects of the accelerometer "
+            f"({reasons}). The specific force there is corrected without them, and the axes of "
+            f"the triads were not compared.",))
+    require_gravity(whole, accelerometer, gravity_m_s2)
+    notes = unknown_force(whole, accelerometer)
+    is_known = not notes
+    if missing and np.isfinite(poses.force).all():
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in missing.items())
+        notes += (f"in the poses of the gyroscope the accelerometer is corrected as in its own "
+                  f"poses on average, because they cannot evaluate all of its effects "
+                  f"({reasons}).",)
+    return ForceCheck(is_known, notes)
 
 
 def _with_excluded(result: TriadResult, poses: TriadPoses) -> TriadResult:
@@ -227,8 +272,13 @@ def _calibrated(
         gravity,
         warnings=(
             *notes,
-            *assessed.calibration.fit.poses.notes,
-            *turning_while_still(poses),
-            *gain_off_the_sheet(assessed.calibration.parameters, spec, poses.triad),
+            *doubts_of(assessed.calibration),
         ),
     )
+
+
+def doubts_of(calibration: TriadCalibration) -> tuple[str, ...]:
+    """What is doubtful of a calibration by its own poses and its data sheet."""
+    poses = calibration.fit.poses
+    return (*poses.notes, *turning_while_still(poses),
+            *gain_off_the_sheet(calibration.parameters, calibration.spec, poses.triad))

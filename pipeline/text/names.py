@@ -9,6 +9,9 @@ DISTRIBUTION = "turntable-imu-calibration"  #: the name in pyproject.toml
 SIMILAR = 0.6
 
 
+FEWEST_LETTERS = 3  #: of the beginning of a name that is taken for it
+
+
 def program_version() -> str:
     """The version of this program that is installed here."""
     from importlib.metadata import PackageNotFoundError, version  # 15 ms that few commands need
@@ -20,9 +23,21 @@ def program_version() -> str:
 
 
 def nearest_names(wrong: str, right: Iterable[str]) -> list[str]:
-    """The one of ``right`` that is nearest to ``wrong``, if any is near."""
-    by_lower = {name.lower(): name for name in right}
-    return [by_lower[name] for name in get_close_matches(wrong.lower(), by_lower, 1, SIMILAR)]
+    """The one of ``right`` that is nearest to ``wrong``, or begins like it, if any does.
+
+    >>> nearest_names("gsens", ["bias", "g_sensitivity", "g_squared_sensitivity"])
+    ['g_sensitivity']
+    """
+    by_plain = {_plain(name): name for name in right}
+    typed = _plain(wrong)
+    begin = [name for name in by_plain if len(typed) >= FEWEST_LETTERS and name.startswith(typed)]
+    near = get_close_matches(typed, by_plain, 1, SIMILAR) or sorted(begin, key=len)[:1]
+    return [by_plain[name] for name in near]
+
+
+def _plain(name: str) -> str:
+    """A name in small letters without the signs between its words."""
+    return "".join(sign for sign in name.lower() if sign not in "_- ")
 
 
 def nearest_name(wrong: str, right: Iterable[str]) -> str:

@@ -66,9 +66,9 @@ def copied(drifting: Path, tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("gyro.cubic", "did you mean 'gyroscope'"),
-        ("gyroscope", "write accelerometer.NAME, gyroscope.NAME"),
-        ("rate.slow.once_per_rev", "write accelerometer.NAME"),
+        ("gyro.cubic", "did you mean 'gyroscope.cubic'"),
+        ("gyroscope", "Write accelerometer.NAME, gyroscope.NAME"),
+        ("rate.slow.once_per_rev", "Write accelerometer.NAME"),
         ("cubic", "as `pipeline diagnose` names them"),
     ],
 )

@@ -8,6 +8,8 @@ import click
 
 from pipeline.files import LONGEST_NAME
 
+CONFIG_NAME = "config.yaml"  #: what `pipeline init` writes
+LISTED = 5  #: files of a folder that a message names
 SHOWN = 60  #: characters of a wrong argument that a message repeats
 LONGEST_S = 86_400.0  #: a day; a longer duration is a slip of the keyboard
 
@@ -29,6 +31,24 @@ class PathArgument(click.Path):
                 self.fail(f"the name {name[:SHOWN]}... has {size} bytes; a file system holds names "
                           f"of at most {LONGEST_NAME}.", param, ctx)
         return super().convert(value, param, ctx)
+
+
+class ConfigArgument(PathArgument):
+    """The file of a configuration, or the folder that it stands in as ``config.yaml``."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path of the file; of a folder that of its only or its ``config.yaml``."""
+        path: Path = super().convert(value, param, ctx)
+        if not path.is_dir():
+            return path
+        every = sorted([*path.glob("*.yaml"), *path.glob("*.yml")])
+        if (path / CONFIG_NAME) in every:
+            return path / CONFIG_NAME
+        if len(every) == 1:
+            return every[0]
+        names = ", ".join(each.name for each in every[:LISTED]) or "no YAML file"
+        self.fail(f"{path} is a folder without {CONFIG_NAME}; it has {names}. Name the "
+                  "configuration itself.", param, ctx)
 
 
 class Finite(click.FloatRange):

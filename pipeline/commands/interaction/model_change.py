@@ -30,6 +30,7 @@ from pipeline.model_change import (
 from pipeline.report.outputs import outputs_of
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome
+from pipeline.text.commands import command
 
 
 @dataclass(frozen=True)
@@ -131,5 +132,5 @@ def _write(before: Config, after: Outcome, folder: Path) -> None:
 
 def _finish(outcome: Outcome, folder: Path) -> None:
     path = outcome.config.source.path
-    click.echo(f"{path} was changed. `pipeline history {path}` lists all runs.")
+    click.echo(f"{path} was changed. `{command('history', path)}` lists all runs.")
     click.echo(next_step(outcome, folder))

@@ -14,6 +14,9 @@ const withSd = (value, sd) => {
   const text = `${v.toFixed(decimals)} ± ${s.toFixed(decimals)}`.replace(/-/g, "−");
   return power ? `(${text})e−${Math.abs(power)}` : text;
 };
+// A word of a command as a shell reads it.
+const shellWord = (text) => (/^[\w@%+=:,.\/-]+$/.test(text)
+  ? text : `'${text.replaceAll("'", "'\"'\"'")}'`);
 const nice = (value) => {
   const decade = 10 ** Math.floor(Math.log10(value));
   return decade * NICE.find((m) => decade * m >= value * (1 - 1e-9));

@@ -2,7 +2,7 @@
 class RateSection {
   constructor(rate, config) {
     this.rate = rate;
-    this.target = `${config} rate.${rate.setting}`;
+    this.target = (term) => `${config} ${shellWord(`rate.${rate.setting}.${term}`)}`;
     this.root = document.querySelector(`[data-rate="${CSS.escape(rate.setting)}"]`);
     this.boxes = rate.terms.map((term) => this.root.querySelector(`input[data-term="${term.name}"]`));
     this.boxes.forEach((box) => box.addEventListener("change", () => this.update()));
@@ -59,8 +59,8 @@ class RateSection {
       const share = 1 - (withIt / without) ** 2, there = share > smallest, { name } = terms[i];
       words.push(`${name} explains ${(100 * share).toPrecision(2)} % of the variance: `
         + (there ? "it is there." : "not there."));
-      if (terms[i].in_model) commands.push(`pipeline remove ${this.target}.${name}`);
-      else if (there) commands.push(`pipeline add ${this.target}.${name}`);
+      if (terms[i].in_model) commands.push(`pipeline remove ${this.target(name)}`);
+      else if (there) commands.push(`pipeline add ${this.target(name)}`);
     }
     const judgement = this.root.querySelector('[data-out="judgement"]');
     judgement.textContent = words.join(" ");

@@ -73,7 +73,7 @@ class Section {
       return line;
     }));
     const commands = judged.map(([effect, result]) => {
-      const target = `${this.config} ${this.triad.triad}.${effect.name}`;
+      const target = `${this.config} ${shellWord(`${this.triad.triad}.${effect.name}`)}`;
       if (effect.in_model) return `pipeline remove ${target}`;
       if (!result || !result.helps) return "";
       const isGuess = effect.aliases.length && !effect.is_named;

@@ -1,0 +1,115 @@
+"""Every command that the program proposes works as printed, whatever files and columns are called.
+
+What stands behind ``next:``, ``afterwards:`` or a colon is read as a shell reads it and typed.
+"""
+
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.config.load import load_config
+from tests.pipeline.guess.foreign_files import milli_g
+from tests.pipeline.guess.hand_log import hand_log
+from tests.sessions import pipeline, quick_session
+
+FOLDER = "Jörg's evening [3] (a & b) -x"
+COLUMN = "Fan speed [1/min], ö"
+BIAS_PER_RPM = 0.05  #: counts; 75 counts between the slowest and the fastest pose
+LSB_NOISE = 2.0
+
+
+def proposed(printed: str) -> list[list[str]]:
+    """The words of every command that a text proposes."""
+    lines = [line.split("pipeline ", 1)[1] for line in printed.splitlines()
+             if re.search(r"(next: |afterwards: |then type: |with it: |Now: )pipeline ", line)]
+    return [shlex.split(line.split(", and with", 1)[0]) for line in lines]
+
+
+@pytest.fixture
+def session(tmp_path: Path) -> Path:
+    """A session whose accelerometer follows a logged column that its gyroscope's logs lack."""
+    (tmp_path / FOLDER).mkdir()
+    config, _ = quick_session(tmp_path / FOLDER)
+    rng = np.random.default_rng(3)
+    for path in sorted((config.parent / "accelerometer").glob("*.csv")):
+        head, *rows = path.read_text(encoding="utf-8").splitlines()
+        fan = rng.uniform(800, 2300)
+        names = head.split(",")
+        table = np.array([[float(cell) for cell in row.split(",")] for row in rows])
+        table[:, [names.index(f"acc_{axis}") for axis in "xyz"]] += np.rint(
+            BIAS_PER_RPM * fan + rng.normal(0, LSB_NOISE, (len(table), 3)))
+        body = "\n".join(",".join([*(f"{v:.9g}" for v in row), f"{fan:.1f}"]) for row in table)
+        path.write_text(f'{head},"{COLUMN}"\n{body}\n', encoding="utf-8")
+    return config
+
+
+def test_a_column_with_any_name_in_the_logs_of_one_triad_is_added_as_proposed(
+    session: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert pipeline("run", session) == 0
+    (words,) = proposed(capsys.readouterr().out)
+    assert words == ["add", str(session), f"accelerometer.column:{COLUMN}"]
+    assert pipeline(*words) == 0
+    out, err = capsys.readouterr()
+    assert "as in its own poses on average" in err
+    assert load_config(session).accelerometer.model[-1] == f"column:{COLUMN}"  # type: ignore[union-attr]
+    assert "accelerometer: Nothing is missing" in out
+    assert pipeline("check", session) == 0
+    for words in proposed(out + capsys.readouterr().out):
+        log = next((session.parent / "accelerometer").glob("*.csv"))
+        typed = [str(log) if word == "LOG" else str(session.parent / "out.csv")
+                 if word == "FILE" else word for word in words]
+        assert pipeline(*typed) == 0
+    assert pipeline("remove", session, f"accelerometer.column:{COLUMN}") == 0
+
+
+def test_commands_before_the_first_log_are_typed_as_proposed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / FOLDER
+    assert pipeline("init", folder) == 0
+    printed = capsys.readouterr().out
+    (plan,) = proposed(printed)
+    assert plan == ["plan", str(folder / "config.yaml")]
+    assert pipeline(*plan) == 0
+    check = shlex.split(printed.split("in place: pipeline ", 1)[1])
+    assert check == ["check", str(folder / "config.yaml")]
+    assert pipeline(*check) == 3  # no log is there yet
+    assert pipeline("history", folder) == 3 or "pipeline run" in capsys.readouterr().out
+
+
+def test_the_configuration_of_an_import_runs_as_proposed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (path,) = milli_g(tmp_path, hand_log(seed=1)).files
+    strange = path.rename(tmp_path / "-2026-03-04 14-05 Müller's [1].csv")
+    assert pipeline("import", "--", strange.name) == 0
+    (words,) = proposed(capsys.readouterr().out)
+    assert pipeline(*words) == 0
+
+
+def test_a_folder_stands_for_the_configuration_in_it(
+    session: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert pipeline("check", session.parent) == 0
+    assert str(session) in capsys.readouterr().out
+    session.rename(session.with_suffix(".txt"))
+    assert pipeline("check", session.parent) == 2
+    assert "is a folder without config.yaml" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("typed", "meant"), [
+    ("g_sensitivity", "'gyroscope.g_sensitivity'"),
+    ("gsens", "'gyroscope.g_sensitivity'"),
+    ("gyroscope.gsens", "'g_sensitivity'"),
+    ("gyro.g_sensitivity", "'gyroscope.g_sensitivity'"),
+])
+def test_a_target_that_is_nearly_right_is_corrected(
+    session: Path, capsys: pytest.CaptureFixture[str], typed: str, meant: str
+) -> None:
+    assert pipeline("add", session, typed) == 2
+    assert f"did you mean {meant}" in capsys.readouterr().err

@@ -1,0 +1,101 @@
+"""What one clip cannot determine, several clips of a session may: a readout delay or a wave.
+
+A delay of the frame's rows is the same time in every clip of a camera, so that its wave grows with
+the rate and changes its sign with the direction. A wave of the mark, the plate or the view has the
+same size at every rate and in both directions.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vision.rate.diagnosis import PhaseDiagnosis, TermCandidate
+
+DELAY, WAVE = "rolling_shutter", "once_per_rev"
+
+
+@dataclass(frozen=True)
+class TogetherThresholds:
+    """When several clips name what one cannot.
+
+    Attributes
+    ----------
+    least_spread : float
+        Relative spread, at least, of what changes from clip to clip. Derived: a delay read as a
+        wave spreads by 15 % between 33 and 45 rpm, the nearest two speeds of a record player.
+    clearly_steadier : float
+        Ratio of the two relative spreads below which the steadier is named. Derived: at 33 and
+        45 rpm sizes with an error of 7 % still stay below it.
+    """
+
+    least_spread: float = 0.1
+    clearly_steadier: float = 0.5
+
+
+THRESHOLDS = TogetherThresholds()
+
+
+def judge_together(
+    clips: Sequence[tuple[str, PhaseDiagnosis, float]],
+) -> Mapping[str, PhaseDiagnosis]:
+    """Judge the clips whose verdict is open between a delay and a wave by all clips of a session.
+
+    Parameters
+    ----------
+    clips : sequence of (name, PhaseDiagnosis, rate)
+        Of one camera in one place; the rates are signed, rad/s.
+
+    Returns
+    -------
+    mapping of name to PhaseDiagnosis
+        The verdicts that are decided by the others; empty where nothing is open or decided.
+    """
+    open_clips = [name for name, diagnosis, _ in clips if _is_open(diagnosis)]
+    sizes = [(name, *both, rate) for name, diagnosis, rate in clips
+             if (both := _sizes(diagnosis)) is not None]
+    if not open_clips or len(sizes) < 2:
+        return {}
+    delay = np.array([size for _, size, _, _ in sizes])
+    rate = np.array([each for *_, each in sizes])
+    # As a function of the plate's angle a delay's wave turns its sign over with the direction.
+    wave = np.array([size for _, _, size, _ in sizes]) * np.sign(delay) * np.sign(rate)
+    spreads = {DELAY: _spread(delay), WAVE: _spread(wave)}
+    steady, other = sorted(spreads, key=lambda term: spreads[term])
+    is_clear = spreads[steady] < THRESHOLDS.clearly_steadier * spreads[other]
+    if not is_clear or spreads[other] < THRESHOLDS.least_spread:
+        return {}
+    shown = {DELAY: f"{_listed(delay * 1e6)} µs per row", WAVE: f"{_listed(np.degrees(wave))}°"}
+    because = (f"The clips {', '.join(name for name, *_ in sizes)} together decide: the size of "
+               f"{steady} is nearly the same in all ({shown[steady]}), that of {other} is not "
+               f"({shown[other]}).")
+    return {name: _decided(diagnosis, steady, because)
+            for name, diagnosis, _ in clips if name in open_clips}
+
+
+def _is_open(diagnosis: PhaseDiagnosis) -> bool:
+    return diagnosis.verdict == "ambiguous" and {DELAY, WAVE} <= set(diagnosis.group)
+
+
+def _sizes(diagnosis: PhaseDiagnosis) -> tuple[float, float] | None:
+    """Delay and amplitude of the wave in a clip that shows either as the other's alias."""
+    by_name: dict[str, TermCandidate] = {each.name: each for each in diagnosis.ranking}
+    if not (by_name.keys() >= {DELAY, WAVE} and DELAY in by_name[WAVE].aliases):
+        return None
+    return float(by_name[DELAY].size[0]), float(np.linalg.norm(by_name[WAVE].size))
+
+
+def _spread(sizes: np.ndarray) -> float:
+    """Relative scatter of sizes about their mean."""
+    return float(sizes.std() / max(abs(float(sizes.mean())), np.finfo(float).tiny))
+
+
+def _listed(sizes: np.ndarray) -> str:
+    return ", ".join(f"{size:.3g}" for size in sizes)
+
+
+def _decided(diagnosis: PhaseDiagnosis, term: str, because: str) -> PhaseDiagnosis:
+    leader = next(each for each in diagnosis.ranking if each.name == term)
+    text = (f"{term} is missing: with it the phase residual falls to "
+            f"{np.degrees(leader.rms_after_rad):.3g}° rms. {because}")
+    return replace(diagnosis, verdict="effect", name=term, explanation=text, record_next=None)
