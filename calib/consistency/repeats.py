@@ -1,9 +1,10 @@
 """Samples that occur twice: files under two names, copied blocks, logs that froze.
 
-Noise does not repeat itself. With H bits of collision entropy in a row (``2^-H`` is the chance that
-two rows agree) a stretch of L rows agrees with another of N by chance with the probability
-``N² 2^(-H L) / 2``; the length from which this is below ``FALSE_ALARM`` is how short a copy can
-be seen. Rows that follow each other are correlated, so ``CORRELATED`` times as many are asked for.
+Noise does not repeat itself. With H bits of collision entropy in a row beside those before it
+(``2^-H`` is the chance that two such rows agree) a stretch of L rows agrees with another of N by
+chance with the probability ``N² 2^(-H L) / 2``; the length from which this is below
+``FALSE_ALARM`` is how short a copy can be seen. Rows that follow each other are correlated, so
+``CORRELATED`` times as many are asked for.
 """
 
 from collections.abc import Sequence
@@ -32,6 +33,11 @@ SHORTEST_COPY = 32
 WHOLE = 0.9
 """Share of a log from which a copy is called one of the whole log. It chooses words only."""
 
+STRETCH = 3
+"""Doublings of a row whose stretches say how much a row tells beside those before it: eight rows.
+Derived: of two levels in turn, A B A B, a row tells an eighth of a bit there, and one by
+itself."""
+
 FACTORS = 2 * np.random.default_rng(17).integers(2**63, size=9, dtype=np.uint64) + 1
 """Odd multipliers: the key of a row is its cells' bits, multiplied and added modulo 2^64.
 Numerical."""
@@ -59,7 +65,17 @@ def row_keys(log: ImuLog, triads: Sequence[Triad] = TRIADS) -> Keys:
 
 
 def _entropy(keys: Keys) -> float:
-    """Collision entropy of one row, bits; no larger than so many rows can show."""
+    """Collision entropy of one row beside those before it, bits; no larger than rows can show.
+
+    That of a stretch over its length: rows that take turns tell nothing, however many levels a
+    row has by itself.
+    """
+    stretches = _window_keys(keys, STRETCH) if len(keys) >= 2**STRETCH else keys[:0]
+    return min(_collision_bits(keys), _collision_bits(stretches) / 2**STRETCH)
+
+
+def _collision_bits(keys: Keys) -> float:
+    """Collision entropy of ``keys``, bits."""
     _, counts = np.unique(keys, return_counts=True)
     n = len(keys)
     return float(-np.log2(((counts.astype(float) ** 2).sum() - n + 1) / n**2)) if n > 1 else 0.0

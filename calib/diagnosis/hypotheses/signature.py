@@ -17,7 +17,9 @@ from calib.fit.column_scaling import NORM_FLOOR, orthonormal_columns
 from calib.fit.least_squares.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.square_start import square_columns
+from calib.fit.rows.problem import with_common
 from calib.fit.rows.sensitive_axes import sensor_columns
+from calib.fit.rows.shape_derivatives import shape_derivatives
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import BoolArray, FloatArray
 
@@ -60,11 +62,19 @@ def positions_of(fit: Fit, names: Sequence[str]) -> list[int]:
 
 
 def untested_columns(fit: Fit, tested: Sequence[str]) -> FloatArray:
-    """Whitened columns (r, k) of the fitted model without the effects ``tested``, weighted."""
-    jacobian = fit.rows.jacobian
-    if tested:
-        jacobian = np.delete(jacobian, positions_of(fit, tested), axis=1)
-    return np.asarray(jacobian * np.sqrt(fit.weight)[:, None])
+    """Whitened columns (r, k) along which the model was fitted, without the effects ``tested``.
+
+    Combinations of parameters that the fit holds absorb nothing; shape parameters do.
+    """
+    where = positions_of(fit, tested)
+    basis = fit.basis[:, ~fit.basis[where].any(axis=0)]
+    columns = fit.rows.jacobian @ with_common(basis, len(fit.eta))
+    shaped = [name for name in fit.log_shape_sd if name not in tested]
+    if shaped:
+        slope = shape_derivatives(
+            fit.equations, fit.theta, fit.eta, fit.shapes, fit.rows, shaped).slope
+        columns = np.hstack([columns, slope])
+    return np.asarray(columns * np.sqrt(fit.weight)[:, None])
 
 
 class Projector:

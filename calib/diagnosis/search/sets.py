@@ -195,15 +195,8 @@ class Search:
 def is_nothing(state: Search) -> bool:
     """Whether the poses' own noise is the best explanation of the residual."""
     total = float(np.logaddexp.reduce([e.log_posterior for e in state.entries.values()]))
-    stated = state.nothing[0] - total
-    likely = stated >= np.log(CONSTANTS.prior_nothing) and (
-        state.p_value > CONSTANTS.misfit_p_value
-    )
-    other = max(
-        (e.log_posterior for key, e in state.entries.items() if key), default=-np.inf
-    )
-    leading = state.nothing[0] >= max(other, state.nothing[1])
-    return bool(likely or (leading and stated > np.log(1 - CONSTANTS.credible)))
+    likely = state.nothing[0] - total >= np.log(CONSTANTS.prior_nothing)
+    return bool(likely and state.p_value > CONSTANTS.misfit_p_value)
 
 
 def _largest_part(state: Search, members: Sequence[int]) -> Refit | None:

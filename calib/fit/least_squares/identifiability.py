@@ -102,10 +102,16 @@ def require_turning(equations: "Equations") -> None:
     )
 
 
-def require_determined(equations: "Equations", rows: "WhitenedRows", basis: FloatArray) -> None:
+def require_determined(
+    equations: "Equations", rows: "WhitenedRows", basis: FloatArray,
+    shapes: Mapping[str, float] | None = None,
+) -> None:
     """Refuse, in words, poses that cannot determine the model; ``rows`` at the solution.
 
-    ``basis`` (p, v) are the combinations of parameters that are fitted.
+    ``basis`` (p, v) are the combinations of parameters that are fitted, ``shapes`` the shape
+    parameters of ``rows``, where they are not the first of their starts. Effects are judged about
+    their mean: what they are there is a bias or a gain, and where a logged column has its zero says
+    nothing of what the poses determine.
 
     Raises
     ------
@@ -120,6 +126,11 @@ def require_determined(equations: "Equations", rows: "WhitenedRows", basis: Floa
         at = replace(equations.at_reading, vector=rows.vector)
         columns = stack_columns(equations.on_reading, at, {})
         data[:, equations.reading_index] = equations.whitened(columns, rows.vector)
+    slices = model.slices()
+    for effect in model.effects:
+        if effect.acts_on != "reading":
+            where = slices[effect.name]
+            data[:, where] = _varying(equations, rows, shapes or {}, effect, data[:, where])
     condition, weakest = scaled_condition(data @ basis)
     weakest = np.abs(basis) @ np.abs(weakest)
     base_only = len(equations.reading_index) == model.size

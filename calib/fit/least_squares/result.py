@@ -201,7 +201,7 @@ def finish(problem: Problem, solution: Solution) -> Fit:
     """
     equations, at, weight = problem.equations, solution.at, solution.weight
     require_enough(equations, problem.basis.shape[1] + len(problem.free))
-    require_determined(equations, at.rows, problem.basis)
+    require_determined(equations, at.rows, problem.basis, at.shapes)
     p = equations.model.size
     cov, log_shape_sd = _covariance(problem, at, weight)
     if not (np.isfinite(at.theta).all() and np.isfinite(cov).all()):

@@ -231,7 +231,7 @@ def _converged(problem: Problem, solution: Solution) -> Fit:
     if solution.is_converged:
         return finish(problem, solution)
     triad = problem.equations.poses.triad
-    require_determined(problem.equations, solution.at.rows, problem.basis)
+    require_determined(problem.equations, solution.at.rows, problem.basis, solution.at.shapes)
     raise FitFailed(
         f"the fit of the {triad} did not converge in {EXACT.steps} steps. The "
         f"data-sheet values may be far off (full scale, bits, encoding), or poses may be spoilt: "
@@ -268,7 +268,7 @@ def require_determinable(poses: PoseSet, model: Model) -> None:
     require_enough(equations, basis.shape[1] + len(problem.free))
     shapes = {name: shape.starts[0] for name, shape in problem.free.items()}
     rows = equations.rows(theta, np.zeros(equations.common.shape[1]), shapes)
-    require_determined(equations, rows, basis)
+    require_determined(equations, rows, basis, shapes)
 
 
 def memory_change(fit: Fit) -> float:

@@ -1,0 +1,63 @@
+"""Samples that occur twice are told from logs whose converter has few levels."""
+
+import numpy as np
+
+from calib.consistency.repeats import find_copy
+from calib.poses.imu_log import FloatArray, ImuLog
+
+ROWS = 3000
+
+
+def log(gyroscope: FloatArray, label: str = "log") -> ImuLog:
+    rows = len(gyroscope)
+    absent = np.full((rows, 3), np.nan)
+    return ImuLog(label, np.arange(rows) / 100.0, absent, gyroscope)
+
+
+def of_two_levels(seed: int) -> FloatArray:
+    """A quiet gyroscope at a wide range: one axis between two levels, the others on one."""
+    rng = np.random.default_rng(seed)
+    counts = np.zeros((ROWS, 3))
+    counts[:, 1] = rng.integers(2, size=ROWS)
+    return counts
+
+
+def noisy(seed: int, rows: int = ROWS) -> FloatArray:
+    return np.round(20 * np.random.default_rng(seed).standard_normal((rows, 3)))
+
+
+def coarse_and_slow(seed: int) -> FloatArray:
+    """Noise correlated over ten rows, in steps of twice its size."""
+    rng = np.random.default_rng(seed)
+    white = rng.standard_normal((ROWS + 10, 3))
+    slow = np.stack([np.convolve(column, np.ones(10) / np.sqrt(10), "valid")[:ROWS]
+                     for column in white.T], axis=1)
+    return np.round(slow / 2)
+
+
+def test_two_levels_that_take_turns_are_no_copy() -> None:
+    """Without the rows that repeat the one before, A B A B has one bit a row by its levels."""
+    for seed in range(10):
+        assert find_copy([log(of_two_levels(seed)), log(of_two_levels(seed + 50))], "gyroscope"
+                         ) is None
+
+
+def test_a_coarse_converter_is_no_copy() -> None:
+    for seed in range(10):
+        logs = [log(coarse_and_slow(seed)), log(coarse_and_slow(seed + 50))]
+        assert find_copy(logs, "gyroscope") is None
+
+
+def test_a_copied_block_is_found_where_it_stands() -> None:
+    one, other = noisy(1), noisy(2)
+    other[500:700] = one[1000:1200]
+    copy = find_copy([log(one), log(other)], "gyroscope")
+    assert copy is not None
+    assert (copy.first, copy.second, copy.first_start, copy.second_start, copy.count) == (
+        0, 1, 1000, 500, 200)
+
+
+def test_a_file_under_two_names_is_a_copy_of_the_whole() -> None:
+    copy = find_copy([log(noisy(3)), log(noisy(4)), log(noisy(3))], "gyroscope")
+    assert copy is not None
+    assert (copy.first, copy.second, copy.count) == (0, 2, ROWS)

@@ -1,0 +1,80 @@
+"""Where a logged column has its zero, and what a fit holds, say nothing of what is missing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from calib.diagnosis.finding import Finding, find
+from calib.effects.catalogue import BASE
+from calib.errors import FitFailed
+from calib.fit.least_squares.solver import fit
+from calib.fit.model import Model
+from calib.poses.imu_log import TEMPERATURE
+from calib.poses.pose_set import PoseSet
+from tests.lots import pose_sets_of
+from tests.world.designs import paper_design
+from tests.world.imu import mpu6050
+from tests.world.lot import LotPlan, draw_lot
+
+
+def with_column(seed: int, zero: float, unit: float, size: float = 12.0) -> PoseSet:
+    """18 poses whose bias follows a logged column by ``size`` sds, the column ``zero`` ± ``unit``.
+    """
+    poses = pose_sets_of(draw_lot(paper_design(mpu6050()), LotPlan(1), seed))[0]
+    varying = np.random.default_rng(seed).standard_normal(len(poses))
+    error = size * varying[:, None] * poses.sd * [0.8, -1.0, 0.6]
+    columns = {**poses.columns, "pressure": zero + unit * varying}
+    return replace(poses, reading=poses.reading + error, columns=columns)
+
+
+def finding_of(poses: PoseSet) -> Finding:
+    return find(fit(poses, Model.of(BASE)))
+
+
+@pytest.mark.parametrize(("zero", "unit"), [(3.3, 0.01), (1013.0, 0.5), (1013.0, -0.5)])
+def test_the_zero_and_the_unit_of_a_column_change_no_verdict(zero: float, unit: float) -> None:
+    for seed in (401, 402, 403):
+        one, other = finding_of(with_column(seed, 0.0, 0.1)), finding_of(
+            with_column(seed, zero, unit))
+        assert one.verdict.names == ("column:pressure",)
+        assert other.verdict.names == one.verdict.names
+        stated = [[i.probability for i in each.inclusion] for each in (one, other)]
+        assert stated[1] == pytest.approx(stated[0], abs=2e-3)
+
+
+def test_a_temperature_in_kelvin_is_the_same_temperature() -> None:
+    plan = LotPlan(4, hidden="temperature_bias", own_sd=(20.0, 20.0))
+    for poses in pose_sets_of(draw_lot(paper_design(mpu6050()), plan, 404)):
+        kelvin = {TEMPERATURE: poses.columns[TEMPERATURE] + 273.15}
+        one, other = finding_of(poses), finding_of(replace(poses, columns=kelvin))
+        assert (other.verdict.code, other.verdict.group) == (one.verdict.code, one.verdict.group)
+
+
+def test_what_the_fit_holds_absorbs_nothing() -> None:
+    """The poses see one combination of x·y·z: with the others projected out no residual was left,
+    and nothing was missing at p = 5e-12."""
+    plan = LotPlan(12, hidden="cubic", own_sd=(12.0, 12.0))
+    model = Model.of((*BASE, "cross_quadratic"))
+    judged = 0
+    for poses in pose_sets_of(draw_lot(paper_design(mpu6050()), plan, 405)):
+        try:
+            base = fit(poses, model)
+        except FitFailed:
+            continue
+        finding = find(base)
+        assert finding.state.table.chi2 == pytest.approx(base.chi2, rel=0.05)
+        if base.p_value < 1e-3:
+            judged += 1
+            assert finding.verdict.code != "nothing_missing"
+    assert judged >= 5
+
+
+def test_nothing_is_not_said_against_its_own_probability() -> None:
+    for hidden in ("temperature_bias", "cubic", "bias_drift"):
+        plan = LotPlan(25, hidden=hidden, own_sd=(2.0, 3.0))
+        for poses in pose_sets_of(draw_lot(paper_design(mpu6050()), plan, 406)):
+            finding = finding_of(poses)
+            if finding.verdict.code == "nothing_missing":
+                assert finding.odds.nothing >= 0.5
+                assert finding.state.p_value > 1e-3
