@@ -71,7 +71,7 @@ def _entropy(keys: Keys) -> float:
     row has by itself.
     """
     stretches = _window_keys(keys, STRETCH) if len(keys) >= 2**STRETCH else keys[:0]
-    return min(_collision_bits(keys), _collision_bits(stretches) / 2**STRETCH)
+    return float(min(_collision_bits(keys), _collision_bits(stretches) / 2**STRETCH))
 
 
 def _collision_bits(keys: Keys) -> float:
