@@ -122,7 +122,7 @@ def _filmed(camera: int | None, seconds: float, keep: Path | None) -> Iterator[P
 def _measure(chosen: _Chosen, overlay: Path | None) -> None:
     from pipeline.commands.interaction.progress import ClipProgress
     from pipeline.console.rate_text import clip_lines, rate_history_lines, rate_line
-    from pipeline.results.rate import rate_history_json, rate_json
+    from pipeline.results.rate import rate_history_json, rate_section
     from pipeline.stages.context import RunContext
     from pipeline.stages.rate import draw_overlay, follow_clips, measure_setting
     from vision.errors import RateRefused
@@ -163,7 +163,7 @@ def _measure(chosen: _Chosen, overlay: Path | None) -> None:
     for rate in rates:
         echo_warnings(rate.warnings)
     if chosen.shown == "json":
-        by_name = {rate.name: rate_json(rate) for rate in rates}
+        by_name = {rate.name: rate_section(rate).as_json() for rate in rates}
         echo_json(by_name)
         return
     for rate in rates:

@@ -1,29 +1,50 @@
 """A calibrated triad as it stands in results.json."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from calib.consistency.certificate import CertificateComparison
 from calib.fit.triad.calibration import uncertainty_budget
-from calib.poses.data_sheet import TriadSpec
+from calib.fit.validation.prediction import Prediction
+from calib.poses.imu_log import FloatArray
 from pipeline.config.schema import EffectSection
-from pipeline.results.candidate import candidate_json
-from pipeline.results.json_values import Json, number, numbers
+from pipeline.results.json_values import Json
 from pipeline.results.names import PARAMETERS
+from pipeline.results.schema.rate import CandidateResult, FittedPart
+from pipeline.results.schema.triad import (
+    AccelerometerResult,
+    CertificateGroup,
+    CorrectionResult,
+    ExcludedResult,
+    GravityResult,
+    GyroscopeResult,
+    InclusionResult,
+    Parameters,
+    ParameterSds,
+    PoseResult,
+    PredictionParts,
+    PredictionResult,
+    Sheet,
+    TriadDiagnosis,
+    TriadSection,
+    UserEffect,
+)
+from pipeline.stages.excluded_poses import ExcludedPose
 from pipeline.stages.triads import TriadResult
 from pipeline.stages.user_effects import python_sha256
 
 WORST_POSES = 3  #: in results.json, and named by `pipeline diagnose`: chosen
 
 
-def triad_json(
-    result: TriadResult, user_effects: Mapping[str, EffectSection], folder: Path
-) -> Json:
+def triad_section(
+    result: TriadResult, user_effects: Mapping[str, EffectSection], folder: Path,
+    certificate: CertificateComparison | None,
+) -> TriadSection:
     """One calibrated triad; ``user_effects`` are defined by the configuration in ``folder``."""
     calibration, comparison = result.calibration, result.comparison
-    fit, parameters = calibration.fit, calibration.parameters
-    misalignment_sd, bias_sd, scale_sd = parameters.sd
-    section: Json = {
-        "model": list(fit.model.names),
+    fit = calibration.fit
+    section = {
+        "model": fit.model.names,
         "n_poses": len(fit.poses),
         "chi2": fit.chi2,
         "dof": fit.dof,
@@ -31,194 +52,120 @@ def triad_json(
         "residual_rms": comparison.residual_rms,
         "loo_rms": comparison.loo_rms,
         "iterations": fit.iterations,
-        "parameters": {
-            "misalignment_rad": numbers(parameters.misalignment_rad),
-            "bias_counts": numbers(parameters.bias_counts),
-            "scale_counts_per_unit": numbers(parameters.scale_counts_per_unit),
-        },
-        "sd": {
-            "misalignment_rad": numbers(misalignment_sd),
-            "bias_counts": numbers(bias_sd),
-            "scale_counts_per_unit": numbers(scale_sd),
-        },
+        "parameters": Parameters.of(calibration.parameters),
+        "sd": _sds(calibration.parameters.sd),
         "sd_widened_by": calibration.widening,
-        "sd_parts": _sd_parts(result),
-        "sd_parts_if_typical": _unseen(result),
+        "sd_parts": {cause: _sds(sds) for cause, sds in uncertainty_budget(calibration).items()},
+        "sd_parts_if_typical": {name: _sds(sds) for name, sds in result.unseen.items()},
         "effects": _effects(result),
         "worst_poses": [pose.label for pose in comparison.worst(WORST_POSES)],
         "misfit_follows": result.diagnosis.follows,
         "poses": _poses(result),
-        "excluded": _excluded(result),
-        "prediction": _prediction(result),
+        "excluded": [_excluded(each) for each in result.excluded],
+        "prediction": result.prediction and _prediction(result.prediction),
         "diagnosis": _diagnosis(result),
-        "correction": correction_json(result, user_effects, folder),
+        "correction": _correction(result, user_effects, folder),
+        "certificate": certificate and {
+            group.name: CertificateGroup.of(group) for group in certificate.groups},
     }
-    if result.triad == "gyroscope":
-        frame = result.frame
-        section["frame_to_accelerometer_rad"] = None if frame is None else numbers(frame.angles_rad)
-        section["frame_sd_rad"] = None if frame is None else numbers(frame.sd_rad)
-        section["lever_m"] = None if frame is None else numbers(frame.lever_m)
-    if result.gravity is not None:
-        section["gravity"] = {
-            "value_m_s2": result.gravity.value_m_s2,
-            "sd_m_s2": result.gravity.sd_m_s2,
-            "source": result.gravity.source,
-        }
-    return section
+    if result.triad == "accelerometer":
+        return AccelerometerResult.of(**section, gravity=GravityResult.of(result.gravity))
+    frame = result.frame
+    return GyroscopeResult.of(
+        **section,
+        frame_to_accelerometer_rad=None if frame is None else frame.angles_rad,
+        frame_sd_rad=None if frame is None else frame.sd_rad,
+        lever_m=None if frame is None else frame.lever_m,
+    )
 
 
-def _unseen(result: TriadResult) -> Json:
-    """What these poses cannot see, at its typical size; not part of the sds."""
-    return {
-        name: dict(zip(PARAMETERS, map(numbers, sds), strict=True))
-        for name, sds in result.unseen.items()
-    }
+def _sds(sds: Iterable[FloatArray]) -> ParameterSds:
+    return ParameterSds.of(**dict(zip(PARAMETERS, sds, strict=True)))
 
 
-def _sd_parts(result: TriadResult) -> Json:
-    """What each sd is made of, by cause; the squares add up."""
-    return {
-        cause: dict(zip(PARAMETERS, map(numbers, sds), strict=True))
-        for cause, sds in uncertainty_budget(result.calibration).items()
-    }
-
-
-def _effects(result: TriadResult) -> Json:
+def _effects(result: TriadResult) -> dict[str, FittedPart]:
     """The added effects; a shape parameter stands last, with its unit after the others'."""
-    model = result.calibration.fit.model
-    units = {effect.name: effect.unit_for(result.triad) for effect in model.effects}
-    shapes = {effect.name: effect.shape for effect in model.effects}
-    section: Json = {}
+    added = {effect.name: effect for effect in result.calibration.fit.model.effects}
+    parts = {}
     for name, (values, sd) in result.calibration.effect_values().items():
-        shape = shapes[name]
-        unit = units[name] if shape is None else f"{units[name]}; {shape.name}: {shape.unit}"
-        section[name] = {"values": numbers(values), "sd": numbers(sd), "unit": unit}
-    return section
+        shape, unit = added[name].shape, added[name].unit_for(result.triad)
+        unit = unit if shape is None else f"{unit}; {shape.name}: {shape.unit}"
+        parts[name] = FittedPart.of(values=values, sd=sd, unit=unit)
+    return parts
 
 
-def _poses(result: TriadResult) -> list[Json]:
+def _poses(result: TriadResult) -> list[PoseResult]:
     """Every pose: what was read, what the calibration makes of it, and what is left."""
     poses, corrected = result.calibration.fit.poses, result.calibration.fit.rows.vector
     return [
-        {
-            "label": pose.label,
-            "run": pose.run,
-            "residual": pose.residual,
-            "sd": pose.sd,
-            "left_out": pose.left_out,
-            "reference": float(poses.reference.magnitude[i]),
-            "time_s": number(poses.time_s[i]),
-            "reading": numbers(poses.reading[i]),
-            "reading_sd": numbers(poses.sd[i]),
-            "corrected": numbers(corrected[i]),
-            "columns": {name: number(values[i]) for name, values in poses.columns.items()},
-        }
+        PoseResult.of(
+            pose,
+            reference=poses.reference.magnitude[i],
+            time_s=poses.time_s[i],
+            reading=poses.reading[i],
+            reading_sd=poses.sd[i],
+            corrected=corrected[i],
+            columns={name: values[i] for name, values in poses.columns.items()},
+        )
         for i, pose in enumerate(result.comparison.poses)
     ]
 
 
-def _excluded(result: TriadResult) -> list[Json]:
-    """The poses that the configuration leaves out, with what the fit makes of them."""
-    return [
-        {
-            "label": each.label,
-            "run": each.run,
-            "residual": number(each.predicted.residual.residual) if each.predicted else None,
-            "sd": number(each.predicted.residual.sd) if each.predicted else None,
-        }
-        for each in result.excluded
-    ]
+def _excluded(pose: ExcludedPose) -> ExcludedResult:
+    """A pose that the configuration leaves out, with what the fit makes of it."""
+    if pose.predicted is None:
+        return ExcludedResult(label=pose.label, run=pose.run, residual=None, sd=None)
+    return ExcludedResult.of(pose.predicted.residual, label=pose.label, run=pose.run)
 
 
-def _prediction(result: TriadResult) -> Json | None:
-    """What a corrected magnitude will err by, 1 sd, over all directions; SI."""
-    prediction = result.prediction
-    if prediction is None:
-        return None
-    return {
-        "sd_median": number(prediction.sd_median),
-        "sd_worst": number(prediction.sd_worst),
-        "worst_direction": numbers(prediction.worst_direction),
-        "parts": {
-            "poses": number(prediction.by_poses),
-            "unseen": {name: number(rms) for name, rms in prediction.by_unseen.items()},
-            "open": number(prediction.by_open),
-        },
-    }
+def _prediction(prediction: Prediction) -> PredictionResult:
+    """What a corrected magnitude will err by, 1 sd, over all directions, and by what."""
+    parts = PredictionParts.of(
+        poses=prediction.by_poses, unseen=prediction.by_unseen, open=prediction.by_open)
+    return PredictionResult.of(prediction, parts=parts)
 
 
-def _diagnosis(result: TriadResult) -> Json:
+def _diagnosis(result: TriadResult) -> TriadDiagnosis:
     diagnosis = result.diagnosis
-    return {
-        "verdict": str(diagnosis.verdict),
-        "name": diagnosis.name,
-        "names": list(diagnosis.names),
-        "group": list(diagnosis.group),
-        "inclusion": [
-            {"class": each.name, "members": list(each.members), "probability": each.probability}
-            for each in diagnosis.inclusion
-        ],
-        "says": diagnosis.text,
-        "record_next": diagnosis.record_next,
-        "blind": list(diagnosis.blind),
-        "ranking": [
-            candidate_json(each, each.rms_after, each.loo_after)
-            for each in diagnosis.ranking
-        ]
-        + [_blind(name) for name in diagnosis.blind],
-    }
+    ranking = [CandidateResult.of(each, blind=False) for each in diagnosis.ranking]
+    return TriadDiagnosis.of(
+        diagnosis,
+        inclusion=[InclusionResult.of(each, **{"class": each.name})
+                   for each in diagnosis.inclusion],
+        says=diagnosis.text,
+        ranking=[*ranking, *map(_blind, diagnosis.blind)],
+    )
 
 
-def _blind(name: str) -> Json:
+def _blind(name: str) -> CandidateResult:
     """The entry of an effect that these data cannot see: last in the ranking, without numbers."""
-    return {
-        "name": name,
-        "log_evidence": None,
-        "chi2_drop": None,
-        "size": [],
-        "sd": [],
-        "rms_after": None,
-        "loo_after": None,
-        "blind": True,
-        "aliases": [],
-    }
+    return CandidateResult(
+        name=name, log_evidence=None, chi2_drop=None, size=[], sd=[], rms_after=None,
+        loo_after=None, blind=True, aliases=[])
 
 
-def correction_json(
+def _correction(
     result: TriadResult, user_effects: Mapping[str, EffectSection], folder: Path
-) -> Json:
+) -> CorrectionResult:
     """What :mod:`pipeline.results.read` needs to correct other logs: data sheet, model, parameters.
 
     User-defined effects are kept as they were defined; Python code by its file's name and hash.
     """
     correction = result.calibration.correction
-    return {
-        "sheet": _sheet(correction.spec),
-        "model": list(correction.model.names),
-        "theta": numbers(correction.theta),
-        "shapes": {name: float(value) for name, value in correction.shapes.items()},
-        "own_effects": {
-            name: _definition(user_effects[name], folder)
-            for name in correction.model.names
-            if name in user_effects
-        },
-    }
+    return CorrectionResult.of(
+        correction,
+        sheet=Sheet.of(correction.spec),
+        model=correction.model.names,
+        own_effects={name: _definition(user_effects[name], folder)
+                     for name in correction.model.names if name in user_effects},
+    )
 
 
-def _definition(section: EffectSection, folder: Path) -> Json:
+def _definition(section: EffectSection, folder: Path) -> UserEffect:
     """A user-defined effect as it stands in the configuration."""
-    kept = section.model_dump(mode="json", include={"expression", "python", "per", "unit"})
-    if section.shapes:
-        kept["shapes"] = {name: list(each) for name, each in section.shapes.items()}
+    more: Json = {"shapes": dict(section.shapes)} if section.shapes else {}
     if section.python is not None:
-        kept["python_sha256"] = python_sha256(folder, section.python)
-    return kept
-
-
-def _sheet(spec: TriadSpec) -> Json:
-    return {
-        "full_scale": number(spec.full_scale),
-        "bits": spec.bits,
-        "encoding": spec.encoding,
-        "si_per_unit": spec.si_per_unit,
-    }
+        more["python_sha256"] = python_sha256(folder, section.python)
+    return UserEffect.of(
+        expression=section.expression, python=section.python, per=section.per, unit=section.unit,
+        **more)

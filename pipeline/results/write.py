@@ -7,12 +7,16 @@ same file, byte for byte: it holds no time of day and no absolute path.
 import hashlib
 import json
 
-from pipeline.results.certificate import certificate_json
+import numpy as np
+
+from calib.mounting.both_orders import OrderTrial
+from calib.mounting.mounting import Mounting
+from calib.poses.imu_log import TRIADS
 from pipeline.results.json_values import Json
-from pipeline.results.mounting import mounting_json
-from pipeline.results.rate import rate_json
+from pipeline.results.rate import rate_section
 from pipeline.results.schema import FORMAT
-from pipeline.results.triad import triad_json
+from pipeline.results.schema.file import InstallationResult, OrderResult, ResultsFile
+from pipeline.results.triad import triad_section
 from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
 
@@ -24,26 +28,43 @@ def config_sha256(outcome: Outcome) -> str:
 
 def results_of(outcome: Outcome) -> Json:
     """The results of a run as plain values, as results.json has them."""
-    results: Json = {
-        "format": FORMAT,
-        "title": outcome.config.title,
-        "sensor": outcome.config.sensor.name,
-        "config_sha256": config_sha256(outcome),
-        "session_start_s": outcome.recordings.origin_s if outcome.triads else None,
-        "rate": {name: rate_json(rate) for name, rate in outcome.rates.items()},
-        "accelerometer": None,
-        "gyroscope": None,
-        "installation": mounting_json(outcome.installation) if outcome.installation else None,
-        "warnings": list(outcome.warnings),
+    config = outcome.config
+    triads = {
+        result.triad: triad_section(result, config.effects, config.source.path.parent,
+                                    compare_with_certificate(config, result))
+        for result in outcome.triads
     }
-    for result in outcome.triads:
-        certificate = compare_with_certificate(outcome.config, result)
-        results[result.triad] = triad_json(
-            result, outcome.config.effects, outcome.config.source.path.parent
-        ) | {
-            "certificate": certificate_json(certificate) if certificate else None
-        }
-    return results
+    return ResultsFile.of(
+        format=FORMAT,
+        title=config.title,
+        sensor=config.sensor.name,
+        config_sha256=config_sha256(outcome),
+        session_start_s=outcome.recordings.origin_s if outcome.triads else None,
+        rate={name: rate_section(rate) for name, rate in outcome.rates.items()},
+        **dict.fromkeys(TRIADS) | triads,
+        installation=outcome.installation and installation_section(outcome.installation),
+        warnings=outcome.warnings,
+    ).as_json()
+
+
+def installation_section(mounting: Mounting) -> InstallationResult:
+    """The section ``installation`` of results.json; null for what was not measured."""
+    yaw, slope = mounting.yaw, mounting.slope
+    return InstallationResult.of(
+        mounting,
+        **_roll_and_pitch(mounting),
+        yaw_deg=np.degrees(yaw.yaw_rad) if yaw else None,
+        yaw_sd_deg=np.degrees(yaw.sd_rad) if yaw else None,
+        floor_rise_deg=np.degrees(slope.rise_rad) if slope else None,
+        floor_rise_sd_deg=np.degrees(slope.sd_rad) if slope else None,
+        readings=mounting.samples,
+        orders=[OrderResult.of(trial, **_roll_and_pitch(trial)) for trial in mounting.orders],
+    )
+
+
+def _roll_and_pitch(trial: Mounting | OrderTrial) -> Json:
+    return {"roll_deg": np.degrees(trial.roll_rad), "pitch_deg": np.degrees(trial.pitch_rad),
+            "sd_deg": np.degrees(trial.sd_rad)}
 
 
 def results_text(results: Json) -> str:

@@ -5,22 +5,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.assess import assess
+from calib.assess import AssessedTriad, assess
 from calib.consistency.data_sheet import (
     direction_against_clip,
     gain_off_the_sheet,
     turning_while_still,
 )
 from calib.consistency.force import require_gravity, unknown_force
-from calib.diagnosis.diagnose import Diagnosis
 from calib.diagnosis.unseen import unseen_budget
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.triad.evaluable import correct_other_poses, missing_in, with_typical_columns
 from calib.fit.triad.frame_alignment import FrameRotation, rotation_between_frames
-from calib.fit.validation.leave_one_out import Comparison
-from calib.fit.validation.prediction import Prediction
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet
@@ -45,10 +42,9 @@ from pipeline.stages.user_effects import check_user_effects, user_effects
 
 
 @dataclass(frozen=True, eq=False)
-class TriadResult:
-    """One triad: its calibration, the comparison with its poses, and what its model misses.
+class TriadResult(AssessedTriad):
+    """An assessed triad with what else a session knows of it.
 
-    ``prediction`` is what it will err by on the next log, None where only rest was measured;
     ``unseen`` the sds by what these poses cannot see, if the sensor is typical of its class;
     ``gravity`` is the reference of an accelerometer, None for a gyroscope; ``frame`` its rotation
     against the accelerometer, None for an accelerometer and where the poses do not show it;
@@ -56,10 +52,6 @@ class TriadResult:
     configuration leaves out.
     """
 
-    calibration: TriadCalibration
-    comparison: Comparison
-    diagnosis: Diagnosis
-    prediction: Prediction | None
     unseen: Mapping[str, FloatArray]
     gravity: Gravity | None = None
     frame: FrameRotation | None = None
@@ -264,12 +256,9 @@ def _calibrated(
                       candidates=tuple(usable.values()), covariates=config.covariates,
                       senses=senses, part=part_of(config))
     return TriadResult(
-        assessed.calibration,
-        assessed.comparison,
-        assessed.diagnosis,
-        assessed.prediction,
-        unseen_budget(assessed.calibration, assessed.diagnosis.blind, part_of(config)),
-        gravity,
+        **vars(assessed),
+        unseen=unseen_budget(assessed.calibration, assessed.diagnosis.blind, part_of(config)),
+        gravity=gravity,
         warnings=(
             *notes,
             *doubts_of(assessed.calibration),

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from calib.poses.data_sheet import Encoding
-from pipeline.results.schema.rate import DiagnosisResult, FittedPart
+from pipeline.results.schema.rate import CandidateResult, FittedPart
 from pipeline.results.schema.types import (
     LARGEST,
     Count,
@@ -93,12 +93,18 @@ class InclusionResult(Part):
     probability: Probability = means("that one of them is there")
 
 
-class TriadDiagnosis(DiagnosisResult):
+class TriadDiagnosis(Part):
     """What the model of a triad misses."""
 
+    verdict: Text = means("code")
+    name: Text | None = means("the effect that is missing")
     names: list[Text] = means("all effects that are named as missing")
+    group: list[Text] = means("it, and those with the same signature")
     inclusion: list[InclusionResult] = means("probability of every class of effects")
+    in_words: Text = means("the verdict in words", alias="says")
+    record_next: Text | None = means("the measurement to record next")
     blind: list[Text] = means("effects that these data cannot determine")
+    ranking: list[CandidateResult] = means("every candidate, the most likely first")
 
 
 class Sheet(Part):
@@ -187,8 +193,6 @@ class TriadSection(Part):
     prediction: PredictionResult | None = means("error to expect of the next log")
     diagnosis: TriadDiagnosis = means("what the model misses")
     correction: CorrectionResult = means("what `apply` and `export` need")
-    certificate: dict[str, CertificateGroup] | None = means(
-        "the factory certificate beside the estimate", default=None)
 
     @model_validator(mode="after")
     def _is_possible(self) -> "TriadSection":
@@ -205,6 +209,8 @@ class AccelerometerResult(TriadSection):
     """The accelerometer."""
 
     gravity: GravityResult = means("the reference")
+    certificate: dict[str, CertificateGroup] | None = means(
+        "the factory certificate beside the estimate", default=None)
 
 
 class GyroscopeResult(TriadSection):
@@ -215,3 +221,5 @@ class GyroscopeResult(TriadSection):
         default=None)
     frame_sd_rad: ThreeSds | None = means("its sd", default=None)
     lever_m: ThreeOrNull | None = means("from the axis of the plate to the sensor", default=None)
+    certificate: dict[str, CertificateGroup] | None = means(
+        "the factory certificate beside the estimate", default=None)

@@ -1,8 +1,12 @@
 """The kinds of values in results.json."""
 
-from typing import Annotated, Any, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from pipeline.results.json_values import Json, number
 
 LARGEST = 1e100  #: far beyond every result, and its cube is still a number
 LONGEST_TEXT = 10_000  #: characters
@@ -29,10 +33,42 @@ class Part(BaseModel):
 
     model_config = ConfigDict(frozen=True, strict=True, extra="ignore")
 
+    @classmethod
+    def of(cls, source: object = None, /, **values: Any) -> Self:
+        """The mapping with these ``values`` and else with what ``source`` has under its keys.
+
+        Arrays become lists, numbers that are not finite null.
+        """
+        keys = {field.alias or name for name, field in cls.model_fields.items()} - {*values}
+        there = {key: getattr(source, key) for key in keys if hasattr(source, key)}
+        return cls.model_validate(_json_value(there | values))
+
+    def as_json(self) -> Json:
+        """Plain values for JSON, the keys in the order of their declaration."""
+        return self.model_dump(by_alias=True, exclude_unset=True)
+
 
 def means(meaning: str, **limits: Any) -> Any:
     """A key with its meaning."""
     return Field(description=meaning, **limits)
+
+
+def _json_value(value: Any) -> Any:
+    """``value`` as JSON has it; parts are left as they are."""
+    match value:
+        case np.ndarray():
+            return _json_value(value.tolist())
+        case float():
+            return number(value)
+        case str():
+            return str(value)
+        case np.generic():
+            return _json_value(value.item())
+        case Mapping():
+            return {str(key): _json_value(each) for key, each in value.items()}
+        case tuple() | list():
+            return [_json_value(each) for each in value]
+    return value
 
 
 def problems_of(part: type[Part], contents: Any) -> str:

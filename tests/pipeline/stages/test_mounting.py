@@ -14,8 +14,8 @@ from pipeline.config.load import Config, load_config
 from pipeline.console.certificate_text import certificate_lines
 from pipeline.console.mounting_text import mounting_text
 from pipeline.errors import ConfigError
-from pipeline.results.certificate import certificate_json
-from pipeline.results.mounting import mounting_json
+from pipeline.results.schema.triad import CertificateGroup
+from pipeline.results.write import installation_section
 from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.mounting import measure_mounting
 from pipeline.stages.site import Gravity
@@ -78,7 +78,7 @@ def loaded(folder: Path, text: str) -> Config:
 def test_a_still_log_gives_roll_and_pitch_and_nothing_else(folder: Path) -> None:
     found = measure_mounting(loaded(folder, CONFIG), calibration(), GRAVITY)
     assert found is not None
-    said = mounting_json(found)
+    said = installation_section(found).as_json()
     assert set(said) >= {"order", "roll_deg", "pitch_deg", "sd_deg", "rotation", "before", "after"}
     assert said["order"] == "xyz"
     assert said["yaw_deg"] is None
@@ -92,7 +92,7 @@ def test_reverse_and_drive_logs_give_floor_and_yaw(folder: Path) -> None:
     config = loaded(folder, CONFIG + "  reverse_log: back.csv\n  drive_log: drive.csv\n")
     found = measure_mounting(config, calibration(), GRAVITY)
     assert found is not None
-    said = mounting_json(found)
+    said = installation_section(found).as_json()
     roll_sd, pitch_sd = said["sd_deg"]
     assert said["roll_deg"] == pytest.approx(30, abs=4 * roll_sd)
     assert said["pitch_deg"] == pytest.approx(15, abs=4 * pitch_sd)
@@ -109,8 +109,8 @@ def test_the_file_s_order_overrules_eq_6_and_both_orders_are_told(folder: Path) 
     assert by_paper is not None
     assert stated is not None
     assert (by_paper.order, stated.order) == ("xyz", "yxz")
-    trials = {trial["order"]: trial for trial in mounting_json(stated)["orders"]}
-    assert trials == {trial["order"]: trial for trial in mounting_json(by_paper)["orders"]}
+    trials = {trial["order"]: trial for trial in installation_section(stated).as_json()["orders"]}
+    assert installation_section(by_paper).as_json()["orders"] == [*trials.values()]
     for found in (by_paper, stated):
         trial = trials[found.order]
         assert math.radians(trial["roll_deg"]) == pytest.approx(found.roll_rad)
@@ -154,7 +154,7 @@ def test_the_certificate_of_the_file_stands_beside_the_triad(folder: Path) -> No
     config = loaded(folder, CONFIG + CERTIFICATE)
     found = compare_with_certificate(config, accelerometer())
     assert found is not None
-    said = certificate_json(found)
+    said = {group.name: CertificateGroup.of(group).as_json() for group in found.groups}
     assert set(said) == {"bias", "scale"}
     assert np.abs(said["bias"]["difference"]).max() < 3  # counts; the world has these very values
     assert np.abs(said["scale"]["per_cent"]).max() < 0.06

@@ -15,7 +15,7 @@ import vision.tracking.track
 from pipeline.config.schema import PlateSection
 from pipeline.console.rate_text import clip_lines
 from pipeline.report.rate_charts import rate_view
-from pipeline.results.rate import rate_json
+from pipeline.results.rate import rate_section
 from pipeline.stages.context import RunContext
 from pipeline.stages.plate_settings import rim
 from pipeline.stages.rate import follow_clips, measure_setting
@@ -116,12 +116,12 @@ def test_all_rates_that_give_the_same_frames_are_printed(followed: Followed) -> 
 
 def test_a_clip_tracked_by_colour_names_the_colour_axis(followed: Followed) -> None:
     plain = measure_setting("slow", [followed.track], Timebase())
-    assert rate_json(plain)["clips"][0]["channel"] == "luma"
+    assert rate_section(plain).clips[0].channel == "luma"
     assert not any("colour" in line for line in clip_lines(plain))
     plate = replace(followed.track.plate, channel="0.98 Cr - 0.20 Cb")
     coloured = replace(followed.track, plate=plate)
     rate = measure_setting("slow", [coloured], Timebase())
-    assert rate_json(rate)["clips"][0]["channel"] == "0.98 Cr - 0.20 Cb"
+    assert rate_section(rate).clips[0].channel == "0.98 Cr - 0.20 Cb"
     assert any("tracked by colour, 0.98 Cr - 0.20 Cb" in line for line in clip_lines(rate))
     assert ("tracked by colour", "0.98 Cr - 0.20 Cb") in rate_view(rate).facts
 
