@@ -32,7 +32,10 @@ GRAVITATIONAL_CONSTANT_M3_S2 = 3.986004418e14  #: GM in m³/s², WGS84
 EQUATOR_GRAVITY_M_S2 = 9.7803253359  #: m/s², WGS84
 POLE_GRAVITY_M_S2 = 9.8321849378  #: m/s², WGS84
 
-SURFACE_M = (-500.0, 9000.0)  #: m; fact: from the Dead Sea to Mount Everest
+LEAST_GRAVITY_M_S2, GREATEST_GRAVITY_M_S2 = 9.763, 9.835
+"""Gravity on the Earth's surface, rounded outwards: 9.7639 m/s² on Huascarán, 9.8337 on the Arctic
+Ocean (Hirt et al., New ultrahigh-resolution picture of Earth's gravity field, Geophys. Res. Lett.
+40, 2013). Fact."""
 LARGEST_ANOMALY_M_S2 = 4e-3
 """Free-air anomalies of mountains and trenches; the largest are 300 to 400 mGal. Fact."""
 
@@ -73,25 +76,22 @@ def normal_gravity(latitude_rad: float, height_m: float = 0.0) -> float:
     return on_ellipsoid * (1 - 2 * (1 + f + m - 2 * f * s2) * h + 3 * h * h)
 
 
-def gravity_bounds(latitude_rad: float, height_m: float | None = None) -> tuple[float, float]:
-    """Lowest and highest gravity of any place at ``latitude_rad``, m/s².
+def gravity_bounds(latitude_rad: float, height_m: float) -> tuple[float, float]:
+    """Lowest and highest gravity of any place at this latitude and height, m/s².
 
     Parameters
     ----------
     latitude_rad : float
         Geodetic latitude, rad.
-    height_m : float or None
-        Height above the ellipsoid, m; None for any on the Earth's surface.
+    height_m : float
+        Height above the ellipsoid, m.
 
     Returns
     -------
     low, high : float
     """
-    lowest, highest = SURFACE_M if height_m is None else (height_m, height_m)
-    return (
-        normal_gravity(latitude_rad, highest) - LARGEST_ANOMALY_M_S2,
-        normal_gravity(latitude_rad, lowest) + LARGEST_ANOMALY_M_S2,
-    )
+    normal = normal_gravity(latitude_rad, height_m)
+    return normal - LARGEST_ANOMALY_M_S2, normal + LARGEST_ANOMALY_M_S2
 
 
 def earth_rate_vertical(latitude_rad: float) -> float:

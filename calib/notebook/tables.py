@@ -12,7 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from calib.earth import STANDARD_GRAVITY_M_S2
+from calib.earth import (
+    GREATEST_GRAVITY_M_S2,
+    LEAST_GRAVITY_M_S2,
+    STANDARD_GRAVITY_M_S2,
+)
 from calib.errors import UnusableLog
 from calib.numbers import RPM
 from calib.poses.averaging import NOT_LOGGED, PoseMean, TriadMean, average_pose, stated_means
@@ -32,7 +36,6 @@ FORCE_UNITS: Mapping[str, float] = {"g": 1 / STANDARD_GRAVITY_M_S2,
 #: The same in place of rad/s; definition
 RATE_UNITS: Mapping[str, float] = {"°/s": math.degrees(1.0), "m°/s": 1e3 * math.degrees(1.0),
                                    "rpm": 1 / RPM}
-EARTH_M_S2 = (9.7, 9.9)  #: beyond gravity anywhere on Earth's surface, 9.76 to 9.84; fact
 FAR, NEAR = 3.0, 1.3
 """A bias and a gain error together change a typical reading by less than FAR; g and m/s² are 9.8
 apart, rpm and °/s six. Within NEAR of a unit the readings are in it. Derived."""
@@ -113,9 +116,9 @@ def _numbers(name: str, values: Any) -> FloatArray:
 
 def gravity_runs(table: Any, gravity: float, sd: float) -> list[PoseRun]:
     """The poses of an accelerometer under gravity, m/s²; errors as of :func:`columns_of`."""
-    if not EARTH_M_S2[0] <= gravity <= EARTH_M_S2[1]:
-        raise UnusableLog(f"gravity={gravity:g}: {EARTH_M_S2[0]} to {EARTH_M_S2[1]} m/s² is "
-                          f"expected, as everywhere on Earth.")
+    if not LEAST_GRAVITY_M_S2 <= gravity <= GREATEST_GRAVITY_M_S2:
+        raise UnusableLog(f"gravity={gravity:g}: {LEAST_GRAVITY_M_S2} to {GREATEST_GRAVITY_M_S2} "
+                          f"m/s² is expected, as everywhere on Earth.")
     columns, labels = columns_of(table, "accelerometer")
     _require_si(columns, "accelerometer", gravity, FORCE_UNITS)
     return [gravity_run("table", pose_means(columns, labels, "accelerometer", 0.0), gravity, sd)]

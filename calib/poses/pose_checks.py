@@ -78,8 +78,14 @@ def _noise(means: FloatArray) -> float:
     return math.sqrt(np.mean(of_batch**2) / 6 * 4 / len(means))
 
 
-def check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -> None:
-    """Refuse counts (t, 3) that the converter cannot give, or that stand at its rails."""
+def check_range(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -> None:
+    """Refuse counts (t, 3) that the converter cannot give.
+
+    Raises
+    ------
+    UnusableLog
+        With what the data sheet may have wrong.
+    """
     low, high = spec.count_range
     lowest, highest = counts.min(), counts.max()
     if lowest < low or highest > high:
@@ -91,8 +97,12 @@ def check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) ->
             f"State encoding and bits as the data sheet has them.",
             Remedy("data_sheet", triad),
         )
-    if low < lowest and highest < high:
-        return
+
+
+def check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -> None:
+    """Refuse counts (t, 3) that the converter cannot give, or that stand at its rails."""
+    check_range(label, triad, counts, spec)
+    low, high = spec.count_range
     at_rail = (counts <= low) | (counts >= high)
     share = at_rail.mean(axis=0)
     if share.max() > RAIL_SHARE:

@@ -12,10 +12,10 @@ import click
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import LONGEST_S, Finite, PathArgument
 from pipeline.commands.interaction.output import echo_json, echo_warnings, json_option, quiet_option
+from pipeline.config.units import FASTEST_RPM
 
 FILMED_S = 60.0  #: the clip that the guide asks for
 SLOWEST_FPS, FASTEST_FPS = 0.01, 1e5  #: from time lapse to high speed
-FASTEST_RPM = 1e5  #: beyond any turntable; a larger number is a slip of the keyboard
 
 
 @click.command(epilog=examples(

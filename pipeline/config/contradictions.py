@@ -28,16 +28,16 @@ def _gravity(config: "Config") -> Problems:
     site = config.site
     if site is None or site.gravity_m_s2 is None or site.latitude_deg is None:
         return
-    height_m = site.height_m if "height_m" in site.model_fields_set else None
-    low, high = gravity_bounds(math.radians(site.latitude_deg), height_m)
+    low, high = gravity_bounds(math.radians(site.latitude_deg), site.height_m)
     sd = 3 * (site.sd_m_s2 or 0.0)
     if not low - sd <= site.gravity_m_s2 <= high + sd:
-        where = "at any height" if height_m is None else f"at {height_m:g} m"
+        stated = "height_m" in site.model_fields_set
         yield ("site", "gravity_m_s2"), (
-            f"{site.gravity_m_s2:g} m/s² is not gravity at {site.latitude_deg:g}° latitude: "
-            f"{where} it lies between {low:.4f} and {high:.4f}, and the scale of the accelerometer "
-            f"would be wrong by the same share. Correct one of the two, or delete gravity_m_s2: it "
-            f"follows from latitude_deg and height_m"
+            f"{site.gravity_m_s2:g} m/s² is not gravity at {site.latitude_deg:g}° latitude and "
+            f"{site.height_m:g} m height: there it lies between {low:.4f} and {high:.4f}, and the "
+            f"scale of the accelerometer would be wrong by the same share. "
+            f"{'' if stated else 'State height_m if the place is high. '}Correct what is wrong, or "
+            f"delete gravity_m_s2: it follows from latitude_deg and height_m"
         )
 
 

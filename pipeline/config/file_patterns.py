@@ -59,7 +59,8 @@ def find_files(name: str, folder: Path) -> tuple[Path, ...]:
     NoSuchFile
         Nothing is there; the message names the folder and what is in it.
     FileNotFoundError
-        The name is a folder's.
+        The name is a folder's, or the pattern takes in something that is no file: it would be
+        missing from the session without a word.
     """
     literal = folder / name
     if is_log_file(literal):
@@ -75,10 +76,31 @@ def find_files(name: str, folder: Path) -> tuple[Path, ...]:
     fixed = tuple(takewhile(lambda part: not is_pattern(part), parts))
     start = folder.joinpath(*fixed)
     rest = str(Path(*parts[len(fixed):]))
-    paths = [path for path in start.glob(rest) if path.is_file()] if start.is_dir() else []
+    if start == Path(start.anchor) and "**" in rest:
+        raise FileNotFoundError(f"'{name}' looks through the whole disk; name the folder that "
+                                f"holds the logs")
+    paths = list(start.glob(rest)) if start.is_dir() else []
+    if Path(rest).suffix and not is_pattern(Path(rest).suffix):
+        for path in paths:
+            _require_log(path, name)
+    paths = [path for path in paths if is_log_file(path)]
     if not paths:
         raise NoSuchFile(name, start)
     return tuple(sorted(paths, key=lambda path: natural_key(str(path))))
+
+
+def _require_log(path: Path, name: str) -> None:
+    """Refuse what a pattern that ends like a file's name takes in and is none."""
+    if is_log_file(path):
+        return
+    if path.is_dir():
+        kind = "a folder"
+    elif path.is_symlink() and not path.exists():
+        kind = f"a link to {path.readlink()}, which is not there"
+    else:
+        kind = "a pipe or a device"
+    raise FileNotFoundError(f"'{name}' takes in {path.name}, which is {kind}, and a pose would be "
+                            f"missing. Put the file there, or remove it")
 
 
 def _names(folder: Path) -> list[str]:

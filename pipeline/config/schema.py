@@ -18,6 +18,7 @@ from pydantic import (
     model_validator,
 )
 
+from calib.earth import GREATEST_GRAVITY_M_S2, LEAST_GRAVITY_M_S2
 from calib.effects.catalogue import BASE
 from calib.mounting.levelling import Order
 from pipeline.config.types import (
@@ -36,6 +37,7 @@ from pipeline.config.types import (
     no_such,
     refusal,
 )
+from pipeline.config.units import FASTEST_RPM
 from pipeline.devices.line_pattern import LinePattern
 from pipeline.devices.table import DEVICES
 from pipeline.logs.columns import Renamed, TimeUnit
@@ -47,7 +49,8 @@ from vision.rate.timebase import CLOCK_PPM
 class SiteSection(Section):
     """The site: gravity and the Earth's rate. The ranges are those of the Earth's surface."""
 
-    gravity_m_s2: Annotated[Number, Field(ge=9.7, le=9.9)] | None = None
+    gravity_m_s2: Annotated[
+        Number, Field(ge=LEAST_GRAVITY_M_S2, le=GREATEST_GRAVITY_M_S2)] | None = None
     sd_m_s2: Positive | None = None
     latitude_deg: Annotated[Number, Field(ge=-90, le=90)] | None = None
     height_m: Annotated[Number, Field(ge=-500, le=9000)] = 0.0
@@ -81,7 +84,7 @@ class VideoRateSection(Section):
     """A plate setting measured from clips: one for the whole run, or one per pose."""
 
     video: Files
-    nominal_rpm: Positive | None = None
+    nominal_rpm: Annotated[Positive, Field(le=FASTEST_RPM)] | None = None
     timebase: TimebaseSection = TimebaseSection()
     model: VisionTerms = ("constant_rate",)
     plate: PlateSection | None = None

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.numbers import RPM
 
+FASTEST_RPM = 1e5  #: beyond any turntable; a larger number is a slip of the keyboard
+
 #: Ending of a key -> quantity and the factor to its SI unit.
 UNITS: Mapping[str, tuple[str, float]] = {
     "m_s2": ("acceleration", 1.0),

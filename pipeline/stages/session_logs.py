@@ -15,9 +15,7 @@ from calib.consistency.repeats import require_no_copies, require_running
 from calib.effects.catalogue import find_effect
 from calib.effects.effect import Effect
 from calib.errors import CalibrationError, Contradiction, Undetermined
-from calib.poses.frozen import without_frozen
 from calib.poses.imu_log import TEMPERATURE, TRIADS, ImuLog, IntArray, Triad
-from calib.poses.stray_samples import without_strays
 from pipeline.config.load import Config
 from pipeline.config.problems import ConfigProblem, config_error
 from pipeline.config.schema import (
@@ -26,13 +24,14 @@ from pipeline.config.schema import (
     PosesSection,
     RunSection,
 )
-from pipeline.config.sensor import sensor_specs
+from pipeline.config.sensor import Specs, sensor_specs
 from pipeline.config.types import STOPPED
 from pipeline.errors import PipelineError
 from pipeline.logs.clock import StatedClock
 from pipeline.logs.join import group_logs, join_logs
 from pipeline.logs.read import read_log
 from pipeline.stages.excluded_poses import Choice, chosen
+from pipeline.stages.measured_samples import measured_samples
 from pipeline.stages.stated_units import require_stated_units
 from pipeline.text.names import nearest_name
 
@@ -164,12 +163,13 @@ def read_session(config: Config) -> SessionLogs:
     choices = {setting: chosen([_shown_name(path, folder) for path in setting.poses.files],
                                section, config)
                for setting, section in sections.items() if setting.poses.files}
-    read = {setting: _read(setting, folder, choices.get(setting)) for setting in sections}
+    specs = sensor_specs(config.sensor)
+    read = {setting: _read(setting, folder, choices.get(setting), specs) for setting in sections}
     logs = SessionLogs(
         {setting: tuple(log for log, _ in each) for setting, each in read.items()},
         {setting: tuple(note for _, note in each if note) for setting, each in read.items()},
         choices,
-        {setting: tuple(_readable(setting, folder, choice.excluded))
+        {setting: tuple(_readable(setting, folder, choice.excluded, specs))
          for setting, choice in choices.items()},
     )
     every = [log for each in logs.by_setting.values() for log in each]
@@ -178,7 +178,7 @@ def read_session(config: Config) -> SessionLogs:
         _require_celsius(every)
         require_running([log for setting, each in logs.by_setting.items() for log in each
                          if not setting.poses.log])  # of long logs the poses are looked at
-    for triad, spec in zip(TRIADS, sensor_specs(config.sensor), strict=True):
+    for triad, spec in zip(TRIADS, specs, strict=True):
         require_no_copies(logs.of_triad(config, triad), triad)
         for setting in settings_of(config, triad):
             if spec is not None:
@@ -187,26 +187,19 @@ def read_session(config: Config) -> SessionLogs:
 
 
 def _read(
-    setting: Setting, folder: Path, choice: Choice | None
+    setting: Setting, folder: Path, choice: Choice | None, specs: Specs
 ) -> list[tuple[ImuLog, str | None]]:
     poses, turning = setting.poses, setting.rate != STOPPED
     if poses.means:
         return []
     if choice is None:
         return [(log, None) for log in long_logs(poses, folder)]
-    return [_cleaned(_read_one(poses, i, poses.files[i], folder, turning), turning)
+    return [measured_samples(_read_one(poses, i, poses.files[i], folder, turning), turning, specs)
             for i in map(int, choice.kept)]
 
 
-def _cleaned(log: ImuLog, turning: bool) -> tuple[ImuLog, str | None]:
-    """The log of one pose without what is no measurement, and what is left out."""
-    running, frozen = without_frozen(log, turning)
-    measured, strays = without_strays(running)
-    return measured, " ".join(filter(None, [frozen, strays])) or None
-
-
 def _readable(
-    setting: Setting, folder: Path, places: IntArray
+    setting: Setting, folder: Path, places: IntArray, specs: Specs
 ) -> Iterator[tuple[str, ImuLog | None]]:
     """The logs of excluded poses; that one cannot be read may be why it is excluded."""
     poses, turning = setting.poses, setting.rate != STOPPED
@@ -214,7 +207,7 @@ def _readable(
         label = _shown_name(poses.files[i], folder)
         try:
             log = _read_one(poses, i, poses.files[i], folder, turning)
-            yield label, _cleaned(log, turning)[0]
+            yield label, measured_samples(log, turning, specs)[0]
         except (PipelineError, CalibrationError):
             yield label, None
 

@@ -109,7 +109,7 @@ def test_a_wrong_table_is_told_what_is_wrong(table: object, words: str) -> None:
 
 
 def test_a_wrong_reference_is_told_what_is_wrong() -> None:
-    with pytest.raises(UnusableLog, match=r"gravity=981: 9.7 to 9.9"):
+    with pytest.raises(UnusableLog, match=r"gravity=981: 9.763 to 9.835"):
         calib.calibrate(readings(), gravity=981)
     with pytest.raises(UnusableLog, match="State `gravity=`"):
         calib.calibrate(readings())

@@ -45,7 +45,7 @@ MISTAKES = [
      "`rate_rad_s: 3.490624`"),
     ("{rate_rad_s", "{video: clip.mp4, rate_rad_s", 13, "'video' is given as well"),
     ("sd_rad_s: 2e-4", "sd_rad_s: 0", 13, "found 0, expected a number greater than 0"),
-    ("9.80267", "980", 14, "found 980, expected a number of at most 9.9"),
+    ("9.80267", "980", 14, "found 980, expected a number of at most 9.835"),
     ("latitude_deg: 40.85", "latitude: 40.85", 14, "lacks its unit; write latitude_deg"),
     ("acc/pose_*.csv", "acc/pos_*.csv", 16, "no file matches 'acc/pos_..csv'. The folder .*acc "
      "holds pose_1.csv, pose_2.csv, pose_10.csv"),

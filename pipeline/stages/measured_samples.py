@@ -1,0 +1,25 @@
+"""The log of one pose without what is no measurement."""
+
+from calib.poses.frozen import without_frozen
+from calib.poses.imu_log import TRIADS, ImuLog
+from calib.poses.pose_checks import check_range
+from calib.poses.stray_samples import without_strays
+from pipeline.config.sensor import Specs
+
+
+def measured_samples(log: ImuLog, turning: bool, specs: Specs) -> tuple[ImuLog, str | None]:
+    """The samples of a pose that the sensor measured, and a note on those that are left out.
+
+    Raises
+    ------
+    UnusableLog
+        A value that the converter cannot give: the file is damaged, or of another sensor.
+    Undetermined
+        Too many samples are no measurement.
+    """
+    for triad, spec in zip(TRIADS, specs, strict=True):
+        if spec is not None and log.has(triad):
+            check_range(log.label, triad, spec.signed(getattr(log, triad)), spec)
+    running, frozen = without_frozen(log, turning)
+    measured, strays = without_strays(running)
+    return measured, " ".join(filter(None, [frozen, strays])) or None

@@ -1,0 +1,54 @@
+"""What a pattern takes in: every match is a log, or the pattern is refused with what is none."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from pipeline.config.file_patterns import find_files
+
+
+def dangling(path: Path) -> None:
+    path.symlink_to("/nowhere/pose.csv")
+
+
+def folder(path: Path) -> None:
+    path.mkdir()
+
+
+def pipe(path: Path) -> None:
+    os.mkfifo(path)
+
+
+def device(path: Path) -> None:
+    path.symlink_to("/dev/null")
+
+
+@pytest.mark.parametrize(("other", "kind"), [
+    (dangling, "a link to /nowhere/pose.csv, which is not there"), (folder, "a folder"),
+    (pipe, "a pipe or a device"), (device, "a pipe or a device"),
+])
+@pytest.mark.parametrize("pattern", ["pose_*.csv", "**/*.csv"])
+def test_a_pose_that_is_no_file_is_not_left_out_silently(
+    tmp_path: Path, pattern: str, other: Callable[[Path], None], kind: str
+) -> None:
+    for i in range(1, 4):
+        (tmp_path / f"pose_{i}.csv").write_text("1")
+    assert len(find_files(pattern, tmp_path)) == 3
+    other(tmp_path / "pose_4.csv")
+    with pytest.raises(FileNotFoundError, match=f"takes in pose_4.csv, which is {kind}"):
+        find_files(pattern, tmp_path)
+
+
+def test_folders_beside_the_logs_are_no_fault_of_a_pattern_without_an_ending(
+    tmp_path: Path
+) -> None:
+    (tmp_path / "pose_1.csv").write_text("1")
+    (tmp_path / "notes").mkdir()
+    assert [path.name for path in find_files("*", tmp_path)] == ["pose_1.csv"]
+
+
+def test_the_whole_disk_is_not_searched(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match="looks through the whole disk"):
+        find_files("/**/pose_*.csv", tmp_path)
