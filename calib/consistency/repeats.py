@@ -34,9 +34,8 @@ WHOLE = 0.9
 """Share of a log from which a copy is called one of the whole log. It chooses words only."""
 
 STRETCH = 3
-"""Doublings of a row whose stretches say how much a row tells beside those before it: eight rows.
-Derived: of two levels in turn, A B A B, a row tells an eighth of a bit there, and one by
-itself."""
+"""Doublings of a row: of stretches of eight rows it is asked whether they come again within eight.
+Derived: two levels in turn, A B A B, always do, and noise of one bit a row does in one of 32."""
 
 FACTORS = 2 * np.random.default_rng(17).integers(2**63, size=9, dtype=np.uint64) + 1
 """Odd multipliers: the key of a row is its cells' bits, multiplied and added modulo 2^64.
@@ -67,11 +66,17 @@ def row_keys(log: ImuLog, triads: Sequence[Triad] = TRIADS) -> Keys:
 def _entropy(keys: Keys) -> float:
     """Collision entropy of one row beside those before it, bits; no larger than rows can show.
 
-    That of a stretch over its length: rows that take turns tell nothing, however many levels a
-    row has by itself.
+    Rows that take turns tell nothing, however many levels a row has by itself: what counts is the
+    share of rows that do not begin a stretch which comes again at once.
     """
-    stretches = _window_keys(keys, STRETCH) if len(keys) >= 2**STRETCH else keys[:0]
-    return float(min(_collision_bits(keys), _collision_bits(stretches) / 2**STRETCH))
+    length = 2**STRETCH
+    if len(keys) < 2 * length:
+        return _collision_bits(keys)
+    stretches = _window_keys(keys, STRETCH)
+    again = np.zeros(len(stretches) - length, dtype=bool)
+    for shift in range(1, length + 1):
+        again |= stretches[:-length] == stretches[shift:len(stretches) - length + shift]
+    return _collision_bits(keys) * float(1 - again.mean())
 
 
 def _collision_bits(keys: Keys) -> float:
