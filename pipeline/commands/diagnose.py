@@ -29,8 +29,9 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
     The command runs every stage and does not change the results or the history.
     """
     from pipeline.commands.interaction.run_with_progress import run_as_shown, say_waiting
+    from pipeline.console.answers import next_line
     from pipeline.console.rate_text import verdict_lines
-    from pipeline.console.run_text import misfit_lines, next_step, ranking_lines
+    from pipeline.console.run_text import misfit_lines, ranking_lines
     from pipeline.results.write import results_of, results_text
     from pipeline.session_folder import working_on
 
@@ -42,7 +43,7 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
     if quiet:
         for result in outcome.triads:
             echo_verdict(result)
-        click.echo(next_step(outcome, folder, look="pipeline effects"))
+        click.echo(next_line(outcome, folder, look="pipeline effects"))
         return
     for result in outcome.triads:
         click.echo()
@@ -54,4 +55,4 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
             click.echo()
             click.secho(paragraph(line), bold=True)
     click.echo()
-    click.echo(next_step(outcome, folder, look="pipeline effects"))
+    click.echo(next_line(outcome, folder, look="pipeline effects"))

@@ -40,7 +40,7 @@ def command(
     Later runs read the measured angles of the clips from the folder of the results.
     """
     from pipeline.commands.interaction.run_with_progress import run_as_shown, say_waiting
-    from pipeline.console.run_text import next_step
+    from pipeline.console.answers import next_line
     from pipeline.report.outputs import outputs_of
     from pipeline.results.names import REPORT_NAME, RESULTS_NAME
     from pipeline.session_folder import require_own_files, working_on, write_session
@@ -56,7 +56,7 @@ def command(
         echo_whole(outputs[RESULTS_NAME])
         return
     if not quiet:
-        click.echo(next_step(outcome, folder))
+        click.echo(next_line(outcome, folder))
     click.echo(folder / REPORT_NAME)
 
 

@@ -11,22 +11,21 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.diagnosis.verdict.explain import SIGNS, Standing
+from calib.diagnosis.verdict.decision import Code
+from calib.diagnosis.verdict.explain import SIGNS, Standing, Step
 from calib.diagnosis.verdict.wording import enumeration
-from calib.poses.attitudes import direction_name
 from pipeline.console.exclude_text import lines_to_exclude
 from pipeline.console.parameter_text import prediction_text
 from pipeline.console.rate_text import RateVerdict, rate_verdict
 from pipeline.console.run_text import aside_text
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
-from pipeline.text.commands import command
+from pipeline.text.commands import command, word
 from pipeline.text.formatting import DISPLAY, count
 
-LOG = "LOG.csv"  #: placeholder for a file of the user
+LOG = "LOG --output FILE"  #: placeholders for files of the user
 HOLDS_EFFECTS = "json"  #: format that stores added effects
 RATES = "plate rates"  #: subject of the answer on the clips
-ADD = "pipeline add "  #: begins the command that cures a misfit: it comes before what has none
 WORST_FIRST: tuple[Standing, ...] = ("act", "open", "good")
 
 
@@ -34,7 +33,8 @@ WORST_FIRST: tuple[Standing, ...] = ("act", "open", "good")
 class Answer:
     """Three answers for one triad or for the plate rates, and the commands for the next step.
 
-    ``lines`` are to be written into the configuration before.
+    ``step`` is the kind of the next step; ``lines`` are to be written into the configuration
+    before its commands.
     """
 
     subject: str
@@ -43,6 +43,7 @@ class Answer:
     good: str
     wrong: str
     next: str
+    step: Step
     commands: tuple[str, ...]
     lines: str = ""
 
@@ -73,7 +74,27 @@ def answers_of(outcome: Outcome, folder: str) -> tuple[Answer, ...]:
     if rates is not None:
         answers.append(rates)
     return tuple(sorted(answers, key=lambda answer: (
-        WORST_FIRST.index(answer.standing), ADD not in "".join(answer.commands))))
+        WORST_FIRST.index(answer.standing), answer.step != "add")))
+
+
+def next_line(outcome: Outcome, folder: Path, look: str = "") -> str:
+    """The next step of a session for the terminal: that of its worst answer.
+
+    ``look`` is the command on a shape that no listed effect has; by default it is ``pipeline
+    diagnose``.
+    """
+    config = outcome.config.source.path
+    answer = next((each for each in answers_of(outcome, str(folder)) if each.commands), None)
+    if answer is None:
+        return f"next: add the sections accelerometer and gyroscope to {word(config)}"
+    first, *others = answer.commands
+    if answer.step == "define" and look:
+        return f"next: {look}"
+    if answer.step in ("add", "apply", "define"):
+        return f"next: {first}"
+    line = f"next: {answer.next[0].lower()}{answer.next[1:]} {first}"
+    line += "".join(f"\nor see the errors with it: {other}" for other in others)
+    return f"{line}\n{answer.lines}" if answer.lines else line
 
 
 def headline(answers: Sequence[Answer]) -> Headline:
@@ -115,7 +136,8 @@ def rates_answer(verdicts: Sequence[RateVerdict]) -> Answer | None:
     return Answer(
         RATES, "open", short, _rates_good(lacking), wrong,
         "Add the term; the phase residual is printed before and after:" if commands else
-        "Test the terms in the section on the plate rates.", commands)
+        "Test the terms in the section on the plate rates.",
+        "add" if commands else "define", commands)
 
 
 def _rates_good(lacking: Sequence[RateVerdict]) -> str:
@@ -142,28 +164,16 @@ def _lacking_sentences(lacking: Sequence[RateVerdict]) -> Iterator[str]:
 def triad_answer(outcome: Outcome, result: TriadResult, folder: str) -> Answer:
     """The three answers for one triad."""
     words = result.diagnosis.explanation
-    standing, short = words.standing, words.short
-    wrong = _nothing_wrong(result) if standing == "good" else words.text
-    if standing == "good" and _lost_direction(result):
-        standing, short = "open", "directions are missing among its poses"
+    config = outcome.config.source.path
+    excluding = result.diagnosis.verdict is Code.BAD_POSE
     return Answer(
-        result.triad, standing, short, _is_it_good(result), f"{wrong}{_aside(result)}",
-        _what_next(result),
-        _commands(result, outcome.config.source.path, folder),
-        lines_to_exclude(outcome, result, result.diagnosis.group)
-        if result.diagnosis.verdict == "bad_pose" else "",
+        result.triad, words.standing, words.short, _is_it_good(result),
+        f"{_nothing_wrong(result) if words.standing == 'good' else words.text}{_aside(result)}",
+        f"{words.following}:" if words.step in ("apply", "add") else f"{words.following}, then:",
+        words.step,
+        _commands(result, config, folder),
+        lines_to_exclude(outcome, result, result.diagnosis.group) if excluding else "",
     )
-
-
-def _what_next(result: TriadResult) -> str:
-    """The sentence before the commands."""
-    words = result.diagnosis.explanation
-    if words.step in ("apply", "add"):
-        return f"{words.following}:"
-    if result.diagnosis.verdict == "effect":  # a class: its members cannot be told apart here
-        return (f"{words.following}, then type the first command. The second one shows the errors "
-                f"with {result.diagnosis.name} in the model:")
-    return f"{words.following}, then:"
 
 
 def _is_it_good(result: TriadResult) -> str:
@@ -171,8 +181,10 @@ def _is_it_good(result: TriadResult) -> str:
     comparison = result.comparison
     noise = sqrt(float(np.mean(result.calibration.fit.equations.row_sd**2)))
     rms, loo = comparison.residual_rms * factor, comparison.loo_rms * factor
-    if result.diagnosis.verdict == "nothing_missing":
-        first = _lost_direction(result) or _mostly_unseen(result) or "Yes."
+    standing = result.diagnosis.explanation.standing
+    if result.diagnosis.verdict is Code.NOTHING_MISSING:
+        first = ((_mostly_unseen(result) or "Yes.") if standing == "good" else
+                 f"Not entirely: {result.diagnosis.explanation.short}.")
         return (
             f"{first} The RMS residual of the {count(len(comparison.poses), 'pose')} is {rms:.2g} "
             f"{unit}, and their own noise explains it (sd {noise * factor:.2g} {unit}). The "
@@ -181,21 +193,9 @@ def _is_it_good(result: TriadResult) -> str:
         )
     times = comparison.residual_rms / noise
     return (
-        f"{'Not yet' if times > 2 else 'Perhaps not'}. The RMS residual of the "
+        f"{'Not yet' if standing == 'act' else 'Perhaps not'}. The RMS residual of the "
         f"{count(len(comparison.poses), 'pose')} is {rms:.2g} {unit}, which is {times:.2g} times "
         f"their own noise (sd {noise * factor:.2g} {unit})."
-    )
-
-
-def _lost_direction(result: TriadResult) -> str:
-    """Why the calibration is not good everywhere; empty where it is."""
-    prediction = result.prediction
-    if prediction is None or prediction.holds_everywhere:
-        return ""
-    return (
-        f"Not in every direction: with {direction_name(prediction.worst_direction)} it knows a "
-        f"magnitude {prediction.noise_worst / prediction.pose_sd:.2g} times worse than a single "
-        f"pose there would show. Add poses there."
     )
 
 
@@ -242,10 +242,10 @@ def _commands(result: TriadResult, config: Path, folder: str) -> tuple[str, ...]
     step = result.diagnosis.explanation.step
     if step == "apply":
         base_only = all(e.acts_on == "reading" for e in result.calibration.fit.model.effects)
-        return (f"{command('apply', folder)} {LOG} --output calibrated.csv",
+        return (f"{command('apply', folder)} {LOG}",
                 command("export", folder, "--to", "arduino" if base_only else HOLDS_EFFECTS))
     add = (command("add", config, f"{result.triad}.{result.diagnosis.name}"),)
     if step == "add":
         return add
     return (command("diagnose" if step == "define" else "run", config),
-            *(add if result.diagnosis.verdict == "effect" else ()))
+            *(add if result.diagnosis.verdict is Code.EFFECT else ()))

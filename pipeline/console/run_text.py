@@ -2,23 +2,18 @@
 
 from collections.abc import Iterator, Sequence
 from math import isnan
-from pathlib import Path
 
 import numpy as np
 
-from calib.diagnosis.diagnose import Diagnosis
 from calib.diagnosis.unseen import together
+from calib.diagnosis.verdict.decision import Code
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.units import display_unit
 from calib.mounting.mounting import Mounting
-from pipeline.console.exclude_text import lines_to_exclude
 from pipeline.console.mounting_text import mounting_text
-from pipeline.console.rate_text import rate_verdict
 from pipeline.results.triad import WORST_POSES
 from pipeline.stages.poses import Recordings
-from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
-from pipeline.text.commands import command, word
 from pipeline.text.formatting import DISPLAY, NAME_WIDTH, count
 from pipeline.text.tables import table_lines
 
@@ -62,50 +57,6 @@ def verdict_line(result: TriadResult) -> str:
     return f"{result.triad}: {result.diagnosis.text}"
 
 
-def next_step(outcome: Outcome, folder: Path, look: str = "") -> str:
-    """The next step: a command, or a measurement.
-
-    ``look`` is the command on a misfit that neither one effect nor one measurement explains; by
-    default it is ``pipeline diagnose``.
-    """
-    path = outcome.config.source.path
-    config, run = word(path), command("run", path)
-    diagnoses = {result.triad: result.diagnosis for result in outcome.triads}
-    for triad, diagnosis in diagnoses.items():
-        if diagnosis.explanation.step == "add":
-            return f"next: {command('add', path, f'{triad}.{diagnosis.name}')}"
-    for result in outcome.triads:
-        if result.diagnosis.verdict == "bad_pose":
-            lines = lines_to_exclude(outcome, result, result.diagnosis.group)
-            return (f"next: {result.diagnosis.explanation.following}. These lines in {config} "
-                    f"exclude it; then type: {run}\n{lines}")
-    for triad, diagnosis in diagnoses.items():
-        if measurement := _measurement(diagnosis, config):
-            trial = "" if diagnosis.verdict != "effect" else (
-                "\nor see the errors with it: "
-                f"{command('add', path, f'{triad}.{diagnosis.name}')}")
-            return f"next: {measurement}, then type: {run}{trial}"
-    for triad, diagnosis in diagnoses.items():
-        if diagnosis.verdict == "effect":  # one of a class that no block of poses separates
-            return f"next: {command('add', path, f'{triad}.{diagnosis.name}')}"
-    if any(diagnosis.explanation.step != "apply" for diagnosis in diagnoses.values()):
-        return f"next: {look or command('diagnose', path)}"
-    for rate in outcome.rates.values():
-        if add := rate_verdict(rate, path).command:
-            return f"next: {add}"
-    if diagnoses:
-        return f"next: {command('apply', folder)} LOG --output FILE"
-    return f"next: add the sections accelerometer and gyroscope to {config}"
-
-
-def _measurement(diagnosis: Diagnosis, config: str) -> str:
-    """What to record next, as an order; empty where the next step is none."""
-    if diagnosis.record_next:
-        return f"record {diagnosis.record_next}; add the new logs to {config}"
-    words = diagnosis.explanation.following if diagnosis.explanation.step == "repeat" else ""
-    return words[:1].lower() + words[1:]
-
-
 def misfit_lines(result: TriadResult) -> Iterator[str]:
     """Where the model fails: the largest residuals, and the covariate that they follow."""
     unit, factor = DISPLAY[result.triad]
@@ -139,9 +90,9 @@ def leading_covariate(result: TriadResult) -> str | None:
     A misfit of another cause can follow a covariate too: that is a by-product of the cause.
     """
     diagnosis = result.diagnosis
-    if diagnosis.verdict == "unknown":
+    if diagnosis.verdict is Code.UNKNOWN:
         return diagnosis.name if diagnosis.name in _covariates(result) else None
-    if diagnosis.verdict != "effect" or diagnosis.name is None:
+    if diagnosis.verdict is not Code.EFFECT or diagnosis.name is None:
         return None
     try:
         effect = find_effect(diagnosis.name)

@@ -30,18 +30,6 @@ from pipeline.text.names import DISTRIBUTION, program_version
 _MINUS = re.compile(r"(?<![\w.])-(?=\d)|(?<=\de)-(?=\d)")
 NOT_RECORDED = "not recorded"
 
-#: Verdict -> the headline and how it stands: good, open, or to act on.
-VERDICTS: Mapping[str, tuple[str, str]] = {
-    "nothing_missing": ("The model describes the measurements", "good"),
-    "effect": ("An effect is missing in the model", "act"),
-    "ambiguous": ("The model may be incomplete", "open"),
-    "unknown": ("Something is missing in the model", "act"),
-    "bad_pose": ("Poses contradict each other", "act"),
-    "noise": ("The residuals exceed the noise of the poses", "act"),
-    "refused": ("Refused", "act"),
-}
-
-
 @dataclass(frozen=True)
 class CertifiedRow:
     """One kind of parameter: its name with unit, and up to three values with their sds, as text."""
@@ -132,14 +120,14 @@ def _facts(stored: Stored) -> Iterator[tuple[str, str]]:
 
 def _part(each: StoredTriad, section: Mapping[str, Any]) -> TriadPart:
     diagnosis = section["diagnosis"]
-    verdict, standing = VERDICTS.get(diagnosis["verdict"], (diagnosis["verdict"], "open"))
+    short = printable(diagnosis.get("short") or diagnosis["verdict"])
     blind = [printable(name) for name in diagnosis["blind"]]
     return TriadPart(
         name=each.triad.capitalize(),
         model=printable(short_model(section["model"])),
         range=_range(each),
-        standing=standing,
-        verdict=verdict,
+        standing=diagnosis.get("standing") or "open",
+        verdict=f"{short[:1].upper()}{short[1:]}",
         explanation=_typeset(printable(diagnosis["says"])),
         rows=(*_base_rows(each), *_effect_rows(each)),
         figures=tuple(_figures(each.triad, section)),

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.wording import enumeration
 from calib.fit.parameters import TriadParameters
 from calib.fit.triad.determined import undetermined
@@ -74,7 +75,7 @@ def _faults(stored: Stored, each: StoredTriad) -> Iterator[str]:
 
 def _notes(stored: Stored, each: StoredTriad) -> Iterator[str]:
     verdict = stored.contents[each.triad]["diagnosis"]
-    if verdict["verdict"] not in ("nothing_missing", "noise"):
+    if verdict["verdict"] not in (Code.NOTHING_MISSING, Code.NOISE):
         yield f"{each.triad}: the calibration is incomplete. {verdict['says']}"
     if "scale" not in each.correction.model.names:
         yield f"{each.triad}: the gain was not fitted; it is that of the data sheet."

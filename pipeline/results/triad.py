@@ -133,6 +133,8 @@ def _diagnosis(result: TriadResult) -> TriadDiagnosis:
         inclusion=[InclusionResult.of(each, **{"class": each.name})
                    for each in diagnosis.inclusion],
         says=diagnosis.text,
+        standing=diagnosis.explanation.standing,
+        short=diagnosis.explanation.short,
         ranking=[*ranking, *map(_blind, diagnosis.blind)],
     )
 

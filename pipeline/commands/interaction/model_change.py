@@ -12,8 +12,8 @@ from pipeline.commands.interaction.output import echo_warnings
 from pipeline.commands.interaction.run_with_progress import run_quietly, run_silently, say_waiting
 from pipeline.commands.interaction.verdicts import echo_verdict
 from pipeline.config.load import Config
+from pipeline.console.answers import next_line
 from pipeline.console.model_change_text import change_lines
-from pipeline.console.run_text import next_step
 from pipeline.errors import ConfigError
 from pipeline.model_change import (
     MOST_CHANGES,
@@ -111,7 +111,7 @@ def add_until_settled(path: Path, manner: Manner) -> None:
         echo_verdict(result)
     if outcome.config.source.text == config.source.text:
         click.echo(f"{path} was not changed: {_why_unchanged(outcome)}.")
-        click.echo(next_step(outcome, folder))
+        click.echo(next_line(outcome, folder))
         return
     _finish(outcome, folder)
 
@@ -133,4 +133,4 @@ def _write(before: Config, after: Outcome, folder: Path) -> None:
 def _finish(outcome: Outcome, folder: Path) -> None:
     path = outcome.config.source.path
     click.echo(f"{path} was changed. `{command('history', path)}` lists all runs.")
-    click.echo(next_step(outcome, folder))
+    click.echo(next_line(outcome, folder))

@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from calib.diagnosis.verdict.explain import Standing
 from calib.poses.data_sheet import Encoding
 from pipeline.results.schema.rate import CandidateResult, FittedPart
 from pipeline.results.schema.types import (
@@ -102,6 +103,9 @@ class TriadDiagnosis(Part):
     group: list[Text] = means("it, and those with the same signature")
     inclusion: list[InclusionResult] = means("probability of every class of effects")
     in_words: Text = means("the verdict in words", alias="says")
+    standing: Standing | None = means("whether the calibration is good, open or to act on",
+                                      default=None)
+    short: Text | None = means("the verdict in a few words", default=None)
     record_next: Text | None = means("the measurement to record next")
     blind: list[Text] = means("effects that these data cannot determine")
     ranking: list[CandidateResult] = means("every candidate, the most likely first")

@@ -9,9 +9,9 @@ import pytest
 
 from calib.diagnosis.verdict.decision import Code
 from pipeline.config.load import load_config
-from pipeline.console.answers import RATES, answers_of, headline
+from pipeline.console.answers import RATES, answers_of, headline, next_line
 from pipeline.console.rate_text import rate_verdict
-from pipeline.console.run_text import leading_covariate, next_step
+from pipeline.console.run_text import leading_covariate
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
 from tests.paths import DATA
@@ -82,17 +82,17 @@ def test_what_no_calibration_takes_away_ends_in_the_measurement_that_leaves_less
     outcome = replace(caused, gyroscope=replace(result, diagnosis=noise))
     config = caused.config.source.path
     for look in ("pipeline diagnose {config}", "pipeline effects"):
-        assert next_step(outcome, Path("out"), look) == (
-            f"next: film the plate with each pose, then type: pipeline run {config}")
+        assert next_line(outcome, Path("out"), look) == (
+            f"next: film the plate with each pose, then: pipeline run {config}")
 
 
-def test_the_worst_comes_first_and_its_command_is_the_next_step(caused: Outcome) -> None:
+def test_the_worst_comes_first_and_its_command_is_the_next_line(caused: Outcome) -> None:
     first, second = answers_of(caused, "out")
     assert (first.subject, second.subject) == ("gyroscope", "accelerometer")
     assert first.standing == "act"
     assert RATES not in (first.subject, second.subject)
     (command,) = first.commands
-    assert next_step(caused, Path("out")) == f"next: {command}"
+    assert next_line(caused, Path("out")) == f"next: {command}"
     assert first.short in headline((first, second)).text
 
 

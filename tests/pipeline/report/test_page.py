@@ -88,7 +88,7 @@ def test_the_verdict_and_the_commands_come_before_everything_else(
     verdict = text.index("The calibration is good")
     assert verdict < text.index("Is it good?") < text.index("What is wrong?")
     assert text.index("What to do next?") < text.index("Parameters")
-    assert f"pipeline apply {finished.folder} LOG.csv --output" in text
+    assert f"pipeline apply {finished.folder} LOG --output" in text
 
 
 def test_every_picture_says_in_words_what_it_shows(page: Page) -> None:
@@ -206,7 +206,7 @@ def verdict_on(name: str, complete: bool, lacks: str = "") -> RateVerdict:
     return RateVerdict(name, complete, "", lacks)
 
 
-GOOD = Answer("gyroscope", "good", "nothing is missing", "", "", "", ())
+GOOD = Answer("gyroscope", "good", "nothing is missing", "", "", "", "apply", ())
 
 
 def test_the_headline_names_every_rate_model_that_its_section_calls_incomplete() -> None:
