@@ -24,7 +24,7 @@ LSB_NOISE = 2.0
 def proposed(printed: str) -> list[list[str]]:
     """The words of every command that a text proposes."""
     lines = [line.split("pipeline ", 1)[1] for line in printed.splitlines()
-             if re.search(r"(next: |afterwards: |then: |then type: |with it: |Now: )pipeline ", line)]
+             if re.search(r"(next|afterwards|then|then type|with it|Now): pipeline ", line)]
     return [shlex.split(line.split(", and with", 1)[0]) for line in lines]
 
 
