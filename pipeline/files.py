@@ -42,8 +42,8 @@ def write_whole(path: Path, content: str | bytes) -> None:
     Parameters
     ----------
     path : Path
-        The file to write; its folder is made where it is missing. A symbolic link stays a link,
-        the file it leads to is written.
+        The file to write; its folder is made where it is missing. A symbolic link is replaced,
+        and the file it leads to stays as it is.
     content : str or bytes
         Text is written as UTF-8 with the line ends it has.
 
@@ -52,12 +52,26 @@ def write_whole(path: Path, content: str | bytes) -> None:
     UnwritableOutput
         The folder or the file cannot be written, or the disk is full.
     """
-    target = _target(path)
-    staged = _stage(target, content)
+    staged = _stage(path, content)
     try:
-        _rename(staged, target)
+        _rename(staged, path)
     finally:
         staged.unlink(missing_ok=True)
+
+
+def require_no_link(path: Path) -> None:
+    """Refuse to write where a symbolic link stands: what it leads to is somebody else's.
+
+    Raises
+    ------
+    UnwritableOutput
+        Naming the link and where it leads.
+    """
+    if path.is_symlink():
+        raise UnwritableOutput(
+            f"{path}: is a link to {os.readlink(path)}, and the file there would be replaced. "
+            f"Remove the link, or choose another name with --output."
+        )
 
 
 def write_together(contents: Mapping[Path, str | bytes], journal: Path) -> None:
@@ -66,6 +80,7 @@ def write_together(contents: Mapping[Path, str | bytes], journal: Path) -> None:
     Parameters
     ----------
     contents : mapping of path to text or bytes
+        A symbolic link stays a link, the file it leads to is written: a configuration may be one.
     journal : Path
         Where the change is noted while it is under way; see :func:`finish_interrupted`.
 

@@ -16,10 +16,11 @@ from filelock import FileLock, Timeout
 
 from pipeline.config.load import Config, load_config
 from pipeline.errors import ConfigError, UnwritableOutput
-from pipeline.files import finish_interrupted, remove_parts, write_together
+from pipeline.files import finish_interrupted, remove_parts, require_no_link, write_together
 from pipeline.results.history import HISTORY_NAME
 from pipeline.results.names import REPORT_MARK, REPORT_NAME, RESULTS_NAME
 
+BYTE_ORDER_MARK = "\ufeff"  #: some editors begin a file with it; it is no text
 JOURNAL_NAME = ".unfinished.json"
 OUTPUTS = (RESULTS_NAME, HISTORY_NAME, REPORT_NAME)
 
@@ -93,6 +94,8 @@ def require_own_files(folder: Path, force: bool = False) -> None:
     UnwritableOutput
         Naming the file.
     """
+    for name in OUTPUTS:
+        require_no_link(folder / name)
     if force:
         return
     for name, is_ours in ((RESULTS_NAME, _is_results), (REPORT_NAME, _is_report)):
@@ -134,10 +137,12 @@ def write_session(
     contents: dict[Path, str | bytes] = {folder / name: each for name, each in outputs.items()}
     if config is not None:
         path = config.source.path
-        if path.read_text(encoding="utf-8") != config.source.text:
+        there = path.read_text(encoding="utf-8")
+        mark = BYTE_ORDER_MARK if there.startswith(BYTE_ORDER_MARK) else ""
+        if there.removeprefix(mark) != config.source.text:
             raise ConfigError(
                 f"{path}: was changed by somebody else while this command ran. Nothing is "
                 f"written; look at the change and type the command again."
             )
-        contents[path] = text
+        contents[path] = mark + text
     write_together(contents, folder / JOURNAL_NAME)

@@ -41,7 +41,7 @@ def command(
     from pipeline.commands.interaction.progress import SessionProgress
     from pipeline.errors import BUG, DONE
     from pipeline.fleet.cluster import connected, run_fleet
-    from pipeline.fleet.finish import finish_fleet
+    from pipeline.fleet.finish import finish_fleet, require_own_lot
     from pipeline.fleet.page import PAGE_NAME
     from pipeline.fleet.population import POPULATION_NAME
     from pipeline.fleet.record import SessionRecord
@@ -56,6 +56,7 @@ def command(
     require_parquet()
     sessions = find_sessions(pattern)
     where = output.resolve()
+    require_own_lot(where)
     tasks = [FleetTask(each, where, allow_python, reports) for each in sessions]
     records: list[SessionRecord] = []
     with (
@@ -67,7 +68,7 @@ def command(
             progress.advance(record.exit_code != DONE)
 
         run_fleet(client, tasks, on_record)
-    summary = finish_fleet(records, output, reports)
+    summary = finish_fleet(records, where, reports)
     if as_json:
         click.echo((output / POPULATION_NAME).read_text(encoding="utf-8"), nl=False)
     elif quiet:

@@ -1,6 +1,7 @@
 """The example session that comes with the program: where it is, and a copy of it."""
 
 import shutil
+import tempfile
 from importlib.metadata import PackageNotFoundError, files
 from pathlib import Path
 
@@ -48,9 +49,14 @@ def copy_session(folder: Path) -> Path:
                                "`pipeline demo my-demo`, or run the session in it with "
                                f"`pipeline run {folder / CONFIG}`.")
     try:
-        shutil.copytree(session_folder(), folder, dirs_exist_ok=True,
-                        ignore=shutil.ignore_patterns("*.run"))
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        # Whole or not at all: a copy that is cut off has another name, and goes with its block.
+        with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.") as part:
+            whole = Path(part) / SESSION
+            shutil.copytree(session_folder(), whole, ignore=shutil.ignore_patterns("*.run"))
+            whole.rename(folder)
     except OSError as error:
-        raise UnwritableOutput(f"{folder}: cannot be written ({error.strerror}). Name another "
+        reason = error.strerror or "the disk may be full"
+        raise UnwritableOutput(f"{folder}: cannot be written ({reason}). Name another "
                                "folder.") from error
     return folder / CONFIG

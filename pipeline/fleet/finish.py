@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.config.file_patterns import natural_key
-from pipeline.files import write_whole
 from pipeline.fleet.page import PAGE_NAME, fleet_html
 from pipeline.fleet.population import (
     POPULATION_NAME,
@@ -20,7 +19,8 @@ from pipeline.fleet.population import (
 )
 from pipeline.fleet.record import SessionRecord
 from pipeline.fleet.rows import Row
-from pipeline.fleet.table import fleet_rows, write_table
+from pipeline.fleet.table import CSV_NAME, PARQUET_NAME, fleet_rows, write_table
+from pipeline.results.written import require_written, write_output
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +44,27 @@ class FleetSummary:
         return {code: count for code, count in sorted(codes.items()) if code}
 
 
+def require_own_lot(output: Path) -> None:
+    """Refuse a folder whose files a fleet run would replace and did not write.
+
+    Raises
+    ------
+    UnwritableOutput
+        Naming the file.
+    """
+    require_written(output, (CSV_NAME, PARQUET_NAME, POPULATION_NAME, PAGE_NAME))
+
+
 def finish_fleet(
     records: Sequence[SessionRecord], output: Path, reports: bool
 ) -> FleetSummary:
-    """Write table, population and page of ``records``; with links to ``reports`` if there are."""
+    """Write table, population and page of ``records``; with links to ``reports`` if there are.
+
+    Raises
+    ------
+    UnwritableOutput
+        A file cannot be written, or is none that a fleet wrote.
+    """
     rows = fleet_rows(records)
     ordered = sorted(records, key=lambda record: natural_key(record.name))
     populations = populations_of(rows, output)
@@ -55,8 +72,8 @@ def finish_fleet(
     title = f"Fleet {output.absolute().name}"
     page = fleet_html(title, ordered, populations, reports, datetime.now().astimezone())
     write_table(rows, output)
-    write_whole(output / POPULATION_NAME, text + "\n")
-    write_whole(output / PAGE_NAME, page)
+    write_output(output, output / POPULATION_NAME, text + "\n")
+    write_output(output, output / PAGE_NAME, page)
     return FleetSummary(output, rows, ordered, populations, _typical_seconds(ordered))
 
 

@@ -10,9 +10,9 @@ from typing import Any
 from calib.poses.imu_log import TRIADS
 from pipeline.config.file_patterns import natural_key
 from pipeline.errors import ConfigError
-from pipeline.files import write_whole
 from pipeline.fleet.record import SessionRecord
 from pipeline.fleet.rows import SIZE, Row
+from pipeline.results.written import write_output
 from pipeline.text.names import DISTRIBUTION
 from pipeline.text.plain import cell
 
@@ -46,8 +46,8 @@ def fleet_rows(records: Sequence[SessionRecord]) -> list[Row]:
 
 def write_table(rows: Sequence[Row], output: Path) -> None:
     """Write ``fleet.csv`` and ``fleet.parquet``."""
-    write_whole(output / CSV_NAME, csv_text(rows))
-    write_whole(output / PARQUET_NAME, _parquet(rows))
+    write_output(output, output / CSV_NAME, csv_text(rows))
+    write_output(output, output / PARQUET_NAME, _parquet(rows))
 
 
 def csv_text(rows: Sequence[Row]) -> str:

@@ -1,17 +1,17 @@
-"""Files that commands wrote from a calibration, so that no other file is ever replaced.
+"""Files that commands wrote, so that no other file is ever replaced.
 
-A list beside results.json holds the hash of each. A file that is not listed, or was edited since,
-belongs to the user.
+A list beside results.json, or in the folder of a fleet, holds the hash of each. A file that is not
+listed, or was edited since, belongs to the user.
 """
 
 import hashlib
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from pipeline.errors import UnwritableOutput
-from pipeline.files import as_bytes, write_whole
+from pipeline.files import as_bytes, require_no_link, write_whole
 
 LIST_NAME = ".written.json"
 
@@ -44,25 +44,48 @@ def write_output(
         ``path`` is an input or a file of the user's, or cannot be written.
     """
     data = as_bytes(content)
-    listed = _read_list(folder)
-    if path.exists():
-        if any(each.exists() and path.samefile(each) for each in inputs):
-            raise UnwritableOutput(
-                f"{path}: is what this command reads and would be replaced. Choose another name "
-                f"with --output."
-            )
-        there = _hash(path.read_bytes()) if path.is_file() else ""
-        if not force and there not in (listed.get(os.path.abspath(path)), _hash(data)):
-            raise UnwritableOutput(
-                f"{path}: exists and was not written from these results, or was edited since. "
-                f"Move it away, choose another name with --output, or add --force to replace it."
-            )
+    if path.exists() and any(each.exists() and path.samefile(each) for each in inputs):
+        raise UnwritableOutput(
+            f"{path}: is what this command reads and would be replaced. Choose another name "
+            f"with --output."
+        )
+    require_no_link(path)
+    if not force and not _is_written(folder, path, _hash(data)):
+        raise UnwritableOutput(
+            f"{path}: exists and was not written from these results, or was edited since. "
+            f"Move it away, choose another name with --output, or add --force to replace it."
+        )
     write_whole(path, data)
-    listed[os.path.abspath(path)] = _hash(data)
+    listed = _read_list(folder)
+    listed[os.path.relpath(path, folder)] = _hash(data)
     try:
         write_whole(folder / LIST_NAME, json.dumps(listed, indent=1, ensure_ascii=False) + "\n")
     except UnwritableOutput:  # results that may only be read: the next command asks for --force
         return
+
+
+def require_written(folder: Path, names: Iterable[str]) -> None:
+    """Refuse a folder in which one of ``names`` is a file that no command wrote there.
+
+    Raises
+    ------
+    UnwritableOutput
+        Naming the file.
+    """
+    for name in names:
+        require_no_link(folder / name)
+        if not _is_written(folder, folder / name):
+            raise UnwritableOutput(
+                f"{folder / name}: exists and was not written by this command, or was edited "
+                f"since. Move it away, or choose another folder with --output."
+            )
+
+
+def _is_written(folder: Path, path: Path, same: str | None = None) -> bool:
+    """Whether ``path`` is free, as a command left it, or has the hash ``same``."""
+    if not path.is_file():
+        return not path.exists()
+    return _hash(path.read_bytes()) in (_read_list(folder).get(os.path.relpath(path, folder)), same)
 
 
 def _read_list(folder: Path) -> dict[str, str]:
