@@ -9,8 +9,8 @@ from calib.fit.parameters import TriadParameters
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, FloatArray
 from calib.poses.pose_set import PoseSet
+from calib.poses.triad_kind import TRIAD_KINDS
 
-REFERENCE = {"accelerometer": "gravity", "gyroscope": "the rate of the plate"}
 SHEET_TOLERANCE = 0.3
 """Of a gain, relative. Fact: gains lie within a few per cent of most data sheets, that of the
 paper's own MTi 28 % off."""
@@ -94,6 +94,7 @@ def gain_off_the_sheet(parameters: TriadParameters, spec: TriadSpec, triad: str)
     ratio: FloatArray = parameters.scale_counts_per_unit * spec.nominal_scale
     worst = int(np.argmax(np.abs(ratio - 1)))
     if abs(ratio[worst] - 1) > SHEET_TOLERANCE:
+        reference = TRIAD_KINDS[triad].reference
         named = np.isfinite(spec.full_scale)
         range_says = (
             f" (a range of {_range(spec.full_scale / ratio.mean(), triad)} instead of "
@@ -104,9 +105,9 @@ def gain_off_the_sheet(parameters: TriadParameters, spec: TriadSpec, triad: str)
         yield (
             f"the {triad}'s gain on {AXES[worst]} is {ratio[worst]:.2f} times the data sheet's"
             f"{range_says}. Either the data sheet is not this unit's (its range, bits or unit), "
-            f"which the calibration does not depend on, or {REFERENCE[triad]} is wrong by that "
+            f"which the calibration does not depend on, or {reference} is wrong by that "
             f"factor and the scale with it. Check the {triad}'s full scale and bits, and "
-            f"{REFERENCE[triad]}."
+            f"{reference}."
         )
 
 

@@ -25,7 +25,8 @@ import numpy as np
 
 from calib.effects.typical import Typical
 from calib.poses.conditions import Conditions
-from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, BoolArray, FloatArray, Triad
+from calib.poses.imu_log import AXES, SI_UNIT, BoolArray, FloatArray, Triad
+from calib.poses.triad_kind import TRIAD_KINDS
 
 REFERENCE_TEMPERATURE_C = 25.0
 """Temperature at which bias and scale are quoted once a temperature effect is in the model. Fact:
@@ -115,8 +116,8 @@ class Effect:
     page : Page
     acts_on : str
         ``reading``, ``sensor`` or ``reference``; see the module's docstring.
-    triads : tuple of str
-        For which triads it is.
+    only_for : tuple of str
+        The triads that it is for; empty where it is for every triad.
     shape : Shape or None
     needs : tuple of str
         What its columns are made of besides the vector; see :data:`Need`.
@@ -147,7 +148,7 @@ class Effect:
     physics: str
     page: Page
     acts_on: Literal["reading", "sensor", "reference"] = "sensor"
-    triads: tuple[Triad, ...] = TRIADS
+    only_for: tuple[Triad, ...] = ()
     shape: Shape | None = None
     needs: tuple[Need, ...] = ()
     logged: tuple[str, ...] = ()
@@ -158,6 +159,11 @@ class Effect:
     names_column: str | None = None
     follows_words: str = ""
     largest: float = math.inf
+
+    @property
+    def triads(self) -> tuple[str, ...]:
+        """Every triad that it is for."""
+        return self.only_for or tuple(TRIAD_KINDS)
 
     def unit_for(self, triad: str) -> str:
         """Unit of the parameters when the effect acts on ``triad``."""
@@ -206,7 +212,7 @@ class EffectFields(TypedDict, total=False):
     acts_on: Literal["reading", "sensor", "reference"]
     unit: Required[str]
     page: Required[Page]
-    triads: tuple[Triad, ...]
+    only_for: tuple[Triad, ...]
     shape: Shape | None
     needs: tuple[Need, ...]
     logged: tuple[str, ...]

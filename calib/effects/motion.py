@@ -13,7 +13,7 @@ from calib.poses.imu_log import AXES, FloatArray
     *(f"{k}{j}" for k in "xyz" for j in "xyz"),
     unit="(rad/s)/(m/s²)",
     needs=("force",),
-    triads=("gyroscope",),
+    only_for=("gyroscope",),
     page=Page(
         formula="e_k = Σ_j G_kj · f_j",
         expressions=("fx", "fy", "fz"),
@@ -40,7 +40,7 @@ def g_sensitivity(at: Conditions) -> FloatArray:
     *AXES,
     unit="(rad/s)/(m/s²)²",
     needs=("force",),
-    triads=("gyroscope",),
+    only_for=("gyroscope",),
     page=Page(
         formula="e_k = h_k · f_k²",
         expressions=("f**2",),
@@ -65,7 +65,7 @@ def g_squared_sensitivity(at: Conditions) -> FloatArray:
     belongs_to="bench",
     orthogonal=True,
     in_square=True,
-    triads=("accelerometer",),
+    only_for=("accelerometer",),
     page=Page(
         formula="e = Ω² (u (u·r) − r),  u the axis of the plate",
         typical={
@@ -92,7 +92,7 @@ def lever_arm(at: Conditions) -> FloatArray:
     needs=("force",),
     belongs_to="bench",
     orthogonal=True,
-    triads=("gyroscope",),
+    only_for=("gyroscope",),
     largest=EARTH_RATE_RAD_S,
     page=Page(
         formula="e = w · u,  u = f/|f|",

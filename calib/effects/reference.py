@@ -67,7 +67,7 @@ def reference_scale(at: Conditions) -> FloatArray:
     needs=("plate", "time"),
     constant_is="scale",
     belongs_to="bench",
-    triads=("gyroscope",),
+    only_for=("gyroscope",),
     page=Page(
         formula="m → m (1 + d · t)",
         typical={"record player": typical(between(0.1, 1, "%/h"), note="while the motor warms up")},
@@ -87,7 +87,7 @@ def reference_drift(at: Conditions) -> FloatArray:
     unit="1",
     needs=("plate",),
     belongs_to="bench",
-    triads=("gyroscope",),
+    only_for=("gyroscope",),
     page=Page(
         formula="m → m (1 + c · sign(Ω))",
         typical={"record player": typical(between(0.01, 0.1, "%"))},

@@ -10,17 +10,12 @@ from collections.abc import Iterable, Mapping
 
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.numbers import SECONDS_PER_HOUR
-
-ERROR_UNIT: Mapping[str, tuple[str, float]] = {
-    "m/s²": ("mm/s²", 1e3),
-    "rad/s": ("°/s", math.degrees(1.0)),
-}
-"""SI unit of a triad's readings -> unit of its errors, and how many of it one SI unit is."""
+from calib.poses.triad_kind import TRIAD_KINDS
 
 NUMERATORS: Mapping[str, tuple[str, float]] = {
-    **ERROR_UNIT, "rad": ("°", math.degrees(1.0)), "m": ("mm", 1e3), "1": ("%", 100.0),
+    "rad": ("°", math.degrees(1.0)), "m": ("mm", 1e3), "1": ("%", 100.0),
 }
-"""SI numerator -> unit, and how many of it one SI unit is."""
+"""SI numerator -> unit, and how many of it one SI unit is; those of readings are the triads'."""
 
 FINER: Mapping[str, tuple[str, float]] = {"°/s": ("°/h", SECONDS_PER_HOUR), "%": ("ppm", 1e4)}
 """The unit of small sizes, and how many of it the coarser unit is."""
@@ -64,7 +59,7 @@ def display_unit(unit: str, sizes: Iterable[float]) -> tuple[str, float]:
     numerator, rest = _split(unit)
     if numerator is None:
         return unit, 1.0
-    name, factor = NUMERATORS[numerator]
+    name, factor = _numerators()[numerator]
     below = rest.removeprefix("/").removeprefix(" per ")
     known, per = DENOMINATORS.get(below, (below, 1.0))
     factor *= per
@@ -76,10 +71,15 @@ def display_unit(unit: str, sizes: Iterable[float]) -> tuple[str, float]:
 
 
 def _split(unit: str) -> tuple[str | None, str]:
-    """The SI numerator of a unit, None if NUMERATORS has none of it, and what follows it."""
-    for numerator in NUMERATORS:
+    """The SI numerator of a unit, None where it has no known one, and what follows it."""
+    for numerator in _numerators():
         for form in (f"({numerator})", numerator):
             rest = unit.removeprefix(form)
             if rest != unit and (not rest or rest.startswith(("/", " per "))):
                 return numerator, rest
     return None, ""
+
+
+def _numerators() -> Mapping[str, tuple[str, float]]:
+    return {kind.unit: (kind.error_unit, kind.errors_per_unit)
+            for kind in TRIAD_KINDS.values()} | {**NUMERATORS}

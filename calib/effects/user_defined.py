@@ -16,7 +16,7 @@ from calib.effects.effect import Effect, Page, Shape, per_axis
 from calib.effects.expression import NEEDS, Expression, on_axis
 from calib.errors import CalibrationError, Undetermined
 from calib.poses.conditions import Conditions
-from calib.poses.imu_log import AXES, TRIADS, FloatArray, Triad
+from calib.poses.imu_log import AXES, FloatArray, Triad
 
 Per = Literal["axis", "common", "matrix", "reference"]
 ValueOf = Callable[..., FloatArray]
@@ -137,7 +137,7 @@ def user_effect(
         unit=unit,
         columns=lambda at, *shapes: arranged[per](values(at, *shapes), at),
         acts_on="reference" if per == "reference" else "sensor",
-        triads=TRIADS if triad is None else (triad,),
+        only_for=() if triad is None else (triad,),
         needs=tuple(dict.fromkeys(need for each, need in NEEDS.items()
                                   if each in names and not (measures_force and need == "force"))),
         logged=columns,

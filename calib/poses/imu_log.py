@@ -8,16 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.errors import UnusableLog
+from calib.poses.triad_kind import PerKind
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
 Triad = Literal["accelerometer", "gyroscope"]
-TRIADS: tuple[Triad, Triad] = ("accelerometer", "gyroscope")
+TRIADS: tuple[Triad, Triad] = ("accelerometer", "gyroscope")  #: those that a log holds
 AXES = ("x", "y", "z")
 TEMPERATURE = "temperature_c"  #: the column of the sensor's temperature, in every log
-SI_UNIT: Mapping[str, str] = {"accelerometer": "m/s²", "gyroscope": "rad/s"}
+SI_UNIT: Mapping[str, str] = PerKind(lambda kind: kind.unit)  #: of a triad's readings
 
 
 @dataclass(frozen=True, eq=False)

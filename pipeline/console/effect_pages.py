@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator
 
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import EFFECTS, Effect
-from calib.poses.imu_log import TRIADS
 from pipeline.errors import ConfigError
 from pipeline.text.names import nearest_name
 from pipeline.text.tables import table_lines
@@ -39,7 +38,7 @@ def catalogue_lines() -> Iterator[str]:
 
 
 def _triads(effect: Effect) -> str:
-    return "both" if effect.triads == TRIADS else " ".join(effect.triads)
+    return " ".join(effect.only_for) or "both"
 
 
 def page_lines(name: str, width: int = WIDTH) -> Iterator[str]:

@@ -3,14 +3,12 @@
 import math
 from collections.abc import Mapping
 
-from calib.effects.units import ERROR_UNIT
-from calib.poses.imu_log import SI_UNIT
+from calib.poses.triad_kind import PerKind
 from calib.rounding import with_sd as with_sd
 
 #: Unit in which a triad's errors are shown, and how many of it one SI unit is.
-DISPLAY: Mapping[str, tuple[str, float]] = {
-    triad: ERROR_UNIT[unit] for triad, unit in SI_UNIT.items()
-}
+DISPLAY: Mapping[str, tuple[str, float]] = PerKind(
+    lambda kind: (kind.error_unit, kind.errors_per_unit))
 NAME_WIDTH = 15  #: of a stage's name at the beginning of its line
 
 

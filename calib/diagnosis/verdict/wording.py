@@ -11,15 +11,13 @@ from calib.fit.least_squares.result import Fit
 from calib.fit.validation.prediction import Prediction
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import Triad
+from calib.poses.triad_kind import TRIAD_KINDS
 
 MORE_THAN_NOISE = 10.0
 """Residuals ten times the noise within the poses come from between them. It chooses words only."""
 
 
 NOTHING_MISSING = "Nothing is missing"  #: begins the text of that verdict
-
-ON_PAGES = {"accelerometer": "accelerometer", "gyroscope": "gyro"}
-"""How the pages of the catalogue call a triad."""
 
 
 def physics(name: str) -> str:
@@ -43,7 +41,7 @@ def what_separates(name: str, triad: Triad) -> str:
         return "poses in which its columns change while everything else stays"
     for part in words.split("; "):
         of, colon, rest = part.partition(": ")
-        if colon and of == ON_PAGES[triad]:
+        if colon and of == TRIAD_KINDS[triad].word:
             return rest
     return words
 
