@@ -78,9 +78,9 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "vision.video": [("orientation", "reduction", "av_decoder"), ("reader",)],
     "pipeline": [
-        ("errors", "text"), ("files",), ("logs",), ("devices",),
+        ("errors", "text"), ("files",), ("logs", "cameras"), ("devices",),
         ("config",), ("stages",),
-        ("results", "record", "plan", "model_change", "playback", "guess"),
+        ("results", "record", "plan", "model_change", "playback", "guess", "clock"),
         ("console", "export"), ("report",), ("session_folder",), ("fleet",), ("commands",),
         ("cli",),
         ("__main__",),

@@ -11,6 +11,7 @@ from pipeline.text.wrapping import NARROWEST, WIDEST, prose_width, wrapped
 COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("CONFIG", "Measure the rates, calibrate, diagnose, and write the report."),
     "rate": ("VIDEO...", "Measure the rate of a plate from clips."),
+    "clock": ("", "Measure the clock of a camera by filming this computer's screen."),
     "diagnose": ("CONFIG", "Print what the model misses and the next command to type."),
     "add": ("CONFIG TARGET", "Add an effect to the model and compare the errors."),
     "remove": ("CONFIG TARGET", "Remove an effect from the model and compare the errors."),

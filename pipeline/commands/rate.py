@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import click
 
@@ -13,6 +13,9 @@ from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import LONGEST_S, Finite, PathArgument
 from pipeline.commands.interaction.output import echo_json, echo_warnings, json_option, quiet_option
 from pipeline.config.units import FASTEST_RPM
+
+if TYPE_CHECKING:
+    from vision.rate.timebase import Timebase
 
 FILMED_S = 60.0  #: the clip that the guide asks for
 SLOWEST_FPS, FASTEST_FPS = 0.01, 1e5  #: from time lapse to high speed
@@ -33,6 +36,8 @@ SLOWEST_FPS, FASTEST_FPS = 0.01, 1e5  #: from time lapse to high speed
               help="Keep the clip that --camera films; default: delete it.")
 @click.option("--fps", type=Finite(min=SLOWEST_FPS, max=FASTEST_FPS),
               help="True frame rate, if the time stamps of the file are wrong.")
+@click.option("--clock", metavar="NAME",
+              help="Camera that filmed the clips, if `pipeline clock` has measured its clock.")
 @click.option("--nominal-rpm", type=Finite(min=0, min_open=True, max=FASTEST_RPM),
               help="Expected rate: a check, and the selection if several rates fit.")
 @click.option("--from", "from_s", type=Finite(min=0, max=LONGEST_S), metavar="SECONDS",
@@ -52,6 +57,7 @@ def command(
     seconds: float,
     keep: Path | None,
     fps: float | None,
+    clock: str | None,
     nominal_rpm: float | None,
     from_s: float | None,
     to_s: float | None,
@@ -72,11 +78,13 @@ def command(
         raise click.UsageError("--keep FILE.mkv needs --camera: it keeps the clip of the camera.")
     if from_s is not None and to_s is not None and to_s <= from_s:
         raise click.UsageError(f"--to {to_s:g} is not after --from {from_s:g}.")
+    if clock is not None and fps is not None:
+        raise click.UsageError("--clock and --fps both state the clock; give one of them.")
     if overlay is not None:
         _require_free(overlay, videos, force)
     with _filmed(camera, seconds, keep) as clip:
-        chosen = _Chosen(videos if clip is None else (clip,), fps, nominal_rpm, from_s, to_s, rim,
-                         "json" if as_json else "quiet" if quiet else "text")
+        chosen = _Chosen(videos if clip is None else (clip,), fps, clock, nominal_rpm, from_s, to_s,
+                         rim, "json" if as_json else "quiet" if quiet else "text")
         _measure(chosen, overlay)
 
 
@@ -86,6 +94,7 @@ class _Chosen:
 
     videos: tuple[Path, ...]
     fps: float | None
+    clock: str | None
     nominal_rpm: float | None
     from_s: float | None
     to_s: float | None
@@ -119,16 +128,32 @@ def _filmed(camera: int | None, seconds: float, keep: Path | None) -> Iterator[P
         yield clip
 
 
+def _clock(chosen: _Chosen) -> "Timebase":
+    """The clock of the clips: their own stamps, a frame rate, or a camera's that is known."""
+    from vision.rate.timebase import CLOCK_PPM, Timebase
+
+    if chosen.clock is None:
+        source: Literal["container", "constant"] = "container" if chosen.fps is None else "constant"
+        return Timebase(source=source, fps=chosen.fps, ppm=CLOCK_PPM[source])
+    from pipeline.cameras import cameras_file, known_cameras
+    from pipeline.stages.rate import camera_timebase
+
+    known = known_cameras()
+    if chosen.clock not in known:
+        raise click.UsageError(
+            f"--clock {chosen.clock}: {cameras_file()} has {', '.join(known) or 'no camera'}. "
+            f"Measure it (pipeline clock --camera {chosen.clock}).")
+    return camera_timebase(known[chosen.clock], chosen.videos)
+
+
 def _measure(chosen: _Chosen, overlay: Path | None) -> None:
     from pipeline.commands.interaction.progress import ClipProgress
     from pipeline.console.rate_text import clip_lines, rate_history_lines, rate_line
-    from pipeline.results.rate import rate_history_json, rate_section
     from pipeline.stages.context import RunContext
     from pipeline.stages.rate import draw_overlay, follow_clips, measure_setting
     from vision.errors import RateRefused
     from vision.geometry import PlateOverride
     from vision.rate.steady_part import ClipPart
-    from vision.rate.timebase import CLOCK_PPM, Timebase
 
     stems = [video.stem for video in chosen.videos]
     if len(set(stems)) < len(stems):
@@ -137,8 +162,7 @@ def _measure(chosen: _Chosen, overlay: Path | None) -> None:
             f"two clips have the name '{twice}', which is the key of the results. Rename one, or "
             f"measure them in two commands."
         )
-    source: Literal["container", "constant"] = "container" if chosen.fps is None else "constant"
-    clock = Timebase(source=source, fps=chosen.fps, ppm=CLOCK_PPM[source])
+    clock = _clock(chosen)
     part = ClipPart(chosen.from_s, chosen.to_s)
     rim = None if chosen.rim is None else PlateOverride(chosen.rim[:2], chosen.rim[2])
     with ClipProgress(chosen.shown != "quiet") as progress:
@@ -151,6 +175,8 @@ def _measure(chosen: _Chosen, overlay: Path | None) -> None:
                 stem, [track], clock, chosen.nominal_rpm, part=part))
         except RateRefused as refused:
             if refused.history is not None and chosen.shown == "json":
+                from pipeline.results.rate import rate_history_json
+
                 by_stem = {stem: rate_history_json(refused.history, str(refused))}
                 echo_json(by_stem)
             elif refused.history is not None:
@@ -163,6 +189,8 @@ def _measure(chosen: _Chosen, overlay: Path | None) -> None:
     for rate in rates:
         echo_warnings(rate.warnings)
     if chosen.shown == "json":
+        from pipeline.results.rate import rate_section
+
         by_name = {rate.name: rate_section(rate).as_json() for rate in rates}
         echo_json(by_name)
         return

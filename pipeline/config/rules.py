@@ -97,7 +97,12 @@ def rates(section: Values) -> Problems:
 
 
 def timebase(section: Values) -> Problems:
-    """A constant frame rate needs its value, time stamps take none."""
+    """A constant frame rate needs its value, time stamps take none; a known clock is complete."""
+    if "camera" in section:
+        for key in ("source", "fps", "ppm"):
+            if key in section:
+                yield key, "not with `camera`: the clock of that camera was measured. Delete one"
+        return
     if section.get("source") == "constant" and "fps" not in section:
         yield "fps", "is missing: `source: constant` takes the time from the frame rate"
     if section.get("source", "container") == "container" and "fps" in section:

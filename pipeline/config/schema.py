@@ -21,7 +21,9 @@ from pydantic import (
 from calib.earth import GREATEST_GRAVITY_M_S2, LEAST_GRAVITY_M_S2
 from calib.effects.catalogue import BASE
 from calib.mounting.levelling import Order
+from pipeline.cameras import known_cameras
 from pipeline.config.types import (
+    CameraName,
     Columns,
     Count,
     Effects,
@@ -59,15 +61,21 @@ class SiteSection(Section):
 # --- rates -------------------------------------------------------------------------------------
 
 class TimebaseSection(Section):
-    """Where a clip's time comes from: its own stamps, or a constant frame rate."""
+    """Where a clip's time comes from: its own stamps, or a constant frame rate.
+
+    ``camera`` names one whose clock was measured; its stamps are corrected by that.
+    """
 
     source: Literal["container", "constant"] = "container"
     fps: Positive | None = None
     ppm: Annotated[Number, Field(ge=0)] | None = None
+    camera: CameraName | None = None
 
     @property
     def relative_sd(self) -> float:
         """One standard deviation of the clock's rate, as a fraction."""
+        if self.camera is not None:
+            return known_cameras()[self.camera].sd_ppm * 1e-6
         ppm = CLOCK_PPM[self.source] if self.ppm is None else self.ppm
         return ppm * 1e-6
 

@@ -20,6 +20,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from calib.effects.catalogue import EFFECTS, UnknownEffect, find_effect
 from calib.effects.effect import OF_COLUMN
+from pipeline.cameras import cameras_file, known_cameras
 from pipeline.config.file_patterns import NoSuchFile, find_files
 from pipeline.files import LONGEST_NAME
 from pipeline.logs.columns import Renamed
@@ -204,6 +205,17 @@ def _folder_name(name: str) -> str:
     return name
 
 
+def _camera(name: str) -> str:
+    known = known_cameras()
+    if name not in known:
+        raise refusal(f"the clock of '{name}' is not known{nearest_name(name, tuple(known))}; "
+                      f"{cameras_file()} has: {', '.join(known) or 'none'}. Measure it "
+                      f"(pipeline clock --camera NAME), or copy its entry from the computer where "
+                      f"that was done")
+    return name
+
+
+CameraName = Annotated[str, AfterValidator(_camera)]
 FolderName = Annotated[str, AfterValidator(_folder_name)]
 RateName = Annotated[str, BeforeValidator(_rate_name)]
 UserEffectName = Annotated[str, AfterValidator(_user_effect_name)]

@@ -21,7 +21,9 @@ def config_lines(config: Config, poses: Mapping[Setting, int]) -> Iterator[str]:
     yield f"sensor         {config.sensor.name}"
     for name, rate in config.rate.items():
         if isinstance(rate, VideoRateSection):
-            clock = f"{rate.timebase.source} time, {rate.timebase.relative_sd * 1e6:g} ppm"
+            timebase = rate.timebase
+            source = f"clock of {timebase.camera}" if timebase.camera else f"{timebase.source} time"
+            clock = f"{source}, {timebase.relative_sd * 1e6:.4g} ppm"
             yield f"rate           {name}: {count(len(rate.video), 'clip')}, {clock}"
         else:
             value = f"{rate.rate_rad_s:g} ± {rate.sd_rad_s:g} rad/s"

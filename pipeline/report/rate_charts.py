@@ -75,6 +75,9 @@ def _facts(rate: SettingRate) -> Iterator[tuple[str, str]]:
         return
     yield "uncertainty from the frames", relative(rate.image_sd_rad_s / whole)
     yield "uncertainty from the clock", relative(rate.timebase_sd_rad_s / whole)
+    base = rate.timebase
+    if base is not None and base.camera:
+        yield "clock of the camera", f"{base.camera}, {base.fast_ppm:+.1f} ± {base.ppm:.1f} ppm"
     yield "turns", f"{sum(clip.revolutions for clip in rate.clips):.1f}"
     yield "frames", str(sum(clip.frames.used for clip in rate.clips))
     counted = [

@@ -10,6 +10,7 @@ from pipeline.results.json_values import Json, number, numbers
 from pipeline.results.schema.rate import (
     CandidateResult,
     ClipRate,
+    ClockResult,
     CountedRate,
     DiagnosisResult,
     FittedPart,
@@ -42,6 +43,7 @@ def rate_section(rate: SettingRate) -> RateResult:
             image_rad_s=rate.image_sd_rad_s if filmed else None,
             timebase_rad_s=rate.timebase_sd_rad_s if filmed else None,
         ),
+        clock=_clock(rate),
         source="video" if filmed else "stated",
         diagnosis=None if worst is None else _phase_diagnosis(worst.diagnosis),
         clips=[_clip(*each) for each in zip(rate.sources, rate.clips, strict=True)],
@@ -65,6 +67,14 @@ def rate_history_json(history: "RateHistory", refusal: str) -> Json:
             "angle_rad": numbers(angle.angle_rad),
         },
     }
+
+
+def _clock(rate: SettingRate) -> ClockResult | None:
+    """The measured clock of the camera, where the clips were filmed with one."""
+    base = rate.timebase
+    if base is None or not base.camera:
+        return None
+    return ClockResult(camera=base.camera, fast_ppm=base.fast_ppm, sd_ppm=base.ppm)
 
 
 def _mean_count(counts: "Sequence[FrameCount | None]") -> CountedRate | None:

@@ -1,15 +1,17 @@
 """The vision stage: every entry under ``rate:`` becomes the rate of one plate setting."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from calib.poses.reference import PlateRate
+from pipeline.cameras import known_cameras
 from pipeline.config.load import Config
 from pipeline.config.schema import KnownRateSection, PlateSection, TimebaseSection, VideoRateSection
 from pipeline.stages.context import RunContext
-from pipeline.stages.rate import SettingRate, follow_clips, measure_setting
+from pipeline.stages.rate import SettingRate, camera_timebase, follow_clips, measure_setting
 from vision.geometry import PlateOverride
 from vision.rate.steady_part import ClipPart
 from vision.rate.timebase import Timebase
@@ -42,7 +44,7 @@ def measure_rates(config: Config, context: RunContext) -> Mapping[str, SettingRa
         else measure_setting(
             name,
             [tracks[clip, rims[name]] for clip in rate.video],
-            clock(rate.timebase),
+            clock(rate.timebase, rate.video),
             rate.nominal_rpm,
             rate.model,
             ClipPart(rate.from_s, rate.to_s),
@@ -75,8 +77,10 @@ def stated_rate(name: str, rate: KnownRateSection) -> SettingRate:
     return SettingRate(name, plate, (), ())
 
 
-def clock(stated: TimebaseSection) -> Timebase:
-    """The time base as :mod:`vision` expects it."""
+def clock(stated: TimebaseSection, clips: Sequence[Path] = ()) -> Timebase:
+    """The time base of ``clips`` as :mod:`vision` expects it."""
+    if stated.camera is not None:
+        return camera_timebase(known_cameras()[stated.camera], clips)
     return Timebase(source=stated.source, fps=stated.fps, ppm=stated.relative_sd * 1e6)
 
 

@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from datetime import date
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.poses.reference import PlateRate
+from pipeline.cameras import CameraClock
 from pipeline.files import write_whole
 from pipeline.stages.context import RunContext
 
@@ -47,6 +49,8 @@ class SettingRate:
         What was measured in each of them.
     annotated : tuple of array of uint8, shape (b,)
         A PNG of one frame of each clip, with plate, centre and marks drawn in.
+    timebase : Timebase or None
+        The clock of the clips; None where the rate was stated.
     """
 
     name: str
@@ -54,6 +58,7 @@ class SettingRate:
     sources: tuple[str, ...]
     clips: "tuple[RateMeasurement, ...]"
     annotated: tuple[NDArray[np.uint8], ...] = ()
+    timebase: "Timebase | None" = None
 
     @property
     def rate_rad_s(self) -> float:
@@ -194,7 +199,20 @@ def measure_setting(
         sources=tuple(track.source for track in tracks),
         clips=clips,
         annotated=tuple(track.annotated for track in tracks),
+        timebase=timebase,
     )
+
+
+def camera_timebase(clock: CameraClock, clips: Sequence[Path]) -> "Timebase":
+    """The time base of clips by a camera whose clock was measured.
+
+    Its quartz has aged from the day of the measurement to that of the clips.
+    """
+    from vision.rate.timebase import Timebase
+
+    days = [date.fromtimestamp(clip.stat().st_mtime) for clip in clips if clip.exists()]
+    ppm = max((clock.sd_on(day) for day in days), default=clock.sd_ppm)
+    return Timebase(ppm=ppm, fast_ppm=clock.fast_ppm, camera=clock.name)
 
 
 def draw_overlay(

@@ -34,11 +34,18 @@ class Timebase:
     ppm : float
         Standard deviation of the clock's rate, parts per million. A quartz in a camera or phone
         keeps 20 to 100.
+    fast_ppm : float
+        The clock runs fast by so much, where that was measured: the rate is larger than by its
+        seconds.
+    camera : str
+        Whose clock was measured; empty where none was.
     """
 
     source: Literal["container", "constant"] = "container"
     fps: float | None = None
     ppm: float = 50.0
+    fast_ppm: float = 0.0
+    camera: str = ""
 
     def __post_init__(self) -> None:
         if self.source not in ("container", "constant"):
@@ -59,7 +66,7 @@ class Timebase:
             The container's stamps cannot be times of frames.
         """
         if self.fps is not None:
-            return np.arange(len(track.time_s)) / self.fps
+            return np.arange(len(track.time_s)) / self.fps / (1 + 1e-6 * self.fast_ppm)
         time = track.time_s
         step = np.diff(time)
         fps = 1 / max(float(np.median(step)), 1e-9)
@@ -75,4 +82,4 @@ class Timebase:
                 f"If the camera's frame rate is known, give it (--fps, or timebase: {{source: "
                 f"constant, fps: ...}}); otherwise record into .mp4 or .mkv."
             )
-        return time
+        return np.asarray(time / (1 + 1e-6 * self.fast_ppm)) if self.fast_ppm else time

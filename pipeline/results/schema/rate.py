@@ -2,6 +2,8 @@
 
 from typing import Literal
 
+from pydantic import Field
+
 from pipeline.results.schema.types import (
     Count,
     Direction,
@@ -54,6 +56,14 @@ class RateSds(Part):
     timebase_rad_s: MaybeSd = means("clock of the camera")
 
 
+class ClockResult(Part):
+    """The measured clock of a camera."""
+
+    camera: Text = means("its name")
+    fast_ppm: MaybeNumber = means("it runs fast by so much; the rate is corrected for that")
+    sd_ppm: MaybeSd = means("sd of that when the clips were filmed")
+
+
 class FittedPart(Part):
     """A fitted term of a phase track, or an effect that was added to the nine parameters."""
 
@@ -97,6 +107,8 @@ class RateResult(Part):
     phase_rms_rad: MaybeSd = means("residual of the phase")
     frame_count: CountedRate | None = means("the same by counting frames")
     sd_parts: RateSds = means("contributions to the sd")
+    clock: ClockResult | None = Field(
+        default=None, description="the clock of the camera, where `pipeline clock` measured it")
     source: Literal["video", "stated"] = means("where the rate comes from")
     diagnosis: DiagnosisResult | None = means("of the clip that the model fits worst")
     clips: list[ClipRate] = means("every clip")

@@ -1,0 +1,294 @@
+"""`pipeline clock`: a filmed screen, the computer's clock, and the session that uses the result."""
+
+import json
+import socket
+import struct
+import subprocess
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import asdict
+from datetime import date
+from pathlib import Path
+from urllib.error import HTTPError
+from urllib.request import Request, urlopen
+
+import numpy as np
+import pytest
+
+from pipeline.cameras import CameraClock, keep_camera, known_cameras
+from pipeline.clock.computer import KEPT_PPM, UNKEPT_PPM, ComputerClock, computer_clock
+from pipeline.clock.ntp import NTP_TO_UNIX_S, ServerAnswer, ServerRate, ServerWatch, server_rate
+from pipeline.clock.screen import HAND_RPM, DrawnHand, Report, ScreenServer, drawn_hand
+from pipeline.config.load import load_config
+from pipeline.errors import ConfigError, DeviceError
+from pipeline.stages.plate_settings import clock as timebase_of
+from tests import sessions
+from tests.pipeline.report.browser import CHROMIUM, QUIET
+from tests.vision.rendered_clips import small_scene
+from tests.world.film import Recorder, film
+from tests.world.screen import ScreenHand
+
+RATE = HAND_RPM * 2 * np.pi / 60
+Typed = Callable[..., tuple[int, str, str]]
+KNOWN = ComputerClock(False, 12.0, 2.0, "20 answers of the time server test")
+
+
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A user without cameras."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "user"))
+    return tmp_path
+
+
+@pytest.fixture
+def typed(capfdbinary: pytest.CaptureFixture[bytes]) -> Typed:
+    """A command: its exit code, what it printed, and what it said on standard error."""
+    def type_it(*words: str | Path) -> tuple[int, str, str]:
+        code = sessions.pipeline(*words)
+        done = capfdbinary.readouterr()
+        return code, done.out.decode(), done.err.decode()
+
+    return type_it
+
+
+def c920(measured: date = date(2026, 11, 23)) -> CameraClock:
+    return CameraClock("c920", 80.0, 4.0, {"frames": 1.0}, measured, "a test")
+
+
+def test_a_simulated_camera_80_ppm_off_is_found_within_8_ppm(home: Path, typed: Typed) -> None:
+    """The page runs 25 ppm fast, which its comparison with the computer tells."""
+    hand = ScreenHand(RATE, 59.93, 1 / 100, page_ppm=25.0, missed=0.003)
+    clip = home / "film.mp4"
+    film(clip, hand, small_scene(exposure_s=1 / 100, line_time_s=2e-5, noise=2.0), fps=10,
+         seconds=200, start_s=1.0, recorder=Recorder(clock_ppm=80), seed=5)
+    shown = DrawnHand(RATE, 59.93 / (1 + 25e-6), 25.0, 2.0, "a test", 0.003, 210, "2026-11-23")
+    screen = home / "screen.json"
+    screen.write_text(json.dumps(asdict(shown)), encoding="utf-8")
+    code, out, err = typed("clock", "--camera", "c920", "--clip", clip, "--screen", screen)
+    assert (code, err) == (0, "")
+    found = known_cameras()["c920"]
+    assert found.sd_ppm <= 8
+    assert abs(found.fast_ppm - 80) < found.sd_ppm
+    assert f"fast by {found.fast_ppm:.1f} ppm ± {found.sd_ppm:.1f} ppm" in out
+    for part, sd in found.parts_ppm.items():
+        assert f"{part:<22} {sd:5.1f} ppm" in out
+    assert "write `timebase: {camera: c920}`" in out
+    assert out.splitlines()[-1] == str(home / "user/turntable-imu-calibration/cameras.json")
+    assert found.fast_ppm == pytest.approx(80, abs=8)
+
+
+def test_a_film_of_something_else_is_refused_and_leaves_no_clock(home: Path, typed: Typed) -> None:
+    (home / "screen.json").write_text('{"rate_rad_s": -1}', encoding="utf-8")
+    code, _, err = typed("clock", "--camera", "c920", "--clip", "data/example/video/17rpm.mp4",
+                            "--screen", home / "screen.json")
+    assert code == 3
+    assert "describes no drawn hand" in err
+    code, _, err = typed("clock", "--camera", "c920", "--clip", "data/example/video/17rpm.mp4")
+    assert code == 3
+    assert "`pipeline clock --show`" in err
+    assert not known_cameras()
+
+
+@pytest.mark.parametrize(("options", "says"), [
+    (("--show", "--camera", "a"), "--show only draws"),
+    (("--clip", "film.mp4"), "--clip needs --camera NAME"),
+    (("--camera", "a", "--screen", "s.json"), "--screen belongs to --clip"),
+    (("--camera", "a", "--keep", "film.avi"), "--keep FILE.mkv"),
+    (("--camera", " "), "--camera needs a name"),
+])
+def test_options_that_make_no_sense_are_refused(
+    options: tuple[str, ...], says: str, typed: Typed
+) -> None:
+    code, _, err = typed("clock", *options)
+    assert code == 2
+    assert says in err
+
+
+CONFIG = """\
+rate:
+  slow: {{video: {clip}, timebase: {{{timebase}}}}}
+"""
+
+
+def test_a_session_uses_the_clock_and_its_age(home: Path, typed: Typed) -> None:
+    keep_camera(c920(date(2020, 1, 1)))
+    clip = Path("data/example/video/17rpm.mp4").resolve()
+    config = home / "config.yaml"
+    config.write_text(CONFIG.format(clip=clip, timebase="camera: c920"), encoding="utf-8")
+    code, _, err = typed("run", config, "--output", home / "run", "--json")
+    assert (code, err) == (0, "")
+    plain = home / "plain.yaml"
+    plain.write_text(CONFIG.format(clip=clip, timebase="ppm: 50"), encoding="utf-8")
+    assert typed("run", plain, "--output", home / "plain")[0] == 0
+    with_clock, without = (json.loads((home / name / "results.json").read_text())["rate"]["slow"]
+                           for name in ("run", "plain"))
+    # A clock that is fast makes the plate seem slow.
+    assert with_clock["rate_rad_s"] / without["rate_rad_s"] - 1 == pytest.approx(80e-6, abs=1e-9)
+    relative = with_clock["sd_parts"]["timebase_rad_s"] / with_clock["rate_rad_s"]
+    years = (date.fromtimestamp(clip.stat().st_mtime) - date(2020, 1, 1)).days / 365.25
+    assert 1e6 * relative == pytest.approx(np.hypot(4, 3 * years))
+    assert with_clock["clock"] == {"camera": "c920", "fast_ppm": 80.0,
+                                   "sd_ppm": pytest.approx(1e6 * relative)}
+    assert without["clock"] is None
+
+
+def test_a_camera_that_is_not_known_is_refused_with_those_that_are(home: Path) -> None:
+    keep_camera(c920())
+    config = home / "config.yaml"
+    clip = Path("data/example/video/17rpm.mp4").resolve()
+    config.write_text(CONFIG.format(clip=clip, timebase="camera: c290"), encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"config.yaml:2: .*'c290' is not known.*'c920'"):
+        load_config(config)
+    config.write_text(CONFIG.format(clip=clip, timebase="camera: c920, ppm: 5"), encoding="utf-8")
+    with pytest.raises(ConfigError, match="not with `camera`"):
+        load_config(config)
+
+
+def test_pipeline_rate_takes_the_clock_of_a_camera(home: Path, typed: Typed) -> None:
+    keep_camera(c920())
+    clip = "data/example/video/17rpm.mp4"
+    rates = [json.loads(typed("rate", clip, "--json", *options)[1])["17rpm"]["rate_rad_s"]
+             for options in (("--clock", "c920"), ())]
+    assert rates[0] / rates[1] - 1 == pytest.approx(80e-6, abs=1e-9)
+    code, _, err = typed("rate", clip, "--clock", "other")
+    assert code == 2
+    assert "c920" in err
+
+
+def test_clocks_are_listed_and_a_damaged_file_is_named(home: Path, typed: Typed) -> None:
+    path = keep_camera(c920())
+    keep_camera(CameraClock("phone", -3.0, 5.0, {}, date(2026, 1, 1), "a test"))
+    code, out, _ = typed("clock")
+    assert code == 0
+    assert [line.split()[:3] for line in out.splitlines()[:2]] == [
+        ["clock", "c920", "fast"], ["clock", "phone", "slow"]]
+    path.write_text('{"cameras": {"c920": {"fast_ppm": "80"}}}', encoding="utf-8")
+    code, _, err = typed("clock")
+    assert code == 3
+    assert str(path) in err
+
+
+# --- the computer ------------------------------------------------------------------------------
+
+
+def reports(page_ppm: float, seconds: int = 300, gap_s: float = 0.0, seed: int = 1) -> list[Report]:
+    """A page at 60 Hz whose clock is off, that reports once a second, a little late."""
+    rng = np.random.default_rng(seed)
+    made = []
+    for k in range(seconds):
+        true = k + np.arange(60) / 60 + (gap_s if k > 30 else 0.0)
+        page = true * (1 + 1e-6 * page_ppm)
+        late = rng.exponential(1e-3) + (0.2 if rng.random() < 0.02 else 0.0)
+        made.append(Report(1e4 + true[-1] + late, 1e9 + true[-1] + late, float(page[-1]),
+                           tuple(page)))
+    return made
+
+
+def test_the_clock_of_the_page_is_compared_with_the_computer_s() -> None:
+    found = [drawn_hand(reports(40.0, seed=seed), KNOWN, "2026-11-23") for seed in range(10)]
+    error = np.array([hand.page_fast_ppm - (40 + 12) for hand in found])
+    assert np.abs(error).max() < 3
+    assert all(2 <= hand.sd_ppm < 4 for hand in found)
+    assert found[0].refresh_hz == pytest.approx(60 / (1 + 40e-6), rel=1e-7)
+
+
+def test_a_page_that_was_not_in_front_is_refused() -> None:
+    with pytest.raises(DeviceError, match=r"not drawn for 2\.0 s"):
+        drawn_hand(reports(0.0, gap_s=2.0), KNOWN, "2026-11-23")
+    with pytest.raises(DeviceError, match="drawn for 10 s"):
+        drawn_hand(reports(0.0, seconds=10), KNOWN, "2026-11-23")
+
+
+def test_answers_of_a_server_give_the_rate_and_an_honest_sd() -> None:
+    """Delays of milliseconds that come and go, on one way only."""
+    scores = []
+    for seed in range(60):
+        rng = np.random.default_rng([seed, 5])
+        local = np.arange(20) * 16.0
+        wait = rng.exponential(2e-3, 20)
+        ahead = 1e9 + local * 30e-6 - wait / 2 + 2e-4 * rng.standard_normal(20)
+        answers = [ServerAnswer(float(t), float(a), float(0.02 + w))
+                   for t, a, w in zip(local, ahead, wait, strict=True)]
+        found = server_rate(answers)
+        assert found is not None
+        scores.append((found.rate - 30e-6) / found.sd)
+        assert found.sd < 6e-6
+    assert 0.5 < np.sqrt(np.mean(np.square(scores))) < 1.6
+    assert server_rate(answers[:5]) is None
+
+
+@pytest.fixture
+def time_server() -> Iterator[int]:
+    """A time server on the loopback address, whose clock is true; its port."""
+    line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    line.bind(("127.0.0.1", 0))
+    line.settimeout(0.1)
+    ended = threading.Event()
+
+    def serve() -> None:
+        while not ended.is_set():
+            try:
+                _, asker = line.recvfrom(512)
+            except TimeoutError:
+                continue
+            now = time.time() + NTP_TO_UNIX_S
+            stamp = struct.pack("!2I", int(now), int(now % 1 * 2**32))
+            line.sendto(b"\x24\x02" + 30 * b"\0" + 2 * stamp, asker)
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    yield line.getsockname()[1]
+    ended.set()
+    thread.join()
+    line.close()
+
+
+def test_a_server_is_asked_again_and_again(time_server: int) -> None:
+    watch = ServerWatch("127.0.0.1", time_server, every_s=0.02)
+    watch.start()
+    time.sleep(0.5)
+    answers = watch.stop()
+    assert len(answers) > 8
+    offset = time.time() - time.monotonic()
+    assert [each.ahead_s for each in answers] == pytest.approx([offset] * len(answers), abs=0.05)
+
+
+def test_what_is_known_of_the_computer_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    measured = computer_clock("ntp.test", ServerRate(-20e-6, 1e-6, 19))
+    assert (measured.fast_ppm, measured.sd_ppm) == (pytest.approx(20), pytest.approx(1))
+    assert "19 answers of the time server ntp.test" in measured.how
+    for kept, sd, words in ((True, KEPT_PPM, "keeps"), (False, UNKEPT_PPM, "quartz alone"),
+                            (None, UNKEPT_PPM, "does not say")):
+        monkeypatch.setattr("pipeline.clock.computer.kept_by_system", lambda kept=kept: kept)
+        found = computer_clock("ntp.test", None)
+        assert (found.sd_ppm, found.by_wall) == (sd, bool(kept))
+        assert words in found.how
+
+
+def test_the_page_draws_in_a_browser_and_reports_its_refreshes() -> None:
+    server = ScreenServer()
+    with subprocess.Popen([CHROMIUM, *QUIET, server.url], stdout=subprocess.DEVNULL,
+                          stderr=subprocess.DEVNULL) as browser:
+        deadline = time.monotonic() + 30
+        while len(server.reports) < 3 and time.monotonic() < deadline:
+            time.sleep(0.1)
+        browser.terminate()
+    with pytest.raises(HTTPError, match="404"):
+        urlopen(server.url.rsplit("/", 2)[0] + "/")  # without the token
+    with pytest.raises(HTTPError, match="400"):
+        urlopen(Request(f"{server.url}refreshes", data=b"[]", method="POST"))
+    server.stop()
+    assert len(server.reports) >= 3
+    last = server.reports[-1]
+    assert len(last.refreshes_s) > 5
+    assert last.refreshes_s[-1] == pytest.approx(last.now_s, abs=0.5)
+
+
+def test_a_timebase_of_a_camera_is_corrected(home: Path) -> None:
+    keep_camera(c920())
+    config = home / "config.yaml"
+    clip = Path("data/example/video/17rpm.mp4").resolve()
+    config.write_text(CONFIG.format(clip=clip, timebase="camera: c920"), encoding="utf-8")
+    base = timebase_of(load_config(config).rate["slow"].timebase)  # type: ignore[union-attr]
+    assert (base.fast_ppm, base.ppm, base.camera) == (80.0, 4.0, "c920")
