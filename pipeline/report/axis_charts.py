@@ -1,17 +1,14 @@
 """Where the model fails, axis by axis: partial residuals of the effects worth showing."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import OF_COLUMN, Effect
-from calib.poses.imu_log import FloatArray
-from pipeline.report.effect_fit import whitened_columns
 from pipeline.report.partial_residuals import REFERENCE, Panel, panels
-from pipeline.report.refit_data import best_shape
+from pipeline.report.refitted import Refits
 from pipeline.report.svg import (
     PLAIN,
     SMALL,
@@ -55,46 +52,28 @@ class AxisCharts:
         return tuple(panel_figure(self.effect, panel, limit) for panel in self.panels)
 
 
-def axis_charts(
-    result: TriadResult, defined: Mapping[str, Effect] | None = None
-) -> tuple[AxisCharts, ...]:
+def axis_charts(result: TriadResult, refits: Refits) -> tuple[AxisCharts, ...]:
     """The panels of every effect worth showing: the verdict's first, then the covariates'.
 
-    ``defined`` are the user's own effects.
+    ``refits`` are those of the same triad.
     """
     leading = list(_leading(result))
     charts: list[AxisCharts] = []
     known: set[tuple[str, ...]] = set()  # a column and an effect of it have the same panels
     for name in dict.fromkeys([*leading, *_credible(result), *_covariates(result)]):
-        effect = _effect_named(name, defined or {})
-        if effect is None or result.triad not in effect.triads:
+        effect = refits.effect(name)
+        if effect is None or result.triad not in effect.triads or effect.acts_on == "reading":
             continue
-        beside = _beside(result, name, defined or {})
-        shown = panels(result.calibration.fit, effect, _shape(result, effect), beside)
+        # Beside the other effects that the verdict names together with this one.
+        names = result.diagnosis.names if name in result.diagnosis.names else ()
+        beside = list(dict.fromkeys([*refits.run.added, *names, name]))
+        joint = refits.of(beside) or refits.about_mean(beside)
+        shown = () if joint is None else panels(joint.fit, effect)
         drawn = tuple(f"{p.axis} {p.against} {p.per} {p.slope:.4g}" for p in shown)
         if shown and drawn not in known:
             known.add(drawn)
             charts.append(_charts(result, effect, shown, name in leading))
     return tuple(charts)
-
-
-def _beside(
-    result: TriadResult, name: str, defined: Mapping[str, Effect]
-) -> list[FloatArray]:
-    """Columns of the other effects that the verdict names together with this one."""
-    names = result.diagnosis.names if name in result.diagnosis.names else ()
-    others = [_effect_named(each, defined) for each in names if each != name]
-    return [whitened_columns(result.calibration.fit, other, _shape(result, other))
-            for other in others if other is not None]
-
-
-def _effect_named(name: str, defined: Mapping[str, Effect]) -> Effect | None:
-    if name in defined:
-        return defined[name]
-    try:
-        return find_effect(name)
-    except UnknownEffect:  # a hypothesis without columns: a step, a bad pose
-        return None
 
 
 def _leading(result: TriadResult) -> Iterator[str]:
@@ -124,13 +103,6 @@ def _covariates(result: TriadResult) -> Iterator[str]:
              ATTITUDE[result.triad], PLATE]
     unseen = {*result.diagnosis.blind, *result.diagnosis.unavailable}
     yield from (name for name in shown if name not in unseen)
-
-
-def _shape(result: TriadResult, effect: Effect) -> float | None:
-    fit = result.calibration.fit
-    if effect.shape is None or effect.name in fit.model.names:
-        return None
-    return best_shape(fit, effect)
 
 
 def _charts(

@@ -20,6 +20,7 @@ from calib.effects.effect import Effect
 from calib.effects.units import display_unit
 from calib.poses.imu_log import AXES, FloatArray, Triad
 from pipeline.report.fingerprint import Fingerprint, fingerprint, fingerprint_svg
+from pipeline.report.refitted import Refits
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import with_minus_signs, with_sd
@@ -87,7 +88,7 @@ class EffectCard:
 
 
 def effect_cards(
-    result: TriadResult, payload: Json, defined: Mapping[str, Effect], drawings: Sequence[str]
+    result: TriadResult, payload: Json, refits: Refits, drawings: Sequence[str]
 ) -> tuple[EffectCard, ...]:
     """A card for every effect of the triad, the expanded ones first.
 
@@ -95,15 +96,15 @@ def effect_cards(
     ----------
     result : TriadResult
     payload : dict
-        :func:`pipeline.report.refit_data.refit_json` of the same triad.
-    defined : mapping of name to Effect
-        The user's effects.
+        :func:`pipeline.report.refit_table.refit_json` of the same triad.
+    refits : Refits
+        Of the same triad.
     drawings : sequence of str
         Names of the macros that draw.
     """
     entries = {each["name"]: each for each in payload["effects"]}
-    cards = [_card(result, payload, effect, entries.get(effect.name), drawings)
-             for effect in _effects(result, entries, defined)]
+    cards = [_card(result, refits, effect, entries.get(effect.name), drawings)
+             for effect in _effects(result, entries, refits.defined)]
     return tuple(sorted(cards, key=lambda card: not card.expanded))
 
 
@@ -121,14 +122,14 @@ def _effects(
 
 
 def _card(
-    result: TriadResult, payload: Json, effect: Effect, entry: Json | None,
+    result: TriadResult, refits: Refits, effect: Effect, entry: Json | None,
     drawings: Sequence[str],
 ) -> EffectCard:
     candidate = next((c for c in result.diagnosis.ranking
                       if c.kind == "listed" and c.name == effect.name), None)
     standing = _standing(result, effect)
     seen = entry is not None and entry["reason"] is None
-    shape = fingerprint(payload, entry) if entry is not None and seen else None
+    shape = fingerprint(refits, effect.name) if seen else None
     named = effect.name if effect.name in drawings else None
     listed = effect.name in EFFECTS
     return EffectCard(
@@ -142,7 +143,7 @@ def _card(
         source=effect.page.source,
         size=_size_table(result, effect, candidate),
         fingerprint="" if shape is None else fingerprint_svg(
-            shape, effect.name, payload, result.calibration.fit.poses.run),
+            shape, effect.name, result.calibration.fit),
         caption="" if shape is None else _caption(effect, shape),
         confused=effect.page.confounded,
         confused_here=_confused_here(effect, entry, shape),

@@ -1,8 +1,8 @@
 """The fingerprint of an effect in the poses of a session, under the residual that was measured.
 
-Both are whitened and have everything else that the model holds projected out: the fingerprint is
-what the effect leaves in these rows, at the size that fits best. An effect that is there has the
-pattern of the residual; of one that is not there no more than the noise is fitted.
+The fingerprint is what the exact fits with and without the effect differ by, row by row. An effect
+that is there has the pattern of the residual; of one that is not there no more than the noise is
+fitted.
 """
 
 from collections.abc import Sequence
@@ -11,18 +11,17 @@ from html import escape
 
 import numpy as np
 
+from calib.fit.least_squares.result import Fit
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
-from pipeline.report.effect_fit import over_all_rows
+from pipeline.report.refitted import Refits
 from pipeline.report.svg import PLAIN, Canvas, drawing, pixel, tick_text
-from pipeline.results.json_values import Json
 
 LEFT, RIGHT = 44.0, 4.0  #: px of the drawing beside the strips; layout
 STRIP, GAP, TOP, FOOT = 52.0, 28.0, 16.0, 16.0  #: height of a strip, and the room about it
 NOISE = 1.0  #: sd of a whitened row
 REACH = 4.0  #: sds that a strip shows at least
 LETTER = 9.5  #: width of a letter of a run's name on a phone
-RANK = 1e-2  #: combinations of parameters that the rows show less than this are not fitted
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,39 +46,34 @@ class Fingerprint:
     explained: float
 
 
-def fingerprint(payload: Json, entry: Json) -> Fingerprint:
-    """The fingerprint of one of the effects in :func:`pipeline.report.refit_data.refit_json`.
+def fingerprint(refits: Refits, name: str) -> Fingerprint | None:
+    """The fingerprint of one effect; None where these poses do not determine it.
 
-    Parameters
-    ----------
-    payload : dict
-        Rows and columns of one triad.
-    entry : dict
-        An effect among them that can be ticked.
+    ``refits`` are those of the triad.
     """
-    y, d = np.array(payload["y"]), len(payload["row_pose"])
-    others = [column for each in payload["effects"]
-              if each["in_model"] and each["name"] != entry["name"] for column in each["columns"]]
-    known = over_all_rows(np.array(others).reshape(len(others), d).T, len(y))
-    q, _ = np.linalg.qr(np.hstack([np.array(payload["base"]).T, known]))
-    columns = over_all_rows(np.array(entry["columns"]).T, len(y))
-    visible = columns - q @ (q.T @ columns)
-    measured = y - q @ (q.T @ y)
-    pattern = visible @ np.linalg.lstsq(visible, measured, rcond=RANK)[0]
-    whole = float(measured @ measured)
+    run = refits.run.added
+    other = refits.flipped(name)
+    if other is None:
+        return None
+    with_it, without = (refits.run, other) if name in run else (other, refits.run)
+    d = with_it.fit.equations.data_count
+    measured, after = (each.fit.rows.residual[:d] for each in (without, with_it))
+    where = with_it.fit.model.slices()[name]
+    columns = with_it.fit.rows.jacobian[:, where]
+    others = np.delete(with_it.fit.rows.jacobian, np.r_[where], axis=1)
+    others = others / np.maximum(np.sqrt((others**2).sum(axis=0)), NO_LENGTH)
+    visible = columns - others @ np.linalg.lstsq(others, columns, rcond=None)[0]
+    chi2 = float(measured @ measured)
     return Fingerprint(
-        measured[:d], pattern[:d],
+        measured, measured - after,
         float(np.sqrt((visible**2).sum() / max((columns**2).sum(), NO_LENGTH))),
-        float(pattern @ pattern) / whole if whole > 0 else 0.0,
+        max(1 - float(after @ after) / chi2, 0.0) if chi2 > 0 else 0.0,
     )
 
 
-def fingerprint_svg(shape: Fingerprint, name: str, payload: Json, runs: Sequence[str]) -> str:
-    """Two strips, a bar for every row: measured above, the fingerprint below, on one scale.
-
-    ``runs`` names the run of every pose.
-    """
-    poses = np.array(payload["row_pose"])
+def fingerprint_svg(shape: Fingerprint, name: str, fit: Fit) -> str:
+    """Two strips, a bar for every row: measured above, the fingerprint below, on one scale."""
+    poses, runs = fit.equations.row_pose, fit.poses.run
     order = np.argsort(poses, kind="stable")
     reach = max(REACH, float(np.abs([shape.measured, shape.pattern]).max()))
     step = (PLAIN.width - LEFT - RIGHT) / len(order)

@@ -5,10 +5,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from calib.fit.least_squares.gauss_newton import HUBER_SD
 from pipeline.console.answers import RATES, Answer, answers_of, headline
 from pipeline.console.run_text import triad_figures
-from pipeline.report.added_variable import added_variable_figure
 from pipeline.report.axis_charts import axis_charts, lead_panel
 from pipeline.report.candidate_table import RANKED, candidate_rows, limit_rows
 from pipeline.report.effect_cards import effect_cards
@@ -25,7 +23,8 @@ from pipeline.report.pose_charts import (
 )
 from pipeline.report.pose_sphere import excluded_rows, pose_rows, sphere_json
 from pipeline.report.rate_charts import rate_view
-from pipeline.report.refit_data import constants_json, refit_json
+from pipeline.report.refit_table import constants_json, refit_json
+from pipeline.report.refitted import Refits
 from pipeline.report.tables import budget_rows, parameter_groups
 from pipeline.results.history import Step
 from pipeline.results.write import config_sha256
@@ -127,13 +126,12 @@ def _triad_view(
     # Python code among them has run before in this run, or there would be no outcome.
     defined = user_effects(outcome.config, result.triad, allow_python=True)
     section = getattr(outcome.config, result.triad)
-    payload = refit_json(result, defined) | {
-        "poses": sphere_json(outcome, result),
-        "huber_sd": HUBER_SD if section.loss == "huber" else None,
-    }
+    refits = Refits(result, defined, section.loss == "huber")
+    payload = refit_json(result, refits, outcome.config.source.path) | {
+        "poses": sphere_json(outcome, result)}
     certificate = compare_with_certificate(outcome.config, result)
     calibration = result.calibration
-    axes = axis_charts(result, defined)
+    axes = axis_charts(result, refits)
     lead = lead_panel(result, axes)
     return {
         "name": result.triad,
@@ -149,7 +147,7 @@ def _triad_view(
         "gravity": result.gravity,
         "payload": payload,
         "effects": payload["effects"],
-        "cards": effect_cards(result, payload, defined, drawings),
+        "cards": effect_cards(result, payload, refits, drawings),
         "residual": residual_figure(result),
         "legend": run_legend(result),
         "axes": axes,
@@ -159,7 +157,6 @@ def _triad_view(
         "coverage": coverage_figure(result),
         "pose_rows": pose_rows(result),
         "excluded_rows": excluded_rows(result),
-        "added": added_variable_figure(result, payload),
         "staircase": staircase(result.triad, history),
         "candidates": candidate_rows(result),
         "limits": tuple(limit_rows(result)),

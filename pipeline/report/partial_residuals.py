@@ -1,13 +1,11 @@
 """Partial residuals: the error of every axis against the quantity that drives an effect.
 
 The residual of a magnitude changes its sign with the attitude of the pose, so that an error of one
-axis looks like noise in it. With y the whitened residual, J the Jacobian of the model, h_a the
-whitened change of every row per unit error of sensitive axis a, and C = h_a E_aj the columns of the
-effect,
+axis looks like noise in it. With θ and the whitened residual r of the exact fit with the effect,
+h_a the whitened change of every row per unit error of sensitive axis a, and E the errors of the
+axes per unit of each parameter,
 
-    θ      least squares of y on C, with J projected out of both
-    after  residual of the model with the effect
-    error of axis a in pose p      Σ h after / Σ h² + θ_j E_aj,    sd  1 / sqrt(Σ h²)
+    error of axis a in pose p      Σ h r / Σ h² + θ_j E_aj,    sd  1 / sqrt(Σ h²)
 
 the sums over the rows of the pose (Cook & Weisberg, Residuals and Influence in Regression, 1982,
 2.3). An effect proportional to the reading of its axis is shown as a change of scale; an effect on
@@ -15,30 +13,26 @@ the reference as a relative error of the reference, pose by pose; :mod:`pipeline
 says against what.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from calib.effects.effect import Effect
+from calib.effects.variation import about_mean
 from calib.errors import Undetermined
 from calib.fit.least_squares.result import Fit
+from calib.fit.rows.sensitive_axes import ALIGNED
+from calib.fit.validation.leave_one_out import compare
 from calib.numbers import NO_LENGTH
 from calib.poses.conditions import FIELDS, Conditions
 from calib.poses.imu_log import AXES, FloatArray, IntArray
-from pipeline.report.drivers import NOTHING, Dependence, Driver, dependence
-from pipeline.report.effect_fit import (
-    Rows,
-    error_per_pose,
-    errors_of,
-    reference_rows,
-    sensed_conditions,
-    solve_effect,
-)
+from pipeline.report.drivers import Dependence, Driver, dependence
 from pipeline.text.formatting import DISPLAY
 
+Rows = tuple[FloatArray, FloatArray]
 PPM = 1e6  #: by definition
 GRID = 60  #: points of a drawn curve
 POOREST = 2.5  #: times the best sd of an axis: poses that say less about it are not shown
@@ -99,38 +93,29 @@ class _Parameter:
         return np.asarray(self.effect.evaluate(at, self.shape)[:, self.a, self.j])
 
 
-def panels(
-    fit: Fit, effect: Effect, shape: float | None = None, beside: Sequence[FloatArray] = ()
-) -> tuple[Panel, ...]:
+def panels(fit: Fit, effect: Effect) -> tuple[Panel, ...]:
     """A panel for every parameter of ``effect``; none where these poses do not determine it.
 
     Parameters
     ----------
     fit : Fit
-        With or without ``effect`` in its model.
+        With ``effect`` in its model, and with the other effects that are missing too.
     effect : Effect
         Acting on the sensor or on the reference.
-    shape : float, optional
-        Value of its shape parameter; by default the fitted one, else the first start.
-    beside : sequence of array, shape (d, k)
-        Whitened columns of other effects that are missing too, as
-        :func:`pipeline.report.effect_fit.whitened_columns` makes them; fitted with this one.
     """
+    where = fit.model.slices()[effect.name]
+    if effect.acts_on == "reading" or not fit.determined[where].all():
+        return ()
     if effect.acts_on == "reference":
-        return tuple(_reference_panels(fit, effect, shape, beside))
-    if effect.acts_on != "sensor":
-        return ()
+        return tuple(_reference_panels(fit, effect))
     equations, s = fit.equations, fit.rows.vector
-    value = fit.shapes.get(effect.name, shape)
-    turn, at = sensed_conditions(fit, effect)
-    errors = errors_of(fit, effect, at, value)
-    columns = equations.whitened(turn @ errors, s)
-    if (np.abs(columns).max(axis=0) <= NOTHING * np.abs(errors).max() / equations.typical_sd).any():
-        return ()  # the rows do not see it: what they show is rounding
-    solved = solve_effect(fit, effect, columns, beside)
-    if solved is None:
-        return ()
-    theta, theta_sd, after = solved
+    value, theta = fit.shapes.get(effect.name), fit.theta[where]
+    theta_sd = np.sqrt(np.diag(fit.cov)[where])
+    axes = ALIGNED if effect.orthogonal else fit.rows.axes
+    turn, at = axes.to_orthogonal, equations.conditions(s)
+    at = replace(at, vector=axes.sensed(at.vector))
+    errors = about_mean(effect, fit.model.names).evaluate(at, value)
+    after = fit.rows.residual[: equations.data_count]
     sensitivity = equations.whitened(np.tile(turn, (len(s), 1, 1)), s)
     try:
         depends = dependence(fit.poses.triad, effect, value, at)
@@ -143,7 +128,7 @@ def panels(
             continue
         a = int(strength.argmax())
         parameter = _Parameter(effect, value, at, a, j, float(theta[j]), float(theta_sd[j]))
-        rows = error_per_pose(fit, sensitivity[:, a], after)
+        rows = _error_per_pose(fit, sensitivity[:, a], after)
         shown.append(_panel(fit, parameter, depends, rows))
     return tuple(panel for panel in shown if panel is not None)
 
@@ -223,23 +208,25 @@ def _against_itself(fit: Fit, of: _Parameter, rows: Rows) -> Panel | None:
     )
 
 
-def _reference_panels(
-    fit: Fit, effect: Effect, shape: float | None, beside: Sequence[FloatArray]
-) -> Iterator[Panel]:
+def _error_per_pose(fit: Fit, h: FloatArray, after: FloatArray) -> Rows:
+    """Error of one axis that remains in every pose, and its sd, SI (n,); infinite where unseen."""
+    pose, n = fit.equations.row_pose, len(fit.poses)
+    weight = np.bincount(pose, h**2, n)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.bincount(pose, h * after, n) / weight, 1 / np.sqrt(weight)
+
+
+def _reference_panels(fit: Fit, effect: Effect) -> Iterator[Panel]:
     """The relative error of the reference in every pose, in the order of the runs."""
-    equations = fit.equations
-    at = equations.conditions(fit.rows.vector)
     magnitude, n = fit.poses.reference.magnitude, len(fit.poses)
-    turning = equations.magnitude
+    turning = np.flatnonzero(~fit.poses.reference.is_null)
     if len(turning) < FEWEST:
         return
-    weight = reference_rows(fit)
-    columns = effect.evaluate(at, fit.shapes.get(effect.name, shape))
-    solved = solve_effect(fit, effect, weight * columns[equations.row_pose], beside)
-    if solved is None:
-        return
-    theta, _, after = solved
-    error, sd = error_per_pose(fit, weight[:, 0], after)
+    at = fit.equations.conditions(fit.rows.vector)
+    columns = effect.evaluate(at, fit.shapes.get(effect.name))
+    theta = fit.theta[fit.model.slices()[effect.name]]
+    poses = compare(fit).poses
+    error, sd = (np.array([getattr(pose, name) for pose in poses]) for name in ("residual", "sd"))
     relative = PPM / magnitude[turning]
     position = np.arange(n, dtype=float)[turning]
     for j, name in enumerate(effect.parameters):

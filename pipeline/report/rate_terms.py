@@ -1,18 +1,17 @@
-"""What the boxes of a plate setting refit with: the phase residual of a clip by term.
+"""What the boxes of a plate setting look up: the phase residual of a clip by its terms.
 
-With r the angle residual of the frames in use without any term, X_t the columns of term t, the
-constant rate projected out of both, the page solves for the ticked terms
-
-    (XᵀX) β = Xᵀr,     RMS² = (rᵀr − (Xᵀr)ᵀβ) / n
-
-on XᵀX, Xᵀr and rᵀr of all frames; r and X themselves come for the frames that the charts show.
-Columns are scaled to an RMS of 1, angles are in degrees.
+With r the angle residual of the frames in use without any term and X the columns of the terms, the
+constant rate projected out of both, every set of terms is fitted here by least squares of r on its
+columns. The page carries the RMS and the coefficients of each set; r and X themselves come for the
+frames that the charts show. Columns are scaled to an RMS of 1, angles are in degrees.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from calib.fit.column_scaling import RANK_TOLERANCE
 from calib.poses.imu_log import FloatArray, IntArray
 from pipeline.report.payload import rounded
 from pipeline.report.svg import nice_limit, thinned
@@ -21,7 +20,7 @@ from pipeline.stages.rate import SettingRate
 from vision.rate.diagnosis import THRESHOLDS
 from vision.rate.terms import CONSTANT_RATE, MEANING, StatedFit
 
-DIGITS, DIGITS_SHOWN = 8, 3  #: of the sums that the page solves; of the dots that it draws
+DIGITS_SHOWN = 3  #: of the dots that the page draws
 MOST_DOTS = 400  #: of a chart of the phase; a clip of a minute has two to four times as many
 SHOWN_SHARE = 99.5  #: per cent of the residuals that a chart of the phase shows
 ANGLE_BINS = 36  #: of 10°: half a wave of a twice-per-turn term has nine; chosen
@@ -73,20 +72,35 @@ def rate_terms_json(rate: SettingRate, number: int) -> Json:
         "setting": rate.name,
         "limit": limit,
         "smallest_share": THRESHOLDS.smallest_share,
-        "frames": len(frames),
         "terms": [
             {"name": name, "meaning": MEANING[name], "in_model": name in fit.model,
              "columns": column.shape[1]}
             for name, column in zip(names, columns, strict=True)
         ],
-        "gram": [rounded(row, DIGITS) for row in stacked.T @ stacked],
-        "product": rounded(stacked.T @ residual, DIGITS),
-        "square": float(residual @ residual),
+        # By the bits of the number of a set: bit i says that term i is in it.
+        "sets": [_fitted(residual, columns, [bool(number >> i & 1) for i in range(len(names))])
+                 for number in range(2 ** len(names))],
         "y": rounded(residual[place], DIGITS_SHOWN),
         "x": [rounded(column[place], DIGITS_SHOWN) for column in stacked.T],
         "mean_y": rounded(bins.means(residual), DIGITS_SHOWN),
         "mean_x": [rounded(bins.means(column), DIGITS_SHOWN) for column in stacked.T],
     }
+
+
+def _fitted(
+    residual: FloatArray, columns: Sequence[FloatArray], ticked: Sequence[bool]
+) -> Json:
+    """RMS, degrees, and the coefficients of all columns of all terms, 0 of those not ticked."""
+    beta = [np.zeros(column.shape[1]) for column in columns]
+    inside = [column for column, on in zip(columns, ticked, strict=True) if on]
+    rest = residual
+    if inside:
+        whole = np.hstack(inside)
+        solved = np.linalg.lstsq(whole, residual, rcond=RANK_TOLERANCE)[0]
+        rest = residual - whole @ solved
+        parts = iter(np.split(solved, np.cumsum([column.shape[1] for column in inside])[:-1]))
+        beta = [next(parts) if on else zero for zero, on in zip(beta, ticked, strict=True)]
+    return {"rms": float(np.sqrt(np.mean(rest**2))), "beta": rounded(np.concatenate(beta))}
 
 
 def _projected(

@@ -7,27 +7,17 @@ const unpacked = (text) => Array.from(
 const data = JSON.parse(document.getElementById("refit-data").textContent,
   (_, value) => (value && value.f32 ? unpacked(value.f32) : value));
 const {
-  visible_share: VISIBLE_SHARE,    // of a signature, below which it cannot be determined
-  smallest_block: SMALLEST_BLOCK,  // 1 - largest leverage of a pose
-  misfit_p_value: MISFIT_P_VALUE,  // below it the Birge ratio multiplies the sds
-  fewest_dof: FEWEST_DOF,          // with fewer the page's refit is not exact
-  shown_sd: SHOWN_SD,              // residual charts show at least this many typical sds
-  nice: NICE,                      // limits of an axis, in any decade
+  shown_sd: SHOWN_SD,  // residual charts show at least this many typical sds
+  nice: NICE,          // limits of an axis, in any decade
 } = data.constants;
-
-{% include "script/linear_algebra.js" %}
-
-{% include "script/f_distribution.js" %}
-
-{% include "script/refit.js" %}
+// What a served page asks with, a function of the question that gives a promise; null in a file.
+const asks = window.workbench?.ask ?? null;
 
 {% include "script/numbers.js" %}
 
-{% include "script/leave_out.js" %}
+{% include "script/refits.js" %}
 
 {% include "script/tiles.js" %}
-
-{% include "script/judgement.js" %}
 
 {% include "script/residual_chart.js" %}
 

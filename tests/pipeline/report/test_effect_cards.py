@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +14,9 @@ from calib.poses.imu_log import FloatArray, Triad
 from pipeline.report.effect_cards import EffectCard, effect_cards, formula_html
 from pipeline.report.fingerprint import fingerprint
 from pipeline.report.page_templates import page_templates
-from pipeline.report.refit_data import refit_json
+from pipeline.report.refit_table import refit_json, tickable
+from pipeline.report.refitted import Refits
+from pipeline.stages.triads import TriadResult
 from tests.pipeline.report.browser import needs_browser
 from tests.pipeline.report.conftest import HiddenSession
 from tests.pipeline.report.html_page import Page
@@ -21,6 +24,13 @@ from tests.pipeline.report.tab import PHONE, Browser
 from vision.rate.terms import TERMS
 
 G = 9.80665
+
+
+def cards_of(
+    result: TriadResult, defined: dict[str, Effect], drawings: dict[str, object]
+) -> tuple[EffectCard, ...]:
+    refits = Refits(result, defined)
+    return effect_cards(result, refit_json(result, refits, Path("c.yaml")), refits, tuple(drawings))
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +42,7 @@ def drawings() -> dict[str, object]:
 def cards(hidden_session: HiddenSession, drawings: dict[str, object]) -> dict[str, EffectCard]:
     result = hidden_session.outcome.gyroscope
     assert result is not None
-    every = effect_cards(result, refit_json(result, {}), {}, tuple(drawings))
+    every = cards_of(result, {}, drawings)
     return {card.name: card for card in every}
 
 
@@ -93,13 +103,13 @@ def test_the_fingerprint_of_what_is_there_is_the_residual_and_no_other_is(
 ) -> None:
     result = hidden_session.outcome.gyroscope
     assert result is not None
-    payload = refit_json(result, {})
-    shapes = {entry["name"]: fingerprint(payload, entry)
-              for entry in payload["effects"] if entry["reason"] is None}
+    refits = Refits(result, {})
+    shapes = {name: fingerprint(refits, name) for name in tickable(result, refits)}
     there = shapes.pop("g_sensitivity")
+    assert there is not None
     assert there.explained > 0.95
     assert np.corrcoef(there.measured, there.pattern)[0, 1] > 0.97
-    assert all(other.explained < 0.6 for other in shapes.values())
+    assert all(other is not None and other.explained < 0.6 for other in shapes.values())
     fit = result.calibration.fit
     # Nothing else is in the model: what is measured is the residual of the fit itself.
     assert there.measured == pytest.approx(fit.rows.residual[: len(there.measured)], abs=1e-4)
@@ -118,7 +128,7 @@ def test_an_effect_without_a_drawing_has_that_of_a_user_s_effect(
     assert result is not None
     mine = replace(find_effect("bias_drift"), name="fan <b>heat</b>")
     defined: dict[str, Effect] = {mine.name: mine}
-    cards = effect_cards(result, refit_json(result, {}), defined, tuple(drawings))
+    cards = cards_of(result, defined, drawings)
     (card,) = (each for each in cards if each.name == mine.name)
     assert card.drawing == "user_defined"
     assert "<b>" not in card.fingerprint

@@ -67,16 +67,28 @@ def test_the_error_falls_on_a_fixed_axis_and_a_ghost_of_before_stays(tab: Tab) -
     assert after["offered"]
 
 
+def idle_effect(tab: Tab) -> str:
+    """An effect beside the ticked one with a refit in the file, with which the error rises."""
+    return str(tab.evaluate(
+        "return JSON.parse(document.getElementById('refit-data').textContent).triads"
+        ".find((each) => each.triad === 'gyroscope').refits"
+        ".map((each) => each.judgements).find((each) => each?.length === 2"
+        " && each.some((one) => one.text.startsWith('g_sens'))"
+        " && each.some((one) => /: not there.* rises by/.test(one.text)))"
+        ".map((one) => one.text.split(':')[0]).find((name) => name !== 'g_sensitivity')"))
+
+
 def test_a_tick_that_does_not_help_says_so_in_red_and_offers_no_command(tab: Tab) -> None:
     tab.click(BOX.format("g_sensitivity"))
     good = tab.evaluate(STATE)
-    tab.click(BOX.format("quadratic"))
+    name = idle_effect(tab)
+    tab.click(BOX.format(name))
     worse = tab.evaluate(STATE)
     assert worse["loo"]["value"] > good["loo"]["value"]
     (_, judgement) = worse["judgements"]
-    assert re.fullmatch(r"quadratic: \d\.\d sd: not there; leave-one-out rises by .* %\.",
+    assert re.fullmatch(rf"{name}: \d\.\d sd: not there; leave-one-out rises by .* %\.",
                         judgement)
-    assert "quadratic" not in worse["commands"]
+    assert name not in worse["commands"]
     tab.click(BOX.format("g_sensitivity"))
     alone = tab.evaluate(STATE)
     assert alone["commands"] == ""
@@ -87,11 +99,12 @@ def test_a_tick_that_does_not_help_says_so_in_red_and_offers_no_command(tab: Tab
 
 
 def test_the_waterfall_adds_up(tab: Tab) -> None:
-    for name in ("g_sensitivity", "bias_drift"):
-        tab.click(BOX.format(name))
+    tab.click(BOX.format("g_sensitivity"))
+    name = idle_effect(tab)
+    tab.click(BOX.format(name))
     fall = tab.evaluate(STATE)["fall"]
     assert [name for name, _ in fall] == [
-        "base model", "g_sensitivity", "bias_drift", "remains"]
+        "base model", "g_sensitivity", name, "remains"]
     whole, first, second, rest = (number for _, number in fall)
     assert whole + first + second == pytest.approx(rest, abs=0.006 * whole)
     assert first < -0.9 * whole

@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 from pipeline.config.load import load_config
-from pipeline.report.added_variable import added_variable_figure, subject_of
 from pipeline.report.page import report_html
 from pipeline.report.pose_charts import coverage_figure, residual_figure
 from pipeline.report.rate_charts import rate_view
-from pipeline.report.refit_data import refit_json
 from pipeline.report.tables import budget_rows
 from pipeline.stages.context import RunContext
 from pipeline.stages.rate import measure_setting
@@ -73,22 +71,6 @@ def test_an_effect_in_the_model_and_one_of_the_user_s_own_have_boxes(outcome: Ou
     boxes = {box["data-effect"]: box for box in page.all("input")}
     assert "checked" in boxes["bias_drift"]
     assert "warmth_squared" in boxes
-    assert subject_of(result) == "bias_drift"
-    figure = added_variable_figure(result, refit_json(result, {}))
-    assert figure is not None
-    assert figure.title == "What bias_drift explains"
-
-
-def test_a_shape_parameter_has_a_column_of_its_own(outcome: Outcome) -> None:
-    result = outcome.accelerometer
-    assert result is not None
-    entries = {each["name"]: each for each in refit_json(result, {})["effects"]}
-    warm_up = entries["warm_up"]
-    assert warm_up["has_shape"]
-    assert [p["name"] for p in warm_up["parameters"]] == ["x", "y", "z", "tau_s"]
-    assert len(warm_up["columns"]) == 4
-    assert warm_up["start"][:3] == [0.0, 0.0, 0.0]
-    assert warm_up["start"][3] > 0
 
 
 def test_the_causes_of_an_uncertainty_add_up_to_it(outcome: Outcome) -> None:

@@ -1,7 +1,5 @@
 // The fall of chi² by effect: one bar for each effect of the model, in the order of the ticks.
-function drawFall(body, triad, order, out) {
-  const steps = [refitWithout(triad, [], out)];
-  order.forEach((_, i) => steps.push(refitWithout(triad, order.slice(0, i + 1), out)));
+function drawFall(body, order, steps) {
   const whole = Math.max(...steps.map((step) => step.chi2)), last = steps[steps.length - 1];
   const share = (chi2) => `${(100 * chi2 / whole).toFixed(2)}%`;
   const rows = [["base model", 0, steps[0].chi2, order.length ? "" : "rest", short(steps[0].chi2)]];

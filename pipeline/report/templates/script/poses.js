@@ -52,25 +52,10 @@ class Poses {
     this.section.update();
   }
 
-  // Residual and sd of every pose in the shown unit, and the residual in sds: of a pose at rest with
-  // the plate stopped the length of what remains, over the axes.
+  // Residual and sd of every pose in the shown unit, and the residual in sds.
   values() {
-    const { labels, row_pose: pose, row_unit: unit, is_null: atRest } = this.triad;
-    const { residual } = this.section.refitted, n = labels.length;
-    const sum = new Float64Array(n), squares = new Float64Array(n), variance = new Float64Array(n);
-    const inSd = new Float64Array(n), rows = new Float64Array(n);
-    pose.forEach((k, i) => {
-      sum[k] += residual[i] * unit[i];
-      squares[k] += (residual[i] * unit[i]) ** 2;
-      variance[k] += unit[i] ** 2;
-      inSd[k] += atRest[k] ? residual[i] ** 2 : residual[i];
-      rows[k] += 1;
-    });
-    return labels.map((_, k) => ({
-      value: atRest[k] ? Math.sqrt(squares[k]) : sum[k],
-      sd: Math.sqrt(variance[k]),
-      inSd: atRest[k] ? Math.sqrt(inSd[k] / rows[k]) : inSd[k],
-    }));
+    const { labels, sd } = this.triad, { residual } = this.section.refitted;
+    return labels.map((_, k) => ({ value: residual[k], sd: sd[k], inSd: residual[k] / sd[k] }));
   }
 
   update() {
@@ -115,7 +100,7 @@ class Poses {
 
   words(k) {
     const { value, sd, inSd } = this.now[k];
-    const at = this.triad.is_null[k] ? ", RMS over the axes " : ", ";
+    const at = this.triad.is_null[k] ? ", over the axes " : ", ";
     return `${withSd(value, sd)} ${this.triad.unit}${at}${short(inSd)} sd`;
   }
 
@@ -137,21 +122,13 @@ class Poses {
     const button = this.panel.querySelector("[data-do=leaveOut]");
     button.textContent = out.has(k) ? "Take this pose back in" : "Leave this pose out";
     button.setAttribute("aria-pressed", String(out.has(k)));
-    button.disabled = !out.has(k) && !determined(this.triad, new Set([...out, k]));
   }
 
-  // What the fit without the pose says, before anybody leaves it out.
+  // What the fit without the pose says of it, before anybody leaves it out.
   without(k) {
-    const { out, order } = this.section, others = new Set(out);
-    others.delete(k);
-    const without = new Set([...others, k]);
-    if (!determined(this.triad, without)) {
-      return "Without this pose the others do not determine the model.";
-    }
-    const before = refitWithout(this.triad, order, others), after = refitWithout(this.triad, order, without);
-    return `Without this pose chi²/dof is ${short(after.chi2 / after.dof)} `
-      + `(with it ${short(before.chi2 / before.dof)}), and the residual RMS of the others is `
-      + `${short(after.rms)} ${this.triad.unit} (${short(before.rms)}).`;
+    const { left_out: leftOut, sd, unit } = this.triad, now = this.section.refitted.left_out ?? leftOut;
+    return this.section.root.classList.contains("ticked") && !this.section.refitted.left_out ? ""
+      : `A fit without this pose predicts it with an error of ${short(now[k])} ${unit}, ${short(now[k] / sd[k])} sd.`;
   }
 }
 

@@ -21,29 +21,8 @@ class RateSection {
     if (box) { box.checked = true; this.update(); }
   }
 
-  // Least squares on the ticked terms, by their Gram matrix; dependent columns add nothing.
-  rms(ticked) {
-    const { terms, gram, product, square, frames } = this.rate, used = [];
-    let first = 0;
-    terms.forEach((term, i) => {
-      for (let k = 0; k < term.columns; k++) if (ticked[i]) used.push(first + k);
-      first += term.columns;
-    });
-    const beta = new Float64Array(product.length);
-    let rest = square;
-    if (used.length) {
-      const { values, vectors } = eigen(used.map((a) => used.map((b) => gram[a][b])));
-      const largest = Math.max(...values);
-      vectors.forEach((vector, k) => {
-        if (values[k] < 1e-9 * largest) return;
-        let along = 0;
-        used.forEach((a, i) => { along += vector[i] * product[a]; });
-        used.forEach((a, i) => { beta[a] += vector[i] * along / values[k]; });
-        rest -= along ** 2 / values[k];
-      });
-    }
-    return { rms: Math.sqrt(Math.max(rest, 0) / frames), beta };
-  }
+  // The fit of the set of ticked terms, from the table of all sets.
+  rms(ticked) { return this.rate.sets[ticked.reduce((sum, on, i) => sum + (on ? 2 ** i : 0), 0)]; }
 
   update() {
     const { terms, smallest_share: smallest } = this.rate;

@@ -46,20 +46,6 @@ class ResidualChart {
   }
 }
 
-// The residual of every pose as the charts show it: a length for a pose at rest; and its sd.
-function shownResiduals(triad, residual) {
-  const { labels, row_pose: pose, row_unit: unit, is_null: isNull } = triad;
-  const value = new Float64Array(labels.length), squares = new Float64Array(labels.length);
-  const variance = new Float64Array(labels.length);
-  pose.forEach((k, i) => {
-    value[k] = residual[i] * unit[i];
-    squares[k] += value[k] ** 2;
-    variance[k] += unit[i] ** 2;
-  });
-  isNull.forEach((atRest, k) => { if (atRest) value[k] = Math.sqrt(squares[k]); });
-  return { value, sd: variance.map(Math.sqrt) };
-}
-
 function residualLimit(value, sd) {
   const typical = Float64Array.from(sd).sort()[Math.floor(sd.length / 2)];
   let limit = SHOWN_SD * typical;

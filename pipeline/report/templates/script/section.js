@@ -8,9 +8,10 @@ class Section {
     this.boxes = new Map(this.effects.map((effect) => [
       effect.name, this.root.querySelector(`input[data-effect="${CSS.escape(effect.name)}"]`)]));
     this.order = this.effects.filter((effect) => effect.in_model);
-    this.asFitted = refitWithout(triad, this.order, new Set());
-    this.before = shownResiduals(triad, this.asFitted.residual);
-    this.limit = residualLimit(this.before.value, this.before.sd);
+    this.refits = new Refits(triad);
+    this.asFitted = this.refits.of(this.order);
+    this.refitted = this.asFitted;
+    this.limit = residualLimit(this.asFitted.residual, triad.sd);
     this.charts = [...this.root.querySelectorAll("svg.residuals")].map((svg) => new ResidualChart(svg, triad));
     this.out = new Set();    // poses that are left out
     this.listeners = [];     // called after every refit
@@ -43,63 +44,59 @@ class Section {
   output(name) { return this.root.querySelector(`[data-out="${name}"]`); }
 
   update() {
-    const refitted = refitWithout(this.triad, this.order, this.out), was = this.asFitted;
-    this.refitted = refitted;
-    const exact = this.triad.loo / was.loo;  // refits without each pose, over one step's estimate
+    const asked = this.asked = (this.asked ?? 0) + 1;
+    this.refits.find(this.order, this.out, (refitted) => {
+      if (asked === this.asked) this.show(refitted);  // not one that was overtaken
+    });
+  }
+
+  show(refitted) {
+    const was = this.asFitted, { triad } = this;
     const changed = this.effects.filter(
       (effect) => effect.in_model !== this.boxes.get(effect.name).checked);
-    const other = changed.length > 0 || this.out.size > 0;
-    showTile(this.root, "rms", refitted.rms, was.rms, other);
-    showTile(this.root, "loo", refitted.loo * exact, this.triad.loo, other);
-    showTile(this.root, "chi2", refitted.chi2 / refitted.dof, was.chi2 / was.dof, other);
+    const other = changed.length > 0 || (asks !== null && this.out.size > 0);
+    const failed = refitted.failed ?? "";
+    if (!failed) this.refitted = refitted;
+    for (const name of ["rms", "loo"]) {
+      showTile(this.root, name, failed ? NaN : refitted[name], was[name], other);
+    }
+    showTile(this.root, "chi2", failed ? NaN : refitted.chi2 / refitted.dof, was.chi2 / was.dof, other);
     this.root.classList.toggle("ticked", other);
     this.root.querySelector("[data-result]").hidden = changed.length === 0;
-    this.judge(changed);
-    this.say(refitted);
+    this.judge(failed ? { judgements: [], commands: [] } : refitted);
+    this.say(refitted, failed);
     this.tie(refitted);
-    this.draw(refitted);
-    drawFall(this.output("fall"), this.triad, this.order, this.out);
+    if (!failed) {
+      this.draw(refitted);
+      drawFall(this.output("fall"), this.order, refitted.steps);
+    }
     this.listeners.forEach((listener) => listener());
   }
 
-  // What each change is worth, and the commands of those that are worth it. Taking an effect out
-  // again is always possible.
-  judge(changed) {
-    const judged = changed.map((effect) => [effect, judge(this.triad, this.order, effect, this.out)]);
-    this.output("judgement").replaceChildren(...judged.filter(([, result]) => result).map(([effect, result]) => {
+  // What each change is worth, and the commands of those that are worth it.
+  judge({ judgements, commands }) {
+    this.output("judgement").replaceChildren(...judgements.map(({ text, good }) => {
       const line = document.createElement("p");
-      line.textContent = judgementText(result);
-      line.className = effect.in_model !== (result.isThere && result.change < 0) ? "helps" : "harms";
+      line.textContent = text;
+      line.className = good ? "helps" : "harms";
       return line;
     }));
-    const commands = judged.map(([effect, result]) => {
-      const target = `${this.config} ${shellWord(`${this.triad.triad}.${effect.name}`)}`;
-      if (effect.in_model) return `pipeline remove ${target}`;
-      if (!result || !result.helps) return "";
-      const isGuess = effect.aliases.length && !effect.is_named;
-      return `pipeline add ${target}${isGuess ? " --although-aliased" : ""}`;
-    }).filter(Boolean);
     this.output("commands").textContent = commands.join("\n");
     this.output("commanded").hidden = commands.length === 0;
   }
 
-  say(refitted) {
-    this.output("words").textContent = refitted.dof < FEWEST_DOF
-      ? `Only ${Math.max(refitted.dof, 0)} degrees of freedom remain: a model with so many `
-        + "parameters fits nearly any data, and this page's figures are rough. `pipeline add` gives "
-        + "exact ones; more poses decide."
-      : refitted.p < MISFIT_P_VALUE
-        ? "The noise of the poses does not explain the residuals yet."
-        : "The noise of the poses explains the residuals.";
-    this.output("words").dataset.p = String(refitted.p);
-    this.output("sizes").replaceChildren(...refitted.sizes.map((size) => {
+  say(refitted, failed) {
+    this.output("words").textContent = failed
+      ? (failed === true ? "These poses do not determine all of them together." : failed)
+      : refitted.explained ? "The noise of the poses explains the residuals."
+        : "The noise of the poses does not explain the residuals yet.";
+    this.output("sizes").replaceChildren(...(failed ? [] : refitted.sizes).map((size) => {
       const row = document.createElement("tr");
-      [`${size.effect} ${size.name}`, withSd(size.value * size.factor, size.sd * size.factor), size.unit].forEach((text) => {
+      size.forEach((text) => {
         const cell = document.createElement("td");
         cell.textContent = text;
         row.append(cell);
       });
-      row.dataset.size = `${size.effect} ${size.name} ${size.value} ${size.sd}`;
       return row;
     }));
   }
@@ -110,13 +107,17 @@ class Section {
       const box = this.boxes.get(effect.name);
       const rival = this.order.find((other) => other !== effect
         && (other.aliases.includes(effect.name) || effect.aliases.includes(other.name)));
-      box.disabled = !box.checked && rival !== undefined;
+      const next = box.checked ? this.order.filter((other) => other !== effect) : [...this.order, effect];
+      const known = this.refits.knows(next);
+      box.disabled = (!box.checked && rival !== undefined) || !known;
       const note = this.root.querySelector(`[data-note="${CSS.escape(effect.name)}"]`);
-      if (refitted.unseen.includes(effect.name)) {
+      if (refitted.unseen?.includes(effect.name)) {
         note.textContent = "Together with the other ticked effects these poses cannot determine it.";
       } else if (rival) {
         note.textContent = `These poses cannot separate it from ${rival.name}. `
           + `This separates them: ${effect.separates}.`;
+      } else if (!known) {
+        note.textContent = `\`pipeline open ${this.config}\` refits any set of effects; this file holds the most probable pairs.`;
       } else if (effect.aliases.length) {
         note.textContent = `These poses cannot separate it from ${effect.aliases.join(" or ")}.`;
       } else {
@@ -125,14 +126,14 @@ class Section {
     }
   }
 
-  draw(refitted) {
-    const { labels } = this.triad, { value, sd } = shownResiduals(this.triad, refitted.residual);
-    const inSd = value.map((v, k) => Math.abs(v) / sd[k]);
+  draw({ residual }) {
+    const { labels, sd } = this.triad;
+    const inSd = residual.map((v, k) => Math.abs(v) / sd[k]);
     const within = inSd.filter((times) => times <= 1).length;
     const largest = inSd.indexOf(Math.max(...inSd));
-    this.output("says").textContent = `With the ticked effects ${within} of ${labels.length} residuals `
+    this.output("says").textContent = `Now ${within} of ${labels.length} residuals `
       + `are smaller than one sd. The largest is ${inSd[largest].toFixed(1)} sds (pose ${labels[largest]}).`;
-    const limit = Math.max(this.limit, residualLimit(value, sd));
-    this.charts.forEach((chart) => chart.draw(limit, value, sd, this.before.value));
+    const limit = Math.max(this.limit, residualLimit(residual, sd));
+    this.charts.forEach((chart) => chart.draw(limit, residual, sd, this.asFitted.residual));
   }
 }

@@ -12,6 +12,8 @@ const element = (name, attributes = {}, text = "") => {
   if (text) node.textContent = text;
   return node;
 };
+const dot = (a, b) => a.reduce((sum, value, i) => sum + value * b[i], 0);
+const norm = (a) => Math.sqrt(dot(a, a));
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const unitVector = (a) => a.map((value) => value / norm(a));
 

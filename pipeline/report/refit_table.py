@@ -1,0 +1,174 @@
+"""The page's table of exact refits: every single effect, and every pair of the most probable.
+
+Each is made with the one solver, a single effect exactly as ``pipeline add`` fits it. The script of
+the page looks up what is ticked; more effects at once are refitted by ``pipeline open``.
+"""
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+from pathlib import Path
+
+from calib.diagnosis.verdict.ranking import Candidate
+from calib.effects.catalogue import UnknownEffect, find_effect
+from calib.fit.least_squares.result import MISFIT_P_VALUE
+from pipeline.report.payload import rounded
+from pipeline.report.pose_charts import SHOWN_SD
+from pipeline.report.refitted import Refits, Refitted, judged_effect, refitted_json, toggled
+from pipeline.report.svg import NICE
+from pipeline.results.json_values import Json
+from pipeline.stages.triads import TriadResult
+from pipeline.text.commands import command
+from pipeline.text.formatting import DISPLAY
+
+PAIRED = 6
+"""Number of the most probable effects that have a refit of every pair, in a triad that lacks
+something. Chosen: the table of the tutorial costs a run 0.2 s of one core."""
+BLIND_REASON = (
+    "these poses cannot determine it: bias, scale, misalignment and the effects in the model have "
+    "the same signature"
+)
+
+
+def constants_json() -> Json:
+    """The levels that the page's script shares with the charts."""
+    return {"shown_sd": SHOWN_SD, "nice": NICE}
+
+
+def refit_json(result: TriadResult, refits: Refits, config: Path) -> Json:
+    """Everything that the boxes of one triad look up.
+
+    Parameters
+    ----------
+    result : TriadResult
+    refits : Refits
+        Of the same triad.
+    config : Path
+        The configuration, for commands.
+    """
+    fit = result.calibration.fit
+    unit, factor = DISPLAY[result.triad]
+    names = tickable(result, refits)
+    entries = [_box_json(name, result, refits) for name in names]
+    return {
+        "triad": result.triad,
+        "unit": unit,
+        "labels": list(fit.poses.label),
+        "is_null": [bool(null) for null in fit.poses.reference.is_null],
+        "sd": rounded(pose.sd * factor for pose in result.comparison.poses),
+        "left_out": rounded(pose.left_out * factor for pose in result.comparison.poses),
+        "effects": entries + list(_unseen(result)),
+        "refits": [
+            refit_row(refits, each, config, result)
+            | {"ticked": sorted(names.index(name) for name in each)}
+            for each in _sets(refits.run.added, names, _paired(result))
+        ],
+    }
+
+
+def refit_row(
+    refits: Refits, ticked: Sequence[str], config: Path, result: TriadResult
+) -> Json:
+    """One set of effects: its figures, and what each change of the run's model is worth.
+
+    ``config`` is the file that commands name.
+    """
+    refitted = refits.of(ticked)
+    if refitted is None:
+        return {"failed": True}
+    now = refitted_json(refitted)
+    return now | {"residual": rounded(now["residual"])} | changes_json(
+        refits, ticked, refitted, config, result)
+
+
+def changes_json(
+    refits: Refits, ticked: Sequence[str], refitted: Refitted, config: Path, result: TriadResult
+) -> Json:
+    """Judgements of the effects that were ticked or unticked, and the commands that are worth it.
+
+    Taking an effect out again is always possible.
+    """
+    run = refits.run.added
+    judgements, commands = [], []
+    for name in toggled([n for n in run if n not in ticked], [n for n in ticked if n not in run]):
+        other = refits.of(toggled(ticked, [name]))
+        is_ticked, in_model = name in ticked, name in run
+        target = (config, f"{result.triad}.{name}")
+        judged = None if other is None else judged_effect(
+            name, *((refitted, other) if is_ticked else (other, refitted)))
+        if judged is not None:
+            judgements.append({"text": judged.text(in_model, is_ticked),
+                               "good": in_model != judged.helps})
+        if in_model:
+            commands.append(command("remove", *target))
+        elif judged is not None and judged.helps:
+            is_guess = _aliases(name, result) and not result.diagnosis.named_class(name)
+            commands.append(command("add", *target,
+                                    *(["--although-aliased"] if is_guess else [])))
+    return {"judgements": judgements, "commands": commands}
+
+
+def tickable(result: TriadResult, refits: Refits) -> list[str]:
+    """Effects with a box: those of the model, then the candidates, the most probable first."""
+    listed = [c.name for c in result.diagnosis.ranking if c.kind == "listed"]
+    return [name for name in dict.fromkeys([*refits.run.added, *listed])
+            if name in refits.run.added or refits.flipped(name) is not None]
+
+
+def _paired(result: TriadResult) -> int:
+    """Number of effects with a refit of every pair."""
+    return 0 if result.diagnosis.verdict == "nothing_missing" else PAIRED
+
+
+def _sets(
+    added: tuple[str, ...], names: Sequence[str], paired: int
+) -> Iterator[tuple[str, ...]]:
+    """The run's model, one and two changes of it, and its effects from the first on."""
+    flips = [(), *((name,) for name in names), *combinations(names[:paired], 2)]
+    sets = [toggled(added, flip) for flip in flips]
+    sets += [added[:k] for k in range(len(added))]
+    yield from {frozenset(each): each for each in sets}.values()
+
+
+def _candidate(name: str, result: TriadResult) -> Candidate | None:
+    return next((c for c in result.diagnosis.ranking if c.name == name and c.kind == "listed"),
+                None)
+
+
+def _aliases(name: str, result: TriadResult) -> list[str]:
+    candidate = _candidate(name, result)
+    return [] if candidate is None else list(candidate.aliases)
+
+
+def _box_json(name: str, result: TriadResult, refits: Refits) -> Json:
+    effect, candidate = refits.effect(name), _candidate(name, result)
+    assert effect is not None
+    # Of chi², that the effect alone takes off; 0 where noise alone could.
+    share = (candidate.chi2_drop / refits.run.fit.chi2
+             if candidate is not None and candidate.p_value < MISFIT_P_VALUE else 0.0)
+    return {
+        "name": name,
+        "physics": effect.physics,
+        "separates": effect.page.separates,
+        "in_model": name in refits.run.added,
+        "share": share,
+        "aliases": _aliases(name, result),
+        "reason": None,
+    }
+
+
+def _unseen(result: TriadResult) -> Iterator[Json]:
+    """Effects that cannot be ticked, and why."""
+    for name in result.diagnosis.blind:
+        try:
+            separates = find_effect(name).page.separates
+        except UnknownEffect:  # a user's own effect has no page
+            separates = ""
+        yield _grey(name, BLIND_REASON, separates)
+    for name, reason in result.diagnosis.unavailable.items():
+        yield _grey(name, reason, "")
+
+
+def _grey(name: str, reason: str, separates: str) -> Json:
+    return {
+        "name": name, "reason": reason, "separates": separates, "in_model": False, "aliases": []
+    }

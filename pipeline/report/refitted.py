@@ -1,0 +1,222 @@
+"""Other models of a triad, each fitted exactly to the same poses: what a tick box shows.
+
+The page carries a table of them (:mod:`pipeline.report.refit_table`); ``pipeline open`` makes any.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import fdtrc
+
+from calib.assess import AssessedTriad
+from calib.effects.catalogue import UnknownEffect, find_effect
+from calib.effects.effect import Effect
+from calib.effects.units import display_unit
+from calib.effects.variation import about_mean
+from calib.errors import CalibrationError
+from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
+from calib.fit.least_squares.solver import extend, fit
+from calib.fit.model import Model
+from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
+from calib.fit.validation.leave_one_out import Comparison, compare
+from pipeline.results.json_values import Json
+from pipeline.text.formatting import DISPLAY, with_minus_signs, with_sd
+
+UNCHANGED = 5e-4  #: relative change of the leave-one-out error that the page calls none; layout
+BESIDE_MISFIT_SD = 1.0
+"""Sds from which an effect beside a large misfit is called unseen and not absent. A judgement."""
+
+
+@dataclass(frozen=True, eq=False)
+class Refitted:
+    """A model fitted to the poses of a triad, and its comparison with them."""
+
+    calibration: TriadCalibration
+    comparison: Comparison
+
+    @property
+    def fit(self) -> Fit:
+        """The fit, with widened sds."""
+        return self.calibration.fit
+
+    @property
+    def added(self) -> tuple[str, ...]:
+        """Names of the effects of the model beyond those on the reading."""
+        return added_names(self.fit.model)
+
+
+def added_names(model: Model) -> tuple[str, ...]:
+    """Names of the effects that a model has beyond bias, scale and misalignment."""
+    return tuple(e.name for e in model.effects if e.acts_on != "reading")
+
+
+class Refits:
+    """Fits of one triad with any of its effects, each made when it is first asked for.
+
+    Parameters
+    ----------
+    result : AssessedTriad
+        The triad as it was run.
+    defined : mapping of name to Effect
+        The user's effects.
+    robust : bool
+        Whether the run used Huber's loss.
+    """
+
+    def __init__(self, result: AssessedTriad, defined: Mapping[str, Effect],
+                 robust: bool = False) -> None:
+        self.run = Refitted(result.calibration, result.comparison)
+        self.defined, self.robust = defined, robust
+        self._known: dict[frozenset[str], Refitted | None] = {frozenset(self.run.added): self.run}
+
+    def of(self, names: Sequence[str]) -> Refitted | None:
+        """The triad with these added effects; None where its poses do not determine them."""
+        key = frozenset(names)
+        if key not in self._known:
+            self._known[key] = self._made(tuple(dict.fromkeys(names)))
+        return self._known[key]
+
+    def flipped(self, *names: str) -> Refitted | None:
+        """The run's model with these effects added, or without those that it has."""
+        return self.of(toggled(self.run.added, names))
+
+    def effect(self, name: str) -> Effect | None:
+        """The effect of this name; None of a hypothesis without columns, as a bad pose."""
+        in_model = {e.name: e for e in self.run.fit.model.effects} | dict(self.defined)
+        try:
+            return in_model.get(name) or find_effect(name)
+        except UnknownEffect:
+            return None
+
+    def about_mean(self, names: Sequence[str]) -> Refitted | None:
+        """The same, for charts, with the added effects about their mean.
+
+        A column that is far from zero beside its changes is as good as a bias, and the solver
+        refuses it; its changes have an effect to show.
+        """
+        return self._made(tuple(names), varying=True)
+
+    def _made(self, names: tuple[str, ...], varying: bool = False) -> Refitted | None:
+        whole = self.run.fit.model
+        model = Model(tuple(e for e in whole.effects if e.acts_on == "reading" or e.name in names))
+        effects = [self.effect(name) for name in names if name not in whole.names]
+        more = [effect for effect in effects if effect is not None]
+        if len(more) < len(effects):
+            return None
+        if varying:
+            more = [about_mean(effect, whole.names) for effect in more]
+        try:
+            if model == whole and len(more) > 1:
+                joint = extend(self.run.fit, more)
+            elif len(more) + len(whole.effects) - len(model.effects) > 1:
+                joint = extend(fit(self.run.fit.poses, model, robust=self.robust), more)
+            else:  # as `pipeline add` fits it, to the last digit
+                joint = fit(self.run.fit.poses, Model((*model.effects, *more)), robust=self.robust)
+            if joint.dof < 1:
+                return None
+            calibration = calibrate_triad(joint, self.run.calibration.spec)
+            return Refitted(calibration, compare(joint))
+        except (CalibrationError, np.linalg.LinAlgError):
+            return None
+
+
+def toggled(names: Sequence[str], flips: Sequence[str]) -> tuple[str, ...]:
+    """``names`` with those of ``flips`` added at the end, or taken out where they are among them.
+
+    >>> toggled(("a", "b"), ("b", "c"))
+    ('a', 'c')
+    """
+    return (*(name for name in names if name not in flips),
+            *(name for name in flips if name not in names))
+
+
+def refitted_json(refitted: Refitted) -> Json:
+    """The figures of one model as the page shows them, in the shown unit of the triad."""
+    fit, comparison = refitted.fit, refitted.comparison
+    factor = DISPLAY[fit.poses.triad][1]
+    return {
+        "rms": comparison.residual_rms * factor,
+        "loo": comparison.loo_rms * factor,
+        "chi2": fit.chi2,
+        "dof": fit.dof,
+        "explained": bool(fit.p_value >= MISFIT_P_VALUE),
+        "residual": [pose.residual * factor for pose in comparison.poses],
+        "sizes": size_rows(refitted.calibration),
+        "unseen": [name for name, where in fit.model.slices().items()
+                   if not fit.basis[where].any()],
+    }
+
+
+def size_rows(calibration: TriadCalibration) -> list[list[str]]:
+    """Parameter, size ± sd and unit of every added effect, as texts."""
+    rows = []
+    effects = {e.name: e for e in calibration.fit.model.effects}
+    for name, (values, sds) in calibration.effect_values().items():
+        effect, k = effects[name], len(effects[name].parameters)
+        unit, factor = display_unit(effect.unit_for(calibration.triad), list(values[:k]))
+        rows += [[f"{name} {parameter}", with_minus_signs(with_sd(v * factor, sd * factor)), unit]
+                 for parameter, v, sd in zip(effect.parameters, values, sds, strict=False)]
+        if effect.shape is not None:
+            rows.append([f"{name} {effect.shape.name}",
+                         with_minus_signs(with_sd(values[k], sds[k])), effect.shape.unit])
+    return rows
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """Whether an effect is there, by what leaving it out does to the fit that contains it.
+
+    ``is_there`` : noise would explain the fall of chi-square in fewer than one case in 200;
+    ``change`` is that of the leave-one-out error with the effect, relative.
+    """
+
+    name: str
+    in_sd: float
+    is_there: bool
+    change: float
+    misfit: bool
+
+    @property
+    def helps(self) -> bool:
+        """The effect is there, and the model predicts better with it."""
+        return self.is_there and self.change < 0
+
+    def text(self, in_model: bool, ticked: bool) -> str:
+        """The judgement in words; ``in_model`` of the run, ``ticked`` on the screen."""
+        size = f"{self.name}: {self.in_sd:.{1 if self.in_sd < 9.95 else 0}f} sd"
+        loo = ("leave-one-out does not change" if abs(self.change) < UNCHANGED else
+               f"leave-one-out {'rises' if self.change > 0 else 'falls'} {_percent(self.change)}")
+        if in_model and not ticked:
+            return (f"{size}: it is there. With it {loo}; keep it." if self.helps
+                    else f"{size}: not there. With it {loo}; remove it.")
+        if self.helps:
+            return f"{size}: it is there; {loo}."
+        if self.is_there:
+            return f"{size}, but {loo}: the model predicts worse with it."
+        # Beside a large misfit an effect of a few sds can still turn out to be there.
+        open_ = self.misfit and self.in_sd > BESIDE_MISFIT_SD
+        return f"{size}: {'not seen beside what remains unexplained' if open_ else 'not there'}; " \
+               f"{loo}."
+
+
+def judged_effect(name: str, with_it: Refitted, without: Refitted) -> Judgement | None:
+    """The judgement of one effect; None where it adds no parameter that these poses see."""
+    count = without.fit.dof - with_it.fit.dof
+    if count < 1:
+        return None
+    fit = with_it.fit
+    drop = max(without.fit.chi2 - fit.chi2, 0.0)
+    # Where noise does not explain what remains, that scatter is the measure, as for the sds.
+    misfit = fit.p_value < MISFIT_P_VALUE
+    ratio = drop / count / (fit.chi2 / fit.dof if misfit else 1.0)
+    p_value = fdtrc(count, fit.dof if misfit else fit.poses.noise_dof, ratio)
+    return Judgement(name, float(np.sqrt(ratio)), bool(p_value < MISFIT_P_VALUE),
+                     with_it.comparison.loo_rms / without.comparison.loo_rms - 1, bool(misfit))
+
+
+def _percent(share: float) -> str:
+    size = abs(100 * share)
+    if size >= 1000:
+        return f"{1 + abs(share):.3g}-fold"
+    return f"by {size:.0f} %" if size >= 10 else f"by {size:.2g} %"
