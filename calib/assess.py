@@ -4,7 +4,7 @@ The one way from a set of poses to a result, of the command, of a notebook and o
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from calib.consistency.mistakes import require_no_mistake, require_one_sensor
 from calib.consistency.plate_axes import require_common_axes
@@ -131,7 +131,7 @@ def calibrate(
 def _fitted(poses: PoseSet, model: Model, spec: TriadSpec, solver: str, loss: str) -> Fit:
     """The fit; a mistake in the files that explains its misfit, or its refusal, is named first."""
     try:
-        fitted = (fit_paper(poses, model, spec) if solver == "paper"
+        fitted = (fit_paper(replace(poses, ring=None), model, spec) if solver == "paper"
                   else fit(poses, model, robust=loss == "huber"))
     except FitFailed:  # not where the directions of the poses determine too little
         require_no_mistake(poses, model, None)

@@ -2,13 +2,13 @@
 
 The accelerometer is calibrated on poses at rest. On the plate it senses gravity g and, across it,
 the centripetal ``Ω² r`` at r metres from the spindle, so that ``|f|`` lies between g and
-``hypot(g, Ω² r)`` whatever the attitude. Where it does not, one of the two sets of logs is not what
-it seems. Each common mistake (axes exchanged or mirrored, counts halved, another unit) is undone in
-turn; with n poses it explains the contradiction the better by the log likelihood ratio
-``n/2 ln(S_as_logged / S_undone)`` of the mean squares S of ``|f| - g``. It is named where this
-exceeds the logarithm of the number of looks over ``FALSE_ALARM``. What the calibration itself does
-not know of these poses (what it leaves in its own poses, an effect that these hardly determine)
-contradicts nothing.
+``hypot(g, Ω² r)`` whatever the attitude; where the plate leans, g is its part along the axis. Where
+it does not, one of the two sets of logs is not what it seems. Each common mistake (axes exchanged
+or mirrored, counts halved, another unit) is undone in turn; with n poses it explains the
+contradiction the better by the log likelihood ratio ``n/2 ln(S_as_logged / S_undone)`` of the mean
+squares S of ``|f| - g``. It is named where this exceeds the logarithm of the number of looks over
+``FALSE_ALARM``. What the calibration itself does not know of these poses (what it leaves in its own
+poses, an effect that these hardly determine) contradicts nothing.
 """
 
 from collections.abc import Callable, Mapping
@@ -84,9 +84,10 @@ def _check_run(
     unknown = UNKNOWN_SD * np.hypot(_sd_of_size(accelerometer, at), _left_over(accelerometer))
     largest = np.hypot(gravity, poses.spin_rad_s**2 * PLATE_RADIUS_M) + unknown
     correct = accelerometer.correct
+    lean = 1.0 if poses.ring is None else float(np.cos(poses.ring.tilt_rad).mean())
 
     def misfit(readings: FloatArray) -> FloatArray:
-        size = np.linalg.norm(correct(poses.accelerometer_conditions(readings)), axis=1)
+        size = np.linalg.norm(correct(poses.accelerometer_conditions(readings)), axis=1) / lean
         return np.asarray(np.maximum(size - largest, 0.0)
                           + np.minimum(size - (gravity - unknown), 0.0))
 

@@ -14,6 +14,7 @@ from itertools import combinations
 import numpy as np
 
 from calib.consistency.force import FACTORS
+from calib.consistency.means_alone import by_means
 from calib.consistency.quadric import least_chi2
 from calib.consistency.signed_axes import SIGNED_PERMUTATIONS, permutation_words
 from calib.effects.catalogue import BASE
@@ -84,6 +85,7 @@ def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None
     Contradiction
         Naming the run or the poses and the mistake.
     """
+    poses, fitted = by_means(poses, model, fitted)
     base = Model(tuple(effect for effect in model.effects if effect.name in BASE))
     if set(base.names) != set(BASE):
         return
@@ -127,10 +129,11 @@ def require_one_sensor(poses: PoseSet, model: Model, fitted: Fit) -> None:
     Contradiction
         Naming the run.
     """
+    poses, of_means = by_means(poses, model, fitted)
     base = Model(tuple(effect for effect in model.effects if effect.name in BASE))
     runs = _runs(poses)
-    if (len(runs) < 2 or set(base.names) != set(BASE)
-            or fitted.p_value > MISFIT_P_VALUE / len(runs)):
+    if (of_means is None or len(runs) < 2 or set(base.names) != set(BASE)
+            or of_means.p_value > MISFIT_P_VALUE / len(runs)):
         return
     for name, member in runs.items():
         try:

@@ -22,7 +22,7 @@ from calib.numbers import RPM
 from calib.poses.averaging import NOT_LOGGED, PoseMean, TriadMean, average_pose, stated_means
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, ImuLog, Triad
-from calib.poses.pose_set import PoseRun
+from calib.poses.pose_run import PoseRun
 from calib.poses.reference import PlateRate
 from calib.poses.runs import gravity_run, stopped_run, turning_run
 

@@ -28,6 +28,7 @@ from calib.poses.creep import creep_rate
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.envelope import envelope
 from calib.poses.imu_log import AXES, TRIADS, FloatArray, ImuLog, Triad
+from calib.poses.in_step import HARMONICS, Waves, plate_angle, waves_of
 from calib.poses.pose_checks import (
     LARGEST_STILL_SHIFT,
     check_attitude,
@@ -37,7 +38,6 @@ from calib.poses.pose_checks import (
 )
 from calib.poses.sway import check_calm, sway_square
 
-HARMONICS = (1, 2)  #: per turn; fact: tilt once, ellipticity twice
 LEAST_PER_TURN = 5
 """Samples per turn. Derived: a mean and both harmonics are five unknowns."""
 
@@ -65,6 +65,8 @@ class TriadMean:
         The least step that its converter or its decimals can have.
     envelope : array, shape (e, 2, 3)
         Lowest and highest sample of equal stretches.
+    waves : Waves or None
+        In step with the plate, where it turned.
     """
 
     mean: FloatArray
@@ -74,6 +76,7 @@ class TriadMean:
     step: FloatArray = field(default_factory=lambda: np.full(3, np.inf))
     unit: FloatArray = field(default_factory=lambda: np.zeros(3))
     envelope: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 3)))
+    waves: Waves | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +110,8 @@ class PoseMean:
     stated: bool = False
 
 
-NOT_LOGGED = TriadMean(*(np.full(3, np.nan) for _ in range(4)))
+_NOTHING = np.full(3, np.nan)
+NOT_LOGGED = TriadMean(_NOTHING, _NOTHING, _NOTHING, _NOTHING)
 """Of a triad that was not logged."""
 
 
@@ -129,7 +133,7 @@ def stated_means(
     """
     variance = sd**2 if samples is None else sd**2 / samples[:, None]
     scatter = np.full_like(sd, np.nan) if samples is None else sd**2
-    return [TriadMean(*each) for each in zip(mean, variance, variance, scatter, strict=True)]
+    return [TriadMean(m, v, v, s) for m, v, s in zip(mean, variance, scatter, strict=True)]
 
 
 def _whole_turns(log: ImuLog, rate_rad_s: float) -> int:
@@ -168,6 +172,14 @@ def _without_harmonics(values: FloatArray, time_s: FloatArray, rate_rad_s: float
     # Normal equations: whole turns make the design orthogonal, so nothing is lost by them.
     solution = np.linalg.solve(design.T @ design, design.T @ values)
     return np.asarray(values - waves @ solution[1:])
+
+
+def _angle(log: ImuLog, gyroscope: TriadSpec | None, n: int, rate_rad_s: float) -> FloatArray:
+    """The angle of the plate at the first n samples, rad."""
+    if gyroscope is None or not log.has("gyroscope"):
+        return plate_angle(log.time_s[:n], None, rate_rad_s)
+    readings = gyroscope.nominal(gyroscope.signed(log.gyroscope[:n]))
+    return plate_angle(log.time_s[:n], readings, rate_rad_s)
 
 
 def average_pose(
@@ -213,6 +225,7 @@ def average_pose(
             f"pose for some seconds."
         )
     means: list[TriadMean] = []
+    angle = None if rate_rad_s == 0 else _angle(log, gyroscope, n, abs(rate_rad_s))
     creep_rad_s, sway = 0.0, math.nan
     duration_s = float(log.time_s[n - 1] - log.time_s[0])
     for triad, spec in zip(TRIADS, (accelerometer, gyroscope), strict=True):
@@ -245,6 +258,7 @@ def average_pose(
                 step=step,
                 unit=least_steps(counts, spec) * spec.nominal_scale,
                 envelope=envelope(values),
+                waves=None if angle is None else waves_of(values, log.time_s[:n], angle),
             )
         )
     force = means[0]

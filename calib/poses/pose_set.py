@@ -6,11 +6,14 @@ from functools import cached_property
 
 import numpy as np
 
-from calib.poses.averaging import PoseMean, check_alive
+from calib.poses.averaging import check_alive
 from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
 from calib.poses.imu_log import FloatArray, IntArray, Triad
 from calib.poses.mean_noise import NOISE_DOF_PER_POSE, pose_mean_sd, too_short
+from calib.poses.pose_run import PoseRun
 from calib.poses.reference import Reference, RowIndex, join_references
+from calib.poses.ring import Ring, joined_rings, rings_of
+from calib.poses.session_clock import on_one_clock
 from calib.poses.sway import shaken
 
 PER_POSE = ("reading", "sd", "force", "vibration", "spin_rad_s", "time_s", "expected")
@@ -55,6 +58,8 @@ class PoseSet:
         None for ideal poses.
     sd_dof : float or None
         Degrees of freedom behind ``sd`` where it does not come from the poses' own samples.
+    ring : Ring or None
+        What poses on a leaning plate read all round one turn; None where none does.
     """
 
     triad: Triad
@@ -73,6 +78,7 @@ class PoseSet:
     other_reading: FloatArray | None = None
     run_time_s: FloatArray | None = None
     sd_dof: float | None = None
+    ring: Ring | None = None
 
     def __len__(self) -> int:
         return len(self.label)
@@ -88,6 +94,7 @@ class PoseSet:
             columns={name: values[index] for name, values in self.columns.items()},
             notes=self.notes,
             sd_dof=self.sd_dof,
+            ring=None if self.ring is None else self.ring.take(index, len(self)),
             **{name: getattr(self, name)[index] for name in PER_POSE},
             **{name: values[index] for name, values in self._where_logged.items()},
         )
@@ -106,6 +113,7 @@ class PoseSet:
                      for name, values in self.columns.items() if name in other.columns},
             notes=tuple(dict.fromkeys((*self.notes, *other.notes))),
             sd_dof=self.sd_dof,
+            ring=joined_rings(self.ring, other.ring and other.ring.behind(len(self))),
             **{
                 name: np.concatenate([getattr(self, name), getattr(other, name)])
                 for name in (*PER_POSE, *(self._where_logged.keys() & other._where_logged.keys()))
@@ -182,35 +190,6 @@ class PoseSet:
         return {RUN_COLUMN + name: (run == name).astype(float) for name in dict.fromkeys(run)}
 
 
-@dataclass(frozen=True, eq=False)
-class PoseRun:
-    """Poses recorded under one reference.
-
-    Parameters
-    ----------
-    name : str
-        What messages call the run.
-    means : sequence of PoseMean, length n
-    reference : Reference
-        Magnitudes of the n poses.
-    spin_rad_s : array, shape (n,)
-        Plate rate, positive counter-clockwise seen from above; 0 when stopped.
-    expected : array, shape (n, 3)
-        What a null pose should read, SI.
-    """
-
-    name: str
-    means: Sequence[PoseMean]
-    reference: Reference
-    spin_rad_s: FloatArray
-    expected: FloatArray
-
-    @property
-    def is_stated(self) -> bool:
-        """Whether its means and their sds come from a table."""
-        return any(mean.stated for mean in self.means)
-
-
 def pose_set(
     triad: Triad,
     runs: Sequence[PoseRun],
@@ -246,7 +225,7 @@ def pose_set(
     for run in runs:
         check_alive(run.means, triad, run.name)
     means = [mean for run in runs for mean in run.means]
-    time_s = _on_one_clock(means) - origin_s
+    time_s = on_one_clock(means) - origin_s
     names = sorted(set.intersection(*(set(mean.columns) for mean in means)))
     other = "gyroscope" if triad == "accelerometer" else "accelerometer"
     poses = PoseSet(
@@ -264,20 +243,14 @@ def pose_set(
         columns={name: np.array([mean.columns[name] for mean in means]) for name in names},
         notes=_notes(runs, triad),
         other_reading=np.array([getattr(mean, other).mean for mean in means]),
-        run_time_s=np.concatenate([_on_one_clock(run.means) for run in runs]),
+        run_time_s=np.concatenate([on_one_clock(run.means) for run in runs]),
+        ring=rings_of([(run.ring, len(run.means)) for run in runs]),
     )
     if correct_force is None or not np.isfinite(poses.force).all():
         return poses
-    return replace(poses, force=correct_force(poses.accelerometer_conditions(poses.force)))
-
-
-def _on_one_clock(means: Sequence[PoseMean]) -> FloatArray:
-    """Mid times of poses (n,); NaN where every file starts its own clock, so that they overlap."""
-    time_s = np.array([mean.time_s for mean in means])
-    half = np.array([mean.duration_s for mean in means]) / 2
-    order = np.argsort(time_s)
-    overlap = (time_s - half)[order][1:] < (time_s + half)[order][:-1] - 1e-6  # rounding
-    return np.full(len(means), np.nan) if overlap.any() else time_s
+    at = poses.accelerometer_conditions(poses.force)
+    return replace(poses, force=correct_force(at), ring=poses.ring and replace(
+        poses.ring, force=poses.ring.evaluated(at, correct_force)))
 
 
 def _notes(runs: Sequence[PoseRun], triad: Triad) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from calib.errors import Remedy, Undetermined
 from calib.poses.averaging import PoseMean, check_alive
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_checks import check_axes_alive
-from calib.poses.pose_set import PoseRun
+from calib.poses.pose_run import PoseRun
 from calib.poses.reference import (
     PLAUSIBLE_RATIO,
     CommonError,
@@ -18,6 +18,7 @@ from calib.poses.reference import (
     Reference,
     constant_reference,
 )
+from calib.poses.ring import ring_of_run, room_names
 
 TURNING_RAD_S = 0.09
 """5 °/s, of a pose beyond the typical one: the offset is the same in every pose, so that its noise
@@ -136,9 +137,15 @@ def turning_run(means: Sequence[PoseMean], rate: PlateRate, latitude_rad: float 
     if latitude_rad is None:
         common.append(sign * EARTH_RATE_RAD_S / np.sqrt(3))
         names.append("Earth rate, latitude not given")
+    horizontal = EARTH_RATE_RAD_S if latitude_rad is None else earth_rate_horizontal(latitude_rad)
+    ring = ring_of_run(means, "gyroscope", room_rad_s=horizontal / np.sqrt(2))
+    if ring is not None:  # errors of its waves alone
+        names += room_names(rate.name)
+        common += [np.zeros(n), np.zeros(n)]
     return PoseRun(
         name=rate.name,
         means=means,
+        ring=ring,
         reference=Reference(
             magnitude=plate + sign * vertical,
             sd=each_sd,

@@ -21,7 +21,8 @@ from calib.poses.averaging import PoseMean
 from calib.poses.conditions import OTHER_TRIAD
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.pose_set import PoseRun, PoseSet, pose_set
+from calib.poses.pose_run import PoseRun
+from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.reference import CommonError, PlateRate
 from calib.poses.runs import (
     GRAVITY,

@@ -11,7 +11,8 @@ from calib.fit.model import Model
 from calib.poses.averaging import PoseMean
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, IntArray
-from calib.poses.pose_set import PoseRun, PoseSet, pose_set
+from calib.poses.pose_run import PoseRun
+from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.reference import PlateRate
 from calib.poses.runs import gravity_run, stopped_run, turning_run
 from pipeline.config.load import Config

@@ -135,7 +135,17 @@ def whole_columns(fit: Fit, effect: Effect, shape: float | None = None) -> Float
     """Whitened columns (d, k) of ``effect`` as its formula is, with what is a bias or a gain."""
     if effect.acts_on == "reference":
         return reference_columns(fit, effect)
-    return vector_columns(fit, _whole_vectors(fit, effect, shape))
+    return with_waves(fit, vector_columns(fit, _whole_vectors(fit, effect, shape)), effect, shape)
+
+
+def with_waves(
+    fit: Fit, columns: FloatArray, effect: Effect, shape: float | None = None
+) -> FloatArray:
+    """``columns`` (d, k) with what the effect leaves in the waves of a leaning plate, in sds."""
+    waves = fit.equations.waves
+    if waves is not None:
+        columns[-len(waves.row_sd) :] = waves.columns(fit.theta, fit.shapes, effect, shape)
+    return columns
 
 
 def effect_vectors(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:
@@ -167,7 +177,7 @@ def reference_columns(fit: Fit, effect: Effect) -> FloatArray:
     """Whitened columns (d, k) of an effect on the reference."""
     equations = fit.equations
     columns = effect.evaluate(equations.conditions(fit.rows.vector))
-    at_rest = np.zeros((3 * len(equations.null), columns.shape[1]))
+    at_rest = np.zeros((3 * len(equations.null) + equations.wave_count, columns.shape[1]))
     turning = columns[equations.magnitude] / equations.magnitude_sd[:, None]
     return np.concatenate([turning, at_rest])
 

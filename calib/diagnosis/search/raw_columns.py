@@ -11,7 +11,12 @@ from functools import cached_property
 import numpy as np
 
 from calib.diagnosis.hypotheses.listed import Hypothesis
-from calib.diagnosis.hypotheses.signature import is_rounding, reference_columns, square_vectors
+from calib.diagnosis.hypotheses.signature import (
+    is_rounding,
+    reference_columns,
+    square_vectors,
+    with_waves,
+)
 from calib.effects.effect import Effect
 from calib.effects.variation import about_mean
 from calib.fit.least_squares.result import Fit
@@ -125,14 +130,22 @@ class _Solution:
                          optimize=True)
         whole = (vectors**2).sum(axis=(0, 1))
         rows[is_rounding(self.fit, (rows**2).sum(axis=1), whole)] = 0.0
-        return rows, [each.shape[2] for each in errors]
+        widths = [each.shape[2] for each in errors]
+        for h, last, width in zip(hypotheses, np.cumsum(widths), widths, strict=True):
+            if not _effect_of(h).in_square:
+                mine = slice(last - width, last)
+                with_waves(self.fit, rows[mine].T, _effect_of(h), self._shape(h))
+        return rows, widths
+
+    def _shape(self, h: Hypothesis) -> float | None:
+        return None if h.shape is None else self.fit.shapes.get(h.name, h.shape)
 
     def _errors(self, h: Hypothesis) -> FloatArray:
         """Errors (n, 3, k) of one effect; a shape parameter that the fit has is as fitted."""
         effect, fitted = _effect_of(h), self.fit.model.names
         if effect.in_square and h.name not in fitted:
             return square_vectors(self.fit, effect)
-        shape = None if h.shape is None else self.fit.shapes.get(h.name, h.shape)
+        shape = self._shape(h)
         varying = about_mean(effect, fitted)
         if effect.acts_on == "reading":
             return varying.evaluate(self.fit.equations.at_reading, shape)

@@ -2,6 +2,7 @@
 
     magnitude row   (|s_i| (1 - R_i eta) - m_i - D_i theta) / sd_i
     null row        (s_i - expected_i) / sd_i, three of them
+    wave row        of a plate that leans, :mod:`calib.fit.rows.wave_rows`
     prior row       eta_j, one for each error that several references have in common
 
 All rows have unit variance when the stated sds hold. ``eta`` are the common errors of the
@@ -30,6 +31,7 @@ from calib.fit.rows.sensitive_axes import (
     solve_sensor,
 )
 from calib.fit.rows.vector_derivatives import matrix_slopes, vector_derivatives
+from calib.fit.rows.wave_rows import WaveRows, wave_rows
 from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.fit.rows.whitening import Whitening
 from calib.numbers import NO_LENGTH
@@ -40,8 +42,7 @@ from calib.poses.pose_set import PoseSet
 OF_THE_MODEL = (
     "on_reading", "on_sensor", "on_reference", "reading_index", "sensor_index", "reference_index",
     "follows", "varying", "fixed", "varying_on_axes", "varying_orthogonal", "on_axes_index",
-    "on_axes_columns", "varying_index", "fixed_index",
-)
+    "on_axes_columns", "varying_index", "fixed_index")
 """What equations of one model share: which effects act where, and where their parameters stand."""
 
 
@@ -53,9 +54,6 @@ class Equations:
     poses : PoseSet
         n poses.
     model : Model
-    sensed : array, shape (n, 3), optional
-        What each sensitive axis sensed in its pose, SI, for the memory of the pose before; by the
-        start where it is not given.
     whitening : Whitening, optional
         That of ``poses``, where it is known already.
     """
@@ -64,7 +62,6 @@ class Equations:
         self,
         poses: PoseSet,
         model: Model,
-        sensed: FloatArray | None = None,
         whitening: Whitening | None = None,
     ) -> None:
         self.poses = poses
@@ -76,8 +73,7 @@ class Equations:
         self.common = poses.reference.common[self.magnitude]
         self.is_null = poses.reference.is_null
         self.at_reading = poses.conditions(poses.reading)
-        if sensed is None:
-            sensed = axes_of(self.start.matrix).sensed(self.whitening.vector)
+        sensed = axes_of(self.start.matrix).sensed(self.whitening.vector)
         self.at_start = poses.conditions(self.whitening.vector, sensed)
         self.follows: dict[str, bool] = {}
         self._hold(model)
@@ -85,7 +81,8 @@ class Equations:
     def extended(self, effects: Sequence[Effect]) -> "Equations":
         """The rows of the same poses under the model with more ``effects``."""
         larger = copy(self)
-        larger.__dict__.pop("matrix_slopes", None)
+        for name in ("matrix_slopes", "waves"):
+            larger.__dict__.pop(name, None)
         larger.probes = self.probes
         larger._hold(Model((*self.model.effects, *effects)))
         return larger
@@ -111,7 +108,8 @@ class Equations:
     def after(self, sensed: FloatArray) -> "Equations":
         """The same rows where the axes ``sensed`` (n, 3) in the poses, SI: what they remember."""
         later = copy(self)
-        later.__dict__.pop("probes", None)
+        for name in ("probes", "waves"):
+            later.__dict__.pop(name, None)
         previous = self.poses.conditions(self.whitening.vector, sensed).previous
         later.at_start = self.at_start.with_previous(previous)
         return later
@@ -155,19 +153,31 @@ class Equations:
         return float(np.median(self.row_sd))
 
     @cached_property
+    def waves(self) -> WaveRows | None:
+        """The rows of the waves; None on a level plate."""
+        return None if self.poses.ring is None else wave_rows(self)
+
+    @cached_property
     def row_pose(self) -> IntArray:
         """Pose of every data row (the prior rows left out), shape (r - q,)."""
-        return np.concatenate([self.magnitude, np.repeat(self.null, 3)])
+        last = [self.waves.row_pose] if self.waves else []
+        return np.concatenate([self.magnitude, np.repeat(self.null, 3), *last])
 
     @property
     def row_sd(self) -> FloatArray:
         """Sd of every data row in SI units, shape (r - q,)."""
-        return np.concatenate([self.magnitude_sd, self.null_sd.ravel()])
+        last = [self.waves.row_sd] if self.waves else []
+        return np.concatenate([self.magnitude_sd, self.null_sd.ravel(), *last])
+
+    @property
+    def wave_count(self) -> int:
+        """Number of rows of waves, the last of the data rows."""
+        return len(self.waves.row_sd) if self.waves else 0
 
     @property
     def data_count(self) -> int:
         """Number of data rows."""
-        return len(self.magnitude) + 3 * len(self.null)
+        return len(self.magnitude) + 3 * len(self.null) + self.wave_count
 
     def conditions(self, vector: FloatArray) -> Conditions:
         """What effects are evaluated on at the corrected vectors ``vector`` (n, 3), SI.
@@ -180,7 +190,7 @@ class Equations:
         return self.at_start.with_vector(held)
 
     def whitened(self, vectors: FloatArray, s: FloatArray) -> FloatArray:
-        """What errors of the corrected vectors make of the data rows.
+        """What errors of the corrected vectors make of the data rows, in their sds, (d, k).
 
         Parameters
         ----------
@@ -188,17 +198,8 @@ class Equations:
             k errors of every vector, SI.
         s : array, shape (n, 3)
             The corrected vectors, SI.
-
-        Returns
-        -------
-        array, shape (d, k)
-            In sds of the rows.
         """
-        size = np.linalg.norm(s[self.magnitude], axis=1, keepdims=True)
-        n = s[self.magnitude] / np.maximum(size, NO_LENGTH)
-        along = np.einsum("ni,nik->nk", n, vectors[self.magnitude]) / self.magnitude_sd[:, None]
-        rest = vectors[self.null] / self.null_sd[:, :, None]
-        return np.concatenate([along, rest.reshape(-1, vectors.shape[2])])
+        return np.asarray(np.einsum("di,dik->dk", self.directions(s), vectors[self.row_pose]))
 
     def axes(self, theta: FloatArray) -> Axes:
         """The sensitive axes at ``theta`` (p,)."""
@@ -241,7 +242,7 @@ class Equations:
             transposed = slope[self.magnitude].transpose(0, 2, 1)
             along = np.linalg.solve(transposed, along[:, :, None])[:, :, 0]
         at_rest = np.eye(3) / self.null_sd[:, :, None]
-        return np.concatenate([along, at_rest.reshape(-1, 3)])
+        return np.concatenate([along, at_rest.reshape(-1, 3), np.zeros((self.wave_count, 3))])
 
     def reference_columns(self, shapes: Mapping[str, float]) -> FloatArray:
         """Errors (k, p'') of the magnitude rows' references, SI, per unit of their parameters."""
@@ -277,12 +278,15 @@ class Equations:
         stated = self.poses.reference.magnitude[self.magnitude]
         residual[:k] = (size * true_share - stated) / self.magnitude_sd
         rest = s[self.null] - self.poses.expected[self.null]
-        residual[k : self.data_count] = (rest / self.null_sd).ravel()
+        first_wave = self.data_count - self.wave_count
+        residual[k:first_wave] = (rest / self.null_sd).ravel()
         directions[:k] *= -true_share[:, None]
         directions[k:] *= -1
-        jacobian[: self.data_count, :p] = np.einsum(
-            "di,dip->dp", directions, errors[self.row_pose]
-        )
+        shown = np.einsum("di,dip->dp", directions, errors[self.row_pose])
+        jacobian[: self.data_count, :p] = shown
+        if self.waves:
+            last = slice(first_wave, self.data_count)
+            residual[last], jacobian[last] = self.waves.rows(theta, eta, shapes)
         if self.on_reference:
             of_reference = self.reference_columns(shapes) / self.magnitude_sd[:, None]
             residual[:k] -= of_reference @ theta[self.reference_index]

@@ -1,0 +1,107 @@
+"""What a sensor reads in step with the plate that it turns on: waves once and twice per turn.
+
+On a plate that leans gravity turns in the sensor's axes, a wave of g sin(tilt) once per turn. The
+readings of a pose are fitted, at the angles of the plate, by
+
+    y = y_0 + Σ_h (a_h cos hθ + b_h sin hθ) + d t,   h = 1, 2
+
+The angle is the integral of what the gyroscope reads along the axis of the plate, so that wow does
+not spread a wave over its neighbours, and the known rate where there is no gyroscope. The sd of an
+amplitude is by the power of what is left beside the wave in the spectrum: correlated noise has
+another power there than in the mean.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.numbers import NO_LENGTH
+from calib.poses.imu_log import FloatArray
+
+HARMONICS = (1, 2)  #: per turn; fact: tilt once, ellipticity twice
+NEIGHBOURS = (-2, -1, 1, 2)
+"""Waves more than there are turns, whose power is the noise. Derived: alike on both sides, so that
+a spectrum that falls in between is not mistaken."""
+
+FEWEST_TURNS = 3
+"""Of a pose that shows a wave. Derived: the lowest neighbour then is one wave per pose."""
+
+LARGEST_WOW = 0.2
+"""Of the rate: a plate that varies by more, or a gyroscope that is far off, is no clock of the
+angle. A judgement."""
+
+
+@dataclass(frozen=True, eq=False)
+class Waves:
+    """The waves of one triad in one pose, in its unit.
+
+    Attributes
+    ----------
+    amplitude : array, shape (2, 2, 3)
+        Once and twice per turn, of the cosine and of the sine, of every axis.
+    variance : array, shape (3,)
+        Of each amplitude once per turn.
+    """
+
+    amplitude: FloatArray
+    variance: FloatArray
+
+
+def plate_angle(time_s: FloatArray, gyroscope: FloatArray | None, rate_rad_s: float) -> FloatArray:
+    """The angle by which the plate has turned.
+
+    Parameters
+    ----------
+    time_s : array, shape (t,)
+        Over whole turns.
+    gyroscope : array, shape (t, 3), or None
+        Nominal readings, rad/s.
+    rate_rad_s : float
+        Of the plate, positive.
+
+    Returns
+    -------
+    array, shape (t,)
+        rad, from 0, increasing.
+    """
+    steady = rate_rad_s * (time_s - time_s[0])
+    if gyroscope is None:
+        return np.asarray(steady)
+    mean = gyroscope.mean(axis=0)
+    size = float(np.linalg.norm(mean))
+    varies = gyroscope @ mean / max(size**2, NO_LENGTH) - 1
+    step = np.diff(time_s)
+    beside = np.concatenate([[0.0], np.cumsum((varies[1:] + varies[:-1]) / 2 * step)])
+    if np.abs(beside).max() * rate_rad_s > LARGEST_WOW:
+        return np.asarray(steady)
+    return np.asarray(steady + rate_rad_s * beside)
+
+
+def waves_of(values: FloatArray, time_s: FloatArray, angle: FloatArray) -> Waves | None:
+    """The waves of readings in step with the plate.
+
+    Parameters
+    ----------
+    values : array, shape (t, 3)
+        Of one triad, in its unit.
+    time_s, angle : array, shape (t,)
+        Time stamps and the angle of the plate, rad.
+
+    Returns
+    -------
+    Waves or None
+        None where fewer than ``FEWEST_TURNS`` whole turns show them.
+    """
+    turns = round(float(angle[-1]) / (2 * math.pi))
+    if turns < FEWEST_TURNS:
+        return None
+    line = (time_s - time_s.mean()) / max(float(np.ptp(time_s)), NO_LENGTH)
+    waves = [f(h * angle) for h in HARMONICS for f in (np.cos, np.sin)]
+    design = np.column_stack([*waves, np.ones(len(angle)), line])
+    solution = np.linalg.lstsq(design, values, rcond=None)[0]
+    rest = values - design @ solution
+    beside = 1 + np.array(NEIGHBOURS) / turns
+    spectrum = np.exp(-1j * np.outer(beside, angle)) @ rest
+    variance = 2 * (np.abs(spectrum) ** 2).mean(axis=0) / len(angle) ** 2
+    return Waves(solution[:4].reshape(2, 2, 3), variance)

@@ -1,0 +1,219 @@
+"""What poses on a leaning plate read all round one turn, and what is known of that.
+
+While the plate turns, gravity goes round in the sensor's axes and a pose sees a ring of attitudes.
+The ring is the mean and the wave once per turn (:mod:`calib.poses.in_step`), evaluated at so many
+``ANGLES``: an effect stated for poses is stated for its points, and its wave is their harmonic.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.poses.averaging import PoseMean
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import FloatArray, IntArray, Triad
+from calib.poses.in_step import Waves
+from calib.poses.reference import RowIndex
+
+ANGLES = 8
+"""Round one turn. Derived: an effect of third order in gravity makes waves up to three times per
+turn, and eight points tell the first from all up to the sixth."""
+
+LEAST_TILT_RAD = float(np.radians(1.5))
+"""Derived: 18 poses of 20 s of an MPU-6050 then show an element of its g-sensitivity to 0.1 °/s per
+g, its typical size (``python -m tests.bench.study_tilt``). A plate that is more level says nothing
+of it, and its waves are left alone."""
+
+OUT_OF_ROUND = 0.15
+"""Of the wave: gravity goes round in a circle but for the gains, which data sheets state to a few
+per cent; what does not is a case that rocks or a cable that tugs. A judgement."""
+
+DISTURBED = 4.0
+"""Times the typical noise of a run: a pose noisier than that was disturbed and has its own.
+Derived: by chance one axis in 2500 is (chi-square with eight degrees of freedom)."""
+
+TILT_SD_RAD = 0.03
+"""Of the tilt by an accelerometer that is not calibrated yet. Derived: gains and biases of a few
+per cent; wide enough that the waves alone decide."""
+
+ROUND = 2 * np.pi * np.arange(ANGLES) / ANGLES  #: rad; definition
+TO_WAVE = np.stack([np.cos(ROUND), np.sin(ROUND)]) * 2 / ANGLES
+"""From the points of a ring to the amplitudes of its cosine and sine, (2, k). Definition."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ring:
+    """The rings of w poses of a set.
+
+    Attributes
+    ----------
+    place : array of int, shape (w,)
+        Which poses of the set.
+    reading : array, shape (w, k, 3)
+        Nominal, SI, at the angles ``ROUND``.
+    force : array, shape (w, k, 3)
+        Calibrated specific force there, m/s².
+    sd : array, shape (w, 3)
+        Of the amplitudes of cosine and sine of the reading, nominal SI.
+    tilt_rad : array, shape (w,)
+        Of the axis of the plate against gravity, that of the run.
+    gravity_m_s2 : array, shape (w,)
+        What goes round in an accelerometer, NaN of a gyroscope.
+    room_rad_s : array, shape (w,)
+        Sd of each horizontal component of what is fixed in the room and turns: the Earth.
+    """
+
+    place: IntArray
+    reading: FloatArray
+    force: FloatArray
+    sd: FloatArray
+    tilt_rad: FloatArray
+    gravity_m_s2: FloatArray
+    room_rad_s: FloatArray
+
+    def take(self, rows: RowIndex, count: int) -> "Ring | None":
+        """The rings of some poses of a set of ``count``, in their new order."""
+        index = np.arange(count)[rows]
+        where = np.full(count, -1)
+        where[self.place] = np.arange(len(self.place))
+        kept = where[index]
+        return self._of(kept[kept >= 0], np.flatnonzero(kept >= 0))
+
+    def _of(self, which: IntArray, place: IntArray) -> "Ring | None":
+        if not len(which):
+            return None
+        rest = {name: getattr(self, name)[which] for name in Ring.__dataclass_fields__
+                if name != "place"}
+        return Ring(place, **rest)
+
+    def evaluated(
+        self, at: Conditions, correct: Callable[[Conditions], FloatArray]
+    ) -> FloatArray:
+        """The nominal specific force of the rings corrected, m/s², (w, k, 3).
+
+        Parameters
+        ----------
+        at : Conditions
+            Of the accelerometer in the poses of the set.
+        correct : callable
+            The calibration of the accelerometer.
+        """
+        points = at.take(np.repeat(self.place, ANGLES))
+        corrected = correct(points.with_vector(self.force.reshape(-1, 3)))
+        return corrected.reshape(self.force.shape)
+
+    def behind(self, count: int) -> "Ring":
+        """The same where ``count`` poses stand before those of the set."""
+        return replace(self, place=self.place + count)
+
+
+def joined_rings(first: Ring | None, other: Ring | None) -> Ring | None:
+    """The rings of two sets one after another; ``place`` of both as they then stand."""
+    if first is None or other is None:
+        return first or other
+    return Ring(*(np.concatenate([getattr(first, name), getattr(other, name)])
+                  for name in Ring.__dataclass_fields__))
+
+
+def rings_of(parts: Sequence[tuple[Ring | None, int]]) -> Ring | None:
+    """The rings of runs, each with its number of poses, one after another."""
+    whole, before = None, 0
+    for ring, poses in parts:
+        whole = joined_rings(whole, ring and ring.behind(before))
+        before += poses
+    return whole
+
+
+def tilt_of_run(means: Sequence[PoseMean]) -> float | None:
+    """How far the axis of the plate leans against gravity, by the nominal accelerometer.
+
+    Parameters
+    ----------
+    means : sequence of PoseMean
+        Of one run.
+
+    Returns
+    -------
+    float or None
+        rad, the median over the poses; None where their accelerometers do not show it.
+    """
+    tilts = [_tilt(mean.accelerometer.mean, mean.accelerometer.waves)
+             for mean in means if mean.accelerometer.waves is not None]
+    return float(np.median(tilts)) if tilts else None
+
+
+def _tilt(mean: FloatArray, waves: Waves) -> float:
+    across = np.sqrt((waves.amplitude[0] ** 2).sum() / 2)
+    return float(np.arctan2(across, np.linalg.norm(mean)))
+
+
+def _is_round(waves: Waves) -> bool:
+    """Whether gravity goes round in a circle: equal cosine and sine, across one another."""
+    cosine, sine = waves.amplitude[0]
+    square = (waves.amplitude[0] ** 2).sum() / 2
+    return bool(abs(cosine @ cosine - sine @ sine) < 2 * OUT_OF_ROUND * square
+                and abs(cosine @ sine) < OUT_OF_ROUND * square)
+
+
+def is_leaning(means: Sequence[PoseMean]) -> bool:
+    """Whether the plate of a run leans enough for its waves to say anything."""
+    tilt = tilt_of_run(means)
+    return tilt is not None and tilt >= LEAST_TILT_RAD
+
+
+def ring_of_run(
+    means: Sequence[PoseMean], triad: Triad, tilt_rad: float | None = None,
+    gravity_m_s2: float = np.nan, room_rad_s: float = np.nan,
+) -> Ring | None:
+    """The rings of the poses of one run; their specific force is nominal.
+
+    Parameters
+    ----------
+    means : sequence of PoseMean
+    triad : str
+    tilt_rad : float, optional
+        Where it is known better than by the nominal accelerometer.
+    gravity_m_s2, room_rad_s : float
+        As of :class:`Ring`.
+
+    Returns
+    -------
+    Ring or None
+        None where the plate is level, or was not seen to go round in every pose.
+    """
+    if not is_leaning(means):
+        return None
+    tilt = tilt_of_run(means) if tilt_rad is None else tilt_rad
+    used = [i for i, mean in enumerate(means)
+            if mean.accelerometer.waves is not None and getattr(mean, triad).waves is not None
+            and _is_round(mean.accelerometer.waves)]
+    if not used:
+        return None
+    of_triad = [getattr(means[i], triad) for i in used]
+    reading = np.array([_points(each.mean, each.waves) for each in of_triad])
+    force = np.array([_points(means[i].accelerometer.mean, means[i].accelerometer.waves)
+                      for i in used])
+    variance = np.array([each.waves.variance for each in of_triad])
+    usual = np.median(variance, axis=0)
+    usual = variance.mean(axis=0, where=variance <= DISTURBED * usual)
+    sd = np.sqrt(np.where(variance > DISTURBED * usual, variance, usual))
+    alike = (np.full(len(used), value) for value in (tilt, gravity_m_s2, room_rad_s))
+    return Ring(np.array(used), reading, force, sd, *alike)
+
+
+def _points(mean: FloatArray, waves: Waves | None) -> FloatArray:
+    """Readings (k, 3) at the angles ``ROUND``."""
+    assert waves is not None
+    cosine, sine = waves.amplitude[0]
+    return np.asarray(mean + np.outer(np.cos(ROUND), cosine) + np.outer(np.sin(ROUND), sine))
+
+
+def room_names(run: str) -> tuple[str, str]:
+    """The common errors of a run by the Earth's horizontal rate, along and across the lean."""
+    return f"Earth's rate along the tilt of {run}", f"Earth's rate across the tilt of {run}"
+
+
+def tilt_name(run: str) -> str:
+    """The common error of a run by the tilt of its plate."""
+    return f"tilt of {run}"

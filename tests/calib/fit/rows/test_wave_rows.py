@@ -1,0 +1,109 @@
+"""Waves of a leaning plate, simulated sample by sample, against the truth that made them."""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from calib.assess import assess
+from calib.effects.catalogue import BASE
+from calib.fit.least_squares.solver import fit
+from calib.fit.model import Model
+from calib.fit.rows.residuals import Equations
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.pose_set import PoseSet
+from tests.fitting import pose_sets
+from tests.world.designs import SLOW, paper_design
+from tests.world.hidden import Hidden
+from tests.world.imu import mpu6050
+from tests.world.make_data import G_SENSITIVITY_DEG_S_PER_G, WOW
+from tests.world.plate import PlateMotion
+from tests.world.session import simulate
+from tests.world.truth import g_sensitivity_seen
+
+PER_SI = np.radians(G_SENSITIVITY_DEG_S_PER_G) / 9.80665
+WITH_G = Model.of([*BASE, "g_sensitivity"])
+
+
+@lru_cache
+def gyro_poses(
+    tilt_deg: float, hide: bool = True, wow: float = 1.0, rate: float = SLOW, seed: int = 1
+) -> tuple[PoseSet, TriadSpec]:
+    """The published design with an MPU-6050 on a plate that leans; ``wow`` times an ordinary one.
+    """
+    motion = PlateMotion(rate, wow=tuple((order, wow * size, at) for order, size, at in WOW))
+    design = paper_design(mpu6050(), motion)
+    table = replace(design.turntable, tilt_rad=(np.radians(tilt_deg), 0.0))
+    design = replace(design, turntable=table, sample_rate_hz=25.0)
+    hidden = (Hidden("g_sensitivity", "gyroscope", PER_SI),) if hide else ()
+    _, gyro, specs = pose_sets(simulate(design, seed, hidden))
+    return gyro, specs[1]
+
+
+def deviations(poses: PoseSet, hide: bool = True) -> np.ndarray:
+    """(estimate - truth)/sd of the nine elements."""
+    fitted = fit(poses, WITH_G)
+    where = fitted.model.slices()["g_sensitivity"]
+    truth = g_sensitivity_seen(mpu6050(), PER_SI * hide).ravel()
+    return np.asarray((fitted.theta[where] - truth) / np.sqrt(np.diag(fitted.cov)[where]))
+
+
+def test_a_level_plate_has_none() -> None:
+    poses, _ = gyro_poses(0.4)
+    assert poses.ring is None
+    assert not any("tilt" in name for name in poses.reference.common_names)
+
+
+@pytest.mark.parametrize("names", [BASE, [*BASE, "g_sensitivity", "quadratic"]])
+def test_their_jacobian_is_exact(names: list[str]) -> None:
+    poses, _ = gyro_poses(10.0)
+    equations = Equations(poses, Model.of(names))
+    rng = np.random.default_rng(3)
+    size = np.where(np.arange(equations.model.size) < 9, 1e-2, 1e-4)
+    theta = size * rng.standard_normal(equations.model.size)
+    eta = rng.standard_normal(len(poses.reference.common_names))
+    rows = equations.rows(theta, eta, {})
+    both = np.concatenate([theta, eta])
+    for i in range(len(both)):
+        step = np.zeros(len(both))
+        step[i] = 1e-6 * (size[i] if i < len(theta) else 1.0) * 100
+        up, down = ((equations.rows(each[: len(theta)], each[len(theta) :], {})).residual
+                    for each in (both + step, both - step))
+        slope = (up - down) / (2 * step[i])
+        scale = np.abs(rows.jacobian[:, i]).max() + 1e-9
+        assert rows.jacobian[:, i] / scale == pytest.approx(slope / scale, abs=1e-4)
+
+
+@pytest.mark.parametrize(("tilt_deg", "sd"), [(5.0, 0.045), (20.0, 0.012)])
+def test_they_show_all_nine_elements_of_a_g_sensitivity(tilt_deg: float, sd: float) -> None:
+    poses, spec = gyro_poses(tilt_deg)
+    assert np.sqrt(np.mean(deviations(poses) ** 2)) < 2
+    fitted = fit(poses, WITH_G)
+    stated = np.sqrt(np.diag(fitted.cov)[fitted.model.slices()["g_sensitivity"]])
+    assert np.degrees(stated).max() * 9.80665 < 1.5 * sd
+    assert 0.6 < fitted.chi2 / fitted.dof < 1.5
+    assert assess(poses, Model.of(BASE), spec).diagnosis.names == ("g_sensitivity",)
+
+
+@pytest.mark.parametrize("changes", [
+    {"wow": 7.0}, {"rate": -SLOW}, {"seed": 5},
+], ids=["a bad drive", "clockwise", "another evening"])
+def test_they_name_nothing_that_is_not_there(changes: dict[str, float]) -> None:
+    poses, spec = gyro_poses(10.0, hide=False, **changes)  # type: ignore[arg-type]
+    assert np.sqrt(np.mean(deviations(poses, hide=False) ** 2)) < 2
+    said = assess(poses, Model.of(BASE), spec).diagnosis
+    assert said.names == ()
+    assert "g_sensitivity" not in said.blind
+
+
+def test_a_mounting_left_out_takes_its_waves_along() -> None:
+    poses, _ = gyro_poses(10.0)
+    without = poses.take(np.arange(1, len(poses)))
+    assert without.ring is not None
+    assert poses.ring is not None
+    assert (without.ring.place == np.arange(len(without))).all()
+    assert (without.ring.reading == poses.ring.reading[1:]).all()
+    again = poses.take([0]).concat(without)
+    assert again.ring is not None
+    assert (again.ring.place == np.arange(len(poses))).all()
