@@ -14,6 +14,11 @@ STEP_TERMS = 100
 """The series is within 0.6 % of Δ²/12 without noise, and exact with any. Numerical."""
 
 
+SAME_PLACE = 0.25
+"""Share of a step. Derived: the error of a mean returns with every step, and its parts a quarter
+apart have no correlation."""
+
+
 def value_steps(values: FloatArray) -> FloatArray:
     """The step between neighbouring values of each axis of a log (t, 3), in its units, (3,).
 
@@ -86,3 +91,26 @@ def step_variance(step: FloatArray, scatter: FloatArray) -> FloatArray:
     k = np.arange(1, STEP_TERMS + 1)
     terms = np.exp(-4 * np.pi**2 * k**2 * dither / square) / (2 * np.pi**2 * k**2)
     return np.asarray(step**2 * terms.sum(axis=1))
+
+
+def same_place(values: FloatArray, step: FloatArray) -> FloatArray:
+    """Number of poses that lie in the same place between two steps of their axis, (n, 3).
+
+    What the steps do to their means is common to them and does not average down: the bias of a
+    gyroscope is read in one place in all poses at rest. Multiplied by this number, the variance of
+    each is that of a common error, as far as their mean goes.
+
+    Parameters
+    ----------
+    values : array, shape (n, 3)
+        Means of the poses of one run.
+    step : array, shape (3,)
+        In the same unit.
+
+    Returns
+    -------
+    array, shape (n, 3)
+        Counts, no unit; at least 1, the pose itself.
+    """
+    apart = np.abs(values[:, None, :] - values[None, :, :])  # (n, n, 3)
+    return np.asarray((apart < SAME_PLACE * step).sum(axis=1).clip(min=1), dtype=float)

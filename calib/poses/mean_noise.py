@@ -16,7 +16,7 @@ import numpy as np
 from calib.numbers import NO_LENGTH
 from calib.poses.averaging import PoseMean, TriadMean
 from calib.poses.batches import BATCHES, COARSE_BATCHES
-from calib.poses.converter_steps import step_variance
+from calib.poses.converter_steps import same_place, step_variance
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.sway import shortfall
 
@@ -259,7 +259,9 @@ def pose_mean_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray
                   else shortfall(means))
         step = known_step([getattr(mean, triad) for mean in means])
         scatter = np.median([getattr(mean, triad).scatter for mean in means], axis=0)
-        other.append(step_variance(step, scatter) + np.square(motion)[:, None])
+        values = np.array([getattr(mean, triad).mean for mean in means])
+        steps = step_variance(step, scatter) * same_place(values, step)
+        other.append(steps + np.square(motion)[:, None])
     return np.asarray(np.sqrt(noise_sd(runs, triad) ** 2 + np.concatenate(other)))
 
 

@@ -1,0 +1,41 @@
+"""A log that froze is told from a converter whose steps are larger than the noise."""
+
+import numpy as np
+import pytest
+
+from calib.consistency.repeats import find_frozen
+from calib.poses.imu_log import ImuLog
+
+ROWS, POSES, FROZE = 400, 24, 5
+
+
+def session(sd_in_steps: float, memory: float, seed: int) -> list[ImuLog]:
+    """Logs of poses, each in a place of its own between the steps of the converter."""
+    rng = np.random.default_rng(seed)
+
+    def triad() -> np.ndarray:
+        white = rng.normal(size=(ROWS, 3))
+        slow = np.empty_like(white)
+        slow[0] = white[0]
+        for i in range(1, ROWS):
+            slow[i] = memory * slow[i - 1] + np.sqrt(1 - memory**2) * white[i]
+        return np.asarray(np.rint(rng.uniform(-50, 50, 3) + sd_in_steps * slow))
+
+    return [ImuLog(f"pose_{i}", np.arange(ROWS) / 100, triad(), triad()) for i in range(POSES)]
+
+
+@pytest.mark.parametrize("sd_in_steps", [0.02, 0.1, 0.15, 0.2, 0.25, 0.3, 0.5, 1.0])
+@pytest.mark.parametrize("memory", [0.0, 0.5, 0.9])
+def test_a_coarse_quiet_converter_did_not_freeze(sd_in_steps: float, memory: float) -> None:
+    for seed in range(3):
+        assert find_frozen(session(sd_in_steps, memory, seed)) == []
+
+
+@pytest.mark.parametrize("sd_in_steps", [0.4, 0.7, 2.0, 20.0])
+def test_a_log_that_froze_is_found_where_noise_would_show(sd_in_steps: float) -> None:
+    logs = session(sd_in_steps, 0.0, 7)
+    for values in (logs[FROZE].accelerometer, logs[FROZE].gyroscope):
+        values[150:] = values[150]
+    (frozen,) = find_frozen(logs)
+    assert (frozen.index, frozen.start + frozen.count) == (FROZE, ROWS)
+    assert abs(frozen.start - 150) < 10
