@@ -66,6 +66,8 @@ CONFIGURATIONS = (
          edit("title: MTi", 'title: "\\uD800" #')),
     Case("ten megabytes", "check CONFIG", 2, "larger than", write("config.yaml", "#" * 10_000_000)),
     Case("deep nesting", "check CONFIG", 2, ".", append("x: " + "[" * 200 + "]" * 200)),
+    Case("the wrong encoding", "run CONFIG", 3, "offset-binary", edit(
+        "encoding: offset-binary", "encoding: twos-complement")),
     Case("no poses", "check CONFIG", 2, "accelerometer.poses",
          edit("poses: accelerometer/pose_*.csv", "poses: []")),
     Case("no poses in files", "check CONFIG", 2, "accelerometer.poses",

@@ -57,7 +57,7 @@ def places(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
                                   for each in places(child, (*path, key))]
 
 
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(data=st.data())
 def test_an_edited_file_is_refused_or_every_command_goes_through(
     finished: RunSession, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject

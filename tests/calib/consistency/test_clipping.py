@@ -1,0 +1,41 @@
+"""Axes cut off below the converter's range, in logs made of noise."""
+
+import numpy as np
+import pytest
+
+from calib.consistency.clipping import require_unclipped
+from calib.errors import Undetermined
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import FloatArray, ImuLog
+
+SPEC = TriadSpec(4.0, 16, "twos-complement")
+ROWS = 600
+
+
+def logs(noise: float = 30.0, limit: float = np.inf, seed: int = 0) -> list[ImuLog]:
+    """Six logs at rates from -12,000 to 12,000 counts, cut off at ``limit``."""
+    random = np.random.default_rng(seed)
+    made = []
+    for i, rate in enumerate(np.linspace(-12_000, 12_000, 6)):
+        counts: FloatArray = rate * np.array([0.2, 1.0, -0.5]) + noise * random.normal(
+            size=(ROWS, 3))
+        counts = np.clip(np.round(counts), -limit, limit)
+        made.append(ImuLog(f"pose_{i}", np.arange(ROWS) / 100, np.full((ROWS, 3), np.nan), counts))
+    return made
+
+
+def test_an_axis_that_stops_at_a_limit_is_named_with_its_value() -> None:
+    with pytest.raises(Undetermined, match="pose_5: gyroscope y stands at 11990 in"):
+        require_unclipped(logs(limit=11_990.0), "gyroscope", SPEC)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_noise_is_not_clipped_however_coarse(seed: int) -> None:
+    for noise in (0.3, 1.0, 30.0):
+        require_unclipped(logs(noise, seed=seed), "gyroscope", SPEC)
+
+
+def test_one_log_alone_and_a_triad_that_was_not_logged_say_nothing() -> None:
+    clipped = logs(limit=11_990.0)
+    require_unclipped(clipped[:1], "gyroscope", SPEC)
+    require_unclipped(clipped, "accelerometer", SPEC)

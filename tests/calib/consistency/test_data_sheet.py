@@ -1,0 +1,51 @@
+"""Warnings where the data sheet or the clips are contradicted, on arrays."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from calib.consistency.data_sheet import (
+    direction_against_clip,
+    gain_off_the_sheet,
+    turning_while_still,
+)
+from calib.fit.parameters import TriadParameters
+from calib.poses.data_sheet import TriadSpec
+from tests.calib.made_poses import FAST, SLOW, made_poses
+
+SPEC = TriadSpec(4.0, 16, "twos-complement")
+
+
+def gains(*ratio: float, sd: float = 1.0) -> TriadParameters:
+    return TriadParameters(np.zeros(3), np.zeros(3), np.array(ratio) / SPEC.nominal_scale,
+                           np.full((9, 9), sd**2))
+
+
+def test_a_gain_far_from_the_data_sheet_is_said_with_both_reasons() -> None:
+    (said,) = gain_off_the_sheet(gains(1.02, 2.01, 1.99), SPEC, "gyroscope")
+    assert "gain on y is 2.01 times the data sheet's" in said
+    assert "or the rate of the plate is wrong by that factor" in said
+
+
+def test_gains_within_a_third_and_gains_that_were_not_fitted_are_not_said() -> None:
+    assert not [*gain_off_the_sheet(gains(1.28, 0.75, 1.0), SPEC, "gyroscope")]
+    assert not [*gain_off_the_sheet(gains(3.0, 3.0, 3.0, sd=np.inf), SPEC, "gyroscope")]
+
+
+def test_poses_of_the_accelerometer_on_the_turning_plate_are_counted() -> None:
+    poses = made_poses("accelerometer", (0.0, SLOW))
+    (said,) = turning_while_still(poses)
+    assert f"{len(poses) // 2} of the {len(poses)} poses" in said
+    assert not [*turning_while_still(made_poses("accelerometer", (0.0,)))]
+    assert not [*turning_while_still(made_poses("gyroscope", (SLOW,)))]
+
+
+def test_a_run_that_turns_against_its_clip_is_named_and_one_odd_pose_is_not() -> None:
+    poses = made_poses("gyroscope", (SLOW, -FAST))
+    filmed = ["ccw" if run == "run 0" else "cw" for run in poses.run]
+    assert not [*direction_against_clip(poses, filmed)]
+    spin = poses.spin_rad_s.copy()
+    spin[0] *= -1
+    assert not [*direction_against_clip(replace(poses, spin_rad_s=spin), filmed)]
+    (said,) = direction_against_clip(poses, ["ccw"] * len(poses))
+    assert "run run 1" in said

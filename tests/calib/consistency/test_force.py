@@ -1,0 +1,80 @@
+"""The specific force on the turning plate against gravity, on arrays."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from calib.consistency.force import require_gravity, unknown_force
+from calib.earth import STANDARD_GRAVITY_M_S2
+from calib.errors import Contradiction
+from calib.fit.least_squares.solver import fit
+from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
+from calib.poses.imu_log import FloatArray
+from calib.poses.pose_set import PoseSet
+from tests.calib.made_poses import (
+    FAST,
+    GRAVITY,
+    MODEL,
+    SLOW,
+    SPECS,
+    base_theta,
+    made_poses,
+    noisy,
+    read_through,
+)
+
+
+@pytest.fixture(scope="module")
+def accelerometer() -> TriadCalibration:
+    poses = noisy(made_poses("accelerometer", (0.0,)), 1)
+    return calibrate_triad(fit(poses, MODEL), SPECS["accelerometer"])
+
+
+def on_the_plate(matrix: FloatArray, run: str = "run 1") -> PoseSet:
+    """Poses of the gyroscope whose accelerometer reads through ``matrix`` in one run."""
+    poses = made_poses("gyroscope", (SLOW, FAST))
+    of_force = replace(made_poses("accelerometer", (SLOW, FAST)), reading=poses.force)
+    nominal = read_through(of_force, MODEL, base_theta(MODEL, "accelerometer")).reading
+    member = np.array(poses.run) == run
+    nominal[member] = nominal[member] @ matrix.T
+    return replace(poses, other_reading=nominal)
+
+
+def test_a_calibrated_accelerometer_reads_gravity_in_every_run(
+    accelerometer: TriadCalibration,
+) -> None:
+    require_gravity(on_the_plate(np.eye(3)), accelerometer, GRAVITY)
+    assert unknown_force(on_the_plate(np.eye(3)), accelerometer) == ()
+
+
+def test_a_drift_by_a_per_cent_is_no_contradiction(accelerometer: TriadCalibration) -> None:
+    require_gravity(on_the_plate(1.01 * np.eye(3)), accelerometer, GRAVITY)
+
+
+@pytest.mark.parametrize(("matrix", "words"), [
+    (0.5 * np.eye(3), "run 1: .*It fits if the readings are halved"),
+    (np.eye(3) / STANDARD_GRAVITY_M_S2, "run 1: .*It fits if the readings are in g instead"),
+    (1.37 * np.eye(3), "run 1: .*of another sensor, range, unit"),
+])
+def test_another_range_or_unit_is_named(
+    accelerometer: TriadCalibration, matrix: FloatArray, words: str
+) -> None:
+    with pytest.raises(Contradiction, match=words):
+        require_gravity(on_the_plate(matrix), accelerometer, GRAVITY)
+
+
+def test_exchanged_axes_show_by_what_the_calibration_tells_of_them() -> None:
+    """Lengths show an exchange through bias and scale alone: here 6 % of a gain, 3 m/s² of bias."""
+    theta = base_theta(MODEL, "accelerometer")
+    theta[:3] = [3.0, -2.0, 0.5]
+    poses = made_poses("accelerometer", (0.0,))
+    calibration = calibrate_triad(fit(read_through(poses, MODEL, theta), MODEL),
+                                  SPECS["accelerometer"])
+    on_plate = made_poses("gyroscope", (SLOW, FAST))
+    of_force = replace(made_poses("accelerometer", (SLOW, FAST)), reading=on_plate.force)
+    nominal = read_through(of_force, MODEL, theta).reading
+    require_gravity(replace(on_plate, other_reading=nominal), calibration, GRAVITY)
+    with pytest.raises(Contradiction, match="x and y are exchanged"):
+        require_gravity(replace(on_plate, other_reading=nominal[:, [1, 0, 2]]), calibration,
+                        GRAVITY)

@@ -1,0 +1,109 @@
+"""Mistakes in the files, done to arrays of poses: each is named, and noise alone is none."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from calib.consistency.mistakes import require_no_mistake, require_one_sensor
+from calib.errors import Contradiction, FitFailed
+from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.solver import fit
+from calib.poses.imu_log import BoolArray, FloatArray, Triad
+from calib.poses.pose_set import PoseSet
+from tests.calib.made_poses import FAST, MODEL, SLOW, made_poses, noisy
+
+SWAPPED = np.eye(3)[[1, 0, 2]]
+Y_MIRRORED = np.diag([1.0, -1.0, 1.0])
+FASTER = 1.35 * SLOW  #: as 45 to 33 rpm
+
+
+def session(triad: Triad, seed: int = 0) -> PoseSet:
+    """Poses read with noise: four runs of the gyroscope, one of the accelerometer."""
+    speeds = (SLOW, FASTER, FAST, 0.0) if triad == "gyroscope" else (0.0,)
+    return noisy(made_poses(triad, speeds, seed=seed, shared_sd=1e-4), seed)
+
+
+def turned(poses: PoseSet, matrix: FloatArray, member: BoolArray) -> PoseSet:
+    """The readings of some poses multiplied by a matrix."""
+    reading = poses.reading.copy()
+    reading[member] = reading[member] @ matrix.T
+    return replace(poses, reading=reading)
+
+
+def at_rates(poses: PoseSet, factors: dict[str, float]) -> PoseSet:
+    """Other rates stated for some runs."""
+    factor = np.array([factors.get(run, 1.0) for run in poses.run])
+    magnitude = poses.reference.magnitude * factor
+    return replace(poses, reference=replace(poses.reference, magnitude=magnitude))
+
+
+def run(poses: PoseSet, name: str) -> BoolArray:
+    return np.array(poses.run) == name
+
+
+def largest_y(poses: PoseSet) -> int:
+    """The pose that a mirrored y changes most."""
+    return int(np.abs(poses.reading[:, 1]).argmax())
+
+
+def fitted_if_possible(poses: PoseSet) -> Fit | None:
+    try:
+        return fit(poses, MODEL)
+    except FitFailed:
+        return None
+
+
+CASES: dict[str, tuple[Triad, Callable[[PoseSet], PoseSet], str]] = {
+    "axes of one run": ("gyroscope", lambda p: turned(p, SWAPPED, run(p, "run 1")),
+                        r"x and y are exchanged in the poses of run 'run 1'"),
+    "an axis of one run": ("gyroscope", lambda p: turned(p, Y_MIRRORED, run(p, "run 1")),
+                           r"y has the opposite sign in the poses of run 'run 1'"),
+    "the range of one run": ("gyroscope", lambda p: turned(p, 0.5 * np.eye(3), run(p, "run 0")),
+                             r"the readings are halved in the poses of run 'run 0'"),
+    "the rates of two runs": (
+        "gyroscope", lambda p: at_rates(p, {"run 0": FASTER / SLOW, "run 1": SLOW / FASTER}),
+        r"of run 'run 0' and run 'run 1' are exchanged"),
+    "the rate of one run": ("gyroscope", lambda p: at_rates(p, {"run 0": FASTER / SLOW}),
+                            r"in run 'run 0', not at"),
+    "axes from a pose on": (
+        "accelerometer", lambda p: turned(p, SWAPPED, np.arange(len(p)) >= 9),
+        r"x and y are exchanged from pose 10 on"),
+    "an axis of one pose": (
+        "accelerometer", lambda p: turned(p, Y_MIRRORED, np.arange(len(p)) == largest_y(p)),
+        rf"y has the opposite sign in pose {largest_y(session('accelerometer')) + 1} "),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_mistake_is_named_with_its_place(case: str) -> None:
+    triad, spoil, words = CASES[case]
+    poses = spoil(session(triad))
+    with pytest.raises(Contradiction, match=words):
+        require_no_mistake(poses, MODEL, fitted_if_possible(poses))
+
+
+@pytest.mark.parametrize("triad", ["accelerometer", "gyroscope"])
+def test_noise_alone_is_no_mistake_in_twenty_sessions(triad: Triad) -> None:
+    for seed in range(20):
+        poses = session(triad, seed)
+        fitted = fit(poses, MODEL)
+        require_no_mistake(poses, MODEL, fitted)
+        require_one_sensor(poses, MODEL, fitted)
+
+
+def test_an_effect_of_twenty_sds_is_no_mistake() -> None:
+    poses = session("gyroscope")
+    bent = replace(poses, reading=poses.reading + 20 * poses.sd * (poses.reading / FAST) ** 2)
+    fitted = fit(bent, MODEL)
+    assert fitted.p_value < 1e-10
+    require_no_mistake(bent, MODEL, fitted)
+    require_one_sensor(bent, MODEL, fitted)
+
+
+def test_a_run_by_another_sensor_is_told_by_its_gains() -> None:
+    poses = session("gyroscope")
+    other = turned(poses, np.diag([1.3, 1.0, 0.9]), run(poses, "run 1"))
+    with pytest.raises(Contradiction, match=r"run 'run 1' agree with each other.*gains differ"):
+        require_one_sensor(other, MODEL, fit(other, MODEL))
