@@ -61,6 +61,8 @@ def scaled_condition(jacobian: FloatArray) -> tuple[float, FloatArray]:
     combination : array, shape (p,)
         Of the scaled parameters, the one that the rows determine least.
     """
+    if jacobian.shape[1] == 0:
+        return 1.0, np.zeros(0)
     nothing = (jacobian == 0).all(axis=0)
     if nothing.any():
         return np.inf, nothing.astype(float)
