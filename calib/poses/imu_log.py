@@ -36,6 +36,8 @@ class ImuLog:
         not logged is all NaN.
     columns : mapping of name to array, shape (t,)
         Every further numeric column, for example ``temperature_c``.
+    notes : tuple of str
+        Sentences on what its reader changed, for example a clock that steps back.
 
     Raises
     ------
@@ -48,6 +50,7 @@ class ImuLog:
     accelerometer: FloatArray
     gyroscope: FloatArray
     columns: Mapping[str, FloatArray] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         n = len(self.time_s)
@@ -101,4 +104,5 @@ class ImuLog:
             self.accelerometer[rows],
             self.gyroscope[rows],
             {name: values[rows] for name, values in self.columns.items()},
+            self.notes,
         )

@@ -6,9 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.poses.imu_log import FloatArray
-from pipeline.guess.header_words import read_name
-from pipeline.logs.clock import ASSUMED_HZ, likely_units, without_wraps
+from pipeline.logs.clock import (
+    ASSUMED_HZ,
+    likely_units,
+    without_steps_back,
+    without_wraps,
+)
 from pipeline.logs.columns import SECONDS_PER, TIME, TimeUnit, our_name
+from pipeline.logs.header_words import read_name
 
 #: Seconds since 1970 from 2001 to 2128, in each unit.
 EPOCH_S = (1e9, 5e9)
@@ -43,16 +48,22 @@ def guess_clock(
     if stated_hz is None:
         for name in _candidates(columns):
             ticks = without_wraps(columns[name])
+            ticks, steps = without_steps_back(ticks)
+            rows_of_steps = np.flatnonzero(np.diff(columns[name]) < 0) + 2
+            continued = (f"'{name}' steps back at row {', '.join(map(str, rows_of_steps))}, and is "
+                         f"continued there") if steps else ""
             ours, factor = our_name(name)
             if ours == TIME and (np.diff(ticks) > 0).all():
-                return ClockGuess(name, None, None, ticks * factor, "its name is a known program's")
+                return ClockGuess(name, None, None, ticks * factor,
+                                  "its name is a known program's", continued)
             if not np.isfinite(ticks).all():
                 continue
             step = np.diff(ticks)
             unit, because, doubt = _unit(name, ticks)
             if unit is not None and (step > 0).all():
                 seconds = SECONDS_PER["s" if si else unit]
-                return ClockGuess(name, "s" if si else unit, None, ticks * seconds, because, doubt)
+                return ClockGuess(name, "s" if si else unit, None, ticks * seconds, because,
+                                  "; ".join(filter(None, [doubt, continued])))
             if unit is not None and read_name(name).quantity == "time" and (step > 0).any():
                 forward = step[step >= 0]  # a board that was reset begins again
                 rate = len(forward) / (float(forward.sum()) * SECONDS_PER[unit])

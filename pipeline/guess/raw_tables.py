@@ -8,7 +8,9 @@ from pathlib import Path
 
 from calib.poses.imu_log import FloatArray
 from pipeline.errors import UnreadableInput
+from pipeline.logs.columns import bare
 from pipeline.logs.formats.kinds import kind_of, split_member, tables_of
+from pipeline.logs.head import find_head
 from pipeline.logs.source import read_bytes, text_lines
 from pipeline.logs.text import LogText, columns_of_text, raw_text
 
@@ -38,6 +40,8 @@ class RawTable:
         The format states its units; the names are ours.
     rate_hz : float or None
         A sample rate that the file states.
+    header : tuple of str
+        The names of all columns, those of text too; empty where the file has no header.
     """
 
     path: Path
@@ -45,6 +49,7 @@ class RawTable:
     positions: tuple[str, ...] = ()
     si: bool = False
     rate_hz: float | None = None
+    header: tuple[str, ...] = ()
 
     @property
     def rows(self) -> int:
@@ -73,7 +78,8 @@ def raw_tables(path: Path) -> list[RawTable]:
         return [_of_text(text)]
     tables = [table for table in tables_of(file, kind) if member in ("", table.name)]
     whole = len(tables) == 1 and kind.si
-    return [RawTable(file if whole else file / table.name, table.columns, si=kind.si)
+    return [RawTable(file if whole else file / table.name, table.columns, si=kind.si,
+                     header=tuple(table.columns))
             for table in tables if table.columns]
 
 
@@ -107,4 +113,6 @@ def _of_text(text: LogText) -> RawTable:
         raise UnreadableInput(f"{text.path}: no column holds numbers in its first row.")
     without_header = all(name.isdecimal() for name in columns)
     positions = tuple(name if name in columns else "" for name in text.names)
-    return RawTable(text.path, columns, positions if without_header else (), rate_hz=rate_hz)
+    names = find_head(text.lines).names or ()
+    return RawTable(text.path, columns, positions if without_header else (), rate_hz=rate_hz,
+                    header=tuple(map(bare, names)))

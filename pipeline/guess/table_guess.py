@@ -8,7 +8,6 @@ import numpy as np
 
 from calib.poses.imu_log import TEMPERATURE, FloatArray, ImuLog
 from pipeline.guess.clocks import ClockGuess, guess_clock
-from pipeline.guess.header_words import read_name
 from pipeline.guess.magnitudes import decoded
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.triads import (
@@ -21,6 +20,8 @@ from pipeline.guess.triads import (
 )
 from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SECONDS_PER, SKIP, TIME, our_name
+from pipeline.logs.header import names_of
+from pipeline.logs.header_words import read_name
 from pipeline.stages.session_logs import CELSIUS
 
 MOST_MEANS = 500  #: at ten seconds each they take a hand an hour and a half; tuned
@@ -95,8 +96,11 @@ class TableGuess:
         if self.table.positions:
             ours = {theirs: name for name, theirs in self.theirs.items()}
             return [ours.get(name, SKIP) for name in self.table.positions]
-        strict = {our_name(theirs)[0]: theirs for theirs in self.table.columns}
-        if all(strict.get(our_name(name)[0]) == theirs for name, theirs in self.theirs.items()):
+        header = self.table.header
+        read = dict(zip(names_of(header), header, strict=True))
+        time_unused = self.clock.column is None and any(name == TIME for name, _ in read)
+        known = all(read.get(our_name(name)) == theirs for name, theirs in self.theirs.items())
+        if known and not time_unused:
             return None
         return self.theirs
 

@@ -8,11 +8,12 @@ import numpy as np
 
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.poses.imu_log import FloatArray
-from pipeline.guess.header_words import read_name
 from pipeline.guess.magnitudes import (
     COUNTS_PER_DEG_S,
     FORCE_UNITS,
+    GRAVITY_TOLERANCE,
     LEAST_AGREEMENT,
+    LOOSEST,
     RATE_UNITS,
     GravityUnit,
     decoded,
@@ -23,6 +24,7 @@ from pipeline.guess.magnitudes import (
     sample_noise_sd,
     typical_length,
 )
+from pipeline.logs.header_words import read_name
 
 AXIS_COUNT = 3  #: fact: of a triad
 BITS = 16  #: fact: of the converters in use; a smaller one gives words of 16 bits too
@@ -39,6 +41,11 @@ NOISIEST_RAD_S = 0.03
 
 LARGEST_BIAS_RAD_S = 0.35
 """Of a gyroscope that rests in most of its log: 20 °/s, the most that data sheets allow."""
+
+NEARLY_ALL = 0.99  #: share of rows; a few may be written while the sensor starts
+UNIT_LENGTH = 2e-3
+"""What the length of a computed attitude or direction errs by, relative: it is written with three
+decimals at least. A sensor's noise and scale errors are larger."""
 
 Columns = Mapping[str, FloatArray]
 Triple = tuple[str, str, str]
@@ -144,14 +151,37 @@ def _turned(
 
 
 def _free(columns: Columns) -> list[str]:
-    """Columns whose names say nothing against being the accelerometer."""
-    return [name for name in columns if read_name(name).quantity == ""]
+    """Columns whose names and numbers say nothing against being the accelerometer."""
+    computed = {name for four in _quaternions(columns) for name in four}
+    return [name for name in columns if read_name(name).quantity == "" and name not in computed]
+
+
+def _quaternions(columns: Columns) -> Iterator[tuple[str, ...]]:
+    """Every four columns in a row whose length is 1 in all rows: an attitude, no reading."""
+    names = list(columns)
+    for i in range(len(names) - 3):
+        four = tuple(names[i : i + 4])
+        length = np.sqrt(sum(columns[name] ** 2 for name in four))
+        length = length[np.isfinite(length)]
+        moves = any(np.ptp(columns[name]) > UNIT_LENGTH for name in four)
+        if length.size and moves and (np.abs(length - 1) < UNIT_LENGTH).all():
+            yield four
 
 
 def _unit(columns: Columns, triple: Triple) -> GravityUnit | None:
     values = stacked(columns, triple)
     values = values[np.isfinite(values).all(axis=1)]
-    return gravity_unit(values) if len(values) and _are_alike(values) else None
+    if not len(values) or not _are_alike(values) or is_direction(values):
+        return None
+    return gravity_unit(values)
+
+
+def is_direction(values: FloatArray) -> bool:
+    """Whether readings (t, 3) all have the length 1 while they turn: normalised, no readings."""
+    length = np.linalg.norm(values, axis=1)
+    turns = np.ptp(values, axis=0).max() > 2 * GRAVITY_TOLERANCE
+    return bool(turns and (np.abs(length / np.median(length) - 1) < UNIT_LENGTH).mean() > NEARLY_ALL
+                and abs(float(np.median(length)) - 1) < UNIT_LENGTH)
 
 
 def _are_alike(values: FloatArray) -> bool:
@@ -168,20 +198,36 @@ def _accelerometer(
     if words.gravity_free and (unit is None or not unit.is_sure):
         return None
     doubts = ["other columns may be an accelerometer's too"] if several else []
-    if unit is None:
-        if words.unit not in FORCE_UNITS:  # counts that are as long as gravity in no unit
-            return None
-        per_g = STANDARD_GRAVITY_M_S2 / FORCE_UNITS[words.unit]
-        unit = GravityUnit(words.unit, per_g, "", 0.0, True)
-    elif words.unit in FORCE_UNITS and words.unit != unit.unit:
-        doubts.append(f"their names say {words.unit}, but half of the readings are longer than "
-                      f"{unit.length:.4g}")
+    stated = _stated_unit(words.unit, columns, triple)
+    if unit is None and stated is None:  # as long as gravity in no unit
+        return None
+    unit = stated or unit
+    assert unit is not None
+    if stated is None and words.unit in FORCE_UNITS and words.unit != unit.unit:
+        doubts.append(f"their names say {words.unit}, in which half of the readings would be "
+                      f"longer than {unit.length * FORCE_UNITS[words.unit]:.4g} m/s²; they are "
+                      f"taken for {_in_words(unit)}")
     elif not unit.is_sure:
         doubts.append(f"a typical reading is {unit.length:.4g} long, which is gravity in no known "
                       f"unit; {_in_words(unit)} is the nearest")
     why = f"{because}; half of the readings are longer than {unit.length:.4g}"
     return TriadGuess(triple, _sheet(unit), _in_words(unit), why, unit.si_per_unit,
                       "; ".join(doubts))
+
+
+def _stated_unit(unit: str, columns: Columns, triple: Triple) -> GravityUnit | None:
+    """The unit that the names state, where the readings are gravity in it within a factor of two.
+
+    What a scale errs by is for the calibration to find, and no reason to doubt a name.
+    """
+    if unit not in FORCE_UNITS:
+        return None
+    values = stacked(columns, triple)
+    values = values[np.isfinite(values).all(axis=1)]
+    length = typical_length(values) if len(values) else 0.0
+    per_g = STANDARD_GRAVITY_M_S2 / FORCE_UNITS[unit]
+    near = length > 0 and abs(math.log(length / per_g)) < math.log(LOOSEST)
+    return GravityUnit(unit, per_g, "", length, True) if near else None
 
 
 def _sheet(unit: GravityUnit) -> tuple[tuple[str, str | float], ...]:

@@ -16,6 +16,9 @@ from pipeline.logs.columns import COUNTER, SECONDS_PER, TIME, TimeUnit
 COUNTER_PERIOD = 65536  #: the Xsens packet counter has 16 bits; others never jump that far
 #: Where counters of 8 to 32 bits begin again, and the clock at midnight.
 PERIODS = (2.0**32, 2.0**24, 2.0**16, 2.0**8, 86_400.0, 86_400_000.0)
+FEWEST_ROWS, MOST_STEPS = 100, 5
+"""Of a stretch of a clock between two steps back, and of the steps in a log. A judgement: a board
+that is reset or a phone whose clock is set does so once or twice, a misplaced row takes one row."""
 USUAL_STEPS = 20.0  #: a wrapped step is this many usual steps at most
 
 SLOWEST_HZ, FASTEST_HZ = 0.4, 40_000.0
@@ -50,8 +53,8 @@ def sample_times(
     stated: StatedClock,
     head_rate_hz: float | None,
     place: Callable[[int], str],
-) -> FloatArray:
-    """Sample times in seconds, shape (t,).
+) -> tuple[FloatArray, tuple[str, ...]]:
+    """Sample times in seconds, shape (t,), and what was changed in them, in words.
 
     Parameters
     ----------
@@ -77,11 +80,11 @@ def sample_times(
                               "well. Delete sample_rate_hz from the configuration.")
     if TIME in values:
         seconds = SECONDS_PER[stated.unit] if stated.unit else factor
-        time_s = without_wraps(values[TIME]) * seconds
+        time_s, notes = without_steps_back(without_wraps(values[TIME]) * seconds)
         _require_increasing(time_s, place)
         if stated.unit is None:
             _require_sense(label, time_s, seconds)
-        return time_s
+        return time_s, notes
     rate_hz = stated.rate_hz or head_rate_hz or (None if stated.needed else ASSUMED_HZ)
     if rate_hz is None:
         raise UnreadableInput(
@@ -96,7 +99,32 @@ def sample_times(
     else:
         time_s = np.arange(len(next(iter(values.values())))) / rate_hz
     _require_increasing(time_s, place)
-    return time_s
+    return time_s, ()
+
+
+def without_steps_back(time_s: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
+    """Times (t,) of a clock that was set back or began again, as if it had gone on.
+
+    Every stretch between two steps has to be long, or a step is a misplaced row; such times are
+    returned as they are.
+
+    Returns
+    -------
+    time_s : array, shape (t,)
+    notes : tuple of str
+        Where the steps are, in words that end a sentence.
+    """
+    step = np.diff(time_s)
+    back = np.flatnonzero(step < 0)
+    stretches = np.split(time_s, back + 1)
+    if not 0 < len(back) <= MOST_STEPS or min(map(len, stretches)) < FEWEST_ROWS:
+        return time_s, ()
+    usual = float(np.median(step[step > 0]))
+    shift = np.zeros(len(time_s))
+    shift[back + 1] = usual - step[back]
+    shown = ", ".join(f"by {-step[i]:.4g} s at row {i + 2}" for i in back)
+    return np.asarray(time_s + np.cumsum(shift)), (
+        f"its clock steps back {shown}, and is continued there",)
 
 
 def without_wraps(ticks: FloatArray) -> FloatArray:

@@ -11,6 +11,10 @@ DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 #: "16,384" is sixteen or sixteen thousand; a log in which every comma stands so is refused.
 MAYBE_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,:](\d+))?\s*([AaPp][Mm])?")
+MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
+NAMED_MONTH = re.compile(rf"(\d{{1,2}})[- ]({'|'.join(MONTHS)})[a-z]*[- ](\d{{4}})[ T](.+)",
+                         re.IGNORECASE)
+"""``21-Mar-2024 14:05:00.123``, as MATLAB writes dates."""
 
 
 @dataclass(frozen=True)
@@ -97,6 +101,8 @@ def seconds_of(cell: str) -> float | None:
     text = cell.strip().strip('"')
     if match := CLOCK.fullmatch(text):
         return _of_day(match)
+    if match := NAMED_MONTH.fullmatch(text):
+        text = f"{match[3]}-{MONTHS.index(match[2].lower()) + 1:02d}-{int(match[1]):02d} {match[4]}"
     try:
         when = datetime.fromisoformat(text)
     except ValueError:

@@ -74,7 +74,8 @@ def _joined(one: ImuLog, other: ImuLog) -> ImuLog:
 
     columns = {name: moved(values) for name, values in other.columns.items()}
     columns |= {name: values[kept] for name, values in one.columns.items()}
-    return ImuLog(label, time_s, side_by_side("accelerometer"), side_by_side("gyroscope"), columns)
+    return ImuLog(label, time_s, side_by_side("accelerometer"), side_by_side("gyroscope"), columns,
+                  (*one.notes, *other.notes))
 
 
 def _covered(time_s: FloatArray, other_s: FloatArray) -> np.ndarray:

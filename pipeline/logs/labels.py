@@ -20,6 +20,8 @@ LABEL = re.compile(rf"([A-Za-zµ°][\w ./\[\]()²^°-]*?)\s*[:=]\s*({NUMBER})")
 BRACKETS = re.compile(r"\s*[(\[{](.*)[)\]}]\s*[,;]?\s*")
 ARROW = re.compile(r"\s*\[?(\d{1,2}:\d{2}:\d{2}[.:,]\d+)\]?\s*->\s*(.*)")
 TITLE = re.compile(r"^\s*([A-Za-z ]+):\s*(?=[A-Za-z]\s*[:=])")  #: "Acceleration: X:0.1, Y: 0.2"
+TAG = re.compile(rf"\s*[A-Za-z][\w/ ]*[:>]\s+(?={NUMBER}[\s,;]+{NUMBER}[\s,;]+{NUMBER})")
+"""A word before a row that names no number of it: ``a/g: 1 2 3``."""
 MOST_LINES = 4  #: of a sample, as accelerometer, gyroscope, magnetometer and temperature
 
 
@@ -31,7 +33,10 @@ def without_labels(lines: list[str]) -> list[str]:
     """
     shown = list(islice((line for line in reversed(lines) if line.strip()), LOOKED_AT))[::-1]
     if _share(shown, lambda line: ARROW.fullmatch(line) is not None) >= LEAST_SHARE:
-        return [_behind_clock(line) for line in lines]
+        return _behind_clocks(lines, [match[2] for line in shown
+                                      if (match := ARROW.fullmatch(line))])
+    if _share(shown, lambda line: TAG.match(line) is not None) >= LEAST_SHARE:
+        return [TAG.sub("", line) for line in lines]
     if _share(shown, lambda line: BRACKETS.fullmatch(line) is not None) >= LEAST_SHARE:
         return [match[1] if (match := BRACKETS.fullmatch(line)) else line for line in lines]
     cycle = _cycle(shown)
@@ -57,9 +62,23 @@ def _share(lines: Sequence[str], fits: Callable[[str], bool]) -> float:
     return sum(map(fits, lines)) / len(lines) if lines else 0.0
 
 
-def _behind_clock(line: str) -> str:
-    match = ARROW.fullmatch(line)
-    return line if match is None else f"{match[1]}{delimiter_of(match[2]) or ' '}{match[2]}"
+def _behind_clocks(lines: Sequence[str], shown: Sequence[str]) -> list[str]:
+    """Lines with the clock of the monitor as their first cell, or as a label before the others."""
+    if all(len(labels_of(line)) >= FEWEST for line in shown):
+        return without_labels([
+            f"t={_day_seconds(match[1])}, {match[2]}" if (match := ARROW.fullmatch(line)) else line
+            for line in lines])
+    inner = without_labels([match[2] if (match := ARROW.fullmatch(line)) else line
+                            for line in lines])
+    return [f"{match[1]}{delimiter_of(row) or ' '}{row}"
+            if (match := ARROW.fullmatch(line)) and row else row
+            for line, row in zip(lines, inner, strict=True)]
+
+
+def _day_seconds(clock: str) -> str:
+    """``12:00:00.010`` as seconds of the day."""
+    hours, minutes, seconds = re.split(r":", clock.replace(",", "."), maxsplit=2)
+    return f"{int(hours) * 3600 + int(minutes) * 60 + float(seconds.replace(':', '.')):.6f}"
 
 
 def _cycle(shown: Sequence[str]) -> tuple[tuple[str, ...], ...]:

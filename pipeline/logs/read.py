@@ -28,11 +28,15 @@ from pipeline.logs.columns import (
 from pipeline.logs.formats.archive import member_lines
 from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.formats.kinds import ARCHIVE, kind_of, split_member, tables_of
+from pipeline.logs.header import names_of
 from pipeline.logs.join import join_logs
 from pipeline.logs.source import read_bytes, text_lines
 from pipeline.logs.text import LogText, log_text, numbers_of
 from pipeline.text.names import nearest_name
 
+MOST_DISTINCT = 0.9
+"""Share of distinct rows in a log that is no copy of itself in part. A judgement: the readings of a
+board that was reset differ by noise, whatever its clock does."""
 TABLES = 6  #: that a message lists
 
 
@@ -145,9 +149,9 @@ def _picked(
     if columns is not None and len(tables) == 1:
         return [_of_file_table(path, tables[0], columns)]
     whole = [table for table in tables
-             if missing_columns([our_name(name)[0] for name in table.columns]) is None]
+             if missing_columns([name for name, _ in names_of(list(table.columns))]) is None]
     triads = [triad for table in whole for triad in (ACCELEROMETER, GYROSCOPE)
-              if triad[0] in {our_name(name)[0] for name in table.columns}]
+              if triad[0] in {name for name, _ in names_of(list(table.columns))}]
     if columns is None and whole and len(set(triads)) == len(triads):
         return [_of_file_table(path, table, None) for table in whole]
     listed = "; ".join(f"{table.name} ({', '.join(table.columns)})" for table in tables[:TABLES])
@@ -169,7 +173,7 @@ def _of_file_table(path: Path, table: FileTable, columns: ColumnNames | None) ->
                                   f"{', '.join(theirs)}. Write the name as it stands there.")
         names = [our_name(name) if name in columns.ours else (name, 1.0) for name in renamed]
     else:
-        names = [our_name(name) for name in columns or theirs]
+        names = [our_name(name) for name in columns] if columns else names_of(theirs)
     if len(names) != len(theirs):
         raise UnreadableInput(f"{path}: {len(theirs)} columns found ({', '.join(theirs)}), "
                               f"{len(names)} expected. Name every column, '{SKIP}' for those not "
@@ -207,13 +211,25 @@ def _log_table(
 def _as_log(table: LogTable, stated: StatedClock, label: str) -> ImuLog:
     values = dict(table.values)
     _require_finite(table)
-    time_s = sample_times(
+    time_s, notes = sample_times(
         table.label, values, table.time_factor, stated, table.rate_hz, table.place)
+    if notes:
+        _require_no_copy(table)
     absent = np.full((len(time_s), 3), np.nan)
     triads = {triad: np.column_stack([values.pop(name) for name in triad])
               if triad[0] in values else absent for triad in (ACCELEROMETER, GYROSCOPE)}
     values.pop(TIME, None)
-    return ImuLog(label, time_s, triads[ACCELEROMETER], triads[GYROSCOPE], values)
+    return ImuLog(label, time_s, triads[ACCELEROMETER], triads[GYROSCOPE], values, notes)
+
+
+def _require_no_copy(table: LogTable) -> None:
+    """Refuse a log that begins again with the same times and readings: it was joined to itself."""
+    rows = np.column_stack([table.values[name] for name in READINGS if name in table.values])
+    distinct = len(np.unique(rows, axis=0))
+    if distinct < MOST_DISTINCT * len(rows):
+        raise UnreadableInput(
+            f"{table.label}: {len(rows) - distinct} of its {len(rows)} rows stand in it twice, "
+            "times and readings alike. The file was joined to itself; delete the second copy.")
 
 
 def _require_finite(table: LogTable) -> None:

@@ -193,9 +193,15 @@ def _read(
     if poses.means:
         return []
     if choice is None:
-        return [(log, None) for log in long_logs(poses, folder)]
-    return [measured_samples(_read_one(poses, i, poses.files[i], folder, turning), turning, specs)
-            for i in map(int, choice.kept)]
+        return [(log, _note(log)) for log in long_logs(poses, folder)]
+    measured = (measured_samples(_read_one(poses, i, poses.files[i], folder, turning), turning,
+                                 specs) for i in map(int, choice.kept))
+    return [(log, " ".join(filter(None, [_note(log), note])) or None) for log, note in measured]
+
+
+def _note(log: ImuLog) -> str | None:
+    """What its reader changed, with its name."""
+    return " ".join(f"{log.label}: {note}." for note in log.notes) or None
 
 
 def _readable(

@@ -154,10 +154,10 @@ def test_a_table_is_named_like_a_file_in_a_folder(
 
 
 def test_columns_of_a_table_are_picked_by_name(tmp_path: Path) -> None:
-    pq.write_table(pa.table({"t": TIME_S * 1e3, "ax_g": ACC[:, 0], "ay_g": ACC[:, 1],
-                             "az_g": ACC[:, 2]}), tmp_path / "log.parquet")
+    pq.write_table(pa.table({"t": TIME_S * 1e3, "east": ACC[:, 0], "north": ACC[:, 1],
+                             "up": ACC[:, 2]}), tmp_path / "log.parquet")
     log = read_log(tmp_path / "log.parquet", Renamed(
-        (("time_ms", "t"), ("acc_x", "ax_g"), ("acc_y", "ay_g"), ("acc_z", "az_g"))))
+        (("time_ms", "t"), ("acc_x", "east"), ("acc_y", "north"), ("acc_z", "up"))))
     np.testing.assert_allclose(log.time_s, TIME_S)
     with pytest.raises(UnreadableInput, match=r"which of its tables .*pipeline import log.parquet"):
         read_log(tmp_path / "log.parquet")

@@ -107,7 +107,7 @@ FAULTS = [
     (HEAD + "0,1,2,3\n0,1,2,3\n", "pose.csv:3: time does not increase: 0 s after 0 s"),
     ("time_s,accx,acc_y,acc_z\n0,1,2,3\n", "pose.csv:1: .*acc_x missing.*mean 'acc_x' for 'accx'"),
     ("a,b,c\n0,1,2\n", "pose.csv:1: found a, b, c: neither acc_x"),
-    ("time,acc_x,acc_y,acc_z\n0,1,2,3\n", "no column time_s .columns: time, acc_x"),
+    ("when,acc_x,acc_y,acc_z\n0,1,2,3\n", "no column time_s .columns: when, acc_x"),
     ("time_s,acc_x,acc_y,acc_z,acc_x\n0,1,2,3,4\n", "'acc_x' is there twice"),
     ("0,1,2,3\n1,1,2,3\n", "pose.csv:1: 4 columns of numbers without a header.*columns: .time_s"),
     (HEAD.encode() + b"0,1,2,3\n1,1,\xff,3\n", "pose.csv:3: byte 0xff is not text"),

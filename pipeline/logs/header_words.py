@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 from calib.poses.imu_log import AXES
-from pipeline.guess.magnitudes import FORCE_UNITS, RATE_UNITS
 from pipeline.logs.columns import SECONDS_PER
 
 Quantity = Literal["time", "counter", "acc", "gyr", "temperature", "samples", "sd", "label", ""]
@@ -24,27 +23,36 @@ UNITS = {
     "ns": ("ns", "nsec", "nanoseconds"),
     "min": ("min", "minutes"),
     "counts": ("counts", "count", "lsb", "raw"),
+    "celsius": ("°c", "ºc", "c", "degc", "deg c", "celsius"),
 }
+FORCE_UNITS, RATE_UNITS = {"m_s2", "g", "mg"}, {"rad_s", "deg_s", "mdeg_s", "mrad_s"}
 _UNIT = {spelling: unit for unit, spellings in UNITS.items() for spelling in spellings}
 
 TIME = {"time", "timestamp", "t", "ts", "stamp", "timeus", "timems", "sampleus", "millis", "micros",
         "ms", "us", "ns", "datetime", "date", "clock", "elapsed", "seconds", "utc", "epoch", "sec",
-        "secs", "second", "msec", "usec", "zeit", "uhrzeit", "temps", "tiempo", "tempo"}
+        "secs", "second", "msec", "usec", "zeit", "uhrzeit", "temps", "tiempo", "tempo",
+        "zeitstempel", "hora", "heure", "tick", "ticks", "tstamp"}
 CLOCK_WORDS = {"millis", "micros", "seconds", "sec", "second", "ms", "msec", "us", "usec", "ns"}
 COUNTER = {"packetcounter", "counter", "samplecounter", "n", "sample", "nsamples",
-           "loopiteration", "index", "seq"}
+           "loopiteration", "index", "seq", "nr", "no", "row", "zeile", "id", "idx", "lfdnr", "#"}
 ACC = {"acc", "accel", "acceleration", "accelerometer", "accl", "a", "ac", "accx", "accsmooth",
        "accadc", "specificforce", "force", "beschleunigung", "beschl", "accélération",
        "aceleración", "aceleracion", "accelerazione"}
 GYR = {"gyr", "gyro", "gyroscope", "g", "gy", "w", "omega", "gyroadc", "gyrounfilt", "rate", "rot",
        "rotation", "angular", "angvel", "rotationrate", "angularvelocity", "angrate", "gyroskop",
        "drehrate", "winkelgeschwindigkeit", "giroscopio", "gyromètre"}
-TEMPERATURE = {"temp", "temperature", "tmp", "tempc", "degc"}
+TEMPERATURE = {"temp", "temperature", "tmp", "tempc", "degc", "temperatur", "temperatura",
+               "température", "tempcelsius", "dietemp", "t_c"}
 #: A word that makes a column something else, whatever the others are.
 OTHER = {"mag", "magn", "magnetic", "magnetometer", "user", "gravity", "quat", "quaternion",
-         "euler", "roll", "pitch", "yaw", "setpoint", "pos", "position", "axisp", "axisi",
-         "axisd", "axisf", "debug", "motor", "bias", "covariance", "orientation"}
+         "q", "qua", "quaternions", "dcm", "euler", "roll", "pitch", "yaw", "setpoint", "pos",
+         "position", "axisp", "axisi", "axisd", "axisf", "debug", "motor", "bias",
+         "covariance", "orientation"}
 SD = {"sd", "std", "stddev", "sigma"}
+CLOCK_OF_UNIT = re.compile(r"(us|ms|ns|µs)_?(time|timestamp|stamp|clock|ticks?)")
+"""A time with its unit in front: ``ustime``, ``ms_stamp``."""
+QUATERNION = re.compile(r"q(uat(ernion)?)?[ _.\[]?[wxyz0-3ijkr]\]?", re.IGNORECASE)
+"""``qx``, ``q0``, ``quat_w``: no axis of a sensor."""
 POSITION = re.compile(r":\d+$")  #: a column of an array, which its name says nothing of
 WORD = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-zà-ÿ]+|[A-Z]+|\d+|[°µ]")
 
@@ -70,8 +78,10 @@ def read_name(name: str) -> Words:
     >>> read_name("Acceleration x (m/s^2)")
     Words(quantity='acc', axis=0, unit='m_s2', stem='acceleration', gravity_free=False)
     """
-    if POSITION.search(name):
-        return Words()
+    if POSITION.search(name) or QUATERNION.fullmatch(name.strip()):
+        return Words(stem="quaternion" if "q" in name.lower() else "")
+    if front := CLOCK_OF_UNIT.fullmatch(name.strip().lower()):
+        return Words("time", None, _UNIT[front.group(1)], front.group(2))
     text, unit = _split_unit(name.strip().lstrip("#").strip())
     text, axis = _split_index(text)
     words = [word.lower() for word in WORD.findall(text)]
