@@ -11,7 +11,10 @@ from pipeline.commands.interaction.output import echo_warnings, python_option
 from pipeline.logs.columns import SECONDS_PER
 
 if TYPE_CHECKING:
+    from calib.poses.imu_log import ImuLog
+    from pipeline.logs.clock import StatedClock
     from pipeline.logs.columns import ColumnNames, TimeUnit
+    from pipeline.results.read import Stored
 
 SLOWEST_HZ, FASTEST_HZ = 1e-3, 1e6  #: sample rates of inertial sensors
 
@@ -28,7 +31,7 @@ SLOWEST_HZ, FASTEST_HZ = 1e-3, 1e6  #: sample rates of inertial sensors
 @click.option("--force", is_flag=True, help="Replace a file that this program did not write.")
 @click.option("--columns",
               help="Names of the columns of a log without a header, separated by commas; or "
-                   "ours=theirs for the names in its header.")
+                   "ours=theirs for the names in its header. Default: those of the session.")
 @click.option("--rate-hz", type=Finite(min=SLOWEST_HZ, max=FASTEST_HZ),
               help="Sample rate of a log without a time column.")
 @click.option("--time-unit", type=click.Choice(tuple(SECONDS_PER)),
@@ -69,7 +72,9 @@ def command(
 
     stored = load_results(results, allow_python)
     notes = [*require_fit(stored, although_unfit)]
-    readings = read_log(log, _columns(columns), StatedClock(rate_hz, time_unit))
+    clock = StatedClock(rate_hz, time_unit)
+    readings = (_as_in_the_session(log, stored, clock) if columns is None
+                else read_log(log, _columns(columns), clock))
     if not although_unlike:
         require_counts(stored, readings)
     applied = apply_results(stored, readings, session_clock)
@@ -86,12 +91,30 @@ def command(
     click.echo(output)
 
 
-def _columns(typed: str | None) -> "ColumnNames | None":
+def _as_in_the_session(log: Path, stored: "Stored", clock: "StatedClock") -> "ImuLog":
+    """The log by the ``columns`` of the session where they fit, else by its own header."""
+    from pipeline.errors import UnreadableInput
+    from pipeline.logs.columns import Renamed
+    from pipeline.logs.read import read_log
+
+    for row in stored.contents.get("columns", ()):
+        names = Renamed(tuple(row.items())) if isinstance(row, dict) else row
+        try:
+            return read_log(log, names, clock)
+        except UnreadableInput:  # another logger's file, or one with a header of our names
+            continue
+    try:
+        return read_log(log, None, clock)
+    except UnreadableInput as error:
+        raise UnreadableInput(
+            f"{error} Here `--columns acc_x=THEIRS,...` names them, and `--time-unit` states the "
+            f"unit of the time.") from error
+
+
+def _columns(typed: str) -> "ColumnNames":
     """``acc_x,acc_y,acc_z``, or ``acc_x=ax,acc_y=ay,acc_z=az`` as pairs of names."""
     from pipeline.logs.columns import Renamed
 
-    if typed is None:
-        return None
     names = [name.strip() for name in typed.split(",")]
     if "=" not in typed:
         return names

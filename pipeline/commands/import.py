@@ -1,20 +1,35 @@
 """``pipeline import FILE...``."""
 
+import sys
+from collections.abc import Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.interaction.arguments import HEIGHT_M, LATITUDE_DEG, POSITIVE, PathArgument
+from pipeline.commands.interaction.arguments import (
+    HEIGHT_M,
+    LATITUDE_DEG,
+    POSITIVE,
+    PathArgument,
+    ask_latitude,
+)
 from pipeline.commands.interaction.output import echo_json, echo_warnings, json_option, quiet_option
+from pipeline.commands.interaction.progress import ClipProgress
+from pipeline.text.commands import command as proposed
 
 if TYPE_CHECKING:
     from pipeline.guess.checked import CheckedConfig
+    from pipeline.guess.plate import RangeChoice
+
+ONE_RECORDING = 2  #: files, as a phone writes them, one for each sensor
 
 
 @click.command(epilog=examples(
     "pipeline import log.csv",
+    "pipeline import rest/*.csv turn/*.csv clip.mp4 --latitude 59.9",
     "pipeline import phone.zip --latitude 59.9 --height 20",
     "pipeline import pose_*.csv --output session.yaml",
     "pipeline import accelerometer.txt gyroscope.txt --rate-hz 100",
@@ -26,6 +41,8 @@ if TYPE_CHECKING:
 @click.option("--force", is_flag=True, help="Replace a configuration that exists.")
 @click.option("--rate-hz", type=POSITIVE,
               help="Sample rate of logs without a column of times.")
+@click.option("--gyroscope-range", type=POSITIVE, metavar="DEG_S",
+              help="Full scale of a gyroscope in counts, in °/s, where no clip or log shows it.")
 @click.option("--latitude", type=LATITUDE_DEG, help="Latitude of the site in degrees.")
 @click.option("--height", type=HEIGHT_M, default=0.0,
               help="Height of the site in metres; with --latitude.")
@@ -33,14 +50,18 @@ if TYPE_CHECKING:
 @quiet_option("the path of the configuration")
 def command(
     files: tuple[Path, ...], output: Path | None, force: bool, rate_hz: float | None,
-    latitude: float | None, height: float, as_json: bool, quiet: bool,
+    gyroscope_range: float | None, latitude: float | None, height: float, as_json: bool,
+    quiet: bool,
 ) -> None:
     """Guess columns, units and clock of logs of any tool, and write a configuration that runs.
 
-    Reads text tables in any dialect, zip archives of phyphox and Sensor Logger, MATLAB, NumPy and
-    JSON files, and with extra packages HDF5, Parquet, ROS bags, MCAP, PX4 and ArduPilot logs. The
-    command shows its guesses with the first rows, states what is uncertain, runs the configuration,
-    and then writes it. It changes no log and never replaces a file without --force.
+    FILE... are all logs of an evening, at rest and on the turning plate, and the clips of the
+    plate. The command asks at most two questions: the range of the gyroscope, where nothing shows
+    it, and the latitude; without a terminal, options answer them. It reads text tables in any
+    dialect, zip archives of phyphox and Sensor Logger, MATLAB, NumPy and JSON files, and with extra
+    packages HDF5, Parquet, ROS bags, MCAP, PX4 and ArduPilot logs. It shows its guesses with the
+    first rows, states what is uncertain, runs the configuration, and then writes it. It changes no
+    log and never replaces a file without --force.
     """
     from pipeline.commands.interaction.run_with_progress import run_unwatched
     from pipeline.config.template import site_text
@@ -48,22 +69,41 @@ def command(
     from pipeline.errors import UnwritableOutput
     from pipeline.files import write_whole
     from pipeline.guess.checked import checked_config
-    from pipeline.guess.config_text import Choices
-    from pipeline.guess.files import guess_files
+    from pipeline.guess.config_text import Choices, open_range_text
+    from pipeline.guess.files import guess_files, is_clip, measure_clips
+    from pipeline.guess.session import guess_session
+    from pipeline.stages.context import RunContext
 
-    path = output or Path(f"{files[0].name.split('.')[0] or 'session'}.yaml")
+    path = output or _path_for(files)
     if path.exists() and not force:
         raise UnwritableOutput(f"{path}: exists and is left as it is. Choose another name with "
                                "--output, or add --force to replace it.")
-    guess, passed_over = guess_files(files, rate_hz)
+    clips, logs = [each for each in files if is_clip(each)], [
+        each for each in files if not is_clip(each)]
+    if not logs:
+        raise click.UsageError("only clips are named; name the logs of the sensor too, or type: "
+                               f"{proposed('rate', *clips)}")
+    tables, passed_over = guess_files(logs, rate_hz)
     if any(path.exists() and path.samefile(each) for each in files if each.exists()):
         raise UnwritableOutput(f"{path}: is one of the logs. Choose another name with --output.")
-    if not (as_json or quiet):
-        for line in guess_lines(guess):
-            click.echo(line)
-    echo_warnings(passed_over)
-    site = None if latitude is None else site_text(latitude, height)
-    checked = checked_config(guess, path.absolute(), Choices(site), run_unwatched)
+    with TemporaryDirectory() as cache, ClipProgress(not (quiet or as_json)) as progress:
+        context = RunContext(Path(cache), progress)
+        rates = measure_clips(clips, context)
+        guess = guess_session(tables, rates, gyroscope_range)
+        asks = sys.stdin.isatty() and not (as_json or quiet)
+        if not (as_json or quiet):
+            for line in guess_lines(guess):
+                click.echo(line)
+        echo_warnings(passed_over)
+        if asks and guess.ranges:
+            guess = guess_session(tables, rates, _ask_range(guess.ranges))
+        if guess.ranges:
+            echo_warnings([f"the gyroscope is left out: {open_range_text(guess)}."])
+        if asks and latitude is None:
+            latitude = ask_latitude()
+        site = None if latitude is None else site_text(latitude, height)
+        checked = checked_config(guess, path.absolute(), Choices(site),
+                                 lambda config: run_unwatched(config, context))
     if as_json:
         echo_json(guess_json(guess, checked))
     write_whole(path, checked.text)
@@ -74,22 +114,41 @@ def command(
         _show_run(path, checked)
 
 
+def _path_for(files: Sequence[Path]) -> Path:
+    """The configuration's name: that of the one log, ``config.yaml`` for a session of many."""
+    if len(files) > ONE_RECORDING:
+        return Path("config.yaml")
+    return Path(f"{files[0].name.split('.')[0] or 'session'}.yaml")
+
+
+def _ask_range(choices: "Sequence[RangeChoice]") -> float:
+    """The range of the gyroscope, of those among which nothing decides."""
+    for choice in choices:
+        click.echo(f"±{choice.deg_s:g} °/s: the plate then turns at {choice.rpm:.3g} rpm", err=True)
+    known = {f"{choice.deg_s:g}": choice.deg_s for choice in choices}
+    typed: str = click.prompt("Range of the gyroscope in °/s", type=click.Choice(list(known)),
+                              err=True)
+    return known[typed]
+
+
 def _say(path: Path, checked: "CheckedConfig") -> None:
     """What the check has changed, and whether the configuration runs."""
     from pipeline.errors import UnfinishedGuess
-    from pipeline.text.commands import command as proposed
 
     echo_warnings(checked.changes)
     if checked.outcome is None:
         raise UnfinishedGuess(
             f"{path} was written, but it does not run yet: {checked.fault} Correct the file, then "
             f"type: {proposed('run', path)}")
+    if checked.fault is not None:
+        raise UnfinishedGuess(
+            f"{path} was written and runs, but it cannot be right: {checked.fault} Correct the "
+            f"file, then type: {proposed('run', path)}")
 
 
 def _show_run(path: Path, checked: "CheckedConfig") -> None:
     """The errors of the trial run, and the next command."""
     from pipeline.console.run_text import recordings_line, triad_line
-    from pipeline.text.commands import command as proposed
 
     assert checked.outcome is not None
     click.echo(recordings_line(checked.outcome.recordings))

@@ -6,7 +6,12 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.interaction.arguments import HEIGHT_M, LATITUDE_DEG, PathArgument
+from pipeline.commands.interaction.arguments import (
+    HEIGHT_M,
+    LATITUDE_DEG,
+    PathArgument,
+    ask_latitude,
+)
 
 
 @click.command(epilog=examples(
@@ -28,18 +33,9 @@ def command(folder: Path, latitude: float | None, height: float) -> None:
     from pipeline.text.commands import command as proposed
 
     if latitude is None and sys.stdin.isatty():
-        latitude = click.prompt(
-            "Latitude of your site in degrees (Enter leaves it out)", default="",
-            show_default=False, err=True, value_proc=_latitude)
+        latitude = ask_latitude()
     text = template_text()
     path = write_template(folder, text if latitude is None else at_site(text, latitude, height))
     click.echo(f"{path} was written. Edit it, then type: {proposed('plan', path)}, and with the "
                f"logs in place: {proposed('check', path)}")
 
-
-def _latitude(typed: str) -> float | None:
-    """What was typed as a latitude; nothing leaves it out."""
-    if not typed.strip():
-        return None
-    latitude: float = LATITUDE_DEG.convert(typed, None, None)
-    return latitude

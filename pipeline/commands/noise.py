@@ -91,12 +91,15 @@ def _readings(log: Path, config: Path | None, rate_hz: float | None) -> tuple["I
     from pipeline.config.sensor import sensor_specs
     from pipeline.errors import UnreadableInput
     from pipeline.guess.files import guess_files
+    from pipeline.guess.session import guess_session
     from pipeline.logs.clock import StatedClock
     from pipeline.logs.read import read_log
     from pipeline.stages.stated_units import require_stated_units
+    from pipeline.text.commands import command as proposed
 
     if config is None:
-        guess, _ = guess_files([log], rate_hz)
+        tables, _ = guess_files([log], rate_hz)
+        guess = guess_session(tables)
         for each in (guess.accelerometer, guess.gyroscope):
             if each is not None:
                 click.echo(f"guessed: {', '.join(each.columns)} are in {each.unit}, because "
@@ -104,7 +107,7 @@ def _readings(log: Path, config: Path | None, rate_hz: float | None) -> tuple["I
         readings = guess.tables[0].log()
         if readings is None:
             raise UnreadableInput(f"{log}: its readings or times are no log of samples. Type "
-                                  f"`pipeline import {log}` to see what is there.")
+                                  f"`{proposed('import', log)}` to see what is there.")
         return readings, Path(f"{log.name.split('.')[0]}.noise")
     session = load_config(config, files_may_be_missing=True)
     require_stated_units(session, [log])

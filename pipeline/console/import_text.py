@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from calib.numbers import RPM
 from calib.poses.imu_log import TEMPERATURE, TRIADS
 from pipeline.config.types import STOPPED
 from pipeline.guess.checked import CheckedConfig
@@ -24,18 +25,17 @@ LAYOUTS = {"files": "each is one pose", "log": "the static intervals are the pos
 
 
 def guess_lines(guess: SessionGuess) -> Iterator[str]:
-    """Every table, those of many alike only by the first, and what is not sure."""
-    tables = guess.tables
-    for table in tables[:TABLES_SHOWN]:
-        yield from guessed_table(table)
-        yield ""
-    if len(tables) > TABLES_SHOWN:
-        yield f"and {count(len(tables) - TABLES_SHOWN, 'further table')}"
-        yield ""
+    """The first table of each set of poses, and what is not sure."""
     for source in guess.sources:
-        turning = f"turning at {source.rate_rad_s:.3g} rad/s"
+        shown = source.tables[:1] if source.layout == "files" else source.tables[:TABLES_SHOWN]
+        for table in shown:
+            yield from guessed_table(table)
+        clip = f", as in {source.clip.path.name}" if source.clip else ""
+        turning = ("turning" if guess.ranges else
+                   f"turning at {source.rate_rad_s / RPM:+.4g} rpm{clip}")
         rate = "at rest" if source.rate == STOPPED else turning
         yield f"{count(len(source.tables), 'table')}, {rate}: {LAYOUTS[source.layout]}"
+        yield ""
     if guess.doubts:
         yield "not sure:"
         for doubt in guess.doubts:
@@ -63,9 +63,14 @@ def guessed_table(table: TableGuess) -> list[str]:
                 or name.startswith("time_") or name == TEMPERATURE]
     head = [[f"  {name}" if i == 0 else name for i, name in enumerate(readings)]]
     for row in range(min(ROWS_SHOWN, table.table.rows)):
-        values = [f"{table.table.columns[table.theirs[name]][row]:.10g}" for name in readings]
+        values = [_cell(table.table.columns[table.theirs[name]][row]) for name in readings]
         head.append([f"  {values[0]}", *values[1:]])
     return [*lines, "  first rows:", *table_lines(head)]
+
+
+def _cell(value: float) -> str:
+    """A number of a log; stamps in nanoseconds keep all their digits."""
+    return f"{value:.0f}" if float(value).is_integer() else f"{value:.10g}"
 
 
 def _names(columns: Sequence[str]) -> str:
@@ -73,7 +78,7 @@ def _names(columns: Sequence[str]) -> str:
     whole = ", ".join(columns)
     if len(whole) <= LONGEST_NAMES:
         return whole
-    return f"{columns[0][:LONGEST_NAMES]} ... {columns[-1][-LONGEST_NAMES // 4:]}"
+    return f"{columns[0]} to {columns[-1]}"
 
 
 def guess_json(guess: SessionGuess, checked: CheckedConfig) -> dict[str, Any]:

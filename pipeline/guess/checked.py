@@ -4,18 +4,29 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
+from calib.consistency.data_sheet import gain_off_the_sheet
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, Undetermined
 from calib.poses.imu_log import TRIADS
+from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.config.load import Config, parse_config
+from pipeline.config.types import STOPPED
 from pipeline.errors import PipelineError
 from pipeline.guess.config_text import Choices, config_text
 from pipeline.guess.session import SessionGuess
 from pipeline.stages.run import Outcome
 
-MODELS = (BASE, ("bias", "scale"), ("bias",))
-MOST_TRIES = len(TRIADS) * len(MODELS) + 1
+#: From the largest to the smallest; a bias alone is no calibration of an accelerometer.
+MODELS = {"accelerometer": (BASE, ("bias", "scale")), "gyroscope": (BASE, ("bias", "scale"),
+                                                                    ("bias",))}
+MOST_TRIES = sum(map(len, MODELS.values())) + len(TRIADS) + 1
 """Derived: for each triad every smaller model and its removal, and the last try."""
+
+LARGEST_MISFIT = 0.02
+"""Residual over the reference, root mean square, of a model that can be right. A judgement: after
+bias and scale the cheapest sensor leaves less than 1 %; wrong columns or units leave 10 %."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +34,7 @@ class CheckedConfig:
     """The text of a configuration, and what came of running it.
 
     ``outcome`` is None where it does not run; ``changes`` say what the check took out, ``fault``
-    why nothing was left.
+    why nothing was left, or what makes the outcome implausible.
     """
 
     text: str
@@ -48,7 +59,8 @@ def checked_config(
     for _ in range(MOST_TRIES):
         text = config_text(guess, path.parent, choices)
         try:
-            return CheckedConfig(text, run(parse_config(path, text)), tuple(changes))
+            outcome = run(parse_config(path, text))
+            return CheckedConfig(text, outcome, tuple(changes), implausible(outcome))
         except (CalibrationError, PipelineError) as error:
             fault = str(error)
             smaller = _smaller(choices, error)
@@ -57,8 +69,9 @@ def checked_config(
                 choices = smaller
                 continue
             triad = _culprit(guess, path, choices, run)
-            if triad is None:
-                break
+            turning = any(source.rate not in (None, STOPPED) for source in guess.sources)
+            if triad is None or (triad == "accelerometer" and not turning):
+                break  # of a gyroscope at rest there is no more than a bias
             changes.append(f"the {triad} is left out: {error}")
             choices = replace(choices, left_out={**choices.left_out, triad: fault})
     return CheckedConfig(config_text(guess, path.parent, choices), None, tuple(changes), fault)
@@ -74,8 +87,8 @@ def _smaller(choices: Choices, error: Exception) -> Choices | None:
         triad = remedy.triad
     if triad is None:
         return None
-    now = tuple(choices.models.get(triad, MODELS[0]))
-    smaller = [model for model in MODELS if len(model) < len(now)]
+    now = tuple(choices.models.get(triad, BASE))
+    smaller = [model for model in MODELS[triad] if len(model) < len(now)]
     return replace(choices, models={**choices.models, triad: smaller[0]}) if smaller else None
 
 
@@ -95,4 +108,21 @@ def _culprit(
                 return triad
             continue
         return triad
+    return None
+
+
+def implausible(outcome: Outcome) -> str | None:
+    """Why an outcome cannot be right although it fits; None where nothing speaks against it."""
+    for result in outcome.triads:
+        spec, triad = result.calibration.spec, result.triad
+        reference = result.calibration.fit.poses.reference.magnitude
+        size = float(np.sqrt(np.mean(reference**2)))
+        share = result.comparison.residual_rms / size if size else 0.0
+        if share > LARGEST_MISFIT:
+            against = TRIAD_KINDS[triad].reference
+            return (f"the {triad}'s poses differ from {against} by {share:.1%} (root mean "
+                    f"square), more than any sensor after its calibration. One of these is wrong: "
+                    f"its columns, its unit, or files of two sensors or ranges together.")
+        if off := next(gain_off_the_sheet(result.calibration.parameters, spec, triad), ""):
+            return off
     return None

@@ -5,9 +5,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.effects.catalogue import BASE
-from calib.poses.imu_log import TRIADS
+from calib.numbers import RPM
+from calib.poses.imu_log import TEMPERATURE, TRIADS
+from pipeline.config.file_patterns import find_files
 from pipeline.config.types import STOPPED
 from pipeline.config.yaml_words import yaml_word
 from pipeline.guess.session import RECORD_SD, PoseSource, SessionGuess
@@ -15,6 +19,7 @@ from pipeline.guess.table_guess import TableGuess
 from pipeline.guess.triads import TriadGuess
 from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.logs.columns import TIME
+from pipeline.logs.header_words import read_name
 
 #: Gravity anywhere on Earth: 9.780 at the equator, 9.832 at the poles.
 GRAVITY_SD_M_S2 = 0.02
@@ -43,12 +48,29 @@ def config_text(guess: SessionGuess, folder: Path, choices: Choices) -> str:
     lines += ["", "sensor:"]
     for name in TRIADS:
         triad = getattr(guess, name)
-        if triad is not None:
+        if triad is not None and not (guess.ranges and name == "gyroscope"):
             lines.append(f"  {name}: {_sheet(triad)}   # {_comment(triad.unit)}")
-    lines += ["", *_site(choices.site), *_rates(guess)]
+    lines += _covariates(guess)
+    lines += ["", *_site(choices.site), *_rates(guess, folder)]
     lines += _accelerometer(guess, folder, choices)
     lines += _gyroscope(guess, folder, choices)
     return "\n".join(lines).replace("\n\n\n", "\n\n") + "\n"
+
+
+def _covariates(guess: SessionGuess) -> list[str]:
+    """The columns that may be causes, where one that counts the rows would be taken for one."""
+    columns = {name: values for table in guess.tables[:1]
+               for name, values in table.table.columns.items()
+               if name not in table.theirs.values() and name != table.clock.column}
+    counters = [name for name, values in columns.items()
+                if len(values) > 2 and values[0] != values[1] and np.ptp(np.diff(values)) == 0]
+    if not counters:
+        return []
+    temperature = [TEMPERATURE] if all(TEMPERATURE in t.theirs for t in guess.tables) else []
+    known = [*temperature, *(yaml_word(name) for name in columns if name not in counters
+                             and read_name(name).quantity == "")]
+    return ["", f"# {_comment(', '.join(counters))} only counts the rows.",
+            f"covariates: [{', '.join(known)}]"]
 
 
 def _site(site: str | None) -> list[str]:
@@ -59,14 +81,22 @@ def _site(site: str | None) -> list[str]:
             f"site: {{gravity_m_s2: {STANDARD_GRAVITY_M_S2:g}, sd_m_s2: {GRAVITY_SD_M_S2:g}}}"]
 
 
-def _rates(guess: SessionGuess) -> list[str]:
-    known = {source.rate: source.rate_rad_s for source in guess.sources
-             if source.rate not in (None, STOPPED)}
-    if not known:
+def _rates(guess: SessionGuess, folder: Path) -> list[str]:
+    turning = {source.rate: source for source in guess.sources
+               if source.rate not in (None, STOPPED)}
+    if not turning:
         return []
-    lines = ["", "# Nominal speeds. A clip of the plate is better: {video: clip.mp4}", "rate:"]
-    return lines + [f"  {yaml_word(str(name))}: {{rate_rad_s: {rate:.6g}, "
-                    f"sd_rad_s: {RECORD_SD * rate:.2g}}}" for name, rate in known.items()]
+    lines = ["", "rate:"]
+    for name, source in turning.items():
+        rate = source.rate_rad_s
+        if source.clip is not None:
+            stated = (f"{{video: {yaml_word(_relative(source.clip.path, folder))}, "
+                      f"nominal_rpm: {abs(rate) / RPM:.4g}}}")
+        else:
+            stated = (f"{{rate_rad_s: {rate:.6g}, sd_rad_s: {RECORD_SD * abs(rate):.2g}}}   "
+                      f"# the nominal speed; a clip is better: {{video: clip.mp4}}")
+        lines.append(f"  {yaml_word(str(name))}: {stated}")
+    return lines
 
 
 def _accelerometer(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]:
@@ -80,6 +110,8 @@ def _accelerometer(guess: SessionGuess, folder: Path, choices: Choices) -> list[
 
 
 def _gyroscope(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]:
+    if guess.ranges:
+        return ["", f"# gyroscope: left out, since {_comment(open_range_text(guess))}"]
     able = [source for source in guess.sources if source.has_gyroscope and source.rate]
     if not able:
         return []
@@ -97,21 +129,44 @@ def _gyroscope(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]
     return [*lines, f"  model: [{', '.join(model)}]"]
 
 
+def open_range_text(guess: SessionGuess) -> str:
+    """Why the gyroscope is left out, and what would decide its range."""
+    listed = ", ".join(f"±{each.deg_s:g} °/s would be {each.rpm:.3g} rpm" for each in guess.ranges)
+    return (f"nothing shows its range: {listed}. Add a clip of the turning plate to the files, or "
+            f"state the range by --gyroscope-range")
+
+
 def _poses(source: PoseSource, folder: Path, indent: str) -> list[str]:
     """The section ``poses`` of a source."""
-    paths = [yaml_word(_relative(table.path, folder)) for table in source.tables]
-    lines = [f"{source.layout}: {_listed(paths, indent)}"]
+    paths = [yaml_word(name) for name in _names(source, folder)]
+    lines = [f"{source.layout}:{_listed(paths)}"]
     columns = [table.columns for table in source.tables]
     if any(each is not None for each in columns):
         rows = [_columns(table, each) for table, each in zip(source.tables, columns, strict=True)]
         same = len(set(rows)) == 1
-        lines.append(f"columns: {rows[0] if same else _listed(rows, indent)}")
+        lines.append(f"columns:{_listed(rows[:1] if same else rows)}")
     if source.layout != "means":
         lines += _clock(source)
     if source.layout == "log":
         lines.append("find: still")
     return [indent + line for line in "\n".join(lines).replace("\n", f"\n{indent}").split(
         f"\n{indent}")]
+
+
+def _names(source: PoseSource, folder: Path) -> list[str]:
+    """The files of a source; a pattern where it stands for these files and no others."""
+    names = [_relative(table.path, folder) for table in source.tables]
+    parents, suffixes = {Path(name).parent for name in names}, {Path(name).suffix for name in names}
+    if source.layout != "files" or len(parents) != 1 or len(suffixes) != 1:
+        return names
+    pattern = (parents.pop() / f"*{suffixes.pop()}").as_posix()
+    try:
+        meant = [_relative(path, folder) for path in find_files(pattern, folder)]
+    except FileNotFoundError:
+        return names
+    same_order = [table.columns for table in source.tables]
+    uniform = all(columns == same_order[0] for columns in same_order)
+    return [pattern] if uniform and sorted(meant) == sorted(names) and "[" not in pattern else names
 
 
 def _clock(source: PoseSource) -> list[str]:
@@ -133,11 +188,12 @@ def _columns(table: TableGuess, columns: list[str] | dict[str, str] | None) -> s
     return "{" + ", ".join(f"{name}: {yaml_word(theirs)}" for name, theirs in pairs.items()) + "}"
 
 
-def _listed(items: Sequence[str], indent: str) -> str:
-    """One item alone, or a list, one below the other where it is long."""
+def _listed(items: Sequence[str]) -> str:
+    """One item alone, or a list, one below the other where it is long; what stands before it ends.
+    """
     if len(items) == 1:
-        return items[0]
-    flat = f"[{', '.join(items)}]"
+        return f" {items[0]}"
+    flat = f" [{', '.join(items)}]"
     if len(flat) <= WIDTH:
         return flat
     return "\n" + "\n".join(f"  - {item}" for item in items)

@@ -4,15 +4,20 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline.errors import UnreadableInput
+from pipeline.guess.plate import MeasuredClip
 from pipeline.guess.raw_tables import raw_tables
-from pipeline.guess.session import SessionGuess, guess_session
-from pipeline.guess.table_guess import TableGuess, guess_table
+from pipeline.guess.table_guess import TableGuess, guess_table, why_no_log
+from pipeline.stages.context import RunContext
+from pipeline.stages.rate import follow_clips, measure_setting
+
+#: Ends of the names of clips; fact.
+CLIPS = {".mp4", ".mov", ".avi", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".mts", ".3gp", ".wmv"}
 
 
 def guess_files(
     files: Sequence[Path], rate_hz: float | None
-) -> tuple[SessionGuess, tuple[str, ...]]:
-    """The guess of all tables of ``files``, and a note on each table that is no log.
+) -> tuple[list[TableGuess], tuple[str, ...]]:
+    """What all tables of ``files`` are, and a note on each table that is no log.
 
     Parameters
     ----------
@@ -31,9 +36,7 @@ def guess_files(
         for table in raw_tables(path):
             guess = guess_table(table, rate_hz)
             if guess is None:
-                shown = ", ".join(list(table.columns)[:8])
-                passed_over.append(f"{table.path}: no accelerometer and no gyroscope among its "
-                                   f"columns ({shown}); not used.")
+                passed_over.append(f"{table.path}: {why_no_log(table)}; not used.")
             else:
                 guesses.append(guess)
     if not guesses:
@@ -41,4 +44,30 @@ def guess_files(
             f"{passed_over[0]} An accelerometer's readings are as long as gravity in every "
             "attitude. Name the columns in a configuration, as `pipeline init` shows."
         )
-    return guess_session(guesses), tuple(passed_over)
+    return guesses, tuple(passed_over)
+
+
+def is_clip(path: Path) -> bool:
+    """Whether a file is a clip by its name."""
+    return path.suffix.lower() in CLIPS
+
+
+def measure_clips(clips: Sequence[Path], context: RunContext) -> list[MeasuredClip]:
+    """The rate of the plate in each clip.
+
+    Raises
+    ------
+    UnreadableInput, UnreadableVideo, RateRefused
+        Of the first clip, in their order, that shows no turning plate.
+    """
+    if not clips:
+        return []
+    from vision.rate.timebase import CLOCK_PPM, Timebase  # OpenCV, where there is a clip
+
+    tracks = follow_clips([(path, None) for path in clips], context)
+    timebase = Timebase("container", None, CLOCK_PPM["container"])
+    rates = [measure_setting(path.stem, [track], timebase)
+             for path, track in zip(clips, tracks, strict=True)]
+    signs = [-1.0 if rate.plate.direction == "cw" else 1.0 for rate in rates]
+    return [MeasuredClip(path, sign * rate.rate_rad_s)
+            for path, sign, rate in zip(clips, signs, rates, strict=True)]

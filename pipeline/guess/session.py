@@ -9,10 +9,19 @@ import numpy as np
 from calib.errors import CalibrationError
 from calib.numbers import RPM
 from calib.poses.averaging import average_pose
-from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS
 from pipeline.config.types import STOPPED
+from pipeline.guess.clocks import EPOCH_S
 from pipeline.guess.magnitudes import record_rpm
+from pipeline.guess.plate import (
+    SI,
+    MeasuredClip,
+    RangeChoice,
+    matching_clip,
+    nominal_rpm,
+    settle_range,
+    speeds_of,
+)
 from pipeline.guess.table_guess import FEWEST_MEANS, TableGuess
 from pipeline.guess.triads import TriadGuess
 
@@ -20,7 +29,6 @@ MOST_POSE_S = 120.0
 """A longer file is a log of many poses. Half and double change nothing in
 ``tests.bench.study_import``; chosen."""
 
-SI = TriadSpec(float("inf"), 0, "si")
 RECORD_SD = 0.003
 """Relative sd of a record player's nominal speed: what belt drives and worn idlers are off by."""
 
@@ -32,12 +40,14 @@ class PoseSource:
     """Files that a configuration names together as poses at one rate of the plate.
 
     ``rate`` is the name of the setting, ``stopped`` at rest, None where the rate is not known.
+    ``rate_rad_s`` is signed, positive counter-clockwise; ``clip`` shows it, where there is one.
     """
 
     layout: Layout
     tables: tuple[TableGuess, ...]
     rate: str | None
     rate_rad_s: float = 0.0
+    clip: MeasuredClip | None = None
 
     @property
     def has_gyroscope(self) -> bool:
@@ -52,10 +62,14 @@ class PoseSource:
 
 @dataclass(frozen=True, eq=False)
 class SessionGuess:
-    """Everything that was guessed of the files."""
+    """Everything that was guessed of the files.
+
+    ``ranges`` are those of the gyroscope among which nothing decides; empty where one is known.
+    """
 
     sources: tuple[PoseSource, ...]
     doubts: tuple[str, ...]
+    ranges: tuple[RangeChoice, ...] = ()
 
     @property
     def tables(self) -> tuple[TableGuess, ...]:
@@ -77,28 +91,106 @@ class SessionGuess:
     def at_rest(self) -> PoseSource | None:
         """Where the accelerometer is best calibrated: poses at rest, else any."""
         able = [source for source in self.sources if source.has_accelerometer]
-        return min(able, key=lambda source: source.rate_rad_s > 0, default=None)
+        return min(able, key=lambda source: source.rate_rad_s != 0, default=None)
 
 
-def guess_session(tables: Sequence[TableGuess]) -> SessionGuess:
-    """Group tables by what their rows are and by the rate at which they turn."""
-    doubts = _together(tables)
-    groups: dict[tuple[Layout, str | None], list[TableGuess]] = {}
-    rates: dict[tuple[Layout, str | None], list[float]] = {}
-    layout = _layout(tables)
-    for table in tables:
-        name, rate = _setting(table)
+def guess_session(
+    tables: Sequence[TableGuess],
+    clips: Sequence[MeasuredClip] = (),
+    range_deg_s: float | None = None,
+) -> SessionGuess:
+    """Group tables by what their rows are and by the rate at which they turn.
+
+    Parameters
+    ----------
+    tables : sequence of TableGuess
+    clips : sequence of MeasuredClip
+    range_deg_s : float or None
+        The full scale of the gyroscope as the user states it.
+    """
+    alone, doubts = without_alternatives(tables)
+    settled = settle_range(alone, clips, range_deg_s)
+    doubts += _together(settled.tables)
+    layout = _layout(settled.tables)
+    groups: dict[tuple[Layout, str | None, bool], list[TableGuess]] = {}
+    speeds = speeds_of([table.turning_rad_s for table in settled.tables])
+    for table, turns in zip(settled.tables, speeds, strict=True):
         kind: Layout = "means" if table.are_means else layout
-        groups.setdefault((kind, name), []).append(table)
-        rates.setdefault((kind, name), []).append(rate)
+        name = STOPPED if not turns else None if settled.choices else _speed(turns, clips)
+        clockwise = bool(turns) and table.turns_clockwise
+        groups.setdefault((kind, name, clockwise), []).append(table)
     sources = tuple(
-        PoseSource(kind, tuple(_in_pairs(each) if kind == "log" else each), name,
-                   float(np.median(rates[kind, name])))
-        for (kind, name), each in groups.items()
-    )
-    doubts += _about_rates(sources)
-    doubts += _differing(tables)
-    return SessionGuess(sources, tuple(dict.fromkeys(doubts)))
+        _source(kind, name, clockwise, _in_pairs(each) if kind == "log" else each, clips)
+        for (kind, name, clockwise), each in groups.items())
+    used = {source.clip.path for source in sources if source.clip}
+    doubts += [f"{clip.path.name}: the plate turns at {clip.rate_rad_s / RPM:+.4g} rpm in it, and "
+               f"no log does; the clip is not used" for clip in clips if clip.path not in used]
+    if not settled.choices:
+        doubts += _about_rates(sources)
+    doubts += _differing(settled.tables)
+    return SessionGuess(sources, tuple(dict.fromkeys(doubts)), settled.choices)
+
+
+def _speed(rate_rad_s: float, clips: Sequence[MeasuredClip]) -> str | None:
+    """The speed of a turning table as a name: that of a clip, or of record players."""
+    clip = matching_clip(rate_rad_s, clips)
+    rpm = nominal_rpm(clip.rate_rad_s) if clip else record_rpm(rate_rad_s)
+    return f"{rpm:.3g}rpm" if rpm else None
+
+
+def _source(
+    layout: Layout, name: str | None, clockwise: bool, tables: Sequence[TableGuess],
+    clips: Sequence[MeasuredClip],
+) -> PoseSource:
+    """Tables of one setting with its rate and its clip."""
+    if name == STOPPED:
+        return PoseSource(layout, tuple(tables), name)
+    sign = -1.0 if clockwise else 1.0
+    felt = sign * float(np.median([table.turning_rad_s for table in tables]))
+    clip = matching_clip(felt, clips)
+    if name is None:
+        return PoseSource(layout, tuple(tables), None, felt)
+    if clip is not None and len(clips) > 1 and clip.rate_rad_s * felt < 0:
+        clip = None  # another clip shows the other direction
+    rpm = nominal_rpm(clip.rate_rad_s) if clip else record_rpm(felt * sign) or 0.0
+    return PoseSource(layout, tuple(tables), f"m{name}" if clockwise else name, sign * rpm * RPM,
+                      clip)
+
+
+def without_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], list[str]]:
+    """The tables without those that hold another's recording once more, and which these are.
+
+    A phone's app writes the same sensor two or three times, and a flight controller has several
+    sensors: their poses are not poses of one sensor.
+    """
+    kept: list[TableGuess] = []
+    doubts = []
+    for table in sorted(tables, key=_rawness):
+        same = next((other for other in kept if _are_alternatives(table, other)), None)
+        if same is None:
+            kept.append(table)
+        else:
+            doubts.append(f"{table.path.name}: not used, because {same.path.name} holds a sensor "
+                          f"of the same kind at the same times")
+    order = {id(table): i for i, table in enumerate(tables)}
+    return sorted(kept, key=lambda table: order[id(table)]), doubts
+
+
+def _rawness(table: TableGuess) -> bool:
+    """Sorts readings that a phone has not corrected yet before those that it has."""
+    return "uncalibrated" not in table.path.name.lower()
+
+
+def _are_alternatives(one: TableGuess, other: TableGuess) -> bool:
+    """Whether two tables of one recording hold the same triad."""
+    both = any(getattr(one, triad) and getattr(other, triad) for triad in TRIADS)
+    together = one.path.parent == other.path.parent and not one.path.parent.is_dir()
+    since_1970 = min(one.clock.time_s[0], other.clock.time_s[0]) > EPOCH_S[0]
+    if not both or one.are_means or other.are_means:
+        return False
+    if together and one.clock.is_known and other.clock.is_known:
+        return _overlap(one, other)
+    return since_1970 and _overlap(one, other)
 
 
 def _together(tables: Sequence[TableGuess]) -> list[str]:
@@ -109,15 +201,6 @@ def _together(tables: Sequence[TableGuess]) -> list[str]:
             names.setdefault(doubt, []).append(table.path.name)
     return [f"{files[0]}{f' and {len(files) - 1} more' if files[1:] else ''}: {doubt}"
             for doubt, files in names.items()]
-
-
-def _setting(table: TableGuess) -> tuple[str | None, float]:
-    """The name of the plate setting of a table, and its rate in rad/s."""
-    turning = table.turning_rad_s
-    if turning == 0:
-        return STOPPED, 0.0
-    rpm = record_rpm(turning)
-    return (f"{rpm:.3g}rpm", rpm * RPM) if rpm else (None, turning)
 
 
 def _layout(tables: Sequence[TableGuess]) -> Layout:
@@ -165,19 +248,17 @@ def _overlap(one: TableGuess, other: TableGuess) -> bool:
 def _about_rates(sources: Sequence[PoseSource]) -> list[str]:
     doubts = []
     for source in sources:
-        turning = [table.turning_rad_s for table in source.tables if table.turning_rad_s]
+        name = source.tables[0].path.name
         if source.rate is None:
             doubts.append(
-                f"{source.tables[0].path.name}: the gyroscope turns at about "
-                f"{np.median(turning):.3g} rad/s, which is no speed of a record player; state the "
-                f"rate of the plate, or a clip of it, to calibrate the gyroscope by it"
-            )
-        elif source.rate != STOPPED:
+                f"{name}: the gyroscope turns at about {abs(source.rate_rad_s) / RPM:.3g} rpm, "
+                f"which is no speed of a record player; add a clip of the plate, or state its "
+                f"rate in the configuration, to calibrate the gyroscope by it")
+        elif source.rate != STOPPED and source.clip is None:
             doubts.append(
-                f"{source.tables[0].path.name}: the gyroscope turns as on a record player at "
-                f"{source.rate}; the nominal rate is taken with an sd of {RECORD_SD:.1%}, which "
-                f"the scale of the gyroscope inherits. A clip of the plate gives 50 ppm"
-            )
+                f"{name}: the plate turns as a record player at {source.rate}; the nominal rate "
+                f"is taken with an sd of {RECORD_SD:.1%}, which the scale of the gyroscope "
+                f"inherits. A clip of the plate gives 50 ppm")
     return doubts
 
 

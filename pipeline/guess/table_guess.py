@@ -8,22 +8,26 @@ import numpy as np
 
 from calib.poses.imu_log import TEMPERATURE, FloatArray, ImuLog
 from pipeline.guess.clocks import ClockGuess, guess_clock
-from pipeline.guess.magnitudes import decoded
+from pipeline.guess.gyroscope import guess_gyroscope
+from pipeline.guess.magnitudes import decoded, typical_length
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.triads import (
     UNIT_WORDS,
     TriadGuess,
     guess_accelerometer,
-    guess_gyroscope,
+    is_direction,
+    neighbours,
     stacked,
+    triples_by_name,
     turns_beside,
 )
 from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SECONDS_PER, SKIP, TIME, our_name
-from pipeline.logs.header import names_of
+from pipeline.logs.header import our_names
 from pipeline.logs.header_words import read_name
 from pipeline.stages.session_logs import CELSIUS
 
+SHOWN = 8  #: columns that a message names
 MOST_MEANS = 500  #: at ten seconds each they take a hand an hour and a half; tuned
 MEANS_APART = np.radians(5.0)
 """Between one row and the next of a table of pose means; no sensor is turned so fast that its
@@ -33,6 +37,10 @@ FEWEST_MEANS = 6  #: fact: the parameters of bias and scale, one equation a pose
 #: Names of files in which phone apps write what they compute from the sensors, and other sensors.
 OTHER_FILES = {"gravity", "orientation", "magnetometer", "magnetometeruncalibrated", "compass",
                "barometer", "location", "linear acceleration", "linearacceleration", "pedometer"}
+SENSOR_LOGGER = {"time", "seconds_elapsed", "x", "y", "z"}  #: columns of this app; fact
+REMOVED = 0.3
+"""Of gravity, that a typical reading is shorter than where gravity was removed: half of the rows of
+a log are at rest."""
 #: A gyroscope that reads more in half of its samples is on a turning plate, rad/s.
 TURNING_RAD_S = 0.3
 
@@ -70,11 +78,20 @@ class TableGuess:
         """Rate at which the gyroscope turns in most of the table; 0 at rest or without one."""
         if self.gyroscope is None:
             return 0.0
-        rate = self._si(self.gyroscope)
+        rate = self.si(self.gyroscope)
         usual = float(np.median(np.linalg.norm(rate, axis=1)))
         return usual if usual > TURNING_RAD_S else 0.0
 
-    def _si(self, triad: TriadGuess) -> FloatArray:
+    @property
+    def turns_clockwise(self) -> bool:
+        """Whether the rate points down by the accelerometer; False without one."""
+        if self.gyroscope is None or self.accelerometer is None:
+            return False
+        rate, force = self.si(self.gyroscope), self.si(self.accelerometer)
+        return bool(np.median(rate, axis=0) @ np.median(force, axis=0) < 0)
+
+    def si(self, triad: TriadGuess) -> FloatArray:
+        """The readings (t, 3) of a triad that are whole, in SI units by its guess."""
         values = stacked(self.table.columns, triad.columns)
         values = values[np.isfinite(values).all(axis=1)]
         return np.asarray(decoded(values)[0] * triad.si_per_unit)
@@ -97,7 +114,7 @@ class TableGuess:
             ours = {theirs: name for name, theirs in self.theirs.items()}
             return [ours.get(name, SKIP) for name in self.table.positions]
         header = self.table.header
-        read = dict(zip(names_of(header), header, strict=True))
+        read = dict(zip(our_names(header), header, strict=True))
         time_unused = self.clock.column is None and any(name == TIME for name, _ in read)
         known = all(read.get(our_name(name)) == theirs for name, theirs in self.theirs.items())
         if known and not time_unused:
@@ -125,6 +142,9 @@ def guess_table(table: RawTable, rate_hz: float | None) -> TableGuess | None:
         known_s = clock.time_s if clock.is_known else None
         accelerometer = guess_accelerometer(free, hint, known_s)
         gyroscope = guess_gyroscope(free, hint, accelerometer, known_s)
+        if gyroscope and gyroscope.doubt and table.columns.keys() >= SENSOR_LOGGER:
+            gyroscope = replace(gyroscope, sheet=(("unit", "rad_s"),), unit=UNIT_WORDS["rad_s"],
+                                si_per_unit=1.0, because="Sensor Logger writes rad/s", doubt="")
         if accelerometer and gyroscope and not clock.is_known:
             clock = _by_turns(table, clock, accelerometer, gyroscope)
     if accelerometer is None and gyroscope is None:
@@ -209,3 +229,25 @@ def _are_means(values: FloatArray) -> bool:
     unit = signed / np.maximum(np.linalg.norm(signed, axis=1, keepdims=True), 1e-12)
     apart = np.arccos(np.clip((unit[1:] * unit[:-1]).sum(axis=1), -1, 1))
     return bool(np.median(apart) > MEANS_APART)
+
+
+def why_no_log(table: RawTable) -> str:
+    """Why a table is no log, as the end of a sentence that names it."""
+    names = list(table.columns)
+    hint = hint_of(table.path)
+    called = triples_by_name(names, "acc") or [
+        triple for triple in neighbours(names) if hint == "acc"
+        and [read_name(name).axis for name in triple] == [0, 1, 2]]
+    for triple in called:
+        values = stacked(table.columns, triple)
+        values = values[np.isfinite(values).all(axis=1)]
+        if len(values) and is_direction(values):
+            return ("all its readings have the length 1, so they were normalised and show no "
+                    "scale; record the raw readings")
+        if len(values) and typical_length(values) < REMOVED:
+            return ("gravity is removed from its readings (half of them are shorter than "
+                    f"{typical_length(values):.2g}), and what is left shows no scale; record the "
+                    "acceleration with gravity (Sensor Logger: Total Acceleration or Accelerometer "
+                    "Uncalibrated; phyphox: Acceleration (with g))")
+    shown = ", ".join(names[:SHOWN])
+    return f"no accelerometer and no gyroscope among its columns ({shown})"

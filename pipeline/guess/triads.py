@@ -9,7 +9,6 @@ import numpy as np
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.poses.imu_log import FloatArray
 from pipeline.guess.magnitudes import (
-    COUNTS_PER_DEG_S,
     FORCE_UNITS,
     GRAVITY_TOLERANCE,
     LEAST_AGREEMENT,
@@ -18,10 +17,7 @@ from pipeline.guess.magnitudes import (
     GravityUnit,
     decoded,
     gravity_unit,
-    nearest_rate_unit,
     rate_scale,
-    record_rpm,
-    sample_noise_sd,
     typical_length,
 )
 from pipeline.logs.header_words import read_name
@@ -32,15 +28,6 @@ UNIT_WORDS = {"m_s2": "m/s²", "rad_s": "rad/s", "deg_s": "°/s", "mrad_s": "mra
               "mdeg_s": "m°/s"}
 LEAST_SCATTER = 0.03
 """Axes of one sensor scatter alike, by noise or by attitude; a magnetometer's beside it do not."""
-
-FASTEST_HAND_RAD_S = 25.0
-"""Gyroscopes of phones and hobby boards end at 2000 °/s, and no hand turns as fast as 1400 °/s."""
-
-NOISIEST_RAD_S = 0.03
-"""Noise of one sample of a gyroscope, at most: 2 °/s, ten times that of an MPU-6050."""
-
-LARGEST_BIAS_RAD_S = 0.35
-"""Of a gyroscope that rests in most of its log: 20 °/s, the most that data sheets allow."""
 
 NEARLY_ALL = 0.99  #: share of rows; a few may be written while the sensor starts
 UNIT_LENGTH = 2e-3
@@ -69,6 +56,8 @@ class TriadGuess:
         Roughly, SI units per unit of the log.
     doubt : str
         What is not sure of it; empty where nothing is.
+    is_open : bool
+        Whether its range is only the most usual one.
     """
 
     columns: Triple
@@ -77,7 +66,13 @@ class TriadGuess:
     because: str
     si_per_unit: float
     doubt: str = ""
+    is_open: bool = False
 
+    def with_range(self, per_deg: float, because: str) -> "TriadGuess":
+        """The gyroscope with ``per_deg`` counts per °/s."""
+        encoding = str(dict(self.sheet).get("encoding", ""))
+        return rate_triad(self.columns, "counts", per_deg, encoding,
+                          f"{self.because}; {because}", "")
 
 
 def triples_by_name(columns: Sequence[str], quantity: str) -> list[Triple]:
@@ -248,36 +243,6 @@ def _in_words(unit: GravityUnit) -> str:
     return f"counts, {unit.per_g:g} per g" + (f", {unit.encoding}" if unit.encoding else "")
 
 
-def guess_gyroscope(
-    columns: Columns, hint: str, accelerometer: TriadGuess | None, time_s: FloatArray | None
-) -> TriadGuess | None:
-    """The gyroscope among ``columns``, by name or by its place behind the accelerometer.
-
-    ``time_s`` (t,) shows its unit by how fast gravity turns; None where no clock is known.
-    """
-    named = triples_by_name(list(columns), "gyr")
-    triple = named[0] if named else _beside(columns, hint, accelerometer)
-    if triple is None:
-        return None
-    values = stacked(columns, triple)
-    signed, encoding = decoded(values[np.isfinite(values).all(axis=1)])
-    words = read_name(triple[0])
-    because = "their names" if named else "they stand beside the accelerometer"
-    if hint == "gyr" and not named:
-        because = "the name of the file"
-    if words.unit in RATE_UNITS:
-        return _gyroscope(triple, words.unit, None, "", f"{because}, which state the unit", "")
-    measured = None
-    if accelerometer is not None and time_s is not None:
-        measured = turns_beside(columns, accelerometer, triple, time_s)
-    if measured is not None:
-        unit, per_deg = nearest_rate_unit(measured[0], bool(encoding))
-        return _gyroscope(triple, unit, per_deg, encoding, (
-            f"{because}; turned between the rests, gravity moves as {measured[0]:.3g} rad/s per "
-            f"unit would move it (correlation {measured[1]:.2f})"), "")
-    return _by_size(triple, signed, encoding, because)
-
-
 def turns_beside(
     columns: Columns, accelerometer: TriadGuess, gyroscope: Triple, time_s: FloatArray
 ) -> tuple[float, float] | None:
@@ -290,53 +255,10 @@ def turns_beside(
     return measured if measured is not None and measured[1] >= LEAST_AGREEMENT else None
 
 
-def _by_size(triple: Triple, signed: FloatArray, encoding: str, because: str) -> TriadGuess:
-    """The unit by how fast things turn."""
-    length, noise = typical_length(signed), sample_noise_sd(signed)
-    for unit, size in RATE_UNITS.items():
-        rpm = record_rpm(length * size) if not encoding else None
-        if rpm is not None and noise * size < NOISIEST_RAD_S:
-            return _gyroscope(triple, unit, None, "", (
-                f"{because}; {length:.4g} is {rpm:.3g} rpm, a speed of record players"), "")
-    if encoding:
-        return _gyroscope(triple, "counts", COUNTS_PER_DEG_S[0], encoding, because, (
-            "nothing in the log shows the sensitivity of the gyroscope; 131 counts per °/s is that "
-            "of ±250 °/s at 16 bits"))
-    fastest = float(np.quantile(np.abs(signed - np.median(signed, axis=0)), 0.999))
-    slow = (fastest < FASTEST_HAND_RAD_S and length < LARGEST_BIAS_RAD_S
-            and noise < NOISIEST_RAD_S)
-    unit = "rad_s" if slow else "deg_s"
-    return _gyroscope(triple, unit, None, "", because, (
-        f"nothing in the log shows the unit of the gyroscope; its readings reach {fastest:.3g}, "
-        f"which suits {UNIT_WORDS[unit]}"))
-
-
-def _beside(columns: Columns, hint: str, accelerometer: TriadGuess | None) -> Triple | None:
-    """Three columns without a meaning behind or before the accelerometer's; all of a file's."""
-    names = [name for name in columns if read_name(name).quantity in ("", "gyr")
-             or (accelerometer is not None and name in accelerometer.columns)]
-    if accelerometer is None:
-        free = [name for name in names if not _is_else(name)]
-        alone = hint == "gyr" or (hint != "acc" and len(free) == AXIS_COUNT)
-        return next(neighbours(free), None) if alone else None
-    at = names.index(accelerometer.columns[0])
-    for start in (at + AXIS_COUNT, at - AXIS_COUNT):
-        if start >= 0 and len(names[start : start + AXIS_COUNT]) == AXIS_COUNT:
-            x, y, z = names[start : start + AXIS_COUNT]
-            if not any(_is_else(name) for name in (x, y, z)):
-                return x, y, z
-    return None
-
-
-def _is_else(name: str) -> bool:
-    """Whether a name with letters stands for something that is not known."""
-    stem, quantity = read_name(name).stem, read_name(name).quantity
-    return bool(stem) and not stem.isdecimal() and quantity != "gyr"
-
-
-def _gyroscope(
+def rate_triad(
     triple: Triple, unit: str, per_deg: float | None, encoding: str, because: str, doubt: str
 ) -> TriadGuess:
+    """A gyroscope in a unit, or in counts of which ``per_deg`` are 1 °/s."""
     if per_deg is not None:
         return TriadGuess(triple, _counts("counts_per_deg_s", per_deg, encoding),
                           f"counts, {per_deg:g} per °/s" + (f", {encoding}" if encoding else ""),

@@ -25,7 +25,7 @@ from pipeline.logs.dialect import (
     seconds_of,
     split_cells,
 )
-from pipeline.logs.header import names_of
+from pipeline.logs.header import our_names
 from pipeline.text.names import nearest_names
 
 COMMENT_SIGNS = ("#", "//", "%")
@@ -141,7 +141,7 @@ def width_of_numbers(line: str) -> int:
 def _is_header(cells: list[str], columns: ColumnNames | None) -> bool:
     if isinstance(columns, Renamed):
         return columns.apply(cells) is not None
-    return columns is None and missing_columns([name for name, _ in names_of(cells)]) is None
+    return columns is None and missing_columns([name for name, _ in our_names(cells)]) is None
 
 
 def _is_row(line: str, columns: ColumnNames | None) -> bool:
@@ -171,7 +171,7 @@ def named_columns(
         return [our_name(name) for name in columns]
     if head.names is None:
         raise _headerless(path, head.names_line, width)
-    names = names_of(head.names)
+    names = our_names(head.names)
     if missing_columns([name for name, _ in names]) is not None:
         raise _wrong_header(path, head.names_line, head.names)
     return names
@@ -192,7 +192,7 @@ def is_time(cell: str) -> bool:
 
 def no_rows(path: Path, head: Head) -> UnreadableInput:
     """The error for a file without rows."""
-    if head.names and missing_columns([name for name, _ in names_of(head.names)]) is None:
+    if head.names and missing_columns([name for name, _ in our_names(head.names)]) is None:
         return UnreadableInput(f"{path}: no row of numbers below the header. Record the pose "
                                "again.")
     if head.names is None:

@@ -17,10 +17,10 @@ TRIPLES = {"acc": ACCELEROMETER, "gyr": GYROSCOPE}
 Named = tuple[str, float]  #: our name, and the factor to our unit
 
 
-def names_of(header: Sequence[str]) -> list[Named]:
+def our_names(header: Sequence[str]) -> list[Named]:
     """Our name and the factor of every column; a name that says nothing stays as it is.
 
-    >>> names_of(["millis", "AcX", "AcY", "AcZ"])[0]
+    >>> our_names(["millis", "AcX", "AcY", "AcZ"])[0]
     ('time_s', 0.001)
     """
     exact = [our_name(name) for name in header]

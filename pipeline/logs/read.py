@@ -28,7 +28,7 @@ from pipeline.logs.columns import (
 from pipeline.logs.formats.archive import member_lines
 from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.formats.kinds import ARCHIVE, kind_of, split_member, tables_of
-from pipeline.logs.header import names_of
+from pipeline.logs.header import our_names
 from pipeline.logs.join import join_logs
 from pipeline.logs.source import read_bytes, text_lines
 from pipeline.logs.text import LogText, log_text, numbers_of
@@ -149,9 +149,9 @@ def _picked(
     if columns is not None and len(tables) == 1:
         return [_of_file_table(path, tables[0], columns)]
     whole = [table for table in tables
-             if missing_columns([name for name, _ in names_of(list(table.columns))]) is None]
+             if missing_columns([name for name, _ in our_names(list(table.columns))]) is None]
     triads = [triad for table in whole for triad in (ACCELEROMETER, GYROSCOPE)
-              if triad[0] in {name for name, _ in names_of(list(table.columns))}]
+              if triad[0] in {name for name, _ in our_names(list(table.columns))}]
     if columns is None and whole and len(set(triads)) == len(triads):
         return [_of_file_table(path, table, None) for table in whole]
     listed = "; ".join(f"{table.name} ({', '.join(table.columns)})" for table in tables[:TABLES])
@@ -173,7 +173,7 @@ def _of_file_table(path: Path, table: FileTable, columns: ColumnNames | None) ->
                                   f"{', '.join(theirs)}. Write the name as it stands there.")
         names = [our_name(name) if name in columns.ours else (name, 1.0) for name in renamed]
     else:
-        names = [our_name(name) for name in columns] if columns else names_of(theirs)
+        names = [our_name(name) for name in columns] if columns else our_names(theirs)
     if len(names) != len(theirs):
         raise UnreadableInput(f"{path}: {len(theirs)} columns found ({', '.join(theirs)}), "
                               f"{len(names)} expected. Name every column, '{SKIP}' for those not "

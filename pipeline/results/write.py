@@ -12,6 +12,8 @@ import numpy as np
 from calib.mounting.both_orders import OrderTrial
 from calib.mounting.mounting import Mounting
 from calib.poses.imu_log import TRIADS
+from pipeline.config.load import Config
+from pipeline.logs.columns import Renamed
 from pipeline.results.json_values import Json
 from pipeline.results.rate import rate_section
 from pipeline.results.schema import FORMAT
@@ -43,6 +45,7 @@ def results_of(outcome: Outcome) -> Json:
         rate={name: rate_section(rate) for name, rate in outcome.rates.items()},
         **dict.fromkeys(TRIADS) | triads,
         installation=outcome.installation and installation_section(outcome.installation),
+        columns=stated_columns(config),
         warnings=outcome.warnings,
     ).as_json()
 
@@ -65,6 +68,14 @@ def installation_section(mounting: Mounting) -> InstallationResult:
 def _roll_and_pitch(trial: Mounting | OrderTrial) -> Json:
     return {"roll_deg": np.degrees(trial.roll_rad), "pitch_deg": np.degrees(trial.pitch_rad),
             "sd_deg": np.degrees(trial.sd_rad)}
+
+
+def stated_columns(config: Config) -> list[list[str] | dict[str, str]]:
+    """``columns`` of all sections of a configuration, each once, for logs of the same logger."""
+    poses = [config.accelerometer.poses] if config.accelerometer else []
+    poses += [run.poses for run in config.gyroscope.runs] if config.gyroscope else []
+    stated = dict.fromkeys(row for each in poses for row in each.columns or ())
+    return [dict(row.pairs) if isinstance(row, Renamed) else list(row) for row in stated]
 
 
 def results_text(results: Json) -> str:

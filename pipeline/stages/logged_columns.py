@@ -1,8 +1,15 @@
-"""Which further columns the logs of a session have, by their first lines, before they are read."""
+"""Which further columns the logs of a session have, and whether models and covariates find theirs.
+"""
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from calib.poses.imu_log import TRIADS, Triad
+import numpy as np
+
+from calib.effects.catalogue import find_effect
+from calib.effects.effect import Effect
+from calib.errors import Undetermined
+from calib.poses.imu_log import TRIADS, ImuLog, Triad
 from pipeline.config.load import Config
 from pipeline.config.problems import ConfigProblem, config_error
 from pipeline.config.schema import LogsSection, PosesSection
@@ -10,6 +17,7 @@ from pipeline.errors import UnreadableInput
 from pipeline.logs.columns import READINGS
 from pipeline.logs.read import column_names
 from pipeline.stages.pose_means import is_of_means
+from pipeline.stages.session_logs import SessionLogs
 from pipeline.text.names import nearest_name
 
 
@@ -67,3 +75,57 @@ def _header(section: LogsSection, i: int, path: Path) -> list[str]:
     except UnreadableInput:  # said where the log itself is read
         return []
     return [name for name in names if name not in READINGS and not is_of_means(name)] or [""]
+
+
+def require_logged_columns(config: Config, logs: SessionLogs) -> None:
+    """Refuse models with effects of columns that the logs of their triads do not hold.
+
+    User-defined effects are left to :mod:`pipeline.stages.user_effects`.
+
+    Raises
+    ------
+    ConfigError
+        A column is not there, with the nearest that is.
+    Undetermined
+        A column has no number in some sample.
+    """
+    problems = []
+    incomplete: list[Undetermined] = []
+    for triad in TRIADS:
+        section = getattr(config, triad)
+        used = logs.of_triad(config, triad)
+        for name in section.model if section else ():
+            if name in config.effects:
+                continue
+            effect = find_effect(name)
+            problems += [ConfigProblem((triad, "model"), absent)
+                         for absent in _absent(effect, used)]
+            incomplete += _incomplete(effect, triad, used)
+    if problems:
+        raise config_error(config.source, problems)
+    if incomplete:
+        raise incomplete[0]
+
+
+def _absent(effect: Effect, logs: Sequence[ImuLog]) -> Iterator[str]:
+    for name in effect.logged:
+        without = [log for log in logs if name not in log.columns]
+        if without:
+            there = tuple(without[0].columns)
+            yield (f"'{effect.name}' needs the column {name}, which {without[0].label} does not "
+                   f"have{nearest_name(name, there)}. Its further columns: "
+                   f"{', '.join(there) or 'none'}. Log it, or take the effect out of the model")
+
+
+def _incomplete(effect: Effect, triad: Triad, logs: Sequence[ImuLog]) -> Iterator[Undetermined]:
+    for name in effect.logged:
+        for log in logs:
+            empty = ~np.isfinite(log.columns.get(name, np.zeros(1)))
+            if empty.any():
+                yield Undetermined(
+                    f"{log.label}: the column {name} has no number at sample "
+                    f"{int(np.argmax(empty)) + 1}, and {triad}.{effect.name} needs it in every "
+                    f"sample. Delete the rows in which it is empty, or take the effect out of the "
+                    f"model."
+                )
+                return

@@ -19,11 +19,12 @@ from dataclasses import dataclass
 from calib.mounting.mounting import Mounting
 from pipeline.config.load import Config
 from pipeline.stages.context import RunContext
+from pipeline.stages.logged_columns import require_logged_columns
 from pipeline.stages.mounting import measure_mounting, reading_at_rest
 from pipeline.stages.plate_settings import measure_rates
 from pipeline.stages.poses import Recordings, average_recordings
 from pipeline.stages.rate import SettingRate
-from pipeline.stages.session_logs import SessionLogs, read_session, require_logged_columns
+from pipeline.stages.session_logs import SessionLogs, read_session
 from pipeline.stages.triads import (
     TriadResult,
     calibrate_accelerometer,

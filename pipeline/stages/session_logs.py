@@ -12,12 +12,9 @@ import numpy as np
 
 from calib.consistency.clipping import require_unclipped
 from calib.consistency.repeats import require_no_copies, require_running
-from calib.effects.catalogue import find_effect
-from calib.effects.effect import Effect
-from calib.errors import CalibrationError, Contradiction, Undetermined
+from calib.errors import CalibrationError, Contradiction
 from calib.poses.imu_log import TEMPERATURE, TRIADS, ImuLog, IntArray, Triad
 from pipeline.config.load import Config
-from pipeline.config.problems import ConfigProblem, config_error
 from pipeline.config.schema import (
     AccelerometerSection,
     LogsSection,
@@ -33,7 +30,6 @@ from pipeline.logs.read import read_log
 from pipeline.stages.excluded_poses import Choice, chosen
 from pipeline.stages.measured_samples import measured_samples
 from pipeline.stages.stated_units import require_stated_units
-from pipeline.text.names import nearest_name
 
 CELSIUS = (-80.0, 150.0)
 """Wider than the range of any inertial sensor's data sheet."""
@@ -243,57 +239,3 @@ def _require_one_unit_of_time(logs: Sequence[ImuLog]) -> None:
         f"{typical:.3g}. Are some of them seconds and others milliseconds, microseconds or a "
         f"counter? Bring time_s of all logs to seconds."
     )
-
-
-def require_logged_columns(config: Config, logs: SessionLogs) -> None:
-    """Refuse models with effects of columns that the logs of their triads do not hold.
-
-    User-defined effects are left to :mod:`pipeline.stages.user_effects`.
-
-    Raises
-    ------
-    ConfigError
-        A column is not there, with the nearest that is.
-    Undetermined
-        A column has no number in some sample.
-    """
-    problems = []
-    incomplete: list[Undetermined] = []
-    for triad in TRIADS:
-        section = getattr(config, triad)
-        used = logs.of_triad(config, triad)
-        for name in section.model if section else ():
-            if name in config.effects:
-                continue
-            effect = find_effect(name)
-            problems += [ConfigProblem((triad, "model"), absent)
-                         for absent in _absent(effect, used)]
-            incomplete += _incomplete(effect, triad, used)
-    if problems:
-        raise config_error(config.source, problems)
-    if incomplete:
-        raise incomplete[0]
-
-
-def _absent(effect: Effect, logs: Sequence[ImuLog]) -> Iterator[str]:
-    for name in effect.logged:
-        without = [log for log in logs if name not in log.columns]
-        if without:
-            there = tuple(without[0].columns)
-            yield (f"'{effect.name}' needs the column {name}, which {without[0].label} does not "
-                   f"have{nearest_name(name, there)}. Its further columns: "
-                   f"{', '.join(there) or 'none'}. Log it, or take the effect out of the model")
-
-
-def _incomplete(effect: Effect, triad: Triad, logs: Sequence[ImuLog]) -> Iterator[Undetermined]:
-    for name in effect.logged:
-        for log in logs:
-            empty = ~np.isfinite(log.columns.get(name, np.zeros(1)))
-            if empty.any():
-                yield Undetermined(
-                    f"{log.label}: the column {name} has no number at sample "
-                    f"{int(np.argmax(empty)) + 1}, and {triad}.{effect.name} needs it in every "
-                    f"sample. Delete the rows in which it is empty, or take the effect out of the "
-                    f"model."
-                )
-                return

@@ -14,6 +14,7 @@ from typing import Any
 
 from pipeline.errors import UnreadableInput
 from pipeline.guess.files import guess_files
+from pipeline.guess.session import guess_session
 from tests.paths import REAL
 from tests.pipeline.guess.foreign_files import TOOLS
 from tests.pipeline.guess.hand_log import hand_log
@@ -56,7 +57,8 @@ def guesses(folder: Path) -> Iterator[Guess]:
 def essence(files: list[Path], rate_hz: float | None) -> object:
     """What a configuration would state of the files."""
     try:
-        guess, _ = guess_files(files, rate_hz)
+        tables, _ = guess_files(files, rate_hz)
+        guess = guess_session(tables)
     except UnreadableInput as error:
         return str(error)
     return [(source.layout, source.rate, [

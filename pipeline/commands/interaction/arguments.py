@@ -65,3 +65,18 @@ class Finite(click.FloatRange):
 POSITIVE = Finite(min=0, min_open=True)  #: by definition
 LATITUDE_DEG = Finite(min=-90, max=90)  #: by definition
 HEIGHT_M = Finite(min=-500, max=9000)  #: of places on land
+
+
+def ask_latitude() -> float | None:
+    """Ask for the latitude of the site in degrees; None where it is left out."""
+    latitude: float | None = click.prompt(
+        "Latitude of your site in degrees (Enter leaves it out)", default="",
+        show_default=False, err=True, value_proc=_latitude)
+    return latitude
+
+
+def _latitude(typed: str) -> float | None:
+    if not typed.strip():
+        return None
+    latitude: float = LATITUDE_DEG.convert(typed, None, None)
+    return latitude

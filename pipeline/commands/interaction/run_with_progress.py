@@ -79,9 +79,9 @@ def run_as_shown(quiet: bool, as_json: bool) -> Callable[[Config, Path, bool], O
     return run_silently if quiet else run_quietly if as_json else run_watched
 
 
-def run_unwatched(config: Config) -> Outcome:
+def run_unwatched(config: Config, context: RunContext | None = None) -> Outcome:
     """Run every stage of a configuration that no folder of results belongs to yet."""
-    return run_stages(config, RunContext())
+    return run_stages(config, context or RunContext())
 
 
 def _run(

@@ -74,4 +74,6 @@ class ResultsFile(Part):
     accelerometer: AccelerometerResult | None = means("null if it was not calibrated")
     gyroscope: GyroscopeResult | None = means("null if it was not calibrated")
     installation: InstallationResult | None = means("null without the section")
+    columns: list[list[Text] | dict[str, Text]] = Field(
+        default_factory=list, description="`columns` of the session's logs, each once")
     warnings: list[Text] = Field(default_factory=list, description="warnings of the run in words")

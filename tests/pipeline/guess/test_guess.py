@@ -11,12 +11,15 @@ from pipeline.errors import UnreadableInput
 from pipeline.guess.checked import CheckedConfig, checked_config
 from pipeline.guess.config_text import Choices
 from pipeline.guess.files import guess_files
+from pipeline.guess.session import guess_session
 from tests.pipeline.guess.foreign_files import TOOLS, Foreign
 from tests.pipeline.guess.hand_log import ACC_BIAS, ACC_SCALE, HandLog, hand_log
 from tests.pipeline.guess.mixed_files import MIXED, android_lines
 from tests.pipeline.guess.odd_files import ODD
+from tests.pipeline.guess.strange_files import REFUSED, STRANGE
+from tests.sessions import pipeline
 
-EVERY = {**TOOLS, **ODD, **MIXED}
+EVERY = {**TOOLS, **ODD, **MIXED, **STRANGE}
 SITE = "{gravity_m_s2: 9.80665}"
 
 
@@ -26,8 +29,9 @@ def log() -> HandLog:
 
 
 def imported(foreign: Foreign, folder: Path) -> CheckedConfig:
-    guess, _ = guess_files(foreign.files, foreign.rate_hz)
-    return checked_config(guess, folder / "session.yaml", Choices(SITE), run_unwatched)
+    tables, _ = guess_files(foreign.files, foreign.rate_hz)
+    return checked_config(guess_session(tables), folder / "session.yaml", Choices(SITE),
+                          run_unwatched)
 
 
 @pytest.mark.parametrize("tool", EVERY)
@@ -69,3 +73,20 @@ def test_columns_called_counts_that_are_no_gravity_in_any_unit_are_refused(tmp_p
                     + "\n".join(",".join(map(str, row)) for row in rows), encoding="utf-8")
     with pytest.raises(UnreadableInput, match=r"board\.csv"):
         guess_files([path], 100.0)
+
+
+@pytest.mark.parametrize("tool", REFUSED)
+def test_files_without_readings_are_refused_with_what_to_record(
+    tmp_path: Path, log: HandLog, tool: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write, says = REFUSED[tool]
+    code = pipeline("import", *write(tmp_path, log).files, "--output", tmp_path / "c.yaml")
+    assert code in (0, 3, 4)  # a gyroscope beside it may show its bias
+    with pytest.raises(AssertionError, match=f"(?s){says}"):
+        raise AssertionError(capsys.readouterr().err)
+
+
+def test_columns_that_count_rows_are_no_causes(tmp_path: Path, log: HandLog) -> None:
+    checked = imported(STRANGE["german_excel_mg"](tmp_path, log), tmp_path)
+    assert "covariates: [temperature_c]" in checked.text
+    assert "unit: mg" in checked.text

@@ -1,0 +1,134 @@
+"""All files of an evening at once: ranges, rates, directions and clips, and at most two questions.
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.config.load import Config, load_config
+from tests.paths import DATA
+from tests.pipeline.guess.evening import BIAS_GYR, DEG, SCALE_ACC, SCALE_GYR, Evening, G
+from tests.sessions import pipeline, results_in
+
+FULL_TURN = 100 / 3  #: rpm
+CLIP = DATA / "hidden_effect" / "video" / "33rpm.mp4"
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def write(folder: Path, evening: Evening, *rpms: float) -> list[str]:
+    """The files as a shell's pattern gives them."""
+    files = evening.write(folder, "rest", 0.0, 1)
+    for i, rpm in enumerate(rpms):
+        files += evening.write(folder, f"turn{i}", rpm, 2 + i)
+    return [str(path.relative_to(folder)) for path in files]
+
+
+def config_of(folder: Path) -> Config:
+    return load_config(folder / "config.yaml")
+
+
+def require_true_scales(folder: Path, evening: Evening, relative: float) -> None:
+    """Run the configuration, and compare gains and bias with those of the simulated sensor."""
+    assert pipeline("run", "config.yaml", "--quiet") == 0
+    results = results_in(folder / "config.run")
+    acc, gyr = (np.array(results[triad]["parameters"]["scale_counts_per_unit"])
+                for triad in ("accelerometer", "gyroscope"))
+    np.testing.assert_allclose(acc, SCALE_ACC * 32768 / (evening.range_g * G), rtol=2e-3)
+    np.testing.assert_allclose(gyr, SCALE_GYR * evening.counts_per_rad_s, rtol=relative)
+    bias = np.array(results["gyroscope"]["parameters"]["bias_counts"])
+    np.testing.assert_allclose(bias / evening.counts_per_rad_s, BIAS_GYR, atol=0.05 * DEG)
+
+
+@pytest.mark.parametrize("range_deg_s", [250.0, 500.0, 1000.0, 2000.0])
+def test_the_rate_by_gravity_decides_the_range_of_the_gyroscope(
+    here: Path, range_deg_s: float, capsys: pytest.CaptureFixture[str]
+) -> None:
+    evening = Evening(range_deg_s=range_deg_s)
+    assert pipeline("import", *write(here, evening, FULL_TURN)) == 0
+    assert "gravity goes round at 33" in capsys.readouterr().out
+    sheet = config_of(here).sensor.gyroscope
+    assert sheet is not None
+    assert sheet.counts_per_deg_s == pytest.approx(32768 / range_deg_s, rel=1e-3)
+    require_true_scales(here, evening, 4e-3)
+
+
+def test_a_clip_decides_where_the_plate_is_level(here: Path) -> None:
+    evening = Evening(lean_deg=0.0)
+    files = write(here, evening, FULL_TURN)
+    assert pipeline("import", *files, CLIP, "--latitude", "52") == 0
+    config = config_of(here)
+    assert [rate.video for rate in config.rate.values()] == [(CLIP.resolve(),)]  # type: ignore[union-attr]
+    assert config.site is not None
+    assert config.site.latitude_deg == 52
+    require_true_scales(here, evening, 4e-3)
+
+
+def test_where_nothing_decides_the_range_is_asked_and_not_guessed(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    evening = Evening(lean_deg=0.0)
+    files = write(here, evening, FULL_TURN)
+    assert pipeline("import", *files) == 0
+    assert ("nothing shows its range: ±250 °/s would be 16.7 rpm, ±500 °/s would be 33.3 rpm"
+            in capsys.readouterr().err)
+    assert config_of(here).gyroscope is None
+    assert pipeline("import", *files, "--gyroscope-range", "500", "--force") == 0
+    require_true_scales(here, evening, 4e-3)
+
+
+def test_both_directions_are_two_settings(here: Path) -> None:
+    evening = Evening(range_deg_s=2000.0)
+    assert pipeline("import", *write(here, evening, FULL_TURN, -FULL_TURN)) == 0
+    config = config_of(here)
+    rates = {name: rate.rate_rad_s for name, rate in config.rate.items()}  # type: ignore[union-attr]
+    nominal = FULL_TURN * 2 * math.pi / 60
+    assert rates == pytest.approx({"33.3rpm": nominal, "m33.3rpm": -nominal}, rel=1e-5)
+    assert [run.rate for run in config.gyroscope.runs] == [  # type: ignore[union-attr]
+        "stopped", "33.3rpm", "m33.3rpm"]
+
+
+def test_check_run_and_apply_know_the_names_that_import_knows(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    evening = Evening(header="millis,AcX,AcY,AcZ,Tmp,GyX,GyY,GyZ")
+    assert pipeline("import", *write(here, evening, FULL_TURN)) == 0
+    assert "columns" not in (here / "config.yaml").read_text(encoding="utf-8")
+    assert pipeline("check", ".") == 0
+    assert pipeline("run", ".", "--quiet") == 0
+    assert pipeline("apply", "config.run", "rest/p01.csv", "--output", "out.csv") == 0
+    table = np.loadtxt("out.csv", delimiter=",", skiprows=1)
+    assert np.linalg.norm(table[:, 1:4].mean(axis=0)) == pytest.approx(G, abs=0.02)
+    assert table[1, 0] - table[0, 0] == pytest.approx(0.01)
+    capsys.readouterr()
+
+
+def test_apply_remembers_the_columns_of_its_session(here: Path) -> None:
+    evening = Evening(header="clock_ms,u,v,w,Tmp,GyX,GyY,GyZ")
+    assert pipeline("import", *write(here, evening, FULL_TURN)) == 0
+    assert "columns" in (here / "config.yaml").read_text(encoding="utf-8")
+    assert pipeline("run", ".", "--quiet") == 0
+    assert pipeline("apply", "config.run", "rest/p01.csv", "--output", "out.csv") == 0
+    table = np.loadtxt("out.csv", delimiter=",", skiprows=1)
+    assert np.linalg.norm(table[:, 1:4].mean(axis=0)) == pytest.approx(G, abs=0.02)
+
+
+def test_six_faces_are_no_calibration(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    files = Evening(poses=18).write(here, "rest", 0.0, 1)
+    faces = [path for path in files if _is_face(path)]
+    assert len(faces) == 6
+    assert pipeline("import", *(str(path.relative_to(here)) for path in faces)) == 4
+    err = capsys.readouterr().err
+    assert "does not run yet" in err
+    assert "6 poses" in err
+
+
+def _is_face(path: Path) -> bool:
+    counts = np.loadtxt(path, delimiter=",", skiprows=1)[:, 1:4].mean(axis=0)
+    return float(np.abs(counts).max()) > 0.9 * float(np.linalg.norm(counts))
