@@ -43,11 +43,12 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("planning", "assess"), ("notebook",),
     ],
     "calib.fit": [
-        ("model", "column_scaling"), ("parameters", "rows"), ("least_squares",),
-        ("triad", "batch"), ("validation",),
+        ("model", "column_scaling", "stacked"), ("parameters", "small_systems"), ("rows",),
+        ("least_squares",), ("triad",), ("validation",),
     ],
     "calib.fit.least_squares": [
-        ("identifiability", "square_start", "gauss_newton"), ("result",), ("solver", "angrisano"),
+        ("identifiability", "square_start", "gauss_newton", "result"),
+        ("visible_basis", "shape_starts", "fitted_sets"), ("stack_fits",), ("solver", "angrisano"),
         ("unknown_sd",),
     ],
     "calib.fit.triad": [

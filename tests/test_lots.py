@@ -7,9 +7,8 @@ import pytest
 
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import column_effect
-from calib.fit.batch.fit_many import fit_many
 from calib.fit.least_squares.result import Fit
-from calib.fit.least_squares.solver import extend
+from calib.fit.least_squares.solver import extend, fit_sets
 from calib.fit.model import Model
 from tests.lots import pose_sets_of
 from tests.world.bench import HUMIDITY, Design
@@ -25,7 +24,8 @@ def turning_design() -> Design:
 
 def without_noise(lot: Lot) -> list[Fit]:
     sets = pose_sets_of(replace(lot, counts=lot.true_counts))
-    return [one for one in fit_many(sets, Model.of(BASE)).each(sets) if one is not None]
+    return [fits.fitted.one(k) for fits in fit_sets(sets, Model.of(BASE)) if fits.fitted
+            for k in range(len(fits.fitted))]
 
 
 def test_gyroscopes_without_noise_are_their_nine_parameters() -> None:
@@ -35,10 +35,12 @@ def test_gyroscopes_without_noise_are_their_nine_parameters() -> None:
 
 def test_noise_of_gyroscopes_is_what_they_state() -> None:
     plan = LotPlan(1000)
-    many = fit_many(pose_sets_of(draw_turning_lot(turning_design(), plan, 2)), Model.of(BASE))
-    assert not many.refusals
-    assert 0.005 < (many.p_value < 0.01).mean() < 0.02  # three counting errors about one in 100
-    assert 0.45 < (many.p_value < 0.5).mean() < 0.55
+    sets = pose_sets_of(draw_turning_lot(turning_design(), plan, 2))
+    stacks = list(fit_sets(sets, Model.of(BASE)))
+    assert not any(fits.refusals for fits in stacks)
+    p_value = np.concatenate([fits.fitted.p_value for fits in stacks if fits.fitted])
+    assert 0.005 < (p_value < 0.01).mean() < 0.02  # three counting errors about one in 100
+    assert 0.45 < (p_value < 0.5).mean() < 0.55
 
 
 @pytest.mark.parametrize("name", [

@@ -19,9 +19,8 @@ from calib.consistency.quadric import least_chi2
 from calib.consistency.signed_axes import SIGNED_PERMUTATIONS, permutation_words
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, Contradiction
-from calib.fit.batch.fit_many import fit_many
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
-from calib.fit.least_squares.solver import fit
+from calib.fit.least_squares.solver import fit, fit_sets
 from calib.fit.model import Model, stack_columns
 from calib.fit.validation.leave_one_out import left_out_residual
 from calib.numbers import RPM
@@ -100,11 +99,14 @@ def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None
     before = _chi2(poses, base)
     whole = np.inf if before is None else before[0]
     hopeful = _hopeful(mistakes, whole, len(poses))
-    tried = fit_many([mistake.undone for mistake in hopeful], base)
-    if len(tried) == len(tried.refusals):
+    tried = [
+        (chi2, dof, hopeful[i])
+        for fits in fit_sets([mistake.undone for mistake in hopeful], base) if fits.fitted
+        for i, chi2, dof in zip(fits.index, fits.fitted.chi2, fits.fitted.dof, strict=True)
+    ]
+    if not tried:
         return
-    best = int(np.nanargmin(tried.chi2))
-    chi2, dof, mistake = tried.chi2[best], tried.dof[best], hopeful[best]
+    chi2, dof, mistake = min(tried, key=lambda one: one[0])
     gained = dof / 2 * np.log(max(whole, dof) / max(chi2, dof))
     if gained < np.log(len(mistakes) / FALSE_ALARM) or chi2 - dof > LEFT_OVER * (whole - dof):
         return

@@ -89,15 +89,8 @@ def pseudo_inverse(matrix: FloatArray, tolerance: float = 1e-15) -> FloatArray:
     return np.asarray(np.linalg.pinv(unit, rcond=tolerance) / norm[..., :, None])
 
 
-def inverse_square(matrix: FloatArray) -> FloatArray:
-    """``(AᵀA)⁻¹`` (k, k) of a matrix A (r, k) of full rank, of any unit, by its QR form."""
-    unit, norm = unit_columns(matrix)
-    inverse = np.linalg.inv(np.linalg.qr(unit, mode="r")) / norm[:, None]
-    return np.asarray(inverse @ inverse.T)
-
-
 def pseudo_inverse_square(matrix: FloatArray) -> FloatArray:
-    """The same (..., k, k) of matrices (..., r, k) of any rank and any unit, by their
+    """``(AᵀA)⁻¹`` (..., k, k) of matrices A (..., r, k) of any rank and any unit, by their
     pseudo-inverse.
     """
     inverse = pseudo_inverse(matrix)

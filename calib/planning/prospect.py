@@ -19,10 +19,10 @@ from calib.diagnosis.next_measurement.pose_blocks import POSE_S
 from calib.effects.effect import Effect
 from calib.effects.needs import unavailable
 from calib.fit.column_scaling import unit_columns
-from calib.fit.least_squares.identifiability import scaled_condition
+from calib.fit.least_squares.identifiability import rows_about_zero, scaled_condition
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
-from calib.fit.model import Model, stack_columns
+from calib.fit.model import Model
 from calib.fit.parameters import triad_parameters
 from calib.fit.rows.residuals import Equations
 from calib.numbers import NO_LENGTH
@@ -131,7 +131,7 @@ def prospect_of(
         fit=fitted,
         sd=np.array([misalignment, bias / scale, scale_sd / scale]),
         dof=fitted.dof,
-        condition=scaled_condition(_about_zero(fitted) @ fitted.basis)[0],
+        condition=float(scaled_condition(_about_zero(fitted) @ fitted.basis)[0]),
         d_efficiency=d_efficiency(fitted),
         blind=tuple(signature.name for signature in signatures if signature.is_blind),
         partly=partly,
@@ -155,17 +155,8 @@ def alias_groups(signatures: Sequence[Signature]) -> tuple[tuple[str, ...], ...]
 
 
 def _about_zero(fitted: Fit) -> FloatArray:
-    """Whitened rows (d, p) of the parameters about the corrected vector's own zero.
-
-    About a false origin that is far away bias and scale look alike, which says nothing of poses.
-    """
-    equations, p = fitted.equations, fitted.model.size
-    data = fitted.rows.jacobian[: equations.data_count, :p].copy()
-    if equations.on_reading:
-        at = replace(equations.at_reading, vector=fitted.rows.vector)
-        columns = stack_columns(equations.on_reading, at, {})
-        data[:, equations.reading_index] = equations.whitened(columns, fitted.rows.vector)
-    return np.asarray(data)
+    """Whitened rows (d, p) of the parameters about the corrected vector's own zero."""
+    return rows_about_zero(fitted.equations, fitted.rows)
 
 
 def _information(rows: FloatArray) -> float:
@@ -180,11 +171,11 @@ def d_efficiency(fitted: Fit) -> float:
     It is that of bias, scale and misalignment: effects that follow a logged column say nothing of
     attitudes.
     """
-    ideal = Equations(_wedge_poses(fitted), fitted.model)
-    eta = np.zeros(ideal.common.shape[1])
+    ideal = Equations.of(_wedge_poses(fitted), fitted.model)
+    eta = np.zeros(ideal.common_count)
     p = fitted.model.size
     wedge_rows = ideal.rows(np.zeros(p), eta, fitted.shapes).jacobian[: ideal.data_count, :p]
-    base = fitted.equations.reading_index
+    base = fitted.equations.terms.reading_index
     basis = fitted.basis if len(base) == p else np.eye(p)[:, base]
     return _information(_about_zero(fitted) @ basis) / _information(wedge_rows @ basis)
 
@@ -257,8 +248,8 @@ def best_pose(triad: Triad, runs: Sequence[PlannedRun], model: Model) -> BestPos
     up = natural_directions()
     more = [run.turned(up, run.time_s.max() + POSE_S * np.arange(1, len(up) + 1)) for run in runs]
     poses = ideal_poses(triad, [*runs, *more])
-    equations = Equations(poses, model)
-    eta = np.zeros(equations.common.shape[1])
+    equations = Equations.of(poses, model)
+    eta = np.zeros(equations.common_count)
     jacobian = equations.rows(np.zeros(model.size), eta, {}).jacobian
     at_hand = sum(len(run.up) for run in runs)
     pose = np.append(equations.row_pose, np.full(len(eta), -1))  # the prior rows belong to none

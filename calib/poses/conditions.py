@@ -74,7 +74,8 @@ class Conditions:
         return cls(
             vector=vector,
             columns=columns or {},
-            **{name: np.broadcast_to(known.get(name, np.nan), shape[name]) for name in FIELDS},
+            **{name: np.broadcast_to(known[name], shape[name]) if name in known
+               else np.full(shape[name], np.nan) for name in FIELDS},
         )
 
     def __len__(self) -> int:

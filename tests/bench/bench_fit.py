@@ -74,8 +74,8 @@ def main() -> None:
     accelerometer, gyroscope, specs = pose_sets(simulate(paper_design(), 1))
     model = Model.of(BASE)
     for poses, spec in ((accelerometer, specs[0]), (gyroscope, specs[1])):
-        equations = Equations(poses, model)
-        size = 9 + equations.common.shape[1]
+        equations = Equations.of(poses, model)
+        size = 9 + equations.common_count
         residual = plain_residual(equations)
         ours = median_ms(lambda p=poses: fit(p, model), 300)  # type: ignore[misc]
         whole = median_ms(lambda p=poses, s=spec: calibrate_triad(fit(p, model), s), 300)  # type: ignore[misc]

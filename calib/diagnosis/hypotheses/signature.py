@@ -144,7 +144,7 @@ def with_waves(
     """``columns`` (d, k) with what the effect leaves in the waves of a leaning plate, in sds."""
     waves = fit.equations.waves
     if waves is not None:
-        columns[-len(waves.row_sd) :] = waves.columns(fit.theta, fit.shapes, effect, shape)
+        columns[-waves.count :] = waves.columns(fit.rows, effect, shape)
     return columns
 
 

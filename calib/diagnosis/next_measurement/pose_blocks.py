@@ -245,8 +245,8 @@ def with_block(fit: Fit, block: Block) -> Fit:
         poses = poses.concat(part)
         if factor and not block.filmed:
             poses = _own_rate_error(poses, part)
-    equations = Equations(poses, fit.model)
-    eta = np.zeros(equations.common.shape[1])
+    equations = Equations.of(poses, fit.model)
+    eta = np.zeros(equations.common_count)
     rows = equations.rows(fit.theta, eta, fit.shapes)
     return replace(
         fit,

@@ -1,7 +1,8 @@
-"""Rows to the estimate with its covariance: a fitted model.
+"""Rows to the estimate with its covariance: a fitted model, for S sets side by side.
 
-    identifiability: what the poses determine, judged before a number is given
-    square_start ─ gauss_newton (the one minimiser) ─ solver: fit, extend ─┬─ result (theta, cov)
-                                    angrisano: the iteration as published ─┘
+    identifiability, visible_basis: what the poses determine, judged before a number is given
+    gauss_newton (the one minimiser) ─ shape_starts, square_start (where it begins)
+    fitted_sets (covariances, checks) ─ stack_fits (who is refused) ─ solver: fit, extend, fit_sets
+    angrisano: the iteration as published                      result: Fit, one set of them
     unknown_sd: sds of pose means from repeated poses, by a fit of them
 """

@@ -19,8 +19,9 @@ import numpy as np
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, FitFailed, Remedy
 from calib.fit.column_scaling import unit_columns
-from calib.fit.least_squares.identifiability import require_determined, require_enough
-from calib.fit.least_squares.result import Fit, finish
+from calib.fit.least_squares.fitted_sets import finish
+from calib.fit.least_squares.identifiability import too_few, undetermined_sets
+from calib.fit.least_squares.result import Fit
 from calib.fit.model import Model
 from calib.fit.parameters import TriadParameters, theta_of
 from calib.fit.rows.problem import Estimate, Problem, Solution
@@ -158,7 +159,7 @@ def iterations_from(
     stopped : bool
         Whether the stop rule was met.
     """
-    x, eta = start.copy(), np.zeros(equations.common.shape[1])
+    x, eta = start.copy(), np.zeros(equations.common_count)
     system = _system(equations, counts, x, eta, printed_sign)
     steps: list[PaperStep] = []
     q = system.q
@@ -225,13 +226,16 @@ def fit_paper(poses: PoseSet, model: Model, spec: TriadSpec) -> Fit:
             f"[{', '.join(model.names)}]. Use the default solver with any other model.",
             Remedy("default_solver"),
         )
-    equations = Equations(poses, model)
-    require_enough(equations, model.size)
+    stack = Equations.of_sets((poses,), model)
+    equations, basis = stack.take(0), np.eye(model.size)[None]
+    for error in too_few(stack, np.array([model.size])).values():
+        raise error
     counts = poses.reading / spec.nominal_scale + spec.nominal_bias_counts
     steps, eta, stopped = iterations_from(data_sheet_start(spec), equations, counts)
     if not stopped:
-        start = equations.rows(equations.start.theta(model), np.zeros_like(eta), {})
-        require_determined(equations, start, np.eye(model.size))
+        start = Estimate.of(stack, stack.start.theta(model), np.zeros_like(eta)[None], {})
+        for error in undetermined_sets(stack, start, basis).values():
+            raise error
         raise FitFailed(
             f"solver 'paper' did not converge for the {poses.triad} from the data-sheet values in "
             f"{ITERATIONS} iterations: they lie outside its convergence interval. Check the full "
@@ -244,6 +248,10 @@ def fit_paper(poses: PoseSet, model: Model, spec: TriadSpec) -> Fit:
     theta = np.empty(model.size)
     for i, name in enumerate(BASE):
         theta[model.slices()[name]] = linear[3 * i : 3 * i + 3]
-    problem = Problem.of(equations, np.eye(model.size))
-    at = Estimate.of(equations, theta, eta, {})
-    return finish(problem, Solution(at, problem.weight, len(steps), last_step_sd=0.0))
+    problem = Problem.of(stack, basis)
+    at = Estimate.of(stack, theta[None], eta[None], {})
+    ended = Solution(at, problem.weight, np.array([len(steps)]), last_step_sd=np.zeros(1))
+    fitted, refusals = finish(problem, ended)
+    for error in refusals.values():
+        raise error
+    return fitted.one(0)

@@ -13,22 +13,21 @@ rises. The robust loss (Huber) reweights the rows until the weights are steady.
 
 ``scipy.optimize.least_squares`` with the same rows, Jacobian, starts and tolerances ends at the
 same minima. For those of a diagnosis it takes 1.1 to 4 times as long, the most where a shape is
-free (``python -m tests.bench.bench_diagnose``). Many sensors at once: :mod:`calib.fit.batch`.
+free (``python -m tests.bench.bench_diagnose``). All S sets of a stack go side by side, each until
+it rests.
 """
 
-from collections.abc import Iterator, Mapping
-from contextlib import suppress
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import TypeVar
 
 import numpy as np
 
 from calib.effects.effect import Shape
-from calib.errors import FitFailed
 from calib.fit.column_scaling import RANK_TOLERANCE, unit_columns
 from calib.fit.rows.problem import EXACT, Estimate, Precision, Problem, Solution
+from calib.fit.small_systems import times, triangle_solutions
 from calib.numbers import NO_LENGTH
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import BoolArray, FloatArray
 
 HALVINGS = 12  #: numerical limit: down to 1/4096 of a step
 LONGEST_SHAPE_STEP = 1.0
@@ -43,7 +42,7 @@ STEADY_WEIGHT = 1e-6  #: largest change of a weight when the loss has settled; n
 
 
 def minimise(problem: Problem, start: Estimate, precision: Precision = EXACT) -> Solution:
-    """The minimum of ``problem`` next to ``start``.
+    """The minimum of ``problem`` next to ``start``, of each of its S sets.
 
     Parameters
     ----------
@@ -56,187 +55,191 @@ def minimise(problem: Problem, start: Estimate, precision: Precision = EXACT) ->
     Solution
         Whether it converged is for the caller to judge.
     """
-    solution = _descend(problem, start, problem.weight, precision)
+    solution = _descend(problem, start, precision)
     if not problem.robust:
         return solution
-    iterations = solution.iterations
+    going, weight = np.arange(len(solution.iterations)), problem.weight
     for _ in range(ROBUST_ROUNDS):
-        weight = problem.weight * huber_weight(solution.at.rows.residual)
-        weight[problem.equations.data_count :] = 1.0
-        change = float(np.abs(weight - solution.weight).max())
-        solution = _descend(problem, solution.at, weight, precision)
-        iterations += solution.iterations
-        if change < STEADY_WEIGHT:
+        part, latest = problem.take(going), solution.take(going)
+        weight = part.weight * huber_weight(latest.at.rows.residual)
+        weight[:, problem.equations.data_count :] = 1.0
+        change = np.abs(weight - latest.weight).max(axis=1)
+        again = _descend(replace(part, weight=weight), latest.at, precision)
+        again = replace(again, iterations=latest.iterations + again.iterations)
+        solution = solution.with_sets(going, again)
+        going = going[change >= STEADY_WEIGHT]
+        if not going.size:
             break
-    return replace(solution, iterations=iterations)
+    return solution
 
 
-Cost = TypeVar("Cost", float, FloatArray)
-
-
-def highest_cost(cost: Cost) -> Cost:
-    """The largest sum of squares, of one set or of S, that is no rise from ``cost`` but rounding.
-    """
+def _highest_cost(cost: FloatArray) -> FloatArray:
+    """The largest sums of squares (S,) that are no rise from ``cost`` but rounding, no unit."""
     return cost * (1 + 1e-10) + 1e-12
 
 
 def huber_weight(residual: FloatArray) -> FloatArray:
-    """Weights of Huber's loss for residuals (r,) in sds: beyond ``HUBER_SD`` as 1/|residual|."""
+    """Weights of Huber's loss for residuals (..., r) in sds: beyond ``HUBER_SD`` 1/|residual|."""
     return np.asarray(np.minimum(1.0, HUBER_SD / np.maximum(np.abs(residual), NO_LENGTH)))
 
 
-def _descend(
-    problem: Problem, start: Estimate, weight: FloatArray, precision: Precision
-) -> Solution:
-    """Steps to the minimum, each halved while the cost rises."""
-    at, cost, moved = start, start.cost(weight), np.inf
+def _descend(problem: Problem, start: Estimate, precision: Precision) -> Solution:
+    """Steps to the minimum of each set, halved while its cost rises."""
+    sets = len(start.theta)
+    solution = Solution(start, problem.weight, np.full(sets, precision.steps),
+                        np.full(sets, np.inf))
+    going, part, at = np.arange(sets), problem, start
     for iteration in range(1, precision.steps + 1):
-        step, row_step = step_from(problem, at, weight)
-        if float(np.abs(row_step).max()) < precision.idle_sd:
-            return Solution(at, weight, iteration, 0.0)
-        share, trial = _longest_that_falls(problem, at, step, weight, cost)
-        moved = share * float(np.abs(row_step).max())
-        if trial is None:
-            return Solution(at, weight, iteration, moved)
-        at, cost = trial, trial.cost(weight)
-        if moved < precision.step_sd:
-            return Solution(at, weight, iteration, moved)
-    return Solution(at, weight, precision.steps, moved)
+        step, row_step = step_from(part, at)
+        largest = np.abs(row_step).max(axis=1)
+        rests = largest < precision.idle_sd
+        moved, falls = np.zeros(len(going)), np.zeros(len(going), dtype=bool)
+        if not rests.all():
+            trial, share, falls = _longest_that_falls(part, at, step)
+            moved, falls = np.where(rests, 0.0, share * largest), falls & ~rests
+            down = np.flatnonzero(falls)
+            at = trial if falls.all() else at.with_sets(down, trial.take(down))
+        ends = ~falls | (moved < precision.step_sd)
+        iterations = np.where(ends, iteration, precision.steps)
+        latest = Solution(at, part.weight, iterations, moved)
+        solution = latest if len(going) == sets else solution.with_sets(going, latest)
+        if ends.all():
+            break
+        if ends.any():
+            on = np.flatnonzero(~ends)
+            going, part, at = going[on], part.take(on), at.take(on)
+    return solution
 
 
 def _longest_that_falls(
-    problem: Problem, at: Estimate, step: FloatArray, weight: FloatArray, cost: float
-) -> tuple[float, Estimate | None]:
-    """The estimate after the largest of 1, 1/2, 1/4 ... of ``step`` that the cost does not rise by.
+    problem: Problem, at: Estimate, step: FloatArray
+) -> tuple[Estimate, FloatArray, BoolArray]:
+    """The estimates after the largest of 1, 1/2, 1/4 ... of each ``step`` by which no cost rises.
 
-    None where it rises by all of them.
+    With these shares (S,), and whether there is one.
     """
-    share = 1.0
+    trial, falls = _trial(problem, at, step)
+    share = np.ones(len(step))
     for _ in range(HALVINGS):
-        for trial in _trials(problem, at, share * step, weight):
-            if trial.cost(weight) <= highest_cost(cost):
-                return share, trial
-        share /= 2
-    return share, None
+        on = np.flatnonzero(~falls)
+        if not on.size:
+            break
+        share[on] /= 2
+        if share[on[0]] <= 2.0**-HALVINGS:
+            break
+        part, falls[on] = _trial(problem.take(on), at.take(on), share[on, None] * step[on])
+        trial = trial.with_sets(on, part)
+    return trial, share, falls
 
 
-def _trials(
-    problem: Problem, at: Estimate, step: FloatArray, weight: FloatArray
-) -> Iterator[Estimate]:
-    """The estimate one ``step`` on; then that with its shapes, and everything else fitted to them.
+def _trial(problem: Problem, at: Estimate, step: FloatArray) -> tuple[Estimate, BoolArray]:
+    """The estimates one ``step`` on, and which cost no more (S,).
 
-    Shapes can lie in a valley so curved that a straight step leaves it. Where no true vectors
-    belong to an estimate, a shorter step has some.
+    Where one costs more, that with its shapes, and everything else fitted to them: shapes can lie
+    in a valley so curved that a straight step leaves it.
     """
-    p = len(at.theta) + len(at.eta)
-    shapes = dict(at.shapes)
-    for name, change in zip(problem.free, step[p:], strict=True):
-        shapes[name] = float(shapes[name] * np.exp(change))
-    with suppress(FitFailed):
-        yield _moved(problem, at, step[:p], shapes)
-    if problem.free:
-        with suppress(FitFailed):
-            beside = _moved(problem, at, np.zeros(p), shapes)
-            linear, _ = step_from(problem.with_shapes_held(), beside, weight)
-            yield _moved(problem, beside, linear, shapes)
+    most = _highest_cost(at.cost(problem.weight))
+    p = at.theta.shape[1] + at.eta.shape[1]
+    shapes = {name: value * np.exp(change) for (name, value), change in
+              zip(((name, at.shapes[name]) for name in problem.free), step[:, p:].T, strict=True)}
+    shapes = {**at.shapes, **shapes}
+    trial = _moved(problem, at, step[:, :p], shapes)
+    falls = trial.cost(problem.weight) <= most
+    if not problem.free or falls.all():
+        return trial, falls
+    off = np.flatnonzero(~falls)
+    stretched = {name: value[off] for name, value in shapes.items()}
+    part = problem.take(off)
+    beside = _moved(part, at.take(off), np.zeros((len(off), p)), stretched)
+    solved = np.flatnonzero(beside.rows.is_solved)
+    if solved.size:
+        off, part, beside = off[solved], part.take(solved), beside.take(solved)
+        linear, _ = step_from(part.with_shapes_held(), beside)
+        second = _moved(part, beside, linear, beside.shapes)
+        better = np.flatnonzero(second.cost(part.weight) <= most[off])
+        trial = trial.with_sets(off[better], second.take(better))
+        falls[off[better]] = True
+    return trial, falls
 
 
 def _moved(
-    problem: Problem, at: Estimate, linear: FloatArray, shapes: Mapping[str, float]
+    problem: Problem, at: Estimate, linear: FloatArray, shapes: Mapping[str, FloatArray]
 ) -> Estimate:
-    """The estimate with theta and eta one step (p + q,) on, at these shapes."""
-    p = len(at.theta)
-    return Estimate.of(problem.equations, at.theta + linear[:p], at.eta + linear[p:], shapes)
+    """The estimates with theta and eta one step (S, p + q) on, at these shapes."""
+    p = at.theta.shape[1]
+    return Estimate.of(problem.equations, at.theta + linear[:, :p], at.eta + linear[:, p:], shapes)
 
 
-def step_from(
-    problem: Problem, at: Estimate, weight: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def step_from(problem: Problem, at: Estimate) -> tuple[FloatArray, FloatArray]:
     """The step from an estimate.
 
     Parameters
     ----------
     problem : Problem
-        With h free shape parameters.
+        Of S sets with h free shape parameters.
     at : Estimate
-    weight : array, shape (r,)
 
     Returns
     -------
-    step : array, shape (p + q + h,)
+    step : array, shape (S, p + q + h)
         Of theta (SI), eta (in sds) and the logarithms of the shapes, these at most
         ``LONGEST_SHAPE_STEP`` and within their bounds, everything else solved for the step that
         they are left.
-    row_step : array, shape (r,)
+    row_step : array, shape (S, r)
         What it moves the rows by to first order, sds.
     """
-    root = np.sqrt(weight)
+    root = np.sqrt(problem.weight)
     linear = at.rows.jacobian @ problem.directions
-    unit, norm = unit_columns(linear * root[:, None])
+    unit, norm = unit_columns(linear * root[..., None])
     q, r = np.linalg.qr(unit)
-    onto = q.T @ (at.rows.residual * root)
-    row_step, shape_step = np.zeros(len(root)), np.zeros(0)
+    onto = times(q.swapaxes(1, 2), at.rows.residual * root)
+    row_step, shape_step = np.zeros_like(root), np.zeros((len(root), 0))
     if problem.free:
-        slope, shape_step, coupling = _shape_step(problem, at, weight, (q, r, norm))
-        onto = onto + coupling @ shape_step
-        row_step = slope @ shape_step
-    solution = -_solved(r, onto) / norm
-    step = np.concatenate([problem.directions @ solution, shape_step])
-    return step, row_step + linear @ solution
+        slope, shape_step, coupling = _shape_step(problem, at, (q, r, norm))
+        onto = onto + times(coupling, shape_step)
+        row_step = times(slope, shape_step)
+    solution = -triangle_solutions(r, onto[..., None])[..., 0] / norm
+    step = np.concatenate([times(problem.directions, solution), shape_step], axis=1)
+    return step, row_step + times(linear, solution)
 
 
 def _shape_step(
-    problem: Problem,
-    at: Estimate,
-    weight: FloatArray,
-    decomposition: tuple[FloatArray, FloatArray, FloatArray],
+    problem: Problem, at: Estimate, decomposition: tuple[FloatArray, FloatArray, FloatArray]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Slope of the rows (r, h), step (h,) of the shapes' logarithms, and P (v + q, h)."""
+    """Slope of the rows (S, r, h), step (S, h) of the shapes' logarithms, and P (S, v + q, h)."""
     q, r, norm = decomposition
-    root = np.sqrt(weight)
+    root = np.sqrt(problem.weight)
     residual = at.rows.residual * root
     by_shape = at.shape_derivatives(problem)
-    slope = by_shape.slope * root[:, None]
-    pull = weight * at.rows.residual
-    mixed = np.zeros((len(problem.directions), slope.shape[1]))
-    mixed[: len(at.theta)] = np.einsum("r,rph->ph", pull, by_shape.mixed)
-    coupling = q.T @ slope + _solved(r.T, problem.directions.T @ mixed / norm[:, None])
-    matrix = slope.T @ slope + np.diag(pull @ by_shape.curvature) - coupling.T @ coupling
-    if (np.linalg.eigvalsh(matrix) > 0).all():
-        step = -np.linalg.solve(matrix, slope.T @ residual - coupling.T @ (q.T @ residual))
-    else:
-        coupling = q.T @ slope
-        step = np.linalg.lstsq(slope - q @ coupling, -residual, rcond=RANK_TOLERANCE)[0]
-    return by_shape.slope, within_bounds(problem.free, at.shapes, np.asarray(step, float)), coupling
+    slope = by_shape.slope * root[..., None]
+    pull = problem.weight * at.rows.residual
+    mixed = np.zeros((*problem.directions.shape[:2], slope.shape[2]))
+    mixed[:, : at.theta.shape[1]] = np.einsum("sr,srph->sph", pull, by_shape.mixed)
+    along = problem.directions.swapaxes(1, 2) @ mixed / norm[..., None]
+    onto, transposed = q.swapaxes(1, 2) @ slope, slope.swapaxes(1, 2)
+    coupling = onto + triangle_solutions(r.swapaxes(1, 2), along)
+    curved = np.einsum("sr,srh->sh", pull, by_shape.curvature)[..., None] * np.eye(slope.shape[2])
+    matrix = transposed @ slope + curved - coupling.swapaxes(1, 2) @ coupling
+    projected = times(q.swapaxes(1, 2), residual)
+    newton = (np.linalg.eigvalsh(matrix) > 0).all(axis=1)
+    step = np.empty((len(root), slope.shape[2]))
+    if newton.any():
+        full = times(transposed, residual) - times(coupling.swapaxes(1, 2), projected)
+        step[newton] = -np.linalg.solve(matrix[newton], full[newton][..., None])[..., 0]
+    for i in np.flatnonzero(~newton):
+        coupling[i] = onto[i]
+        step[i] = np.linalg.lstsq(slope[i] - q[i] @ onto[i], -residual[i], rcond=RANK_TOLERANCE)[0]
+    return by_shape.slope, _within_bounds(problem.free, at.shapes, step), coupling
 
 
-def within_bounds(
-    free: Mapping[str, Shape], values: Mapping[str, float | FloatArray], change: FloatArray
+def _within_bounds(
+    free: Mapping[str, Shape], values: Mapping[str, FloatArray], change: FloatArray
 ) -> FloatArray:
-    """What of a change of the logarithms of the free shapes, which have no unit, is allowed.
+    """What of a change (S, h) of the logarithms of the free shapes is allowed, no unit.
 
-    Parameters
-    ----------
-    free : mapping of effect name to Shape
-        The h shape parameters that move.
-    values : mapping of effect name to float, or to array, shape (S,)
-        Where they stand, of one set or of S sets.
-    change : array, shape (h,) or (S, h)
-
-    Returns
-    -------
-    array, shape (h,) or (S, h)
-        At most ``LONGEST_SHAPE_STEP``, within the bounds of each; no unit.
+    At most ``LONGEST_SHAPE_STEP``, within the bounds of each; ``values`` (S,) are where they stand.
     """
     value = np.log(np.array([values[name] for name in free])).T
     low, high = np.log([shape.bounds for shape in free.values()]).T
     change = np.clip(change, -LONGEST_SHAPE_STEP, LONGEST_SHAPE_STEP)
     return np.asarray(np.clip(change, low - value, high - value))
-
-
-def _solved(triangle: FloatArray, right: FloatArray) -> FloatArray:
-    """Solution of ``triangle x = right``, the shortest where unit columns are dependent."""
-    diagonal = np.abs(np.diag(triangle))
-    if diagonal.min() > RANK_TOLERANCE * diagonal.max():
-        return np.asarray(np.linalg.solve(triangle, right))
-    return np.asarray(np.linalg.lstsq(triangle, right, rcond=RANK_TOLERANCE)[0])

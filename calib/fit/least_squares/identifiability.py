@@ -2,28 +2,27 @@
 
 A residual says nothing about it: nine poses fit nine parameters exactly, and an unseen direction
 leaves the residual small while the parameters run away. What counts are the number of rows, the
-rank, and the condition number of the column-scaled Jacobian.
+rank, and the condition number of the column-scaled Jacobian. What is judged for S sets at once ends
+in an error for each that is refused (:data:`Refusals`).
 """
-
-from collections.abc import Mapping
-from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from calib.effects.effect import Effect
-from calib.errors import Contradiction, FitFailed, Remedy, Undetermined
-from calib.fit.column_scaling import RANK_TOLERANCE, orthonormal_columns, unit_columns
-from calib.fit.model import stack_columns
-from calib.fit.rows.sensitive_axes import sensor_columns
-from calib.poses.attitudes import list_directions, natural_directions, uncovered
-from calib.poses.imu_log import BoolArray, FloatArray
-
-if TYPE_CHECKING:
-    from calib.fit.rows.residuals import Equations
 from calib.effects.variation import about_mean
+from calib.errors import CalibrationError, Contradiction, FitFailed, Remedy, Undetermined
+from calib.fit.column_scaling import RANK_TOLERANCE, unit_columns
+from calib.fit.model import stack_columns
+from calib.fit.rows.problem import Estimate
+from calib.fit.rows.residuals import Equations
+from calib.fit.rows.sensitive_axes import Shapes, evaluate_for, sensor_columns
 from calib.fit.rows.whitened_rows import WhitenedRows
-from calib.numbers import NO_LENGTH
+from calib.poses.attitudes import list_directions, natural_directions, uncovered
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import FloatArray, IntArray
+
+Refusals = dict[int, CalibrationError]
+"""Why sets of a stack are refused, by their place in it."""
 
 CONDITION_LIMIT = 25.0
 """The 18 wedge poses give 1.4, ten usable free-hand poses up to 8; from 25 on the worst
@@ -36,57 +35,64 @@ VISIBLE_SHARE = 0.02
 """Share of its signal that a combination must keep when the rest of the model is projected out.
 A judgement: its sd is then fifty times that of the combination alone."""
 
+ROUNDING = 1e-3
+"""Share of an error vector below which its part along the reading is rounding, not a signal."""
+
 NAMED_SHARE = 0.35
 """Of the largest part of an undetermined combination: a message names the parameters of at least
 this part. It chooses words only."""
-
-ROUNDING = 1e-3
-"""Share of an error vector below which its part along the reading is rounding, not a signal."""
 
 LARGEST_REFERENCE_ERROR = 2.0
 """No plate turns, and no site has gravity, half or twice what was stated. Fact."""
 
 
-def scaled_condition(jacobian: FloatArray) -> tuple[float, FloatArray]:
+def scaled_condition(jacobian: FloatArray) -> tuple[FloatArray, FloatArray]:
     """How well the rows determine every combination of the parameters.
 
     Parameters
     ----------
-    jacobian : array, shape (r, p)
+    jacobian : array, shape (..., r, p)
 
     Returns
     -------
-    condition : float
-        Condition number of the column-scaled Jacobian; infinite where it has no full rank.
-    combination : array, shape (p,)
+    condition : array, shape (...,)
+        Condition number of the column-scaled Jacobian, no unit; infinite without full rank.
+    combination : array, shape (..., p)
         Of the scaled parameters, the one that the rows determine least.
     """
-    if jacobian.shape[1] == 0:
-        return 1.0, np.zeros(0)
-    nothing = (jacobian == 0).all(axis=0)
-    if nothing.any():
-        return np.inf, nothing.astype(float)
+    *lead, _, p = jacobian.shape
+    if p == 0:
+        return np.ones(lead), np.zeros((*lead, 0))
+    nothing = (jacobian == 0).all(axis=-2)
     _, singular, combinations = np.linalg.svd(unit_columns(jacobian)[0], full_matrices=False)
-    if singular[-1] < RANK_TOLERANCE * singular[0]:
-        return np.inf, np.asarray(combinations[-1])
-    return float(singular[0] / singular[-1]), np.asarray(combinations[-1])
+    largest, least = singular[..., 0], singular[..., -1]
+    lost = nothing.any(axis=-1) | (least < RANK_TOLERANCE * largest)
+    condition = np.where(lost, np.inf, largest / np.where(lost, 1.0, least))
+    weakest = np.where(nothing.any(axis=-1)[..., None], nothing, combinations[..., -1, :])
+    return condition, np.asarray(weakest)
 
 
-def require_enough(equations: "Equations", parameters: int) -> None:
-    """Refuse poses too few to check a fit of ``parameters`` with; raises :class:`Undetermined`."""
+def too_few(equations: Equations, parameters: IntArray) -> Refusals:
+    """The sets whose poses are too few to check a fit of ``parameters`` (S,), numbers, with."""
+    at_rest = never_turning(equations)
+    if at_rest is not None:
+        return dict.fromkeys(range(len(parameters)), at_rest)
+    short = np.flatnonzero(equations.data_count - parameters < FEWEST_SPARE_ROWS)
+    return {int(k): _too_few(equations.take(int(k)), int(parameters[k])) for k in short}
+
+
+def _too_few(equations: Equations, parameters: int) -> Undetermined:
     triad, model, poses = equations.poses.triad, equations.model, equations.poses
-    require_turning(equations)
-    if equations.data_count - parameters < FEWEST_SPARE_ROWS:
-        raise Undetermined(
-            f"{triad}: {len(poses)} poses give {equations.data_count} equations for {parameters} "
-            f"parameters ({', '.join(model.names)}), which leaves nothing to check the fit with; "
-            f"at least {parameters + FEWEST_SPARE_ROWS} are needed and 18 are recommended. "
-            f"{_advice(equations)}"
-        )
+    return Undetermined(
+        f"{triad}: {len(poses)} poses give {equations.data_count} equations for {parameters} "
+        f"parameters ({', '.join(model.names)}), which leaves nothing to check the fit with; "
+        f"at least {parameters + FEWEST_SPARE_ROWS} are needed and 18 are recommended. "
+        f"{_advice(equations)}"
+    )
 
 
-def require_turning(equations: "Equations") -> None:
-    """Refuse a gain or a misalignment where nothing was measured but rest.
+def never_turning(equations: Equations) -> Undetermined | None:
+    """The refusal of a gain or a misalignment where nothing was measured but rest.
 
     At rest every true vector is next to nothing: scale and misalignment only multiply noise and the
     bias, so that they run away with a residual as small as one likes and a fine condition number.
@@ -94,9 +100,9 @@ def require_turning(equations: "Equations") -> None:
     model, triad = equations.model, equations.poses.triad
     gains = [name for name in model.names if name in GAINS]
     if len(equations.magnitude) or not gains:
-        return
+        return None
     carried = tuple(name for name in model.names if name not in GAINS) or ("bias",)
-    raise Undetermined(
+    return Undetermined(
         f"{triad}: all {len(equations.poses)} poses were taken at rest, which shows the bias and "
         f"what else errs at rest, but never {' or '.join(gains)}. Poses on the turning plate are "
         f"missing: add them, or fit {', '.join(carried)} alone.",
@@ -104,50 +110,63 @@ def require_turning(equations: "Equations") -> None:
     )
 
 
-def require_determined(
-    equations: "Equations", rows: "WhitenedRows", basis: FloatArray,
-    shapes: Mapping[str, float] | None = None,
-) -> None:
-    """Refuse, in words, poses that cannot determine the model; ``rows`` at the solution.
+def rows_about_zero(equations: Equations, rows: WhitenedRows) -> FloatArray:
+    """Whitened data rows (..., d, p) by the parameters about the corrected vector's own zero.
 
-    ``basis`` (p, v) are the combinations of parameters that are fitted, ``shapes`` the shape
-    parameters of ``rows``, where they are not the first of their starts. Effects are judged about
+    Bias and scale look the same about a false origin that is far away; the same nine parameters
+    about the corrected vector's own zero do not, and determine each other one to one.
+    """
+    terms, d = equations.terms, equations.data_count
+    data = rows.jacobian[..., :d, : equations.model.size].copy()
+    if terms.on_reading:
+        at = Conditions.of_vectors(rows.vector.reshape(-1, 3))
+        columns = stack_columns(terms.on_reading, at, {}).reshape(*rows.vector.shape, -1)
+        data[..., terms.reading_index] = equations.whitened(columns, rows.vector)
+    return data
+
+
+def undetermined_sets(equations: Equations, at: Estimate, basis: FloatArray) -> Refusals:
+    """The sets whose poses cannot determine the model; ``at`` their solutions.
+
+    ``basis`` (S, p, v) are the combinations of parameters that are fitted, in their units: a rank
+    loss, or a condition number above ``CONDITION_LIMIT``, is refused. Effects are judged about
     their mean: what they are there is a bias or a gain, and where a logged column has its zero says
     nothing of what the poses determine.
-
-    Raises
-    ------
-    Undetermined
-        A rank loss, or a condition number above ``CONDITION_LIMIT``.
     """
-    triad, model, poses = equations.poses.triad, equations.model, equations.poses
-    data = rows.jacobian[: equations.data_count, : model.size].copy()
-    # Bias and scale look alike about a false origin that is far away; the same nine parameters
-    # about the corrected vector's own zero do not, and determine each other one to one.
-    if equations.on_reading:
-        at = replace(equations.at_reading, vector=rows.vector)
-        columns = stack_columns(equations.on_reading, at, {})
-        data[:, equations.reading_index] = equations.whitened(columns, rows.vector)
-    slices = model.slices()
-    for effect in model.effects:
+    limit = CONDITION_LIMIT if equations.terms.is_linear_form else CONDITION_LIMIT**2
+    data, slices = rows_about_zero(equations, at.rows), equations.model.slices()
+    for effect in equations.model.effects:
         if effect.acts_on != "reading":
             where = slices[effect.name]
-            data[:, where] = _varying(equations, rows, shapes or {}, effect, data[:, where])
-    condition, weakest = scaled_condition(data @ basis)
-    weakest = np.abs(basis) @ np.abs(weakest)
-    base_only = len(equations.reading_index) == model.size
-    limit = CONDITION_LIMIT if base_only else CONDITION_LIMIT**2
-    if condition <= limit:
-        return
+            data[..., where] = varying_columns(equations, at.rows, at.shapes, effect,
+                                               data[..., where])
+    rows_by_basis = data @ basis
+    moves = basis.any(axis=1).sum(axis=1)
+    refusals: Refusals = {}
+    for count in map(int, np.unique(moves)):
+        some = np.flatnonzero(moves == count)
+        condition, weakest = scaled_condition(rows_by_basis[some, :, :count])
+        for i in np.flatnonzero(condition > limit):
+            k = int(some[i])
+            combination = np.abs(basis[k, :, :count]) @ np.abs(weakest[i])
+            refusals[k] = _undetermined(equations.take(k), float(condition[i]), combination, limit)
+    return refusals
+
+
+def _undetermined(
+    equations: Equations, condition: float, combination: FloatArray, limit: float
+) -> Undetermined:
     number = "without limit (rank deficient)" if np.isinf(condition) else f"{condition:.0f}"
-    raise Undetermined(
-        f"{triad}: these {len(poses)} poses do not determine {_involved(equations, weakest)}: the "
+    poses = equations.poses
+    return Undetermined(
+        f"{poses.triad}: these {len(poses)} poses do not determine "
+        f"{_involved(equations, combination)}: the "
         f"condition number is {number}, at most {limit:.0f} is accepted (the 18 wedge poses give "
         f"1.4). The residual would be small and the parameters worthless. {_advice(equations)}"
     )
 
 
-def _involved(equations: "Equations", combination: FloatArray) -> str:
+def _involved(equations: Equations, combination: FloatArray) -> str:
     names = [
         f"{effect.name} {parameter}"
         for effect in equations.model.effects
@@ -157,7 +176,7 @@ def _involved(equations: "Equations", combination: FloatArray) -> str:
     return ", ".join(name for name, is_strong in zip(names, strong, strict=True) if is_strong)
 
 
-def _advice(equations: "Equations") -> str:
+def _advice(equations: Equations) -> str:
     poses = equations.poses
     turning = ~poses.reference.is_null
     if not turning.any():
@@ -169,109 +188,68 @@ def _advice(equations: "Equations") -> str:
     return f"Directions with no pose within 25°: {list_directions(missing, most=18)}. Add those."
 
 
-def visible_basis(
-    equations: "Equations", rows: "WhitenedRows", shapes: Mapping[str, float]
+def varying_columns(
+    equations: Equations, rows: WhitenedRows, shapes: Shapes, effect: Effect, columns: FloatArray
 ) -> FloatArray:
-    """Combinations of the parameters that the poses can see, in their units, (p, visible).
-
-    Bias, scale and misalignment are kept whole: what they lack is refused. Of every added effect
-    only the combinations are fitted that leave ``VISIBLE_SHARE`` or more of their signal after
-    everything before them; the others stay at zero, and no sd is stated for them. Cross-coupling
-    on wedge poses is the common case: x·y·z is zero in all of them. ``shapes`` are the shape
-    parameters of ``rows``, where they are not the first of their starts.
-
-    Raises
-    ------
-    Undetermined
-        An added effect leaves nothing at all: these poses are blind to it.
-    """
-    model = equations.model
-    if len(equations.reading_index) == model.size:
-        return np.eye(model.size)
-    jacobian = rows.jacobian[: equations.data_count, : model.size]
-    known = orthonormal_columns(jacobian[:, equations.reading_index])
-    blocks = np.zeros((model.size, 0))
-    slices = model.slices()
-    for effect in model.effects:
-        where = slices[effect.name]
-        block = np.zeros((model.size, where.stop - where.start))
-        block[where] = np.eye(where.stop - where.start)
-        if effect.acts_on != "reading":
-            columns = np.where(_is_rounding(equations, rows, effect), 0.0, jacobian[:, where])
-            norm = np.sqrt((_varying(equations, rows, shapes, effect, columns) ** 2).sum(axis=0))
-            columns = np.where(norm > 0, columns, 0.0)
-            norm = np.maximum(norm, NO_LENGTH)
-            remainder = columns / norm - known @ (known.T @ (columns / norm))
-            _, share, combinations = np.linalg.svd(remainder, full_matrices=False)
-            lost = combinations[share <= VISIBLE_SHARE].T / norm[:, None]
-            if lost.shape[1] == len(norm):
-                raise Undetermined(
-                    f"{equations.poses.triad}: these poses cannot see '{effect.name}': bias, "
-                    f"scale, misalignment and the effects before it take up all of it. What "
-                    f"separates it: {effect.page.separates}."
-                )
-            # Perpendicular to what is lost, in the parameters' own unit: of x·y·z on three axes
-            # the sum is fitted, and parameters that are seen by themselves are left alone.
-            seen = np.linalg.svd(lost.T)[2][lost.shape[1] :].T
-            if lost.shape[1]:
-                block = np.zeros((model.size, seen.shape[1]))
-                block[where] = seen
-            known = np.hstack(
-                [known, orthonormal_columns(columns @ seen - known @ (known.T @ columns @ seen))]
-            )
-        blocks = np.hstack([blocks, block])
-    return blocks
-
-
-def _varying(
-    equations: "Equations", rows: "WhitenedRows", shapes: Mapping[str, float], effect: Effect,
-    columns: FloatArray,
-) -> FloatArray:
-    """Columns (d, k) of ``effect`` about their mean, in which the rest is a bias or a gain.
+    """Whitened columns of ``effect`` about their mean, in which the rest is a bias or a gain.
 
     With that, what varies would look small.
+
+    Parameters
+    ----------
+    equations : Equations
+    rows : WhitenedRows
+        Of S sets.
+    shapes : mapping of effect name to shape parameter
+    effect : Effect
+        Of k parameters.
+    columns : array, shape (S, d, k)
+        Its whitened columns, no unit.
+
+    Returns
+    -------
+    array, shape (S, d, k)
+        The ``columns`` themselves where the base of the model holds no part of them.
     """
-    varying = about_mean(effect, equations.model.names)
+    sets = len(rows.residual)
+    varying = about_mean(effect, equations.model.names, sets)
     if varying is effect:
         return columns
     at = equations.conditions(rows.vector)
     if effect.acts_on == "reference":
         whitened = np.zeros_like(columns)
-        errors = varying.evaluate(at, shapes.get(effect.name))[equations.magnitude]
-        whitened[: len(errors)] = errors / equations.magnitude_sd[:, None]
+        errors = evaluate_for((sets,), varying, at, shapes)[:, equations.magnitude]
+        whitened[:, : errors.shape[1]] = errors / equations.magnitude_sd[..., None]
         return whitened
     vectors = sensor_columns((varying,), at, shapes, rows.axes)
-    return equations.whitened(vectors, rows.vector) * columns.any(axis=0)
+    return equations.whitened(vectors, rows.vector) * columns.any(axis=1, keepdims=True)
 
 
-def _is_rounding(equations: "Equations", rows: "WhitenedRows", effect: Effect) -> BoolArray:
-    """Which parameters of ``effect`` (k,) only err across the readings: no length shows them."""
-    if effect.acts_on == "reference" or effect.in_square:
-        return np.zeros(len(effect.parameters), dtype=bool)
-    columns = sensor_columns((effect,), equations.conditions(rows.vector), {}, rows.axes)
-    n = rows.vector / np.maximum(np.linalg.norm(rows.vector, axis=1, keepdims=True), NO_LENGTH)
-    seen = np.einsum("ni,nik->nk", n, columns)
-    seen[equations.null] = np.linalg.norm(columns[equations.null], axis=1)
-    whole = np.sqrt((columns**2).sum(axis=(0, 1)))
-    return np.asarray(np.sqrt((seen**2).sum(axis=0)) < ROUNDING * whole)
+def misfitting_sizes(equations: Equations, rows: WhitenedRows) -> Refusals:
+    """The sets that ended in gains of nothing, which fit a reference that an effect took to zero.
+    """
+    turning = equations.magnitude
+    if not len(turning):
+        return {}
+    size = np.linalg.norm(rows.vector[:, turning], axis=2)
+    share = np.median(size / equations.whitening.stated, axis=1)
+    near = (share > 1 / LARGEST_REFERENCE_ERROR) & (share < LARGEST_REFERENCE_ERROR)
+    return {int(k): _wrong_size(equations.take(int(k)), float(share[k]))
+            for k in np.flatnonzero(~near)}
 
 
-def require_size(equations: "Equations", rows: "WhitenedRows") -> None:
-    """Refuse the trivial solution: gains of nothing fit a reference that an effect took to zero."""
-    size = np.linalg.norm(rows.vector[equations.magnitude], axis=1)
-    stated = equations.poses.reference.magnitude[equations.magnitude]
-    share = float(np.median(size / stated)) if len(stated) else 1.0
-    if not 1 / LARGEST_REFERENCE_ERROR < share < LARGEST_REFERENCE_ERROR:
-        if not equations.on_reference:
-            raise Contradiction(
-                f"{equations.poses.triad}: no gain fits all poses: fitted, their typical reading "
-                f"is {share:.2g} times the stated reference. The references of some poses "
-                f"contradict those of the others, or their readings do: check the rate of each "
-                f"run, and whether all files are of one sensor at one range."
-            )
-        raise FitFailed(
-            f"the fit of the {equations.poses.triad} ended at {share:.2g} times the stated "
-            f"reference: an effect on the reference has taken the gains along with it. Remove it: "
-            f"these poses cannot separate it from the scale.",
-            Remedy("remove_effect", equations.poses.triad),
+def _wrong_size(equations: Equations, share: float) -> CalibrationError:
+    triad = equations.poses.triad
+    if not equations.terms.on_reference:
+        return Contradiction(
+            f"{triad}: no gain fits all poses: fitted, their typical reading "
+            f"is {share:.2g} times the stated reference. The references of some poses "
+            f"contradict those of the others, or their readings do: check the rate of each "
+            f"run, and whether all files are of one sensor at one range."
         )
+    return FitFailed(
+        f"the fit of the {triad} ended at {share:.2g} times the stated "
+        f"reference: an effect on the reference has taken the gains along with it. Remove it: "
+        f"these poses cannot separate it from the scale.",
+        Remedy("remove_effect", triad),
+    )

@@ -8,11 +8,9 @@ import numpy as np
 from scipy.special import fdtrc
 
 from calib.effects.effect import Effect
-from calib.errors import FitFailed
-from calib.fit.column_scaling import inverse_square, pseudo_inverse_square, unit_columns
-from calib.fit.least_squares.identifiability import require_determined, require_enough, require_size
+from calib.fit.column_scaling import unit_columns
 from calib.fit.model import Model
-from calib.fit.rows.problem import Estimate, Problem, Solution, with_common
+from calib.fit.rows.problem import with_common
 from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import sensor_columns
 from calib.fit.rows.whitened_rows import WhitenedRows
@@ -22,9 +20,6 @@ from calib.poses.pose_set import PoseSet
 HUBER_VARIANCE = 0.7785
 """Mean of ψ² for standard normal noise, ``Φ(c) - Φ(-c) - 2cφ(c) + 2c²(1 - Φ(c))`` at 1.5.
 Definition."""
-
-OUTLIER_SD = 4.0
-"""Rows beyond are no noise of the stated sd: of normal rows one in 16000 is. Derived."""
 
 MISFIT_P_VALUE = 0.005
 """The one level at which "the stated noise explains the rows" is given up: both triads of a session
@@ -75,7 +70,7 @@ class Fit:
     @property
     def chi2(self) -> float:
         """Sum of the squared whitened residuals."""
-        return self.rows.chi2
+        return float(self.rows.chi2)
 
     @property
     def bounded_chi2(self) -> float:
@@ -179,78 +174,6 @@ class Fit:
         return float(np.sqrt(np.mean(self.residual_si**2)))
 
 
-def finish(problem: Problem, solution: Solution) -> Fit:
-    """Check that a solution is determined and finite, and give it its covariance.
-
-    Parameters
-    ----------
-    problem : Problem
-    solution : Solution
-        Of the problem; shape parameters that are not free in it are known, not unknown.
-
-    Returns
-    -------
-    Fit
-
-    Raises
-    ------
-    Undetermined
-        The poses do not determine the model.
-    FitFailed
-        No finite parameters are left, or the gains went to nothing.
-    """
-    equations, at, weight = problem.equations, solution.at, solution.weight
-    require_enough(equations, problem.basis.shape[1] + len(problem.free))
-    require_determined(equations, at.rows, problem.basis, at.shapes)
-    p = equations.model.size
-    cov, log_shape_sd = _covariance(problem, at, weight)
-    if not (np.isfinite(at.theta).all() and np.isfinite(cov).all()):
-        raise FitFailed(
-            f"the fit of the {equations.poses.triad} ended without finite parameters. Check the "
-            f"log for poses that are not what they should be."
-        )
-    require_size(equations, at.rows)
-    return Fit(
-        poses=equations.poses,
-        model=equations.model,
-        theta=at.theta,
-        cov=cov[:p, :p] + _pull_of_outliers(at.rows, weight, cov)[:p, :p],
-        common_shift=cov[:p, p:],
-        eta=at.eta,
-        shapes=at.shapes,
-        log_shape_sd=log_shape_sd,
-        equations=equations,
-        rows=at.rows,
-        weight=weight,
-        basis=problem.basis,
-        iterations=solution.iterations,
-    )
-
-
-def _covariance(
-    problem: Problem, at: Estimate, weight: FloatArray
-) -> tuple[FloatArray, dict[str, float]]:
-    """Covariance (p + q, p + q) of theta and eta, and the sds of the shapes' logarithms.
-
-    Free shape parameters are further unknowns. At a bound the value is the bound's, and nothing
-    else depends on it; NaN is the sd of one that no row feels.
-    """
-    root, directions = np.sqrt(weight)[:, None], problem.directions
-    linear = at.rows.jacobian @ directions
-    if not problem.free:
-        return directions @ inverse_square(linear * root) @ directions.T, {}
-    slope, v = at.shape_derivatives(problem).slope, directions.shape[1]
-    unknowns = pseudo_inverse_square(np.hstack([linear, slope]) * root)
-    sd = np.where(slope.any(axis=0), np.sqrt(np.diag(unknowns)[v:]), np.nan)
-    at_bound = [name in shapes_at_bound(problem.equations.model, at.shapes)
-                for name in problem.free]
-    if any(at_bound):
-        slope[:, at_bound] = 0.0
-        unknowns = pseudo_inverse_square(np.hstack([linear, slope]) * root)
-    cov = directions @ unknowns[:v, :v] @ directions.T
-    return cov, dict(zip(problem.free, map(float, sd), strict=True))
-
-
 def shapes_at_bound(model: Model, shapes: Mapping[str, float]) -> set[str]:
     """Effects of ``model`` whose shape parameter stands at the end of its range."""
     return {
@@ -258,17 +181,3 @@ def shapes_at_bound(model: Model, shapes: Mapping[str, float]) -> set[str]:
         if effect.shape is not None and effect.name in shapes
         and effect.shape.is_at_bound(shapes[effect.name])
     }
-
-
-def _pull_of_outliers(rows: WhitenedRows, weight: FloatArray, cov: FloatArray) -> FloatArray:
-    """What rows that are no noise may still move the estimate by, as a covariance like ``cov``.
-
-    Huber's loss bounds the pull of a row at ``HUBER_SD``, whatever its residual: it is no noise of
-    the row any more, and of either sign.
-    """
-    bounded = (weight < 1) & (np.abs(rows.residual) > OUTLIER_SD)
-    if not bounded.any():
-        return np.zeros_like(cov)
-    pull = np.where(bounded, weight * rows.residual, 0.0)
-    pulled = cov @ (rows.jacobian * pull[:, None]).T
-    return np.asarray(pulled @ pulled.T)

@@ -3,8 +3,11 @@
 Two ways to the same minimum, one contract. ``default``, here, starts from the ellipsoid and takes
 Gauss-Newton steps with the exact Jacobian of the linear form; ``paper``
 (:mod:`calib.fit.least_squares.angrisano`) walks the equations of Angrisano et al. in (alpha, b, k).
-Both end in :func:`calib.fit.least_squares.result.finish`, which judges whether the poses determine
-the model at all.
+Both end in :func:`calib.fit.least_squares.fitted_sets.finish`, which judges whether the poses
+determine the model at all.
+
+Everything is computed for a stack of S sets: :func:`fit` is a stack of one, :func:`fit_sets` makes
+stacks of many. A set that is refused leaves its stack; the others go on.
 
 A fit with more effects than one at hand (:func:`extend`) is the same problem from a warmer start.
 
@@ -14,44 +17,41 @@ estimate of what the axes sensed in it, first at the start, then at the solution
 steady.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import product
 
 import numpy as np
 
-from calib.effects.effect import Effect
-from calib.errors import CalibrationError, FitFailed, Remedy
-from calib.fit.column_scaling import orthonormal_columns
+from calib.effects.effect import EFFECTS, Effect
 from calib.fit.least_squares.gauss_newton import minimise
-from calib.fit.least_squares.identifiability import (
-    require_determined,
-    require_enough,
-    visible_basis,
+from calib.fit.least_squares.identifiability import too_few, undetermined_sets
+from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.shape_starts import (
+    from_best_shapes,
+    most_promising,
+    near_warm_start,
 )
-from calib.fit.least_squares.result import Fit, finish
 from calib.fit.least_squares.square_start import square_start
+from calib.fit.least_squares.stack_fits import Fits, fits_of_stack, only_fit
+from calib.fit.least_squares.visible_basis import visible_bases
 from calib.fit.model import Model
-from calib.fit.rows.problem import EXACT, Estimate, Precision, Problem, Solution
+from calib.fit.rows.problem import Estimate, Problem, Solution
 from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import sensor_columns
+from calib.fit.small_systems import combined
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 
-__all__ = ["Fit", "extend", "fit"]
+__all__ = ["Fit", "extend", "fit", "fit_sets"]
 
 MEMORY_ROUNDS = 30  #: numerical limit
 MEMORY_SD = 1e-3
 """A memory is steady once no row moves by more than this part of its sd. Numerical."""
 
-WEIGHING = Precision(30, step_sd=1e-2, idle_sd=1e-3)
-"""Of a fit that is to be weighed against others: chi-square is then exact to 1e-4. Numerical."""
-
 WEIGHING_MEMORY_ROUNDS = 5  #: a limit of time; numerical
-ENOUGH_MISFIT = 2.0
-"""Chi-square per degree of freedom above which a warm start tries the shapes' other starts.
-A judgement."""
+SETS_AT_ONCE = 500
+"""Sets in one stack, which then stays in a processor's cache. Tuned on ``python -m
+tests.bench.bench_lot``. A limit of memory."""
 
 
 def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
@@ -79,25 +79,44 @@ def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
     Contradiction
         No gain fits all poses: their readings or references contradict each other.
     """
-    equations = Equations(poses, model)
-    theta = equations.start.theta(model)
+    return only_fit(_cold_fits(Equations.of_sets((poses,), model), robust))
 
-    def cold(start: FloatArray) -> Fit:
-        basis = basis_at(equations, start)
-        problem = Problem.of(equations, basis, robust)
-        require_enough(equations, basis.shape[1] + len(problem.free))
-        return _converged(problem, _from_best_shapes(problem, start))
 
-    def again(latest: Fit) -> Fit:
-        after = latest.remembering
-        problem = Problem.of(after, basis_at(after, theta), robust)
-        at = Estimate.of(after, latest.theta, latest.eta, latest.shapes)
-        start = _most_promising(problem, [at, *_at_starts(problem, at)], latest.weight)
-        return _converged(problem, minimise(problem, start))
+def fit_sets(sets: Sequence[PoseSet], model: Model, *, robust: bool = False) -> Iterator[Fits]:
+    """Fit ``model`` to each of ``sets``, those of one shape in stacks.
 
-    squares = [effect for effect in model.effects if effect.in_square]
-    first = _from_either_sign(cold, theta, square_start(equations, theta, squares))
-    return _with_steady_memory(first, again, MEMORY_ROUNDS)
+    Parameters
+    ----------
+    sets : sequence of PoseSet
+        Of any numbers of poses, each fitted as :func:`fit` does.
+    model : Model
+    robust : bool
+
+    Yields
+    ------
+    Fits
+        Together every set once. Sets that rest in the same poses, have rings in the same,
+        as many common errors and
+        the same columns and runs share a stack; an effect with memory or one that begins with a
+        square takes fits one after another, and its sets go one by one.
+    """
+    alone = any(effect.in_square or "previous" in effect.needs
+                or (effect.shape is not None and effect.name not in EFFECTS)
+                for effect in model.effects)
+    groups: dict[object, list[int]] = {}
+    for i, poses in enumerate(sets):
+        key = (poses.reference.is_null.tobytes(), len(poses.reference.common_names),
+               tuple(poses.columns), tuple(dict.fromkeys(poses.run)),
+               None if poses.ring is None else poses.ring.place.tobytes())
+        groups.setdefault(key, []).append(i)
+    for indices in groups.values():
+        size = 1 if alone else SETS_AT_ONCE
+        for first in range(0, len(indices), size):
+            index = np.array(indices[first : first + size])
+            equations = Equations.of_sets([sets[i] for i in index], model)
+            fits = _cold_fits(equations, robust)
+            yield Fits(index[fits.index], fits.fitted,
+                       {int(index[k]): error for k, error in fits.refusals.items()})
 
 
 def extend(base: Fit, effects: Sequence[Effect]) -> Fit:
@@ -110,8 +129,7 @@ def extend(base: Fit, effects: Sequence[Effect]) -> Fit:
     ----------
     base : Fit
     effects : sequence of Effect
-        What to add, their shapes from the first of their starts on. None acts ``in_square``: where
-        such a parameter is zero, its derivative is.
+        What to add, their shapes from the first of their starts on.
 
     Returns
     -------
@@ -126,131 +144,22 @@ def extend(base: Fit, effects: Sequence[Effect]) -> Fit:
     FitFailed
         The effects are larger than the readings, or the gains went to nothing.
     """
-    model = base.model
-    for effect in effects:
-        model = model + effect
+    equations = base.remembering.extended(effects).take(None)
     starts = {e.name: e.shape.starts[0] for e in effects if e.shape is not None}
-    shapes = {**base.shapes, **starts}
-    theta = np.concatenate([base.theta, np.zeros(model.size - base.model.size)])
-    first_sensed = base.remembering.extended(effects)
+    more = equations.model.size - base.model.size
+    theta, weight = np.concatenate([base.theta, np.zeros(more)])[None], base.weight[None]
 
-    def weighed(start: FloatArray) -> Fit:
-        return _weighed(first_sensed, start, base.eta, shapes, base.weight)
+    def weighed(start: FloatArray) -> Fits:
+        shapes = _of_stack({**base.shapes, **starts})
+        at = Estimate.of(equations, start, base.eta[None], shapes)
+        return fits_of_stack(equations, at, weight, near_warm_start)
 
-    def again(latest: Fit) -> Fit:
-        equations = latest.remembering
-        return _weighed(equations, latest.theta, latest.eta, latest.shapes, base.weight)
+    def again(latest: Fit) -> Fits:
+        return fits_of_stack(*_remembering(latest), weight, near_warm_start)
 
     squares = [effect for effect in effects if effect.in_square]
-    first = _from_either_sign(weighed, theta, square_start(first_sensed, theta, squares))
-    return _with_steady_memory(first, again, WEIGHING_MEMORY_ROUNDS)
-
-
-def _from_either_sign(
-    fit_from: Callable[[FloatArray], Fit], theta: FloatArray, offset: FloatArray
-) -> Fit:
-    """The better of the fits from ``theta`` plus and minus ``offset``; one where that is zero."""
-    if not offset.any():
-        return fit_from(theta)
-    fits: list[Fit] = []
-    refused: CalibrationError | None = None
-    for start in (theta + offset, theta - offset):
-        try:
-            fits.append(fit_from(start))
-        except CalibrationError as error:
-            refused = refused or error
-    if not fits:
-        assert refused is not None
-        raise refused
-    return min(fits, key=lambda each: each.chi2)
-
-
-def _from_best_shapes(problem: Problem, theta: FloatArray) -> Solution:
-    """From ``theta`` (p,) and the first of the shapes' starts; then from the most promising."""
-    first = {name: shape.starts[0] for name, shape in problem.free.items()}
-    eta = np.zeros(problem.equations.common.shape[1])
-    start = Estimate.of(problem.equations, theta, eta, first)
-    if not problem.free:
-        return minimise(problem, start)
-    held = minimise(problem.with_shapes_held(), start)
-    starts = _at_starts(problem, held.at) or [held.at]
-    return minimise(problem, _most_promising(problem, starts, held.weight))
-
-
-def _weighed(
-    equations: Equations,
-    theta: FloatArray,
-    eta: FloatArray,
-    shapes: Mapping[str, float],
-    weight: FloatArray,
-) -> Fit:
-    """The fit near a warm start, as far as ``WEIGHING``.
-
-    Where the rows are not explained from there, the other starts of the shapes are tried.
-    """
-    at = Estimate.of(equations, theta, eta, shapes)
-    basis = visible_basis(equations, at.rows, shapes)
-    problem = replace(Problem.of(equations, basis), weight=weight)
-    solution = minimise(problem, at, WEIGHING)
-    dof = max(equations.data_count - basis.shape[1] - len(problem.free), 1)
-    if problem.free and solution.cost > ENOUGH_MISFIT * dof:
-        starts = _at_starts(problem, solution.at) or [solution.at]
-        start = _most_promising(problem, starts, weight)
-        solution = min(solution, minimise(problem, start, WEIGHING), key=lambda each: each.cost)
-    return finish(problem, solution)
-
-
-def _at_starts(problem: Problem, at: Estimate) -> list[Estimate]:
-    """``at`` with every combination of the shapes' starts that has true vectors."""
-    estimates = []
-    for values in product(*(shape.starts for shape in problem.free.values())):
-        shapes = {**at.shapes, **dict(zip(problem.free, values, strict=True))}
-        with suppress(FitFailed):
-            estimates.append(Estimate.of(problem.equations, at.theta, at.eta, shapes))
-    return estimates
-
-
-def _most_promising(
-    problem: Problem, estimates: Sequence[Estimate], weight: FloatArray
-) -> Estimate:
-    """That of the estimates which leaves least when all but its shapes is fitted."""
-    return min(estimates, key=lambda each: _linear_cost(problem, each, weight))
-
-
-def _linear_cost(problem: Problem, at: Estimate, weight: FloatArray) -> float:
-    """What the rows would leave at these shapes, everything else fitted to first order."""
-    root = np.sqrt(weight)
-    q = orthonormal_columns(at.rows.jacobian @ problem.directions * root[:, None])
-    residual = at.rows.residual * root
-    rest = residual - q @ (q.T @ residual)
-    return float(rest @ rest)
-
-
-def _converged(problem: Problem, solution: Solution) -> Fit:
-    """The fit of a solution that came to rest; raises FitFailed or Undetermined of another."""
-    if solution.is_converged:
-        return finish(problem, solution)
-    triad = problem.equations.poses.triad
-    require_determined(problem.equations, solution.at.rows, problem.basis, solution.at.shapes)
-    raise FitFailed(
-        f"the fit of the {triad} did not converge in {EXACT.steps} steps. The "
-        f"data-sheet values may be far off (full scale, bits, encoding), or poses may be spoilt: "
-        f"look at the readings of each pose, and check the {triad}'s data sheet.",
-        Remedy("data_sheet", triad),
-    )
-
-
-def _with_steady_memory(first: Fit, again: Callable[[Fit], Fit], rounds: int) -> Fit:
-    """``first`` fitted ``again``, each time after what the axes sensed in the poses before."""
-    if not any("previous" in effect.needs for effect in first.model.effects):
-        return first
-    best = latest = first
-    for _ in range(rounds):
-        if memory_change(latest) < MEMORY_SD:
-            return latest
-        latest = again(latest)
-        best = min(best, latest, key=lambda each: each.chi2)
-    return best  # an axis near zero whose sign noise flips: the better of both
+    first = _from_either_sign(weighed, theta, square_start(equations, theta, squares))
+    return only_fit(_with_steady_memory(first, again, WEIGHING_MEMORY_ROUNDS))
 
 
 def require_determinable(poses: PoseSet, model: Model) -> None:
@@ -261,34 +170,104 @@ def require_determinable(poses: PoseSet, model: Model) -> None:
     Undetermined
         Too few poses, none that turns, or combinations of parameters that they do not show.
     """
-    equations = Equations(poses, model)
-    theta = equations.start.theta(model)
-    basis = basis_at(equations, theta)
+    equations = Equations.of_sets((poses,), model)
+    at = _at_ellipsoids(equations, equations.start.theta(model))
+    basis, blind = visible_bases(equations, at.rows, at.shapes)
     problem = Problem.of(equations, basis)
-    require_enough(equations, basis.shape[1] + len(problem.free))
-    shapes = {name: shape.starts[0] for name, shape in problem.free.items()}
-    rows = equations.rows(theta, np.zeros(equations.common.shape[1]), shapes)
-    require_determined(equations, rows, basis, shapes)
+    for refusals in (blind, too_few(equations, problem.moves + len(problem.free)),
+                     undetermined_sets(equations, at, basis)):
+        for error in refusals.values():
+            raise error
 
 
 def memory_change(fit: Fit) -> float:
     """By how many sds a row moves if the poses before are taken from the solution."""
-    equations = fit.equations
-    effects = equations.on_sensor
-    theta = fit.theta[equations.sensor_index]
+    equations, terms = fit.equations, fit.equations.terms
     solved = fit.poses.conditions(fit.rows.vector, fit.sensed).previous
     at = equations.conditions(fit.rows.vector)
     before, after = (
-        sensor_columns(effects, at.with_previous(each), fit.shapes, fit.rows.axes)
-        for each in (equations.at_start.previous, solved)
+        sensor_columns(terms.on_sensor, at.with_previous(previous), fit.shapes, fit.rows.axes)
+        for previous in (equations.at_start.previous, solved)
     )
-    moved = equations.whitened(((after - before) @ theta)[:, :, None], fit.rows.vector)
-    return float(np.abs(moved).max())
+    error = combined(after - before, fit.theta[terms.sensor_index])
+    return float(np.abs(equations.whitened(error[..., None], fit.rows.vector)).max())
 
 
-def basis_at(equations: Equations, theta: FloatArray) -> FloatArray:
-    """The combinations of parameters that the poses see at ``theta``, in their units, (p, v)."""
-    if len(equations.reading_index) == equations.model.size:
-        return np.eye(equations.model.size)
-    at_start = equations.rows(theta, np.zeros(equations.common.shape[1]), {})
-    return visible_basis(equations, at_start, {})
+def _of_stack(shapes: Mapping[str, float]) -> dict[str, FloatArray]:
+    """The shape parameters of one set as those of a stack of one, each (1,)."""
+    return {name: np.array([value]) for name, value in shapes.items()}
+
+
+def _at_ellipsoids(equations: Equations, theta: FloatArray) -> Estimate:
+    """The estimates at ``theta`` (S, p) and the first of the shapes' starts."""
+    shapes = {e.name: np.full(len(theta), e.shape.starts[0])
+              for e in equations.model.effects if e.shape is not None}
+    eta = np.zeros((len(theta), equations.common_count))
+    return Estimate.of(equations, theta, eta, shapes)
+
+
+def _remembering(latest: Fit) -> tuple[Equations, Estimate]:
+    """The rows after what the axes sensed by a fit in the poses before, and the fit there."""
+    equations = latest.remembering.take(None)
+    at = Estimate.of(equations, latest.theta[None], latest.eta[None], _of_stack(latest.shapes))
+    return equations, at
+
+
+def _cold_fits(equations: Equations, robust: bool) -> Fits:
+    """The fits of a stack from the ellipsoids."""
+
+    def cold(start: FloatArray) -> Fits:
+        at = _at_ellipsoids(equations, start)
+        return fits_of_stack(equations, at, None, from_best_shapes, robust, exact=True)
+
+    def again(latest: Fit) -> Fits:
+        def nearest(problem: Problem, at: Estimate) -> Solution:
+            weighted = replace(problem, weight=latest.weight[None])
+            return minimise(problem, most_promising(weighted, at, or_here=True))
+
+        return fits_of_stack(*_remembering(latest), None, nearest, robust, exact=True)
+
+    theta = equations.start.theta(equations.model)
+    squares = [effect for effect in equations.model.effects if effect.in_square]
+    first = _from_either_sign(cold, theta, square_start(equations, theta, squares))
+    return _with_steady_memory(first, again, MEMORY_ROUNDS)
+
+
+def _from_either_sign(
+    fits_from: Callable[[FloatArray], Fits], theta: FloatArray, offset: FloatArray
+) -> Fits:
+    """The better of the fits from ``theta`` (1, p) plus and minus ``offset``.
+
+    The only one, of any number of sets, where the offset is zero.
+    """
+    if not offset.any():
+        return fits_from(theta)
+    up, down = fits_from(theta + offset), fits_from(theta - offset)
+    if up.fitted is None or down.fitted is None:
+        return down if up.fitted is None and down.fitted is not None else up
+    return min((up, down), key=_chi2_of_one)
+
+
+def _chi2_of_one(fits: Fits) -> float:
+    return np.inf if fits.fitted is None else float(fits.fitted.chi2[0])
+
+
+def _with_steady_memory(first: Fits, again: Callable[[Fit], Fits], rounds: int) -> Fits:
+    """``first`` fitted ``again``, each time after what the axes sensed in the poses before.
+
+    A stack of one, or one without memory.
+    """
+    best = latest = first
+    if first.fitted is None or not any(
+        "previous" in effect.needs for effect in first.fitted.problem.equations.model.effects
+    ):
+        return first
+    for _ in range(rounds):
+        fitted = only_fit(latest)
+        if memory_change(fitted) < MEMORY_SD:
+            return latest
+        latest = again(fitted)
+        if latest.fitted is None:
+            return latest
+        best = min(best, latest, key=_chi2_of_one)
+    return best  # an axis near zero whose sign noise flips: the better of both

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from calib.effects.effect import Effect
-from calib.fit.column_scaling import RANK_TOLERANCE, unit_columns
+from calib.fit.column_scaling import RANK_TOLERANCE, pseudo_inverse
 from calib.fit.rows.residuals import Equations
+from calib.fit.small_systems import times
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 
@@ -14,31 +15,33 @@ from calib.poses.imu_log import FloatArray
 def square_start(
     equations: Equations, theta: FloatArray, effects: Sequence[Effect]
 ) -> FloatArray:
-    """Where to start ``effects``, whose derivative vanishes at zero, else 0, SI, (p,).
+    """Where to start ``effects``, whose derivative vanishes at zero, else 0, SI, (S, p).
 
     Either sign is right.
 
     The length feels a transverse error ``F r`` by ``|F r|² / 2|s|``, which is linear in the matrix
     ``r rᵀ``. That is fitted together with the model; its largest eigenvector is r, up to the sign.
     """
-    start = np.zeros(equations.model.size)
+    start = np.zeros_like(theta)
     if not effects:
         return start
-    rows = equations.rows(theta, np.zeros(equations.common.shape[1]), {})
+    sets = len(theta)
+    rows = equations.rows(theta, np.zeros((sets, equations.common_count)), {})
     at = equations.conditions(rows.vector)
     for effect in effects:
         columns = square_columns(equations, effect, at)
-        whitened = np.zeros((len(rows.residual), columns.shape[1]))
-        whitened[: len(equations.magnitude)] = columns / equations.magnitude_sd[:, None]
+        whitened = np.zeros((*rows.residual.shape, columns.shape[-1]))
+        whitened[:, : len(equations.magnitude)] = columns / equations.magnitude_sd[..., None]
         where = equations.model.slices()[effect.name]
-        others = np.delete(rows.jacobian, where, axis=1)
-        unit, norm = unit_columns(np.hstack([whitened, others]))
-        solution = np.linalg.lstsq(unit, rows.residual, rcond=RANK_TOLERANCE)[0] / norm
+        others = np.delete(rows.jacobian, where, axis=2)
+        design = np.concatenate([whitened, others], axis=2)
+        solution = times(pseudo_inverse(design, RANK_TOLERANCE), rows.residual)
         k = len(effect.parameters)
-        square = np.zeros((k, k))
-        square[np.triu_indices(k)] = solution[: columns.shape[1]]
-        values, vectors = np.linalg.eigh((square + square.T) / 2)
-        start[where] = np.sqrt(np.abs(values[-1])) * vectors[:, -1]
+        square = np.zeros((sets, k, k))
+        i, j = np.triu_indices(k)
+        square[:, i, j] = solution[:, : columns.shape[-1]]
+        values, vectors = np.linalg.eigh((square + square.swapaxes(1, 2)) / 2)
+        start[:, where] = np.sqrt(np.abs(values[:, -1:])) * vectors[:, :, -1]
     return start
 
 
@@ -51,14 +54,16 @@ def square_columns(equations: Equations, effect: Effect, at: Conditions) -> Floa
     effect : Effect
         Whose signal in a length begins with the square of its k parameters (``in_square``).
     at : Conditions
-        Of the n poses, with the corrected vectors.
+        Of the n poses of each set, with the corrected vectors.
 
     Returns
     -------
-    array, shape (rows, k (k + 1) / 2)
+    array, shape (..., rows, k (k + 1) / 2)
         For i ≤ j in the order of ``numpy.triu_indices``: ``F_i·F_j / |s|``, half of it for i = j.
     """
-    return square_products(effect.evaluate(at), at.vector)[equations.magnitude]
+    products = square_products(effect.evaluate(at), at.vector)
+    *lead, _ = equations.magnitude_sd.shape
+    return products.reshape(*lead, -1, products.shape[1])[..., equations.magnitude, :]
 
 
 def square_products(columns: FloatArray, vector: FloatArray) -> FloatArray:

@@ -11,17 +11,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.fit.model import Model
-from calib.poses.imu_log import FloatArray
-from calib.poses.pose_set import PoseSet
+from calib.fit.small_systems import choleskys, inverses, solutions, times
+from calib.fit.stacked import Stacked
+from calib.poses.imu_log import BoolArray, FloatArray
 from calib.poses.reference import SAME_MAGNITUDE
 
 UNKNOWNS = 9  #: coefficients of a quadric of one size; definition
-SMALLEST_SINGULAR_VALUE = 1e-6  #: relative to the largest; numerical, far below what a fit accepts
+LARGEST_CONDITION = 1e6
+"""Condition number (of Frobenius norms) beyond which poses span no ellipsoid. Numerical: far above
+what a fit accepts."""
 
 
 @dataclass(frozen=True, eq=False)
-class Start:
-    """The linear form ``M y + c`` that fits start from; of many sets with leading axes.
+class Start(Stacked):
+    """The linear form ``M y + c`` that fits start from.
 
     Parameters
     ----------
@@ -36,8 +39,12 @@ class Start:
 
     @property
     def bias(self) -> FloatArray:
-        """The nominal reading at which the corrected vector is zero, SI, shape (3,)."""
-        return np.asarray(np.linalg.solve(self.matrix, -self.offset))
+        """The nominal reading at which the corrected vector is zero, SI, shape (..., 3)."""
+        return np.asarray(np.linalg.solve(self.matrix, -self.offset[..., None])[..., 0])
+
+    def corrected(self, reading: FloatArray) -> FloatArray:
+        """``M y + c`` of readings (..., n, 3), SI."""
+        return np.asarray(reading @ self.matrix.swapaxes(-1, -2) + self.offset[..., None, :])
 
     def theta(self, model: Model) -> FloatArray:
         """Values of the parameters of a model to start from.
@@ -65,48 +72,57 @@ class Start:
         return theta
 
 
-def start_of(poses: PoseSet) -> Start:
-    """The ellipsoid of the poses where they span one, else the data sheet.
+def starts_of(reading: FloatArray, magnitude: FloatArray) -> Start:
+    """The ellipsoids of S sets of poses where they span one, else the data sheet.
 
     Parameters
     ----------
-    poses : PoseSet
+    reading : array, shape (S, k, 3)
+        Readings of the poses with a magnitude, SI.
+    magnitude : array, shape (S, k)
+        Their references, SI.
 
     Returns
     -------
     Start
-        Of single arrays, shapes (3, 3) and (3,).
+        Of S sets.
     """
-    ellipsoid = _ellipsoid(*_one_magnitude(poses))
-    return Start(np.eye(3), np.zeros(3)) if ellipsoid is None else Start(*ellipsoid)
+    sets = len(reading)
+    matrix, offset = np.tile(np.eye(3), (sets, 1, 1)), np.zeros((sets, 3))
+    chosen = _of_one_magnitude(magnitude)
+    enough = np.flatnonzero(chosen.sum(axis=1) >= UNKNOWNS)
+    if enough.size:
+        chosen = chosen[enough]
+        m = (magnitude[enough] * chosen).sum(axis=1) / chosen.sum(axis=1)
+        upper, shift = _ellipsoids(reading[enough] / m[:, None, None], chosen)
+        spans = np.isfinite(upper).all(axis=(1, 2)) & np.isfinite(shift).all(axis=1)
+        matrix[enough[spans]], offset[enough[spans]] = upper[spans], (shift * m[:, None])[spans]
+    return Start(matrix, offset)
 
 
-def _one_magnitude(poses: PoseSet) -> tuple[FloatArray, float]:
-    """Readings of the magnitude that most poses share, and that magnitude."""
-    m = poses.reference.magnitude
-    turning = m[m > 0]
-    if turning.size == 0:
-        return np.zeros((0, 3)), 0.0
-    alike = np.abs(m[:, None] / turning - 1) < SAME_MAGNITUDE
-    chosen = alike[:, int(np.argmax(alike.sum(axis=0)))]
-    return poses.reading[chosen], float(m[chosen].mean())
+def _of_one_magnitude(magnitude: FloatArray) -> BoolArray:
+    """Which poses (S, k) are of the magnitude that most poses of their set share."""
+    if (magnitude == magnitude[:, :1]).all():
+        return np.ones(magnitude.shape, dtype=bool)
+    near = np.abs(magnitude[:, :, None] / magnitude[:, None, :] - 1) < SAME_MAGNITUDE
+    most = near.sum(axis=1).argmax(axis=1)
+    return np.asarray(np.take_along_axis(near, most[:, None, None], axis=2)[:, :, 0])
 
 
-def _ellipsoid(y: FloatArray, m: float) -> tuple[FloatArray, FloatArray] | None:
-    """M (3, 3) upper triangular and c (3,) of the ellipsoid through ``y`` (n, 3), or None."""
-    if len(y) < UNKNOWNS:
-        return None
-    x = y / m
-    products = 2 * x[:, [0, 0, 1]] * x[:, [1, 2, 2]]
-    design = np.concatenate([x**2, products, -2 * x], axis=1)
-    solution, _, rank, singular = np.linalg.lstsq(design, np.ones(len(x)), rcond=None)
-    if rank < UNKNOWNS or singular[-1] < SMALLEST_SINGULAR_VALUE * singular[0]:
-        return None
-    xx, yy, zz, xy, xz, yz = solution[:6]
-    q = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    try:
-        centre = np.linalg.solve(q, solution[6:])
-        upper = np.linalg.cholesky(q / (1 + centre @ q @ centre)).T
-    except np.linalg.LinAlgError:  # a paraboloid or worse: the poses do not span an ellipsoid
-        return None
-    return upper, -upper @ centre * m
+def _ellipsoids(x: FloatArray, chosen: BoolArray) -> tuple[FloatArray, FloatArray]:
+    """M (S, 3, 3) and c (S, 3) through the ``chosen`` readings (S, k, 3) over m.
+
+    NaN where the poses do not span an ellipsoid, but a paraboloid or worse.
+    """
+    products = 2 * x[..., [0, 0, 1]] * x[..., [1, 2, 2]]
+    design = np.concatenate([x**2, products, -2 * x], axis=2) * chosen[..., None]
+    q, r = np.linalg.qr(design)
+    inverse = inverses(r)
+    condition = np.linalg.norm(r, axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2))
+    solution = times(inverse, times(q.swapaxes(1, 2), chosen.astype(float)))
+    solution[~(condition < LARGEST_CONDITION)] = np.nan
+    quadric = solution[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
+    centre = solutions(quadric, solution[:, 6:, None])[..., 0]
+    size = 1 + (centre * times(quadric, centre)).sum(axis=1)
+    upper = choleskys(quadric / size[:, None, None]).swapaxes(1, 2)
+    return upper, -times(upper, centre)

@@ -1,7 +1,8 @@
 """What is minimised, and where a minimiser ended.
 
 A calibration, its leave-one-out refits and the joint refits of a diagnosis are problems of one
-kind; they differ in where they start, in what is held, and in how far they go.
+kind; they differ in where they start, in what is held, and in how far they go. All records have a
+leading axis for S sets, which are minimised side by side.
 """
 
 from collections.abc import Mapping
@@ -14,7 +15,8 @@ from calib.effects.effect import Shape
 from calib.fit.rows.residuals import Equations
 from calib.fit.rows.shape_derivatives import ShapeDerivatives, shape_derivatives
 from calib.fit.rows.whitened_rows import WhitenedRows
-from calib.poses.imu_log import FloatArray
+from calib.fit.stacked import Stacked
+from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 CONVERGED_SD = 1e-3
 """Where no row moves by more than this part of its sd, an iteration that stopped has converged.
@@ -40,16 +42,17 @@ residual, below 1e-9 in every parameter. Numerical."""
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class Problem(Stacked):
     """What is minimised, ``Σ_i w_i r_i(theta, eta, shapes)²``, over what.
 
     Parameters
     ----------
     equations : Equations
-        The r rows, of p parameters and q common errors.
-    basis : array, shape (p, v)
-        The combinations of parameters along which theta moves.
-    weight : array, shape (r,)
+        The r rows of S sets, of p parameters and q common errors.
+    basis : array, shape (S, p, v)
+        The combinations of parameters along which theta moves; the last columns are zero in a set
+        that moves along fewer than others.
+    weight : array, shape (S, r)
         Of every row; 0 takes no part.
     robust : bool
         Whether Huber's loss takes more weight off rows far from the model.
@@ -64,9 +67,19 @@ class Problem:
     free: Mapping[str, Shape]
 
     @classmethod
-    def of(cls, equations: Equations, basis: FloatArray, robust: bool = False) -> "Problem":
-        """All rows in full, all shape parameters free."""
-        weight = np.ones(equations.data_count + equations.common.shape[1])
+    def of(
+        cls,
+        equations: Equations,
+        basis: FloatArray,
+        robust: bool = False,
+        weight: FloatArray | None = None,
+    ) -> "Problem":
+        """All rows in full or with a ``weight`` (S, r), all shape parameters free.
+
+        ``basis`` (S, p, v) is in the parameters' units.
+        """
+        if weight is None:
+            weight = np.ones((len(basis), equations.data_count + equations.common_count))
         free = {e.name: e.shape for e in equations.model.effects if e.shape is not None}
         return cls(equations, basis, weight, robust, free)
 
@@ -74,10 +87,15 @@ class Problem:
         """The same with no shape parameter free."""
         return replace(self, free={})
 
+    @property
+    def moves(self) -> IntArray:
+        """Number of combinations along which theta moves, (S,)."""
+        return np.asarray(self.basis.any(axis=1).sum(axis=1))
+
     @cached_property
     def directions(self) -> FloatArray:
-        """What theta and eta move along, (p + q, v + q), in their units: ``basis``, each of eta."""
-        return with_common(self.basis, self.equations.common.shape[1])
+        """What theta and eta move along, (S, p + q, v + q), in their units: ``basis``, each eta."""
+        return with_common(self.basis, self.equations.common_count)
 
 
 def with_common(basis: FloatArray, common: int) -> FloatArray:
@@ -85,29 +103,29 @@ def with_common(basis: FloatArray, common: int) -> FloatArray:
 
     Parameters
     ----------
-    basis : array, shape (p, v)
+    basis : array, shape (..., p, v)
     common : int
         Their number q.
 
     Returns
     -------
-    array, shape (p + q, v + q)
-        In their units.
+    array, shape (..., p + q, q + v)
+        In their units; the common errors first.
     """
-    p, v = basis.shape
-    full = np.zeros((p + common, v + common))
-    full[:p, :v] = basis
-    full[p:, v:] = np.eye(common)
+    *lead, p, v = basis.shape
+    full = np.zeros((*lead, p + common, v + common))
+    full[..., :p, common:] = basis
+    full[..., p:, :common] = np.eye(common)
     return full
 
 
 @dataclass(frozen=True, eq=False)
-class Estimate:
-    """A point: ``theta`` (p,), ``eta`` (q,), every shape parameter, and the rows there."""
+class Estimate(Stacked):
+    """A point of each set: ``theta`` (S, p), ``eta`` (S, q), the ``shapes`` (S,), and the rows."""
 
     theta: FloatArray
     eta: FloatArray
-    shapes: dict[str, float]
+    shapes: Mapping[str, FloatArray]
     rows: WhitenedRows
 
     @classmethod
@@ -116,41 +134,42 @@ class Estimate:
         equations: Equations,
         theta: FloatArray,
         eta: FloatArray,
-        shapes: Mapping[str, float],
+        shapes: Mapping[str, FloatArray],
     ) -> "Estimate":
-        """The estimate at these parameters; raises FitFailed where no true vectors belong to it."""
-        return cls(theta, eta, dict(shapes), equations.rows(theta, eta, shapes))
+        """The estimates at these parameters; their rows are NaN where they have no true vectors."""
+        with np.errstate(all="ignore"):
+            return cls(theta, eta, shapes, equations.rows(theta, eta, shapes))
 
     def shape_derivatives(self, problem: Problem) -> ShapeDerivatives:
         """Derivatives of the rows by the logarithms of the free shape parameters."""
-        return shape_derivatives(
-            problem.equations, self.theta, self.eta, self.shapes, self.rows, tuple(problem.free)
-        )
+        return shape_derivatives(problem.equations, self.theta, self.eta, self.shapes, self.rows,
+                                 tuple(problem.free))
 
-    def cost(self, weight: FloatArray) -> float:
-        """Weighted sum of squares."""
-        return float(weight @ self.rows.residual**2)
+    def cost(self, weight: FloatArray) -> FloatArray:
+        """Weighted sum of squares, no unit, (S,); infinite where there are no true vectors."""
+        cost = (weight * self.rows.residual**2).sum(axis=-1)
+        return np.asarray(np.where(np.isfinite(cost), cost, np.inf))
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
-    """Where the minimiser ended.
+class Solution(Stacked):
+    """Where the minimiser ended in each of S sets.
 
-    ``weight`` (r,) is that of every row, ``last_step_sd`` by how many sds the last step moved the
-    row that it moved most.
+    ``weight`` (S, r) is that of every row, ``iterations`` (S,) how many steps it took,
+    ``last_step_sd`` (S,) by how many sds the last one moved the row that it moved most.
     """
 
     at: Estimate
     weight: FloatArray
-    iterations: int
-    last_step_sd: float
+    iterations: IntArray
+    last_step_sd: FloatArray
 
     @property
-    def cost(self) -> float:
-        """Weighted sum of squares."""
+    def cost(self) -> FloatArray:
+        """Weighted sum of squares, no unit, (S,)."""
         return self.at.cost(self.weight)
 
     @property
-    def is_converged(self) -> bool:
-        """Whether the iteration came to rest."""
-        return bool(np.isfinite(self.cost) and self.last_step_sd < CONVERGED_SD)
+    def is_converged(self) -> BoolArray:
+        """Whether the iteration came to rest, (S,)."""
+        return np.isfinite(self.cost) & (self.last_step_sd < CONVERGED_SD)

@@ -6,7 +6,8 @@ columns of M over its diagonal: ``C(s) = T F(T⁻¹ s)``. The corrected vector s
     s + C(s) theta_sensor = M y + c
 
 by fixed point, and where that is slow, because an effect changes the gain by a tenth and more, by
-Newton's steps.
+Newton's steps. Arrays of vectors are (..., n, 3), with an axis for the sets where there are
+several; their conditions have the rows of all sets one after another.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,11 +15,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.effects.effect import Effect
+from calib.effects.effect import Effect, ShapeValue
 from calib.errors import FitFailed, Remedy
+from calib.fit.small_systems import combined, inverses
+from calib.fit.stacked import Stacked
 from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
+
+Shapes = Mapping[str, FloatArray] | Mapping[str, float]
+"""Shape parameters by effect: of each of S sets (S,), or numbers for one set."""
 
 FIXED_POINT_STEPS = 12
 """Derived: an effect that changes the gain by a tenth has then converged to 1e-12. Numerical."""
@@ -27,6 +33,7 @@ NEWTON_STEPS = 30  #: numerical limit
 FIXED_POINT_TOLERANCE = 1e-14  #: relative; numerical: rounding
 SOLVED = 1e-9  #: relative; vectors that move by less are solved for any sd; numerical
 RUNAWAY = 1e3  #: relative; numerical: a step so long never comes back
+IDENTITY = np.eye(3)  #: definition
 NO_GAIN = 1e-9  #: of the data sheet's gain; numerical: an axis that gives nothing
 SLOPE_STEP = 1e-4
 """Relative step of the central difference dC/ds; exact for effects of second order in s.
@@ -34,51 +41,95 @@ Numerical."""
 
 
 @dataclass(frozen=True, eq=False)
-class Axes:
+class Axes(Stacked):
     """T of Angrisano et al. eq. (2).
 
     Attributes
     ----------
-    to_orthogonal : array, shape (3, 3)
+    to_orthogonal : array, shape (..., 3, 3)
         From the sensitive axes to the orthogonal ones.
-    to_sensed : array, shape (3, 3)
+    to_sensed : array, shape (..., 3, 3)
         Its inverse.
     """
 
     to_orthogonal: FloatArray
     to_sensed: FloatArray
 
+    @property
+    def lead(self) -> tuple[int, ...]:
+        """Shape ahead of the last two axes: (S,) of S sets, empty of one."""
+        return self.to_orthogonal.shape[:-2]
+
     def sensed(self, vector: FloatArray) -> FloatArray:
         """What the sensitive axes sense, ``T⁻¹ s``.
 
         Parameters
         ----------
-        vector : array, shape (n, 3)
+        vector : array, shape (..., n, 3)
             s in orthogonal axes, SI.
 
         Returns
         -------
-        array, shape (n, 3)
+        array, shape (..., n, 3)
             In the same unit.
         """
-        return np.asarray(vector @ self.to_sensed.T)
+        return np.asarray(vector @ self.to_sensed.swapaxes(-1, -2))
 
 
 ALIGNED = Axes(np.eye(3), np.eye(3))  #: sensitive axes that are the orthogonal ones; definition
 
 
 def axes_of(matrix: FloatArray) -> Axes:
-    """The axes of a linear form with M = T K (3, 3): its columns over its diagonal."""
-    gain = np.diag(matrix)
-    # A gain of nothing has no axis; what a fit makes of it is refused at its end.
-    if (np.abs(gain) < NO_GAIN).any():
-        return ALIGNED
-    aligned = np.asarray(matrix / gain)
-    return Axes(aligned, np.asarray(np.linalg.inv(aligned), dtype=float))
+    """The axes of linear forms with M = T K (..., 3, 3): its columns over its diagonal.
+
+    A gain of nothing has no axis; what a fit makes of it is refused at its end.
+    """
+    gain = np.einsum("...kk->...k", matrix)
+    has_gain = (np.abs(gain) >= NO_GAIN).all(axis=-1)[..., None, None]
+    if not has_gain.all():
+        matrix = np.where(has_gain, matrix, IDENTITY)
+        gain = np.where(has_gain[..., 0], gain, 1.0)
+    aligned = np.asarray(matrix / gain[..., None, :])
+    return Axes(aligned, inverses(aligned))
+
+
+def evaluate_for(
+    lead: tuple[int, ...], effect: Effect, at: Conditions, shapes: Shapes
+) -> FloatArray:
+    """Columns of an effect on the rows of all sets.
+
+    Effects are row by row by law, so that one call does. What marks poses of one set (a step, a bad
+    pose) has the rows of that set whatever its conditions: the others are copies of it.
+
+    Parameters
+    ----------
+    lead : tuple of int
+        (S,), or empty for one set.
+    effect : Effect
+        Of several sets with shapes of their own a listed one, which takes a shape for every row.
+    at : Conditions
+        Of S n rows.
+    shapes : mapping of effect name to shape parameter
+        Of each set.
+
+    Returns
+    -------
+    array, shape (..., n, 3, k) or (..., n, k)
+        SI per unit of each parameter.
+    """
+    value: ShapeValue | None = shapes.get(effect.name)
+    if value is not None:
+        of_sets = np.ravel(value)
+        of_rows = np.repeat(of_sets, len(at) // len(of_sets))[:, None]
+        value = float(of_sets[0]) if len(of_sets) == 1 else of_rows
+    errors = effect.evaluate(at, value)
+    if len(errors) < len(at):
+        errors = np.concatenate([errors] * (len(at) // len(errors)))
+    return errors.reshape(*lead, len(at) // max(int(np.prod(lead)), 1), *errors.shape[1:])
 
 
 def sensor_columns(
-    effects: Sequence[Effect], at: Conditions, shapes: Mapping[str, float], axes: Axes
+    effects: Sequence[Effect], at: Conditions, shapes: Shapes, axes: Axes
 ) -> FloatArray:
     """Columns of sensor-side effects side by side in orthogonal axes, C of this module.
 
@@ -86,80 +137,107 @@ def sensor_columns(
     ----------
     effects : sequence of Effect
     at : Conditions
-        Of n rows, with the vectors in orthogonal axes.
+        Of the n rows of each set, with the vectors in orthogonal axes.
     shapes : mapping of effect name to shape parameter
     axes : Axes
-        Those of the linear form.
+        Those of the linear forms.
 
     Returns
     -------
-    array, shape (n, 3, k)
+    array, shape (..., n, 3, k)
         SI per unit of each parameter.
     """
-    sensed = at.with_vector(axes.sensed(at.vector))
+    sensed = at
+    if not all(effect.orthogonal for effect in effects):
+        vector = at.vector.reshape(*axes.lead, -1, 3)
+        sensed = at.with_vector(axes.sensed(vector).reshape(-1, 3))
     columns = [
-        effect.evaluate(at, shapes.get(effect.name))
+        evaluate_for(axes.lead, effect, at, shapes)
         if effect.orthogonal
-        else axes.to_orthogonal @ effect.evaluate(sensed, shapes.get(effect.name))
+        else axes.to_orthogonal[..., None, :, :] @ evaluate_for(axes.lead, effect, sensed, shapes)
         for effect in effects
     ]
-    return columns[0] if len(columns) == 1 else np.concatenate(columns, axis=2)
+    return columns[0] if len(columns) == 1 else np.concatenate(columns, axis=-1)
 
 
 def solve_sensor(
     effects: Sequence[Effect],
     theta: FloatArray,
-    shapes: Mapping[str, float],
+    shapes: Shapes,
     conditions: Callable[[FloatArray], Conditions],
     linear: FloatArray,
     axes: Axes,
 ) -> FloatArray:
-    """The corrected vector s of ``s + C(s) theta = linear``, SI, shape (n, 3).
+    """The corrected vectors s of ``s + C(s) theta = linear``, SI.
 
-    ``conditions`` gives what the effects are evaluated on when the vectors are s (n, 3).
+    Parameters
+    ----------
+    effects : sequence of Effect
+    theta : array, shape (..., k)
+        Of all of them.
+    shapes : mapping of effect name to shape parameter
+    conditions : callable
+        What the effects are evaluated on when the vectors are s (..., n, 3).
+    linear : array, shape (..., n, 3)
+    axes : Axes
+
+    Returns
+    -------
+    array, shape (..., n, 3)
+        NaN in a set of a stack whose effects are so large that there are no such vectors.
 
     Raises
     ------
     FitFailed
-        The effects are so large that there is no such vector.
+        Those of the only set are so large.
     """
     s = linear
-    largest = float(np.abs(linear).max()) + NO_LENGTH
+    largest = np.abs(linear).max(axis=(-2, -1)) + NO_LENGTH
+    moved, ended = np.full(largest.shape, np.inf), np.zeros(largest.shape, dtype=bool)
     for step in range(FIXED_POINT_STEPS + NEWTON_STEPS):
         at = conditions(s)
-        change = linear - sensor_columns(effects, at, shapes, axes) @ theta - s
+        change = linear - combined(sensor_columns(effects, at, shapes, axes), theta) - s
         if step >= FIXED_POINT_STEPS:
-            slope = np.eye(3) + sensor_slope(
-                effects, theta, shapes, probes_of(at), at.vector, axes
+            vector = at.vector.reshape(s.shape)
+            slope = IDENTITY + sensor_slope(
+                effects, theta, shapes, probes_of(at, axes.lead), vector, axes
             )
-            if not (np.linalg.det(slope) > 0).all():
-                break  # the response turns back: two vectors have one reading
-            change = np.asarray(np.linalg.solve(slope, change[:, :, None])[:, :, 0], dtype=float)
-        s = s + change
-        moved = float(np.abs(change).max())
-        if not moved < RUNAWAY * largest:
+            # Where it is not positive, the response turns back: two vectors have one reading.
+            turned = ~(np.linalg.det(slope) > 0).all(axis=-1)
+            reached = np.where(moved <= SOLVED * largest, 0.0, np.inf)
+            moved, ended = np.where(turned, reached, moved), ended | turned
+            slope = np.where(ended[..., None, None, None], IDENTITY, slope)
+            change = np.asarray(np.linalg.solve(slope, change[..., None])[..., 0], dtype=float)
+        latest = np.abs(change).max(axis=(-2, -1))
+        if ended.any():
+            change = np.where(ended[..., None, None], 0.0, change)
+            latest = np.where(ended, moved, latest)
+        s, moved = s + change, latest
+        sound = moved < RUNAWAY * largest
+        if not sound.all():  # it is given up, and must not overflow
+            s, moved = np.where(sound[..., None, None], s, linear), np.where(sound, moved, np.inf)
+        ended = ~sound | (moved <= FIXED_POINT_TOLERANCE * largest)
+        if ended.all():
             break
-        if moved <= FIXED_POINT_TOLERANCE * largest:
-            return s
-    if moved <= SOLVED * largest:
-        return s
-    raise FitFailed(
+    solved = np.asarray(moved <= SOLVED * largest)
+    if not axes.lead and not solved:
+        raise too_large_effects()
+    return s if solved.all() else np.where(solved[..., None, None], s, np.nan)
+
+
+def too_large_effects() -> FitFailed:
+    """The error where :func:`solve_sensor` has no vectors."""
+    return FitFailed(
         "the effects in the model are larger than the readings themselves, so that no true vector "
         "fits them. Remove the last effect added.",
         Remedy("remove_effect"),
     )
 
 
-def follows_vector(effect: Effect, at: Conditions) -> bool:
-    """Whether the columns of ``effect`` change with the vector, not only with the conditions."""
-    elsewhere = at.with_vector(1.1 * at.vector + 0.1)
-    return not np.array_equal(effect.evaluate(at), effect.evaluate(elsewhere))
-
-
 def sensor_slope(
     effects: Sequence[Effect],
     theta: FloatArray,
-    shapes: Mapping[str, float],
+    shapes: Shapes,
     probes: Conditions,
     vector: FloatArray,
     axes: Axes,
@@ -169,51 +247,54 @@ def sensor_slope(
     Parameters
     ----------
     effects : sequence of Effect
-    theta : array, shape (k,)
+    theta : array, shape (..., k)
         Of all of them.
     shapes : mapping of effect name to shape parameter
     probes : Conditions
-        :func:`probes_of` the n rows.
-    vector : array, shape (n, 3)
+        :func:`probes_of` the n rows of each set.
+    vector : array, shape (..., n, 3)
         In orthogonal axes.
     axes : Axes
-        Those of the linear form.
+        Those of the linear forms.
 
     Returns
     -------
-    array, shape (n, 3, 3)
+    array, shape (..., n, 3, 3)
         No unit: the error per error of the vector.
     """
-    total = np.zeros((len(vector), 3, 3))
+    total = np.zeros((*vector.shape, 3))
     if not theta.any():
         return total
     start = 0
     sensed = axes.sensed(vector)
     for effect in effects:
-        size = theta[start : start + len(effect.parameters)]
+        size = theta[..., start : start + len(effect.parameters)]
         start += len(effect.parameters)
         if not size.any():
             continue
         if effect.orthogonal:
-            total += _slope(effect, size, shapes.get(effect.name), probes, vector)
+            total += _slope(effect, size, shapes, probes, vector)
         else:
-            slope = _slope(effect, size, shapes.get(effect.name), probes, sensed)
-            total += axes.to_orthogonal @ slope @ axes.to_sensed
+            slope = _slope(effect, size, shapes, probes, sensed)
+            total += axes.to_orthogonal[..., None, :, :] @ slope @ axes.to_sensed[..., None, :, :]
     return total
 
 
-def probes_of(at: Conditions) -> Conditions:
-    """Every row of ``at`` six times, for the differences of :func:`sensor_slope`."""
-    return at.take(np.tile(np.arange(len(at)), 6))
+def probes_of(at: Conditions, lead: tuple[int, ...]) -> Conditions:
+    """The rows of each set six times, for the differences of :func:`sensor_slope`."""
+    rows = np.arange(len(at)).reshape(*lead, 1, -1)
+    return at.take(np.repeat(rows, 6, axis=-2).ravel())
 
 
 def _slope(
-    effect: Effect, size: FloatArray, shape: float | None, probes: Conditions, vector: FloatArray
+    effect: Effect, size: FloatArray, shapes: Shapes, probes: Conditions, vector: FloatArray
 ) -> FloatArray:
-    """Derivative of an effect's error by the vector that it is evaluated on, (n, 3, 3)."""
-    step = SLOPE_STEP * (float(np.abs(vector).max()) or 1.0)
-    moves = step * np.concatenate([np.eye(3), -np.eye(3)])
-    moved = (vector + moves[:, None, :]).reshape(-1, 3)
-    error = effect.evaluate(probes.with_vector(moved), shape) @ size
-    up, down = error.reshape(2, 3, len(vector), 3)
-    return np.asarray(((up - down) / (2 * step)).transpose(1, 2, 0))
+    """Derivative of an effect's error by the vector that it is evaluated on, (..., n, 3, 3)."""
+    *lead, n, _ = vector.shape
+    largest = np.abs(vector).max(axis=(-2, -1))
+    step = (SLOPE_STEP * np.where(largest == 0, 1.0, largest))[..., None, None, None]
+    moves = step * np.concatenate([IDENTITY, -IDENTITY])[:, None, :]
+    moved = (vector[..., None, :, :] + moves).reshape(-1, 3)
+    columns = evaluate_for(tuple(lead), effect, probes.with_vector(moved), shapes)
+    up, down = np.moveaxis(combined(columns, size).reshape(*lead, 2, 3, n, 3), -4, 0)
+    return np.asarray(np.moveaxis((up - down) / (2 * step), -3, -1))

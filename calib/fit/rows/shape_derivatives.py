@@ -9,15 +9,16 @@ With l the logarithm of a shape parameter, from ``s + C(s; l) theta = M y + c``:
 where what the second derivatives have of C' beside is left out: it is as small as the effect.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from calib.effects.effect import Effect
 from calib.fit.rows.residuals import Equations
-from calib.fit.rows.sensitive_axes import sensor_columns
+from calib.fit.rows.sensitive_axes import Shapes, evaluate_for, sensor_columns
 from calib.fit.rows.whitened_rows import WhitenedRows
+from calib.fit.small_systems import solutions, times
 from calib.poses.imu_log import FloatArray
 
 DIFFERENCE_STEP = 1e-4
@@ -29,8 +30,8 @@ Numerical."""
 class ShapeDerivatives:
     """Derivatives of the r whitened rows by the logarithms of h shape parameters.
 
-    ``slope`` (r, h) the first, ``curvature`` (r, h) the second, ``mixed`` (r, p, h) the second by
-    theta and the shape.
+    ``slope`` (..., r, h) the first, ``curvature`` (..., r, h) the second, ``mixed`` (..., r, p, h)
+    the second by theta and the shape.
     """
 
     slope: FloatArray
@@ -42,7 +43,7 @@ def shape_derivatives(
     equations: Equations,
     theta: FloatArray,
     eta: FloatArray,
-    shapes: Mapping[str, float],
+    shapes: Shapes,
     rows: WhitenedRows,
     names: Sequence[str],
 ) -> ShapeDerivatives:
@@ -51,7 +52,7 @@ def shape_derivatives(
     Parameters
     ----------
     equations : Equations
-    theta, eta : array, shapes (p,) and (q,)
+    theta, eta : array, shapes (..., p) and (..., q)
     shapes : mapping of effect name to shape parameter
         All of the model.
     rows : WhitenedRows
@@ -64,56 +65,53 @@ def shape_derivatives(
     ShapeDerivatives
     """
     model, k, d = equations.model, len(equations.magnitude), equations.data_count
-    r, p, h = len(rows.residual), model.size, len(names)
-    result = ShapeDerivatives(np.zeros((r, h)), np.zeros((r, h)), np.zeros((r, p, h)))
-    true_share = np.ones(d)
-    true_share[:k] = 1 - equations.common_relative @ eta
-    for j, effect in enumerate(e for name in names for e in model.effects if e.name == name):
+    (*lead, r), p, h = rows.residual.shape, model.size, len(names)
+    slope, curvature = np.zeros((2, *lead, r, h))
+    mixed = np.zeros((*lead, r, p, h))
+    true_share = np.ones((*lead, d))
+    true_share[..., :k] = 1 - times(equations.common_relative, eta)
+    effects = {effect.name: effect for effect in model.effects}
+    for j, effect in enumerate(effects[name] for name in names):
         where = model.positions((effect,))
+        first, second = np.zeros((2, *lead, d, len(where)))
         if effect.acts_on == "sensor":
-            first, second = _of_vectors(equations, shapes, rows, effect)
             first, second = (
-                equations.whitened(each, rows.vector) * true_share[:, None]
-                for each in (first, second)
+                equations.whitened(errors, rows.vector) * true_share[..., None]
+                for errors in _of_vectors(equations, shapes, rows, effect)
             )
         else:
-            first, second = np.zeros((2, d, len(where)))
             at = equations.at_reading
-            columns = [effect.evaluate(at, value) for value in _beside(shapes[effect.name])]
-            sd = equations.magnitude_sd[:, None]
-            first[:k], second[:k] = (
-                each[equations.magnitude] / sd for each in _differences(columns)
+            columns = [evaluate_for(tuple(lead), effect, at, beside)
+                       for beside in _beside(effect, shapes)]
+            sd = equations.magnitude_sd[..., None]
+            first[..., :k, :], second[..., :k, :] = (
+                errors[..., equations.magnitude, :] / sd for errors in _differences(columns)
             )
-        result.mixed[:d, where, j] = -first
-        result.slope[:d, j] = -first @ theta[where]
-        result.curvature[:d, j] = -second @ theta[where]
-    return result
+        mixed[..., :d, where, j] = -first
+        slope[..., :d, j] = -times(first, theta[..., where])
+        curvature[..., :d, j] = -times(second, theta[..., where])
+    return ShapeDerivatives(slope, curvature, mixed)
 
 
 def _of_vectors(
-    equations: Equations,
-    shapes: Mapping[str, float],
-    rows: WhitenedRows,
-    effect: Effect,
+    equations: Equations, shapes: Shapes, rows: WhitenedRows, effect: Effect
 ) -> tuple[FloatArray, FloatArray]:
-    """First and second derivative of the corrected vectors' errors, each (n, 3, k), SI."""
+    """First and second derivative of the corrected vectors' errors, each (..., n, 3, k), SI."""
     at = equations.conditions(rows.vector)
-    columns = [
-        sensor_columns((effect,), at, {effect.name: value}, rows.axes)
-        for value in _beside(shapes[effect.name])
-    ]
+    columns = [sensor_columns((effect,), at, beside, rows.axes)
+               for beside in _beside(effect, shapes)]
     first, second = _differences(columns)
     if rows.slope is None:
         return first, second
-    both = np.linalg.solve(rows.slope, np.concatenate([first, second], axis=2))
-    k = first.shape[2]
-    return both[:, :, :k], both[:, :, k:]
+    both = solutions(rows.slope, np.concatenate([first, second], axis=-1))
+    k = first.shape[-1]
+    return both[..., :k], both[..., k:]
 
 
-def _beside(value: float) -> tuple[float, float, float]:
+def _beside(effect: Effect, shapes: Shapes) -> tuple[Shapes, Shapes, Shapes]:
     """A shape parameter a small step down, itself, and a small step up."""
-    factor = float(np.exp(DIFFERENCE_STEP))
-    return value / factor, value, value * factor
+    value, factor = np.asarray(shapes[effect.name]), float(np.exp(DIFFERENCE_STEP))
+    return ({effect.name: value / factor}, {effect.name: value}, {effect.name: value * factor})
 
 
 def _differences(columns: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:

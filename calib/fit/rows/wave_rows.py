@@ -18,16 +18,19 @@ with h the Earth's horizontal rate, of known size and two unknown components for
 across the way the plate leans. What goes along n is wow, and no row has it.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from calib.effects.effect import Effect
-from calib.fit.rows.sensitive_axes import ALIGNED, sensor_columns
-from calib.fit.rows.vector_derivatives import vector_derivatives
-from calib.fit.rows.whitening import Whitening
+from calib.fit.model import Model
+from calib.fit.rows.initial_estimate import Start
+from calib.fit.rows.readings import Readings
+from calib.fit.rows.sensitive_axes import Shapes, axes_of, sensor_columns
+from calib.fit.rows.surroundings import Surroundings
+from calib.fit.rows.whitened_rows import WhitenedRows
+from calib.fit.small_systems import solutions, times
+from calib.fit.stacked import Stacked
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.ring import (
@@ -39,77 +42,106 @@ from calib.poses.ring import (
     tilt_name,
 )
 
-if TYPE_CHECKING:
-    from calib.fit.rows.residuals import Equations
-
 
 @dataclass(frozen=True, eq=False)
-class WaveRows:
-    """The rows of the w rings of a set of poses.
+class WaveRows(Stacked):
+    """The rows of the w rings of each of S sets of poses.
 
     Attributes
     ----------
-    points : Equations
-        The k points of every ring as poses, under the same model.
-    row_pose : array of int, shape (d',)
-        Pose of every row.
-    row_sd : array, shape (d',)
-        Their sds, SI.
-    across : array, shape (w, 2, 3)
-        Of a gyroscope the directions t; empty of an accelerometer.
-    size : array, shape (w,)
+    points : Readings
+        Those of the k points of every ring.
+    places : tuple of int, length w
+        Which poses have rings, in every set.
+    row_sd : array, shape (..., d')
+        The sds of the rows, SI.
+    across : array, shape (..., w, 2, 3)
+        Of a gyroscope the directions t; (..., 0, 2, 3) of an accelerometer.
+    size : array, shape (..., w)
         Of an accelerometer g sin τ, m/s².
-    common : array, shape (d', q)
+    common : array, shape (..., d', q)
         What an sd of each common error adds to a row's reference, in its sds.
     """
 
-    points: "Equations"
-    row_pose: IntArray
+    points: Readings
+    places: tuple[int, ...]
     row_sd: FloatArray
     across: FloatArray
     size: FloatArray
     common: FloatArray
-    latest: dict[bytes, tuple[FloatArray, FloatArray, FloatArray]] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, surroundings: Surroundings, start: Start, model: Model) -> "WaveRows | None":
+        """The rows of the waves of poses that start at ``start``; None on a level plate."""
+        rings = [poses.ring for poses in surroundings.sets if poses.ring is not None]
+        if not rings:
+            return None
+        place = rings[0].place
+        parts = [_of_set(poses, start.take(k)) for k, poses in enumerate(surroundings.sets)]
+        sets = tuple(part[0] for part in parts)
+        row_sd, across, size, common = (np.array(values) for values in
+                                        zip(*(part[1:] for part in parts), strict=True))
+        reading = np.array([poses.reading for poses in sets])
+        vector = start.corrected(reading).reshape(-1, 3)
+        of_points = Surroundings(sets, vector, vector, _previous(surroundings, place))
+        return cls(Readings.of(reading, of_points, model), tuple(map(int, place)), row_sd, across,
+                   size, common)
+
+    def after(self, surroundings: Surroundings) -> "WaveRows":
+        """The same after other poses before, those of the poses in ``surroundings``."""
+        previous = _previous(surroundings, np.array(self.places))
+        return replace(self, points=self.points.within(
+            replace(self.points.surroundings, previous=previous)))
+
+    @property
+    def count(self) -> int:
+        """Number d' of rows of a set."""
+        return int(self.row_sd.shape[-1])
+
+    @property
+    def row_pose(self) -> list[int]:
+        """Pose of every row, d' of them."""
+        return [place for place in self.places for _ in range(self.count // len(self.places))]
 
     def rows(
-        self, theta: FloatArray, eta: FloatArray, shapes: Mapping[str, float]
-    ) -> tuple[FloatArray, FloatArray]:
-        """Whitened residual (d',) and its exact Jacobian (d', p + q).
+        self, theta: FloatArray, eta: FloatArray, shapes: Shapes
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Whitened residual, its exact Jacobian, and the corrected points.
 
         Parameters
         ----------
-        theta, eta : array, shapes (p,) and (q,)
-        shapes : mapping of str to float
+        theta, eta : array, shapes (..., p) and (..., q)
+        shapes : mapping of effect name to shape parameter
+
+        Returns
+        -------
+        residual, jacobian : array, shapes (..., d') and (..., d', p + q)
+        points : array, shape (..., w k, 3)
+            SI.
 
         Raises
         ------
         FitFailed
-            The effects are larger than the readings.
+            The effects of the only set are larger than the readings.
         """
-        points = self.points
-        axes = points.axes(theta) if points.on_sensor else ALIGNED
-        s, columns = points.corrected(theta, shapes, axes)
-        errors, slope = vector_derivatives(points, theta, shapes, s, columns, axes)
+        s, errors, slope = self.points.corrected(theta, shapes)
         if slope is not None:
-            errors = np.asarray(np.linalg.solve(slope, errors), float)
-        wave = _waves(s)
-        value, shown = self._values(wave)
-        residual = value / self.row_sd - self.common @ eta
-        jacobian = -np.einsum("wrci,wcip->wrp", shown, _waves(errors))
-        jacobian = jacobian.reshape(len(residual), -1) / self.row_sd[:, None]
-        return residual, np.concatenate([jacobian, -self.common], axis=1)
+            errors = solutions(slope, errors)
+        value, shown = self._values(_waves(s, -2))
+        residual = value / self.row_sd - times(self.common, eta)
+        jacobian = -np.einsum("...wrci,...wcip->...wrp", shown, _waves(errors, -3))
+        jacobian = jacobian.reshape(*residual.shape, -1) / self.row_sd[..., None]
+        return residual, np.concatenate([jacobian, -self.common], axis=-1), s
 
     def columns(
-        self, theta: FloatArray, shapes: Mapping[str, float], effect: Effect,
-        shape: float | None = None,
+        self, rows: WhitenedRows, effect: Effect, shape: float | None = None
     ) -> FloatArray:
-        """What an effect that is not taken off leaves in the rows, whitened.
+        """What an effect that is not taken off leaves in the rows of one set, whitened.
 
         Parameters
         ----------
-        theta : array, shape (p,)
+        rows : WhitenedRows
             Where the fit stands.
-        shapes : mapping of str to float
         effect : Effect
             Of k parameters.
         shape : float, optional
@@ -120,60 +152,67 @@ class WaveRows:
         array, shape (d', k)
             In sds, per unit of its parameters; zero of an effect on the reference.
         """
-        if effect.acts_on == "reference":
-            return np.zeros((len(self.row_sd), len(effect.parameters)))
-        points = self.points
-        axes = points.axes(theta) if points.on_sensor or effect.acts_on == "sensor" else ALIGNED
-        key = theta.tobytes()
-        if key not in self.latest:
-            self.latest.clear()
-            s, _ = points.corrected(theta, shapes, axes)
-            self.latest[key] = (s, *self._values(_waves(s)))
-        s, _, shown = self.latest[key]
+        surroundings, s = self.points.surroundings, rows.points
+        if effect.acts_on == "reference" or s is None:
+            return np.zeros((self.count, len(effect.parameters)))
         if effect.acts_on == "reading":
-            errors = effect.evaluate(points.at_reading, shape)
+            errors = effect.evaluate(surroundings.at_reading, shape)
         else:
             of_shape = {} if shape is None else {effect.name: shape}
-            errors = sensor_columns((effect,), points.conditions(s), of_shape, axes)
-        rows = np.einsum("wrci,wcik->wrk", shown, _waves(errors))
-        return np.asarray(rows.reshape(len(self.row_sd), -1) / self.row_sd[:, None])
+            axes = axes_of(rows.terms.matrix(rows.of_reading))
+            errors = sensor_columns((effect,), surroundings.conditions(s), of_shape, axes)
+        _, shown = self._values(_waves(s, -2))
+        seen = np.einsum("wrci,wcik->wrk", shown, _waves(errors, -3))
+        return np.asarray(seen.reshape(self.count, -1) / self.row_sd[:, None])
 
     def _values(self, wave: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Values (d',) of the rows at the waves (w, 2, 3), SI, and what they show (w, r, 2, 3)."""
-        w = len(wave)
-        if len(self.across):
-            shown = np.zeros((w, 4, 2, 3))
-            shown[:, :2, 0] = self.across
-            shown[:, 2:, 1] = self.across
-            return np.einsum("wrci,wci->wr", shown, wave).ravel(), shown
-        shown = np.zeros((w, 3, 2, 3))
-        length = np.linalg.norm(wave, axis=2)
-        shown[:, [0, 1], [0, 1]] = wave / length[:, :, None]
-        twice = np.sqrt(2) * self.size[:, None]
-        shown[:, 2] = wave[:, ::-1] / twice[:, :, None]
-        mixed = (wave[:, 0] * wave[:, 1]).sum(axis=1) / twice[:, 0]
-        values = np.column_stack([length - self.size[:, None], mixed])
-        return values.ravel(), shown
+        """Values (..., d') of the rows at the waves (..., w, 2, 3), SI, and what they show.
+
+        The latter (..., w, r, 2, 3).
+        """
+        *lead, w, _, _ = wave.shape
+        if self.across.shape[-3]:
+            shown = np.zeros((*lead, w, 4, 2, 3))
+            shown[..., :2, 0, :] = self.across
+            shown[..., 2:, 1, :] = self.across
+            values = np.einsum("...wrci,...wci->...wr", shown, wave)
+            return values.reshape(*lead, 4 * w), shown
+        shown = np.zeros((*lead, w, 3, 2, 3))
+        length = np.linalg.norm(wave, axis=-1)
+        shown[..., [0, 1], [0, 1], :] = wave / length[..., None]
+        twice = np.sqrt(2) * self.size[..., None]
+        shown[..., 2, :, :] = wave[..., ::-1, :] / twice[..., None]
+        mixed = (wave[..., 0, :] * wave[..., 1, :]).sum(axis=-1, keepdims=True) / twice
+        values = np.concatenate([length - self.size[..., None], mixed], axis=-1)
+        return values.reshape(*lead, 3 * w), shown
 
 
-def _waves(values: FloatArray) -> FloatArray:
-    """Cosine and sine of values (w k, 3, ...) round their rings, (w, 2, 3, ...)."""
-    rings = values.reshape(-1, ANGLES, *values.shape[1:])
-    return np.asarray(np.moveaxis(np.tensordot(TO_WAVE, rings, axes=(1, 1)), 0, 1))
+def _waves(values: FloatArray, axis: int) -> FloatArray:
+    """Cosine and sine of values round their rings, whose w k points lie along an axis.
+
+    That axis becomes (w, 2).
+    """
+    at = values.ndim + axis
+    rings = values.reshape(*values.shape[:at], -1, ANGLES, *values.shape[at + 1 :])
+    return np.asarray(np.moveaxis(np.tensordot(rings, TO_WAVE, axes=(at + 1, 1)), -1, at + 1))
 
 
-def wave_rows(equations: "Equations") -> WaveRows:
-    """The rows of the waves of the poses of ``equations``, which have rings."""
-    ring = equations.poses.ring
+def _previous(surroundings: Surroundings, place: IntArray) -> FloatArray:
+    """What the axes sensed before the poses at ``place`` of every set, for their points."""
+    sets = len(surroundings.sets)
+    of_sets = surroundings.at_start.previous.reshape(sets, -1, 3)
+    return of_sets[:, np.repeat(place, ANGLES)].reshape(-1, 3)
+
+
+def _of_set(
+    poses: PoseSet, start: Start
+) -> tuple[PoseSet, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """The points of the rings of one set as poses; row_sd, across, size and common of its rows."""
+    ring = poses.ring
     assert ring is not None
     index = np.repeat(ring.place, ANGLES)
-    of_points = replace(replace(equations.poses, ring=None).take(index),
+    of_points = replace(replace(poses, ring=None).take(index),
                         reading=ring.reading.reshape(-1, 3), force=ring.force.reshape(-1, 3))
-    points = type(equations)(of_points, equations.model,
-                             whitening=Whitening.of(of_points, equations.start))
-    points.at_start = points.at_start.with_previous(equations.at_start.previous[index])
-    poses, start = equations.poses, equations.start
-    wave = _waves(ring.reading.reshape(-1, 3) @ start.matrix.T)
     if poses.triad == "gyroscope":
         across = _across(poses, ring, start.matrix, start.offset)
         sd = np.sqrt(np.einsum("wij,wj->wi", (across @ start.matrix) ** 2, ring.sd**2))
@@ -181,14 +220,14 @@ def wave_rows(equations: "Equations") -> WaveRows:
         size = np.zeros(0)
         common = _room(poses, ring, across) / row_sd.reshape(-1, 1)
     else:
+        wave = _waves(ring.reading.reshape(-1, 3) @ start.matrix.T, -2)
         across = np.zeros((0, 2, 3))
         size = ring.gravity_m_s2 * np.sin(ring.tilt_rad)
         unit = wave / np.linalg.norm(wave, axis=2, keepdims=True)
         sd = np.sqrt(np.einsum("wci,wi->wc", (unit @ start.matrix) ** 2, ring.sd**2))
         row_sd = np.column_stack([sd, np.sqrt((sd**2).mean(axis=1))])
         common = _gravity_and_tilt(poses, ring, size) / row_sd.reshape(-1, 1)
-    return WaveRows(points, np.repeat(ring.place, row_sd.shape[1]), row_sd.ravel(), across, size,
-                    common)
+    return of_points, row_sd.ravel(), across, size, common
 
 
 def _across(poses: PoseSet, ring: Ring, matrix: FloatArray, offset: FloatArray) -> FloatArray:
@@ -196,7 +235,7 @@ def _across(poses: PoseSet, ring: Ring, matrix: FloatArray, offset: FloatArray) 
     up = np.sign(poses.spin_rad_s[ring.place])[:, None] * (
         poses.reading[ring.place] @ matrix.T + offset)
     up /= np.linalg.norm(up, axis=1, keepdims=True)
-    lean = _waves(ring.force.reshape(-1, 3))[:, 0]
+    lean = _waves(ring.force.reshape(-1, 3), -2)[:, 0]
     lean -= (lean * up).sum(axis=1, keepdims=True) * up
     lean /= np.linalg.norm(lean, axis=1, keepdims=True)
     return np.stack([lean, np.cross(up, lean)], axis=1)
@@ -206,7 +245,7 @@ def _room(poses: PoseSet, ring: Ring, across: FloatArray) -> FloatArray:
     """What an sd of the Earth's horizontal rate along and across the lean adds to each row, SI."""
     names = poses.reference.common_names
     common = np.zeros((len(ring.place), 4, len(names)))
-    sine = _waves(ring.force.reshape(-1, 3))[:, 1]
+    sine = _waves(ring.force.reshape(-1, 3), -2)[:, 1]
     turned = np.sign(np.einsum("wi,wi->w", sine, across[:, 1]))  # +1: gravity goes t1 to t2
     for i, place in enumerate(ring.place):
         for j, name in enumerate(room_names(poses.run[place])):

@@ -1,60 +1,144 @@
-"""What the rows of one pose set have in common under every model: their order and their sds."""
+"""What the poses decide of the rows, whatever the model: their order, their sds, their start."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from calib.fit.rows.initial_estimate import Start, start_of
+from calib.fit.rows.initial_estimate import Start, starts_of
+from calib.fit.small_systems import solutions
+from calib.fit.stacked import Stacked
 from calib.numbers import NO_LENGTH
-from calib.poses.imu_log import FloatArray, IntArray
+from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 
 
 @dataclass(frozen=True, eq=False)
-class Whitening:
-    """Order and sds of the data rows of n poses.
+class RowOrder:
+    """Which poses have which rows, in every set of a stack.
 
     Parameters
     ----------
+    is_null : array of bool, shape (n,)
+        Poses with three null rows; the others have a magnitude row.
+    """
+
+    is_null: BoolArray
+
+    @cached_property
+    def magnitude(self) -> IntArray:
+        """Indices of the poses with a magnitude row, (k,)."""
+        return np.flatnonzero(~self.is_null)
+
+    @cached_property
+    def null(self) -> IntArray:
+        """Indices of the poses with null rows, (m,)."""
+        return np.flatnonzero(self.is_null)
+
+    @cached_property
+    def row_pose(self) -> IntArray:
+        """Pose of every magnitude and null row, shape (d,)."""
+        return np.concatenate([self.magnitude, np.repeat(self.null, 3)])
+
+    @property
+    def data_count(self) -> int:
+        """Number d of these rows."""
+        return len(self.row_pose)
+
+
+@dataclass(frozen=True, eq=False)
+class Whitening(Stacked):
+    """Readings, references and sds of the rows of S sets of n poses.
+
+    Parameters
+    ----------
+    order : RowOrder
+        k poses with a magnitude row, m with null rows.
     start : Start
-        The ellipsoid of the poses.
-    vector : array, shape (n, 3)
-        The corrected vectors there, SI.
-    magnitude, null : array, shapes (k,) and (m,)
-        Indices of the poses with a magnitude row, and of those with three null rows.
-    magnitude_sd, null_sd : array, shapes (k,) and (m, 3)
-        Sds of these rows, SI, that of the reference included.
-    common_relative : array, shape (k, q)
+        The ellipsoids of the poses.
+    reading, vector : array, shape (S, n, 3)
+        Nominal readings, and the corrected vectors at the start, SI.
+    stated : array, shape (S, k)
+        Reference magnitudes, SI.
+    expected : array, shape (S, n, 3)
+        What null poses should read, SI.
+    magnitude_sd, null_sd : array, shapes (S, k) and (S, m, 3)
+        Sds of the rows, SI, that of the reference included.
+    common_relative : array, shape (S, k, q)
         The common errors relative to the reference.
     """
 
+    order: RowOrder
     start: Start
+    reading: FloatArray
     vector: FloatArray
-    magnitude: IntArray
-    null: IntArray
+    stated: FloatArray
+    expected: FloatArray
     magnitude_sd: FloatArray
     null_sd: FloatArray
     common_relative: FloatArray
 
     @classmethod
-    def of(cls, poses: PoseSet, start: Start | None = None) -> "Whitening":
-        """The whitening of ``poses``; ``start`` is their ellipsoid where it is known already.
+    def of(cls, sets: Sequence[PoseSet], start: Start | None = None) -> "Whitening":
+        """The whitening of ``sets``; ``start`` are their ellipsoids where they are known already.
 
         Sds are known in nominal units, and a data sheet can be a third off: the start's matrix
         takes them to true units. |s| has the sd of s along its own direction.
         """
-        start, reference = start or start_of(poses), poses.reference
-        magnitude, null = np.flatnonzero(~reference.is_null), np.flatnonzero(reference.is_null)
-        s = poses.reading @ start.matrix.T + start.offset
-        direction = s / np.maximum(np.linalg.norm(s, axis=1, keepdims=True), NO_LENGTH)
-        along = (((direction @ start.matrix) * poses.sd) ** 2).sum(axis=1)
-        across = poses.sd**2 @ (start.matrix**2).T
+        order = RowOrder(sets[0].reference.is_null)
+        turning, null = order.magnitude, order.null
+        reading = np.array([poses.reading for poses in sets])
+        sd = np.array([poses.sd for poses in sets])
+        stated = np.array([poses.reference.magnitude for poses in sets])[:, turning]
+        reference_sd = np.array([poses.reference.sd for poses in sets])
+        common = np.array([poses.reference.common for poses in sets])[:, turning]
+        start = start or starts_of(reading[:, turning], stated)
+        vector = start.corrected(reading)
+        s = vector[:, turning]
+        direction = s / np.maximum(lengths(s)[..., None], NO_LENGTH)
+        along = (((direction @ start.matrix) * sd[:, turning]) ** 2).sum(axis=2)
+        across = sd[:, null] ** 2 @ (start.matrix**2).swapaxes(1, 2)
         return cls(
+            order=order,
             start=start,
-            vector=s,
-            magnitude=magnitude,
-            null=null,
-            magnitude_sd=np.sqrt(along + reference.sd**2)[magnitude],
-            null_sd=np.sqrt(across + reference.sd[:, None] ** 2)[null],
-            common_relative=reference.common[magnitude] / reference.magnitude[magnitude, None],
+            reading=reading,
+            vector=vector,
+            stated=stated,
+            expected=np.array([poses.expected for poses in sets]),
+            magnitude_sd=np.sqrt(along + reference_sd[:, turning] ** 2),
+            null_sd=np.sqrt(across + reference_sd[:, null, None] ** 2),
+            common_relative=common / stated[..., None],
         )
+
+    @property
+    def row_sd(self) -> FloatArray:
+        """Sd of every row in SI units, shape (..., d)."""
+        *lead, m, _ = self.null_sd.shape
+        return np.concatenate([self.magnitude_sd, self.null_sd.reshape(*lead, 3 * m)], axis=-1)
+
+    def directions(self, s: FloatArray, slope: FloatArray | None = None) -> FloatArray:
+        """What every row shows of an error of its pose's vector, (..., d, 3), per SI unit.
+
+        Parameters
+        ----------
+        s : array, shape (..., n, 3)
+            The corrected vectors.
+        slope : array, shape (..., n, 3, 3), optional
+            ``I + C'``; with it the error is that ahead of the effects that follow the vector.
+        """
+        turning = s[..., self.order.magnitude, :]
+        along = turning / (np.maximum(lengths(turning), NO_LENGTH) * self.magnitude_sd)[..., None]
+        if slope is not None:
+            transposed = slope[..., self.order.magnitude, :, :].swapaxes(-1, -2)
+            along = solutions(transposed, along[..., None])[..., 0]
+        if not len(self.order.null):
+            return np.asarray(along)
+        at_rest = np.eye(3) / self.null_sd[..., None]
+        *lead, m, _, _ = at_rest.shape
+        return np.concatenate([along, at_rest.reshape(*lead, 3 * m, 3)], axis=-2)
+
+
+def lengths(vectors: FloatArray) -> FloatArray:
+    """Lengths (...,) of vectors (..., 3), in their unit."""
+    return np.asarray(np.sqrt((vectors**2).sum(axis=-1)))

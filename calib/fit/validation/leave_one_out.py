@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.errors import CalibrationError, FitFailed
-from calib.fit.column_scaling import inverse_square, orthonormal_columns
+from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.least_squares.gauss_newton import minimise, step_from
 from calib.fit.least_squares.result import Fit
 from calib.fit.rows.problem import Estimate, Problem
+from calib.fit.small_systems import inverse_square
 from calib.numbers import NO_LENGTH
-from calib.poses.imu_log import FloatArray, IntArray
+from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 LINEAR_SD = 0.01
 """Error of a linear step, in sds of a row, that leave-one-out errors are allowed. Numerical."""
@@ -192,47 +192,49 @@ def refitted_residual(fit: Fit) -> FloatArray:
 
     Each refit starts from the closed form of :func:`left_out_residual`, which is exact for a linear
     model and plain squares; where the step is too small for lengths to bend, that is the refit. A
-    pose without which the model is not determined keeps the closed form, too.
+    pose without which the model is not determined keeps the closed form, too. The refits are a
+    stack, in which the rows of another pose have no weight in every set.
     """
-    equations = fit.equations
-    problem = Problem.of(equations, fit.basis, fit.is_robust).with_shapes_held()
-    basis, root = problem.directions, np.sqrt(fit.weight)
-    jacobian = fit.rows.jacobian @ basis * root[:, None]
-    inverse = inverse_square(jacobian)
-    whitened = fit.rows.residual * root
-    pose = equations.row_pose
-    closed = left_out_residual(whitened, jacobian, pose)
-    magnitude = fit.poses.reference.magnitude[equations.magnitude]
-    relative_sd = float(np.max(equations.magnitude_sd / magnitude, initial=0.0))
-    out = np.empty(len(pose))
-    for k in np.unique(pose):
-        rows = np.flatnonzero(pose == k)
-        step = inverse @ (jacobian[rows].T @ closed[rows])
-        # A length bends by |ds|²/2|s|: half the square of the move in sds, times sd/|s|.
-        bend = float(np.abs(jacobian @ step).max()) ** 2 * relative_sd / 2
-        if bend < LINEAR_SD and not fit.is_robust:
-            out[rows] = closed[rows]
-            continue
-        move = basis @ step
-        try:
-            out[rows] = _refit_without(fit, problem, rows, move)
-        except CalibrationError:
-            out[rows] = closed[rows] / np.maximum(root[rows], NO_LENGTH)
+    equations, root = fit.equations, np.sqrt(fit.weight)
+    problem = Problem.of(equations.take(None), fit.basis[None], fit.is_robust).with_shapes_held()
+    directions, pose = problem.directions[0], equations.row_pose
+    jacobian = fit.rows.jacobian @ directions * root[:, None]
+    closed = left_out_residual(fit.rows.residual * root, jacobian, pose)
+    out = closed / np.maximum(root[: len(pose)], NO_LENGTH)
+    mine = pose == np.arange(len(fit.poses))[:, None]
+    step = (mine * closed) @ jacobian[: len(pose)] @ inverse_square(jacobian)
+    # A length bends by |ds|²/2|s|: half the square of the move in sds, times sd/|s|.
+    relative_sd = float(np.max(equations.magnitude_sd / equations.whitening.stated, initial=0.0))
+    bend = np.abs(step @ jacobian.T).max(axis=1) ** 2 * relative_sd / 2
+    far = np.flatnonzero((bend >= LINEAR_SD) | fit.is_robust)
+    if far.size:
+        rows, known = _refitted(fit, problem, mine[far], step[far] @ directions.T)
+        chosen = mine[far] & known[:, None]
+        out[np.nonzero(chosen)[1]] = rows[:, : len(pose)][chosen]
     return out
 
 
-def _refit_without(fit: Fit, problem: Problem, rows: IntArray, move: FloatArray) -> FloatArray:
-    """Residuals of ``rows`` after a refit without them, begun ``move`` (p + q,) from the fit."""
-    weight = problem.weight.copy()
-    weight[rows] = 0.0
-    p = fit.model.size
-    theta, eta = fit.theta + move[:p], fit.eta + move[p:]
-    start = Estimate.of(fit.equations, theta, eta, fit.shapes)
-    if not fit.is_robust:
-        _, row_step = step_from(problem, start, weight)
-        if float(np.abs(row_step).max()) < LINEAR_SD**0.5:
-            return np.asarray((start.rows.residual + row_step)[rows])
-    solution = minimise(replace(problem, weight=weight), start)
-    if not solution.is_converged:
-        raise FitFailed("the refit without the pose did not converge")
-    return np.asarray(solution.at.rows.residual[rows])
+def _refitted(
+    fit: Fit, problem: Problem, without: BoolArray, move: FloatArray
+) -> tuple[FloatArray, BoolArray]:
+    """Residuals (m, r) of m refits, and which of them there are, (m,).
+
+    Each is ``without`` its rows (m, d) and begins a ``move`` (m, p + q) from the fit.
+    """
+    stack, p = problem.take(np.zeros(len(move), dtype=int)), fit.model.size
+    weight = stack.weight.copy()
+    weight[:, : without.shape[1]][without] = 0.0
+    stack = replace(stack, weight=weight)
+    shapes = {name: np.full(len(move), value) for name, value in fit.shapes.items()}
+    at = Estimate.of(stack.equations, fit.theta + move[:, :p], fit.eta + move[:, p:], shapes)
+    residual, known = at.rows.residual.copy(), at.rows.is_solved
+    far = np.flatnonzero(known)
+    if far.size and not fit.is_robust:
+        _, row_step = step_from(stack.take(far), at.take(far))
+        residual[far] += row_step
+        far = far[np.abs(row_step).max(axis=1) >= LINEAR_SD**0.5]
+    if far.size:
+        solution = minimise(stack.take(far), at.take(far))
+        residual[far] = solution.at.rows.residual
+        known[far] = solution.is_converged
+    return residual, known

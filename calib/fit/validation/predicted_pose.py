@@ -6,7 +6,6 @@ import numpy as np
 
 from calib.fit.least_squares.result import Fit
 from calib.fit.rows.residuals import Equations
-from calib.fit.rows.whitening import Whitening
 from calib.fit.validation.leave_one_out import PoseResidual
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
@@ -49,7 +48,7 @@ def predict_pose(fit: Fit, poses: PoseSet, place: int) -> PredictedPose:
     """
     typical = np.median(fit.poses.sd, axis=0)
     poses = replace(poses, sd=np.where(np.isfinite(poses.sd), poses.sd, typical))
-    equations = Equations(poses, fit.model, whitening=Whitening.of(poses, fit.equations.start))
+    equations = Equations.of_sets((poses,), fit.model, fit.equations.start.take(None)).take(0)
     rows = equations.rows(fit.theta, fit.eta, fit.shapes)
     mine = np.flatnonzero(equations.row_pose == place)
     sd = equations.row_sd[mine]

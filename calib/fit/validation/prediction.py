@@ -223,13 +223,13 @@ def _gradient(calibration: TriadCalibration, true: FloatArray) -> FloatArray:
     linear = true
     sensor = fit.model.acting_on("sensor")
     if sensor:
-        size = fit.theta[fit.equations.sensor_index]
+        size = fit.theta[fit.equations.terms.sensor_index]
         linear = true + sensor_columns(sensor, at, fit.shapes, axes_of(matrix)) @ size
     readings = np.asarray((linear - offset) @ np.linalg.inv(matrix).T)
-    equations = Equations(imagined(fit.poses, true, readings), fit.model)
+    equations = Equations.of(imagined(fit.poses, true, readings), fit.model)
     jacobian = equations.rows(fit.theta, np.zeros_like(fit.eta), fit.shapes).jacobian
     gradient = jacobian[: len(true), : fit.model.size] * equations.magnitude_sd[:, None]
-    gradient[:, equations.reference_index] = 0.0  # the next log has another reference
+    gradient[:, equations.terms.reference_index] = 0.0  # the next log has another reference
     return np.asarray(gradient)
 
 

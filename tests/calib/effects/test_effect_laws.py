@@ -141,7 +141,7 @@ def strong_theta(equations: Equations, rng: np.random.Generator) -> FloatArray:
     """Theta of the model with every added effect moving the rows by ``NOISE_UNITS``, (p,)."""
     model, triad = equations.model, equations.poses.triad
     theta = base_theta(model, triad)
-    rows = equations.rows(theta, np.zeros(equations.common.shape[1]), shapes_of(model))
+    rows = equations.rows(theta, np.zeros(equations.common_count), shapes_of(model))
     for effect in model.effects:
         if effect.acts_on == "reading":
             continue
@@ -162,7 +162,7 @@ def test_correcting_what_was_simulated_gives_the_truth_back(name: str, triad: Tr
     effect = EFFECTS[name]
     poses = rich_poses(triad)
     model = Model((effect,))
-    equations = Equations(poses, model)
+    equations = Equations.of(poses, model)
     theta = strong_theta(equations, np.random.default_rng(3))
     at = poses.conditions(poses.reading)
     shapes = shapes_of(model)
@@ -177,7 +177,7 @@ def test_correcting_what_was_simulated_gives_the_truth_back(name: str, triad: Tr
 
 def differences(equations: Equations, theta: FloatArray, shapes: dict[str, float]) -> FloatArray:
     """Central differences of the whitened rows by theta and eta, (r, p + q)."""
-    p, q = equations.model.size, equations.common.shape[1]
+    p, q = equations.model.size, equations.common_count
     at = np.concatenate([theta, np.zeros(q)])
     exact = equations.rows(theta, np.zeros(q), shapes).jacobian
     columns = np.zeros_like(exact)
@@ -199,10 +199,10 @@ def test_the_jacobian_is_the_central_difference(name: str, triad: Triad) -> None
     model = Model.of((*BASE, name))
     truth = base_theta(model, triad)
     poses = read_through(rich_poses(triad, shared_sd=1e-4), model, truth)
-    equations = Equations(poses, model)
+    equations = Equations.of(poses, model)
     theta = strong_theta(equations, np.random.default_rng(5))
     shapes = shapes_of(model)
-    exact = equations.rows(theta, np.zeros(equations.common.shape[1]), shapes).jacobian
+    exact = equations.rows(theta, np.zeros(equations.common_count), shapes).jacobian
     scale = np.maximum(np.sqrt((exact**2).mean(axis=0)), 1e-3)
     assert differences(equations, theta, shapes) / scale == pytest.approx(exact / scale, abs=2e-5)
 
@@ -212,11 +212,11 @@ def test_the_jacobian_holds_with_every_effect_at_once(triad: Triad) -> None:
     names = [name for name in ADDED if triad in EFFECTS[name].triads]
     model = Model.of((*BASE, *names))
     poses = read_through(rich_poses(triad, shared_sd=1e-4), model, base_theta(model, triad))
-    equations = Equations(poses, model)
+    equations = Equations.of(poses, model)
     theta = strong_theta(equations, np.random.default_rng(6))
     theta[model.positions(model.acting_on("sensor"))] *= 0.3  # all at once still have a true vector
     shapes = shapes_of(model)
-    exact = equations.rows(theta, np.zeros(equations.common.shape[1]), shapes).jacobian
+    exact = equations.rows(theta, np.zeros(equations.common_count), shapes).jacobian
     scale = np.maximum(np.sqrt((exact**2).mean(axis=0)), 1e-3)
     assert differences(equations, theta, shapes) / scale == pytest.approx(exact / scale, abs=2e-5)
 
@@ -226,7 +226,7 @@ def test_what_went_in_comes_out_and_nothing_else_changes(name: str, triad: Triad
     """Noise-free: the effect's parameters come back, bias, scale and misalignment as they were."""
     model = Model.of((*BASE, name))
     poses = rich_poses(triad)
-    theta = strong_theta(Equations(poses, model), np.random.default_rng(7))
+    theta = strong_theta(Equations.of(poses, model), np.random.default_rng(7))
     read = read_through(poses, model, theta, shapes_of(model))
     if name == "cross_quadratic":  # of x·y·z on three axes, a length shows the sum: no more goes in
         for _ in range(6):  # to where the readings and what they show agree

@@ -112,7 +112,7 @@ def printed_converges(study: StartStudy) -> Converges:
 
 def mended_converges(study: StartStudy) -> Converges:
     """The product's solver ``paper``."""
-    equations = Equations(study.poses, Model.of(BASE))
+    equations = Equations.of(study.poses, Model.of(BASE))
 
     def converges(start: FloatArray) -> bool:
         with np.errstate(over="ignore", invalid="ignore"):

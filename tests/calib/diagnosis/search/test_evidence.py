@@ -183,7 +183,7 @@ def test_the_columns_are_what_the_effect_would_leave(name: str) -> None:
     effect = EFFECTS[name]
     columns = whole_columns(base, effect)
     with_it = Model.of((*BASE, name))
-    equations = Equations(base.poses, with_it)
+    equations = Equations.of(base.poses, with_it)
     size = 1e-6 * np.arange(1.0, len(effect.parameters) + 1)
     shapes = {} if effect.shape is None else {name: effect.shape.starts[0]}
     there = equations.rows(np.concatenate([base.theta, -size]), base.eta, shapes).residual

@@ -93,7 +93,7 @@ def test_four_to_five_iterations_suffice_from_the_data_sheet(accelerometer: Pose
 
 
 def test_the_printed_sign_of_b_x_makes_the_iteration_diverge(accelerometer: PoseSet) -> None:
-    equations, counts = Equations(accelerometer, Model.of(BASE)), counts_of(accelerometer)
+    equations, counts = Equations.of(accelerometer, Model.of(BASE)), counts_of(accelerometer)
     right, _, stopped = iterations_from(data_sheet_start(SPEC), equations, counts)
     wrong, _, wrong_stopped = iterations_from(
         data_sheet_start(SPEC), equations, counts, printed_sign=True

@@ -58,11 +58,12 @@ def test_derivatives_by_a_shape_are_those_of_the_rows(name: str) -> None:
 def test_scipy_ends_at_the_same_minimum(name: str) -> None:
     found = fit(poses_with(name), Model.of((*BASE, name)))
     equations, p = found.equations, found.model.size
-    problem = Problem.of(equations, found.basis)
-    v, h = problem.directions.shape[1], len(problem.free)
+    problem = Problem.of(equations.take(None), found.basis[None])
+    directions = problem.directions[0]
+    v, h = directions.shape[1], len(problem.free)
 
     def residual(x: FloatArray) -> FloatArray:
-        step = problem.directions @ x[:v]
+        step = directions @ x[:v]
         shapes = {n: float(found.shapes[n] * np.exp(c))
                   for n, c in zip(problem.free, x[v:], strict=True)}
         return equations.rows(found.theta + step[:p], found.eta + step[p:], shapes).residual
@@ -87,10 +88,11 @@ def test_a_valley_too_curved_for_straight_steps_is_followed() -> None:
     poses = poses_with("warm_up")
     model = Model.of((*BASE, "warm_up"))
     best = fit(poses, model)
-    equations = Equations(poses, model)
-    problem = Problem.of(equations, best.basis)
-    far = Estimate.of(equations, best.theta, best.eta, {"warm_up": 40.0})
-    assert minimise(problem, far).cost == pytest.approx(best.chi2, rel=1e-6)
+    equations = Equations.of_sets((poses,), model)
+    problem = Problem.of(equations, best.basis[None])
+    shapes = {"warm_up": np.array([40.0])}
+    far = Estimate.of(equations, best.theta[None], best.eta[None], shapes)
+    assert minimise(problem, far).cost[0] == pytest.approx(best.chi2, rel=1e-6)
 
 
 def test_the_shape_of_an_effect_on_the_reference_is_fitted() -> None:

@@ -139,8 +139,8 @@ def test_a_gain_of_nothing_has_no_axes_and_no_warning() -> None:
     """A minimiser tries such gains on its way; numpy's warnings are errors here."""
     model = Model.of([*BASE, "cubic"])
     poses = made_poses("accelerometer", [0.0])
-    equations = Equations(poses, model)
+    equations = Equations.of(poses, model)
     theta = np.zeros(model.size)
     theta[model.slices()["scale"]] = [1.0, 0.0, 0.0]
-    rows = equations.rows(theta, np.zeros(equations.common.shape[1]), {})
+    rows = equations.rows(theta, np.zeros(equations.common_count), {})
     assert np.isfinite(rows.jacobian).all()

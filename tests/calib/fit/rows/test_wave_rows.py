@@ -58,7 +58,7 @@ def test_a_level_plate_has_none() -> None:
 @pytest.mark.parametrize("names", [BASE, [*BASE, "g_sensitivity", "quadratic"]])
 def test_their_jacobian_is_exact(names: list[str]) -> None:
     poses, _ = gyro_poses(10.0)
-    equations = Equations(poses, Model.of(names))
+    equations = Equations.of(poses, Model.of(names))
     rng = np.random.default_rng(3)
     size = np.where(np.arange(equations.model.size) < 9, 1e-2, 1e-4)
     theta = size * rng.standard_normal(equations.model.size)

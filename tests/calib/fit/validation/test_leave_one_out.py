@@ -34,8 +34,8 @@ def test_leaving_one_out_in_closed_form_is_refitting_without_it(pose: int) -> No
     compared = compare(fit(read, MODEL)).poses[pose]
     rest = [i for i in range(len(read)) if i != pose]
     without = fit(chosen(read, rest), MODEL)
-    rows = Equations(read, MODEL).rows(without.theta, without.eta, {})
-    equations = Equations(read, MODEL)
+    rows = Equations.of(read, MODEL).rows(without.theta, without.eta, {})
+    equations = Equations.of(read, MODEL)
     mine = equations.row_pose == pose
     left_out = (rows.residual[: equations.data_count] * equations.row_sd)[mine]
     if read.reference.is_null[pose]:

@@ -1,12 +1,11 @@
-"""Many fits at once: a loop of scipy.optimize.least_squares, today's solver in a loop, the stack.
+"""Many fits at once: a loop of scipy.optimize.least_squares, the solver set by set, and stacks.
 
-    python -m tests.bench.bench_batch
-    python -m tests.bench.bench_batch --sensors 10000 --sizes 60 125 250 500 1000
+    python -m tests.bench.bench_lot
+    python -m tests.bench.bench_lot --sensors 10000 --sizes 60 125 250 500 1000
 
 Accelerometers of one make, each with gains, offsets, axes, attitudes and noise of its own
-(``tests.world.lot``), 18 poses, nine parameters with their sds. SciPy and the solver for one are
-timed on a sample and scaled. The clock counts what this process computes, in one thread; the wall
-time of the stack stands beside.
+(``tests.world.lot``), 18 poses, nine parameters with their sds. SciPy and the solver set by set are
+timed on a sample and scaled. The clock counts what this process computes, in one thread.
 """
 
 import argparse
@@ -17,8 +16,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from calib.effects.catalogue import BASE
-from calib.fit.batch import fit_many as batch
-from calib.fit.least_squares.solver import fit
+from calib.fit.least_squares import solver
+from calib.fit.least_squares.solver import fit, fit_sets
 from calib.fit.model import Model
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
@@ -67,6 +66,13 @@ def seconds_each(task: Callable[[PoseSet], object], sample: list[PoseSet]) -> fl
     return (time.process_time() - start) / len(sample)
 
 
+def stacked_seconds(sets: list[PoseSet], model: Model) -> tuple[float, int]:
+    """What the stacks take, s, and how many sets they refuse."""
+    start = time.process_time()
+    refused = sum(len(fits.refusals) for fits in fit_sets(sets, model))
+    return time.process_time() - start, refused
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser()
@@ -76,17 +82,14 @@ def main() -> None:
     asked = parser.parse_args()
     lot = draw_lot(paper_design(mpu6050()), LotPlan(asked.sensors), 1)
     sets, model = pose_sets_of(lot), Model.of(BASE)
-    batch.fit_many(sets[:500], model)
-    wall, start = time.perf_counter(), time.process_time()
-    many = batch.fit_many(sets, model)
-    stacked = time.process_time() - start
-    wall = time.perf_counter() - wall
+    stacked_seconds(sets[:500], model)
+    stacked, refused = stacked_seconds(sets, model)
     sample = sets[: asked.sample]
     print(f"{len(sets)} accelerometers of {len(lot.time_s)} poses, nine parameters with sds")
-    print(f"stacked                          {stacked:8.2f} s   {1e3 * stacked / len(sets):.4f} ms "
-          f"each; wall {wall:.2f} s; {len(many.alone)} fitted alone, {len(many.refusals)} refused")
+    print(f"stacks                           {stacked:8.2f} s   {1e3 * stacked / len(sets):.4f} ms "
+          f"each; {refused} refused")
     rivals: dict[str, Callable[[PoseSet], object]] = {
-        "solver for one, in a loop": lambda poses: fit(poses, model),
+        "solver, set by set": lambda poses: fit(poses, model),
         "scipy least_squares, its own way": lambda poses: by_scipy(poses, exact=False),
         "scipy, exact Jacobian": lambda poses: by_scipy(poses, exact=True),
     }
@@ -94,16 +97,9 @@ def main() -> None:
         each = seconds_each(task, sample)
         print(f"{name:32s} {each * len(sets):8.2f} s   {1e3 * each:.4f} ms each, "
               f"{each * len(sets) / stacked:.0f} times as long ({len(sample)} timed, scaled)")
-    singles = [fit(poses, model) for poses in sample]
-    sd = np.array([np.sqrt(np.diag(each.cov)) for each in singles])
-    apart = np.abs(np.array([each.theta for each in singles]) - many.theta[: len(sample)]) / sd
-    print(f"estimates apart by at most {apart.max():.1e} sd, sds by "
-          f"{np.abs(many.sd[: len(sample)] / sd - 1).max():.1e} of themselves")
     for size in asked.sizes:
-        batch.SETS_AT_ONCE = size
-        start = time.process_time()
-        batch.fit_many(sets, model)
-        print(f"{size:5d} sets in one stack: {time.process_time() - start:.2f} s")
+        solver.SETS_AT_ONCE = size
+        print(f"{size:5d} sets in one stack: {stacked_seconds(sets, model)[0]:.2f} s")
 
 
 if __name__ == "__main__":

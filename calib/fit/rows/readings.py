@@ -1,0 +1,129 @@
+"""Nominal readings under a model: what corrects them, and the derivatives of that."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.effects.effect import Effect
+from calib.fit.model import Model, stack_columns
+from calib.fit.rows.model_terms import ModelTerms
+from calib.fit.rows.sensitive_axes import (
+    ALIGNED,
+    IDENTITY,
+    Axes,
+    Shapes,
+    axes_of,
+    sensor_columns,
+    solve_sensor,
+)
+from calib.fit.rows.surroundings import Surroundings
+from calib.fit.rows.vector_derivatives import vector_derivatives
+from calib.fit.small_systems import combined
+from calib.fit.stacked import Index, Stacked
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Readings(Stacked):
+    """The readings of poses under one model.
+
+    Parameters
+    ----------
+    reading : array, shape (..., n, 3)
+        Nominal, SI.
+    terms : ModelTerms
+        What the model decides.
+    surroundings : Surroundings
+        What effects are evaluated on.
+    columns : array, shape (..., n, 3, p')
+        Those of the p' parameters of the reading, SI per unit of each.
+    """
+
+    reading: FloatArray
+    terms: ModelTerms
+    surroundings: Surroundings
+    columns: FloatArray
+
+    @classmethod
+    def of(cls, reading: FloatArray, surroundings: Surroundings, model: Model) -> "Readings":
+        """The readings (S, n, 3), SI, of the poses of ``surroundings`` under ``model``."""
+        bare = cls(reading, ModelTerms.of(Model(())), surroundings, np.zeros((*reading.shape, 0)))
+        return bare.extended(model.effects)
+
+    def take(self, index: Index) -> "Readings":
+        """The readings of some sets; of one set without the leading axis, or with it again."""
+        return Readings(self.reading[index], self.terms, self.surroundings.take(index),
+                        self.columns[index])
+
+    def extended(self, effects: Sequence[Effect]) -> "Readings":
+        """The same under the model with more ``effects``."""
+        terms, columns = self.terms.extended(effects, self.surroundings), self.columns
+        if len(terms.on_reading) > len(self.terms.on_reading):
+            flat = Conditions.of_vectors(self.reading.reshape(-1, 3))
+            columns = stack_columns(terms.on_reading, flat, {}).reshape(*self.reading.shape, -1)
+        return Readings(self.reading, terms, self.surroundings, columns)
+
+    def within(self, surroundings: Surroundings) -> "Readings":
+        """The same in other ``surroundings``."""
+        return replace(self, surroundings=surroundings)
+
+    def axes(self, theta: FloatArray) -> Axes:
+        """The sensitive axes at ``theta`` (..., p); aligned where no effect of the sensor is."""
+        if not self.terms.on_sensor:
+            return ALIGNED
+        return axes_of(self.terms.matrix(theta[..., self.terms.reading_index]))
+
+    def corrected(
+        self, theta: FloatArray, shapes: Shapes
+    ) -> tuple[FloatArray, FloatArray, FloatArray | None]:
+        """The corrected vectors and both sides of their derivatives.
+
+        Parameters
+        ----------
+        theta : array, shape (..., p)
+        shapes : mapping of effect name to shape parameter
+
+        Returns
+        -------
+        vector : array, shape (..., n, 3)
+            SI; NaN in a set of a stack that has none.
+        errors : array, shape (..., n, 3, p)
+            By how much less it is per unit of each parameter, ahead of the effects that follow it.
+        slope : array, shape (..., n, 3, 3), or None
+            What effects that follow the vector make of its changes; the identity in null poses,
+            which are held at what they should read.
+
+        Raises
+        ------
+        FitFailed
+            The effects of the only set are larger than the readings.
+        """
+        terms, axes = self.terms, self.axes(theta)
+        s = self.reading - combined(self.columns, theta[..., terms.reading_index])
+        if terms.is_linear_form:
+            return s, self.columns, None
+        columns = np.zeros((*s.shape, terms.model.size))
+        columns[..., terms.reading_index] = self.columns
+        conditions = self.surroundings.conditions
+        if terms.fixed:
+            fixed = sensor_columns(terms.fixed, conditions(s), shapes, axes)
+            columns[..., terms.fixed_index] = fixed
+            s = s - combined(fixed, theta[..., terms.fixed_index])
+        if terms.varying:
+            sizes = theta[..., terms.varying_index]
+            s = solve_sensor(terms.varying, sizes, shapes, conditions, s, axes)
+            columns[..., terms.varying_index] = sensor_columns(
+                terms.varying, conditions(s), shapes, axes
+            )
+        if not terms.on_sensor:
+            return s, columns, None
+        held = conditions(s).vector.reshape(s.shape)
+        errors, slope = vector_derivatives(
+            terms, self.surroundings, theta, shapes, held, columns, axes
+        )
+        if slope is not None and self.surroundings.is_null.any():
+            at_rest = self.surroundings.is_null.reshape(s.shape[:-1])
+            slope = np.where(at_rest[..., None, None], IDENTITY, slope)
+        return s, errors, slope

@@ -1,0 +1,70 @@
+"""Records of many pose sets side by side: every array has a leading axis S.
+
+What is computed for one set is computed for S by the same lines: formulas are written for the last
+axes of an array, and leave whatever stands before them alone. A session is a stack of one; what a
+user gets of it has no leading axis (``stack.take(0)``).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any, TypeVar
+
+import numpy as np
+
+from calib.poses.imu_log import IntArray
+
+Index = int | IntArray | None
+"""Which sets: one without its axis, some of them, or one that becomes a stack of one (None)."""
+
+Record = TypeVar("Record", bound="Stacked")
+
+
+@dataclass(frozen=True, eq=False)
+class Stacked:
+    """A record whose arrays, mappings of arrays and records of this kind have the leading axis.
+
+    Anything else in it is the same for all sets.
+    """
+
+    def take(self: Record, index: Index) -> Record:
+        """The record of some sets.
+
+        Parameters
+        ----------
+        index : int, array of int, or None
+            One set without the axis, some sets, or the axis put before a single set.
+        """
+        return replace(self, **{f.name: taken(getattr(self, f.name), index)
+                                for f in fields(self)})
+
+    def with_sets(self: Record, sets: IntArray, part: Record) -> Record:
+        """This record of S sets with those of ``sets``, in their order, replaced by ``part``."""
+        if not len(sets):
+            return self
+        return replace(self, **{f.name: _put(getattr(self, f.name), sets, getattr(part, f.name))
+                                for f in fields(self)})
+
+
+def taken(value: Any, index: Index) -> Any:
+    """An array (S, ...) of any unit, a mapping or a record at some sets; anything else as it is."""
+    if isinstance(value, np.ndarray):
+        return value[index]
+    if isinstance(value, Stacked):
+        return value.take(index)
+    if isinstance(value, Mapping):
+        return {name: taken(one, index) for name, one in value.items()}
+    return value
+
+
+def _put(value: Any, sets: IntArray, part: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        if len(sets) == len(value):
+            return part
+        changed = value.copy()
+        changed[sets] = part
+        return changed
+    if isinstance(value, Stacked):
+        return value.with_sets(sets, part)
+    if isinstance(value, Mapping):
+        return {name: _put(one, sets, part[name]) for name, one in value.items()}
+    return value
