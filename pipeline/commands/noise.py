@@ -1,7 +1,7 @@
 """``pipeline noise LOG``."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -11,7 +11,6 @@ from pipeline.commands.interaction.output import echo_whole, json_option, quiet_
 
 if TYPE_CHECKING:
     from calib.noise.coefficients import AxisNoise
-    from calib.poses.imu_log import ImuLog
 
 
 @click.command(epilog=examples(
@@ -50,12 +49,18 @@ def command(
             f"install 'turntable-imu-calibration[noise]'") from error
     from calib.noise.stillness import require_still, sample_step_s
     from calib.poses.imu_log import TRIADS
+    from pipeline.config.load import load_config
     from pipeline.console.noise_text import noise_lines
+    from pipeline.guess.readings import readings_in_si
     from pipeline.report.noise_figure import noise_figure
     from pipeline.results.noise import NOISE_NAME, noise_json
     from pipeline.results.written import write_output
 
-    readings, folder = _readings(log, config, rate_hz)
+    readings = readings_in_si(
+        log, config, rate_hz, lambda line: click.echo(f"guessed: {line}; --config states it",
+                                                      err=True))
+    folder = (Path(f"{log.name.split('.')[0]}.noise") if config is None
+              else load_config(config, files_may_be_missing=True).output_folder)
     step_s = sample_step_s(readings)
     triads: dict[str, list[AxisNoise]] = {}
     for triad in TRIADS:
@@ -80,43 +85,3 @@ def command(
         click.echo()
     for name in files:
         click.echo(folder / name)
-
-
-def _readings(log: Path, config: Path | None, rate_hz: float | None) -> tuple["ImuLog", Path]:
-    """The log in SI units, and the folder where its noise goes by default."""
-    from dataclasses import replace
-
-    from calib.poses.imu_log import TRIADS
-    from pipeline.config.load import load_config
-    from pipeline.config.sensor import sensor_specs
-    from pipeline.errors import UnreadableInput
-    from pipeline.guess.files import guess_files
-    from pipeline.guess.session import guess_session
-    from pipeline.logs.clock import StatedClock
-    from pipeline.logs.read import read_log
-    from pipeline.stages.stated_units import require_stated_units
-    from pipeline.text.commands import command as proposed
-
-    if config is None:
-        tables, _ = guess_files([log], rate_hz)
-        guess = guess_session(tables)
-        for each in (guess.accelerometer, guess.gyroscope):
-            if each is not None:
-                click.echo(f"guessed: {', '.join(each.columns)} are in {each.unit}, because "
-                           f"{each.because}; --config states it", err=True)
-        readings = guess.tables[0].log()
-        if readings is None:
-            raise UnreadableInput(f"{log}: its readings or times are no log of samples. Type "
-                                  f"`{proposed('import', log)}` to see what is there.")
-        return readings, Path(f"{log.name.split('.')[0]}.noise")
-    session = load_config(config, files_may_be_missing=True)
-    require_stated_units(session, [log])
-    raw = read_log(log, None, StatedClock(rate_hz))
-    nominal: dict[str, Any] = {}
-    for triad, spec in zip(TRIADS, sensor_specs(session.sensor), strict=True):
-        if raw.has(triad) and spec is not None:
-            nominal[triad] = spec.nominal(getattr(raw, triad))
-        elif raw.has(triad):
-            raise UnreadableInput(f"{config}: `sensor` does not state the {triad}, which {log} "
-                                  f"holds. State it, or leave --config out to have it guessed.")
-    return replace(raw, **nominal), session.output_folder

@@ -12,6 +12,7 @@ import click
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import LONGEST_S, Finite, PathArgument
 from pipeline.commands.interaction.output import echo_json, echo_warnings, json_option, quiet_option
+from pipeline.commands.interaction.rate_outputs import FlutterChoice, RateOutputs, show_flutter
 from pipeline.config.units import FASTEST_RPM
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ SLOWEST_FPS, FASTEST_FPS = 0.01, 1e5  #: from time lapse to high speed
     "pipeline rate --camera 0 --seconds 30",
     "pipeline rate clips/*.mp4 --json",
     "pipeline rate video/17rpm.mp4 --from 4 --to 52 --overlay seen.mp4",
+    "pipeline rate video/33rpm.mp4 --flutter --gyro platter.csv --page platter.html",
 ))
 @click.argument("videos", metavar="[VIDEO...]", nargs=-1, type=PathArgument())
 @click.option("--camera", type=click.IntRange(min=0), metavar="N",
@@ -48,7 +50,17 @@ SLOWEST_FPS, FASTEST_FPS = 0.01, 1e5  #: from time lapse to high speed
               help="Centre and radius of the plate's rim in pixels, if it is not detected.")
 @click.option("--overlay", type=PathArgument(dir_okay=False), metavar="OUT.mp4",
               help="Write the clip with rim, mark, angle and rate drawn on it.")
-@click.option("--force", is_flag=True, help="Replace the file of --overlay.")
+@click.option("--flutter", is_flag=True,
+              help="Print wow and flutter of the platter, unweighted and AES6-weighted.")
+@click.option("--gyro", type=PathArgument(dir_okay=False), metavar="LOG",
+              help="With --flutter: log of a gyroscope on the turning platter; no clip is needed.")
+@click.option("--config", type=PathArgument(dir_okay=False),
+              help="Configuration whose `sensor` states the units of --gyro; default: guess them.")
+@click.option("--page", type=PathArgument(dir_okay=False), metavar="OUT.html",
+              help="With --flutter: write a page with speed over the angle, spectrum, spectrogram.")
+@click.option("--csv", type=PathArgument(dir_okay=False), metavar="OUT.csv",
+              help="Write the angle of every frame.")
+@click.option("--force", is_flag=True, help="Replace the files of --overlay, --page and --csv.")
 @json_option("the section `rate` of results.json, by the names of the clips,")
 @quiet_option("the rates")
 def command(
@@ -63,15 +75,33 @@ def command(
     to_s: float | None,
     rim: tuple[float, float, float] | None,
     overlay: Path | None,
+    flutter: bool,
+    gyro: Path | None,
+    config: Path | None,
+    page: Path | None,
+    csv: Path | None,
     force: bool,
     as_json: bool,
     quiet: bool,
 ) -> None:
     """Measure the rate of the plate in each VIDEO, or in a clip that a camera films now.
 
-    The command writes no file except the clips of --keep and --overlay. If the rate of the plate is
-    not constant, it prints the rate against time instead of one value.
+    The command writes no file except those of --keep, --overlay, --page and --csv. If the rate of
+    the plate is not constant, it prints the rate against time instead of one value.
     """
+    shown: Literal["text", "quiet", "json"] = "json" if as_json else "quiet" if quiet else "text"
+    if (gyro or page) and not flutter:
+        raise click.UsageError("--gyro and --page belong to --flutter.")
+    if config is not None and gyro is None:
+        raise click.UsageError("--config states the units of --gyro LOG.")
+    outputs = RateOutputs(overlay, csv, page)
+    outputs.require_free(videos, force)
+    choice = FlutterChoice(flutter, gyro, config)
+    if gyro is not None and camera is None and not videos:
+        if overlay or csv:
+            raise click.UsageError("--overlay and --csv need a clip.")
+        show_flutter(choice, [], outputs, shown)
+        return
     if (camera is None) == (not videos):
         raise click.UsageError("type one or more clips, or a camera (--camera 0), but not both.")
     if keep is not None and (camera is None or keep.suffix != ".mkv"):
@@ -80,12 +110,10 @@ def command(
         raise click.UsageError(f"--to {to_s:g} is not after --from {from_s:g}.")
     if clock is not None and fps is not None:
         raise click.UsageError("--clock and --fps both state the clock; give one of them.")
-    if overlay is not None:
-        _require_free(overlay, videos, force)
     with _filmed(camera, seconds, keep) as clip:
         chosen = _Chosen(videos if clip is None else (clip,), fps, clock, nominal_rpm, from_s, to_s,
-                         rim, "json" if as_json else "quiet" if quiet else "text")
-        _measure(chosen, overlay)
+                         rim, shown)
+        _measure(chosen, outputs, choice)
 
 
 @dataclass(frozen=True)
@@ -100,16 +128,6 @@ class _Chosen:
     to_s: float | None
     rim: tuple[float, float, float] | None
     shown: Literal["text", "quiet", "json"]
-
-
-def _require_free(overlay: Path, videos: tuple[Path, ...], force: bool) -> None:
-    """Refuse before the work what --overlay could not write after it."""
-    if overlay.suffix != ".mp4" or len(videos) > 1:
-        raise click.UsageError("--overlay OUT.mp4 needs one clip, and writes an .mp4.")
-    if any(overlay.exists() and video.exists() and overlay.samefile(video) for video in videos):
-        raise click.UsageError(f"--overlay {overlay} is the clip itself; choose another name.")
-    if overlay.exists() and not force:
-        raise click.UsageError(f"{overlay} exists; choose another name, or replace it (--force).")
 
 
 @contextmanager
@@ -146,9 +164,11 @@ def _clock(chosen: _Chosen) -> "Timebase":
     return camera_timebase(known[chosen.clock], chosen.videos)
 
 
-def _measure(chosen: _Chosen, overlay: Path | None) -> None:
+def _measure(chosen: _Chosen, outputs: RateOutputs, flutter: FlutterChoice) -> None:
     from pipeline.commands.interaction.progress import ClipProgress
     from pipeline.console.rate_text import clip_lines, rate_history_lines, rate_line
+    from pipeline.files import write_whole
+    from pipeline.results.angles_csv import angles_csv
     from pipeline.stages.context import RunContext
     from pipeline.stages.rate import draw_overlay, follow_clips, measure_setting
     from vision.errors import RateRefused
@@ -174,6 +194,8 @@ def _measure(chosen: _Chosen, overlay: Path | None) -> None:
             rates.append(measure_setting(
                 stem, [track], clock, chosen.nominal_rpm, part=part))
         except RateRefused as refused:
+            if refused.history is not None and outputs.csv is not None:
+                write_whole(outputs.csv, angles_csv(refused.history))
             if refused.history is not None and chosen.shown == "json":
                 from pipeline.results.rate import rate_history_json
 
@@ -183,11 +205,16 @@ def _measure(chosen: _Chosen, overlay: Path | None) -> None:
                 for line in rate_history_lines(stem, refused.history):
                     click.echo(line)
             raise
-    if overlay is not None:
+    if outputs.overlay is not None:
         with ClipProgress(chosen.shown != "quiet") as progress:
-            draw_overlay(chosen.videos[0], tracks[0], rates[0], overlay, progress)
+            draw_overlay(chosen.videos[0], tracks[0], rates[0], outputs.overlay, progress)
+    if outputs.csv is not None:
+        write_whole(outputs.csv, angles_csv(rates[0].clips[0].history, rates[0].clips[0]))
     for rate in rates:
         echo_warnings(rate.warnings)
+    if flutter.is_asked:
+        show_flutter(flutter, rates, outputs, chosen.shown)
+        return
     if chosen.shown == "json":
         from pipeline.results.rate import rate_section
 
@@ -198,5 +225,5 @@ def _measure(chosen: _Chosen, overlay: Path | None) -> None:
         click.echo(rate_line(rate))
         for line in clip_lines(rate) if chosen.shown == "text" else ():
             click.echo(line)
-    if overlay is not None:
-        click.echo(overlay)
+    for path in outputs.written:
+        click.echo(path)

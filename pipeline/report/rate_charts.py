@@ -14,12 +14,14 @@ from calib.poses.imu_log import FloatArray
 from pipeline.console.rate_text import RateVerdict, rate_verdict, worst_clip
 from pipeline.report.partial_residuals import PPM
 from pipeline.report.rate_terms import ANGLE_BINS, angle_bins, rate_terms_json, shown_frames
+from pipeline.report.speed_charts import polar_figure, spectrogram_figure
 from pipeline.report.svg import Chart, Figure, across, nice_limit, upward
 from pipeline.report.term_cards import TermCard, term_cards
 from pipeline.results.json_values import Json
 from pipeline.stages.rate import SettingRate
 from pipeline.text.formatting import count, relative, with_sd
 from vision.phase_track import LUMA
+from vision.rate.aes6_flutter import course_of_clip
 
 if TYPE_CHECKING:
     from vision.rate.wow_flutter import SpeedFigures
@@ -145,6 +147,10 @@ def _figures(rate: SettingRate, worst: int) -> Iterator[Figure]:
         "off-centre mark or a tilted view; over whole revolutions it does not change the rate.",
         (bins.middle, bins.means(residual[fit.used])),
     )
+    course = course_of_clip(clip)
+    for figure in (polar_figure(course), spectrogram_figure(course)):
+        if figure is not None:
+            yield figure
     history = clip.history
     if len(history.time_s) > 2:
         mean = float(np.abs(history.rate_rad_s).mean())

@@ -1,0 +1,94 @@
+"""The files that ``pipeline rate`` writes, and wow and flutter as it shows them."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import click
+
+from pipeline.commands.interaction.output import echo_json
+
+if TYPE_CHECKING:
+    from pipeline.stages.rate import SettingRate
+
+
+@dataclass(frozen=True)
+class RateOutputs:
+    """The files to write."""
+
+    overlay: Path | None
+    csv: Path | None
+    page: Path | None
+
+    def require_free(self, videos: tuple[Path, ...], force: bool) -> None:
+        """Refuse before the work what could not be written after it."""
+        for option, path, suffix in (("--overlay", self.overlay, ".mp4"),
+                                     ("--csv", self.csv, ".csv"), ("--page", self.page, ".html")):
+            if path is None:
+                continue
+            if path.suffix != suffix or (len(videos) > 1 and suffix != ".html"):
+                raise click.UsageError(f"{option} OUT{suffix} needs one clip, and writes an "
+                                       f"{suffix}.")
+            if any(path.exists() and video.exists() and path.samefile(video) for video in videos):
+                raise click.UsageError(f"{option} {path} is the clip itself; choose another name.")
+            if path.exists() and not force:
+                raise click.UsageError(f"{path} exists; choose another name, or replace it "
+                                       f"(--force).")
+
+    @property
+    def written(self) -> tuple[Path, ...]:
+        """Those that are written, in their order."""
+        return tuple(path for path in (self.overlay, self.csv, self.page) if path is not None)
+
+
+@dataclass(frozen=True)
+class FlutterChoice:
+    """Whether wow and flutter are to be shown, and from what besides the clips."""
+
+    is_asked: bool
+    gyro: Path | None
+    config: Path | None
+
+
+def show_flutter(
+    flutter: FlutterChoice, rates: "list[SettingRate]", outputs: RateOutputs,
+    shown: Literal["text", "quiet", "json"],
+) -> None:
+    """Print wow and flutter of the clips and of the gyroscope, and write their page.
+
+    Raises
+    ------
+    ConfigError, MissingFiles, UnreadableInput, UnwritableOutput, RateRefused
+        The log cannot be read or does not belong to the clip, is too short, or the page cannot be
+        written.
+    """
+    from pipeline.console.flutter_text import flutter_json, flutter_lines
+    from pipeline.console.rate_text import rate_line
+    from pipeline.files import write_whole
+    from pipeline.stages.flutter import flutter_of_clip, flutter_of_gyroscope
+
+    measured = [flutter_of_clip(rate.sources[0], rate.clips[0]) for rate in rates]
+    if flutter.gyro is not None:
+        from pipeline.guess.readings import readings_in_si
+
+        log = readings_in_si(flutter.gyro, flutter.config, None,
+                             lambda line: click.echo(f"guessed: {line}; --config states it",
+                                                     err=True))
+        measured.append(flutter_of_gyroscope(log, rates[0].clips[0] if rates else None))
+    if outputs.page is not None:
+        from pipeline.report.speed_page import speed_page
+
+        write_whole(outputs.page, speed_page(measured[0].source, measured))
+    if shown == "json":
+        from pipeline.results.rate import rate_section
+
+        echo_json({**{rate.name: rate_section(rate).as_json() for rate in rates},
+                   "flutter": [flutter_json(each) for each in measured]})
+        return
+    for rate in rates:
+        click.echo(rate_line(rate))
+    for each in measured:
+        for line in flutter_lines(each):
+            click.echo(line)
+    for path in outputs.written:
+        click.echo(path)
