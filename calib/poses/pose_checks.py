@@ -100,7 +100,17 @@ def check_range(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -> 
 
 
 def check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -> None:
-    """Refuse counts (t, 3) that the converter cannot give, or that stand at its rails."""
+    """Refuse counts (t, 3) that the converter cannot give, or that stand at its rails.
+
+    Raises
+    ------
+    UnusableLog
+        A value that the converter cannot give.
+    Undetermined
+        An axis is saturated.
+    """
+    if not len(counts):
+        return
     check_range(label, triad, counts, spec)
     low, high = spec.count_range
     at_rail = (counts <= low) | (counts >= high)

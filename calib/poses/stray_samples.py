@@ -20,6 +20,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from calib.errors import Undetermined
 from calib.numbers import MEDIAN_OF_NORMAL
@@ -34,12 +35,13 @@ ONE_LEVEL = 0.74
 deviation shows no less."""
 
 OFTEN = 10.0
-"""Times as often as smooth noise repeats a tuple. Derived: the normal shape with the sd of a median
-deviation understates the middle of a coarse log sixfold at most."""
+"""Times as often as chance repeats a tuple of three axes that know nothing of each other. Derived:
+axes that move together, as noise of the supply makes them, repeat theirs some times as often."""
 
-NEIGHBOURS = 3.0
-"""Times as often as the next values of its axis. Derived: away from the middle smooth noise repeats
-the inner neighbour more, and in noise of two steps neighbours differ by a factor of 1.6 at most."""
+NEIGHBOURS, REACH = 3.0, 4
+"""Times as often as the values of its axis within so many levels. Derived: away from the middle
+smooth noise repeats an inner neighbour more; converters whose steps are not alike skip up to three
+codes of four."""
 
 LEAST_REPEATS = 12
 """Samples. Derived: where one is expected, so many occur by chance once in 10¹⁰ poses."""
@@ -48,6 +50,9 @@ AWAY = 2.0
 """Sds of the noise by which a value of one axis is outside of the middle, and steps of noise from
 which on neighbouring values are about as frequent. Derived: in a log of few levels the middle one
 repeats more than its neighbours, the second from it does not."""
+
+FEW_VALUES = 3
+"""Values, or tuples. Fact: a reading that fails gives zeros, ones, or an end of the converter."""
 
 TOO_MANY = 1 / 3
 """Share of a pose's samples. Derived: the median of the others is then off by 0.67 of their sd."""
@@ -105,7 +110,7 @@ def stray_samples(values: FloatArray) -> BoolArray:
     axes = [_Levels.of(axis) for axis in values.T if np.ptp(axis) > 0]
     far = np.any([axis.distance > FAR for axis in axes], axis=0) if axes else np.zeros(1, bool)
     stray = _again(values, axes)
-    if _alone(far):
+    if _alone(far) and far.mean() <= TOO_MANY:  # else the noise is of two kinds
         stray |= far
     if not stray.any() or stray.all():
         return np.zeros(len(values), dtype=bool)
@@ -147,14 +152,6 @@ class _Levels:
         """How far each sample is from the median, (t,)."""
         return np.asarray(np.abs(self.value)[self.place])
 
-    @property
-    def chance(self) -> FloatArray:
-        """Probability of each level in normal noise that is rounded to the nearest, (l,)."""
-        from scipy.special import ndtr  # measuring a clip loads this package and needs no SciPy
-
-        edges = np.concatenate([[-np.inf], (self.value[1:] + self.value[:-1]) / 2, [np.inf]])
-        return np.asarray(np.diff(ndtr(edges)))
-
     def repeated(self, counted: BoolArray) -> BoolArray:
         """Levels away from the middle that occur more often than their neighbours explain, (l,).
 
@@ -164,8 +161,9 @@ class _Levels:
             The samples that count.
         """
         times = np.bincount(self.place[counted], minlength=len(self.value))
-        around = np.concatenate([[0], times, [0]])
-        beside = np.maximum(around[:-2], around[2:])
+        nothing = np.zeros(REACH, dtype=times.dtype)
+        around = sliding_window_view(np.concatenate([nothing, times, nothing]), 2 * REACH + 1)
+        beside = np.delete(around, REACH, axis=1).max(axis=1)
         away = (np.abs(self.value) > AWAY) | (AWAY * self.step < 1)
         return np.asarray(away & (times > LEAST_REPEATS + NEIGHBOURS * beside))
 
@@ -181,15 +179,16 @@ def _again(values: FloatArray, axes: Sequence[_Levels]) -> BoolArray:
     """Samples whose tuple, or whose value on one axis, noise does not repeat so often."""
     stray = np.zeros(len(values), dtype=bool)
     if axes and all(axis.step <= 1 for axis in axes):
-        # Of fewer levels than that the normal shape is no measure, and the levels themselves are.
         key = np.zeros(len(values), dtype=np.int64)
-        chance = np.ones(len(values))
         for axis in axes:
             key = key * len(axis.value) + axis.place
-            chance *= axis.chance[axis.place]
         _, first, place, times = np.unique(
             key, return_index=True, return_inverse=True, return_counts=True)
-        often = times > LEAST_REPEATS + OFTEN * len(values) * chance[first]
+        # As often as the axes of all other samples would meet by chance.
+        others = np.maximum(len(values) - times, 1)
+        chance = np.prod([(np.bincount(axis.place)[axis.place[first]] - times) / others
+                          for axis in axes], axis=0)
+        often = times > LEAST_REPEATS + OFTEN * len(values) * chance
         stray |= _scattered(place, np.flatnonzero(often))
     for axis in axes:
         stray |= _scattered(axis.place, np.flatnonzero(axis.repeated(~stray)))
@@ -197,8 +196,13 @@ def _again(values: FloatArray, axes: Sequence[_Levels]) -> BoolArray:
 
 
 def _scattered(place: IntArray, numbers: IntArray) -> BoolArray:
-    """Samples in those of the places ``numbers`` that scatter over the log, shape (t,)."""
+    """Samples in those of the places ``numbers`` that scatter over the log, shape (t,).
+
+    Many values that occur too often are how the converter is made: its steps are not alike.
+    """
     stray = np.zeros(len(place), dtype=bool)
+    if len(numbers) > FEW_VALUES:
+        return stray
     for number in numbers:
         there = place == number
         if _alone(there):

@@ -2,7 +2,7 @@
 
 from calib.poses.frozen import without_frozen
 from calib.poses.imu_log import TRIADS, ImuLog
-from calib.poses.pose_checks import check_range
+from calib.poses.pose_checks import check_counts, check_range
 from calib.poses.stray_samples import without_strays
 from pipeline.config.sensor import Specs
 
@@ -15,11 +15,16 @@ def measured_samples(log: ImuLog, turning: bool, specs: Specs) -> tuple[ImuLog, 
     UnusableLog
         A value that the converter cannot give: the file is damaged, or of another sensor.
     Undetermined
-        Too many samples are no measurement.
+        An axis is saturated, or too many samples are no measurement.
     """
     for triad, spec in zip(TRIADS, specs, strict=True):
         if spec is not None and log.has(triad):
-            check_range(log.label, triad, spec.signed(getattr(log, triad)), spec)
+            counts = spec.signed(getattr(log, triad))
+            check_range(log.label, triad, counts, spec)
+            low, high = spec.count_range
+            # At an end on all axes at once a reading failed; on one axis it is saturated.
+            failed = ((counts <= low) | (counts >= high)).all(axis=1)
+            check_counts(log.label, triad, counts[~failed], spec)
     running, frozen = without_frozen(log, turning)
     measured, strays = without_strays(running)
     return measured, " ".join(filter(None, [frozen, strays])) or None
