@@ -1,7 +1,10 @@
 """The clip with what was measured drawn on it: a user believes a rate that is seen to go along.
 
 In every frame stand the rim, the spindle, a hand at the measured angle (through the mark where
-there is one), and the rate. The hand is grey in frames that the rate does not use.
+there is one), the angle of this hand, counter-clockwise from the right as seen on the plate, and
+the rate. Where the rate does not use a frame, the hand is grey, the frame has a border, and the
+text says so; frames in which the plate was not followed have the border alone. Of a clip that was
+refused, what was followed is drawn, all of it in grey.
 """
 
 from collections.abc import Callable
@@ -14,7 +17,7 @@ from numpy.typing import NDArray
 from vision.errors import VisionError
 from vision.geometry import FloatArray, PlateView
 from vision.numbers import RPM
-from vision.phase_track import LUMA, USUAL_MARK_RADIUS, PhaseTrack
+from vision.phase_track import USUAL_MARK_RADIUS, PhaseTrack
 from vision.rate.measure import RateMeasurement
 from vision.rate.unwrap import frame_time
 from vision.video.reader import ClipReader, Frame
@@ -27,6 +30,7 @@ LINE_PX = 22  #: of text, in a frame of the width below
 TEXT_WIDTH = 640  #: px; layout: the text grows with frames that are wider
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 SAME_S = 1e-4  #: stamps of one frame
+BORDER_PX = 6  #: of a frame that the rate does not use; layout
 EVEN = 2  # pixels: encoders of 4:2:0 take even sizes only
 
 
@@ -37,7 +41,7 @@ class UnwritableOverlay(VisionError):
 def write_overlay(
     clip: Path,
     track: PhaseTrack,
-    rate: RateMeasurement,
+    rate: RateMeasurement | None,
     target: Path,
     on_frame: Callable[[int, int | None], None],
 ) -> None:
@@ -48,8 +52,8 @@ def write_overlay(
     clip : Path
     track : PhaseTrack
         Of this clip, whole.
-    rate : RateMeasurement
-        From this track.
+    rate : RateMeasurement or None
+        From this track; None where it was refused.
     target : Path
         An .mp4; what is there is overwritten.
     on_frame : callable (frames done, frames in all)
@@ -60,16 +64,16 @@ def write_overlay(
         No encoder, no space, or no such folder.
     """
     count = len(track.time_s)
-    drawing = _Drawing(track, rate)
+    drawing: _Drawing | None = None
     writer = cv2.VideoWriter()
     try:
-        with ClipReader(clip, colours=track.plate.channel != LUMA) as reader:
+        with ClipReader(clip, colours=True, full_size=True) as reader:
+            drawing = _Drawing(track, rate, track.plate.reduction / reader.reduction)
             fps = reader.fps_stated or 1 / frame_time(track.time_s)
             for frame in (frame for batch in reader for frame in batch):
                 i = int(np.searchsorted(track.time_s, frame.time_s - SAME_S))
-                if i >= count or abs(track.time_s[i] - frame.time_s) > SAME_S:
-                    continue  # before the plate turned
-                image = drawing.on(frame, i)
+                followed = i < count and abs(track.time_s[i] - frame.time_s) <= SAME_S
+                image = drawing.on(frame, i if followed else None)
                 h, w = image.shape[:2]
                 if not writer.isOpened() and not writer.open(
                         str(target), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*"mp4v"), fps, (w, h)):
@@ -77,52 +81,62 @@ def write_overlay(
                         f"{target}: the clip cannot be written. Check the folder, and that the "
                         f"disk is not full.")
                 writer.write(image)
-                on_frame(i + 1, count)
+                on_frame(min(i + 1, count), count)
     finally:
         writer.release()
 
 
 class _Drawing:
-    """Draws on the frames of a track."""
+    """Draws on the frames of a track, which are ``scale`` times as large as those it is from."""
 
-    def __init__(self, track: PhaseTrack, rate: RateMeasurement) -> None:
-        self._track = track
+    def __init__(self, track: PhaseTrack, rate: RateMeasurement | None, scale: float) -> None:
+        self._track, self._scale = track, scale
         plate = track.plate
         self._view = PlateView(plate.view)
         self._rim = np.stack(self._view.pixels(np.ones(181), np.linspace(0, 2 * np.pi, 181)), 1)
         marked = not np.isnan(plate.mark_radius)
         self._reach = plate.mark_radius if marked else USUAL_MARK_RADIUS
         self._azimuth = plate.mark_azimuth_rad if marked else 0.0
-        used = rate.history.angle.time_s[rate.fit.used]
-        self._used = np.isin(track.time_s, used)
-        self._angle = _turning(track, rate.aliases.chosen_rad_s)
-        ppm = 1e6 * rate.sd_rad_s / rate.rate_rad_s
-        sd = f"{ppm:.0f} ppm" if ppm < 1000 else f"{1e-4 * ppm:.1f} %"
-        self._rate = f"{rate.rate_rad_s / RPM:.4f} rpm +- {sd}, {rate.direction}"
+        self._used, self._rate = np.zeros(len(track.time_s), bool), "no rate: the clip was refused"
+        self._angle = track.phase_rad
+        if rate is not None:
+            self._used = np.isin(track.time_s, rate.history.angle.time_s[rate.fit.used])
+            self._angle = _turning(track, rate.aliases.chosen_rad_s)
+            ppm = 1e6 * rate.sd_rad_s / rate.rate_rad_s
+            sd = f"{ppm:.0f} ppm" if ppm < 1000 else f"{1e-4 * ppm:.1f} %"
+            self._rate = f"{rate.rate_rad_s / RPM:.4f} rpm +- {sd}, {rate.direction}"
 
-    def on(self, frame: Frame, i: int) -> Image:
-        """The i-th frame of the track with everything drawn, shape (h, w, 3), sides even."""
+    def on(self, frame: Frame, i: int | None) -> Image:
+        """The i-th frame of the track with everything drawn, shape (h, w, 3), sides even.
+
+        Where ``i`` is None, the plate was not followed in the frame.
+        """
         image = frame.bgr
         h, w = (side // EVEN * EVEN for side in image.shape[:2])
         canvas = np.ascontiguousarray(image[:h, :w])
-        track, angle = self._track, float(self._angle[i])
-        rim = self._seen(self._rim, i)
-        cv2.polylines(canvas, [np.round(rim).astype(np.int32)], True, RIM, 2, cv2.LINE_AA)
-        if np.isfinite(angle):
-            self._hand(canvas, i, angle)
-        where = f"{np.degrees(angle) % 360:5.1f} deg" if np.isfinite(angle) else "not seen"
-        place = f"{track.time_s[i]:7.2f} s   {where}"
+        where = "not followed, left out"
+        if i is not None:
+            rim = self._seen(self._rim, i)
+            cv2.polylines(canvas, [np.round(rim).astype(np.int32)], True, RIM, 2, cv2.LINE_AA)
+            where = "plate not seen, left out"
+            angle = self._azimuth + float(self._angle[i])
+            if np.isfinite(angle):
+                self._hand(canvas, i, angle)
+                where = f"{np.degrees(angle) % 360:5.1f} deg"
+                if not self._used[i]:
+                    where += ", left out"
         larger = max(1.0, w / TEXT_WIDTH)
+        if i is None or not self._used[i]:
+            cv2.rectangle(canvas, (0, 0), (w - 1, h - 1), UNUSED, round(BORDER_PX * larger))
         strong = round(larger)
         cv2.rectangle(canvas, (0, 0), (w, round((2 * LINE_PX + 4) * larger)), (0, 0, 0), -1)
-        for line, text in enumerate((self._rate, place), start=1):
+        for line, text in enumerate((self._rate, f"{frame.time_s:7.2f} s   {where}"), start=1):
             at = (round(8 * larger), round((LINE_PX * line - 4) * larger))
             cv2.putText(canvas, text, at, FONT, 0.55 * larger, TEXT, strong, cv2.LINE_AA)
         return canvas
 
-    def _hand(self, canvas: Image, i: int, angle_rad: float) -> None:
-        x, y = self._view.pixels(
-            np.array([0.0, self._reach]), np.full(2, self._azimuth + angle_rad))
+    def _hand(self, canvas: Image, i: int, azimuth_rad: float) -> None:
+        x, y = self._view.pixels(np.array([0.0, self._reach]), np.full(2, azimuth_rad))
         centre, tip = (tuple(map(int, each)) for each in
                        np.round(self._seen(np.stack([x, y], axis=1), i)))
         colour = HAND if self._used[i] else UNUSED
@@ -133,7 +147,7 @@ class _Drawing:
     def _seen(self, points: FloatArray, i: int) -> FloatArray:
         """Where points of the view appear in the frame as filmed, shape (n, 2)."""
         x, y, n = self._track.motion[i] @ np.column_stack([points, np.ones(len(points))]).T
-        return np.stack([x / n, y / n], axis=1)
+        return np.stack([x / n, y / n], axis=1) * self._scale + (self._scale - 1) / 2
 
 
 def _turning(track: PhaseTrack, rate_rad_s: float) -> FloatArray:

@@ -196,6 +196,9 @@ def _measure(chosen: _Chosen, outputs: RateOutputs, flutter: FlutterChoice) -> N
         except RateRefused as refused:
             if refused.history is not None and outputs.csv is not None:
                 write_whole(outputs.csv, angles_csv(refused.history))
+            if outputs.overlay is not None:
+                with ClipProgress(chosen.shown != "quiet") as progress:
+                    draw_overlay(chosen.videos[0], track, None, outputs.overlay, progress)
             if refused.history is not None and chosen.shown == "json":
                 from pipeline.results.rate import rate_history_json
 

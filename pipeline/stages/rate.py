@@ -218,7 +218,7 @@ def camera_timebase(clock: CameraClock, clips: Sequence[Path]) -> "Timebase":
 def draw_overlay(
     clip: Path,
     track: "PhaseTrack",
-    rate: SettingRate,
+    rate: SettingRate | None,
     target: Path,
     on_progress: Callable[[str, int, int | None], None],
 ) -> None:
@@ -229,8 +229,8 @@ def draw_overlay(
     clip : Path
     track : PhaseTrack
         Of this clip.
-    rate : SettingRate
-        Measured from this clip alone.
+    rate : SettingRate or None
+        Measured from this clip alone; None where it was refused.
     target : Path
         An .mp4.
     on_progress : callable (name, frames done, frames in all)
@@ -244,5 +244,6 @@ def draw_overlay(
 
     with tempfile.TemporaryDirectory(prefix="pipeline-") as folder:
         drawn = Path(folder) / target.name
-        write_overlay(clip, track, rate.clips[0], drawn, partial(on_progress, target.name))
+        write_overlay(clip, track, None if rate is None else rate.clips[0], drawn,
+                      partial(on_progress, target.name))
         write_whole(target, drawn.read_bytes())

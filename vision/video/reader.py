@@ -87,7 +87,7 @@ class ClipReader:
     path : path
     colours : bool
         The frames carry chroma. It has half the luma's resolution in most clips, and frames are
-        reduced to that.
+        reduced to that, but not where they are to be of ``full_size``, to look at.
     every : int
         Of so many frames, only the first is handed over; the others cost their decoding alone.
 
@@ -104,7 +104,9 @@ class ClipReader:
         Length by these two.
     """
 
-    def __init__(self, path: Path | str, *, colours: bool = False, every: int = 1) -> None:
+    def __init__(
+        self, path: Path | str, *, colours: bool = False, every: int = 1, full_size: bool = False
+    ) -> None:
         self.path, self._every = Path(path), every
         _refuse_unreadable(self.path)
         # The decoder reports every oddity of a file; our own messages state what matters.
@@ -125,7 +127,8 @@ class ClipReader:
             self._capture.get(cv2.CAP_PROP_FRAME_WIDTH),
             self._capture.get(cv2.CAP_PROP_FRAME_HEIGHT),
         )
-        self.reduction = max(1, int(np.ceil(side / LARGEST_SIDE))) * (2 if colours else 1)
+        self.reduction = max(1, int(np.ceil(side / LARGEST_SIDE))) * (
+            2 if colours and not full_size else 1)
         # Older versions of the decoder turn frames the wrong way or not; none mirrors them.
         orientation = stated_orientation(self.path)
         if orientation is not None:

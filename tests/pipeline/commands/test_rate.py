@@ -71,6 +71,12 @@ def test_the_overlay_shows_rim_and_mark_in_every_frame_and_replaces_nothing(
     blue = [np.argwhere((image[..., 0].astype(int) - image[..., 2] > 120)[60:]).mean(axis=0)
             for image in drawn]
     assert np.ptp(blue, axis=0).min() > 80  # the hand goes round
+    # The clip is tracked by its luma, and shown in its colours.
+    drawn_colour, plain_colour = (np.ptp(each[40][60:].astype(int), axis=2)
+                                  for each in (drawn, plain))
+    coloured = plain_colour > 60  # the label
+    assert coloured.sum() > 500
+    assert drawn_colour[coloured].mean() > 0.7 * plain_colour[coloured].mean()
     before = overlay.read_bytes()
     assert pipeline("rate", steady, "--overlay", overlay) == 2
     assert pipeline("rate", steady, "--overlay", steady, "--force") == 2
@@ -79,6 +85,28 @@ def test_the_overlay_shows_rim_and_mark_in_every_frame_and_replaces_nothing(
     overlay.write_bytes(b"mine")
     assert pipeline("rate", steady, "--overlay", overlay, "--force") == 0
     assert overlay.read_bytes() == before
+
+
+def test_the_overlay_marks_what_the_rate_leaves_out(
+    steady: Path, slowing: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A grey border; of a refused clip all around."""
+    part, refused = tmp_path / "part.mp4", tmp_path / "refused.mp4"
+    assert pipeline("rate", steady, "--from", "2", "--to", "8", "--overlay", part) == 0
+    assert [is_bordered(image) for image in shown_frames(part)] == [
+        not 2 <= i / 15 <= 8 for i in range(135)]
+    assert pipeline("rate", slowing, "--overlay", refused) == 4
+    frames = shown_frames(refused)
+    assert len(frames) == 300
+    assert all(map(is_bordered, frames))
+    green = [(image[..., 1].astype(int) - image[..., 2] > 60).sum() for image in frames]
+    assert min(green) > 300  # the rim
+
+
+def is_bordered(image: NDArray[np.uint8]) -> bool:
+    """Whether the left and the right edge are of one grey below the text."""
+    edges = np.concatenate([image[80:, 1], image[80:, -2]]).astype(int)
+    return bool(edges.std() < 6)
 
 
 def shown_frames(path: Path) -> list[NDArray[np.uint8]]:
