@@ -65,12 +65,11 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
     "calib.diagnosis.search": [
-        ("evidence",), ("raw_columns", "table", "refit"),
-        ("table_at", "set_densities", "beside", "sizes"),
-        ("sets",), ("expansion", "classes"), ("odds",),
+        ("evidence",), ("raw_columns", "table", "refit"), ("table_at", "candidates", "sizes"),
+        ("posterior",), ("search",),
     ],
     "calib.diagnosis.verdict": [
-        ("explained", "ranking", "wording"), ("decision",), ("explain",),
+        ("ranking", "wording"), ("decision",), ("explain",),
     ],
     "vision": [
         ("geometry", "numbers"), ("phase_track",), ("errors",),

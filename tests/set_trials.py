@@ -176,8 +176,8 @@ def set_trial(design: Design, seed: int, triad: str, hidden: Sequence[Hidden]) -
 
 def scored(seed: int, found: Finding, hidden: Sequence[str]) -> SetOutcome:
     """What one diagnosis says, against what was hidden."""
-    said, inclusion = found.verdict, found.inclusion
-    listed = {h.name for h in found.state.hypotheses if h.kind == "listed"} - {*found.blind}
+    said, inclusion = found.verdict, found.posterior.inclusion
+    listed = {h.name for h in found.posterior.hypotheses if h.kind == "listed"} - {*found.blind}
     visible = [n for n in hidden if n in listed]
     right = {n: {n} | COMMON_PARTS.get(n, set()) for n in visible}
     allowed = set().union(*right.values(), *(ALIKE.get(n, set()) for n in hidden), hidden)

@@ -21,8 +21,7 @@ from calib.diagnosis.next_measurement.advice import (
     film_each_pose,
     lay_missing,
 )
-from calib.diagnosis.search.odds import Inclusion, Odds
-from calib.diagnosis.search.sets import Search
+from calib.diagnosis.search.posterior import Inclusion, Posterior
 from calib.diagnosis.verdict.decision import Code, Verdict
 from calib.diagnosis.verdict.explain import Explanation, explain
 from calib.diagnosis.verdict.ranking import Candidate, rank
@@ -152,9 +151,9 @@ def diagnose(
         says so and asks for poses there.
     """
     finding = find(fit, user_effects, covariates)
-    state, odds, verdict = finding.state, finding.odds, finding.verdict
-    ranking = rank(state, odds)
-    advice = _advise(state, odds, verdict, ranking, full_scale)
+    posterior, verdict = finding.posterior, finding.verdict
+    ranking = rank(posterior)
+    advice = _advise(posterior, verdict, ranking, full_scale)
     if verdict.code in (Code.NOTHING_MISSING, Code.AMBIGUOUS, Code.NOISE) and (
         verdict.name != "plate_rate"
     ):
@@ -164,38 +163,37 @@ def diagnose(
         name=verdict.name,
         names=verdict.names,
         group=verdict.group,
-        inclusion=finding.inclusion,
-        sets=tuple(each for each in odds.sets if each[1] >= CONSTANTS.least_listed),
-        explanation=explain(fit, verdict, ranking, state.p_value, advice, prediction),
+        inclusion=posterior.inclusion,
+        sets=tuple(each for each in posterior.sets if each[1] >= CONSTANTS.least_listed),
+        explanation=explain(fit, verdict, ranking, posterior.p_value, advice, prediction),
         advice=advice,
         ranking=ranking,
         blind=finding.blind,
         unavailable=finding.unavailable,
         aside=set_aside(fit.poses, covariates),
-        p_value=state.p_value,
+        p_value=posterior.p_value,
     )
 
 
 def _advise(
-    state: Search,
-    odds: Odds,
+    posterior: Posterior,
     verdict: Verdict,
     ranking: Sequence[Candidate],
     full_scale: float,
 ) -> Advice | None:
     """The block that would settle an open verdict."""
-    plate = [j for j, h in enumerate(state.hypotheses) if h.kind == "plate_rate"]
+    plate = [j for j, h in enumerate(posterior.hypotheses) if h.kind == "plate_rate"]
     if plate and "plate_rate" in (verdict.name, *verdict.group):
-        return film_each_pose(state.base, float(state.alone.drop[plate].max()))
+        return film_each_pose(posterior.base, float(posterior.drop[plate].max()))
     is_open = verdict.code == Code.AMBIGUOUS or len(verdict.group) > 1
     if not is_open or verdict.code not in (Code.AMBIGUOUS, Code.EFFECT):
         return None
     size = {c.name: c.size for c in ranking if c.kind == "listed"}
-    shape = {h.name: h.shape for h in state.hypotheses}
-    effect = {h.name: h.effect for h in state.hypotheses if h.kind == "listed"}
+    shape = {h.name: h.shape for h in posterior.hypotheses}
+    effect = {h.name: h.effect for h in posterior.hypotheses if h.kind == "listed"}
     rivals = [
         Rival(effect[name], size[name], shape[name])  # type: ignore[arg-type]
         for name in verdict.group
         if name in effect and name in size
     ]
-    return best_block(state.base, rivals[:RIVALS_COMPARED], full_scale) if rivals else None
+    return best_block(posterior.base, rivals[:RIVALS_COMPARED], full_scale) if rivals else None

@@ -18,9 +18,8 @@ from calib.diagnosis.hypotheses.unlisted import (
     unknown_hypotheses,
     wander_hypotheses,
 )
-from calib.diagnosis.search.expansion import search
-from calib.diagnosis.search.odds import Inclusion, Odds, odds_of
-from calib.diagnosis.search.sets import Search
+from calib.diagnosis.search.posterior import Posterior
+from calib.diagnosis.search.search import search
 from calib.diagnosis.verdict.decision import Verdict, reach_verdict
 from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
@@ -32,15 +31,13 @@ class Finding:
 
     Parameters
     ----------
-    state : Search
-    odds : Odds
+    posterior : Posterior
     verdict : Verdict
     unavailable : dict
         Listed effects that could not be evaluated, and why.
     """
 
-    state: Search
-    odds: Odds
+    posterior: Posterior
     verdict: Verdict
     unavailable: dict[str, str]
 
@@ -48,21 +45,10 @@ class Finding:
     def blind(self) -> tuple[str, ...]:
         """Listed effects that these poses cannot see, whatever their shape."""
         is_blind: dict[str, bool] = {}
-        for j, h in enumerate(self.state.hypotheses):
+        for j, h in enumerate(self.posterior.hypotheses):
             if h.kind == "listed":
-                is_blind[h.name] = is_blind.get(h.name, True) and self.state.table.is_blind(j)
+                is_blind[h.name] = is_blind.get(h.name, True) and self.posterior.table.is_blind(j)
         return tuple(name for name, blind in is_blind.items() if blind)
-
-    @property
-    def inclusion(self) -> tuple[Inclusion, ...]:
-        """Every class that may be missing with its probability, the most probable first."""
-        odds = self.odds
-        every = sorted((*odds.classes, *odds.others), key=lambda each: -each.probability)
-        unique = {each.name: each for each in reversed(every)}
-        return tuple(
-            each for each in every
-            if unique[each.name] is each and each.probability >= CONSTANTS.least_listed
-        )
 
 
 def find(
@@ -70,9 +56,8 @@ def find(
 ) -> Finding:
     """What is missing in ``fit``; the parameters are those of :func:`diagnose`."""
     listed, unavailable = listed_hypotheses(fit, user_effects, covariates)
-    state = search(fit, [*listed, *unlisted_hypotheses(fit, covariates)])
-    odds = odds_of(state)
-    return Finding(state, odds, reach_verdict(state, odds), unavailable)
+    posterior = search(fit, [*listed, *unlisted_hypotheses(fit, covariates)])
+    return Finding(posterior, reach_verdict(posterior), unavailable)
 
 
 def unlisted_hypotheses(fit: Fit, covariates: Sequence[str] | None = None) -> list[Hypothesis]:

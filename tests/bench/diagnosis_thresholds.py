@@ -25,8 +25,7 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS, Constants
 from calib.diagnosis.finding import find
 from calib.diagnosis.hypotheses import unlisted
-from calib.diagnosis.search import evidence, expansion, odds, sizes
-from calib.diagnosis.verdict import explained
+from calib.diagnosis.search import candidates, evidence, search, sizes
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit
@@ -40,10 +39,10 @@ KINDS = (("gyroscope", "rich"), ("accelerometer", "hand"), ("gyroscope", "paper"
          ("accelerometer", "rich"))
 SIZES = (4.0, 100.0)  #: noise units over the rows, from hardly seen to plain
 COUNTS = ((unlisted, "TIME_WAVES"), (unlisted, "COLUMN_WAVES"), (unlisted, "STEP_MARGIN"),
-          (unlisted, "STEPS_TRIED"), (unlisted, "WANDER_MODES"), (odds, "LEADING"),
-          (expansion, "SCREENED"), (expansion, "WEIGHED"), (explained, "HOLDING"))
-SHARES = ((unlisted, "MEMORY"), (unlisted, "DAMPING"), (expansion, "BEHIND_SHARE"),
-          (sizes, "SEEN_SHARE"))
+          (unlisted, "STEPS_TRIED"), (unlisted, "WANDER_MODES"),
+          (candidates, "BEST_OF_EACH_SIZE"), (search, "ROUNDS"), (search, "FAR_ROUNDS"),
+          (search, "REFITTED"), (search, "GROWN"))
+SHARES = ((unlisted, "MEMORY"), (unlisted, "DAMPING"), (sizes, "SEEN_SHARE"))
 CLOSE_TO_ONE = 0.75  #: a share above it is moved by its rest to one
 
 

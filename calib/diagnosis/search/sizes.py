@@ -42,7 +42,6 @@ def within_nature(table: Table, hypotheses: Sequence[Hypothesis]) -> list[Hypoth
         size, sd = predicted_size(table, j)
         if _exceeds(size, sd, h.effect.largest):
             judged[j] = replace(h, log_prior=h.log_prior + float(np.log(CONSTANTS.odds_unnatural)))
-            table.log_prior[j] = judged[j].log_prior
     return judged
 
 

@@ -14,11 +14,8 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.signature import Projector
-from calib.diagnosis.search.evidence import Sets, likeliest_sizes
-from calib.fit.column_scaling import orthonormal_columns
-from calib.fit.least_squares.identifiability import VISIBLE_SHARE
+from calib.diagnosis.search.evidence import Noise, Sets, block_log_densities, by_sizes
 from calib.fit.validation.leave_one_out import left_out_residual
-from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray, IntArray
 
 
@@ -45,8 +42,7 @@ class Table:
     ----------
     projector : Projector
         Of the joint fit, less what is on trial.
-    log_prior, total : array, shape (m,)
-        Of each hypothesis: the log odds before the data, the signal of its strongest column.
+    noise : Noise
     rows : array, shape (v, r)
         The visible columns, those of one hypothesis orthogonal and one after another.
     first, seen : array of int, shape (m,)
@@ -56,8 +52,7 @@ class Table:
     """
 
     projector: Projector
-    log_prior: FloatArray
-    total: FloatArray
+    noise: Noise
     rows: FloatArray
     first: IntArray
     seen: IntArray
@@ -79,9 +74,14 @@ class Table:
         return self.projector.dof
 
     @cached_property
-    def unit_rows(self) -> FloatArray:
-        """The visible columns as rows, unit vectors (v, r)."""
-        return np.asarray(self.rows / np.sqrt((self.rows**2).sum(axis=1, keepdims=True)))
+    def gram(self) -> FloatArray:
+        """Products of all visible columns with each other, (v, v), no unit."""
+        return self.rows @ self.rows.T
+
+    @cached_property
+    def product(self) -> FloatArray:
+        """Products of the visible columns with the residual, (v,), no unit."""
+        return self.rows @ self.residual
 
     def is_blind(self, j: int) -> bool:
         """Whether the base swallows all of hypothesis ``j``."""
@@ -91,9 +91,50 @@ class Table:
         """The rows of :attr:`rows` that are the visible columns of hypothesis ``j``."""
         return slice(int(self.first[j]), int(self.first[j] + self.seen[j]))
 
-    def block(self, j: int) -> FloatArray:
-        """Visible whitened columns of hypothesis ``j``, (r, v), orthogonal."""
-        return self.rows[self.where(j)].T
+    def unit_block(self, j: int) -> FloatArray:
+        """Visible columns of hypothesis ``j`` as unit vectors, (r, v), orthogonal."""
+        rows = self.rows[self.where(j)]
+        return np.asarray((rows / np.sqrt((rows**2).sum(axis=1, keepdims=True))).T)
+
+    def singles(self) -> tuple[FloatArray, FloatArray]:
+        """Log density under each hypothesis alone (m,), -inf of a blind one; chi-square's fall."""
+        widest = int(self.seen.max(initial=1))
+        strength, amplitude = np.zeros((2, len(self.seen), max(widest, 1)))
+        inside = np.arange(max(widest, 1)) < self.seen[:, None]
+        length = np.sqrt((self.rows**2).sum(axis=1))
+        index = (self.first[:, None] + np.arange(max(widest, 1)))[inside]
+        strength[inside] = length[index]
+        amplitude[inside] = self.product[index] / length[index]
+        density = np.full(len(self.seen), -np.inf)
+        for width in np.unique(self.seen[self.seen > 0]):
+            some = self.seen == width
+            density[some] = block_log_densities(
+                strength[some, :width], amplitude[some, :width], self.chi2, self.noise)
+        return density, (amplitude**2).sum(axis=1)
+
+    def sets(self, members: Sequence[tuple[int, ...]], sizes: tuple[int, ...]) -> Sets:
+        """Sets of hypotheses of ``sizes`` visible columns."""
+        first = self.first[np.array(members)]  # (B, k)
+        index = np.concatenate(
+            [first[:, k, None] + np.arange(size) for k, size in enumerate(sizes)], axis=1)
+        return Sets(self.gram[index[:, :, None], index[:, None, :]], self.product[index],
+                    self.chi2, self.noise, sizes)
+
+    def weighed(self, sets: Sequence[tuple[int, ...]], exactly: bool) -> FloatArray:
+        """Log density of the residual under every set, (B,); ``exactly`` with sizes averaged.
+
+        -inf where a set has as many columns as there are degrees of freedom, or a member that the
+        others leave next to nothing of.
+        """
+        values = np.full(len(sets), -np.inf)
+        for sizes, places in by_sizes(self.seen, sets).items():
+            if not sizes:
+                values[places] = np.logaddexp(*self.noise.nothing(self.chi2))
+            elif 0 not in sizes and sum(sizes) < self.dof + len(sizes):
+                group = self.sets([sets[i] for i in places], sizes)
+                density = group.averaged() if exactly else group.screened()
+                values[places] = np.where(group.are_apart, density, -np.inf)
+        return values
 
     def left_out(self, members: Sequence[int], pose: IntArray) -> FloatArray:
         """Whitened residual of every data row when its pose is left out of the fit, (d,).
@@ -101,91 +142,41 @@ class Table:
         ``members`` are fitted with the base, each held to its likeliest size; ``pose`` (d,)
         numbers the data rows' poses.
         """
-        seen = [j for j in members if not self.is_blind(j)]
+        seen = tuple(j for j in members if not self.is_blind(j))
         base = self.projector.model
         if not seen:
             return left_out_residual(self.residual, base, pose)
-        x = np.concatenate([self.block(j) for j in seen], axis=1)
-        sizes = [int(self.seen[j]) for j in seen]
-        gram, product = x.T @ x, x.T @ self.residual
-        one = Sets(gram[None], product[None], np.array([self.chi2]), np.array([self.dof]),
-                   tuple(sizes))
-        taus, variance = likeliest_sizes(one)
-        root = np.sqrt(variance[0]) / np.repeat(taus[0], sizes)
-        solution = np.linalg.solve(gram + np.diag(root**2), product)
+        x = np.concatenate([self.rows[self.where(j)] for j in seen]).T
+        sizes = tuple(int(self.seen[j]) for j in seen)
+        one = self.sets([seen], sizes)
+        root = 1 / np.repeat(one.likeliest_sizes()[0], sizes)
+        solution = np.linalg.solve(one.gram[0] + np.diag(root**2), one.product[0])
         residual = np.concatenate([self.residual - x @ solution, -root * solution])
         nothing = np.zeros((len(root), base.shape[1]))
         return left_out_residual(
             residual, np.block([[base, x], [nothing, np.diag(root)]]), pose
         )
 
-    def space(self, members: Sequence[int]) -> FloatArray:
-        """Orthonormal basis (r, k) of all that is visible of ``members``."""
-        seen = [self.block(j) for j in members if not self.is_blind(j)]
-        if not seen:
-            return np.zeros((len(self.residual), 0))
-        return orthonormal_columns(np.concatenate(seen, axis=1))
+    def aliases(self, j: int, others: Sequence[int]) -> list[int]:
+        """Which of ``others`` look the same as hypothesis ``j``: canonical correlations over 0.99.
 
-    def visible(self, j: int, beside: FloatArray) -> FloatArray:
-        """Orthonormal rows (v, r) of what is visible of ``j`` beside a space (r, k)."""
-        if beside.shape[1] == 0:  # they are orthogonal as they are
-            return self.unit_rows[self.where(j)]
-        block = self.block(j)
-        return _orthonormal(block - beside @ (beside.T @ block)).T
-
-    def _visible(
-        self, which: Sequence[int], beside: FloatArray
-    ) -> tuple[FloatArray, IntArray]:
-        """:meth:`visible` of each of ``which``, one after another, and how many rows each has."""
-        if beside.shape[1] == 0:
-            count = self.seen[which]
-            first = np.repeat(self.first[which] - (np.cumsum(count) - count), count)
-            return self.unit_rows[first + np.arange(len(first))], count
-        rows = [self.visible(j, beside) for j in which]
-        return np.concatenate(rows), np.array([len(each) for each in rows])
-
-    def shared_signal(
-        self, j: int, others: Sequence[int], beside: Sequence[int]
-    ) -> FloatArray:
-        """Correlation of the signal of ``j``, fitted beside a set, with what each of ``others`` can
-        make of it in its place, (others,).
+        Of as many visible directions; with fewer, all of one lies in the other.
         """
-        q = self.space(beside)
-        mine = self.visible(j, q)
-        signal = mine.T @ (mine @ self.residual)
-        signal /= max(float(np.linalg.norm(signal)), NO_LENGTH)
-        return np.array([np.linalg.norm(self.visible(other, q) @ signal) for other in others])
-
-    def correlations(self, j: int, others: Sequence[int], beside: Sequence[int]) -> FloatArray:
-        """Least canonical correlation of ``j`` with each of ``others`` beside a set, (others,).
-
-        Zero where they do not see equally many directions; an effect of the reference is compared
-        with the part of the other one that it could be.
-        """
-        q = self.space(beside)
-        mine = self.visible(j, q)
-        least = np.zeros(len(others))
-        if len(mine) < self.seen[j] or not others:
-            return least
-        theirs, count = self._visible(others, q)
-        ends = np.cumsum(count)
-        overlap = theirs @ mine.T
-        shared = np.add.reduceat((overlap**2).sum(axis=1), ends - count)
-        few = np.minimum(count, len(mine))
-        alike = shared >= few * CONSTANTS.alias_correlation**2
-        # What is fitted beside them may leave too little to compare.
-        comparable = (few > 0) & (count == self.seen[others]) & ((count == len(mine)) | (few == 1))
-        close = np.flatnonzero(alike & comparable)
-        least[close] = np.sqrt(shared[close])  # of one direction
-        close = close[few[close] > 1]  # which see as many as ``j``
-        part = overlap[ends[close][:, None] - np.arange(len(mine), 0, -1)]
-        least[close] = np.linalg.svd(part, compute_uv=False).min(axis=1, initial=1.0)
-        return least
-
-
-def _orthonormal(columns: FloatArray) -> FloatArray:
-    """Orthonormal basis of what is visible of ``columns``."""
-    if columns.shape[1] == 0:
-        return columns
-    u, singular, _ = np.linalg.svd(columns, full_matrices=False)
-    return np.asarray(u[:, singular > VISIBLE_SHARE * max(float(singular.max()), NO_LENGTH)])
+        if self.is_blind(j):
+            return []
+        mine = self.unit_block(j)
+        same = []
+        for other in others:
+            if self.is_blind(other):
+                continue
+            theirs = self.unit_block(other)
+            few = min(mine.shape[1], theirs.shape[1])
+            if mine.shape[1] != theirs.shape[1] and few > 1:
+                continue
+            overlap = mine.T @ theirs
+            if (overlap**2).sum() < few * CONSTANTS.alias_correlation**2:
+                continue
+            singular = np.linalg.svd(overlap, compute_uv=False)[:few]
+            if singular.min() > CONSTANTS.alias_correlation:
+                same.append(other)
+        return same

@@ -8,11 +8,13 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis
 from calib.diagnosis.hypotheses.signature import Projector
+from calib.diagnosis.search.evidence import Noise
 from calib.diagnosis.search.raw_columns import RawColumns
 from calib.diagnosis.search.table import Spectrum, Table
 from calib.fit.column_scaling import NORM_FLOOR, RANK_TOLERANCE
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.unknown_sd import tests_the_model
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
@@ -59,14 +61,18 @@ def table_at(
     rows = [block.turned[block.visible] for block in blocks]
     return Table(
         projector=projector,
-        log_prior=np.array([h.log_prior for h in hypotheses]),
-        total=total,
+        noise=noise_of(fit, projector.dof),
         rows=np.concatenate([np.zeros((0, len(projector.residual))), *rows]),
         first=first,
         seen=seen,
         spectra={int(j): spectrum for block in blocks
                  for j, spectrum in zip(block.which, block.spectra, strict=False)},
     )
+
+
+def noise_of(fit: Fit, dof: int) -> Noise:
+    """What is known of the noise of ``fit``, of which ``dof`` rows tell."""
+    return Noise(dof, fit.poses.noise_dof, tests_the_model(fit.poses))
 
 
 def _complement(basis: FloatArray) -> FloatArray:

@@ -6,10 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc
 
-from calib.diagnosis.search.classes import aliases
-from calib.diagnosis.search.odds import Odds
+from calib.diagnosis.search.posterior import Posterior
 from calib.diagnosis.search.refit import Refit, linear_loo_rms
-from calib.diagnosis.search.sets import Search
 from calib.diagnosis.search.sizes import predicted_size
 from calib.poses.imu_log import FloatArray
 
@@ -61,62 +59,67 @@ class Candidate:
     follows: str | None = None
 
 
-def rank(state: Search, odds: Odds) -> tuple[Candidate, ...]:
+def rank(posterior: Posterior) -> tuple[Candidate, ...]:
     """One candidate for every name, the most probable first."""
     by_name: dict[str, list[int]] = {}
-    for j, h in enumerate(state.hypotheses):
-        by_name.setdefault(h.name, []).append(j)
-    seen = {name: [j for j in which if not state.table.is_blind(j)]
+    for j, h in enumerate(posterior.hypotheses):
+        if not posterior.table.is_blind(j):
+            by_name.setdefault(h.name, []).append(j)
+    best = {name: max(which, key=lambda j: posterior.log_factor[j])
             for name, which in by_name.items()}
-    best = {name: max(which, key=lambda j: state.alone.log_factor[j])
-            for name, which in seen.items() if which}
-    probability = {each.name: each.probability for each in odds.others}
-    for inclusion in odds.classes:
+    probability = {each.name: each.probability for each in posterior.others}
+    for inclusion in posterior.classes:
         probability |= dict.fromkeys(inclusion.members[1:], inclusion.probability)
         probability[inclusion.name] = inclusion.probability
-    candidates = [_candidate(state, odds, j, by_name[name], probability.get(name, 0.0))
-                  for name, j in best.items()]
-    candidates.append(_noise(state, odds))
-    lead = [state.hypotheses[j].name for j in odds.lead.members]
+    whole = {e.members[0]: e for e in posterior.entries if len(e.members) == 1 and e.refit}
+    leverage = np.asarray((posterior.table.projector.model**2).sum(axis=1))
+    candidates = [
+        _candidate(posterior, j, by_name[name], probability.get(name, 0.0), leverage,
+                   next((whole[k].refit for k in by_name[name] if k in whole), None))
+        for name, j in best.items()
+    ]
+    candidates.append(_noise(posterior))
+    lead = posterior.names(posterior.lead)
     candidates.sort(key=lambda c: (-c.probability, c.name not in lead, -c.log_evidence))
     return tuple(candidates)
 
 
-def _noise(state: Search, odds: Odds) -> Candidate:
-    nothing = np.zeros(0)
-    evidence = state.nothing[1] - state.nothing[0]
-    return Candidate("noise", "noise", evidence, odds.noise, 0.0, nothing, nothing, "",
-                     state.base.residual_rms, linear_loo_rms(state.base), 1.0, ())
+def _noise(posterior: Posterior) -> Candidate:
+    nothing, base = np.zeros(0), posterior.base
+    stated, larger = posterior.log_nothing
+    return Candidate("noise", "noise", larger - stated, posterior.noise, 0.0, nothing, nothing, "",
+                     base.residual_rms, linear_loo_rms(base), 1.0, ())
 
 
 def _candidate(
-    state: Search, odds: Odds, j: int, alike: Sequence[int], probability: float
+    posterior: Posterior, j: int, of_name: Sequence[int], probability: float,
+    leverage: FloatArray, alone: Refit | None,
 ) -> Candidate:
-    """Of hypothesis ``j``, the best of those ``alike``, which have its name."""
-    h = state.hypotheses[j]
+    """Of hypothesis ``j``, the best of those ``of_name``; ``alone`` is its refit by itself."""
+    h, table = posterior.hypotheses[j], posterior.table
     size, sd, unit = np.zeros(0), np.zeros(0), ""
+    same: list[int] = []
     if h.kind == "listed":
         assert h.effect is not None
         if not h.effect.in_square:
-            size, sd = predicted_size(state.table, j)
-        unit = h.effect.unit_for(state.base.poses.triad)
-    drop, rms, loo = _after(state, j)
-    p_value = float(chdtrc(int(state.table.seen[j]), drop))
-    alone = state.entries.get(state.key([j]))
-    if alone is not None and alone.refit is not None and alone.whole:
-        fit = alone.refit.fit
-        drop, rms = _drop(state, alone.refit), fit.residual_rms
-        loo = linear_loo_rms(fit)
-        if h.kind == "listed":
-            size, sd = _fitted(alone.refit, h.name)
-    lead = odds.lead.refit
-    if h.kind == "listed" and lead is not None and h.name in lead.names:
-        size, sd = _fitted(lead, h.name)
-    same = aliases(state, state.table, j, _others(state, h.name), ()) if h.kind == "listed" else []
+            size, sd = predicted_size(table, j)
+        unit = h.effect.unit_for(posterior.base.poses.triad)
+        same = table.aliases(j, [k for k, other in enumerate(posterior.hypotheses)
+                                 if other.kind == "listed" and other.name != h.name])
+    drop, rms, loo = _after(posterior, j, leverage)
+    p_value = float(chdtrc(int(table.seen[j]), drop))
+    if alone is not None:
+        fit = alone.fit
+        drop, rms, loo = _drop(posterior, alone), fit.residual_rms, linear_loo_rms(fit)
+    lead = posterior.lead.refit
+    fitted = lead if lead is not None and h.name in lead.names else alone
+    if h.kind == "listed" and fitted is not None:
+        size, sd = _fitted(fitted, h.name)
+    factors = posterior.log_factor[of_name]
     return Candidate(
         name=h.subject,
         kind=h.kind,
-        log_evidence=_evidence(state, alike),
+        log_evidence=float(np.logaddexp.reduce(factors) - np.log(len(factors))),
         probability=probability,
         chi2_drop=drop,
         size=size,
@@ -125,30 +128,13 @@ def _candidate(
         rms_after=rms,
         loo_after=loo,
         p_value=p_value,
-        aliases=tuple(dict.fromkeys(state.hypotheses[k].name for k in same)),
+        aliases=tuple(dict.fromkeys(posterior.hypotheses[k].name for k in same)),
         follows=h.follows,
     )
 
 
-def _others(state: Search, name: str) -> list[int]:
-    """The listed hypotheses of other names."""
-    return [k for k, h in enumerate(state.hypotheses) if h.kind == "listed" and h.name != name]
-
-
-def _evidence(state: Search, which: Sequence[int]) -> float:
-    """Log Bayes factor of a name alone against nothing, averaged over its shapes and forms."""
-    factors = state.alone.log_factor[which]
-    if len({state.key([j]) for j in which}) == 1:
-        alone = state.entries.get(state.key(which[:1]))
-        if alone is not None and alone.whole:
-            prior = float(np.logaddexp.reduce([state.hypotheses[j].log_prior for j in which]))
-            return alone.log_posterior - prior - float(np.logaddexp(*state.nothing))
-    return float(np.logaddexp.reduce(factors) - np.log(len(factors)))
-
-
-def _drop(state: Search, refit: Refit) -> float:
-    fit = refit.fit
-    before, after = (float(f.weight @ f.rows.residual**2) for f in (state.base, fit))
+def _drop(posterior: Posterior, refit: Refit) -> float:
+    before, after = (float(f.weight @ f.rows.residual**2) for f in (posterior.base, refit.fit))
     return before - after
 
 
@@ -157,21 +143,21 @@ def _fitted(refit: Refit, name: str) -> tuple[FloatArray, FloatArray]:
     return refit.fit.theta[where], np.sqrt(np.diag(refit.fit.cov)[where])
 
 
-def _after(state: Search, j: int) -> tuple[float, float, float]:
+def _after(posterior: Posterior, j: int, leverage: FloatArray) -> tuple[float, float, float]:
     """Chi-square drop, RMS and leave-one-out RMS (SI) when a hypothesis is projected out too.
 
-    The errors are NaN where it leaves no degree of freedom.
+    The errors are NaN where it leaves no degree of freedom; ``leverage`` (r,) is that of the base.
     """
-    table, fit = state.table, state.base
-    q = table.unit_rows[table.where(j)].T
+    table, fit = posterior.table, posterior.base
+    q = table.unit_block(j)
     amplitude = q.T @ table.residual
     drop = float(amplitude @ amplitude)
     if q.shape[1] >= table.dof:  # it passes through every row, and says nothing by that
         return drop, float("nan"), float("nan")
     rest = table.residual - q @ amplitude
     d, sd = table.projector.data_count, fit.equations.row_sd
-    leverage = state.leverage[:d] + (q[:d] ** 2).sum(axis=1)
-    out = rest[:d] / np.maximum(1 - leverage, LEAST_LEFT)
+    keeps = leverage[:d] + (q[:d] ** 2).sum(axis=1)
+    out = rest[:d] / np.maximum(1 - keeps, LEAST_LEFT)
     rms, loo = (float(np.linalg.norm(each * sd) / np.sqrt(d)) for each in (rest[:d], out))
     return drop, rms, loo
 

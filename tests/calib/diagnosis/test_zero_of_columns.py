@@ -39,7 +39,7 @@ def test_the_zero_and_the_unit_of_a_column_change_no_verdict(zero: float, unit: 
             with_column(seed, zero, unit))
         assert one.verdict.names == ("column:pressure",)
         assert other.verdict.names == one.verdict.names
-        stated = [[i.probability for i in each.inclusion] for each in (one, other)]
+        stated = [[i.probability for i in each.posterior.inclusion] for each in (one, other)]
         assert stated[1] == pytest.approx(stated[0], abs=2e-3)
 
 
@@ -63,7 +63,7 @@ def test_what_the_fit_holds_absorbs_nothing() -> None:
         except FitFailed:
             continue
         finding = find(base)
-        assert finding.state.table.chi2 == pytest.approx(base.chi2, rel=0.05)
+        assert finding.posterior.table.chi2 == pytest.approx(base.chi2, rel=0.05)
         if base.p_value < 1e-3:
             judged += 1
             assert finding.verdict.code != "nothing_missing"
@@ -76,5 +76,5 @@ def test_nothing_is_not_said_against_its_own_probability() -> None:
         for poses in pose_sets_of(draw_lot(paper_design(mpu6050()), plan, 406)):
             finding = finding_of(poses)
             if finding.verdict.code == "nothing_missing":
-                assert finding.odds.nothing >= 0.5
-                assert finding.state.p_value > 1e-3
+                assert finding.posterior.nothing >= 0.5
+                assert finding.posterior.p_value > 1e-3

@@ -14,10 +14,9 @@ from calib.diagnosis.hypotheses.signature import (
 )
 from calib.diagnosis.search.evidence import (
     TAUS,
+    Noise,
     Sets,
     block_log_densities,
-    nothing_log_density,
-    set_log_densities,
 )
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import EFFECTS
@@ -65,14 +64,22 @@ def of_blocks(
     strength: np.ndarray, amplitude: np.ndarray, chi2: float, dof: int
 ) -> np.ndarray:
     """Blocks of one residual."""
-    m = len(strength)
-    return block_log_densities(strength, amplitude, np.full(m, chi2), np.full(m, dof))
+    return block_log_densities(strength, amplitude, chi2, known(dof))
+
+
+def known(dof: int) -> Noise:
+    """Noise whose variance is known, as that of infinitely many degrees of freedom."""
+    return Noise(dof, 1e9)
+
+
+def nothing(chi2: float, dof: int) -> float:
+    return float(np.logaddexp(*known(dof).nothing(chi2)))
 
 
 def one_set(x: np.ndarray, r: np.ndarray, sizes: tuple[int, ...]) -> Sets:
     """The set of blocks ``x`` (n, p) about a residual of n rows."""
     gram, product = x.T @ x, x.T @ r
-    return Sets(gram[None], product[None], np.array([r @ r]), np.array([len(r)]), sizes)
+    return Sets(gram[None], product[None], float(r @ r), known(len(r)), sizes)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -87,9 +94,9 @@ def test_the_closed_form_of_one_block_is_the_density_of_its_covariance(seed: int
         [prior(tau) + density(r, [basis * strength], (tau,)) for tau in TAUS]
     )
     one = of_blocks(strength[None], (basis.T @ r)[None], r @ r, n)
-    assert one[0] == pytest.approx(float(brute), abs=1e-9)
+    assert one[0] == pytest.approx(float(brute), abs=1e-6)
     x = basis * strength
-    several = set_log_densities(one_set(x, r, (v,)))[0]
+    several = one_set(x, r, (v,)).averaged()[0]
     assert several == pytest.approx(float(brute), abs=1e-5)
 
 
@@ -106,8 +113,9 @@ def test_a_set_averages_over_the_size_of_each_of_its_blocks(seed: int) -> None:
         [prior(a) + prior(b) + density(r, blocks, (a, b)) for a in TAUS for b in TAUS]
     )
     x = np.concatenate(blocks, axis=1)
-    together = set_log_densities(one_set(x, r, (3, 2)))[0]
-    assert together == pytest.approx(float(brute), abs=0.25)
+    together = one_set(x, r, (3, 2))
+    assert together.averaged()[0] == pytest.approx(float(brute), abs=0.25)
+    assert together.screened()[0] == pytest.approx(float(brute), abs=0.6)
 
 
 def test_blocks_of_fewer_directions_are_padded_with_zeros() -> None:
@@ -120,16 +128,16 @@ def test_blocks_of_fewer_directions_are_padded_with_zeros() -> None:
 
 def test_larger_noise_is_believed_as_the_residual_grows() -> None:
     odds = [larger - stated for stated, larger in
-            (nothing_log_density(chi2, 30) for chi2 in (30.0, 45.0, 90.0, 900.0))]
+            (known(30).nothing(chi2) for chi2 in (30.0, 45.0, 90.0, 900.0))]
     assert odds == sorted(odds)
     assert odds[0] < 0 < odds[2]
 
 
 def test_parameters_that_buy_nothing_cost() -> None:
-    nothing = np.zeros((1, 3))
-    small = of_blocks(np.ones((1, 1)), nothing[:, :1], 20.0, 20)[0]
-    large = of_blocks(np.ones((1, 3)), nothing, 20.0, 20)[0]
-    assert large < small < nothing_log_density(20.0, 20)[0]
+    zeros = np.zeros((1, 3))
+    small = of_blocks(np.ones((1, 1)), zeros[:, :1], 20.0, 20)[0]
+    large = of_blocks(np.ones((1, 3)), zeros, 20.0, 20)[0]
+    assert large < small < known(20).nothing(20.0)[0]
 
 
 @pytest.mark.parametrize("size", [30.0, 300.0, 3000.0])
@@ -142,7 +150,7 @@ def test_more_signal_never_means_less_evidence(size: float) -> None:
         r = of * basis @ np.ones(3) + 0.02 * of * rng.standard_normal(40) / np.sqrt(40)
         chi2 = float(r @ r)
         one = of_blocks(np.full((1, 3), 6.0), (basis.T @ r)[None], chi2, 40)[0]
-        return float(one - np.logaddexp(*nothing_log_density(chi2, 40)))
+        return float(one - nothing(chi2, 40))
 
     assert odds(2 * size) > odds(size) - 3
     assert odds(size) > 20
@@ -165,6 +173,24 @@ def test_probabilities_sum_to_one_and_nothing_leads_on_clean_poses() -> None:
     assert [c.probability for c in found.ranking] == sorted(
         (c.probability for c in found.ranking), reverse=True
     )
+
+
+@pytest.mark.parametrize("freedom", [3.0, 30.0])
+def test_noise_that_few_samples_know_is_averaged_over_its_variance(freedom: float) -> None:
+    """The density is that of a variance with its inverse chi-square distribution."""
+    rng = np.random.default_rng(8)
+    x, r = 3 * rng.standard_normal((12, 2)), 2 * rng.standard_normal(12)
+    one = one_set(x, r, (2,))
+    tau = 4.0
+    cov = np.eye(12) + tau**2 * x @ x.T
+    q, log_det = float(r @ np.linalg.solve(cov, r)), float(np.linalg.slogdet(cov)[1])
+    v = np.exp(np.linspace(-12, 12, 40001))
+    weight = v ** (-0.5 * freedom) * np.exp(-0.5 * freedom / v)
+    inside = weight * v**-6.0 * np.exp(-0.5 * q / v) * np.exp(-0.5 * log_det)
+    exact = np.log(inside.sum() / (weight * v**-6.0 * np.exp(-0.0 / v)).sum())
+    stated, _ = Noise(12, freedom).log_density(np.array([q]), np.array([log_det]), float(r @ r))
+    assert stated[0] == pytest.approx(exact, abs=1e-6)
+    assert one.density_at(np.array([[tau]])).shape == (1,)
 
 
 def test_what_the_model_absorbs_is_projected_out() -> None:

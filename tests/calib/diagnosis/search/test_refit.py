@@ -8,9 +8,9 @@ from scipy.optimize import minimize_scalar
 
 from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.hypotheses.listed import listed_hypotheses
-from calib.diagnosis.search.expansion import search
 from calib.diagnosis.search.refit import refit
-from calib.diagnosis.search.set_densities import set_densities
+from calib.diagnosis.search.search import search
+from calib.diagnosis.search.table_at import table_at
 from calib.effects.catalogue import BASE, find_effect
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
@@ -86,12 +86,10 @@ def test_for_an_effect_near_the_noise_the_refit_changes_no_evidence(name: str) -
     """Linear there: the closed form at the base fit and at the joint refit are one."""
     base = fit(session(name, 3.0, "rich"), Model.of(BASE))
     listed, _ = listed_hypotheses(base)
-    state = search(base, listed)
     (j,) = (j for j, h in enumerate(listed) if h.name == name)
-    (density,) = set_densities(state.table, [(j,)])
-    at_base = density + listed[j].log_prior
-    at_refit = state.refitted((j,))
-    assert at_refit is not None
+    at_base = float(table_at(base, listed).weighed([(j,)], exactly=True)[0]) + listed[j].log_prior
+    (at_refit,) = (e for e in search(base, listed).entries
+                   if e.members == (j,) and e.refit is not None)
     assert at_refit.log_posterior == pytest.approx(at_base, abs=0.4)
 
 

@@ -1,0 +1,91 @@
+"""Which sets of hypotheses are weighed: all small ones, and those beside a solution."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.listed import Hypothesis
+from calib.diagnosis.search.table import Table
+from calib.poses.imu_log import FloatArray
+
+Members = tuple[int, ...]
+Key = int
+"""The names of the members of a set: a bit for each."""
+
+OFTEN = ("jump", "bad_pose")
+"""Kinds of which a set may hold several."""
+
+LARGEST_LISTED = 3
+"""Effects of a set that is enumerated; larger ones grow from the best. A limit of time."""
+
+BEST_OF_EACH_SIZE = 3
+"""Sets of effects, of each size, beside which everything else is weighed. A limit of time."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """The m hypotheses as members of sets."""
+
+    hypotheses: Sequence[Hypothesis]
+
+    @cached_property
+    def bits(self) -> list[Key]:
+        """The set of every hypothesis alone: steps and bad poses by their place, others by name."""
+        labels = [(h.name, h.detail if h.kind in OFTEN else "") for h in self.hypotheses]
+        place = {label: i for i, label in enumerate(dict.fromkeys(labels))}
+        return [1 << place[label] for label in labels]
+
+    def key(self, members: Iterable[int]) -> Key:
+        """The names of the members."""
+        key = 0
+        for j in members:
+            key |= self.bits[j]
+        return key
+
+    def log_prior(self, sets: Sequence[Members]) -> FloatArray:
+        """Log odds of the members of each set before the data, (B,), no unit."""
+        each = [h.log_prior for h in self.hypotheses]
+        return np.array([sum(each[j] for j in members) for members in sets])
+
+    def can_refit(self, members: Members) -> bool:
+        """Whether a model can hold all members for the length of a refit."""
+        return all(self.hypotheses[j].effect is not None for j in members)
+
+    def listed(self, table: Table, singles: FloatArray) -> list[int]:
+        """One hypothesis for every effect that is seen, at the likeliest of its shapes."""
+        best: dict[str, int] = {}
+        for j, h in enumerate(self.hypotheses):
+            if h.kind == "listed" and not table.is_blind(j):
+                known = best.setdefault(h.name, j)
+                if singles[j] > singles[known]:
+                    best[h.name] = j
+        return [*best.values()]
+
+    def of_effects(self, table: Table, listed: Sequence[int], count: int) -> Iterator[Members]:
+        """Every set of ``count`` of ``listed`` that leaves rows to check it with."""
+        spare = table.dof - CONSTANTS.fewest_dof
+        seen = table.seen.tolist()
+        for members in combinations(sorted(listed, key=lambda j: (seen[j], j)), count):
+            if sum(seen[j] for j in members) <= spare:
+                yield members
+
+    def one_more(self, table: Table, members: Members, which: Iterable[int]) -> Iterator[Members]:
+        """``members`` and one more of ``which``."""
+        inside, seen = self.key(members), table.seen.tolist()
+        if len(members) >= CONSTANTS.largest_set:
+            return
+        for j in which:
+            if seen[j] and not inside & self.bits[j]:
+                yield tuple(sorted((*members, j), key=lambda i: (seen[i], i)))
+
+    def beside(self, table: Table, members: Members, every: Sequence[int]) -> Iterator[Members]:
+        """The sets beside one: a member of ``every`` more, one less, or one exchanged."""
+        yield from self.one_more(table, members, every)
+        for k in members:
+            rest = tuple(j for j in members if j != k)
+            yield rest
+            yield from self.one_more(table, rest, every)

@@ -1,0 +1,253 @@
+"""From the sets of a search to probabilities: of each set, each effect, each class of effects.
+
+Two effects that replace each other in sets which are both believed are one class, and so are two
+that leave the same in the rows: these data do not tell them apart.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.listed import Hypothesis
+from calib.diagnosis.search.candidates import Candidates, Members
+from calib.diagnosis.search.refit import Refit
+from calib.diagnosis.search.table import Table
+from calib.diagnosis.search.table_at import table_at
+from calib.fit.least_squares.result import Fit
+from calib.poses.imu_log import FloatArray
+
+COURSES = ("jump", "wander")
+"""Kinds that say, like an unknown function of time: the bias has a course in time."""
+
+
+class Entry(NamedTuple):
+    """One set of hypotheses: its members' indices and its log posterior, not normalised.
+
+    ``refit`` is the joint refit of all its members, where one was made.
+    """
+
+    members: Members
+    log_posterior: float
+    refit: Refit | None = None
+
+    @property
+    def explains(self) -> bool:
+        """Whether the joint refit of all its members explains the rows."""
+        return self.refit is not None and self.refit.explains
+
+
+@dataclass(frozen=True)
+class Inclusion:
+    """A class of effects and the probability that one of them is missing.
+
+    Attributes
+    ----------
+    name : str
+        Its most probable member.
+    members : tuple of str
+        All, ``name`` first.
+    probability : float
+    kind : str
+        That of the hypothesis ``name``, or ``noise``.
+    follows : str or None
+        What ``name`` is a function of where it is an unknown function.
+    """
+
+    name: str
+    members: tuple[str, ...]
+    probability: float
+    kind: str
+    follows: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """The outcome of a search in probabilities.
+
+    Parameters
+    ----------
+    base : Fit
+    table : Table
+        Of all hypotheses at the base.
+    candidates : Candidates
+    entries : tuple of Entry
+    log_nothing : tuple of float
+        Log densities of the empty set with the stated and with larger noise.
+    log_factor, drop : array, shape (m,)
+        Of each hypothesis alone at the base: the log Bayes factor against nothing, -inf where it
+        is blind, and what it takes off chi-square.
+    """
+
+    base: Fit
+    table: Table
+    candidates: Candidates
+    entries: tuple[Entry, ...]
+    log_nothing: tuple[float, float]
+    log_factor: FloatArray
+    drop: FloatArray
+
+    @property
+    def hypotheses(self) -> Sequence[Hypothesis]:
+        """All that was weighed."""
+        return self.candidates.hypotheses
+
+    @property
+    def p_value(self) -> float:
+        """Whether the poses' own noise explains the residual of the base."""
+        return self.base.bounded_p_value
+
+    @cached_property
+    def _log_total(self) -> float:
+        return float(np.logaddexp.reduce([e.log_posterior for e in self.entries]))
+
+    def mass(self, entry: Entry) -> float:
+        """Probability of a set."""
+        return float(np.exp(entry.log_posterior - self._log_total))
+
+    @property
+    def nothing(self) -> float:
+        """Probability that nothing is missing and the stated noise holds."""
+        return float(np.exp(self.log_nothing[0] - self._log_total))
+
+    @property
+    def noise(self) -> float:
+        """Probability that the noise alone is larger than stated."""
+        return float(np.exp(self.log_nothing[1] - self._log_total))
+
+    @property
+    def is_nothing(self) -> bool:
+        """Whether the poses' own noise is the best explanation of the residual."""
+        return (self.nothing >= CONSTANTS.prior_nothing
+                and self.p_value > CONSTANTS.misfit_p_value)
+
+    @cached_property
+    def ordered(self) -> tuple[Entry, ...]:
+        """The sets, the most probable first."""
+        return tuple(sorted(self.entries, key=lambda e: (-e.log_posterior, e.members)))
+
+    @cached_property
+    def credible(self) -> tuple[Entry, ...]:
+        """The fewest sets that hold ``CONSTANTS.credible`` of the probability."""
+        inside, total = [], 0.0
+        for entry in self.ordered:
+            inside.append(entry)
+            total += self.mass(entry)
+            if total >= CONSTANTS.credible:
+                break
+        return tuple(inside)
+
+    def names(self, entry: Entry) -> frozenset[str]:
+        """The names of the members of a set."""
+        return frozenset(self.hypotheses[j].name for j in entry.members)
+
+    @cached_property
+    def _masses(self) -> tuple[tuple[frozenset[str], float], ...]:
+        return tuple((self.names(e), self.mass(e)) for e in self.entries)
+
+    def any_of(self, names: Iterable[str]) -> float:
+        """Probability that one of ``names`` is in the model."""
+        some = frozenset(names)
+        return sum(mass for inside, mass in self._masses if some & inside)
+
+    @cached_property
+    def lead(self) -> Entry:
+        """The likeliest set of those that weigh most together: sets that differ by one exchange
+        count together.
+        """
+        best = self.credible
+        if not best[0].members and self.mass(best[0]) >= CONSTANTS.prior_nothing:
+            return best[0]
+        weight = {a: sum(self.mass(b) for b in best if self._is_exchange(a, b)) for a in best}
+        most = max(weight.values())
+        return next(e for e in best if weight[e] > most * (1 - 1e-9))
+
+    def _is_exchange(self, a: Entry, b: Entry) -> bool:
+        """Whether ``b`` is ``a`` with at most one member in the place of another."""
+        one, other = self.names(a), self.names(b)
+        return len(a.members) == len(b.members) and len(one - other) <= 1
+
+    @cached_property
+    def classes(self) -> tuple[Inclusion, ...]:
+        """One class for each member of the leading set, in its order."""
+        lead, first = self.names(self.lead), self._first
+        rivals: dict[str, dict[str, float]] = {name: {} for name in lead}
+        for entry in self.credible:
+            names = self.names(entry)
+            lost, more = lead - names, names - lead
+            if len(lost) == len(more) == 1:
+                (mine,), (theirs,) = lost, more
+                if first[mine].kind == first[theirs].kind == "listed":
+                    rivals[mine][theirs] = self.mass(entry)
+        classes = []
+        for j in self.lead.members:
+            name = self.hypotheses[j].name
+            others = [n for n in rivals[name] if self.any_of([n]) >= CONSTANTS.least_offered]
+            others = sorted({*others, *self._aliases(j)}, key=lambda n: (-self.any_of([n]), n))
+            members = (name, *others)
+            classes.append(self._inclusion(name, members))
+        return tuple(dict.fromkeys(classes))
+
+    def _aliases(self, j: int) -> set[str]:
+        """What looks the same as member ``j`` of the leading set, and no refit of it refuted."""
+        lead, name = self.names(self.lead), self.hypotheses[j].name
+        if self.hypotheses[j].kind != "listed":
+            return set()
+        listed = [k for k, h in enumerate(self.hypotheses)
+                  if h.kind == "listed" and h.name not in lead]
+        same = {self.hypotheses[k].name for k in self._at_lead.aliases(j, listed)}
+        least = self.lead.log_posterior - CONSTANTS.refuted
+        believed = [self.names(e) for e in self.entries if e.log_posterior > least]
+        return {other for other in same if (lead - {name}) | {other} in believed}
+
+    @cached_property
+    def others(self) -> tuple[Inclusion, ...]:
+        """What else may be missing, the most probable first."""
+        covered = {name for each in self.classes for name in each.members}
+        alone: dict[str, float] = {}
+        for inside, mass in self._masses:
+            for name in inside - covered:
+                alone[name] = alone.get(name, 0.0) + mass
+        each = [Inclusion(n, (n,), min(p, 1.0), self._first[n].kind, self._first[n].follows)
+                for n, p in alone.items()]
+        return tuple(sorted(each, key=lambda i: (-i.probability, i.name)))
+
+    @cached_property
+    def inclusion(self) -> tuple[Inclusion, ...]:
+        """Every class that may be missing with its probability, the most probable first."""
+        every = sorted((*self.classes, *self.others), key=lambda each: -each.probability)
+        return tuple(i for i in every if i.probability >= CONSTANTS.least_listed)
+
+    @cached_property
+    def sets(self) -> tuple[tuple[tuple[str, ...], float], ...]:
+        """The sets by their names in alphabetical order, with their probabilities, the most
+        probable first.
+        """
+        masses: dict[tuple[str, ...], float] = {}
+        for entry in self.ordered:
+            names = tuple(sorted(self.names(entry)))
+            masses[names] = masses.get(names, 0.0) + self.mass(entry)
+        return tuple(sorted(masses.items(), key=lambda item: -item[1]))
+
+    @cached_property
+    def _at_lead(self) -> Table:
+        """The table at the leading set's refit: signatures at the base are bent by what it lacks.
+        """
+        joint = self.lead.refit
+        return self.table if joint is None else table_at(joint.fit, self.hypotheses, joint.names)
+
+    @cached_property
+    def _first(self) -> dict[str, Hypothesis]:
+        return {h.name: h for h in reversed(self.hypotheses)}
+
+    def _inclusion(self, name: str, members: Sequence[str]) -> Inclusion:
+        h = self._first[name]
+        return Inclusion(name, tuple(members), min(self.any_of(members), 1.0), h.kind, h.follows)
+
+
+def is_course(each: Hypothesis | Inclusion) -> bool:
+    """Whether it says that the bias has a course in time, without the name of an effect."""
+    return each.kind in COURSES or each.follows == "time_s"

@@ -1,0 +1,204 @@
+"""The search over sets of hypotheses: which sets explain the residual, and with what odds.
+
+At the base every set of up to three effects is screened in closed form, and beside the best of each
+size every other way to fail. The likeliest are refitted jointly. At the likeliest solution, where
+the linearisation is right, the sets beside it are weighed again and the best of these refitted in
+turn, until none that could be the best is without a refit. Sets of four and more grow so.
+"""
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.listed import Hypothesis, held
+from calib.diagnosis.search.candidates import (
+    BEST_OF_EACH_SIZE,
+    LARGEST_LISTED,
+    Candidates,
+    Key,
+    Members,
+)
+from calib.diagnosis.search.posterior import Entry, Posterior
+from calib.diagnosis.search.refit import Refit, refit
+from calib.diagnosis.search.sizes import exceeds_nature, within_nature
+from calib.diagnosis.search.table import Table
+from calib.diagnosis.search.table_at import table_at
+from calib.effects.effect import Effect
+from calib.fit.least_squares.result import Fit
+from calib.poses.imu_log import FloatArray
+
+ROUNDS = 6
+"""Solutions at which sets are weighed again, at most. A limit of time."""
+
+FAR_ROUNDS = 2
+"""Rounds in which sets are refitted that only a bent linearisation puts behind. A limit of time."""
+
+REFITTED = 4
+"""Sets refitted in one round. A limit of time."""
+
+GROWN = 3
+"""Best sets whose neighbours are weighed again in one round. A limit of time."""
+
+
+def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Posterior:
+    """Search the sets of ``hypotheses`` for what the model of ``base`` lacks."""
+    table = table_at(base, hypotheses)
+    search = _Search(base, table, Candidates(within_nature(table, hypotheses)))
+    search.screen_small()
+    if search.posterior.is_nothing:
+        return search.posterior
+    search.screen_larger()
+    for count in range(ROUNDS):
+        if not search.refit_best(from_afar=count < FAR_ROUNDS):
+            break
+        search.weigh_again()
+    return search.posterior
+
+
+class _Search:
+    """The sets of one search with what they weigh, by the names of their members."""
+
+    def __init__(self, base: Fit, table: Table, candidates: Candidates) -> None:
+        self.base, self.table, self.candidates = base, table, candidates
+        self.nothing = table.noise.nothing(table.chi2)
+        self.singles, self.drop = table.singles()
+        self.entries: dict[Key, Entry] = {0: Entry((), float(np.logaddexp(*self.nothing)))}
+        self.seen = np.flatnonzero(table.seen).tolist()
+        self.refused: set[Key] = set()
+        self.solution: Refit | None = None
+
+    @property
+    def posterior(self) -> Posterior:
+        """What the search knows so far."""
+        least = max(e.log_posterior for e in self.entries.values()) - CONSTANTS.negligible
+        entries = tuple(e for e in self.entries.values()
+                        if e.log_posterior > least or e.refit is not None or not e.members)
+        return Posterior(
+            self.base, self.table, self.candidates, entries, self.nothing,
+            self.singles - np.logaddexp(*self.nothing), self.drop,
+        )
+
+    def screen_small(self) -> None:
+        """Weigh every hypothesis alone and every pair of effects."""
+        alone = [(j,) for j in self.seen]
+        self._note(alone, self.singles[self.seen] + self.candidates.log_prior(alone))
+        self._weigh(self.table, [*self.candidates.of_effects(self.table, self._listed, 2)])
+
+    def screen_larger(self) -> None:
+        """Weigh the larger sets of effects, and everything else beside the best of each size."""
+        for count in range(3, LARGEST_LISTED + 1):
+            self._weigh(self.table, [*self.candidates.of_effects(self.table, self._listed, count)])
+        best: dict[int, list[Members]] = {}
+        listed = {*self._listed}
+        for entry in sorted(self.entries.values(), key=lambda e: -e.log_posterior):
+            if entry.members and listed.issuperset(entry.members):
+                best.setdefault(len(entry.members), []).append(entry.members)
+        self._weigh(self.table, sorted({
+            larger for of_size in best.values() for members in of_size[:BEST_OF_EACH_SIZE]
+            for larger in self.candidates.one_more(self.table, members, self.seen)
+        }))
+
+    @cached_property
+    def _listed(self) -> list[int]:
+        return self.candidates.listed(self.table, self.singles)
+
+    def weigh_again(self) -> None:
+        """Weigh at the likeliest solution what is near the best, and what is beside the best."""
+        solution = max((e for e in self.entries.values() if e.refit is not None),
+                       key=lambda e: e.log_posterior, default=None)
+        if solution is None or solution.refit is None:
+            return
+        self.solution = solution.refit
+        table = table_at(solution.refit.fit, self.candidates.hypotheses, solution.refit.names)
+        best = sorted(self.entries.values(), key=lambda e: -e.log_posterior)
+        near = [e.members for e in best
+                if e.log_posterior > best[0].log_posterior - CONSTANTS.negligible]
+        sets = {*near} - {()}
+        for entry in best[:GROWN]:
+            sets |= {*self.candidates.beside(table, entry.members, self.seen)}
+        self._weigh(table, sorted(sets))
+
+    def _weigh(self, table: Table, sets: Sequence[Members]) -> None:
+        """Note the log posterior of ``sets`` at ``table``."""
+        fresh = [members for members in sets if self._is_open(self.candidates.key(members))]
+        if fresh:
+            values = table.weighed(fresh, exactly=False)
+            self._note(fresh, values + self.candidates.log_prior(fresh))
+
+    def _note(self, sets: Sequence[Members], values: FloatArray) -> None:
+        """Keep what ``sets`` weigh, those of the same names together."""
+        by_key: dict[Key, tuple[float, float, Members]] = {}
+        for members, value in zip(sets, values.tolist(), strict=True):
+            if np.isfinite(value):
+                key = self.candidates.key(members)
+                total, best, chosen = by_key.get(key, (-np.inf, -np.inf, members))
+                by_key[key] = (float(np.logaddexp(total, value)), max(best, value),
+                               members if value > best else chosen)
+        for key, (total, _, members) in by_key.items():
+            self.entries[key] = Entry(members, total)
+
+    def _is_open(self, key: Key) -> bool:
+        """Whether a set is neither refused nor weighed at its own refit."""
+        known = self.entries.get(key)
+        return (known is None or known.refit is None) and not self._is_refused(key)
+
+    def _is_refused(self, key: Key) -> bool:
+        return key in self.refused or any(
+            one & key for one in self.refused if one.bit_count() == 1)
+
+    def refit_best(self, from_afar: bool) -> bool:
+        """Refit the likeliest sets that have no refit yet; whether there were any.
+
+        The linearisation is right at a solution, and one more member that is small is linear as it
+        is; elsewhere it errs the more, the more there is to explain.
+        """
+        best = max(e.log_posterior for e in self.entries.values()
+                   if self.candidates.can_refit(e.members))
+        least = best - CONSTANTS.behind
+        if from_afar:
+            least -= CONSTANTS.behind_share * (best - self.entries[0].log_posterior)
+        whole = [k for k, e in self.entries.items() if e.refit is not None]
+        open_ones = [
+            e for k, e in self.entries.items()
+            if e.members and e.refit is None and self.candidates.can_refit(e.members)
+            and (e.log_posterior > least or (self.solution is None and len(e.members) == 1))
+            and (e.log_posterior > best - CONSTANTS.near
+                 or not any(part & k == part for part in whole))
+        ]
+        open_ones.sort(key=lambda e: -e.log_posterior)
+        chosen = open_ones[:REFITTED]
+        if from_afar:  # one effect by itself is a start where all larger sets are astray
+            chosen += [e for e in open_ones[REFITTED:] if len(e.members) == 1][:REFITTED]
+        for entry in chosen:
+            self._refit(entry.members)
+        return bool(chosen)
+
+    def _refit(self, members: Members) -> None:
+        """Weigh a set at its own joint refit.
+
+        Where the rows have no such solution, or one that nature does not have, it is refused.
+        """
+        key = self.candidates.key(members)
+        chosen = [self.candidates.hypotheses[j] for j in members]
+        joint = refit(self.base, [self._effect(j) for j in members])
+        if joint is None or exceeds_nature(joint):
+            self.refused.add(key)
+            self.entries = {k: e for k, e in self.entries.items() if not self._is_refused(k)}
+            return
+        table = table_at(joint.fit, chosen, joint.names)
+        order = sorted(range(len(members)), key=lambda i: int(table.seen[i]))
+        value = float(table.weighed([tuple(order)], exactly=True)[0])
+        value += float(self.candidates.log_prior([members])[0]) + joint.log_shape_width
+        value += sum(float(np.log(len(h.effect.shape.starts))) for h in chosen
+                     if h.effect is not None and h.effect.shape is not None)
+        self.entries[key] = Entry(members, value, joint)
+
+    def _effect(self, j: int) -> Effect:
+        h = self.candidates.hypotheses[j]
+        effect = held(h, j)
+        if h.shape is None:
+            return effect
+        known = None if self.solution is None else self.solution.fit.shapes.get(h.name)
+        return effect.from_shape(h.shape if known is None else known)
