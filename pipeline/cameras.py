@@ -18,7 +18,7 @@ from pipeline.errors import UnreadableInput
 from pipeline.files import write_whole
 
 FOLDER = "turntable-imu-calibration"
-FORMAT = 1  #: of the file: its index
+FORMAT = 1  #: number of the file's format: its index
 LARGEST_PPM = 1e4  #: fact: no quartz and no ceramic resonator is off by one per cent
 
 AGEING_PPM_PER_YEAR = 3.0

@@ -24,7 +24,7 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 
 LARGEST_MISALIGNMENT = 0.5
-"""Of an alignment matrix from the unit matrix, in any element; beyond, it is none. Derived: half of
+"""Difference of an alignment matrix from the unit matrix in any element, at most. Derived: half of
 what an axis that is exchanged or mirrored, or a gain in the matrix, makes."""
 
 

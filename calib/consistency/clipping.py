@@ -1,8 +1,8 @@
 """Readings cut off below the converter's range: by a filter, an amplifier, or another full scale.
 
 Noise is densest in its middle. Where a log stands at its own largest (or smallest) value in a
-quarter of its samples and more, and the logs of the same sensor usually do so in next to none, that
-value is a limit.
+quarter of its samples and more, twice as often as the sensor's other logs stand anywhere, that
+value is a limit. A quiet sensor on a coarse converter stands somewhere most of the time.
 """
 
 from collections.abc import Sequence
@@ -11,20 +11,17 @@ import numpy as np
 
 from calib.errors import Undetermined
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import AXES, ImuLog, Triad
+from calib.poses.imu_log import AXES, FloatArray, ImuLog, Triad
 
 CLIPPED_SHARE = 0.25
-"""Of a log's samples at its extreme. Normal noise of a step's size has 7 % there, of half a step's
-31 %: what steps so coarsely does it in most logs. Derived, between the two. Half and double
-change none of 2 ordinary sessions and 1 mistake in ``tests.bench.contradiction_limits``."""
-
-USUAL_SHARE = 0.05
-"""Of a log's samples at its extreme, the median of the sensor's logs that are not at the limit.
-Derived: below the 7 % of normal noise of a step's size, above which no limit shows."""
+"""Share of a log's samples at its extreme. Normal noise of a step's size has 7 % there, of half a
+step's 31 %: what steps so coarsely does it in most logs. Derived, between the two."""
 
 PILED_UP = 2.0
-"""Times as frequent as any other value: noise cut off within its own width is. Derived: normal
-noise cut off at its mean has half of its samples there and a step's share elsewhere."""
+"""Times as frequent as the most frequent value in the median of the sensor's other logs. Derived:
+by the place of the mean between two steps, normal noise of a third of a step and more makes the
+most frequent value up to twice as frequent in one log as in another; what is quieter has one that
+more than half of its samples have, and nothing can be twice as frequent."""
 
 
 def require_unclipped(logs: Sequence[ImuLog], triad: Triad, spec: TriadSpec) -> None:
@@ -54,17 +51,22 @@ def require_unclipped(logs: Sequence[ImuLog], triad: Triad, spec: TriadSpec) -> 
     for extreme, limit in ((high, high.max(axis=0)), (low, low.min(axis=0))):
         share = np.array([(each == at).mean(axis=0)
                           for each, at in zip(values, extreme, strict=True)])
-        usual = np.array([np.median(each[~held]) if not held.all() else 1.0
-                          for each, held in zip(share.T, at_limit.T, strict=True)])
-        clipped = (share > CLIPPED_SHARE) & (extreme == limit) & (usual < USUAL_SHARE)
+        clipped = (share > CLIPPED_SHARE) & (extreme == limit)
         clipped &= (extreme > rails[0]) & (extreme < rails[1])
         for i, k in np.argwhere(clipped).tolist():
-            _, counts = np.unique(values[i][:, k], return_counts=True)
-            if np.sort(counts)[-2:].sum() - counts.max() > counts.max() / PILED_UP:
-                continue  # coarse steps: the value beside it is as frequent
+            others = [each[:, k] for each, held in zip(values, at_limit[:, k], strict=True)
+                      if not held]
+            if not others or share[i, k] < PILED_UP * np.median([*map(_largest_share, others)]):
+                continue
             raise Undetermined(
                 f"{used[i].label}: {triad} {AXES[k]} stands at {extreme[i, k]:g} in "
                 f"{100 * share[i, k]:.0f} % of its samples, and in no log of this run goes beyond: "
                 f"the axis is clipped there, or stuck. The true value is unknown; choose a larger "
                 f"full scale or a slower plate, and record the pose again."
             )
+
+
+def _largest_share(values: FloatArray) -> float:
+    """Share of the most frequent value."""
+    _, counts = np.unique(values, return_counts=True)
+    return float(counts.max() / len(values))

@@ -24,17 +24,17 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 
 LEAST_SHARE = 0.5
-"""Of what the accelerometer senses across gravity, that must go round for its rate to be known:
-then nothing else can be as large. Derived."""
+"""Share of what the accelerometer senses across gravity that goes round where its rate counts as
+known: nothing else can then be as large. Derived."""
 
 LEFT_SHARE = 0.1
-"""Of that, at the stated rate, at most for the two to contradict each other. A judgement: a wave
-two turns away leaks less than 3 % into it. Half and double change none of 2 ordinary sessions and 6
-mistakes in ``tests.bench.contradiction_limits``."""
+"""Share of that at the stated rate, below which the two rates contradict each other. A judgement: a
+wave two turns away leaks less than 3 % into it. Half and double change none of 2 ordinary sessions
+and 6 mistakes in ``tests.bench.contradiction_limits``."""
 
 LARGEST_CLOCK_ERROR = 0.05
-"""Of a controller's or a sensor's own oscillator without a crystal. A fact: internal RC
-oscillators are stated to 1 to 5 % over temperature."""
+"""Relative error of a controller's or a sensor's own oscillator without a crystal. A fact: internal
+RC oscillators are stated to 1 to 5 % over temperature."""
 
 FASTEST, SLOWEST = 6.0, 0.1
 """Rates looked at, in units of the stated one: 78 over 16 rpm is 4.7. Derived from the speeds
@@ -51,7 +51,8 @@ PADDING = 8
 """Times the length of a log, for a spectrum dense enough to interpolate. Numerical."""
 
 SAMPLES_PER_TURN = 3.0
-"""Of the fastest rate looked at, after averaging. Derived: more than two show a wave. Numerical."""
+"""Samples in a turn of the fastest rate looked at, after averaging. Derived: more than two show a
+wave. Numerical."""
 
 FEWEST_MEANS = 12
 """Means of a log at least, from which a line is taken off. Derived: six of each half. Numerical."""

@@ -12,8 +12,8 @@ from calib.poses.pose_set import PoseSet
 from calib.poses.triad_kind import TRIAD_KINDS
 
 SHEET_TOLERANCE = 0.3
-"""Of a gain, relative. Fact: gains lie within a few per cent of most data sheets, that of the
-paper's own MTi 28 % off."""
+"""Relative deviation of a gain from its data sheet. Fact: gains lie within a few per cent of most
+data sheets, that of the paper's own MTi 28 % off."""
 
 
 def turning_while_still(poses: PoseSet) -> Iterator[str]:

@@ -28,7 +28,7 @@ from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 
 PLATE_RADIUS_M = 0.15  #: m; fact: of a record
-FEWEST_POSES = 3  #: of a run; derived: the median of fewer is that of one pose
+FEWEST_POSES = 3  #: poses of a run at least; derived: the median of fewer is that of one pose
 UNKNOWN_SD = 5.0
 """Sds of the calibrated |f| within which nothing is contradicted. Derived: normal noise is beyond
 them in 6e-7 of poses, so that none of a session's hundreds contradicts by chance."""
@@ -41,8 +41,8 @@ FACTORS: Mapping[float, str] = {
 """What brings readings of a common mistake of range, unit or bits back, and what they are."""
 
 NOTICEABLE = 5e-4
-"""Of gravity: what noise, placement and warmth leave in a good session; a mistake that changes less
-than this goes unnoticed and does as little harm. A judgement: half and twice change none of 4
+"""Share of gravity that noise, placement and warmth leave in a good session; a mistake that changes
+less than this goes unnoticed and does as little harm. A judgement: half and twice change none of 4
 ordinary sessions and 2 mistakes (``tests.bench.contradiction_limits``)."""
 
 

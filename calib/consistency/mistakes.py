@@ -30,7 +30,7 @@ from calib.poses.imu_log import AXES, BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
 
 LEFT_OVER = 0.01
-"""Of the misfit above its degrees of freedom, that a named mistake leaves at most. A
+"""Share of the misfit above its degrees of freedom that a named mistake leaves at most. A
 judgement: what a sensor's effects leave of an exchanged axis or a wrong range."""
 
 SAME_RATE = 0.02
@@ -38,10 +38,12 @@ SAME_RATE = 0.02
 their speed to 2 %, and the speeds of records differ by 35 % and more."""
 
 OTHER_GAIN = 0.01
-"""Of a gyro's gain, by which runs differ at most. Fact: 300 ppm/°C of data sheets over 30 °C."""
+"""Relative difference between the gains of a gyro in two runs, at most. Fact: 300 ppm/°C of data
+sheets over 30 °C."""
 
 CERTAIN_SD = 5.0
-"""Of a difference of gains. Derived: 3 axes of some runs exceed it with a chance below 1e-5."""
+"""Number of sds of a difference of gains. Derived: 3 axes of some runs exceed it with a chance
+below 1e-5."""
 
 BOUND_SLACK = 16.0
 """Times the chi-square that a mistake may leave: the bound holds to first order, and for gains that
@@ -157,7 +159,7 @@ def require_one_sensor(poses: PoseSet, model: Model, fitted: Fit) -> None:
 
 
 def _hopeful(mistakes: Sequence[Mistake], whole: float, rows: int) -> list[Mistake]:
-    """Those that can leave little enough of the misfit to be named; a fit of each would take long.
+    """Mistakes that can leave little enough of the misfit to be named; fitting all would take long.
 
     ``whole`` is the chi-square as the session stands, infinite where there is no fit.
     """

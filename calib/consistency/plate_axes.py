@@ -23,8 +23,8 @@ LEAST_SPREAD = 0.05
 
 MOST_RUNS = 8  #: a limit of time
 LARGEST_SCATTER = 0.2
-"""Of the directions, rad, about what one rotation makes of them: a sensor ten centimetres off the
-spindle at 45 rpm senses gravity turned by as much. Derived."""
+"""Scatter of the directions about what one rotation makes of them, rad: a sensor ten centimetres
+off the spindle at 45 rpm senses gravity turned by as much. Derived."""
 
 OTHER_POSE = 0.5
 """From here on, rad, a single pose cannot belong to the frame of the others: the smallest exchange

@@ -21,7 +21,7 @@ FINER: Mapping[str, tuple[str, float]] = {"°/s": ("°/h", SECONDS_PER_HOUR), "%
 """The unit of small sizes, and how many of it the coarser unit is."""
 
 FINER_BELOW = 0.01
-"""Of the coarser unit: below it the finer one has fewer zeros. It chooses words only."""
+"""Size in the coarser unit below which the finer one has fewer zeros. It chooses words only."""
 
 DENOMINATORS: Mapping[str, tuple[str, float]] = {
     "(m/s²)": ("g", STANDARD_GRAVITY_M_S2),

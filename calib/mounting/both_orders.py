@@ -24,7 +24,7 @@ from calib.mounting.levelling import (
 from calib.mounting.still_reading import log_conditions
 from calib.poses.imu_log import FloatArray, ImuLog
 
-MOST_READINGS = 300  #: of a figure: as many as the paper's figure 5 has; of a picture
+MOST_READINGS = 300  #: readings in a figure: as many as the paper's figure 5 has; of a picture
 
 
 @dataclass(frozen=True, eq=False)

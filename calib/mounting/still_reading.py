@@ -34,7 +34,7 @@ SAME_PLACE_SD = 6.0
 """Or within so many sds of their noise. Derived: four where those of a log of 3 s are short by 30 %
 (``tests/bench/study_installation.py``: 83 % lie within what 95 % should)."""
 
-DIFFERENCE_SHARE = 1e-4  #: of the reading, step of a central difference: numerical
+DIFFERENCE_SHARE = 1e-4  #: step of a central difference, in readings: numerical
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,21 +25,21 @@ from calib.noise.allan import LONGEST, AllanCurve, allan_variances, averaging_fa
 from calib.noise.spectra import FLICKER, NAMES, VarianceModel
 from calib.poses.imu_log import BoolArray, FloatArray
 
-ITERATIONS = 6  #: of the weights; twice as many change no digit, two are too few; numerical
+ITERATIONS = 6  #: steps of the weights; twice as many change no digit, two are too few; numerical
 OPTIONAL = ("quantisation", "rate_ramp")
 """What few sensors show, and what takes from the random walk and the density beside it."""
 
 OPTIONAL_SDS = 4.0  #: less and they are left out of the fit; derived: 1 in 30,000 of a normal one
 SEEN_SDS = 2.0  #: a square of fewer of its sds is not seen; derived: 1 in 44 of a normal variable
-RISK = 0.05  #: that a coefficient is beyond its upper limit; fact: results.json states it so
-LUCK = 0.16  #: of logs in which noise alone shows so little; derived: one sd below, as Cowan et al.
+RISK = 0.05  #: chance that a coefficient is beyond its upper limit; fact: results.json states it so
+LUCK = 0.16  #: share of logs where noise shows so little; derived: one sd below, as Cowan et al.
 SYMMETRIC = 1e-3  #: a skewness of less leaves the normal distribution as it is; numerical
 PRECISION = 1e-3  #: relative, of the square of an upper limit; numerical
-LARGEST_FACTOR = 1e6  #: of the square of a limit over the estimate and its sd; numerical
+LARGEST_FACTOR = 1e6  #: square of a limit over the estimate and its sd, at most; numerical
 SMALLEST_SHARE = 1e-6
-"""Of a variance, added so that correlations of nearly 1 have an inverse; and of the white noise
-that the curve allows, so that noise of a ramp alone scatters. Ten times less or more changes no
-digit that is printed. Numerical."""
+"""Share of a variance that is added, so that correlations of nearly 1 have an inverse; and of the
+white noise that the curve allows, so that noise of a ramp alone scatters. Ten times less or more
+changes no digit that is printed. Numerical."""
 
 WHITE = NAMES.index("noise_density")
 
@@ -123,7 +123,7 @@ def axis_noise(readings: FloatArray, step_s: float) -> AxisNoise:
 
 @lru_cache(maxsize=1)
 def _model(count: int, step_s: float) -> VarianceModel:
-    """That of a record; the axes of one log have the same."""
+    """The model of a record; the axes of one log share it."""
     return VarianceModel(averaging_factors(count), step_s, count)
 
 
@@ -177,7 +177,7 @@ class _Record:
         return np.asarray(np.linalg.inv(np.linalg.cholesky(shares)) / scale)
 
     def excess(self, i: int, square: float, kept: BoolArray) -> float:
-        """By how many sds the log shows more of coefficient i than RISK of all logs would.
+        """Number of sds by which the log shows more of coefficient i than RISK of all logs would.
 
         The logs are those of noise with this ``square``. Which of the others are there is not asked
         of the log: all that are ``kept`` stand beside it, or the risk would be a larger one.
@@ -197,7 +197,7 @@ class _Record:
 
 
 def _quantile(probability: float, skewness: float) -> float:
-    """Of a gamma distribution of mean 0 and sd 1 that has this skewness."""
+    """Quantile of a gamma distribution of mean 0 and sd 1 with this skewness."""
     if abs(skewness) < SYMMETRIC:
         return float(ndtri(probability))
     shape = 4 / skewness**2

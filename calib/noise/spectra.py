@@ -23,8 +23,8 @@ FLICKER = 2 * math.log(2) / math.pi
 """Allan variance of flicker noise over B² at times of many samples: IEEE Std 952. Definition."""
 
 NAMES = ("quantisation", "noise_density", "bias_instability", "random_walk", "rate_ramp")
-FREQUENCIES = 6000  #: of the integral, spaced by their logarithm; numerical
-LOWEST = 0.02  #: of the frequencies, times the inverse of the record's length; numerical
+FREQUENCIES = 6000  #: frequencies of the integral, spaced by their logarithm; numerical
+LOWEST = 0.02  #: lowest frequency in inverse lengths of the record; numerical
 
 
 class VarianceModel:

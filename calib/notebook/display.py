@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
-NAME_WIDTH = 24  #: of a parameter in a terminal; a width of text
+NAME_WIDTH = 24  #: width of a parameter's name in a terminal; a width of text
 Parameter = tuple[str, str, float, float]  #: name, unit, value, sd (NaN where it has none)
 
 

@@ -35,7 +35,7 @@ from calib.poses.pose_set import PoseSet
 WEDGE = natural_directions(corners=False)
 
 WEAK_PRIOR = 1e-9
-"""Of the information on a parameter; it makes plans comparable that are not determined yet.
+"""Share of the information on a parameter; it makes plans comparable that are not determined yet.
 Numerical: as small as the singular values that count as none (``RANK_TOLERANCE``)."""
 
 

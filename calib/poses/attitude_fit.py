@@ -18,7 +18,7 @@ from calib.poses.imu_log import FloatArray
 
 STEPS = 12  #: numerical limit
 SMALLEST_STEP = 1e-12
-"""Of a gain, and of a bias over the magnitude: rounding."""
+"""Step of a gain, and of a bias over the magnitude: rounding."""
 
 SINGULAR = 1e-9
 """Singular value of unit columns over the largest, below which rests determine nothing: numerical,

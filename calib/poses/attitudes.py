@@ -85,7 +85,7 @@ def direction_name(direction: FloatArray) -> str:
 
 
 def uncovered(directions: FloatArray, wanted: FloatArray) -> FloatArray:
-    """Those of the ``wanted`` directions with no pose near them.
+    """The ``wanted`` directions with no pose near them.
 
     Parameters
     ----------

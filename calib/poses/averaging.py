@@ -42,8 +42,8 @@ LEAST_PER_TURN = 5
 """Samples per turn. Derived: a mean and both harmonics are five unknowns."""
 
 LONGEST_PAUSE = 0.25
-"""Of a turn, in which no sample was logged. Derived: the mean of a wave over three turns
-is then up to 0.08 of its amplitude."""
+"""Share of a turn in which no sample was logged. Derived: the mean of a wave over three turns is
+then up to 0.08 of its amplitude."""
 
 WHOLE_TURN = 1e-9  #: turns by which a last one may fall short: rounding of the stamps
 
@@ -112,7 +112,7 @@ class PoseMean:
 
 _NOTHING = np.full(3, np.nan)
 NOT_LOGGED = TriadMean(_NOTHING, _NOTHING, _NOTHING, _NOTHING)
-"""Of a triad that was not logged."""
+"""The mean of a triad that was not logged."""
 
 
 def stated_means(

@@ -5,14 +5,14 @@ import numpy as np
 from calib.poses.imu_log import FloatArray
 
 BATCHES = 6
-"""Of a pose. A judgement: fewer outlast the correlation better, more state the variance better; six
-have five degrees of freedom."""
+"""Number of batches of a pose. A judgement: fewer outlast the correlation better, more state the
+variance better; six have five degrees of freedom."""
 
 COARSE_BATCHES = BATCHES // 2
 """Derived: twice as long, so that the ratio of both variances shows the correlation
 (:func:`calib.poses.mean_noise.correlation_factor`)."""
 
-SHORTEST_SAMPLES = 2 * BATCHES  #: of a pose; derived: two in each batch
+SHORTEST_SAMPLES = 2 * BATCHES  #: samples of a pose; derived: two in each batch
 
 
 def batch_means(values: FloatArray, count: int) -> FloatArray:

@@ -6,9 +6,9 @@ from calib.numbers import NO_LENGTH
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 
-MOST_DECIMALS = 9  #: of a value in a log or on a certificate; more are no rounding; numerical
+MOST_DECIMALS = 9  #: decimals of a value in a log or a certificate; more are exact; numerical
 PRINTED_TOLERANCE = 1e-6
-"""Of the last decimal: far above the rounding of a double, far below one."""
+"""Tolerance in units of the last decimal: far above the rounding of a double, far below one."""
 
 STEP_TERMS = 100
 """The series is within 0.6 % of Δ²/12 without noise, and exact with any. Numerical."""

@@ -12,7 +12,7 @@ from calib.numbers import MEDIAN_OF_NORMAL
 from calib.poses.imu_log import FloatArray
 
 SEEN_CHI2 = 13.8
-"""Of two components: noise alone makes as much once in a thousand poses. Derived."""
+"""Chi-square of two components: noise alone makes as much once in a thousand poses. Derived."""
 
 
 def creep_rate(batches: FloatArray, duration_s: float) -> float:

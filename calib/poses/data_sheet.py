@@ -12,8 +12,8 @@ import numpy as np
 from calib.poses.imu_log import FloatArray
 
 LARGEST_DRIFT = 0.02
-"""Of gravity, by which a low-cost accelerometer drifts between its calibration and its use. Fact:
-0.02 %/K of gain and 0.5 to 0.9 mg/K of offset (MPU-6050) make 1.4 to 2.2 % over 20 K."""
+"""Share of gravity by which a low-cost accelerometer drifts between its calibration and its use.
+Fact: 0.02 %/K of gain and 0.5 to 0.9 mg/K of offset (MPU-6050) make 1.4 to 2.2 % over 20 K."""
 
 Encoding = Literal["offset-binary", "twos-complement", "unsigned-twos-complement", "si"]
 

@@ -7,7 +7,7 @@ import numpy as np
 from calib.poses.imu_log import FloatArray, IntArray
 
 STRETCHES = 40
-"""Of a picture: as many as a chart of a phone's width can show apart."""
+"""Number of stretches of a picture: as many as a chart of a phone's width can show apart."""
 
 
 def envelope(values: FloatArray) -> FloatArray:

@@ -15,10 +15,10 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
 Triad = Literal["accelerometer", "gyroscope"]
-TRIADS: tuple[Triad, Triad] = ("accelerometer", "gyroscope")  #: those that a log holds
+TRIADS: tuple[Triad, Triad] = ("accelerometer", "gyroscope")  #: the triads that a log holds
 AXES = ("x", "y", "z")
 TEMPERATURE = "temperature_c"  #: the column of the sensor's temperature, in every log
-SI_UNIT: Mapping[str, str] = PerKind(lambda kind: kind.unit)  #: of a triad's readings
+SI_UNIT: Mapping[str, str] = PerKind(lambda kind: kind.unit)  #: SI unit of a triad's readings
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,10 +25,11 @@ NEIGHBOURS = (-2, -1, 1, 2)
 a spectrum that falls in between is not mistaken."""
 
 FEWEST_TURNS = 3
-"""Of a pose that shows a wave. Derived: the lowest neighbour then is one wave per pose."""
+"""Number of turns of a pose that shows a wave. Derived: the lowest neighbour then is one wave per
+pose."""
 
 LARGEST_WOW = 0.2
-"""Of the rate: a plate that varies by more, or a gyroscope that is far off, is no clock of the
+"""Share of the rate: a plate that varies by more, or a gyroscope that is far off, does not tell the
 angle. A judgement."""
 
 

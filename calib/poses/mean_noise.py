@@ -21,12 +21,12 @@ from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.sway import shortfall
 
 BATCH_DOF = BATCHES - 1  #: degrees of freedom of one pose's batches; definition
-MEDIAN_OF_CHI2_5 = 4.3515  #: of chi-square with BATCH_DOF; definition
+MEDIAN_OF_CHI2_5 = 4.3515  #: median of chi-square with BATCH_DOF; definition
 LEAST_BY_CHANCE = 0.042
 """0.1 % quantile of chi-square with BATCH_DOF over BATCH_DOF, a fact: a pose calmer than that shows
 a converter's step or a frozen block, not how alike the poses are."""
 NEWTON_STEPS = 20
-"""Of the inverse of the trigamma function; it converges quadratically and from one side.
+"""Steps of the inverse of the trigamma function; it converges quadratically and from one side.
 Numerical."""
 LARGEST_TYPICAL = 10.0
 """Poses noisier than this many times the typical variance were disturbed; they say nothing of the
@@ -177,7 +177,7 @@ def correlation_ratio(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> float
 
 
 def correlation_factor(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> float:
-    """By how much the variance of a pose mean exceeds what its BATCHES batches say.
+    """Ratio of the variance of a pose mean to what its BATCHES batches say.
 
     Noise that stays correlated over x T of a pose of length T gives batches a variance that falls
     short, and the more batches the more: the ratio of the estimates from 3 and from 6 of them is

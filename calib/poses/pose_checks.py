@@ -22,12 +22,12 @@ FINER = 4
 bends SHORT_BATCHES means is straight over a quarter of their length. Derived."""
 
 RAIL_SHARE = 1e-3
-"""Of the samples, at the end of the range. Derived: normal noise cut off there moves its mean by
-σ(φ(z) - z p) = 2.8e-4 of its sd, a hundredth of the sd of the mean of 1300 samples; half of the
+"""Share of the samples at the end of the range. Derived: normal noise cut off there moves its mean
+by σ(φ(z) - z p) = 2.8e-4 of its sd, a hundredth of the sd of the mean of 1300 samples; half of the
 share by 1.3e-4, twice by 5.8e-4."""
 LARGEST_SHIFT_SD = 10.0
-"""Of the noise that the pose itself shows. Derived: of 200,000 poses of white noise 0.8 % stray by
-more than 5 of it, none by more than 8.4 (a twentieth as many in
+"""Number of sds of the noise that the pose itself shows. Derived: of 200,000 poses of white noise
+0.8 % stray by more than 5 of it, none by more than 8.4 (a twentieth as many in
 ``test_no_pose_of_white_noise_strays_by_the_limit_and_some_stray_by_half_of_it``)."""
 
 LARGEST_STILL_SHIFT = {"accelerometer": 0.02, "gyroscope": 0.02}
@@ -35,17 +35,18 @@ LARGEST_STILL_SHIFT = {"accelerometer": 0.02, "gyroscope": 0.02}
 A judgement."""
 
 LARGEST_RATE_CHANGE = 0.005
-"""Of the plate's rate, within a pose and from pose to pose. A judgement: 2.5 times the wow of belt
-drives (0.2 %), of which whole turns leave little. Half and double contradict none of 2 ordinary
-sessions (``tests.bench.contradiction_limits``); what is refused is this change by definition."""
+"""Share of the plate's rate, within a pose and from pose to pose. A judgement: 2.5 times the wow of
+belt drives (0.2 %), of which whole turns leave little. Half and double contradict none of 2
+ordinary sessions (``tests.bench.contradiction_limits``); what is refused is this change by
+definition."""
 LARGEST_TURN = 0.005
-"""Of the mean, 0.3°: what is laid on a plate by hand and loosened would turn by more.
-A judgement."""
+"""Share of the mean, 0.3°: what is laid on a plate by hand and loosened would turn by more. A
+judgement."""
 
 MUST_MOVE, STANDS_STILL = 0.5, 0.05
-"""Of the magnitude: what the other axes demand of one that is alive, and how little a dead one
-moves. Derived: an error of the data sheet by a third leaves the first, cross-axis sensitivities of
-a few per cent move a dead axis by less than the second."""
+"""Share of the magnitude: what the other axes demand of one that is alive, and how little a dead
+one moves. Derived: an error of the data sheet by a third leaves the first, cross-axis sensitivities
+of a few per cent move a dead axis by less than the second."""
 
 
 class SensorMoved(Undetermined):
@@ -53,7 +54,7 @@ class SensorMoved(Undetermined):
 
 
 def _median(values: FloatArray) -> FloatArray:
-    """As ``np.median`` of (b, k) over b, which takes seven times as long for so few values."""
+    """The median of (b, k) over b; ``np.median`` takes seven times as long for so few values."""
     half = len(values) // 2
     ordered = np.sort(values, axis=0)
     return np.asarray(ordered[half] if len(values) % 2 else (ordered[half - 1] + ordered[half]) / 2)
@@ -65,7 +66,7 @@ def _stray(means: FloatArray) -> FloatArray:
 
 
 def _noise(means: FloatArray) -> float:
-    """By how much both halves of a pose differ by noise alone, an sd.
+    """Sd of the difference between both halves of a pose by noise alone.
 
     It comes from the median second difference of the batch means (b, k), which neither a few jumps
     nor a steady creep enter: measured by the motion itself, no motion would be large. The axes
@@ -151,7 +152,7 @@ def check_still(
 
 
 def _accepted(noise: float, step: FloatArray | float, shift: float) -> FloatArray:
-    """By how much the readings of a still pose may stray, SI, of the shape of ``step``."""
+    """Largest stray of the readings of a still pose, SI, of the shape of ``step``."""
     return np.asarray(np.maximum(np.maximum(shift, LARGEST_SHIFT_SD * noise), step))
 
 

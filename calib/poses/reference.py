@@ -8,8 +8,9 @@ import numpy as np
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 PLAUSIBLE_RATIO = 3.0
-"""Of a reading by the data sheet to the reference, or the other way round. Fact: ranges of one
-sensor differ by factors of two and four, units by ten and fifty-seven; gains lie within a third."""
+"""Ratio of a reading by the data sheet to the reference, or the other way round. Fact: ranges of
+one sensor differ by factors of two and four, units by ten and fifty-seven; gains lie within a
+third."""
 
 SAME_MAGNITUDE = 0.01
 """Relative: magnitudes this close are one (both directions of a setting of the plate, clips of its

@@ -160,7 +160,7 @@ class DecidingTriad:
         return self.sums.mean(rest.start, rest.stop)
 
     def shift(self, rest: Rest) -> float:
-        """By how much its halves differ on the axis on which they do most, beyond noise, SI."""
+        """Difference of its halves beyond noise, on the axis on which it is largest, SI."""
         values = self.values[rest.start : rest.stop]
         half = len(values) // 2
         first, second = values[:half], values[half:]

@@ -26,15 +26,15 @@ g, its typical size (``python -m tests.bench.study_tilt``). A plate that is more
 of it, and its waves are left alone."""
 
 OUT_OF_ROUND = 0.15
-"""Of the wave: gravity goes round in a circle but for the gains, which data sheets state to a few
-per cent; what does not is a case that rocks or a cable that tugs. A judgement."""
+"""Share of the wave: gravity goes round in a circle but for the gains, which data sheets state to a
+few per cent; what does not is a case that rocks or a cable that tugs. A judgement."""
 
 DISTURBED = 4.0
 """Times the typical noise of a run: a pose noisier than that was disturbed and has its own.
 Derived: by chance one axis in 2500 is (chi-square with eight degrees of freedom)."""
 
 TILT_SD_RAD = 0.03
-"""Of the tilt by an accelerometer that is not calibrated yet. Derived: gains and biases of a few
+"""Sd of the tilt by an accelerometer that is not calibrated yet. Derived: gains and biases of a few
 per cent; wide enough that the waves alone decide."""
 
 ROUND = 2 * np.pi * np.arange(ANGLES) / ANGLES  #: rad; definition

@@ -29,7 +29,7 @@ class RunningSums:
 
     @classmethod
     def of(cls, values: FloatArray) -> "RunningSums":
-        """Those of readings (t, 3), SI."""
+        """The sums of readings (t, 3), SI."""
         centre = values.mean(axis=0)
         centred = values - centre
         total, square = np.zeros((2, len(values) + 1, values.shape[1]))

@@ -35,9 +35,9 @@ STILL_RATIO = 4.0
 """Twice the noise amplitude of the quietest rest: below it noise alone cuts rests to pieces. Half
 or twice of it moves 0.1 % of the stops in ``tests.bench.study_static_intervals``. Derived."""
 
-THRESHOLD_STEP = 2.0  #: of a variance: 1.4 of an amplitude; a judgement
+THRESHOLD_STEP = 2.0  #: factor of a variance: 1.4 of an amplitude; a judgement
 USUAL_SHARE = 0.75
-"""Of the rests, so that a quarter may be disturbed. Half of it changes none of 384 rests in
+"""Share of the rests, so that a quarter may be disturbed. Half of it changes none of 384 rests in
 ``python -m tests.bench.study_static_intervals 2 USUAL_SHARE``. A judgement."""
 
 LARGEST_OF_USUAL = 10.0

@@ -1,4 +1,4 @@
-"""By how much a pose at rest that was shaken falls short of gravity.
+"""The gravity that a pose at rest lacks because it was shaken.
 
 A sensor that rocks by the angle φ about its mean attitude feels ``f cos φ`` along it on average:
 the length of its mean is short by ``g φ²/2``, which no scatter of batch means shows. Both triads
@@ -61,11 +61,11 @@ def check_calm(label: str, scatter: FloatArray, sway: float, gravity: float, lim
 
 
 NOTICEABLE_M_S2 = LARGEST_STILL_SHIFT["accelerometer"]
-"""Of gravity missing. Derived: as much as a still pose may stray."""
+"""Gravity that is missing. Derived: as much as a still pose may stray."""
 
 
 def shortfall(means: Sequence["PoseMean"]) -> FloatArray:
-    """By how much the mean of each pose at rest of a run may be short of gravity, m/s², (n,).
+    """Gravity that the mean of each pose at rest of a run may lack, m/s², (n,).
 
     The scatter of the median pose is the sensor's noise; only what exceeds it can be rocking.
     """
@@ -75,7 +75,7 @@ def shortfall(means: Sequence["PoseMean"]) -> FloatArray:
 
 
 def shaken(means: Sequence["PoseMean"], run: str) -> str | None:
-    """That poses of a run scatter far more than the others, or None.
+    """Words on poses of a run that scatter far more than the others, or None.
 
     Rocking by as much would make them ``NOTICEABLE_M_S2`` short.
 

@@ -26,7 +26,7 @@ from vision.rate.timebase import Timebase
 OPENS_S = 30.0  #: for a browser to open the page; chosen
 LOOK_S = 0.5  #: between two looks whether the page reports; chosen
 SETTLED_S = 3.0
-"""Of the film, after which a camera has set its exposure. A judgement."""
+"""Time of the film after which a camera has set its exposure. A judgement."""
 
 EXPOSURE_S = 1e-3
 """Sd of a drift of the middle of the exposure over a film. A judgement: the screen's light is

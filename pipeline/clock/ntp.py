@@ -16,10 +16,11 @@ PORT = 123  #: fact: of the protocol
 EVERY_S = 16.0  #: between two questions. A judgement: servers turn away who asks more often
 TIMEOUT_S = 2.0  #: for an answer, which takes 0.3 s round the Earth; chosen
 FEWEST_ANSWERS = 6
-"""That determine a rate and its sd. Derived: two for the line, four for what is left."""
+"""Number of answers that determine a rate and its sd. Derived: two for the line, four for what is
+left."""
 
 LEAST_SD_S = 2e-4
-"""Of an answer. Fact: time stamps of network cards without help of the hardware."""
+"""Sd of an answer at least. Fact: time stamps of network cards without help of the hardware."""
 
 NTP_TO_UNIX_S = 2_208_988_800  #: definition: from 1900 to 1970
 FRACTION = 2**32  #: definition: parts of a second

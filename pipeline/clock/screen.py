@@ -18,14 +18,14 @@ from pipeline.clock.computer import ComputerClock
 from pipeline.errors import DeviceError
 
 HAND_RPM = 17.0
-"""Of the hand. A judgement: as fast as the slowest plates; 30 frames per second show it at 106
+"""Rate of the hand. A judgement: as fast as the slowest plates; 30 frames per second show it at 106
 angles of every turn, at others in the next."""
 
 LONGEST_GAP_S = 0.5
 """Between two refreshes of a page that is in front. Fact: browsers draw hidden pages once a second
 or not at all."""
 
-FEWEST_REPORTS = 20  #: that compare two clocks. Derived: of one second each, for 2 ppm at 1 ms
+FEWEST_REPORTS = 20  #: reports that compare two clocks. Derived: a second each, for 2 ppm at 1 ms
 LATE = 4.0
 """Sds from which a report counts as delayed on its way. Derived: one in 16,000 is not."""
 

@@ -13,7 +13,7 @@ from pipeline.commands.interaction.output import echo_json, json_option, quiet_o
 if TYPE_CHECKING:
     from pipeline.clock.screen import DrawnHand
 
-FILMED_S = 300.0  #: as long as the sd of the film needs to fall below that of the temperature
+FILMED_S = 300.0  #: the time that the sd of the film needs to fall below that of the temperature
 SHORTEST_S = 30.0  #: eight turns of the hand and what is left out of the film
 TIME_SERVER = "pool.ntp.org"
 NO_SERVER = "none"

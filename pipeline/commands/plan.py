@@ -65,7 +65,7 @@ def command(
 def _effects_of(
     config: "Config", triad: "Triad", names: Sequence[str], allow_python: bool
 ) -> "list[Effect]":
-    """Those of the named effects that act on ``triad``."""
+    """The named effects that act on ``triad``."""
     from calib.effects.catalogue import find_effect
     from pipeline.stages.user_effects import user_effects
 

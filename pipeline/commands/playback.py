@@ -8,7 +8,7 @@ from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import LONGEST_S, ConfigArgument, Finite, PathArgument
 from pipeline.playback import PROTOCOLS, Protocol
 
-SHARE = Finite(min=0, max=1)  #: by definition
+SHARE = Finite(min=0, max=1)  #: range by definition
 
 
 @click.command(epilog=examples(

@@ -151,7 +151,7 @@ class LogsSection(Section):
 
     columns: Columns | None = None
     sample_rate_hz: Positive | None = None
-    time_unit: TimeUnit | None = None  #: of the column of times; by default its name states it
+    time_unit: TimeUnit | None = None  #: unit of the column of times; by default its name states it
     find: Literal["still"] | None = None
     still: StillSection = StillSection()
 
@@ -257,7 +257,7 @@ class InstallationSection(LogsSection):
     reverse_log: Files = ()
     drive_log: Files = ()
     drive_direction: Literal["forward", "backward"] = "forward"
-    order: Order | None = None  #: of the rotations; by eq. (6) of Promrit et al. where None
+    order: Order | None = None  #: order of the rotations; by eq. (6) of Promrit et al. where None
 
 
 def _device(name: str) -> str:
@@ -287,5 +287,5 @@ class RecordSection(Section):
     poses: Annotated[Count, Field(ge=6, le=26)] = 18  #: faces, edges, corners, in this order
     seconds_per_pose: Annotated[Positive, Field(ge=2)] = SECONDS_PER_POSE
     order: Literal["natural", "random"] = "natural"  #: random separates time from attitude
-    pattern: Annotated[str, AfterValidator(_pattern)] | None = None  #: of ``device: lines``
+    pattern: Annotated[str, AfterValidator(_pattern)] | None = None  #: pattern of ``device: lines``
     camera: Annotated[int, Field(strict=True, ge=0)] | None = None  #: films turning poses

@@ -200,7 +200,7 @@ def _is_it_good(result: TriadResult) -> str:
 
 
 def _mostly_unseen(result: TriadResult) -> str:
-    """That the calibration rests on what no pose has measured; empty where it does not."""
+    """A sentence where the calibration rests on what no pose has measured, else empty."""
     prediction = result.prediction
     if prediction is None or not prediction.is_mostly_unseen:
         return ""

@@ -17,7 +17,7 @@ from pipeline.text.tables import table_lines
 
 ROWS_SHOWN = 3  #: first rows of a table: enough to see a unit by; chosen
 LONGEST_NAMES = 44  #: characters of a triad's columns
-TABLES_SHOWN = 3  #: of many files alike; chosen
+TABLES_SHOWN = 3  #: tables shown of files that are all the same; chosen
 
 
 LAYOUTS = {"files": "each is one pose", "log": "the static intervals are the poses",

@@ -82,7 +82,7 @@ class ShownStream(io.TextIOBase):
 
     @property
     def encoding(self) -> str:  # type: ignore[override]
-        """That of the stream behind it."""
+        """The encoding of the stream behind it."""
         return self.raw.encoding
 
     @property

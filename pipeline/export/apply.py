@@ -36,7 +36,7 @@ OUTPUT = {
 }
 LARGEST_SI = 1e9  #: m/s² and rad/s
 SATURATED = "saturated"  #: 1 in samples with an axis at the end of its range, else 0
-MOST_DECIMALS = 6  #: of time and of further columns
+MOST_DECIMALS = 6  #: decimals of time and of further columns
 
 
 @dataclass(frozen=True, eq=False)

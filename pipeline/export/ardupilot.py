@@ -24,14 +24,14 @@ from pipeline.export.robotics import nominal_offset
 from pipeline.results.read import Stored, StoredTriad
 
 HELD = "temperature_bias"
-COEFFICIENT = 1e6  #: of the parameters INS_TCAL1_*, per SI unit and kelvin
+COEFFICIENT = 1e6  #: unit of the parameters INS_TCAL1_*, per SI unit and kelvin
 #: Triad -> prefix of offsets, CALTEMP and coefficients.
 NAMES: Mapping[str, tuple[str, str, str]] = {
     "accelerometer": ("INS_ACCOFFS", "INS_ACC1_CALTEMP", "INS_TCAL1_ACC"),
     "gyroscope": ("INS_GYROFFS", "INS_GYR1_CALTEMP", "INS_TCAL1_GYR"),
 }
 ORDERS = (1, 2, 3)  #: fact: INS_TCAL1_* are the coefficients of a cubic in temperature
-SCALE_RANGE = (0.8, 1.2)  #: of INS_ACCSCAL by ArduPilot's documentation
+SCALE_RANGE = (0.8, 1.2)  #: range of INS_ACCSCAL by ArduPilot's documentation
 LARGEST_OFFSET = 3.5  #: m/s², of INS_ACCOFFS by ArduPilot's documentation
 
 

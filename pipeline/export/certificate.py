@@ -18,9 +18,9 @@ from pipeline.results.read import Stored
 from pipeline.text.formatting import with_minus_signs
 
 FILE_NAME = "certificate.html"
-WIDTH, HEIGHT = 320.0, 110.0  #: of a chart, in the units of its drawing; layout
-LEFT, TOP, BOTTOM = 34.0, 4.0, 96.0  #: of its frame; layout
-REACH = 1.1  #: of the axis, in the largest residual with its sd; layout
+WIDTH, HEIGHT = 320.0, 110.0  #: size of a chart, in the units of its drawing; layout
+LEFT, TOP, BOTTOM = 34.0, 4.0, 96.0  #: edges of its frame; layout
+REACH = 1.1  #: length of the axis in largest residuals with their sd; layout
 
 
 @dataclass(frozen=True)

@@ -26,9 +26,10 @@ never stands still is quiet where it moves evenly, and there the force is gravit
 
 
 LARGEST_DIFFERENCE = 0.3
-"""Of gravity: what gains differ by from part to part of one type, and offsets, is a tenth of it."""
+"""Share of gravity: what gains differ by from part to part of one type, and offsets, is a tenth of
+it."""
 
-MARGIN = 0.1  #: of the span of the calibration by which telemetry may exceed it unsaid
+MARGIN = 0.1  #: share of the calibration's span by which telemetry may exceed it unsaid
 
 
 def require_counts(stored: Stored, log: ImuLog) -> None:

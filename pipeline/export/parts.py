@@ -132,7 +132,7 @@ def origin(stored: Stored) -> tuple[str, ...]:
 
 
 def temperatures(stored: Stored) -> list[float]:
-    """Of every pose that has one, degrees Celsius."""
+    """Temperatures of all poses that have one, degrees Celsius."""
     return [
         pose["columns"][TEMPERATURE]
         for each in stored.triads

@@ -8,7 +8,7 @@ from pipeline.config.file_patterns import is_pattern, natural_key
 from pipeline.errors import ConfigError
 
 SENSOR = "{sensor}"
-USUAL_STEM = "config"  #: of a configuration that is called by its folder
+USUAL_STEM = "config"  #: name of a configuration that is called by its folder
 
 
 @dataclass(frozen=True)

@@ -73,7 +73,7 @@ def _parquet(rows: Sequence[Row]) -> bytes:
 
 
 def _type(pa: Any, name: str, rows: Sequence[Row]) -> Any:
-    """Of a column: text where it has any, else numbers, of which some are counts."""
+    """Type of a column: text where it has any, else numbers, of which some are counts."""
     if name in WHOLE:
         return pa.int64()
     is_text = any(isinstance(row[name], str) for row in rows)

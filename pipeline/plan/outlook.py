@@ -40,8 +40,8 @@ from pipeline.stages.site import gravity_of, latitude_of
 from pipeline.stages.user_effects import user_effects
 
 HEADROOM = 0.9
-"""Of the full scale; derived: by its data sheet the gain of an MPU-6050 errs by up to 3 % and its
-zero by 20 °/s, which is 8 % of ±250 °/s."""
+"""Share of the full scale; derived: by its data sheet the gain of an MPU-6050 errs by up to 3 % and
+its zero by 20 °/s, which is 8 % of ±250 °/s."""
 
 #: Sd of a mean over one second, SI, correlation included: the median axis of still stretches in
 #: public logs of these sensors (33 poses of an MTi, 53 stretches of an MPU-6050; see data/README).

@@ -16,8 +16,8 @@ from pipeline.results.read import Stored, StoredTriad
 from pipeline.text.formatting import DISPLAY
 
 LARGEST_ERROR = 0.03
-"""Of the reference: the tolerance of an uncalibrated sensor's gain by its data sheet (MPU-6050:
-±3 %). A calibration that may err by more makes readings worse."""
+"""Share of the reference: the tolerance of an uncalibrated sensor's gain by its data sheet
+(MPU-6050: ±3 %). A calibration that may err by more makes readings worse."""
 
 
 def require_fit(stored: Stored, although_unfit: bool) -> tuple[str, ...]:

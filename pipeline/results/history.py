@@ -139,6 +139,6 @@ def run_history_lines(steps: Sequence[Step]) -> list[str]:
 
 
 def _merged(steps_of: list[tuple[Step, TriadStep]]) -> list[tuple[Step, TriadStep]]:
-    """Of neighbouring runs with the same result, the last."""
+    """The last of neighbouring runs with the same result."""
     following = [result for _, result in steps_of[1:]] + [None]
     return [pair for pair, after in zip(steps_of, following, strict=True) if pair[1] != after]

@@ -1,4 +1,4 @@
-"""Names of what a run writes. Apart from what reads it: a run does not load the declarations."""
+"""Names of what a run writes."""
 
 RESULTS_NAME = "results.json"
 REPORT_NAME = "report.html"

@@ -23,7 +23,7 @@ from pipeline.results.schema.file import ResultsFile
 from pipeline.results.schema.types import problems_of
 
 SAME = 1e-6  #: relative difference of what is stored twice: no worse in files of other programs
-NONE = 1e-12  #: of a parameter that is 0 in one of the two places, in its unit
+NONE = 1e-12  #: size of a parameter that is 0 in one of the two places, in its unit
 
 
 @dataclass(frozen=True, eq=False)

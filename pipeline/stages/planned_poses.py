@@ -8,7 +8,7 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.config.schema import SECONDS_PER_POSE, RecordSection
 
-FEWEST_TURNS = 3.0  #: of the plate in one pose: over whole turns its tilt averages out; chosen
+FEWEST_TURNS = 3.0  #: turns of the plate in a pose: over whole turns its tilt averages out; chosen
 
 
 def pose_seconds(record: RecordSection | None, rate_rad_s: float | None) -> float:

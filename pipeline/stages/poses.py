@@ -67,7 +67,7 @@ class Recordings:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Those of all recordings."""
+        """The warnings of all recordings."""
         return tuple(w for recording in self.by_setting.values() for w in recording.warnings)
 
 

@@ -9,7 +9,7 @@ from calib.rounding import with_sd as with_sd
 #: Unit in which a triad's errors are shown, and how many of it one SI unit is.
 DISPLAY: Mapping[str, tuple[str, float]] = PerKind(
     lambda kind: (kind.error_unit, kind.errors_per_unit))
-NAME_WIDTH = 15  #: of a stage's name at the beginning of its line
+NAME_WIDTH = 15  #: width of a stage's name at the beginning of its line
 
 
 def relative(value: float) -> str:

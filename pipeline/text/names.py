@@ -9,7 +9,7 @@ DISTRIBUTION = "turntable-imu-calibration"  #: the name in pyproject.toml
 SIMILAR = 0.6
 
 
-FEWEST_LETTERS = 3  #: of the beginning of a name that is taken for it
+FEWEST_LETTERS = 3  #: letters of the beginning of a name that is taken for it
 
 
 def program_version() -> str:

@@ -1,11 +1,13 @@
-"""Which tests fail with a threshold halved or doubled.
+"""Which tests fail with a threshold halved, doubled, or switched off.
 
     python -m tests.bench.tested_thresholds [--only MODULE[.NAME]]
 
 For thresholds that a few quick tests hold: how sensors are mounted, how pose means are weighed,
 which samples froze, what the noise of a log shows, what a lot shows, what a recording does. Tests
 are real cases with an answer that is known otherwise; one that fails may mean that the answer is
-wrong, or that a message states the threshold. "No case fails" means that no case is near.
+wrong, or that a message states the threshold. "No case fails" means that no case is near. A
+threshold is switched off where it is a millionth of itself or a million times as large: the one of
+the two with which fewer tests fail counts, since one of them leaves the condition always true.
 """
 
 import argparse
@@ -22,6 +24,7 @@ import pytest
 from tests.paths import ROOT
 
 FACTORS = (0.5, 2.0)
+OFF = (1e-6, 1e6)
 #: Module, thresholds, and the tests that hold them.
 HELD: tuple[tuple[str, Sequence[str], Sequence[str]], ...] = (
     ("pipeline.record.pose_detector", (
@@ -48,6 +51,23 @@ HELD: tuple[tuple[str, Sequence[str], Sequence[str]], ...] = (
      ("calib/mounting",)),
     ("calib.noise.allan", ("LONGEST",), ("calib/noise",)),
     ("calib.noise.coefficients", ("OPTIONAL_SDS", "SEEN_SDS", "LUCK"), ("calib/noise",)),
+    ("calib.consistency.clipping", ("CLIPPED_SHARE", "PILED_UP"),
+     ("calib/consistency/test_clipping.py",)),
+    ("calib.consistency.clock", (
+        "LEAST_SHARE", "LEFT_SHARE", "LARGEST_CLOCK_ERROR", "FEWEST_TURNS",
+        "LARGEST_GAIN"), ("calib/consistency/test_clock.py",)),
+    ("calib.consistency.data_sheet", ("SHEET_TOLERANCE",),
+     ("calib/consistency/test_data_sheet.py",)),
+    ("calib.consistency.force", ("PLATE_RADIUS_M", "FEWEST_POSES", "UNKNOWN_SD", "NOTICEABLE"),
+     ("calib/consistency/test_force.py",)),
+    ("calib.consistency.mistakes", (
+        "LEFT_OVER", "SAME_RATE", "OTHER_GAIN", "CERTAIN_SD", "BOUND_SLACK", "FEWEST_OF_BLOCK",
+        "WORST_POSES"), ("calib/consistency/test_mistakes.py",)),
+    ("calib.consistency.plate_axes", (
+        "FEWEST_POSES", "LEAST_SPREAD", "MOST_RUNS", "LARGEST_SCATTER", "OTHER_POSE"),
+     ("calib/consistency/test_plate_axes.py",)),
+    ("calib.consistency.repeats", (
+        "CORRELATED", "LEAST_ENTROPY", "SHORTEST_COPY"), ("calib/consistency/test_repeats.py",)),
     ("calib.fit.triad.determined", ("LARGEST_SHARE",), ("calib/fit/triad",)),
     ("calib.fit.triad.frame_alignment", ("LARGEST_PLACEMENT_M", "EFFECTIVE_SAMPLES"),
      ("calib/fit/triad",)),
@@ -103,6 +123,12 @@ class Counted:
         self.count = 0
         self.failed: list[str] = []
 
+    @property
+    def words(self) -> str:
+        """How many tests failed, as a cell of the table."""
+        failed = len(self.failed) or "none"
+        return f"{failed} of {self.count} cases {'fails' if failed in (1, 'none') else 'fail'}"
+
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Called by pytest for each part of each test."""
         self.count += report.when == "call"
@@ -124,21 +150,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--only", default="")
     only = parser.parse_args().only
-    print("| threshold | value | × 0.5 | × 2 |\n|---|---|---|---|")
+    print("| threshold | value | × 0.5 | × 2 | off |\n|---|---|---|---|---|")
     for path, names, tests in HELD:
         for name in names:
             if not f"{path}.{name}.".startswith(f"{only}." if only else ""):
                 continue
             module = import_module(path)
-            cells = []
-            for factor in FACTORS:
+            every = {}
+            for factor in (*FACTORS, *OFF):
                 with changed(module, name, factor):
-                    cases = outcome(tests)
-                failed = len(cases.failed) or "none"
-                verb = "fails" if failed in (1, "none") else "fail"
-                cells.append(f"{failed} of {cases.count} cases {verb}")
-                for each in cases.failed:
+                    every[factor] = outcome(tests)
+                for each in every[factor].failed:
                     print(f"  {name} x {factor:g}: {each}", file=sys.stderr)
+            off = min((every[factor] for factor in OFF), key=lambda cases: len(cases.failed))
+            cells = [cases.words for cases in (*(every[factor] for factor in FACTORS), off)]
             print(f"| `{path}.{name}` | {getattr(module, name)} | {' | '.join(cells)} |",
                   flush=True)
 

@@ -31,7 +31,7 @@ from calib.poses.imu_log import BoolArray, FloatArray
 
 HALVINGS = 12  #: numerical limit: down to 1/4096 of a step
 LONGEST_SHAPE_STEP = 1.0
-"""Of the logarithm: a factor of e. Numerical."""
+"""Longest step of a logarithm: a factor of e. Numerical."""
 
 HUBER_SD = 1.5
 """Rows count in full up to here; beyond, their pull stays what it is here. At 1.5 the estimate is

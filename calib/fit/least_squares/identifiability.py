@@ -39,8 +39,8 @@ ROUNDING = 1e-3
 """Share of an error vector below which its part along the reading is rounding, not a signal."""
 
 NAMED_SHARE = 0.35
-"""Of the largest part of an undetermined combination: a message names the parameters of at least
-this part. It chooses words only."""
+"""Share of the largest part of an undetermined combination: a message names the parameters with at
+least that much. It chooses words only."""
 
 LARGEST_REFERENCE_ERROR = 2.0
 """No plate turns, and no site has gravity, half or twice what was stated. Fact."""

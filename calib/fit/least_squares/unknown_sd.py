@@ -35,11 +35,12 @@ BY_RESIDUALS = 1.0
 Derived."""
 
 SMALLEST_SD = 1e-9
-"""Of a typical reading: a converter of 24 bits, the finest, steps by 6e-8 of its range. Derived."""
+"""Sd in typical readings at least: a converter of 24 bits, the finest, steps by 6e-8 of its range.
+Derived."""
 
 START_SD = 1e-3
-"""Of the reference, for the first of two fits; it only weighs common errors against the rest.
-Numerical."""
+"""Sd in units of the reference for the first of two fits; it only weighs common errors against the
+rest. Numerical."""
 
 
 def has_sds(poses: PoseSet) -> bool:

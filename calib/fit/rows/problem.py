@@ -37,8 +37,8 @@ class Precision:
 
 
 EXACT = Precision(60, 1e-7)
-"""Of a calibration: Gauss-Newton then is closer to the minimum by another factor of the relative
-residual, below 1e-9 in every parameter. Numerical."""
+"""Precision of a calibration: Gauss-Newton then is closer to the minimum by another factor of the
+relative residual, below 1e-9 in every parameter. Numerical."""
 
 
 @dataclass(frozen=True, eq=False)

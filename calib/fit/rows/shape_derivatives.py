@@ -22,7 +22,7 @@ from calib.fit.small_systems import solutions, times
 from calib.poses.imu_log import FloatArray
 
 DIFFERENCE_STEP = 1e-4
-"""Of the logarithm of a shape parameter: central differences are exact to 1e-8 of themselves.
+"""Step of the logarithm of a shape parameter: central differences are exact to 1e-8 of themselves.
 Numerical."""
 
 

@@ -26,7 +26,7 @@ FEWEST_POSES = 6  #: derived: twelve transverse rows for six unknowns
 ITERATIONS = 20  #: numerical limit; the example takes three
 LARGEST_PLACEMENT_M = 0.5  #: fact: beyond the rim of any plate
 PLACEMENT_STEPS = 60  #: numerical limit: a step about doubles a variance that is far too small
-PLACEMENT_TOLERANCE = 1e-12  #: of chi-square over its degrees of freedom; numerical
+PLACEMENT_TOLERANCE = 1e-12  #: change of chi-square over its degrees of freedom; numerical
 EFFECTIVE_SAMPLES = 100.0
 """Independent samples that a pose of some ten seconds is worth at least. A judgement."""
 

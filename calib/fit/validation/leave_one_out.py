@@ -109,7 +109,7 @@ def left_out_residual(residual: FloatArray, jacobian: FloatArray, pose: IntArray
 
 
 def left_out_square(residual: FloatArray, basis: FloatArray, pose: IntArray) -> FloatArray:
-    """By how much chi-square, which has no unit, falls when a whole pose is left out of the fit.
+    """Fall of chi-square, which has no unit, when a whole pose is left out of the fit.
 
     Closed form: ``r_bᵀ (I - H_bb)⁻¹ r_b`` for the rows b of a pose, along the directions in which
     the other poses say anything of it.

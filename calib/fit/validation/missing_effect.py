@@ -18,8 +18,8 @@ from calib.poses.attitudes import spread_directions
 from calib.poses.imu_log import FloatArray
 
 FORCE_DIRECTIONS = 50
-"""Of gravity, 28° apart: the squares that are averaged are of fourth order in it at most.
-Numerical."""
+"""Number of directions of gravity, 28° apart: the squares that are averaged are of fourth order in
+it at most. Numerical."""
 
 
 def error_by_missing(

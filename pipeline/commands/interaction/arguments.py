@@ -62,9 +62,9 @@ class Finite(click.FloatRange):
         return number
 
 
-POSITIVE = Finite(min=0, min_open=True)  #: by definition
-LATITUDE_DEG = Finite(min=-90, max=90)  #: by definition
-HEIGHT_M = Finite(min=-500, max=9000)  #: of places on land
+POSITIVE = Finite(min=0, min_open=True)  #: range by definition
+LATITUDE_DEG = Finite(min=-90, max=90)  #: range by definition
+HEIGHT_M = Finite(min=-500, max=9000)  #: range of places on land
 
 
 def ask_latitude() -> float | None:

@@ -18,7 +18,7 @@ from pipeline.export.programs.errors import FORCE, ErrorFormula, error_formula
 from pipeline.results.read import StoredTriad
 from pipeline.text.plain import one_line
 
-STEPS = 50  #: of the fixed point at most, as in :mod:`calib.fit.rows.sensitive_axes`
+STEPS = 50  #: steps of the fixed point at most, as in :mod:`calib.fit.rows.sensitive_axes`
 DOUBLE_TOLERANCE = "1e-14"
 """Relative change that ends the fixed point in double precision: 45 roundings. As text, since each
 language writes it so."""
@@ -33,7 +33,7 @@ MEANINGS: Mapping[str, str] = {
 }
 #: What the worked example takes for a condition.
 EXAMPLE_CONDITIONS: Mapping[str, float] = {TEMPERATURE: 30.0, "time_s": 60.0}
-EXAMPLE_CONDITION = 1.0  #: of any other column, in its unit: an example only
+EXAMPLE_CONDITION = 1.0  #: value of any other column, in its unit: an example only
 
 
 @dataclass(frozen=True)

@@ -6,4 +6,4 @@ One declaration: :func:`pipeline.results.read.load_results` checks a file by it,
 ``data/docs/results.md`` is written from it.
 """
 
-FORMAT = 1  #: of results.json; a run writes it without loading the declarations
+FORMAT = 1  #: version of results.json; raised when a key goes or changes its meaning

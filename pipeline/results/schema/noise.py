@@ -13,7 +13,7 @@ from pipeline.results.schema.types import (
     means,
 )
 
-FORMAT = 1  #: of noise.json; raised when its keys change
+FORMAT = 1  #: version of noise.json; raised when its keys change
 
 
 class CoefficientResult(Part):

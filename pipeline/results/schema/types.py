@@ -10,7 +10,7 @@ from pipeline.results.json_values import Json, number
 
 LARGEST = 1e100  #: far beyond every result, and its cube is still a number
 LONGEST_TEXT = 10_000  #: characters
-PROBLEMS_SHOWN = 3  #: of a damaged file, and the number of the others; chosen
+PROBLEMS_SHOWN = 3  #: problems shown of a damaged file, and the number of the others; chosen
 BEFORE_OURS = "Value error, "  #: pydantic's words before those of a rule of ours
 
 Number = Annotated[float, Field(allow_inf_nan=False, ge=-LARGEST, le=LARGEST)]

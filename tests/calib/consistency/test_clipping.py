@@ -17,8 +17,8 @@ def logs(noise: float = 30.0, limit: float = np.inf, seed: int = 0) -> list[ImuL
     random = np.random.default_rng(seed)
     made = []
     for i, rate in enumerate(np.linspace(-12_000, 12_000, 6)):
-        counts: FloatArray = rate * np.array([0.2, 1.0, -0.5]) + noise * random.normal(
-            size=(ROWS, 3))
+        counts: FloatArray = rate * np.array([0.2, 1.0, -0.5]) + random.uniform(-0.5, 0.5, 3)
+        counts = counts + noise * random.normal(size=(ROWS, 3))
         counts = np.clip(np.round(counts), -limit, limit)
         made.append(ImuLog(f"pose_{i}", np.arange(ROWS) / 100, np.full((ROWS, 3), np.nan), counts))
     return made
@@ -29,10 +29,18 @@ def test_an_axis_that_stops_at_a_limit_is_named_with_its_value() -> None:
         require_unclipped(logs(limit=11_990.0), "gyroscope", SPEC)
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_noise_is_not_clipped_however_coarse(seed: int) -> None:
-    for noise in (0.3, 1.0, 30.0):
+@pytest.mark.parametrize("noise", [0.05, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 3.0, 30.0])
+def test_noise_is_not_clipped_however_coarse(noise: float) -> None:
+    """Wherever between two steps the means of a quiet sensor lie."""
+    for seed in range(20):
         require_unclipped(logs(noise, seed=seed), "gyroscope", SPEC)
+
+
+@pytest.mark.parametrize("noise", [1.5, 3.0, 30.0])
+def test_a_limit_shows_beside_noise_of_a_step_and_a_half_and_more(noise: float) -> None:
+    for seed in range(20):
+        with pytest.raises(Undetermined, match="pose_5: gyroscope y stands at 11990"):
+            require_unclipped(logs(noise, limit=11_990.0, seed=seed), "gyroscope", SPEC)
 
 
 def test_one_log_alone_and_a_triad_that_was_not_logged_say_nothing() -> None:

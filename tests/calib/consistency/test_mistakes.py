@@ -7,12 +7,23 @@ import numpy as np
 import pytest
 
 from calib.consistency.mistakes import require_no_mistake, require_one_sensor
+from calib.effects.catalogue import BASE
 from calib.errors import Contradiction, FitFailed
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
+from calib.fit.model import Model
 from calib.poses.imu_log import BoolArray, FloatArray, Triad
 from calib.poses.pose_set import PoseSet
-from tests.calib.made_poses import FAST, MODEL, SLOW, made_poses, noisy
+from tests.calib.made_poses import (
+    FAST,
+    MODEL,
+    SLOW,
+    base_theta,
+    made_poses,
+    noisy,
+    read_through,
+    with_noise,
+)
 
 SWAPPED = np.eye(3)[[1, 0, 2]]
 Y_MIRRORED = np.diag([1.0, -1.0, 1.0])
@@ -93,13 +104,26 @@ def test_noise_alone_is_no_mistake_in_twenty_sessions(triad: Triad) -> None:
         require_one_sensor(poses, MODEL, fitted)
 
 
-def test_an_effect_of_twenty_sds_is_no_mistake() -> None:
-    poses = session("gyroscope")
-    bent = replace(poses, reading=poses.reading + 20 * poses.sd * (poses.reading / FAST) ** 2)
-    fitted = fit(bent, MODEL)
-    assert fitted.p_value < 1e-10
-    require_no_mistake(bent, MODEL, fitted)
-    require_one_sensor(bent, MODEL, fitted)
+@pytest.mark.parametrize(("triad", "name", "size"), [
+    ("gyroscope", "quadratic", [0.002, -0.001, 0.003]),
+    ("gyroscope", "asymmetry", [0.01, 0.02, -0.01]),
+    ("gyroscope", "temperature_scale", [1e-3, -5e-4, 2e-3]),
+    ("gyroscope", "g_sensitivity", [1e-4 * i for i in range(-4, 5)]),
+    ("accelerometer", "cubic", [1e-4, -5e-5, 2e-4]),
+])
+def test_a_missing_effect_is_no_mistake_in_the_files(
+    triad: Triad, name: str, size: list[float]
+) -> None:
+    model = Model.of((*BASE, name))
+    theta = np.r_[base_theta(MODEL, triad), size]
+    for seed in range(3):
+        speeds = (SLOW, FASTER, FAST, 0.0) if triad == "gyroscope" else (0.0,)
+        poses = made_poses(triad, speeds, seed=seed, shared_sd=1e-4)
+        read = with_noise(read_through(poses, model, theta), np.random.default_rng(seed))
+        fitted = fit(read, MODEL)
+        assert fitted.p_value < 1e-10
+        require_no_mistake(read, MODEL, fitted)
+        require_one_sensor(read, MODEL, fitted)
 
 
 def test_a_run_by_another_sensor_is_told_by_its_gains() -> None:
