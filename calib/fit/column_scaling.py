@@ -55,20 +55,20 @@ def orthonormal_columns(matrix: FloatArray) -> FloatArray:
 
 
 def orthonormal_bases(matrices: FloatArray) -> FloatArray:
-    """:func:`orthonormal_columns` of S matrices.
+    """:func:`orthonormal_columns` of one matrix or of each of a stack.
 
     Parameters
     ----------
-    matrices : array, shape (S, r, k)
+    matrices : array, shape (..., r, k)
 
     Returns
     -------
-    array, shape (S, r, min(r, k))
+    array, shape (..., r, min(r, k))
         Orthonormal but for columns of zeros, which stand for what a matrix lacks in rank.
     """
     u, singular, _ = np.linalg.svd(unit_columns(matrices)[0], full_matrices=False)
-    least = RANK_TOLERANCE * singular.max(axis=1, initial=0.0)
-    return np.asarray(u * (singular > least[:, None])[:, None])
+    least = RANK_TOLERANCE * singular.max(axis=-1, initial=0.0)
+    return np.asarray(u * (singular > least[..., None])[..., None, :])
 
 
 def pseudo_inverse(matrix: FloatArray, tolerance: float = 1e-15) -> FloatArray:

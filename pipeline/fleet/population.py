@@ -2,13 +2,14 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from calib.diagnosis.population.evidence import Evidence
-from calib.diagnosis.population.lot import LotEvidence
+from calib.diagnosis.population.lot import AT_ONCE, LotEvidence
 from calib.diagnosis.population.pool import Pool, PooledEffect, pool
 from calib.diagnosis.population.random_effects import RandomEffects
 from calib.diagnosis.population.repeatability import Repeatability, repeatability
@@ -84,10 +85,11 @@ def _population(triad: str, calibrated: Sequence[Row], output: Path) -> TriadPop
             spreads.append(spread)
             repeats.append(repeatability(
                 name, value, _column(rows, f"{name}_noise_sd"), noise_dof, sensor, len(sensors)))
-    lot = LotEvidence.of(_evidence(rows, triad, output))
+    blocks = partial(_evidence_blocks, rows, triad, output)
+    has_evidence = next(blocks(), None) is not None
     return TriadPopulation(
         triad, rows, copies, sensors, tuple(spreads), tuple(each for each in repeats if each.dof),
-        None if lot is None else pool(lot),
+        pool(blocks) if has_evidence else None,
     )
 
 
@@ -119,6 +121,14 @@ def parameter_unit(name: str, triad: str) -> str:
 
 def _column(rows: Sequence[Row], name: str) -> FloatArray:
     return np.array([np.nan if row.get(name) is None else row[name] for row in rows], float)
+
+
+def _evidence_blocks(rows: Sequence[Row], triad: str, output: Path) -> Iterator[LotEvidence]:
+    """The evidence of all sessions, so many at once that memory holds them."""
+    for first in range(0, len(rows), AT_ONCE):
+        lot = LotEvidence.of(_evidence(rows[first : first + AT_ONCE], triad, output))
+        if lot is not None:
+            yield lot
 
 
 def _evidence(

@@ -93,7 +93,7 @@ def kept_evidence(path: Path) -> Evidence | None:
     try:
         with np.load(path, allow_pickle=False) as stored:
             score, packed = stored["score"], stored["information"]
-            chi2, dof, noise_dof = map(float, stored["scalars"])
+            chi2, dof, noise_dof = map(np.asarray, stored["scalars"])
             trials = _trials(str(stored["trials"]))
     except (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile):
         return None

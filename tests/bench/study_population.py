@@ -21,6 +21,7 @@ from dataclasses import replace
 from calib.diagnosis.population.evidence import evidence_of
 from calib.diagnosis.population.lot import LotEvidence
 from calib.diagnosis.population.pool import FALSE_ALARM, Pool, judge, pool
+from calib.diagnosis.population.sums import sums_of
 from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
@@ -65,7 +66,7 @@ def nothing(design: Design, asked: argparse.Namespace) -> int:
     }
     evenings = 0
     for name, (plan, widened) in cases.items():
-        pools = [pool(lot) for lot in lots_of(design, plan, asked, widened)]
+        pools = [pool_of(lot) for lot in lots_of(design, plan, asked, widened)]
         evenings += plan.sensors * plan.evenings * len(pools)
         print(f"nothing missing, {name:40s} {len(pools)} lots: an effect named in "
               f"{100 * share_named(pools):.2f} % ({100 * FALSE_ALARM:.0f} % is the level)",
@@ -85,7 +86,7 @@ def effects(design: Design, asked: argparse.Namespace) -> int:
                 for lot in lots_of(design, plan, asked):
                     evenings += len(lot)
                     count += 1
-                    found = pool(lot).effects
+                    found = pool_of(lot).effects
                     right += any(each.name == name for each in found)
                     among += any(name in (each.name, *each.alternatives) for each in found)
                     wrong += any(name not in (each.name, *each.alternatives) for each in found)
@@ -96,12 +97,22 @@ def effects(design: Design, asked: argparse.Namespace) -> int:
     return evenings
 
 
+def pool_of(lot: LotEvidence) -> Pool:
+    return pool(lambda: [lot])
+
+
+def session(lot: LotEvidence, i: int) -> LotEvidence:
+    """The lot of one session alone."""
+    rows = {name: value[i : i + 1] for name, value in vars(lot).items() if name != "trials"}
+    return LotEvidence(trials=lot.trials, **rows)
+
+
 def shown_alone(lot: LotEvidence, name: str) -> float:
     """Share of the first sensors that show the effect by themselves, all candidates counted."""
     trials = [trial for trial in lot.trials if trial.name == name]
     level = FALSE_ALARM / len(lot.trials)
-    first = [lot.only(i) for i in range(min(10, len(lot)))]
-    shown = [any((seen := judge(one, trial)) is not None and seen.p_any < level
+    first = [session(lot, i) for i in range(min(10, len(lot)))]
+    shown = [any((seen := judge(trial, sums_of(one, trial))) is not None and seen.p_any < level
                  for trial in trials) for one in first]
     return sum(shown) / len(shown)
 

@@ -14,11 +14,12 @@ from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
 from calib.effects.variation import about_mean
 from calib.fit.column_scaling import NORM_FLOOR, orthonormal_columns
+from calib.fit.least_squares.fitted_sets import FittedSets
 from calib.fit.least_squares.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.square_start import square_columns
 from calib.fit.rows.problem import with_common
-from calib.fit.rows.sensitive_axes import sensor_columns
+from calib.fit.rows.sensitive_axes import evaluate_for, sensor_columns
 from calib.fit.rows.shape_derivatives import shape_derivatives
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import BoolArray, FloatArray
@@ -121,30 +122,35 @@ class Projector:
         return Signature(name, columns, remainder @ (directions[:, visible] / strength), strength)
 
 
-def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:
-    """Columns (d, k) of ``effect`` over the data rows of ``fit``, whitened.
+def effect_columns(
+    fit: Fit | FittedSets, effect: Effect, shape: float | None = None
+) -> FloatArray:
+    """Columns (..., d, k) of ``effect`` over the data rows of a fit, or of many, whitened.
 
     Of an effect that is a bias or a gain where nothing varies, those of how it varies
     (:func:`calib.effects.variation.about_mean`). Their sign is that of the effect: a residual of
     ``columns @ theta`` is what theta would leave.
     """
-    return whole_columns(fit, about_mean(effect, fit.model.names), shape)
+    sets = int(np.prod(fit.rows.residual.shape[:-1]))
+    return whole_columns(fit, about_mean(effect, fit.model.names, sets), shape)
 
 
-def whole_columns(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:
-    """Whitened columns (d, k) of ``effect`` as its formula is, with what is a bias or a gain."""
+def whole_columns(
+    fit: Fit | FittedSets, effect: Effect, shape: float | None = None
+) -> FloatArray:
+    """Whitened columns (..., d, k) of ``effect`` as its formula is, a bias or a gain included."""
     if effect.acts_on == "reference":
         return reference_columns(fit, effect)
     return with_waves(fit, vector_columns(fit, _whole_vectors(fit, effect, shape)), effect, shape)
 
 
 def with_waves(
-    fit: Fit, columns: FloatArray, effect: Effect, shape: float | None = None
+    fit: Fit | FittedSets, columns: FloatArray, effect: Effect, shape: float | None = None
 ) -> FloatArray:
-    """``columns`` (d, k) with what the effect leaves in the waves of a leaning plate, in sds."""
+    """``columns`` (..., d, k) with what it leaves in the waves of a leaning plate, in sds."""
     waves = fit.equations.waves
     if waves is not None:
-        columns[-waves.count :] = waves.columns(fit.rows, effect, shape)
+        columns[..., -waves.count :, :] = waves.columns(fit.rows, effect, shape)
     return columns
 
 
@@ -153,11 +159,11 @@ def effect_vectors(fit: Fit, effect: Effect, shape: float | None = None) -> Floa
     return _whole_vectors(fit, about_mean(effect, fit.model.names), shape)
 
 
-def _whole_vectors(fit: Fit, effect: Effect, shape: float | None) -> FloatArray:
-    equations = fit.equations
+def _whole_vectors(fit: Fit | FittedSets, effect: Effect, shape: float | None) -> FloatArray:
+    equations, lead = fit.equations, fit.rows.residual.shape[:-1]
+    shapes = {} if shape is None else {effect.name: np.full(lead, shape)}
     if effect.acts_on == "reading":
-        return effect.evaluate(equations.at_reading, shape)
-    shapes = {} if shape is None else {effect.name: shape}
+        return evaluate_for(lead, effect, equations.at_reading, shapes)
     at = equations.conditions(fit.rows.vector)
     return sensor_columns((effect,), at, shapes, fit.rows.axes)
 
@@ -173,38 +179,41 @@ def square_vectors(fit: Fit, effect: Effect) -> FloatArray:
     return vectors
 
 
-def reference_columns(fit: Fit, effect: Effect) -> FloatArray:
-    """Whitened columns (d, k) of an effect on the reference."""
-    equations = fit.equations
-    columns = effect.evaluate(equations.conditions(fit.rows.vector))
-    at_rest = np.zeros((3 * len(equations.null) + equations.wave_count, columns.shape[1]))
-    turning = columns[equations.magnitude] / equations.magnitude_sd[:, None]
-    return np.concatenate([turning, at_rest])
+def reference_columns(fit: Fit | FittedSets, effect: Effect) -> FloatArray:
+    """Whitened columns (..., d, k) of an effect on the reference."""
+    equations, lead = fit.equations, fit.rows.residual.shape[:-1]
+    errors = evaluate_for(lead, effect, equations.conditions(fit.rows.vector), {})
+    turning = errors[..., equations.magnitude, :] / equations.magnitude_sd[..., None]
+    columns = np.zeros((*lead, equations.data_count, turning.shape[-1]))
+    columns[..., : turning.shape[-2], :] = turning
+    return columns
 
 
-def vector_columns(fit: Fit, vectors: FloatArray) -> FloatArray:
-    """Whitened columns (d, k) of errors (n, 3, k) ahead of the effects that follow the vector."""
+def vector_columns(fit: Fit | FittedSets, vectors: FloatArray) -> FloatArray:
+    """Whitened columns (..., d, k) of errors (..., n, 3, k) ahead of what follows the vector."""
     pose = fit.equations.row_pose
     directions = fit.equations.directions(fit.rows.vector, fit.rows.slope)
-    rows = np.einsum("di,dik->dk", directions, vectors[pose])
-    rows[:, is_rounding(fit, (rows**2).sum(axis=0), (vectors**2).sum(axis=(0, 1)))] = 0.0
-    return np.asarray(rows)
+    rows = np.einsum("...di,...dik->...dk", directions, vectors[..., pose, :, :])
+    shown, whole = (rows**2).sum(axis=-2), (vectors**2).sum(axis=(-3, -2))
+    rounding = is_rounding(fit, shown, whole)
+    return np.where(rounding[..., None, :], 0.0, rows) if rounding.any() else np.asarray(rows)
 
 
-def is_rounding(fit: Fit, shown: FloatArray, whole: FloatArray) -> BoolArray:
-    """Which columns are rounding, not a signal, (k,).
+def is_rounding(fit: Fit | FittedSets, shown: FloatArray, whole: FloatArray) -> BoolArray:
+    """Which columns are rounding, not a signal, (..., k).
 
     A rotation is perpendicular to every reading: what its rows show is next to nothing of it.
 
     Parameters
     ----------
-    fit : Fit
-    shown : array, shape (k,)
+    fit : Fit or FittedSets
+    shown : array, shape (..., k)
         Sum of the squares of the whitened rows.
-    whole : array, shape (k,)
+    whole : array, shape (..., k)
         Sum of the squares of the vectors' errors, SI.
     """
-    return np.asarray(np.sqrt(shown) < ROUNDING * np.sqrt(whole) / fit.equations.typical_sd)
+    typical = fit.equations.typical_sd[..., None]
+    return np.asarray(np.sqrt(shown) < ROUNDING * np.sqrt(whole) / typical)
 
 
 def contains(larger: Signature, smaller: Signature) -> bool:

@@ -14,11 +14,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.diagnosis.hypotheses.listed import candidate_effects
-from calib.diagnosis.hypotheses.signature import Projector, effect_columns
+from calib.diagnosis.hypotheses.listed import effects_beside
+from calib.diagnosis.hypotheses.signature import effect_columns
 from calib.effects.effect import Effect
-from calib.effects.needs import unavailable
+from calib.fit.column_scaling import NORM_FLOOR, orthonormal_bases
+from calib.fit.least_squares.fitted_sets import FittedSets
+from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
+from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
 
 
@@ -43,27 +46,25 @@ class Trial:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Score and information of all candidates at one fit, K parameters in all.
+    """Score and information of all candidates, K parameters in all, at one fit or at S.
 
     Parameters
     ----------
     trials : tuple of Trial
         Their parameters stand one after another.
-    score : array, shape (K,)
-        Per SI unit of each parameter.
-    information : array, shape (K, K)
-    chi2 : float
-        Of the fit.
-    dof, noise_dof : float
-        Its degrees of freedom, and those behind the sds.
+    score : array, shape (..., K)
+        Per SI unit of each parameter; zero where the poses cannot evaluate or see it.
+    information : array, shape (..., K, K)
+    chi2, dof, noise_dof : array, shape (...,)
+        Of the fit; its degrees of freedom, and those behind the sds.
     """
 
     trials: tuple[Trial, ...]
     score: FloatArray
     information: FloatArray
-    chi2: float
-    dof: float
-    noise_dof: float
+    chi2: FloatArray
+    dof: FloatArray
+    noise_dof: FloatArray
 
 
 def trials_of(effect: Effect, triad: str) -> list[Trial]:
@@ -74,13 +75,14 @@ def trials_of(effect: Effect, triad: str) -> list[Trial]:
 
 
 def evidence_of(
-    fit: Fit, user_effects: Sequence[Effect] = (), covariates: Sequence[str] | None = None
+    fit: Fit | FittedSets, user_effects: Sequence[Effect] = (),
+    covariates: Sequence[str] | None = None,
 ) -> Evidence:
-    """The evidence of every candidate at ``fit``.
+    """The evidence of every candidate at ``fit``, or at each of many.
 
     Parameters
     ----------
-    fit : Fit
+    fit : Fit or FittedSets
     user_effects : sequence of Effect
         User-defined effects.
     covariates : sequence of str, optional
@@ -92,25 +94,48 @@ def evidence_of(
         Of what the poses can evaluate. Effects that a length shows in their square only are left
         out: their sizes do not add up.
     """
-    projector = Projector(fit)
+    root = np.sqrt(fit.weight)
+    basis = orthonormal_bases(fit.rows.jacobian * root[..., None])
+    residual = (fit.rows.residual * root)[..., None]
+    residual = residual - basis @ (basis.swapaxes(-1, -2) @ residual)
     trials: list[Trial] = []
-    visible: list[FloatArray] = [np.zeros((len(projector.residual), 0))]
-    for effect in candidate_effects(fit, user_effects, covariates):
-        if effect.in_square or unavailable(effect, fit.equations.at_reading) is not None:
+    visible: list[FloatArray] = [np.zeros((*root.shape, 0))]
+    for effect in effects_beside(fit.model, fit.poses, user_effects, covariates):
+        if effect.in_square:
             continue
         for trial in trials_of(effect, fit.poses.triad):
             columns = effect_columns(fit, effect, trial.shape)
-            signature = projector.signature(effect.name, columns)
-            full = np.zeros((len(projector.residual), columns.shape[1]))
-            full[: len(columns)] = columns * projector.root[: len(columns), None]
-            visible.append(signature.basis @ (signature.basis.T @ full))
-            trials.append(trial)
-    x = np.hstack(visible)
+            complete = np.asarray(np.isfinite(columns).all(axis=(-2, -1)))
+            if complete.any():
+                known = np.where(complete[..., None, None], columns, 0.0)
+                visible.append(_visible(known, basis, root))
+                trials.append(trial)
+    x = np.concatenate(visible, axis=-1)
+    transposed = x.swapaxes(-1, -2)
     return Evidence(
         trials=tuple(trials),
-        score=x.T @ projector.residual,
-        information=x.T @ x,
-        chi2=projector.chi2,
-        dof=float(projector.dof),
-        noise_dof=fit.poses.noise_dof,
+        score=(transposed @ residual)[..., 0],
+        information=transposed @ x,
+        chi2=(residual[..., 0] ** 2).sum(axis=-1),
+        dof=np.asarray(fit.dof, float),
+        noise_dof=np.asarray(
+            fit.poses.noise_dof if isinstance(fit, Fit) else fit.noise_dof, float),
     )
+
+
+def _visible(columns: FloatArray, basis: FloatArray, root: FloatArray) -> FloatArray:
+    """What of whitened columns (..., d, k) the poses can see beside the model, (..., r, k).
+
+    ``basis`` (..., r, m) is that of the model, ``root`` (..., r) the root of the rows' weights.
+    """
+    full = np.zeros((*root.shape, columns.shape[-1]))
+    full[..., : columns.shape[-2], :] = columns
+    full *= root[..., None]
+    norm = np.sqrt((full**2).sum(axis=-2))
+    used = norm > NORM_FLOOR * np.maximum(norm.max(axis=-1, keepdims=True), NO_LENGTH)
+    norm = np.where(used, norm, 1.0)[..., None, :]
+    unit = np.where(used[..., None, :], full / norm, 0.0)
+    rest = unit - basis @ (basis.swapaxes(-1, -2) @ unit)
+    values, vectors = np.linalg.eigh(rest.swapaxes(-1, -2) @ rest)
+    seen = vectors * (values > VISIBLE_SHARE**2)[..., None, :]
+    return np.asarray(rest @ (seen @ seen.swapaxes(-1, -2)) * norm * used[..., None, :])

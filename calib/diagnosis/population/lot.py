@@ -10,7 +10,7 @@ from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.poses.imu_log import FloatArray
 
 AT_ONCE = 500
-"""Sessions whose matrices are multiplied at once: a limit of memory, 17 MB, and no other."""
+"""Sessions in one block of a lot: a limit of memory, 17 MB for each matrix, and no other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,17 +72,20 @@ class LotEvidence:
         whole = np.einsum("skk->sk", information).copy()
         return cls(sensors, tuple(places), score, information, whole, *scalars)
 
-    def only(self, i: int) -> "LotEvidence":
-        """The lot of one session alone."""
-        rows = {name: value[i : i + 1] for name, value in vars(self).items() if name != "trials"}
-        return LotEvidence(trials=self.trials, **rows)
+    @classmethod
+    def of_stack(cls, sensors: Sequence[str], evidence: Evidence) -> "LotEvidence":
+        """The lot of the sessions of one stack, ``sensors`` (S) their names."""
+        whole = np.einsum("skk->sk", evidence.information).copy()
+        return cls(tuple(sensors), evidence.trials, evidence.score, evidence.information, whole,
+                   evidence.chi2, evidence.dof, evidence.noise_dof)
 
     def of_trials(self, trials: Sequence[Trial]) -> "LotEvidence":
         """The evidence of these trials alone."""
-        index = [i for trial in trials
+        known = [trial for trial in trials if trial in self.trials]
+        index = [i for trial in known
                  for i in range(self.place(trial).start, self.place(trial).stop)]
         return replace(
-            self, trials=tuple(trials), score=self.score[:, index], whole=self.whole[:, index],
+            self, trials=tuple(known), score=self.score[:, index], whole=self.whole[:, index],
             information=self.information[:, index][:, :, index],
         )
 
@@ -95,21 +98,27 @@ class LotEvidence:
             start += each.size
         raise KeyError(trial)
 
-    def beside(self, trial: Trial) -> "LotEvidence":
-        """The evidence that is left when ``trial`` is fitted to every session, in its own size."""
+    def beside_all(self, trials: Sequence[Trial]) -> "LotEvidence":
+        """The evidence that is left when ``trials`` are fitted to every session, in its own sizes.
+
+        One after another; those that no session of this part shows are left out.
+        """
+        lot = self
+        for trial in trials:
+            if trial in self.trials:
+                lot = lot._beside(trial)
+        return lot
+
+    def _beside(self, trial: Trial) -> "LotEvidence":
         where = self.place(trial)
         inverse, rank = visible_inverse(self.information[:, where, where], self.whole[:, where])
         across = self.information[:, :, where]
         pull = across @ inverse
         explained = np.einsum("si,sij,sj->s", self.score[:, where], inverse, self.score[:, where])
-        information = self.information.copy()
-        for first in range(0, len(self), AT_ONCE):
-            part = slice(first, first + AT_ONCE)
-            information[part] -= pull[part] @ np.swapaxes(across[part], 1, 2)
         return replace(
             self,
             score=self.score - (pull @ self.score[:, where, None])[..., 0],
-            information=information,
+            information=self.information - pull @ np.swapaxes(across, 1, 2),
             chi2=self.chi2 - explained,
             dof=self.dof - rank,
         )

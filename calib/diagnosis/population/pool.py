@@ -12,9 +12,12 @@ sessions by 1/s², as Σu does, those with small s count too much: its variance 
 rows leave (the moments of 1/x). A session that nothing explains (``WILD_P_VALUE``) counts with its
 sds widened by the Birge ratio, as in its own calibration. Candidates enter one after another,
 the strongest first; beside each stand those that explain the same.
+
+All of these are sums over sessions. They are added up block by block, in a pass over the lot for
+every question, so that memory does not grow with the number of sessions.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +26,7 @@ from scipy.special import fdtrc
 from calib.diagnosis.population.evidence import Trial
 from calib.diagnosis.population.lot import LotEvidence, visible_inverse
 from calib.diagnosis.population.random_effects import RandomEffects, random_effects
+from calib.diagnosis.population.sums import SensorSums, TrialSums, sums_of
 from calib.poses.imu_log import FloatArray
 
 FALSE_ALARM = 0.01
@@ -37,18 +41,8 @@ AS_STRONG = 3.0
 """Behind the strongest in exponent, up to which a candidate that is not named by itself may be the
 true one: derived, odds of 20 to 1."""
 
-WILD_P_VALUE = 1e-6
-"""Below which the residual of a session is no chance. Derived: 10,000 sound sessions have none, so
-that widening takes nothing from what the others leave."""
-
-FEWEST_DOF_OF_VARIANCE = 8.0
-"""Degrees of freedom that count behind sds at least. Derived: the variance of 1/x, and with it 1/c
-= (ν - 2)/(ν - 4), is infinite at four; at twice as many 1/c is 1.5. (A mean of 1/x is enough where
-sessions are compared one by one: ``FEWEST_DOF_OF_MEAN`` of ``repeatability``.)"""
-
-ALONE = 0.98
-"""Share of a parameter in what is seen from which a sensor states a size of it; derived, as
-``UNDETERMINED_SHARE`` of a fit."""
+Blocks = Callable[[], Iterable[LotEvidence]]
+"""Passes over a lot: each call gives the evidence of its sessions from the first to the last."""
 
 
 @dataclass(frozen=True)
@@ -105,82 +99,67 @@ class Pool:
     candidates: tuple[PooledTrial, ...]
 
 
-def pool(lot: LotEvidence) -> Pool:
-    """What is missing in ``lot``."""
-    first = _judged(lot)
-    level = FALSE_ALARM / max(len(first), 1)
+def pool(blocks: Blocks) -> Pool:
+    """What is missing in the lot whose sessions ``blocks`` gives, pass after pass."""
+    sensors: dict[str, int] = {}
     named: list[tuple[PooledTrial, tuple[str, ...]]] = []
-    remaining, judged = lot, first
+    first = judged = _judged(_noting(blocks, sensors), [])
+    level = FALSE_ALARM / max(len(first), 1)
     while judged and len(named) < MOST_NAMED:
-        best = max(judged, key=lambda each: each.exponent)
+        best = max(judged, key=lambda trial: trial.exponent)
         if best.p_value >= level:
             break
-        named.append((best, _alternatives(remaining, best, judged, level)))
-        remaining = remaining.beside(best.trial)
-        judged = [each for each in _judged(remaining) if each.trial.name not in
-                  {one.trial.name for one, _ in named}]
-    effects = []
-    of_named = lot.of_trials([best.trial for best, _ in named])
-    for best, alternatives in named:
-        beside = of_named
-        for other, _ in named:
-            if other.trial != best.trial:
-                beside = beside.beside(other.trial)
-        size, sd = _sizes(beside, best.trial)
-        effects.append(PooledEffect(best, alternatives, _common(size, sd), size, sd))
-    return Pool(tuple(dict.fromkeys(lot.sensors)), tuple(effects), tuple(first))
+        beside = [trial.trial for trial, _ in named]
+        named.append((best, _alternatives(blocks, beside, best, judged, level)))
+        if len(named) < MOST_NAMED:
+            known = {trial.trial.name for trial, _ in named}
+            judged = [trial for trial in _judged(blocks, [*beside, best.trial])
+                      if trial.trial.name not in known]
+    sizes = _sizes(blocks, [trial.trial for trial, _ in named], sensors)
+    effects = tuple(PooledEffect(best, alternatives, _common(*of_sensors), *of_sensors)
+                    for (best, alternatives), of_sensors in zip(named, sizes, strict=True))
+    return Pool(tuple(sensors), effects, tuple(first))
 
 
-def _judged(lot: LotEvidence) -> list[PooledTrial]:
-    return [each for trial in lot.trials if (each := judge(lot, trial)) is not None]
+def _noting(blocks: Blocks, sensors: dict[str, int]) -> Blocks:
+    """The same pass, in which every sensor is given its number."""
+    def passing() -> Iterator[LotEvidence]:
+        for lot in blocks():
+            for sensor in lot.sensors:
+                sensors.setdefault(sensor, len(sensors))
+            yield lot
+
+    return passing
 
 
-def judge(lot: LotEvidence, trial: Trial) -> PooledTrial | None:
+def judge(trial: Trial, sums: TrialSums) -> PooledTrial | None:
     """Both questions about one candidate; None where no session of the lot shows it."""
-    where = lot.place(trial)
-    score, information = lot.score[:, where], lot.information[:, where, where]
-    inverse, rank = visible_inverse(information, lot.whole[:, where])
-    sees = rank > 0
-    if not sees.any():
+    if not sums.sessions:
         return None
-    drop = np.einsum("si,sij,sj->s", score, inverse, score)[sees]
-    rank, spare = rank[sees], np.maximum(lot.dof[sees] - rank[sees], 0.0)
-    rest = np.where(spare > 0, np.maximum(lot.chi2[sees] - drop, 0.0), 0.0)
-    widening = _widening(rest, spare, lot.noise_dof[sees])
-    like = _as_many(lot.noise_dof[sees])
-    spare_dof = float((spare * like).sum())
-    if spare.any():
-        variance = float((rest / widening).sum() / spare.sum())
-    else:
-        variance = float(lot.chi2.sum() / max(lot.dof.sum(), 1.0))  # of all that there was
-    total = (information[sees] / widening[:, None, None]).sum(axis=0)
-    pull = (score[sees] / widening[:, None]).sum(axis=0)
-    whole = (lot.whole[sees][:, where] / widening[:, None]).sum(axis=0)
-    of_sum, common_dof = visible_inverse(total[None], whole[None])
-    common = float(pull @ of_sum[0] @ pull) / variance * float(like.mean())
-    compared = spare > 0  # a session that the candidate explains whatever it holds says nothing
-    every = float((drop / widening)[compared].sum()) / variance
-    every_dof = float(rank[compared].sum())
+    # Where nothing is left beside it, the variance is of all that there was.
+    variance = sums.rest / sums.spare if sums.spare else sums.chi2 / max(sums.dof, 1.0)
+    of_sum, common_dof = visible_inverse(sums.total[None], sums.whole[None])
+    dof = float(common_dof[0])
+    common = float(sums.pull @ of_sum[0] @ sums.pull) / variance * sums.like / sums.sessions
+    every = sums.drop / variance
     return PooledTrial(
         trial,
-        int(sees.sum()),
-        _tail(common, float(common_dof[0]), float(common_dof[0]), spare_dof),
-        _tail(every, every_dof, float((rank * like)[compared].sum()), spare_dof),
-        max(_exponent(common, float(common_dof[0])), _exponent(every, every_dof)),
+        int(sums.sessions),
+        _tail(common, dof, dof, sums.spare_like),
+        _tail(every, sums.rank, sums.rank_like, sums.spare_like),
+        max(_exponent(common, dof), _exponent(every, sums.rank)),
     )
 
 
-def _widening(rest: FloatArray, spare: FloatArray, noise_dof: FloatArray) -> FloatArray:
-    """By which each session's chi-square counts less, (S,)."""
-    ratio = rest / np.maximum(spare, 1.0)
-    misfit = (spare > 0) & (fdtrc(np.maximum(spare, 1.0), noise_dof, ratio) < WILD_P_VALUE)
-    return np.asarray(np.where(misfit, ratio, 1.0))
-
-
-def _as_many(noise_dof: FloatArray) -> FloatArray:
-    """c of this module, (S,)."""
-    dof = np.maximum(noise_dof, FEWEST_DOF_OF_VARIANCE)
-    return np.asarray((dof - 4) / (dof - 2))
+def _judged(blocks: Blocks, beside: Sequence[Trial]) -> list[PooledTrial]:
+    """Every candidate by itself, each session fitted with those it stands ``beside``."""
+    sums: dict[Trial, TrialSums] = {}
+    for block in blocks():
+        lot = block.beside_all(beside)
+        for trial in lot.trials:
+            of_block = sums_of(lot, trial)
+            sums[trial] = sums[trial] + of_block if trial in sums else of_block
+    return [judged for trial, total in sums.items() if (judged := judge(trial, total)) is not None]
 
 
 def _tail(chi2: float, dof: float, like_dof: float, spare_dof: float) -> float:
@@ -198,45 +177,40 @@ def _exponent(chi2: float, dof: float) -> float:
 
 
 def _alternatives(
-    lot: LotEvidence, best: PooledTrial, judged: Sequence[PooledTrial], level: float
+    blocks: Blocks, beside: Sequence[Trial], best: PooledTrial, judged: Sequence[PooledTrial],
+    level: float,
 ) -> tuple[str, ...]:
     """Names beside which ``best`` is not needed any more, named by themselves or as strong."""
-    names = []
-    for other in judged:
-        as_strong = other.exponent > best.exponent - AS_STRONG
-        if other.trial.name == best.trial.name or (other.p_value >= level and not as_strong):
-            continue
-        both = lot.of_trials([other.trial, best.trial])
-        again = judge(both.beside(other.trial), best.trial)
-        if again is None or again.p_value >= level:
-            names.append(other.trial.name)
-    return tuple(dict.fromkeys(names))
+    others = [
+        other.trial for other in judged if other.trial.name != best.trial.name
+        and (other.p_value < level or other.exponent > best.exponent - AS_STRONG)
+    ]
+    sums: dict[Trial, TrialSums] = {}
+    for block in blocks() if others else ():
+        lot = block.beside_all(beside)
+        for other in others:
+            if best.trial in lot.trials:
+                again = sums_of(lot.of_trials([other, best.trial]).beside_all([other]), best.trial)
+                sums[other] = sums[other] + again if other in sums else again
+    needed = {other: judge(best.trial, total) for other, total in sums.items()}
+    return tuple(dict.fromkeys(other.name for other, again in needed.items()
+                               if again is None or again.p_value >= level))
 
 
-def _sizes(lot: LotEvidence, trial: Trial) -> tuple[FloatArray, FloatArray]:
-    """Size and sd of every parameter in every sensor, (n, k); NaN where not seen by itself."""
-    where = lot.place(trial)
-    score, information = lot.score[:, where], lot.information[:, where, where]
-    inverse, rank = visible_inverse(information, lot.whole[:, where])
-    drop = np.einsum("si,sij,sj->s", score, inverse, score)
-    rest, spare = np.maximum(lot.chi2 - drop, 0.0), np.maximum(lot.dof - rank, 0.0)
-    widening = _widening(rest, spare, lot.noise_dof)
-    variance = float((rest / widening).sum() / spare.sum()) if spare.any() else 1.0
-    sensor = np.unique(lot.sensors, return_inverse=True)[1]
-    order = np.array([sensor[lot.sensors.index(name)] for name in dict.fromkeys(lot.sensors)])
+def _sizes(
+    blocks: Blocks, trials: Sequence[Trial], sensors: dict[str, int]
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Size and sd of every parameter of each trial in every sensor, (n, k).
 
-    def by_sensor(values: FloatArray) -> FloatArray:
-        sums = np.zeros((len(order), *values.shape[1:]))
-        np.add.at(sums, sensor, values)
-        return np.asarray(sums[order])
-
-    total = by_sensor(information / widening[:, None, None])
-    inverse, _ = visible_inverse(total, by_sensor(lot.whole[:, where] / widening[:, None]))
-    size = (inverse @ by_sensor(score / widening[:, None])[..., None])[..., 0]
-    as_known = max(variance, 1.0) / float(_as_many(lot.noise_dof).mean())
-    sd = np.sqrt(np.einsum("skk->sk", inverse) * as_known)
-    seen = (np.einsum("sij,sji->si", inverse, total) > ALONE) & (sd > 0)
-    return np.where(seen, size, np.nan), np.where(seen, sd, np.nan)
+    Each beside the others; NaN where a sensor does not show it by itself.
+    """
+    sums = [SensorSums(trial, len(sensors)) for trial in trials]
+    for block in blocks() if trials else ():
+        index = np.array([sensors[name] for name in block.sensors])
+        for of_trial in sums:
+            others = [trial for trial in trials if trial != of_trial.trial]
+            of_trial.add(block.of_trials(trials).beside_all(others), index)
+    return [of_trial.sizes() for of_trial in sums]
 
 
 def _common(size: FloatArray, sd: FloatArray) -> tuple[RandomEffects | None, ...]:

@@ -15,12 +15,14 @@ from calib.fit.least_squares.identifiability import (
     undetermined_sets,
 )
 from calib.fit.least_squares.result import Fit
+from calib.fit.model import Model
 from calib.fit.rows.problem import Estimate, Problem, Solution
 from calib.fit.rows.residuals import Equations
 from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.fit.small_systems import inverse_square
 from calib.fit.stacked import Stacked
 from calib.poses.imu_log import FloatArray, IntArray
+from calib.poses.pose_set import PoseSet
 
 OUTLIER_SD = 4.0
 """Rows beyond are no noise of the stated sd: of normal rows one in 16000 is. Derived."""
@@ -53,6 +55,31 @@ class FittedSets(Stacked):
         return len(self.iterations)
 
     @property
+    def equations(self) -> Equations:
+        """The rows of the sets."""
+        return self.problem.equations
+
+    @property
+    def rows(self) -> WhitenedRows:
+        """What they are at the solutions."""
+        return self.at.rows
+
+    @property
+    def model(self) -> Model:
+        """The model of all sets."""
+        return self.equations.model
+
+    @property
+    def poses(self) -> PoseSet:
+        """The poses of the first set."""
+        return self.equations.poses
+
+    @property
+    def noise_dof(self) -> FloatArray:
+        """Degrees of freedom, no unit, behind the sds of the poses, (S,)."""
+        return np.array([poses.noise_dof for poses in self.equations.surroundings.sets])
+
+    @property
     def chi2(self) -> FloatArray:
         """Sum of the squared whitened residuals, no unit, (S,)."""
         return self.at.rows.chi2
@@ -66,9 +93,7 @@ class FittedSets(Stacked):
     @property
     def p_value(self) -> FloatArray:
         """Probability of residuals so large if the model and the stated sds hold, no unit, (S,)."""
-        sets = self.problem.equations.surroundings.sets
-        noise_dof = np.array([poses.noise_dof for poses in sets])
-        return np.asarray(fdtrc(self.dof, noise_dof, self.chi2 / self.dof))
+        return np.asarray(fdtrc(self.dof, self.noise_dof, self.chi2 / self.dof))
 
     @property
     def sd(self) -> FloatArray:

@@ -26,7 +26,7 @@ from calib.effects.effect import Effect
 from calib.fit.model import Model
 from calib.fit.rows.initial_estimate import Start
 from calib.fit.rows.readings import Readings
-from calib.fit.rows.sensitive_axes import Shapes, axes_of, sensor_columns
+from calib.fit.rows.sensitive_axes import Shapes, evaluate_for, sensor_columns
 from calib.fit.rows.surroundings import Surroundings
 from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.fit.small_systems import solutions, times
@@ -136,7 +136,7 @@ class WaveRows(Stacked):
     def columns(
         self, rows: WhitenedRows, effect: Effect, shape: float | None = None
     ) -> FloatArray:
-        """What an effect that is not taken off leaves in the rows of one set, whitened.
+        """What an effect that is not taken off leaves in the rows, whitened.
 
         Parameters
         ----------
@@ -149,21 +149,21 @@ class WaveRows(Stacked):
 
         Returns
         -------
-        array, shape (d', k)
+        array, shape (..., d', k)
             In sds, per unit of its parameters; zero of an effect on the reference.
         """
         surroundings, s = self.points.surroundings, rows.points
         if effect.acts_on == "reference" or s is None:
-            return np.zeros((self.count, len(effect.parameters)))
+            return np.zeros((*self.row_sd.shape, len(effect.parameters)))
+        lead = s.shape[:-2]
+        of_shape = {} if shape is None else {effect.name: np.full(lead, shape)}
         if effect.acts_on == "reading":
-            errors = effect.evaluate(surroundings.at_reading, shape)
+            errors = evaluate_for(lead, effect, surroundings.at_reading, of_shape)
         else:
-            of_shape = {} if shape is None else {effect.name: shape}
-            axes = axes_of(rows.terms.matrix(rows.of_reading))
-            errors = sensor_columns((effect,), surroundings.conditions(s), of_shape, axes)
+            errors = sensor_columns((effect,), surroundings.conditions(s), of_shape, rows.axes)
         _, shown = self._values(_waves(s, -2))
-        seen = np.einsum("wrci,wcik->wrk", shown, _waves(errors, -3))
-        return np.asarray(seen.reshape(self.count, -1) / self.row_sd[:, None])
+        seen = np.einsum("...wrci,...wcik->...wrk", shown, _waves(errors, -3))
+        return np.asarray(seen.reshape(*self.row_sd.shape, -1) / self.row_sd[..., None])
 
     def _values(self, wave: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values (..., d') of the rows at the waves (..., w, 2, 3), SI, and what they show.

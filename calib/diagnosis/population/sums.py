@@ -1,0 +1,137 @@
+"""What a lot says of one candidate, as sums over its sessions that blocks of it add up.
+
+With ν degrees of freedom behind the sds of a session, and c of :mod:`.pool`. A session that nothing
+explains counts with its sds widened by the Birge ratio.
+"""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from scipy.special import fdtrc
+
+from calib.diagnosis.population.evidence import Trial
+from calib.diagnosis.population.lot import LotEvidence, visible_inverse
+from calib.poses.imu_log import FloatArray, IntArray
+
+WILD_P_VALUE = 1e-6
+"""Below which the residual of a session is no chance. Derived: 10,000 sound sessions have none, so
+that widening takes nothing from what the others leave."""
+
+FEWEST_DOF_OF_VARIANCE = 8.0
+"""Degrees of freedom that count behind sds at least. Derived: the variance of 1/x, and with it 1/c
+= (ν - 2)/(ν - 4), is infinite at four; at twice as many 1/c is 1.5. (A mean of 1/x is enough where
+sessions are compared one by one: ``FEWEST_DOF_OF_MEAN`` of ``repeatability``.)"""
+
+ALONE = 0.98
+"""Share of a parameter in what is seen from which a sensor states a size of it; derived, as
+``UNDETERMINED_SHARE`` of a fit."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrialSums:
+    """Sums over the sessions that show one candidate; those of two blocks add up.
+
+    ``sessions`` are how many; ``like``, ``spare``, ``spare_like`` and ``rest`` sum c, the degrees
+    of freedom that the candidate leaves, both, and what it leaves of chi-square; ``drop``, ``rank``
+    and ``rank_like`` what it takes off with how many degrees of freedom, where some are left;
+    ``total`` (k, k), ``pull`` and ``whole`` (k,) are the information, the score and the squares of
+    the whole signals; ``chi2`` and ``dof`` those of all sessions.
+    """
+
+    sessions: float
+    like: float
+    spare: float
+    spare_like: float
+    rest: float
+    drop: float
+    rank: float
+    rank_like: float
+    total: FloatArray
+    pull: FloatArray
+    whole: FloatArray
+    chi2: float
+    dof: float
+
+    def __add__(self, other: "TrialSums") -> "TrialSums":
+        return TrialSums(*(getattr(self, f.name) + getattr(other, f.name) for f in fields(self)))
+
+
+def sums_of(lot: LotEvidence, trial: Trial) -> TrialSums:
+    """The sums of one candidate over a lot, or over a block of one."""
+    where = lot.place(trial)
+    score, information = lot.score[:, where], lot.information[:, where, where]
+    inverse, rank = visible_inverse(information, lot.whole[:, where])
+    sees = rank > 0
+    drop = np.einsum("si,sij,sj->s", score, inverse, score)[sees]
+    rank, spare = rank[sees], np.maximum(lot.dof[sees] - rank[sees], 0.0)
+    rest = np.where(spare > 0, np.maximum(lot.chi2[sees] - drop, 0.0), 0.0)
+    widening = _widening(rest, spare, lot.noise_dof[sees])
+    like = _as_many(lot.noise_dof[sees])
+    compared = spare > 0  # a session that the candidate explains whatever it holds says nothing
+    return TrialSums(
+        sessions=float(sees.sum()),
+        like=float(like.sum()),
+        spare=float(spare.sum()),
+        spare_like=float((spare * like).sum()),
+        rest=float((rest / widening).sum()),
+        drop=float((drop / widening)[compared].sum()),
+        rank=float(rank[compared].sum()),
+        rank_like=float((rank * like)[compared].sum()),
+        total=(information[sees] / widening[:, None, None]).sum(axis=0),
+        pull=(score[sees] / widening[:, None]).sum(axis=0),
+        whole=(lot.whole[sees][:, where] / widening[:, None]).sum(axis=0),
+        chi2=float(lot.chi2.sum()),
+        dof=float(lot.dof.sum()),
+    )
+
+
+class SensorSums:
+    """Information, score and whole signals of one trial, added up sensor by sensor."""
+
+    def __init__(self, trial: Trial, sensors: int) -> None:
+        self.trial = trial
+        k = trial.size
+        self.information, self.whole = np.zeros((sensors, k, k)), np.zeros((sensors, k))
+        self.score = np.zeros((sensors, k))
+        self.rest = self.spare = self.like = self.sessions = 0.0
+
+    def add(self, lot: LotEvidence, sensor: IntArray) -> None:
+        """Add the sessions of a block, which are of these sensors (S,)."""
+        if self.trial not in lot.trials:
+            return
+        where = lot.place(self.trial)
+        score, information = lot.score[:, where], lot.information[:, where, where]
+        inverse, rank = visible_inverse(information, lot.whole[:, where])
+        drop = np.einsum("si,sij,sj->s", score, inverse, score)
+        rest, spare = np.maximum(lot.chi2 - drop, 0.0), np.maximum(lot.dof - rank, 0.0)
+        widening = _widening(rest, spare, lot.noise_dof)
+        np.add.at(self.information, sensor, information / widening[:, None, None])
+        np.add.at(self.score, sensor, score / widening[:, None])
+        np.add.at(self.whole, sensor, lot.whole[:, where] / widening[:, None])
+        self.rest += float((rest / widening).sum())
+        self.spare += float(spare.sum())
+        self.like += float(_as_many(lot.noise_dof).sum())
+        self.sessions += len(lot)
+
+    def sizes(self) -> tuple[FloatArray, FloatArray]:
+        """Sizes and their sds, SI, (n, k)."""
+        inverse, _ = visible_inverse(self.information, self.whole)
+        size = (inverse @ self.score[..., None])[..., 0]
+        variance = self.rest / self.spare if self.spare else 1.0
+        as_known = max(variance, 1.0) / (self.like / self.sessions)
+        sd = np.sqrt(np.einsum("skk->sk", inverse) * as_known)
+        seen = (np.einsum("sij,sji->si", inverse, self.information) > ALONE) & (sd > 0)
+        return np.where(seen, size, np.nan), np.where(seen, sd, np.nan)
+
+
+def _widening(rest: FloatArray, spare: FloatArray, noise_dof: FloatArray) -> FloatArray:
+    """By which each session's chi-square counts less, (S,)."""
+    ratio = rest / np.maximum(spare, 1.0)
+    misfit = (spare > 0) & (fdtrc(np.maximum(spare, 1.0), noise_dof, ratio) < WILD_P_VALUE)
+    return np.asarray(np.where(misfit, ratio, 1.0))
+
+
+def _as_many(noise_dof: FloatArray) -> FloatArray:
+    """c of this module, (S,)."""
+    dof = np.maximum(noise_dof, FEWEST_DOF_OF_VARIANCE)
+    return np.asarray((dof - 4) / (dof - 2))
