@@ -52,7 +52,8 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("unknown_sd",),
     ],
     "calib.fit.triad": [
-        ("correction", "determined"), ("calibration", "frame_alignment"), ("evaluable",),
+        ("correction", "determined"), ("calibration", "frame_alignment", "leaning"),
+        ("axis_of_turning", "evaluable"),
     ],
     "calib.fit.validation": [
         ("leave_one_out",), ("predicted_pose", "prediction"), ("missing_effect",),

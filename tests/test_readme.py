@@ -19,10 +19,10 @@ from pydantic import BaseModel
 from calib.effects.catalogue import EFFECTS
 from calib.poses.conditions import Conditions
 from pipeline.commands import COMMANDS
+from pipeline.config.certificate import CertificateSection, TriadCertificateSection
 from pipeline.config.load import Config, load_config
 from pipeline.config.schema import (
     AccelerometerSection,
-    CertificateSection,
     EffectSection,
     GyroscopeSection,
     InstallationSection,
@@ -34,7 +34,6 @@ from pipeline.config.schema import (
     SiteSection,
     StillSection,
     TimebaseSection,
-    TriadCertificateSection,
     VideoRateSection,
 )
 from pipeline.config.sensor import PRESETS, AccelerometerSheet, GyroscopeSheet, SensorSection

@@ -30,6 +30,8 @@ def turning_while_still(poses: PoseSet) -> Iterator[str]:
         One warning at most.
     """
     turning = np.flatnonzero(poses.spin_rad_s != 0)
+    if poses.ring is not None:  # there the waves tell gravity from what is across it
+        turning = np.setdiff1d(turning, poses.ring.place)
     if poses.triad != "accelerometer" or turning.size == 0:
         return
     fastest = int(turning[np.argmax(np.abs(poses.spin_rad_s[turning]))])

@@ -12,7 +12,7 @@ import numpy as np
 
 from calib.poses.averaging import PoseMean
 from calib.poses.conditions import Conditions
-from calib.poses.imu_log import FloatArray, IntArray, Triad
+from calib.poses.imu_log import AXES, FloatArray, IntArray, Triad
 from calib.poses.in_step import Waves
 from calib.poses.reference import RowIndex
 
@@ -62,6 +62,13 @@ class Ring:
         What goes round in an accelerometer, NaN of a gyroscope.
     room_rad_s : array, shape (w,)
         Sd of each horizontal component of what is fixed in the room and turns: the Earth.
+    force_sd : array, shape (w,)
+        Of the amplitudes of the specific force, m/s².
+    axis : array, shape (w, 3)
+        Unit vector about which gravity goes round, up, by the calibrated accelerometer; NaN where
+        it is not calibrated.
+    axis_moved : array, shape (w, 3, a)
+        By how much an sd of each of its a errors moves the axis.
     """
 
     place: IntArray
@@ -71,6 +78,9 @@ class Ring:
     tilt_rad: FloatArray
     gravity_m_s2: FloatArray
     room_rad_s: FloatArray
+    force_sd: FloatArray
+    axis: FloatArray
+    axis_moved: FloatArray
 
     def take(self, rows: RowIndex, count: int) -> "Ring | None":
         """The rings of some poses of a set of ``count``, in their new order."""
@@ -194,12 +204,21 @@ def ring_of_run(
     reading = np.array([_points(each.mean, each.waves) for each in of_triad])
     force = np.array([_points(means[i].accelerometer.mean, means[i].accelerometer.waves)
                       for i in used])
-    variance = np.array([each.waves.variance for each in of_triad])
+    sd = _steadied([each.waves for each in of_triad])
+    of_force = _steadied([means[i].accelerometer.waves for i in used])
+    tilts, gravity, room = (np.full(len(used), value)
+                            for value in (tilt, gravity_m_s2, room_rad_s))
+    return Ring(np.array(used), reading, force, sd, tilts, gravity, room,
+                force_sd=np.sqrt((of_force**2).mean(axis=1)),
+                axis=np.full((len(used), 3), np.nan), axis_moved=np.zeros((len(used), 3, 0)))
+
+
+def _steadied(waves: Sequence[Waves | None]) -> FloatArray:
+    """Sds (w, 3) of the amplitudes of poses: those of all, but of a disturbed one its own."""
+    variance = np.array([each.variance for each in waves if each is not None])
     usual = np.median(variance, axis=0)
     usual = variance.mean(axis=0, where=variance <= DISTURBED * usual)
-    sd = np.sqrt(np.where(variance > DISTURBED * usual, variance, usual))
-    alike = (np.full(len(used), value) for value in (tilt, gravity_m_s2, room_rad_s))
-    return Ring(np.array(used), reading, force, sd, *alike)
+    return np.sqrt(np.where(variance > DISTURBED * usual, variance, usual))
 
 
 def _points(mean: FloatArray, waves: Waves | None) -> FloatArray:
@@ -217,3 +236,17 @@ def room_names(run: str) -> tuple[str, str]:
 def tilt_name(run: str) -> str:
     """The common error of a run by the tilt of its plate."""
     return f"tilt of {run}"
+
+
+FRAME_NAMES = tuple(f"frame angle {axis}" for axis in AXES)
+"""The common errors by the rotation between both triads. Definition."""
+
+
+def accelerometer_names(count: int) -> tuple[str, ...]:
+    """The common errors by what the accelerometer's calibration leaves open."""
+    return tuple(f"accelerometer {i + 1}" for i in range(count))
+
+
+def is_free(name: str) -> bool:
+    """Whether a common error is an unknown that the rows alone decide."""
+    return name.startswith("tilt of ") or name in FRAME_NAMES

@@ -1,23 +1,42 @@
 """Poses of the accelerometer on a plate that leans and turns."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from calib.errors import Undetermined
 from calib.poses.averaging import PoseMean
-from calib.poses.imu_log import FloatArray
 from calib.poses.in_step import FEWEST_TURNS
 from calib.poses.pose_run import PoseRun
 from calib.poses.reference import Reference
 from calib.poses.ring import TILT_SD_RAD, ring_of_run, tilt_name, tilt_of_run
-from calib.poses.runs import GRAVITY, gravity_run, spin_sign
+from calib.poses.runs import GRAVITY, gravity_run
+
+
+@dataclass(frozen=True)
+class Leaning:
+    """How plates lean and where the poses lay on them, by a fit.
+
+    Attributes
+    ----------
+    tilt_rad : mapping of str to float
+        By run.
+    across_m_s2 : mapping of str to float
+        Part of the mean force across the axis of the plate, by pose.
+    """
+
+    tilt_rad: Mapping[str, float] = field(default_factory=dict)
+    across_m_s2: Mapping[str, float] = field(default_factory=dict)
+
+
+NOT_FITTED = Leaning()
+"""The nominal accelerometer decides."""
 
 
 def tilted_run(
     name: str, means: Sequence[PoseMean], gravity_m_s2: float, sd_m_s2: float,
-    rate_rad_s: FloatArray, tilt_rad: float | None = None, across_m_s2: FloatArray | None = None,
+    leaning: Leaning = NOT_FITTED,
 ) -> PoseRun:
     """Poses of the accelerometer on a plate that leans and turns.
 
@@ -31,12 +50,8 @@ def tilted_run(
     means : sequence of PoseMean, length n
     gravity_m_s2, sd_m_s2 : float
         Local gravity and its sd, m/s².
-    rate_rad_s : array, shape (1,) or (n,)
-        Of the plate, positive.
-    tilt_rad : float, optional
+    leaning : Leaning
         By an earlier fit; else by the nominal accelerometer.
-    across_m_s2 : array, shape (n,), optional
-        Part of the mean force across the axis, by an earlier fit.
 
     Returns
     -------
@@ -49,7 +64,7 @@ def tilted_run(
     """
     still = gravity_run(name, means, gravity_m_s2, sd_m_s2)
     seen = tilt_of_run(means)
-    tilt = seen if tilt_rad is None else tilt_rad
+    tilt = leaning.tilt_rad.get(name, seen)
     ring = ring_of_run(means, "accelerometer", tilt, gravity_m_s2)
     if tilt is None or ring is None or len(ring.place) < len(means):
         seen_as = "no wave" if seen is None else f"a tilt of {np.degrees(seen):.1f}°"
@@ -61,7 +76,7 @@ def tilted_run(
         )
     n = len(means)
     along = gravity_m_s2 * np.cos(tilt)
-    size = np.full(n, along) if across_m_s2 is None else np.hypot(along, across_m_s2)
+    size = np.hypot(along, [leaning.across_m_s2.get(mean.label, 0.0) for mean in means])
     common = np.column_stack([
         sd_m_s2 * np.cos(tilt) * along / size,
         -gravity_m_s2 * np.sin(tilt) * TILT_SD_RAD * along / size,
@@ -69,6 +84,5 @@ def tilted_run(
     return replace(
         still,
         reference=Reference(size, np.zeros(n), common, (GRAVITY, tilt_name(name))),
-        spin_rad_s=np.broadcast_to(rate_rad_s, n) * spin_sign(means, None),
         ring=ring,
     )

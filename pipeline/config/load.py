@@ -6,12 +6,13 @@ from pathlib import Path
 
 from pydantic import Field, PrivateAttr, ValidationError
 
+from calib.poses.imu_log import TRIADS
+from pipeline.config.certificate import CertificateSection
 from pipeline.config.contradictions import contradictions
 from pipeline.config.messages import problems_in
 from pipeline.config.problems import ConfigProblem, config_error
 from pipeline.config.schema import (
     AccelerometerSection,
-    CertificateSection,
     EffectSection,
     GyroscopeSection,
     InstallationSection,
@@ -136,10 +137,11 @@ def _clip_counts(config: Config) -> Iterator[tuple[PathTo, str]]:
 def _column_counts(config: Config) -> Iterator[tuple[PathTo, str]]:
     """Lists of column names that cannot be paired with the files of a key."""
     sections: list[tuple[PathTo, LogsSection]] = []
-    if config.accelerometer:
+    if config.accelerometer and config.accelerometer.poses:
         sections.append((("accelerometer", "poses"), config.accelerometer.poses))
-    for i, run in enumerate(config.gyroscope.runs if config.gyroscope else ()):
-        sections.append((("gyroscope", "runs", i, "poses"), run.poses))
+    for triad in TRIADS:
+        for i, run in enumerate(getattr(getattr(config, triad), "runs", ())):
+            sections.append(((triad, "runs", i, "poses"), run.poses))
     if config.installation:
         sections.append((("installation",), config.installation))
     for path, section in sections:

@@ -122,6 +122,15 @@ def poses(section: Values) -> Problems:
     yield from picked_columns(section)
 
 
+def accelerometer(section: Values) -> Problems:
+    """Poses at rest, runs on a leaning plate, or both."""
+    if "poses" not in section and "runs" not in section:
+        yield "poses", ("is missing; name the logs of the poses at rest, or under `runs` those "
+                        "taken on the turning plate, which must then lean")
+    if "exclude" in section and "poses" not in section:
+        yield "exclude", "belongs beside `poses`, or into one of `runs`"
+
+
 def still(section: Values) -> Problems:
     """What a search is to look for needs a search."""
     if "still" in section and "find" not in section:
@@ -185,9 +194,11 @@ RULES: tuple[tuple[PathTo, Callable[[Values], Problems]], ...] = (
     (("rate", "*"), rate),
     (("rate", "*"), model),
     (("rate", "*", "timebase"), timebase),
+    (("accelerometer",), accelerometer),
     (("accelerometer",), model),
     (("gyroscope",), model),
     (("accelerometer", "poses"), poses),
+    (("accelerometer", "runs", "*", "poses"), poses),
     (("gyroscope", "runs", "*", "poses"), poses),
     (("installation",), picked_columns),
     (("installation",), still),

@@ -23,6 +23,7 @@ from calib.effects.catalogue import BASE
 from calib.mounting.levelling import Order
 from pipeline.cameras import known_cameras
 from pipeline.config.types import (
+    STOPPED,
     CameraName,
     Columns,
     Count,
@@ -33,7 +34,6 @@ from pipeline.config.types import (
     Positive,
     RateName,
     Section,
-    Three,
     VisionTerms,
     may_be_missing,
     no_such,
@@ -187,22 +187,37 @@ class PosesSection(LogsSection):
         return self
 
 
-class AccelerometerSection(Section):
-    """What to fit to the accelerometer's poses."""
-
-    poses: PosesSection
-    exclude: PoseNames = ()
-    model: Effects = BASE
-    solver: Literal["default", "paper"] = "default"
-    loss: Literal["squares", "huber"] = "squares"
-
-
 class RunSection(Section):
     """Poses taken at one plate setting."""
 
     poses: PosesSection
     rate: RateName
     exclude: PoseNames = ()
+
+
+class AccelerometerSection(Section):
+    """What to fit to the accelerometer: poses at rest, runs on a turning plate that leans, or both.
+    """
+
+    poses: PosesSection | None = None
+    runs: tuple[RunSection, ...] = ()
+    exclude: PoseNames = ()
+    model: Effects = BASE
+    solver: Literal["default", "paper"] = "default"
+    loss: Literal["squares", "huber"] = "squares"
+
+    @property
+    def at_rest(self) -> tuple[RunSection, ...]:
+        """The poses at rest as a run of a plate that is stopped; none without them."""
+        if self.poses is None:
+            return ()
+        return (RunSection.model_construct(
+            poses=self.poses, rate=STOPPED, exclude=self.exclude),)
+
+    @property
+    def sections(self) -> tuple[RunSection, ...]:
+        """The poses at rest, then the runs."""
+        return self.at_rest + self.runs
 
 
 class GyroscopeSection(Section):
@@ -215,22 +230,6 @@ class GyroscopeSection(Section):
 
 
 # --- the rest ----------------------------------------------------------------------------------
-
-
-class TriadCertificateSection(Section):
-    """A factory certificate's values of one triad, to lay beside the estimate."""
-
-    bias_counts: Three
-    scale_counts_per_unit: Three
-    misalignment_rad: Three | None = None
-    alignment: tuple[Three, Three, Three] | None = None
-
-
-class CertificateSection(Section):
-    """The factory certificate."""
-
-    accelerometer: TriadCertificateSection | None = None
-    gyroscope: TriadCertificateSection | None = None
 
 
 class EffectSection(Section):

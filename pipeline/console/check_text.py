@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pipeline.config.load import Config
-from pipeline.config.schema import AccelerometerSection, RunSection, VideoRateSection
+from pipeline.config.schema import RunSection, VideoRateSection
 from pipeline.stages.rehearsal import Rehearsal
 from pipeline.stages.session_logs import Setting
 from pipeline.text.commands import command
@@ -29,8 +29,11 @@ def config_lines(config: Config, poses: Mapping[Setting, int]) -> Iterator[str]:
             value = f"{rate.rate_rad_s:g} ± {rate.sd_rad_s:g} rad/s"
             yield f"rate           {name}: {value}, stated in the configuration"
     if config.accelerometer:
-        section = config.accelerometer
-        yield f"accelerometer  {_poses(section, poses)}; model {', '.join(section.model)}"
+        for run in config.accelerometer.at_rest:
+            yield f"accelerometer  {_poses(run, poses)}"
+        for run in config.accelerometer.runs:
+            yield f"accelerometer  {_poses(run, poses)} at rate {run.rate}"
+        yield f"accelerometer  model {', '.join(config.accelerometer.model)}"
     if config.gyroscope:
         for run in config.gyroscope.runs:
             yield f"gyroscope      {_poses(run, poses)} at rate {run.rate}"
@@ -54,7 +57,9 @@ def config_json(config: Config, rehearsal: Rehearsal) -> dict[str, Any]:
                  {"rate_rad_s": rate.rate_rad_s, "sd_rad_s": rate.sd_rad_s}
                  for name, rate in config.rate.items()},
         "accelerometer": None if accelerometer is None else {
-            "model": accelerometer.model, **_logs(accelerometer)},
+            "model": accelerometer.model,
+            **({} if not accelerometer.at_rest else _logs(accelerometer.at_rest[0])),
+            "runs": [{"rate": run.rate, **_logs(run)} for run in accelerometer.runs]},
         "gyroscope": None if gyroscope is None else {
             "model": gyroscope.model,
             "runs": [{"rate": run.rate, **_logs(run)} for run in gyroscope.runs]},
@@ -62,12 +67,12 @@ def config_json(config: Config, rehearsal: Rehearsal) -> dict[str, Any]:
     }
 
 
-def _logs(section: AccelerometerSection | RunSection) -> dict[str, Any]:
+def _logs(section: RunSection) -> dict[str, Any]:
     paths = [str(path) for each in section.poses.files_by_key().values() for path in each]
     return {"files": paths, "exclude": list(section.exclude)}
 
 
-def _poses(section: AccelerometerSection | RunSection, counts: Mapping[Setting, int]) -> str:
+def _poses(section: RunSection, counts: Mapping[Setting, int]) -> str:
     poses, excluded = section.poses, section.exclude
     number = counts.get(Setting.of(section))
     beside = f", {count(number, 'pose')}" if number is not None else ""

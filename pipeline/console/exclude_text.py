@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from calib.poses.imu_log import Triad
 from pipeline.config.load import Config
-from pipeline.config.schema import AccelerometerSection, RunSection
+from pipeline.config.schema import RunSection
 from pipeline.config.yaml_words import yaml_word
 from pipeline.stages.excluded_poses import PoseName, short_names
 from pipeline.stages.run import Outcome
@@ -30,14 +30,19 @@ class ExcludeLines:
 
 def exclude_lines(config: Config, triad: Triad) -> ExcludeLines:
     """What to write where, of one triad."""
-    if triad == "accelerometer":
-        known = config.accelerometer.exclude if config.accelerometer else ()
-        return ExcludeLines(f"{triad}:", ("  exclude: ",), (tuple(map(yaml_name, known)),))
     runs = config.gyroscope.runs if config.gyroscope else ()
-    return ExcludeLines(
-        f"{triad}:\n  runs:",
-        tuple(f"  - rate: {yaml_word(run.rate)}\n    exclude: " for run in runs),
-        tuple(tuple(map(yaml_name, run.exclude)) for run in runs))
+    before: tuple[str, ...] = ()
+    at_rest: tuple[RunSection, ...] = ()
+    if triad == "accelerometer":
+        at_rest = config.accelerometer.at_rest if config.accelerometer else ()
+        runs = config.accelerometer.runs if config.accelerometer else ()
+        before = ("  exclude: ",) * len(at_rest)
+    first = "  runs:\n" if at_rest else ""  # below the poses at rest, if any
+    before += tuple(f"{'' if k else first}  - rate: {yaml_word(run.rate)}\n    exclude: "
+                    for k, run in enumerate(runs))
+    head = f"{triad}:" if at_rest else f"{triad}:\n  runs:"
+    return ExcludeLines(head, before, tuple(
+        tuple(map(yaml_name, run.exclude)) for run in (*at_rest, *runs)))
 
 
 @dataclass(frozen=True)
@@ -51,9 +56,9 @@ class PoseSection:
 def pose_sections(outcome: Outcome, result: TriadResult) -> tuple[PoseSection, ...]:
     """Name and section of every pose of a fit, in its order."""
     config = outcome.config
-    sections: Iterable[AccelerometerSection | RunSection] = ()
+    sections: Iterable[RunSection] = ()
     if result.triad == "accelerometer" and config.accelerometer is not None:
-        sections = [config.accelerometer]
+        sections = config.accelerometer.sections
     elif config.gyroscope is not None:
         sections = config.gyroscope.runs
     places = []

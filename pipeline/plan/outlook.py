@@ -103,8 +103,9 @@ def plan_of(config: Config, allow_python: bool = False) -> Iterator[TriadPlan]:
     """
     known: dict[Setting, PlannedSetting] = {}
     if config.accelerometer:
-        yield _triad_plan(config, "accelerometer", [planned_setting(
-            config, config.accelerometer, known)], allow_python)
+        yield _triad_plan(config, "accelerometer", [
+            planned_setting(config, run, known) for run in config.accelerometer.sections],
+            allow_python)
     if config.gyroscope:
         yield _triad_plan(config, "gyroscope", [
             planned_setting(config, run, known) for run in config.gyroscope.runs],

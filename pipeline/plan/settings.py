@@ -14,7 +14,6 @@ from calib.poses.imu_log import FloatArray, ImuLog
 from calib.poses.static_intervals import find_still
 from pipeline.config.load import Config
 from pipeline.config.schema import (
-    AccelerometerSection,
     KnownRateSection,
     PosesSection,
     RunSection,
@@ -50,7 +49,7 @@ class PlannedSetting:
 
 def planned_setting(
     config: Config,
-    section: AccelerometerSection | RunSection,
+    section: RunSection,
     known: dict[Setting, PlannedSetting],
 ) -> PlannedSetting:
     """Read what is recorded of one setting; each set of files once."""
@@ -60,7 +59,7 @@ def planned_setting(
     return known[setting]
 
 
-def _read_setting(config: Config, section: AccelerometerSection | RunSection) -> PlannedSetting:
+def _read_setting(config: Config, section: RunSection) -> PlannedSetting:
     poses, name = section.poses, Setting.of(section).rate
     rate, stated = 0.0, config.rate.get(name)
     relative, sd = 0.0, 0.0

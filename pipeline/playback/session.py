@@ -24,7 +24,8 @@ def played_poses(config: Config) -> tuple[list[Pose], float]:
     UnreadableInput
         A log cannot be read.
     """
-    named: list[PosesSection] = [config.accelerometer.poses] if config.accelerometer else []
+    named: list[PosesSection] = []
+    named += [run.poses for run in config.accelerometer.sections] if config.accelerometer else []
     named += [run.poses for run in config.gyroscope.runs] if config.gyroscope else []
     folder = config.source.path.parent
     logs = {log.label: log for poses in dict.fromkeys(named)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from calib.numbers import RPM
+from calib.poses.imu_log import TRIADS
 from pipeline.config.file_patterns import is_pattern, natural_key
 from pipeline.config.load import Config
 from pipeline.config.schema import VideoRateSection
@@ -99,10 +100,11 @@ def recording_blocks(config: Config) -> tuple[RecordingBlock, ...]:
 
 
 def _settings(config: Config) -> Iterator[tuple[PathTo, str]]:
-    if config.accelerometer:
+    if config.accelerometer and config.accelerometer.poses:
         yield ("accelerometer", "poses"), STOPPED
-    for i, run in enumerate(config.gyroscope.runs if config.gyroscope else ()):
-        yield ("gyroscope", "runs", i, "poses"), run.rate
+    for triad in TRIADS:
+        for i, run in enumerate(getattr(getattr(config, triad), "runs", ())):
+            yield (triad, "runs", i, "poses"), run.rate
 
 
 def _numbered(config: Config, path: PathTo) -> NumberedFiles | None:

@@ -101,10 +101,11 @@ def _means(outcome: Outcome, result: TriadResult) -> Sequence[PoseMean]:
     config, recordings = outcome.config, outcome.recordings
     if result.triad == "accelerometer":
         assert config.accelerometer is not None
-        return recordings.of(config.accelerometer).means
-    assert config.gyroscope is not None
-    return [mean for run in config.gyroscope.runs
-            for mean in recordings.of(run).means]
+        runs = config.accelerometer.sections
+    else:
+        assert config.gyroscope is not None
+        runs = config.gyroscope.runs
+    return [mean for run in runs for mean in recordings.of(run).means]
 
 
 def _facts(poses: PoseSet, mean: PoseMean, i: int) -> Iterator[tuple[str, str]]:

@@ -17,7 +17,7 @@ from calib.poses.averaging import PoseMean
 from calib.poses.imu_log import IntArray
 from calib.poses.pose_set import PoseSet
 from pipeline.config.load import Config
-from pipeline.config.schema import AccelerometerSection, RunSection
+from pipeline.config.schema import RunSection
 from pipeline.config.yaml_text import PathTo
 from pipeline.errors import ConfigError
 from pipeline.text.formatting import count
@@ -130,7 +130,7 @@ def _problem(labels: Sequence[str], name: PoseName, places: Sequence[int]) -> st
 
 
 def chosen(
-    labels: Sequence[str], section: AccelerometerSection | RunSection, config: Config
+    labels: Sequence[str], section: RunSection, config: Config
 ) -> Choice:
     """:func:`choose` for a section of a configuration.
 
@@ -148,11 +148,12 @@ def chosen(
         raise ConfigError(config.source.problem(where, problem)) from error
 
 
-def section_path(section: AccelerometerSection | RunSection, config: Config) -> PathTo:
+def section_path(section: RunSection, config: Config) -> PathTo:
     """Where a section with poses stands in its configuration."""
-    if isinstance(section, RunSection):
-        assert config.gyroscope is not None
-        return ("gyroscope", "runs", config.gyroscope.runs.index(section))
+    for triad in ("gyroscope", "accelerometer"):
+        runs = getattr(getattr(config, triad), "runs", ())
+        if section in runs:
+            return (triad, "runs", runs.index(section))
     return ("accelerometer",)
 
 

@@ -49,7 +49,7 @@ def logged_columns(config: Config, triad: Triad | None) -> list[str] | None:
     """Columns that every log of the triad has beside time and readings; None before recording."""
     poses: list[PosesSection] = []
     if config.accelerometer and triad != "gyroscope":
-        poses.append(config.accelerometer.poses)
+        poses += [run.poses for run in config.accelerometer.sections]
     if config.gyroscope and triad != "accelerometer":
         poses += [run.poses for run in config.gyroscope.runs]
     heads = [names for each in poses if (names := _columns_of(each)) is not None]

@@ -68,9 +68,9 @@ def measure_mounting(
 
 def reading_at_rest(config: Config, recordings: Recordings) -> FloatArray | None:
     """What the gyroscope reads in the accelerometer's poses, SI, (3,); None where not logged."""
-    if config.accelerometer is None:
+    if config.accelerometer is None or not config.accelerometer.at_rest:
         return None
-    means = recordings.of(config.accelerometer).means
+    means = recordings.of(config.accelerometer.at_rest[0]).means
     rate = np.array([mean.gyroscope.mean for mean in means])
     return np.asarray(np.median(rate, axis=0)) if np.isfinite(rate).all() else None
 

@@ -19,7 +19,7 @@ from calib.poses.static_intervals import StaticIntervals, find_still, list_stops
 from calib.poses.still_search import StillSearch
 from calib.poses.stray_samples import without_strays
 from pipeline.config.load import Config
-from pipeline.config.schema import AccelerometerSection, RunSection, StillSection
+from pipeline.config.schema import RunSection, StillSection
 from pipeline.config.sensor import Specs, sensor_specs
 from pipeline.config.types import STOPPED
 from pipeline.stages.excluded_poses import ExcludedMean, chosen
@@ -55,7 +55,7 @@ class Recordings:
 
     by_setting: Mapping[Setting, Recording]
 
-    def of(self, section: AccelerometerSection | RunSection) -> Recording:
+    def of(self, section: RunSection) -> Recording:
         """The recording of a section."""
         return self.by_setting[Setting.of(section)]
 
@@ -102,7 +102,7 @@ def average_recordings(
 
 
 def _tabled(
-    section: AccelerometerSection | RunSection, config: Config, specs: Specs
+    section: RunSection, config: Config, specs: Specs
 ) -> Recording:
     means = read_pose_means(section.poses, config.source.path.parent, specs)
     choice = chosen([mean.label for mean in means], section, config)
@@ -166,7 +166,7 @@ def still_search(section: StillSection) -> StillSearch:
 
 
 def _searched(
-    section: AccelerometerSection | RunSection, config: Config, specs: Specs,
+    section: RunSection, config: Config, specs: Specs,
     rates: Mapping[str, SettingRate], logs: Sequence[ImuLog],
 ) -> Recording:
     """The poses of long logs, which are searched for."""

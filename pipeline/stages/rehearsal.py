@@ -16,7 +16,6 @@ from calib.consistency.data_sheet import SHEET_TOLERANCE
 from calib.effects.effect import Effect
 from calib.fit.least_squares.solver import require_determinable
 from calib.fit.triad.calibration import TriadCalibration
-from calib.fit.triad.evaluable import correct_other_poses
 from calib.numbers import RPM
 from calib.poses.averaging import average_pose
 from calib.poses.imu_log import Triad
@@ -26,6 +25,7 @@ from pipeline.config.load import Config
 from pipeline.config.schema import KnownRateSection
 from pipeline.config.sensor import Specs, sensor_specs, triad_spec
 from pipeline.config.types import STOPPED
+from pipeline.stages.leaning_poses import leaning_poses
 from pipeline.stages.mounting import measure_mounting, reading_at_rest
 from pipeline.stages.plate_settings import stated_rate
 from pipeline.stages.poses import Recording, Recordings, average_recordings
@@ -34,7 +34,6 @@ from pipeline.stages.run import check_session
 from pipeline.stages.session_logs import SessionLogs, Setting
 from pipeline.stages.site import Gravity, gravity_of
 from pipeline.stages.triad_poses import (
-    accelerometer_poses,
     gyroscope_poses,
     model_on,
     senses_of,
@@ -91,7 +90,7 @@ def _accelerometer(
         return None, None
     assert config.site is not None  # by the configuration's rules
     gravity = gravity_of(config.site)
-    poses = accelerometer_poses(config, recordings, gravity).used
+    poses = leaning_poses(config, recordings, gravity).used
     model, _, _ = model_on(section.model, defined, poses)
     return calibrate(poses, model, triad_spec(sheet), solver=section.solver,
                      loss=section.loss), gravity
@@ -119,8 +118,7 @@ def _gyroscope(
             return None, ()
         recordings = Recordings({**recordings.by_setting, **felt[0]})
         rates |= felt[1]
-    correct = correct_other_poses(accelerometer) if accelerometer else None
-    poses = gyroscope_poses(config, rates, recordings, correct).used
+    poses = gyroscope_poses(config, rates, recordings, accelerometer).used
     model, _, _ = model_on(section.model, defined, poses)
     if filmed:
         require_determinable(poses, model)

@@ -16,7 +16,6 @@ from calib.errors import CalibrationError, Contradiction
 from calib.poses.imu_log import TEMPERATURE, TRIADS, ImuLog, IntArray, Triad
 from pipeline.config.load import Config
 from pipeline.config.schema import (
-    AccelerometerSection,
     LogsSection,
     PosesSection,
     RunSection,
@@ -47,10 +46,9 @@ class Setting:
     exclude: tuple[str | int, ...] = ()
 
     @classmethod
-    def of(cls, section: AccelerometerSection | RunSection) -> "Setting":
-        """The setting of a section; the accelerometer's poses are at rest."""
-        rate = section.rate if isinstance(section, RunSection) else STOPPED
-        return cls(section.poses, rate, section.exclude)
+    def of(cls, section: RunSection) -> "Setting":
+        """The setting of a section."""
+        return cls(section.poses, section.rate, section.exclude)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,15 +75,15 @@ def settings_of(config: Config, triad: Triad) -> list[Setting]:
     return [Setting.of(section) for section in _sections(config, triad)]
 
 
-def _sections(config: Config, triad: Triad) -> Sequence[AccelerometerSection | RunSection]:
+def _sections(config: Config, triad: Triad) -> Sequence[RunSection]:
     if triad == "accelerometer":
-        return [config.accelerometer] if config.accelerometer else []
+        return config.accelerometer.sections if config.accelerometer else ()
     return config.gyroscope.runs if config.gyroscope else ()
 
 
-def sections_by_setting(config: Config) -> dict[Setting, AccelerometerSection | RunSection]:
+def sections_by_setting(config: Config) -> dict[Setting, RunSection]:
     """Every setting of a configuration with the first section that names it."""
-    sections: dict[Setting, AccelerometerSection | RunSection] = {}
+    sections: dict[Setting, RunSection] = {}
     for triad in TRIADS:
         for section in _sections(config, triad):
             sections.setdefault(Setting.of(section), section)

@@ -8,13 +8,16 @@ from calib.effects.needs import unavailable
 from calib.effects.user_defined import fault_of_user_effect
 from calib.errors import Remedy, Undetermined
 from calib.fit.model import Model
+from calib.fit.triad.axis_of_turning import with_axes
+from calib.fit.triad.calibration import TriadCalibration
+from calib.fit.triad.evaluable import correct_other_poses
 from calib.poses.averaging import PoseMean
-from calib.poses.conditions import Conditions
-from calib.poses.imu_log import FloatArray, IntArray
+from calib.poses.imu_log import IntArray
 from calib.poses.pose_run import PoseRun
 from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.reference import PlateRate
 from calib.poses.runs import gravity_run, stopped_run, turning_run
+from calib.poses.tilted_run import NOT_FITTED, Leaning, tilted_run
 from pipeline.config.load import Config
 from pipeline.config.types import STOPPED
 from pipeline.stages.excluded_poses import Recorded
@@ -35,23 +38,39 @@ class TriadPoses:
         return self.poses_of([(each.means, each.places) for _, each in self.recorded])
 
 
-def accelerometer_poses(config: Config, recordings: Recordings, gravity: Gravity) -> TriadPoses:
-    """The poses at rest, measured against ``gravity``."""
+def accelerometer_poses(
+    config: Config, recordings: Recordings, gravity: Gravity, leaning: Leaning = NOT_FITTED
+) -> TriadPoses:
+    """The poses at rest and those on a plate that leans, measured against ``gravity``.
+
+    Parameters
+    ----------
+    config : Config
+    recordings : Recordings
+    gravity : Gravity
+    leaning : Leaning
+        How the plates lean by an earlier fit.
+    """
     assert config.accelerometer is not None
+    recorded = tuple((each.rate, recordings.of(each)) for each in config.accelerometer.sections)
 
-    def poses_of(recorded: Recorded) -> PoseSet:
-        ((means, _),) = recorded
-        run = gravity_run(STOPPED, means, gravity.value_m_s2, gravity.sd_m_s2)
-        return pose_set("accelerometer", [run], recordings.origin_s)
+    def run_of(name: str, means: Sequence[PoseMean]) -> PoseRun:
+        if name == STOPPED:
+            return gravity_run(name, means, gravity.value_m_s2, gravity.sd_m_s2)
+        return tilted_run(name, means, gravity.value_m_s2, gravity.sd_m_s2, leaning)
 
-    return TriadPoses(((STOPPED, recordings.of(config.accelerometer)),), poses_of)
+    def poses_of(each: Recorded) -> PoseSet:
+        runs = [run_of(name, means) for (name, _), (means, _) in zip(recorded, each, strict=True)]
+        return pose_set("accelerometer", runs, recordings.origin_s)
+
+    return TriadPoses(recorded, poses_of)
 
 
 def gyroscope_poses(
     config: Config,
     rates: Mapping[str, PlateRate],
     recordings: Recordings,
-    correct_force: Callable[[Conditions], FloatArray] | None,
+    accelerometer: TriadCalibration | None,
 ) -> TriadPoses:
     """The poses of all runs of the gyroscope.
 
@@ -61,11 +80,12 @@ def gyroscope_poses(
         The plate's rates by setting.
     recordings : Recordings
         The averaged poses.
-    correct_force : callable or None
-        The calibration of the accelerometer, see :func:`calib.poses.pose_set.pose_set`.
+    accelerometer : TriadCalibration or None
+        Corrects the specific force of the poses, and shows the axes of a plate that leans.
     """
     assert config.gyroscope is not None
     latitude = latitude_of(config.site)
+    correct = correct_other_poses(accelerometer) if accelerometer else None
     recorded = tuple((section.rate, recordings.of(section)) for section in config.gyroscope.runs)
 
     def run_of(name: str, means: Sequence[PoseMean], places: IntArray) -> PoseRun:
@@ -75,7 +95,8 @@ def gyroscope_poses(
 
     def poses_of(each: Recorded) -> PoseSet:
         runs = [run_of(name, *one) for (name, _), one in zip(recorded, each, strict=True)]
-        return pose_set("gyroscope", runs, recordings.origin_s, correct_force)
+        poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
+        return with_axes(poses, accelerometer.fit) if accelerometer else poses
 
     return TriadPoses(recorded, poses_of)
 

@@ -16,7 +16,7 @@ from calib.diagnosis.unseen import unseen_budget
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
 from calib.fit.triad.calibration import TriadCalibration
-from calib.fit.triad.evaluable import correct_other_poses, missing_in, with_typical_columns
+from calib.fit.triad.evaluable import missing_in, with_typical_columns
 from calib.fit.triad.frame_alignment import FrameRotation, rotation_between_frames
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
@@ -27,13 +27,13 @@ from pipeline.config.schema import AccelerometerSection, GyroscopeSection
 from pipeline.config.sensor import triad_spec
 from pipeline.stages.context import RunContext
 from pipeline.stages.excluded_poses import ExcludedPose, predicted_poses
+from pipeline.stages.leaning_poses import leaning_poses
 from pipeline.stages.logged_columns import check_covariates
 from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.site import Gravity, gravity_of
 from pipeline.stages.triad_poses import (
     TriadPoses,
-    accelerometer_poses,
     gyroscope_poses,
     model_on,
     senses_of,
@@ -130,7 +130,7 @@ def calibrate_accelerometer(
     assert config.site is not None
     assert config.sensor.accelerometer is not None
     gravity = gravity_of(config.site)
-    poses = accelerometer_poses(config, recordings, gravity)
+    poses = leaning_poses(config, recordings, gravity)
     spec = triad_spec(config.sensor.accelerometer)
     defined = user_effects(config, "accelerometer", context.allow_python)
     result = _calibrated(poses.used, config.accelerometer, spec, defined, config, gravity)
@@ -170,8 +170,8 @@ def calibrate_gyroscope(
         return None
     assert config.sensor.gyroscope is not None
     plates = {name: rate.plate for name, rate in rates.items()}
-    correct = correct_other_poses(accelerometer.calibration) if accelerometer else None
-    of_runs = gyroscope_poses(config, plates, recordings, correct)
+    of_runs = gyroscope_poses(config, plates, recordings,
+                              accelerometer.calibration if accelerometer else None)
     poses = of_runs.used
     force = KNOWN_FORCE
     if accelerometer is not None and accelerometer.gravity is not None:

@@ -34,7 +34,6 @@ from calib.poses.imu_log import FloatArray, Triad
 from pipeline.config.load import Config
 from pipeline.config.problems import ConfigProblem, config_error
 from pipeline.config.schema import EffectSection
-from pipeline.config.types import STOPPED
 from pipeline.errors import UnreadableInput
 from pipeline.stages.logged_columns import logged_columns
 from pipeline.text.names import nearest_name
@@ -136,7 +135,8 @@ def _runs(config: Config, triad: Triad | None) -> tuple[str, ...]:
     """Names of the runs of one triad, or of both."""
     names = [run.rate for run in config.gyroscope.runs] if config.gyroscope else []
     if triad != "gyroscope" and config.accelerometer:
-        names = [STOPPED] if triad else [*names, STOPPED]
+        of_it = [run.rate for run in config.accelerometer.sections]
+        names = of_it if triad else [*names, *of_it]
     return tuple(dict.fromkeys(names))
 
 

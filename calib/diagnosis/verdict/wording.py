@@ -161,6 +161,8 @@ def remedy_of_noise(factor: float) -> str:
 def on_the_plate(fit: Fit) -> str:
     """What the verdict lacks where poses of an accelerometer turned with the plate; or nothing."""
     turned = np.flatnonzero(fit.poses.spin_rad_s)
+    if fit.poses.ring is not None:
+        turned = np.setdiff1d(turned, fit.poses.ring.place)
     if fit.poses.triad != "accelerometer" or not turned.size or "lever_arm" in fit.model.names:
         return ""
     per_cm = 0.01 * float(np.square(fit.poses.spin_rad_s).max())

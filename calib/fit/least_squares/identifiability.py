@@ -114,14 +114,17 @@ def rows_about_zero(equations: Equations, rows: WhitenedRows) -> FloatArray:
     """Whitened data rows (..., d, p) by the parameters about the corrected vector's own zero.
 
     Bias and scale look the same about a false origin that is far away; the same nine parameters
-    about the corrected vector's own zero do not, and determine each other one to one.
+    about the corrected vector's own zero do not, and determine each other one to one. Waves have no
+    zero, and are what they are.
     """
     terms, d = equations.terms, equations.data_count
     data = rows.jacobian[..., :d, : equations.model.size].copy()
     if terms.on_reading:
         at = Conditions.of_vectors(rows.vector.reshape(-1, 3))
         columns = stack_columns(terms.on_reading, at, {}).reshape(*rows.vector.shape, -1)
-        data[..., terms.reading_index] = equations.whitened(columns, rows.vector)
+        shown, last = equations.whitened(columns, rows.vector), d - equations.wave_count
+        data[..., :last, terms.reading_index] = shown[..., :last, :]
+        data[..., last:, terms.reading_index] *= -1
     return data
 
 

@@ -2,7 +2,7 @@
 
     magnitude row   (|s_i| (1 - R_i eta) - m_i - D_i theta) / sd_i
     null row        (s_i - expected_i) / sd_i, three of them
-    wave row        of a plate that leans, :mod:`calib.fit.rows.wave_rows`
+    axis row, wave row    of a plate that leans, :mod:`calib.fit.rows.axis_rows`, ``wave_rows``
     prior row       eta_j, one for each error that several references have in common
 
 All rows have unit variance when the stated sds hold. ``eta`` are the common errors of the
@@ -23,6 +23,7 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.fit.model import Model
+from calib.fit.rows.axis_rows import AxisRows
 from calib.fit.rows.initial_estimate import Start
 from calib.fit.rows.model_terms import ModelTerms
 from calib.fit.rows.readings import Readings
@@ -48,12 +49,15 @@ class Equations(Stacked):
         What the poses decide: order and sds of the magnitude rows and the null rows.
     readings : Readings
         What the model makes of the readings.
+    axis : AxisRows or None
+        The rows of the axis of a leaning plate, which stand behind those.
     waves : WaveRows or None
-        The rows of the waves of a leaning plate, which stand behind those.
+        The rows of its waves, which stand behind those.
     """
 
     whitening: Whitening
     readings: Readings
+    axis: AxisRows | None
     waves: WaveRows | None
 
     @classmethod
@@ -75,6 +79,7 @@ class Equations(Stacked):
         sensed = axes_of(whitening.start.matrix).sensed(vector)
         surroundings = Surroundings(tuple(sets), vector.reshape(-1, 3), sensed.reshape(-1, 3))
         return cls(whitening, Readings.of(whitening.reading, surroundings, model),
+                   AxisRows.of(sets, whitening.start),
                    WaveRows.of(surroundings, whitening.start, model))
 
     @classmethod
@@ -85,19 +90,19 @@ class Equations(Stacked):
     def extended(self, effects: Sequence[Effect]) -> "Equations":
         """The rows of the same poses under the model with more ``effects``."""
         waves = self.waves and replace(self.waves, points=self.waves.points.extended(effects))
-        return Equations(self.whitening, self.readings.extended(effects), waves)
+        return Equations(self.whitening, self.readings.extended(effects), self.axis, waves)
 
     def after(self, sensed: FloatArray) -> "Equations":
         """The same rows where the axes ``sensed`` (..., n, 3) in the poses, SI: what they remember.
         """
         later = replace(self.surroundings, sensed=sensed.reshape(-1, 3))
         waves = self.waves and self.waves.after(later)
-        return Equations(self.whitening, self.readings.within(later), waves)
+        return Equations(self.whitening, self.readings.within(later), self.axis, waves)
 
     def take(self, index: Index) -> "Equations":
         """The rows of some sets; of one set without the leading axis, or with it again."""
-        waves = self.waves and self.waves.take(index)
-        return Equations(self.whitening.take(index), self.readings.take(index), waves)
+        axis, waves = self.axis and self.axis.take(index), self.waves and self.waves.take(index)
+        return Equations(self.whitening.take(index), self.readings.take(index), axis, waves)
 
     @property
     def terms(self) -> ModelTerms:
@@ -157,13 +162,13 @@ class Equations(Stacked):
     @cached_property
     def row_pose(self) -> IntArray:
         """Pose of every data row (the prior rows left out), shape (d,)."""
-        pose = self.whitening.order.row_pose
-        return np.append(pose, self.waves.row_pose) if self.waves else pose
+        more = [each.row_pose for each in (self.axis, self.waves) if each]
+        return np.concatenate([self.whitening.order.row_pose, *more])
 
     @property
     def data_count(self) -> int:
         """Number d of data rows."""
-        return self.whitening.order.data_count + self.wave_count
+        return len(self.row_pose)
 
     @property
     def common_count(self) -> int:
@@ -188,8 +193,8 @@ class Equations(Stacked):
     @property
     def row_sd(self) -> FloatArray:
         """Sd of every data row in SI units, shape (..., d)."""
-        sd = self.whitening.row_sd
-        return np.concatenate([sd, self.waves.row_sd], axis=-1) if self.waves else sd
+        more = [each.row_sd for each in (self.axis, self.waves) if each]
+        return np.concatenate([self.whitening.row_sd, *more], axis=-1)
 
     @cached_property
     def typical_sd(self) -> FloatArray:
@@ -205,10 +210,12 @@ class Equations(Stacked):
 
         See :meth:`calib.fit.rows.whitening.Whitening.directions`; a constant error makes no wave.
         """
-        shown = self.whitening.directions(s, slope)
-        if not self.waves:
-            return shown
-        return np.concatenate([shown, np.zeros((*shown.shape[:-2], self.wave_count, 3))], axis=-2)
+        shown = [self.whitening.directions(s, slope)]
+        if self.axis:
+            shown.append(self.axis.directions(slope))
+        if self.waves:
+            shown.append(np.zeros((*s.shape[:-2], self.wave_count, 3)))
+        return np.concatenate(shown, axis=-2)
 
     def whitened(self, vectors: FloatArray, s: FloatArray) -> FloatArray:
         """What errors (..., n, 3, k) of the corrected vectors s (..., n, 3) make of the data rows.
@@ -264,6 +271,10 @@ class Equations(Stacked):
         jacobian[..., :d, :p] = -self._shown(directions, errors)
         jacobian[..., :k, p:] = -self.common_relative * (size / self.magnitude_sd)[..., None]
         jacobian[..., d:, p:] = np.eye(q)
+        if self.axis:
+            first = k + 3 * len(self.null)
+            jacobian[..., first : d - self.wave_count, p:] = -self.axis.common
+            parts.append(self.axis.residual(s, eta))
         if self.waves:
             waves, jacobian[..., d - self.wave_count : d, :], points = self.waves.rows(
                 theta, eta, shapes)

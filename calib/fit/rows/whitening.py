@@ -93,7 +93,7 @@ class Whitening(Stacked):
         stated = np.array([poses.reference.magnitude for poses in sets])[:, turning]
         reference_sd = np.array([poses.reference.sd for poses in sets])
         common = np.array([poses.reference.common for poses in sets])[:, turning]
-        start = start or starts_of(reading[:, turning], stated)
+        start = start or starts_of(*_of_known_size(sets, turning))
         vector = start.corrected(reading)
         s = vector[:, turning]
         direction = s / np.maximum(lengths(s)[..., None], NO_LENGTH)
@@ -137,6 +137,23 @@ class Whitening(Stacked):
         at_rest = np.eye(3) / self.null_sd[..., None]
         *lead, m, _, _ = at_rest.shape
         return np.concatenate([along, at_rest.reshape(*lead, 3 * m, 3)], axis=-2)
+
+
+def _of_known_size(sets: Sequence[PoseSet], turning: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Readings (S, k, 3) and the magnitudes (S, k) that they show, SI.
+
+    All round its ring a pose of an accelerometer on a leaning plate shows the whole of gravity.
+    """
+    reading = [poses.reading[turning] for poses in sets]
+    size = [poses.reference.magnitude[turning] for poses in sets]
+    for i, poses in enumerate(sets):
+        if (ring := poses.ring) is not None and np.isfinite(ring.gravity_m_s2).all():
+            kept = ~np.isin(turning, ring.place)
+            points = ring.reading.reshape(-1, 3)
+            gravity = np.repeat(ring.gravity_m_s2, ring.reading.shape[1])
+            reading[i] = np.concatenate([reading[i][kept], points])
+            size[i] = np.concatenate([size[i][kept], gravity])
+    return np.array(reading), np.array(size)
 
 
 def lengths(vectors: FloatArray) -> FloatArray:

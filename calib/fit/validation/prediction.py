@@ -146,7 +146,9 @@ def predict(calibration: TriadCalibration) -> Prediction | None:
     Prediction or None
     """
     fit = calibration.fit
-    stated = fit.poses.reference.magnitude
+    stated = fit.poses.reference.magnitude.copy()
+    if (ring := fit.poses.ring) is not None and np.isfinite(ring.gravity_m_s2).all():
+        stated[ring.place] = ring.gravity_m_s2  # of which a mean on a leaning plate is a part
     turning = stated[stated > 0]
     if turning.size == 0:
         return None

@@ -45,7 +45,8 @@ def test_the_calibration_of_a_foreign_file_is_that_of_the_recording(
     accelerometer = checked.outcome.accelerometer
     assert accelerometer is not None
     assert len(checked.outcome.recordings.of(
-        checked.outcome.config.accelerometer).means) == 18  # type: ignore[union-attr]
+        checked.outcome.config.accelerometer.at_rest[0]  # type: ignore[union-attr]
+    ).means) == 18
     parameters = accelerometer.calibration.parameters
     np.testing.assert_allclose(parameters.scale_counts_per_unit / foreign.per_m_s2, ACC_SCALE,
                                atol=0.003)

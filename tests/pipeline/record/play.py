@@ -138,7 +138,7 @@ def calibrated(config: Path) -> TriadCalibration:
     recordings = average_recordings(loaded, read_session(loaded), {})
     assert loaded.sensor.accelerometer is not None
     spec = triad_spec(loaded.sensor.accelerometer)
-    run = gravity_run("stopped", recordings.of(loaded.accelerometer).means, 9.80267, 0.0)
+    run = gravity_run("stopped", recordings.of(loaded.accelerometer.at_rest[0]).means, 9.80267, 0.0)
     poses = pose_set("accelerometer", [run], recordings.origin_s)
     return calibrate_triad(fit(poses, Model.of(("bias", "scale", "misalignment"))), spec)
 
