@@ -9,7 +9,9 @@ from calib.effects.catalogue import BASE
 from calib.fit.least_squares.angrisano import fit_paper
 from calib.fit.least_squares.solver import Fit, fit
 from calib.fit.model import Model
+from calib.fit.triad.axis_of_turning import with_axes
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
+from calib.fit.triad.leaning import leaning_of
 from calib.poses.averaging import PoseMean
 from calib.poses.data_sheet import Encoding, TriadSpec
 from calib.poses.drift_within import average_poses
@@ -17,6 +19,7 @@ from calib.poses.imu_log import ImuLog
 from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.reference import PlateRate
 from calib.poses.runs import gravity_run, stopped_run, turning_run
+from calib.poses.tilted_run import NOT_FITTED, tilted_run
 from tests.world.imu import Triad
 from tests.world.session import RunLog, Session, StatedRate
 
@@ -84,6 +87,33 @@ def pose_sets(session: Session) -> tuple[PoseSet, PoseSet, tuple[TriadSpec, Tria
     base = calibrate_triad(fit(accelerometer, Model.of(BASE)), specs[0])
     gyroscope = pose_set("gyroscope", gyro_runs, 0.0, base.correct) if gyro_runs else accelerometer
     return accelerometer, gyroscope, specs
+
+
+def tilted_pose_sets(session: Session) -> tuple[PoseSet, PoseSet, tuple[TriadSpec, TriadSpec]]:
+    """The poses of both triads of an evening on a plate that leans, and their data sheets.
+
+    The tilt is fitted and the accelerometer calibrated first, as the pipeline does it.
+    """
+    sensor, site = session.design.sensor, session.design.site
+    specs = (
+        spec_of(sensor.accelerometer, sensor.accelerometer.full_scale),
+        spec_of(sensor.gyroscope, sensor.gyroscope.full_scale),
+    )
+    means = [averaged(run, specs, abs(session.rates[run.run.name].rate_rad_s))
+             for run in session.runs]
+    leaning = NOT_FITTED
+    for _ in range(3):
+        poses = pose_set("accelerometer", [
+            tilted_run(run.run.name, each, site.gravity_m_s2, 0.0, leaning)
+            for run, each in zip(session.runs, means, strict=True)], 0.0)
+        fitted = fit(poses, Model.of(BASE))
+        leaning = leaning_of(fitted)
+    base = calibrate_triad(fitted, specs[0])
+    latitude = float(np.radians(site.latitude_deg))
+    gyroscope = pose_set("gyroscope", [
+        turning_run(each, plate_rate(run.run.name, session.rates[run.run.name]), latitude)
+        for run, each in zip(session.runs, means, strict=True)], 0.0, base.correct)
+    return poses, with_axes(gyroscope, base.fit), specs
 
 
 def calibrated(

@@ -8,6 +8,7 @@ from tests.world.bench import (
     Course,
     Design,
     Run,
+    Turntable,
     corner_directions,
     wedge_directions,
 )
@@ -61,6 +62,27 @@ def rich_design(sensor: Sensor | None = None) -> Design:
         jitter_deg=3.0,
         rate_sd_relative=5e-6,
         clock_sd_relative=50e-6,
+    )
+
+
+def tilted_design(
+    tilt_deg: float, sensor: Sensor | None = None, motion: PlateMotion | None = None,
+    mountings: int = 9,
+) -> Design:
+    """Three minutes: 6 faces and 3 edges of 20 s on a plate with 15 cm of books under one side.
+
+    With 18 ``mountings`` the whole wedge. The case is put down within 8 mm of the spindle.
+    """
+    wedge = wedge_directions()
+    faces = np.abs(wedge).max(axis=1) > 0.9
+    directions = wedge if mountings == len(wedge) else np.vstack(
+        [wedge[faces], wedge[~faces][[0, 5, 10]]])
+    return Design(
+        title="nine mountings on a tilted plate",
+        sensor=sensor or mpu6050(),
+        runs=(turning_run("17rpm", motion or PlateMotion(SLOW), directions),),
+        turntable=Turntable(tilt_rad=(float(np.radians(tilt_deg)), 0.0), placement_sd_m=0.008),
+        jitter_deg=3.0,
     )
 
 

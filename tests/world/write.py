@@ -154,21 +154,27 @@ def config_text(session: Session, camera: Camera | None, suffix: str = ".csv") -
             f"  poses: accelerometer/pose_*{suffix}",
             "  model: [bias, scale, misalignment]",
         ]
+    elif on_plate:
+        lines += ["accelerometer:  # the plate leans: gravity goes round in every pose", "  runs:"]
+        lines += _run_lines(on_plate, suffix)
     if on_plate:
         lines += [
             "",
             "gyroscope:  # poses on the turning plate: the length of the rate is the plate's",
             "  runs:",
         ]
-        lines += [
-            f"    - {{poses: gyroscope/{log.run.name}/pose_*{suffix}, rate: {log.run.name}}}"
-            for log in on_plate
-        ]
+        lines += _run_lines(on_plate, suffix)
         at_rest = any(log.run.motion is None for log in still)
         if at_rest and session.design.rests_count_for_gyroscope:
             lines += [f"    - {{poses: accelerometer/pose_*{suffix}, rate: stopped}}"]
         lines += ["  model: [bias, scale, misalignment]"]
     return "\n".join(lines) + "\n"
+
+
+def _run_lines(on_plate: list[RunLog], suffix: str) -> list[str]:
+    """The runs on the plate."""
+    return [f"    - {{poses: gyroscope/{log.run.name}/pose_*{suffix}, rate: {log.run.name}}}"
+            for log in on_plate]
 
 
 def _comment(session: Session, camera: Camera | None) -> list[str]:

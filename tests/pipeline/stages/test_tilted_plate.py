@@ -1,0 +1,64 @@
+"""Three minutes on a plate that leans, from logs to both triads."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.config.load import load_config
+from pipeline.errors import ConfigError
+from pipeline.stages.context import RunContext
+from pipeline.stages.run import run_stages
+from tests.sessions import pipeline, results_in
+from tests.world.designs import tilted_design
+from tests.world.hidden import Hidden
+from tests.world.make_data import G_SENSITIVITY_DEG_S_PER_G
+from tests.world.session import simulate
+from tests.world.write import write_session
+
+
+@pytest.fixture(scope="module")
+def config(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Logs and a configuration whose accelerometer has runs and no poses at rest."""
+    per_si = np.radians(G_SENSITIVITY_DEG_S_PER_G) / 9.80665
+    session = simulate(replace(tilted_design(20.0), sample_rate_hz=25.0), 41,
+                       (Hidden("g_sensitivity", "gyroscope", per_si),))
+    return write_session(tmp_path_factory.mktemp("tilted"), session, film=False).config
+
+
+def test_both_triads_come_from_the_turning_plate(
+    config: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert pipeline("run", config) == 0
+    assert "next: pipeline add" in capsys.readouterr().out
+    results = results_in(config.with_suffix(".run"))
+    assert results["accelerometer"]["diagnosis"]["verdict"] == "nothing_missing"
+    assert results["gyroscope"]["diagnosis"]["names"] == ["g_sensitivity"]
+    assert pipeline("add", config, "gyroscope.g_sensitivity") == 0
+    after = results_in(config.with_suffix(".run"))["gyroscope"]
+    assert after["diagnosis"]["verdict"] == "nothing_missing"
+    values = np.degrees(after["effects"]["g_sensitivity"]["values"]) * 9.80665
+    assert values == pytest.approx(G_SENSITIVITY_DEG_S_PER_G.ravel(), abs=0.06)
+
+
+def test_an_accelerometer_without_poses_and_runs_is_refused_by_its_line(config: Path) -> None:
+    text = config.read_text(encoding="utf-8")
+    head, _, rest = text.partition("accelerometer:  # the plate leans")
+    bare = config.with_name("bare.yaml")
+    rest = rest[rest.index("\ngyroscope:") :]
+    bare.write_text(f"{head}accelerometer: {{model: [bias]}}\n{rest}", encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"poses is missing|is missing; name the logs"):
+        load_config(bare)
+
+
+def test_poses_can_be_left_out_of_a_run(config: Path) -> None:
+    text = config.read_text(encoding="utf-8")
+    fewer = config.with_name("fewer.yaml")
+    run = "pose_*.csv, rate: 17rpm}"
+    assert run in text
+    fewer.write_text(text.replace(run, "pose_*.csv, rate: 17rpm, exclude: [pose_07]}"),
+                     encoding="utf-8")
+    outcome = run_stages(load_config(fewer), RunContext())
+    assert [len(each.calibration.fit.poses) for each in outcome.triads] == [8, 8]
+    assert [each.excluded[0].predicted is not None for each in outcome.triads] == [True, True]
