@@ -73,7 +73,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("ranking", "wording"), ("decision",), ("explain",),
     ],
     "vision": [
-        ("geometry", "numbers"), ("phase_track",), ("errors",),
+        ("geometry", "numbers"), ("phase_track",), ("errors", "image_return"),
         ("video", "camera"),
         ("plate", "rate"), ("tracking", "overlay"), ("clip_rate",),
     ],

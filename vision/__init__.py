@@ -24,6 +24,7 @@ The way of the data
 ``plate``         where the plate is and what it looks like (``PlateModel``)
 ``tracking``      the plate's angle in every frame (``track_phase``: clip to ``PhaseTrack``)
 ``phase_track``   what the tracking hands on: arrays only
+``image_return``  after what time the picture is itself again, without a plate
 ``rate``          the rate and its standard deviation (``measure_rate``), with NumPy alone
 ``overlay``       the clip with the measurement drawn on it
 ``camera``        films a clip with a live camera

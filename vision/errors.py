@@ -3,6 +3,7 @@
 Every message is one paragraph: where, what was found, what was expected, what to do next.
 """
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -17,6 +18,14 @@ class UnreadableVideo(VisionError):
     """The file is not a video that can be decoded, or has too few frames."""
 
 
+@dataclass(frozen=True)
+class Return:
+    """The time after which a picture is itself again, and its sd, s."""
+
+    period_s: float
+    sd_s: float
+
+
 class RateRefused(VisionError):
     """The clip is readable, but no honest constant rate can be given from it.
 
@@ -24,11 +33,15 @@ class RateRefused(VisionError):
     ----------
     history : RateHistory or None
         Rate against time, where the plate was followed but does not turn steadily.
+    returns : Return or None
+        What the picture repeats after, where it does.
     """
 
-    def __init__(self, message: str, history: "RateHistory | None" = None) -> None:
+    def __init__(
+        self, message: str, history: "RateHistory | None" = None, returns: Return | None = None
+    ) -> None:
         super().__init__(message)
-        self.history = history
+        self.history, self.returns = history, returns
 
 
 class NothingMoves(RateRefused):

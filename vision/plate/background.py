@@ -30,15 +30,22 @@ class RepeatThresholds:
 
     Attributes
     ----------
-    change : float
-        Of the usual change from frame to frame; less is the same frame again. Tuned on the clips of
-        slow cameras in tests.vision.test_clips.
+    most : float
+        Of the usual change from frame to frame; more is no repetition, whatever gap lies above.
+        Derived: half, with which a plate at half its rate shows.
+    gap : float
+        Ratio of the two changes beside the widest gap, from which it separates repeats. Tuned on
+        ``tests.bench.clip_study --only pulldown,recorder,plain``.
+    never : float
+        Of the usual change; less is a repetition without a gap too.
     usual : float
         Quantile of the changes that is the usual one: a camera slower than its clip repeats every
         other frame. Derived: above 0.5, below 1.
     """
 
-    change: float = 0.1
+    most: float = 0.5
+    gap: float = 1.6
+    never: float = 0.1
     usual: float = 0.75
 
 
@@ -77,8 +84,22 @@ def spread_choice(available: int, wanted: int) -> NDArray[np.intp]:
 
 
 def repeated(change: FloatArray) -> BoolArray:
-    """Which frames are the one before again, by their mean change since that one, shape (f,)."""
-    return np.asarray(change < THRESHOLDS.change * np.quantile(change, THRESHOLDS.usual))
+    """Which frames are the one before again, by their mean change since that one, shape (f,).
+
+    An encoder leaves something of its own in a repeated frame, more or less of it: repeats are told
+    by the widest gap of the changes.
+    """
+    usual = float(np.quantile(change, THRESHOLDS.usual))
+    limit = THRESHOLDS.never * usual
+    small = change < THRESHOLDS.most * usual
+    low = np.sort(change[small])
+    above = np.append(low[1:], np.min(change, initial=np.inf, where=~small))
+    if low.size:
+        ratio = above / np.maximum(low, 1e-9)
+        widest = int(ratio.argmax())
+        if ratio[widest] > THRESHOLDS.gap and low[widest] > limit:
+            limit = float(np.sqrt(low[widest] * above[widest]))
+    return np.asarray(change < limit)
 
 
 def stands_still(images: Sequence[Luma]) -> bool:

@@ -10,8 +10,9 @@ from vision.video.reader import Luma
 
 WHOLE = 0.95  # of the rim inside the frame; it chooses the words only
 GRAZING_RAD = np.radians(75)  # tilt; likewise
-DARK = 32.0  # median luma; black is 16; likewise
-NOTHING = 0.1  # coherence of what only flickers; likewise
+DARK = 48.0  # luma of the brightest twentieth; black is 16; likewise
+BRIGHTEST = 0.95  # quantile
+NOTHING = 0.15  # coherence of what only flickers, whose outline may lie anywhere; likewise
 
 NOTHING_MOVES = (
     "nothing in the frame turns about a fixed axis: what changes from frame to frame is no more "
@@ -40,18 +41,24 @@ def why_nothing_turns(
         What surrounds the plate is seen, and does not move.
     """
     view = max(outlines, key=lambda outline: outline[1].coherence, default=(None, None))[0]
-    fault = "" if view is None else _partly_seen(view, background.shape)
+    fault = ""
+    if view is not None and coherence > NOTHING:
+        fault = _partly_seen(view, background.shape)
+    light = float(np.quantile(background, BRIGHTEST))
     return (
         f"nothing in the frame turns about a fixed axis: {len(outlines)} round outline(s) were "
         f"tried, and at most {coherence:.0%} of what changes inside one turns together (a plate "
         f"shows 50 to 100 %).{fault and f' The likeliest outline {fault}.'} "
-        f"{_to_change_first(fault, float(np.median(background)), coherence, camera_stands)}"
+        f"{_to_change_first(fault, light, coherence, camera_stands)}"
     )
 
 
 def _to_change_first(fault: str, light: float, coherence: float, camera_stands: bool) -> str:
     if light < DARK:
-        return "Switch on a light: the frames are almost black."
+        return (
+            f"Switch on a light: nineteen in twenty pixels are darker than {light:.0f} of 255, "
+            f"where black is 16."
+        )
     if fault:
         return "Film the whole plate from above."
     if coherence < NOTHING:

@@ -9,27 +9,27 @@ a turn are too many to keep, some of them are learned from and the clip is read 
 camera is seen to move after that, it is read again with its motion taken out.
 """
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeGuard
 
 import cv2
 
-from vision.errors import NothingMoves, RateRefused, UnreadableVideo, more_telling
+from vision.errors import NothingMoves, RateRefused, more_telling
 from vision.geometry import PlateOverride
+from vision.tracking.evenness import scatter_rad
 from vision.tracking.glimpses import nothing_moves
+from vision.tracking.search import ClipPass, ClipTask, frames_after, learned_plate
 from vision.tracking.stretch import Stretch, next_stretch
 from vision.video.reader import BATCH, ClipReader, Frame
 
 if TYPE_CHECKING:
     from vision.phase_track import PhaseTrack
-    from vision.plate.learn import PlateModel
     from vision.tracking.frame_measurement import FrameMeasurements
 
-FEWEST = 12  # frames from which anything can be said
-ATTEMPTS = 12  # stretches of the clip in which a plate is looked for
 
 
 @dataclass(frozen=True)
@@ -43,10 +43,18 @@ class ClipThresholds:
         mark of colour may be the better one. Derived: no rate comes from less.
     whole : float
         Of the stated length; less was cut short.
+    scatter_rad : float
+        Scatter of the angles about an even rotation, rad, from which the return of the picture is
+        measured too. Ten times that of a poor clip (``tests.bench.vision_films``).
+    clearly : float
+        Times the least scatter, with which a plate by its template comes before one by the return
+        of the picture. Tuned on ``tests.bench.clip_study --only pulldown``.
     """
 
     fewest_turns: float = 1.0
     whole: float = 0.9
+    scatter_rad: float = 0.0122
+    clearly: float = 1.5
 
 
 THRESHOLDS = ClipThresholds()
@@ -56,6 +64,7 @@ def track_phase(
     path: Path | str,
     *,
     plate: PlateOverride | None = None,
+    from_s: float = 0.0,
     on_progress: Callable[[int, int | None], None] | None = None,
 ) -> "PhaseTrack":
     """Track the plate of a clip, by its colour where the brightness shows nothing that turns.
@@ -65,6 +74,8 @@ def track_phase(
     path : path
     plate : PlateOverride, optional
         The rim as the user measured it, instead of looking for it.
+    from_s : float
+        The plate is learned from what follows this time of the clip, s.
     on_progress : callable (frames done, frames stated or None), optional
         Called often, also while the plate is being learned; what it raises ends the work.
 
@@ -81,49 +92,48 @@ def track_phase(
         Nothing in the clip turns about a fixed axis, in brightness or in colour.
     """
     cv2.setNumThreads(1)  # the other cores decode
-    task = _Task(Path(path), plate, on_progress)
-    by_luma = _track_or_refusal(task, _Pass(attempts=1))
-    if _turns(by_luma):
+    task = ClipTask(Path(path), plate, from_s, on_progress)
+    by_luma = _track_or_refusal(task, ClipPass(attempts=1))
+    if _good(by_luma):
         return by_luma
     if isinstance(by_luma, NothingMoves) and nothing_moves(task.path, on_progress):
         raise by_luma
-    by_colour = _track_or_refusal(task, _Pass(colours=True))
-    if _turns(by_colour):
-        return by_colour
-    if isinstance(by_luma, RateRefused):
-        raise more_telling(by_luma, by_colour) if isinstance(by_colour, RateRefused) else by_luma
-    return by_luma
+    tracks = [by_luma]
+    if not _turns(by_luma):
+        tracks.append(_track_or_refusal(task, ClipPass(colours=True)))
+    if not _good(tracks[-1]) and plate is None:
+        tracks.append(_by_return(task, next(filter(_turns, tracks), None)))
+    return _best(task.path.name, tracks)
 
 
-@dataclass(frozen=True)
-class _Task:
-    """What to track, and whom to tell."""
+def _best(name: str, tracks: "list[PhaseTrack | RateRefused]") -> "PhaseTrack":
+    """The track that goes most evenly; without one a refusal that says what was seen."""
+    turning = [track for track in tracks if _turns(track)]
+    if turning:
+        # Where the times scatter and not the angles, all tracks do alike.
+        allowed = THRESHOLDS.clearly * min(map(scatter_rad, turning))
+        return next(track for track in turning if scatter_rad(track) <= allowed)
+    refusals = [track for track in tracks if isinstance(track, RateRefused)]
+    returned = next((each for each in refusals if each.returns is not None), None)
+    if returned is not None:
+        raise _only_returns(name, returned)
+    still = [track for track in tracks if not isinstance(track, RateRefused)]
+    if still:
+        return still[0]
+    telling = reduce(more_telling, refusals[:2])
+    raise type(telling)(" ".join(map(str, (telling, *refusals[2:]))))
 
-    path: Path
-    rim: PlateOverride | None
-    on_progress: Callable[[int, int | None], None] | None
 
-
-@dataclass(frozen=True)
-class _Pass:
-    """How the clip is read.
-
-    Attributes
-    ----------
-    colours : bool
-        With chroma, and with the luma reduced to its size.
-    skipped : int
-        Frames before the first stretch that is learned from.
-    attempts : int
-        Stretches in which a plate is looked for.
-    camera_moves : bool
-        The camera is known to.
-    """
-
-    colours: bool = False
-    skipped: int = 0
-    attempts: int = ATTEMPTS
-    camera_moves: bool = False
+def _only_returns(name: str, refusal: RateRefused) -> RateRefused:
+    """What to do where the picture returns, and no plate is seen."""
+    assert refusal.returns is not None
+    rate = 2 * math.pi / refusal.returns.period_s
+    sd = rate * refusal.returns.sd_s / refusal.returns.period_s
+    return RateRefused(
+        f"{name}: {refusal}. Film the whole plate from above, with one bold mark near its rim; "
+        f"where this rate will do, state it in a configuration (rate: {{{Path(name).stem}: "
+        f"{{rate_rad_s: {rate:.4f}, sd_rad_s: {sd:.1g}}}}}).",
+        returns=refusal.returns)
 
 
 def _turns(result: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
@@ -132,14 +142,49 @@ def _turns(result: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
     return result.apparent_turns * result.plate.symmetry >= THRESHOLDS.fewest_turns
 
 
-def _track_or_refusal(task: _Task, way: _Pass) -> "PhaseTrack | RateRefused":
+def _good(result: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
+    """Whether a plate was followed so well that no other way to its angle is looked for."""
+    return _turns(result) and scatter_rad(result) < THRESHOLDS.scatter_rad
+
+
+def _track_or_refusal(task: ClipTask, way: ClipPass) -> "PhaseTrack | RateRefused":
     try:
         return _tracked(task, way)
     except RateRefused as refusal:
         return refusal
 
 
-def _tracked(task: _Task, way: _Pass) -> "PhaseTrack":
+def _by_return(task: ClipTask, roughly: "PhaseTrack | None") -> "PhaseTrack | RateRefused":
+    """By the return of the picture, with what is known of the plate by a poor track of it."""
+    try:
+        return _returning(task, roughly)
+    except RateRefused as refusal:
+        return refusal
+
+
+def _returning(task: ClipTask, roughly: "PhaseTrack | None") -> "PhaseTrack":
+    from vision.tracking.periodic_track import track_by_return
+
+    def followed(clip: ClipReader) -> Iterator[list[Frame]]:
+        count = 0
+        for batch in clip:
+            count += len(batch)
+            if task.on_progress is not None:
+                task.on_progress(count, clip.frames_stated)
+            yield batch
+
+    with ClipReader(task.path) as clip:
+        batches = followed(clip)
+        stretch = next_stretch(batches, 0, lambda: None).with_fields().steadied(camera_moves=False)
+        if stretch.stride == 1:
+            rest = _chain(stretch.frames, stretch.prepared(batches))
+            return track_by_return(clip, rest, _notes(clip, stretch), roughly)
+    with ClipReader(task.path) as clip:
+        rest = stretch.prepared(followed(clip))
+        return track_by_return(clip, rest, _notes(clip, stretch), roughly)
+
+
+def _tracked(task: ClipTask, way: ClipPass) -> "PhaseTrack":
     with ClipReader(task.path, colours=way.colours) as clip:
 
         def on_frames(count: int) -> None:
@@ -148,22 +193,23 @@ def _tracked(task: _Task, way: _Pass) -> "PhaseTrack":
 
         from vision.tracking.frame_measurement import FrameMeasurements  # while frames are decoded
 
-        batches = _after(way.skipped, clip)
-        plate, stretch = _learn_plate(task, way, clip, batches, on_frames)
+        batches = frames_after(way.skipped, clip)
+        plate, stretch = learned_plate(task, way, clip, batches, on_frames)
         shown = len(stretch.frames) // 2
-        measurements = FrameMeasurements(plate, stretch.frames[shown], shown * stretch.stride)
+        measurements = FrameMeasurements(
+            plate, stretch.frames[shown], stretch.skipped + shown * stretch.stride)
         later_by_luma = way.colours and plate.by_brightness
-        if stretch.stride == 1 and not later_by_luma:
+        from_the_first = stretch.stride == 1 and stretch.skipped == 0
+        if from_the_first and not later_by_luma:
             rest = _chain(stretch.frames, stretch.prepared(batches))
             track = _measured(measurements, clip, rest, stretch, on_frames)
         else:
             stretch.frames.clear()
     if later_by_luma:
-        return _tracked(task, _Pass(skipped=stretch.skipped, attempts=1))
-    if stretch.stride > 1:
+        return _tracked(task, ClipPass(skipped=stretch.skipped, attempts=1))
+    if not from_the_first:  # what was learned late is measured in all frames
         with ClipReader(task.path, colours=way.colours) as clip:
-            rest = stretch.prepared(_after(stretch.skipped, clip))
-            track = _measured(measurements, clip, rest, stretch, on_frames)
+            track = _measured(measurements, clip, stretch.prepared(iter(clip)), stretch, on_frames)
     if stretch.camera is None and not way.camera_moves and measurements.camera_moved:
         return _tracked(task, replace(way, camera_moves=True))
     return track
@@ -176,70 +222,29 @@ def _measured(
     stretch: Stretch,
     on_frames: Callable[[int], None],
 ) -> "PhaseTrack":
-    """The track of all frames in the batches; those before the stretch are left out."""
-    skipped = stretch.skipped
+    """The track of all frames in the batches."""
     for batch in batches:
         measurements.add(batch)
-        on_frames(skipped + len(measurements))
-    notes = []
-    if skipped:
-        notes.append(
-            f"The plate was not seen turning in the first {skipped} frames, which are left out."
-        )
-    if clip.orientation.mirrored:
-        notes.append(
-            f"{clip.path.name}: the file has its frames displayed mirrored, as front cameras do. "
-            f"The sense of rotation is that of the displayed frame; if writing in it reads "
-            f"backwards, the plate itself turns the other way."
-        )
-    notes += [part.note(clip.path.name) for part in (stretch.interlacing, stretch.camera) if part]
+        on_frames(len(measurements))
+    notes = _notes(clip, stretch)
     # By the time, not the count: containers without one state duration times frame rate.
     if clip.seconds_stated and measurements.last_s < THRESHOLDS.whole * clip.seconds_stated:
-        notes.append(
+        notes += (
             f"The file states {clip.seconds_stated:.1f} s, {measurements.last_s:.1f} s could be "
-            f"decoded: it is damaged or was cut short."
+            f"decoded: it is damaged or was cut short.",
         )
-    return measurements.track(clip, tuple(notes))
+    return measurements.track(clip, notes)
 
 
-def _learn_plate(
-    task: _Task,
-    way: _Pass,
-    clip: ClipReader,
-    batches: Iterator[list[Frame]],
-    on_frames: Callable[[int], None],
-) -> "tuple[PlateModel, Stretch]":
-    """The plate, and the frames it was learned from."""
-    from vision.plate.channel import channels
-    from vision.plate.learn import learn
-
-    rim = task.rim.view(clip.reduction) if task.rim else None
-    skipped = way.skipped
-    refusal: RateRefused | None = None
-    for attempt in range(way.attempts):
-        on_step = partial(on_frames, skipped)
-        stretch = next_stretch(batches, skipped, on_step)
-        if not stretch.frames:
-            break
-        if len(stretch.frames) < FEWEST and refusal is None:
-            raise UnreadableVideo(
-                f"{task.path}: {len(stretch.frames)} frame(s) found, at least {FEWEST} expected; a "
-                f"rate needs a clip of the turning plate, at best a minute long."
-            )
-        stretch = stretch.with_fields().steadied(camera_moves=way.camera_moves)
-        # The brightness of the first stretch was looked at before the clip was read with colours.
-        seen = channels(stretch.frames, brightness=not way.colours or attempt > 0)
-        try:
-            plate = learn(task.path.name, stretch.frames, seen, rim, on_step,
-                          camera_stands=stretch.camera_stands)
-            return plate, stretch
-        except RateRefused as error:
-            refusal = more_telling(refusal, error)
-            skipped += stretch.read
-    raise refusal or UnreadableVideo(
-        f"{task.path}: the file has a video stream, but not one frame could be decoded; copy it "
-        f"from the camera again or convert it to H.264."
-    )
+def _notes(clip: ClipReader, stretch: Stretch) -> tuple[str, ...]:
+    """What the user should know of how the frames were read."""
+    notes = [part.note(clip.path.name) for part in (stretch.interlacing, stretch.camera) if part]
+    if clip.orientation.mirrored:
+        notes.insert(0,
+            f"{clip.path.name}: the file has its frames displayed mirrored, as front cameras do. "
+            f"The sense of rotation is that of the displayed frame; if writing in it reads "
+            f"backwards, the plate itself turns the other way.")
+    return tuple(notes)
 
 
 def _chain(first: list[Frame], rest: Iterator[list[Frame]]) -> Iterator[list[Frame]]:
@@ -248,11 +253,3 @@ def _chain(first: list[Frame], rest: Iterator[list[Frame]]) -> Iterator[list[Fra
         yield first[:BATCH]
         del first[:BATCH]
     yield from rest
-
-
-def _after(skipped: int, clip: ClipReader) -> Iterator[list[Frame]]:
-    """The frames of a clip after the first ones."""
-    for batch in clip:
-        if skipped < len(batch):
-            yield batch[skipped:]
-        skipped = max(0, skipped - len(batch))

@@ -20,6 +20,7 @@ TABLE_PIXELS = 1400
 SMEAR_PX = 2.0  #: of motion between two moments of an exposure
 MOST_MOMENTS = 9
 MAINS_HZ = 100.0
+INNER_RADIUS = 0.45  #: radii
 
 
 def _even(rate: float) -> Callable[[float], float]:
@@ -40,6 +41,10 @@ class Shot:
         Seconds against time; the stamp of a frame is the start of its exposure.
     light : callable
         Of the lamp and the camera's gain together, against time; 1 is ordinary.
+    camera_fps : float
+        Of a camera slower than the clip, whose recorder repeats frames; 0 takes them all.
+    inner_share : float
+        Of the plate's rate, at which the inner part of the disc turns; 0 with the rest.
     """
 
     category: str
@@ -73,6 +78,8 @@ class Shot:
     crf: int = 24
     bit_rate: int = 0
     nominal_rpm: float | None = None
+    camera_fps: float = 0.0
+    inner_share: float = 0.0
 
 
 class _Film:
@@ -84,6 +91,8 @@ class _Film:
         self._side = int(2.4 * MARGIN * shot.camera.radius_px)
         drawn = disc(shot.disc, self._side, rng, shot.off_centre)
         self._disc = [np.ascontiguousarray(drawn[..., i]) for i in range(3 if shot.streak else 2)]
+        y, x = (np.mgrid[: self._side, : self._side] - (self._side - 1) / 2) * 2 * MARGIN
+        self._inner = np.asarray(np.hypot(x, y) < INNER_RADIUS * self._side, np.float32)
         self._streak = streak(self._side, rng.uniform(0, 3), 0.12, shot.streak)
         self._table = table(TABLE_PIXELS, rng, bare=shot.bare)
         self._rng = rng
@@ -143,6 +152,14 @@ class _Film:
         light[still.box] += surface - there * still.table[still.box]
         for each in grooves:
             light[still.box] += still.mirrored * each
+        if shot.inner_share:
+            inner = onto_box @ np.linalg.inv(turned) @ disc_to_frame(
+                still.view, self._side, MARGIN, shot.inner_share * shot.angle(time_s),
+                shot.wobble_rad)
+            label, within = (cv2.warpPerspective(d, inner, size)
+                             for d in (self._disc[0] * self._inner, self._inner))
+            light[still.box] += label - within * (surface - there * still.table[still.box]
+                                                  + still.table[still.box])
 
     def _what_stands(self, view: NDArray[np.float64]) -> "_Still":
         shot, size = self._shot, self._shot.camera.size_px
@@ -176,7 +193,12 @@ def write(shot: Shot, path: Path) -> None:
                                   0.4 / shot.fps) + 0.4 / shot.fps
     kept = rng.random(count) >= shot.dropped + shot.lost
     again = rng.random(count) < shot.repeated
-    stamps = time_s[kept] if not shot.lost else np.arange(kept.sum()) / shot.fps
+    if shot.camera_fps:
+        number = np.floor(time_s * shot.camera_fps + 1e-6)
+        again = np.diff(number, prepend=-1) == 0
+        time_s = number / shot.camera_fps
+    uneven = not (shot.lost or shot.camera_fps)
+    stamps = time_s[kept] if uneven else np.arange(kept.sum()) / shot.fps
     _encode(shot, path, _frames(shot, film, time_s[kept], again[kept]), stamps)
 
 

@@ -164,10 +164,43 @@ def plain(seed: int, rng: np.random.Generator) -> Shot:
     return _plain("plain", seed, rng)
 
 
+def from_the_side(seed: int, rng: np.random.Generator) -> Shot:
+    """Seen at 50 to 80 degrees from above, from near by, with a mark or without."""
+    shot = _plain("from the side", seed, rng)
+    return _seen(shot, tilt_rad=float(np.radians(rng.uniform(50, 80))),
+                 radius_px=float(rng.uniform(120, 190)), distance=float(rng.uniform(2.5, 8)))
+
+
+def cut(seed: int, rng: np.random.Generator) -> Shot:
+    """Cut by one edge of the frame, or by two."""
+    shot = _plain("cut", seed, rng, disc=str(rng.choice(["label", "print", "mark"])))
+    sides = rng.choice([-1, 1], 2) * (1, rng.integers(0, 2))
+    aim = sides * rng.uniform(0.7, 1.0, 2) * (240, 180)
+    return _seen(shot, aim_px=(float(aim[0]), float(aim[1])),
+                 radius_px=float(rng.uniform(130, 200)), tilt_rad=float(rng.uniform(0.1, 1.2)))
+
+
+def pulldown(seed: int, rng: np.random.Generator) -> Shot:
+    """A camera of 24 or 25 frames per second in a clip of 30."""
+    return _plain("pulldown", seed, rng, fps=30.0, camera_fps=float(rng.choice([24.0, 25.0])))
+
+
+def two_rates(seed: int, rng: np.random.Generator) -> Shot:
+    """A label that slips on its record."""
+    return _plain("two rates", seed, rng, disc="print", inner_share=float(rng.uniform(0.6, 1.4)))
+
+
+def locked_flicker(seed: int, rng: np.random.Generator) -> Shot:
+    """A locked shutter, and a lamp whose flicker nearly keeps step with the frames."""
+    return _plain("locked exposure, flicker", seed, rng, flicker=float(rng.uniform(0.1, 0.4)),
+                  fps=25 - float(rng.uniform(0.002, 0.02)))
+
+
 CATEGORIES: dict[str, Callable[[int, np.random.Generator], Shot]] = {
     f.__name__: f for f in (
         plain, exposure_drift, hand_held, bump, interlaced, small, dark, partly_hidden, inset,
-        recorder, lamps, spin, no_mark, mark_leaves, edge_on)
+        recorder, lamps, spin, no_mark, mark_leaves, edge_on, from_the_side, cut,
+        pulldown, two_rates, locked_flicker)
 }
 
 

@@ -1,0 +1,94 @@
+"""A picture that is itself again after some time, on arrays: dots that turn, flicker and noise."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from vision.image_return import image_return
+from vision.plate.periodic import periodic_pixels
+from vision.plate.pixel_motion import turning
+
+FRAME_S = 1 / 25
+FRAMES = 250
+
+
+def turning_dots(
+    rpm: float, *, way: int = 1, squeeze: float = 0.4, fold: int = 1, noise: float = 2.0
+) -> NDArray[np.uint8]:
+    """Blurred dots on a disc seen from the side, shape (f, 96, 128)."""
+    rng = np.random.default_rng(5)
+    y, x = np.mgrid[:96, :128]
+    radius, azimuth = rng.uniform(8, 40, 6), rng.uniform(0, 2 * np.pi, 6)
+    frames = np.full((FRAMES, 96, 128), 90.0)
+    for part in range(fold):
+        for r, a in zip(radius, azimuth, strict=True):
+            at = a + 2 * np.pi * (way * rpm / 60 * FRAME_S * np.arange(FRAMES) + part / fold)
+            column, row = 64 + r * np.cos(at), 48 - squeeze * r * np.sin(at)
+            away = (x - column[:, None, None]) ** 2 + ((y - row[:, None, None]) / squeeze) ** 2
+            frames += 80 * np.exp(-away / 40)
+    frames += noise * rng.standard_normal(frames.shape)
+    return np.clip(np.rint(frames), 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize("rpm", [33.05, 44.83, 61.7])
+def test_a_picture_that_turns_returns_after_a_turn(rpm: float) -> None:
+    returned = image_return(turning_dots(rpm), FRAME_S)
+    assert returned is not None
+    assert abs(60 / returned.period_s - rpm) < 2 * returned.sd_s / returned.period_s * rpm
+    assert returned.sd_s / returned.period_s < 0.003
+
+
+def test_a_lamp_that_flickers_and_noise_do_not_return() -> None:
+    rng = np.random.default_rng(6)
+    lamp = 1 + 0.3 * np.sin(np.arange(FRAMES) * 0.9)
+    table = rng.uniform(60, 160, (96, 128))
+    frames = lamp[:, None, None] * table + 2 * rng.standard_normal((FRAMES, 96, 128))
+    assert image_return(np.rint(frames).astype(np.uint8), FRAME_S) is None
+
+
+def test_less_than_two_turns_do_not_return() -> None:
+    assert image_return(turning_dots(9.0), FRAME_S) is None
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_pixels_from_the_side_tell_the_rate_the_sense_and_the_view(way: int) -> None:
+    rpm = 33.05
+    frames = turning_dots(rpm, way=way)
+    returned = image_return(frames, FRAME_S)
+    assert returned is not None
+    time = FRAME_S * np.arange(FRAMES)
+    mask = frames.std(axis=0) > 6
+    pixels = periodic_pixels(frames[:, mask], time, returned.period_s, returned.sd_s)
+    slope = np.polynomial.Polynomial.fit(time, pixels.angle_rad, 1).convert().coef[1]
+    assert slope * 30 / np.pi == pytest.approx(rpm, rel=50e-6)
+    turns = turning(pixels, mask)
+    assert turns is not None
+    assert turns.way == way
+    assert turns.view.centre_px == pytest.approx((64, 48), abs=2)
+    assert np.cos(turns.view.tilt_rad) == pytest.approx(0.4, abs=0.08)
+
+
+def test_a_picture_that_returns_twice_per_turn_gives_no_sense_of_a_turn() -> None:
+    """Its rate would be twice that of the plate."""
+    frames = turning_dots(20.3, fold=2)
+    returned = image_return(frames, FRAME_S)
+    assert returned is not None
+    mask = frames.std(axis=0) > 6
+    time = FRAME_S * np.arange(FRAMES)
+    pixels = periodic_pixels(frames[:, mask], time, returned.period_s, returned.sd_s)
+    assert 60 / returned.period_s == pytest.approx(2 * 20.3, rel=0.01)
+    assert turning(pixels, mask) is None
+
+
+def test_what_goes_to_and_fro_is_no_turning_plate() -> None:
+    rng = np.random.default_rng(7)
+    y, x = np.mgrid[:96, :128]
+    column = 64 + 30 * np.sin(2 * np.pi * np.arange(FRAMES) / 37.3)
+    frames = 90 + 80 * np.exp(-((x - column[:, None, None]) ** 2 + (y - 48) ** 2) / 60)
+    frames = np.rint(frames + 2 * rng.standard_normal(frames.shape)).astype(np.uint8)
+    returned = image_return(frames, FRAME_S)
+    assert returned is not None
+    mask = frames.std(axis=0) > 6
+    pixels = periodic_pixels(frames[:, mask], FRAME_S * np.arange(FRAMES), returned.period_s,
+                             returned.sd_s)
+    assert turning(pixels, mask) is None

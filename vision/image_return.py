@@ -1,0 +1,202 @@
+"""After what time a film is itself again: no plate, no mark, no view.
+
+Small frames, less what is slow and what flickers, are cut into blocks, and every block is compared
+with itself a lag later,
+
+    r_b(l) = Σ_t V_b(t)·V_b(t + l) / √(Σ_t V_b(t)² Σ_t V_b(t + l)²).
+
+What turns returns after every multiple of its period and not half way between two, so the period is
+the lag P with the largest mean of r_b(mP) - r_b((m - 1/2)P) in the blocks that return best. The
+peaks near its multiples, read off to parts of a frame, then give the period.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.geometry import FloatArray
+
+BLOCK = 8  #: pixels, each way
+SLOW_S = 2.2  #: seconds: what is slower is light or a camera that drifts; numerical
+MOST_BLOCKS = 40  # of all blocks, one in so many is looked at
+FEWEST_BLOCKS = 6  # that are looked at
+ABOUT = 0.08  #: of a period, to both sides of where a return is expected
+READ_OFF = 0.2  # frames: the parabola through a narrow peak leans to the whole frame
+FEWEST_RETURNS = 2  # one alone may be chance
+LEAST_FRAMES = 3  # of a period
+LATEST = 0.85  # of the clip: less of it overlaps with itself after the latest return
+PARTS = (5, 4, 3, 2)  # of what was found, in which the picture may return already
+BIAS = 2e-3  #: fact: of the period, by which the peak leans where the picture changes in the clip
+
+
+@dataclass(frozen=True)
+class ReturnThresholds:
+    """When a picture returns.
+
+    Attributes
+    ----------
+    clear : float
+        Mean correlation of the best blocks with themselves a period later. Tuned on the real clips
+        of tests.vision.test_real_clips and on ``tests.bench.clip_study``.
+    beyond_noise : float
+        Mean square of a block over that of its noise, for it to be looked at. Derived: with less
+        a correlation of ``clear`` cannot be.
+    shorter : float
+        Times the score that a longer period must have, for it to be the period: every multiple of
+        the period returns too.
+    same : float
+        Of the correlation after the period, and of the number of returns, that a part of it must
+        have to be the period.
+    """
+
+    clear: float = 0.6
+    beyond_noise: float = 1.3
+    shorter: float = 1.05
+    same: float = 0.95
+
+
+THRESHOLDS = ReturnThresholds()
+
+
+@dataclass(frozen=True, eq=False)
+class ImageReturn:
+    """A picture that is itself again after some time.
+
+    Attributes
+    ----------
+    period_s, sd_s : float
+        Seconds.
+    turns : int
+        Periods to the latest clear return.
+    correlation : float
+        Of the best blocks with themselves at the returns.
+    share : array, shape (h // 8, w // 8)
+        How much of each block returns, at most 1; 0 where there is nothing but noise.
+    """
+
+    period_s: float
+    sd_s: float
+    turns: int
+    correlation: float
+    share: FloatArray
+
+    @property
+    def rate_rad_s(self) -> float:
+        """Of a plate that looks the same once per turn, rad/s."""
+        return 2 * np.pi / self.period_s
+
+
+def image_return(
+    small: NDArray[np.uint8], frame_s: float, block: int = BLOCK
+) -> ImageReturn | None:
+    """Find the time after which the picture is itself again.
+
+    Parameters
+    ----------
+    small : array of uint8, shape (f, h, w)
+        Frames of a hundred pixels or so, evenly spaced.
+    frame_s : float
+        From one to the next, s.
+    block : int
+        Pixels, each way.
+
+    Returns
+    -------
+    ImageReturn or None
+        None where nothing returns twice.
+    """
+    f, h, w = small.shape
+    if f < 2 * FEWEST_RETURNS * LEAST_FRAMES or min(h, w) < block:
+        return None
+    varying = _varying(small, round(SLOW_S / frame_s))
+    rows, columns = h // block, w // block
+    blocks = varying[:, : rows * block, : columns * block]
+    blocks = blocks.reshape(f, rows, block, columns, block).transpose(1, 3, 0, 2, 4)
+    blocks = blocks.reshape(rows * columns, f, block * block)
+    seen = np.flatnonzero((blocks**2).mean(axis=(1, 2)) > THRESHOLDS.beyond_noise)
+    if not seen.size:
+        return None
+    strength = np.minimum((blocks[seen] ** 2).mean(axis=(1, 2)), 20.0)
+    correlation = np.stack([_autocorrelation(blocks[i]) for i in seen])
+    period, score = _period(correlation, max(FEWEST_BLOCKS, rows * columns // MOST_BLOCKS))
+    best = np.argsort(score)[-max(FEWEST_BLOCKS, rows * columns // MOST_BLOCKS * 2) :]
+    weight = strength[best] * np.maximum(score[best], 0.01)
+    together = weight @ correlation[best] / weight.sum()
+    lags, count, mean = _returns(together, period)
+    for parts in PARTS:  # every multiple of a period that is no whole number of frames
+        in_parts = _returns(together, period / parts)
+        often = THRESHOLDS.same * int(LATEST * f * parts / period)
+        if len(in_parts[0]) > often and in_parts[2] > THRESHOLDS.same * mean:
+            lags, count, mean = in_parts
+            break
+    if len(lags) < FEWEST_RETURNS or mean < THRESHOLDS.clear:
+        return None
+    period = float((count * lags).sum() / (count**2).sum())
+    scatter = float(np.sqrt(((lags - count * period) ** 2).sum() / (len(lags) - 1)))
+    sd = float(np.hypot(max(scatter, READ_OFF) / np.sqrt((count**2).sum()), BIAS * period))
+    share = np.zeros(rows * columns)
+    share[seen] = score
+    return ImageReturn(period * frame_s, sd * frame_s, int(count.max()), mean,
+                       share.reshape(rows, columns))
+
+
+def _varying(small: NDArray[np.uint8], slow: int) -> NDArray[np.float32]:
+    """What is neither slow nor the flicker of all pixels together, in sds of each pixel's noise."""
+    values = small.astype(np.float32)
+    light = values.mean(axis=(1, 2), keepdims=True)
+    values *= light.mean() / np.maximum(light, 1.0)
+    sums = np.cumsum(np.concatenate([np.zeros_like(values[:1]), values]), axis=0, dtype=np.float64)
+    at = np.arange(len(values))
+    first, last = np.maximum(at - slow // 2, 0), np.minimum(at + slow // 2 + 1, len(values))
+    values -= ((sums[last] - sums[first]) / (last - first)[:, None, None]).astype(np.float32)
+    noise = np.median(np.abs(np.diff(values, 2, axis=0)), axis=0) * 1.4826 / np.sqrt(6)
+    return np.asarray(values / np.maximum(noise, np.median(noise) + 0.3), np.float32)
+
+
+def _autocorrelation(block: NDArray[np.float32]) -> FloatArray:
+    """r of the module's equation, shape (f,)."""
+    f = len(block)
+    block = block - block.mean(axis=0)
+    spectrum = np.fft.rfft(block, 2 * f, axis=0)
+    lagged = np.fft.irfft((np.abs(spectrum) ** 2).sum(axis=1))[:f]
+    energy = np.concatenate([[0.0], np.cumsum((block.astype(float) ** 2).sum(axis=1))])
+    lag = np.arange(f)
+    overlap = energy[f - lag] * (energy[f] - energy[lag])
+    return np.asarray(lagged / np.sqrt(np.maximum(overlap, 1e-9)))
+
+
+def _period(correlation: FloatArray, best: int) -> tuple[float, FloatArray]:
+    """The period in frames, and how clearly each block returns after it, shape (b,)."""
+    f = correlation.shape[1]
+    period, highest, score = 0.0, -np.inf, np.zeros(len(correlation))
+    for trial in np.arange(LEAST_FRAMES, (f - 3) / 2.2, 0.5):
+        turns = np.arange(1, int(0.8 * f / trial) + 1)
+        at, between = (np.round(m * trial).astype(np.intp) for m in (turns, turns - 0.5))
+        shown = correlation[:, at].mean(axis=1)
+        shown -= np.maximum(correlation[:, between].mean(axis=1), 0)
+        mean = float(np.sort(shown)[-best:].mean())
+        if mean > THRESHOLDS.shorter * highest or highest < 0:
+            period, highest, score = float(trial), mean, shown
+    return period, score
+
+
+def _returns(correlation: FloatArray, period: float) -> tuple[FloatArray, FloatArray, float]:
+    """Lags in frames of the clear returns, the turns that each is after, and how clear they are."""
+    lags, count, clear = [], [], []
+    for turns in range(1, int(LATEST * len(correlation) / period) + 1):
+        reach = max(2, int(ABOUT * period))
+        middle = round(turns * period)
+        low, high = max(1, middle - reach), min(len(correlation) - 2, middle + reach)
+        if high <= low + 1:
+            continue
+        peak = low + int(correlation[low : high + 1].argmax())
+        if peak in (low, high):
+            continue
+        before, at, after = correlation[peak - 1 : peak + 2]
+        lags.append(peak + 0.5 * float((before - after) / (before - 2 * at + after)))
+        count.append(float(turns))
+        clear.append(float(at))
+        if turns <= 3:
+            period = lags[-1] / turns
+    return np.array(lags), np.array(count), float(np.mean(clear)) if clear else 0.0

@@ -1,0 +1,195 @@
+"""Every pixel its own periodic function of one phase: no rim, no spindle, no view.
+
+A plate seen from the side, from near by or in part shows in every pixel p a function of its angle
+that comes back after a turn,
+
+    V_p(t) = f_p(θ_t) + noise,      f_p(θ) = a_p0 + Σ_k a_pk cos kθ + b_pk sin kθ,
+
+whatever the lens, the rim and the light are. The angles θ_t and the coefficients are found in turn:
+the coefficients by least squares for given angles, each order shrunk by what of it stands out from
+noise (Wiener), and the angles by Newton's step θ → θ + Σ_p V' f'/Σ_p f'².
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.geometry import FloatArray
+from vision.numbers import SD_PER_MAD
+
+FEW_ROUNDS, ROUNDS = 4, 8  #: of angles and coefficients; numerical
+THINNED = 1000  # pixels, with which the period is made exact
+SHOWN = 0.05  # of the usual information on the angle: a frame with less shows none
+FEWEST_EVEN = 1.5  # turns, from which waves in a turn are told from the line
+MISFIT = 3.0  # times the usual rest: something is in the way
+PER_STEP = 0.42  #: orders per frame of a turn: half is the limit of sampling
+MOST_ORDERS = 48  #: a limit of time
+FEW_ORDERS = 8  #: with which the period is made exact; numerical
+LONGEST_STEP = 0.3  #: rad, of one round; numerical
+REACH = 3.0  #: sds of the period to both sides
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicPixels:
+    """The angle of every frame, and what every pixel shows at each angle.
+
+    Attributes
+    ----------
+    angle_rad : array, shape (f,)
+        Continuous, growing with time; a turn of the picture is 2π.
+    match : array, shape (f,)
+        Correlation of the frame with what the pixels show at that angle.
+    smear_rad2 : array, shape (f,)
+        Variance of the smear along the turn beyond the mean one, rad².
+    orders : int
+        That stand out from noise.
+    coefficients : array, shape (2k + 1, p)
+        Mean, cosines and sines, in the unit of the values.
+    """
+
+    angle_rad: FloatArray
+    match: FloatArray
+    smear_rad2: FloatArray
+    orders: int
+    coefficients: NDArray[np.float32]
+
+
+def periodic_pixels(
+    values: NDArray[np.uint8], time_s: FloatArray, period_s: float, period_sd_s: float
+) -> PeriodicPixels:
+    """Measure the angle in every frame.
+
+    Parameters
+    ----------
+    values : array of uint8, shape (f, p)
+        What the pixels show.
+    time_s : array, shape (f,)
+    period_s, period_sd_s : float
+        After which the picture returns, about.
+    """
+    shown = values.astype(np.float32)
+    light = shown.mean(axis=1, keepdims=True)
+    shown *= light.mean() / np.maximum(light, 1.0)
+    mean = np.asarray(shown.mean(axis=0), np.float32)
+    shown -= mean
+    frame_s = float(np.median(np.diff(time_s)))
+    most = max(2, int(min(MOST_ORDERS, len(time_s) / 8, PER_STEP * period_s / frame_s)))
+    few = min(FEW_ORDERS, most)
+    angle = _exact_period(shown, time_s, period_s, period_sd_s, few)
+    used = np.ones(len(angle), bool)
+    noise: NDArray[np.float32] = np.ones(shown.shape[1], np.float32)
+    for orders in (*[few] * FEW_ROUNDS, *[most] * ROUNDS):
+        fit = _HarmonicFit(shown, angle, orders, used, noise)
+        angle = np.asarray(angle + fit.step)
+        used, noise = fit.clear, fit.noise
+    coefficients = fit.coefficients
+    coefficients[0] += mean
+    angle = _even(angle, time_s, used, few)
+    return PeriodicPixels(angle, fit.match, fit.smear, fit.orders_shown, coefficients)
+
+
+def informative(
+    values: NDArray[np.uint8], time_s: FloatArray, period_s: float, most: int
+) -> NDArray[np.intp]:
+    """The pixels that tell the angle best, at most so many, in order.
+
+    Parameters
+    ----------
+    values : array of uint8, shape (f, p)
+    time_s : array, shape (f,)
+    period_s : float
+    most : int
+    """
+    shown = values.astype(np.float32)
+    shown -= shown.mean(axis=0)
+    waves = _waves(2 * np.pi * time_s / period_s, FEW_ORDERS)
+    normal = waves.T @ waves
+    free = np.linalg.solve(normal + 1e-3 * len(waves) * np.eye(len(normal)), waves.T @ shown)
+    rest = shown - (waves @ free).astype(np.float32)
+    noise = np.maximum((rest**2).mean(axis=0), 1.0)
+    k = np.concatenate([[0], *[np.arange(1, FEW_ORDERS + 1)] * 2])[:, None]
+    beyond = np.maximum(free**2 - noise * np.diag(np.linalg.inv(normal))[:, None], 0)
+    information = (k**2 * beyond).sum(axis=0) / noise
+    return np.sort(np.argsort(information)[-most:])
+
+
+def _even(
+    angle: FloatArray, time_s: FloatArray, used: NDArray[np.bool_], orders: int
+) -> FloatArray:
+    """The same angles on the scale on which the turns are even.
+
+    Any function of the angle that grows by a turn per turn would do as well: how fast the plate is
+    within a turn these pixels cannot show.
+    """
+    turns = float(np.ptp(angle)) / (2 * np.pi)
+    if turns < FEWEST_EVEN:
+        return angle
+    x = np.column_stack([time_s - time_s.mean(), _waves(angle, orders)])
+    beta = np.linalg.lstsq(x[used], angle[used])[0]
+    return np.asarray(angle - x[:, 2:] @ beta[2:])
+
+
+def _waves(angle: FloatArray, orders: int) -> NDArray[np.float32]:
+    turned = np.outer(angle, np.arange(1, orders + 1))
+    waves = [np.ones((len(angle), 1)), np.cos(turned), np.sin(turned)]
+    return np.concatenate(waves, axis=1).astype(np.float32)
+
+
+def _exact_period(
+    shown: NDArray[np.float32], time_s: FloatArray, period_s: float, sd_s: float, orders: int
+) -> FloatArray:
+    """The angles of an even rotation, with the period at which the orders explain most."""
+    turns = float(np.ptp(time_s)) / period_s
+    step = 1 / (8 * turns * orders)
+    reach = max(1, int(np.ceil(REACH * sd_s / period_s / step)))
+    time = time_s - time_s[0]
+    tried = period_s * (1 + step * np.arange(-reach, reach + 1))
+    thin = shown[:, :: max(1, shown.shape[1] // THINNED)]
+    explained = [
+        float(((np.linalg.qr(_waves(2 * np.pi * time / period, orders))[0].T @ thin) ** 2).sum())
+        for period in tried]
+    return np.asarray(2 * np.pi * time / tried[int(np.argmax(explained))])
+
+
+class _HarmonicFit:
+    """The coefficients for given angles, and what the frames show beyond them."""
+
+    def __init__(
+        self, shown: NDArray[np.float32], angle: FloatArray, orders: int,
+        used: NDArray[np.bool_], noise: NDArray[np.float32],
+    ) -> None:
+        waves = _waves(angle, orders)
+        k = np.concatenate([[0], *[np.arange(1, orders + 1)] * 2]).astype(np.float32)[:, None]
+        rows = waves[used]
+        count = len(rows)
+        normal = rows.T @ rows + 1e-3 * count / 2 * np.eye(len(k), dtype=np.float32)
+        free = np.linalg.solve(normal, rows.T @ shown[used])
+        # Of each order, what is beyond the noise of its coefficients, of all pixels together.
+        power = ((free / noise) ** 2).mean(axis=1)
+        power[1:] = np.tile(power[1 : orders + 1] + power[orders + 1 :], 2) / 2
+        floor = np.diag(np.linalg.inv(normal))
+        kept = np.maximum(1 - floor / np.maximum(power, 1e-12), 0)
+        kept[0] = 1
+        self.orders_shown = int((kept[1 : orders + 1] > 0.5).sum())
+        self.coefficients = np.asarray(free * kept[:, None], np.float32)
+        swapped = np.concatenate([np.zeros_like(free[:1]), self.coefficients[orders + 1 :],
+                                  -self.coefficients[1 : orders + 1]])
+        at = waves @ self.coefficients
+        rest = shown - at
+        self.noise = np.asarray(SD_PER_MAD * np.median(np.abs(rest), axis=0) + 1, np.float32)
+        weight = 1 / self.noise**2
+        slope = waves @ (k * swapped)
+        information = slope**2 @ weight
+        pull = (rest * slope) @ weight / np.maximum(information, 1e-12)
+        self.step = np.clip(pull, -LONGEST_STEP, LONGEST_STEP).astype(float)
+        misfit = np.abs(rest) @ np.sqrt(weight)
+        self.clear = (information >= SHOWN * np.median(information)) & (
+            misfit <= MISFIT * np.median(misfit))
+        bend = -waves @ (k**2 * self.coefficients)
+        a, d, b = at**2 @ weight, bend**2 @ weight, (at * bend) @ weight
+        one, two = (shown * at) @ weight, (shown * bend) @ weight
+        self.match = one / np.sqrt(np.maximum(a * (shown**2 @ weight), 1e-12))
+        contrast = one * d - two * b
+        self.smear = np.where(contrast > 0, 2 * (two * a - one * b) / np.where(
+            contrast > 0, contrast, 1), np.nan)

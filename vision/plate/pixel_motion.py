@@ -1,0 +1,121 @@
+"""Whether pixels that return show a plate that turns, about what spindle and which way.
+
+With f the periodic functions of ``vision.plate.periodic``, a point of the plate passes at v per
+radian, and ∂f/∂θ + v·∇f = 0 with v = A x + b about the spindle -A⁻¹b. A has the eigenvalues ±i/N,
+and so the determinant 1/N², where the picture returns N times per turn; what goes to and fro has
+not. The sign of its curl is the sense of rotation, and the ellipses along which points run are the
+view. Noise in ∇f makes least squares find A too small, by the share of ∂f/∂θ that it explains.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.geometry import FloatArray, PlateView, view_of_ellipse
+from vision.plate.periodic import PeriodicPixels
+
+MOTION_ORDERS = 5  #: from which the motion is read; numerical, 3 to 12 give the same
+RIM = 0.95  # quantile of the radii of what turns
+
+
+@dataclass(frozen=True)
+class TurningThresholds:
+    """When what returns is a turning plate.
+
+    Attributes
+    ----------
+    once : float
+        det A, and its inverse, of a plate that looks the same once per turn. Derived: 1, and 1/4 of
+        one that looks the same twice; half way by ratio, and a margin for perspective.
+    explained : float
+        Of the change of the pixels, that the motion explains: with less its determinant is not
+        known to a third. Tuned on ``tests.bench.clip_study --only cut,edge_on,from_the_side``.
+    """
+
+    once: float = 0.6
+    explained: float = 0.1
+
+
+THRESHOLDS = TurningThresholds()
+
+
+@dataclass(frozen=True, eq=False)
+class Turning:
+    """How the picture turns as the phase grows.
+
+    Attributes
+    ----------
+    view : PlateView
+        Without perspective; the unit circle is about the outline of what tells the angle.
+    way : int
+        1 where it turns counter-clockwise as filmed, -1 clockwise.
+    """
+
+    view: PlateView
+    way: int
+
+
+def turning(pixels: PeriodicPixels, mask: NDArray[np.bool_]) -> Turning | None:
+    """The rotation that the pixels show; None where their motion is not one turn per return.
+
+    Parameters
+    ----------
+    pixels : PeriodicPixels
+    mask : array of bool, shape (h, w)
+        Where the pixels lie in the frame, row by row.
+    """
+    y, x = np.nonzero(_with_neighbours(mask))
+    if not len(x):
+        return None
+    middle, scale = np.array([x.mean(), y.mean()]), float(np.hypot(x.std(), y.std()))
+    u, v = (x - middle[0]) / scale, (y - middle[1]) / scale
+    image, along = _low_orders(pixels, mask)
+    right = (image[:, y, x + 1] - image[:, y, x - 1]) / 2
+    down = (image[:, y + 1, x] - image[:, y - 1, x]) / 2
+    columns = np.stack([right * u, right * v, right, down * u, down * v, down], axis=-1)
+    rows, change = columns.reshape(-1, 6), -along[:, y, x].ravel()
+    beta = np.linalg.lstsq(rows.T @ rows, rows.T @ change)[0]
+    explained = float(1 - ((change - rows @ beta) ** 2).sum() / max((change**2).sum(), 1e-12))
+    if explained < THRESHOLDS.explained:
+        return None
+    flow, at_middle = beta.reshape(2, 3)[:, :2] / scale, beta.reshape(2, 3)[:, 2]
+    once = float(np.linalg.det(flow)) / explained**2
+    if not THRESHOLDS.once < once < 1 / THRESHOLDS.once:
+        return None
+    # The points run along x' Q x = constant, with Q A antisymmetric.
+    skew = (flow[0, 0] - flow[1, 1]) / 2
+    form = np.array([[-flow[1, 0], skew], [skew, flow[0, 1]]]) * np.sign(flow[0, 1])
+    squared, axes = np.linalg.eigh(form)
+    if squared[0] <= 0:
+        return None
+    centre = middle - np.linalg.solve(flow, at_middle)
+    away = np.array([x, y], float) - centre[:, None]
+    reach = np.sqrt(np.quantile(np.einsum("in,ij,jn->n", away, form, away), RIM) / squared)
+    view = view_of_ellipse((float(centre[0]), float(centre[1])),
+                           (float(reach[0]), float(reach[1])),
+                           float(np.arctan2(axes[1, 0], axes[0, 0])))
+    return Turning(view, 1 if flow[1, 0] < flow[0, 1] else -1)
+
+
+def _with_neighbours(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Pixels whose four neighbours are in the mask too, shape (h, w)."""
+    inner = np.zeros_like(mask)
+    inner[1:-1, 1:-1] = (mask[1:-1, 1:-1] & mask[:-2, 1:-1] & mask[2:, 1:-1]
+                         & mask[1:-1, :-2] & mask[1:-1, 2:])
+    return inner
+
+
+def _low_orders(
+    pixels: PeriodicPixels, mask: NDArray[np.bool_]
+) -> tuple[FloatArray, FloatArray]:
+    """Coefficients of the low orders as images, and those of ∂f/∂θ, each (2 orders, h, w)."""
+    most = (len(pixels.coefficients) - 1) // 2
+    orders = min(MOTION_ORDERS, most)
+    k = np.arange(1, orders + 1, dtype=float)[:, None]
+    cosine = pixels.coefficients[1 : orders + 1]
+    sine = pixels.coefficients[most + 1 : most + 1 + orders]
+    image, along = np.zeros((2, 2 * orders, *mask.shape))
+    image[:, mask] = np.concatenate([cosine, sine])
+    along[:, mask] = np.concatenate([k * sine, -k * cosine])
+    return image, along

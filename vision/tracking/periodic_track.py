@@ -1,0 +1,207 @@
+"""The angle of a plate whose view no rim and no spindle tells, by the return of the picture.
+
+The clip is read once more, small. How long the picture takes to be itself again comes first; then
+every pixel is its own periodic function of one phase (``vision.plate.periodic``).
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.errors import RateRefused, Return
+from vision.geometry import FloatArray, PlateView
+from vision.image_return import ImageReturn, image_return
+from vision.numbers import RPM
+from vision.phase_track import LUMA, PhaseTrack, PlateLayout
+from vision.plate.background import repeated
+from vision.plate.periodic import PeriodicPixels, informative, periodic_pixels
+from vision.plate.pixel_motion import Turning, turning
+from vision.rate.unwrap import rough_rate
+from vision.tracking.frame_measurement import THUMBNAIL, annotate
+from vision.video.reader import ClipReader, Frame, Luma
+from vision.video.reduction import reduced
+
+SMALL, SMALLER = 320, 128  # pixels of the longer side: of what is measured, of what returns
+HELD = 1200  #: frames held whole; a limit of memory
+PIXELS = 6000  #: that are measured; a limit of time
+MOST_VALUES = 12_000_000  #: of them in all frames; a limit of memory
+FEWEST_PIXELS = 500  # in however long a clip
+SAME = 0.1  # relative difference of two measures of one rate
+CHOSEN_FROM = 300  # frames, from which the pixels are chosen
+
+
+@dataclass(eq=False)
+class _SmallClip:
+    """Small frames of a clip: whole ones at first, then only the pixels that tell the angle."""
+
+    factor: int = 1
+    frames: list[Luma] = field(default_factory=list)
+    time_s: list[float] = field(default_factory=list)
+    coding: list[int] = field(default_factory=list)
+    motion: list[FloatArray] = field(default_factory=list)
+    values: list[NDArray[np.uint8]] = field(default_factory=list)
+    shown: Frame | None = None
+    returns: ImageReturn | None = None
+    mask: NDArray[np.bool_] | None = None
+
+    def add(self, frame: Frame, stated: int | None) -> bool:
+        """Take the next frame; false where the clip need not be read further."""
+        if self.shown is None:
+            self.factor = -(-max(frame.luma.shape) // SMALL)
+        if len(self.time_s) <= HELD // 4:
+            self.shown = frame
+        small = reduced(frame.luma, self.factor)
+        self.time_s.append(frame.time_s)
+        self.coding.append(frame.coding)
+        self.motion.append(frame.motion)
+        if self.mask is None:
+            self.frames.append(small)
+            if len(self.frames) == HELD:
+                self.choose(stated)
+                return self.returns is not None
+        else:
+            self.values.append(small[self.mask])
+        return True
+
+    def choose(self, stated: int | None = None) -> None:
+        """Find the return of the picture, and the pixels that tell the angle best."""
+        time = np.array(self.time_s)
+        if len(time) < 2:
+            return
+        frame_s = max(float(np.median(np.diff(time))), 1e-4)
+        even = np.arange(time[0], time[-1] + frame_s / 2, frame_s)[: 2 * len(time)]
+        at = np.clip(np.searchsorted(time, even - frame_s / 2), 0, len(time) - 1)
+        smaller = -(-max(self.frames[0].shape) // SMALLER)
+        tiny = np.stack([reduced(small, smaller) for small in self.frames])
+        self.returns = image_return(tiny[at], frame_s)
+        if self.returns is None:
+            return
+        most = min(PIXELS, max(FEWEST_PIXELS, MOST_VALUES // max(stated or 0, len(time))))
+        first = np.stack(self.frames[:CHOSEN_FROM])
+        chosen = informative(first.reshape(len(first), -1), time[: len(first)],
+                             self.returns.period_s, most)
+        mask = np.zeros(first[0].size, bool)
+        mask[chosen] = True
+        self.mask = mask.reshape(first[0].shape)
+        self.values = [small[self.mask] for small in self.frames]
+        self.frames = []
+
+
+def track_by_return(
+    clip: ClipReader, batches: Iterator[list[Frame]], notes: tuple[str, ...],
+    roughly: PhaseTrack | None,
+) -> PhaseTrack:
+    """The angle of the picture in every frame.
+
+    Parameters
+    ----------
+    clip : ClipReader
+        The clip, for its name and size.
+    batches : iterator of lists of Frame
+        All its frames, brought back onto one of them where the camera moves.
+    notes : tuple of str
+        On how they were read.
+    roughly : PhaseTrack or None
+        Of the plate, where it was followed badly: its view and sense, where the pixels show none.
+
+    Raises
+    ------
+    RateRefused
+        The picture does not return, or what returns is no plate that turns once per return; then
+        with ``returns``.
+    """
+    small = _SmallClip()
+    for frame in (frame for batch in batches for frame in batch):
+        if not small.add(frame, clip.frames_stated):
+            break
+    if small.mask is None:
+        small.choose()
+    returns, mask = small.returns, small.mask
+    if returns is None or mask is None:
+        lasts = small.time_s[-1] - small.time_s[0] if small.time_s else 0.0
+        raise RateRefused(f"Nothing in the picture repeats within its {lasts:.1f} s.")
+    values, time = np.stack(small.values), np.array(small.time_s)
+    pixels = periodic_pixels(values, time, returns.period_s, returns.sd_s)
+    turns = turning(pixels, mask) or _as_followed(roughly, returns, small.factor)
+    if turns is None:
+        raise RateRefused(_only_returns(returns), returns=Return(returns.period_s, returns.sd_s))
+    return _track(clip, small, values, pixels, turns, notes)
+
+
+def _as_followed(
+    roughly: PhaseTrack | None, returns: ImageReturn, factor: int
+) -> Turning | None:
+    """The view and the sense of a plate that turns once per return."""
+    if roughly is None or roughly.plate.symmetry > 1:
+        return None
+    rate = rough_rate(roughly, roughly.time_s)
+    if abs(abs(rate) * returns.period_s / (2 * np.pi) - 1) > SAME:
+        return None
+    view = _scaled(PlateView(roughly.plate.view), 1 / factor)
+    return Turning(view, 1 if rate > 0 else -1)
+
+
+def _only_returns(returns: ImageReturn) -> str:
+    relative = returns.sd_s / returns.period_s
+    return (
+        f"the picture repeats every {returns.period_s:.3g} s ({returns.rate_rad_s / RPM:.1f} rpm "
+        f"± {relative:.1%}, {returns.turns} times in a row); no plate is seen well enough for more"
+    )
+
+
+def _track(
+    clip: ClipReader, small: _SmallClip, values: NDArray[np.uint8], pixels: PeriodicPixels,
+    turns: Turning, notes: tuple[str, ...],
+) -> PhaseTrack:
+    change = np.abs(np.diff(values.astype(np.int16), axis=0)).mean(axis=1)
+    angle = turns.way * pixels.angle_rad
+    view = _scaled(turns.view, small.factor)
+    shown = small.shown
+    assert shown is not None
+    h, w = shown.luma.shape
+    layout = PlateLayout(
+        view=view.matrix,
+        reduction=clip.reduction,
+        size_px=(w * clip.reduction, h * clip.reduction),
+        channel=LUMA,
+        symmetry=1,
+        explained=float(np.median(pixels.match)) ** 2,
+        mark_azimuth_rad=np.nan,
+        mark_radius=np.nan,
+        fixed_mark_azimuth_rad=np.nan,
+        fixed_mark_radius=np.nan,
+    )
+    return PhaseTrack(
+        source=clip.path.name,
+        plate=layout,
+        time_s=np.array(small.time_s),
+        phase_rad=np.asarray(np.angle(np.exp(1j * angle))),
+        mark_angle_rad=np.full(len(angle), np.nan),
+        quality=pixels.match,
+        duplicate=repeated(np.concatenate([[np.inf], change])),
+        coding=np.array(small.coding).astype(np.uint8),
+        thumbnail=values[:, :: max(1, values.shape[1] // THUMBNAIL**2)],
+        smear_rad2=pixels.smear_rad2,
+        brightness=values.mean(axis=1),
+        roll_rad=np.full(len(angle), np.nan),
+        motion=np.stack(small.motion),
+        annotated=annotate(shown.bgr, view, (0.0, 1.0), None, None),
+        notes=(*notes, _how(clip.path.name)),
+    )
+
+
+def _scaled(view: PlateView, factor: float) -> PlateView:
+    """The view in pixels of frames that are larger by a factor."""
+    middle = (factor - 1) / 2
+    return PlateView(np.array([[factor, 0, middle], [0, factor, middle], [0, 0, 1.0]])
+                     @ view.matrix)
+
+
+def _how(source: str) -> str:
+    return (
+        f"{source}: the plate is seen from the side, or in part, and its angle was measured by the "
+        f"return of the picture after every turn, without rim and spindle. Where within a turn it "
+        f"is faster or slower this cannot show; film it whole and from above for that."
+    )

@@ -1,0 +1,113 @@
+"""The stretch of a clip in which a plate is found, and what it looks like there."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vision.errors import NothingMoves, RateRefused, UnreadableVideo, more_telling
+from vision.geometry import PlateOverride
+from vision.tracking.stretch import Stretch, next_stretch
+from vision.video.reader import ClipReader, Frame
+
+if TYPE_CHECKING:
+    from vision.plate.learn import PlateModel
+
+FEWEST = 12  # frames from which anything can be said
+ATTEMPTS = 3  # stretches of the clip in which something moves and a plate is looked for
+
+
+@dataclass(frozen=True)
+class ClipTask:
+    """What to track, and whom to tell."""
+
+    path: Path
+    rim: PlateOverride | None
+    from_s: float
+    on_progress: Callable[[int, int | None], None] | None
+
+
+@dataclass(frozen=True)
+class ClipPass:
+    """How the clip is read.
+
+    Attributes
+    ----------
+    colours : bool
+        With chroma, and with the luma reduced to its size.
+    skipped : int
+        Frames before the first stretch that is learned from.
+    attempts : int
+        Stretches in which a plate is looked for.
+    camera_moves : bool
+        The camera is known to.
+    """
+
+    colours: bool = False
+    skipped: int = 0
+    attempts: int = ATTEMPTS
+    camera_moves: bool = False
+
+
+def learned_plate(
+    task: ClipTask,
+    way: ClipPass,
+    clip: ClipReader,
+    batches: Iterator[list[Frame]],
+    on_frames: Callable[[int], None],
+) -> "tuple[PlateModel, Stretch]":
+    """The plate, and the frames it was learned from."""
+    from vision.plate.channel import channels
+    from vision.plate.learn import learn
+
+    rim = task.rim.view(clip.reduction) if task.rim else None
+    batches, skipped = _from(task.from_s, batches, way.skipped)
+    refusal: RateRefused | None = None
+    looked = 0
+    while looked < way.attempts:
+        on_step = partial(on_frames, skipped)
+        stretch = next_stretch(batches, skipped, on_step)
+        if not stretch.frames:
+            break
+        if len(stretch.frames) < FEWEST and refusal is None:
+            raise UnreadableVideo(
+                f"{task.path}: {len(stretch.frames)} frame(s) found, at least {FEWEST} expected; a "
+                f"rate needs a clip of the turning plate, at best a minute long."
+            )
+        stretch = stretch.with_fields().steadied(camera_moves=way.camera_moves)
+        # The brightness of the first stretch was looked at before the clip was read with colours.
+        seen = channels(stretch.frames, brightness=not way.colours or stretch.skipped > 0)
+        try:
+            plate = learn(task.path.name, stretch.frames, seen, rim, on_step,
+                          camera_stands=stretch.camera_stands)
+            return plate, stretch
+        except RateRefused as error:
+            refusal = more_telling(refusal, error)
+            skipped += stretch.read
+            looked += way.attempts == 1 or not isinstance(error, NothingMoves)
+    raise refusal or UnreadableVideo(
+        f"{task.path}: the file has a video stream, but not one frame could be decoded; copy it "
+        f"from the camera again or convert it to H.264."
+    )
+
+
+def _from(
+    from_s: float, batches: Iterator[list[Frame]], skipped: int
+) -> tuple[Iterator[list[Frame]], int]:
+    """What follows a time of the clip, and how many frames come before."""
+    for batch in batches:
+        later = [frame for frame in batch if frame.time_s >= from_s]
+        skipped += len(batch) - len(later)
+        if later:
+            return chain([later], batches), skipped
+    return batches, skipped
+
+
+def frames_after(skipped: int, clip: ClipReader) -> Iterator[list[Frame]]:
+    """The frames of a clip after the first ones."""
+    for batch in clip:
+        if skipped < len(batch):
+            yield batch[skipped:]
+        skipped = max(0, skipped - len(batch))
