@@ -7,15 +7,15 @@ which; what a frame shows is the middle. With an exposure e(t) the angle is ther
 
 and a shutter that drifts adds up to slope(e)/2 to the relative rate. The smear along the turn has
 the variance (Ω e)²/12, so its change shows that of e²; of e itself the largest change that goes
-with it is the one from a closed shutter, e = √(e² - min e²). Where only the brightness changed, by
-a factor r, it is √((r - 1)/(r + 1)) of that. No exposure lasts longer than a frame, T, so a change
-of e² lies between -T² and T². With z sds of a change that is known to σ, the odds of any change
-against none are
+with it is the one from a closed shutter, e = √(e² - min e²). No exposure lasts longer than a frame,
+T, so a change of e² lies between -T² and T². With z sds of a change that is known to σ, the odds O
+of any change against none are
 
-    o √(2π) σ/(2 T²) e^(z²/2)
+    O = o √(2π) σ/(2 T²) e^(z²/2)
 
-(Jeffreys, Theory of Probability, 1961, section 5.2), o the odds beforehand. The less a clip can
-show, the less it takes to doubt it.
+(Jeffreys, Theory of Probability, 1961, section 5.2), o the odds beforehand, even where the light
+changed. The less a clip can show, the less it takes to doubt it. The variance of the rate holds the
+drift at its probability O/(1 + O): no threshold decides between all of it and nothing.
 """
 
 from dataclasses import dataclass
@@ -29,6 +29,7 @@ from vision.rate.least_squares import least_squares
 BLACK = 16.0  # luma
 GAMMA = 2.2  # of the luma's own scale against light
 STRETCHES = 8  # of a clip, in which the exposure is taken as one
+LIKELY = 0.5  # probability from which the user is told; it chooses the words only
 FEWEST = 40  # frames in which the smear was seen
 
 
@@ -66,13 +67,16 @@ class ExposureDrift:
     change_s : float
         At most, from the first stretch of the clip to the last.
     relative_sd : float
-        Of the rate: half the slope of the exposure against time.
+        Of the rate: half the slope of the exposure against time, weighed by the probability.
+    probability : float
+        That the exposure changed at all.
     evidence : str
         What shows it.
     """
 
     change_s: float
     relative_sd: float
+    probability: float
     evidence: str
 
 
@@ -98,31 +102,25 @@ def exposure_drift(
     light = np.log(np.maximum(track.brightness[angle.index][seen] - BLACK, 1.0)) * GAMMA
     brighter, _ = _slope(time, light, angle.angle_rad[seen])
     ratio = float(np.exp(abs(brighter) * span))
-    smeared = _odds_of_change(smear * span, smear_sd * span, angle.frame_s) > 1
+    # Light that changed makes another shutter as likely as the same one.
     shine = ratio > 1 + THRESHOLDS.brighter
-    if not smeared and not shine:
-        return None
-    if smeared:
-        level = _by_stretch(time, square)
-        beyond = np.sqrt(np.maximum(level - level.min(), 0.0))
-    else:
-        most = (abs(smear) + 2 * smear_sd) * span
-        beyond = np.sqrt(most * (ratio - 1) / (ratio + 1)) * np.linspace(0, 1, STRETCHES)
-    beyond = np.minimum(beyond, angle.frame_s)
+    before = 1.0 if shine else THRESHOLDS.usual
+    odds = before * _odds_of_change(smear * span, smear_sd * span, angle.frame_s)
+    share = odds / (1 + odds)
+    level = _by_stretch(time, square)
+    beyond = np.minimum(np.sqrt(np.maximum(level - level.min(), 0.0)), angle.frame_s)
     middle = _by_stretch(time, time)
     away = middle - middle.mean()
     relative = 0.5 * abs(float(away @ beyond / (away @ away)))
-    change = float(np.ptp(beyond))
-    if change < THRESHOLDS.least_s and not shine:
-        return None
-    evidence = " and ".join(text for text, shown in (
-        ("the smear of the plate", smeared), (f"the brightness ({ratio - 1:.0%})", shine)) if shown)
-    return ExposureDrift(change, relative, evidence)
+    evidence = "the smear of the plate"
+    if shine:
+        evidence += f" and the brightness ({ratio - 1:.0%})"
+    return ExposureDrift(float(np.ptp(beyond)), relative * float(np.sqrt(share)), share, evidence)
 
 
 def exposure_warnings(source: str, drift: ExposureDrift | None) -> tuple[str, ...]:
     """Warn of a shutter that changed."""
-    if drift is None:
+    if drift is None or drift.probability < LIKELY or drift.change_s < THRESHOLDS.least_s:
         return ()
     return (
         f"{source}: lock the exposure and film again: {drift.evidence} changes from the beginning "
@@ -135,10 +133,10 @@ def exposure_warnings(source: str, drift: ExposureDrift | None) -> tuple[str, ..
 def _odds_of_change(change_s2: float, sd_s2: float, frame_s: float) -> float:
     """That e² changed, s², against that it stayed."""
     if sd_s2 == 0:
-        return 0.0 if change_s2 == 0 else np.inf
+        return 0.0 if change_s2 == 0 else 1e300
     room = np.sqrt(2 * np.pi) * sd_s2 / (2 * frame_s**2)
     far = min(0.5 * (change_s2 / sd_s2) ** 2, 700.0)  # e^700 is finite
-    return float(THRESHOLDS.usual * room * np.exp(far))
+    return float(min(room, 1.0) * np.exp(far))
 
 
 def _slope(time_s: FloatArray, values: FloatArray, angle_rad: FloatArray) -> tuple[float, float]:

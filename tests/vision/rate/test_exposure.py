@@ -50,24 +50,24 @@ def test_a_smear_that_shows_little_still_widens_the_sd_where_it_changed() -> Non
     assert (np.abs(pulls) < 2).mean() > 0.5
 
 
-def test_a_lamp_that_dims_while_the_smear_stays_costs_little_but_is_told() -> None:
+def test_a_lamp_that_dims_while_the_smear_stays_costs_little_and_is_no_shutter() -> None:
     time, angle = steady(33.3, SECONDS)
     smear = 1e-6 * np.random.default_rng(3).standard_normal(len(time))
     track = phase_track(time, angle, noise_rad=2e-4, smear_rad2=smear,
                         brightness=np.linspace(140, 100, len(time)))
     rate = measure_rate(track, timebase=CLOCK)
-    assert any("the brightness" in text for text in rate.warnings)
-    assert 1e-6 < rate.sd_rad_s / rate.rate_rad_s < 60e-6
+    assert not any("lock the exposure" in text for text in rate.warnings)
+    assert rate.sd_rad_s / rate.rate_rad_s < 60e-6
 
 
-def test_an_exposure_that_stays_costs_nothing() -> None:
+def test_an_exposure_that_stays_costs_next_to_nothing() -> None:
     time, angle = steady(33.3, SECONDS)
     smear = 2e-4 * np.random.default_rng(4).standard_normal(len(time))
     still = measure_rate(phase_track(time, angle, noise_rad=2e-4), timebase=CLOCK)
     noisy = measure_rate(phase_track(time, angle, noise_rad=2e-4, smear_rad2=smear),
                          timebase=CLOCK)
     assert noisy.warnings == ()
-    assert noisy.sd_rad_s == still.sd_rad_s
+    assert noisy.sd_rad_s == pytest.approx(still.sd_rad_s, abs=20e-6 * still.rate_rad_s)
     told = 0
     for seed in range(60):
         smear = 1e-3 * np.random.default_rng([seed, 32]).standard_normal(len(time))
