@@ -47,17 +47,6 @@ class Target:
         return ".".join([*map(str, self.section), self.name])
 
 
-@dataclass(frozen=True)
-class Allowed:
-    """What a user adds all the same: an effect that looks like another, or that is not seen."""
-
-    aliased: bool = False
-    unseen: bool = False
-
-
-NOTHING_ALLOWED = Allowed()
-
-
 @dataclass(frozen=True, eq=False)
 class ModelChange:
     """What was added or removed, and the outcomes before and after it."""
@@ -143,7 +132,7 @@ def change_model(
     *,
     before: Outcome | None = None,
     remove: bool = False,
-    allowed: Allowed = NOTHING_ALLOWED,
+    anyway: bool = False,
 ) -> ModelChange:
     """Change the model by ``target`` and run; nothing is written.
 
@@ -156,12 +145,14 @@ def change_model(
     before = before or run(config)
     result = result_of(before, target)
     if result is not None and not remove:
-        require_addable(result, target, allowed)
+        require_addable(result, target, anyway)
     return ModelChange(target, before, run(changed))
 
 
-def require_addable(result: TriadResult, target: Target, allowed: Allowed) -> None:
+def require_addable(result: TriadResult, target: Target, anyway: bool = False) -> None:
     """Refuse an effect that these data cannot determine, or cannot separate from another.
+
+    ``anyway`` allows what they do not show or cannot separate, not what they cannot see.
 
     Raises
     ------
@@ -178,18 +169,26 @@ def require_addable(result: TriadResult, target: Target, allowed: Allowed) -> No
         )
     candidate = next((c for c in diagnosis.ranking if c.name == name and c.kind == "listed"), None)
     # What a verdict names can be added; `note_on` says what else it may be.
-    if candidate is None or diagnosis.named_class(name):
+    if candidate is None or diagnosis.named_class(name) or anyway:
         return
-    if not allowed.unseen:
-        _require_seen(result, target, candidate)
-    if allowed.aliased:
-        return
+    _require_seen(result, target, candidate)
     if candidate.aliases:
         raise Undetermined(
             f"{target}: looks the same as {_quoted(candidate.aliases)} in these data; adding it "
             f"would be a guess. {_next_measurement(result, [name, *candidate.aliases])} To go on "
-            f"with '{name}' all the same, add --although-aliased."
+            f"with '{name}' all the same, add --anyway."
         )
+
+
+def overruled(change: ModelChange) -> str:
+    """Why the effect would have been refused; empty where nothing speaks against it."""
+    before = result_of(change.before, change.target)
+    try:
+        if before is not None:
+            require_addable(before, change.target)
+    except Undetermined as refused:
+        return str(refused).partition(" To go on with")[0].partition(" To add it all the same")[0]
+    return ""
 
 
 def note_on(change: ModelChange) -> str:
@@ -228,7 +227,7 @@ def _require_seen(result: TriadResult, target: Target, candidate: Candidate) -> 
         f"{target}: these data do not show it: the leave-one-out error would be "
         f"{after * factor:.3g} {unit} with it and is {before * factor:.3g} {unit} without, and its "
         f"largest parameter would be {in_sd:.1f} sd. To add it all the same, for its upper limit "
-        f"or to compare, add --although-unseen."
+        f"or to compare, add --anyway."
     )
 
 

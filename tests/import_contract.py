@@ -79,9 +79,9 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "vision.video": [("orientation", "reduction", "av_decoder"), ("reader",)],
     "pipeline": [
-        ("errors", "text"), ("files",), ("logs", "cameras"), ("devices",),
+        ("errors", "text", "drawings"), ("files",), ("logs", "cameras"), ("devices",),
         ("config",), ("stages",),
-        ("results", "record", "plan", "model_change", "playback", "guess", "clock"),
+        ("results", "record", "plan", "model_change", "guess", "clock"),
         ("console", "export"), ("report",), ("session_folder",), ("fleet",), ("commands",),
         ("cli",),
         ("__main__",),

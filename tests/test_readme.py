@@ -107,7 +107,7 @@ def test_every_command_shown_exists_with_its_options() -> None:
         for word in words[1:]:
             if word.startswith("--"):
                 assert word in options, (page, words)
-    assert seen >= {"run", "add", "diagnose", "apply", "export", "record", "plan", "ports"}
+    assert seen >= {"run", "add", "diagnose", "apply", "export", "record", "plan"}
 
 
 def test_formats_and_presets_named_in_the_pages_exist() -> None:

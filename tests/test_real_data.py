@@ -170,7 +170,7 @@ accelerometer:
     log: {real}/mpu6050_tomisuarez/example_data_calibration.csv.gz
     sample_rate_hz: 100
     find: still
-""", "edge between -x and -y up"),
+""", "edge -x -y up"),
     "nexus5_d1": ("""
 sensor: {{accelerometer: {{unit: m_s2}}}}
 site: {{gravity_m_s2: 9.81}}
@@ -197,7 +197,7 @@ accelerometer:
     log: {real}/imucal_ferraris/example_ferraris_session.csv.gz
     sample_rate_hz: 102.4
     find: still
-""", "edge between -x and -y up"),
+""", "edge -x -y up"),
 }
 
 
@@ -237,7 +237,7 @@ gyroscope:
     assert pipeline("run", config) == 4
     message = capsys.readouterr().err
     assert "gyroscope: 6 poses give 6 equations for 9 parameters" in message
-    assert "edge between -x and -y up" in message
+    assert "edge -x -y up" in message
 
 
 LEG_HZ = 16.0  #: rows arrive by radio about that often; the file has no time

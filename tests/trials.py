@@ -263,7 +263,7 @@ class Loop:
 def follow_to_the_end(poses: PoseSet, most: int = 4) -> Loop:
     """The loop without files: add what is named, ask again.
 
-    Of effects that look the same here the first is taken, as ``--although-aliased`` does.
+    Of effects that look the same here the first is taken, as ``--anyway`` does.
     """
     model = Model.of(BASE)
     added: list[str] = []

@@ -59,7 +59,7 @@ def spread_directions(count: int) -> FloatArray:
 
 
 def direction_name(direction: FloatArray) -> str:
-    """In words: ``+x up``, ``edge between +x and -z up``, ``corner +x -y +z up``.
+    """In words: ``+x up``, ``edge +x -z up``, ``corner +x -y +z up``.
 
     Parameters
     ----------
@@ -77,11 +77,8 @@ def direction_name(direction: FloatArray) -> str:
         for axis, value in zip(AXES, nearest, strict=True)
         if value
     ]
-    if len(parts) == 1:
-        return f"{parts[0]} up"
-    if len(parts) == 2:
-        return f"edge between {parts[0]} and {parts[1]} up"
-    return f"corner {' '.join(parts)} up"
+    kind = ("", "edge ", "corner ")[len(parts) - 1]
+    return f"{kind}{' '.join(parts)} up"
 
 
 def uncovered(directions: FloatArray, wanted: FloatArray) -> FloatArray:

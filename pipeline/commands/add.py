@@ -19,15 +19,13 @@ from pipeline.commands.interaction.output import python_option, quiet_option
 @click.argument("targets", metavar="[TARGET...]", nargs=-1)
 @click.option("--auto", is_flag=True,
               help="Add effects until the diagnosis names none.")
-@click.option("--although-aliased", is_flag=True,
-              help="Add an effect although these data cannot separate it from another one.")
-@click.option("--although-unseen", is_flag=True,
-              help="Add an effect although the leave-one-out error does not fall with it.")
+@click.option("--anyway", is_flag=True,
+              help="Add an effect that these data do not show, or cannot separate from another.")
 @python_option
 @quiet_option("the verdicts and the next command")
 def command(
-    config: Path, targets: tuple[str, ...], auto: bool, although_aliased: bool,
-    although_unseen: bool, allow_python: bool, quiet: bool,
+    config: Path, targets: tuple[str, ...], auto: bool, anyway: bool, allow_python: bool,
+    quiet: bool,
 ) -> None:
     """Add effects to the model in CONFIG, run again, and print the errors before and after.
 
@@ -42,7 +40,6 @@ def command(
         add_until_settled,
         change_and_show,
     )
-    from pipeline.model_change import Allowed
 
     if auto == bool(targets):
         raise click.UsageError("name effects to add, as in gyroscope.g_sensitivity, or --auto")
@@ -50,5 +47,4 @@ def command(
     if auto:
         add_until_settled(config, manner)
     else:
-        allowed = Allowed(aliased=although_aliased, unseen=although_unseen)
-        change_and_show(config, targets, manner, allowed=allowed)
+        change_and_show(config, targets, manner, anyway=anyway)

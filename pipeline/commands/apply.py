@@ -38,10 +38,9 @@ SLOWEST_HZ, FASTEST_HZ = 1e-3, 1e6  #: sample rates of inertial sensors
               help="Unit of the time column, if its name does not state it.")
 @click.option("--session-clock", is_flag=True,
               help="The time of the log is that of the calibration session: correct drifts.")
-@click.option("--although-unfit", is_flag=True,
-              help="Use results whose data do not determine the calibration.")
-@click.option("--although-unlike", is_flag=True,
-              help="Correct a log that contradicts the calibration, for example by its gravity.")
+@click.option("--anyway", is_flag=True,
+              help="Use results that do not determine the calibration, or correct a log that "
+                   "contradicts it, for example by its gravity.")
 @python_option
 def command(
     results: Path,
@@ -52,8 +51,7 @@ def command(
     rate_hz: float | None,
     time_unit: "TimeUnit | None",
     session_clock: bool,
-    although_unfit: bool,
-    although_unlike: bool,
+    anyway: bool,
     allow_python: bool,
 ) -> None:
     """Correct LOG with the calibration in RESULTS (results.json or its folder); CSV in SI units.
@@ -62,6 +60,8 @@ def command(
     `saturated` is 1 in samples with an axis at the end of its range. The command refuses logs that
     this sensor cannot have written, and lists the values outside the range of the calibration.
     """
+    from calib.errors import CalibrationError
+    from pipeline.errors import PipelineError
     from pipeline.export.apply import applied_csv, apply_results
     from pipeline.export.limits import compare_with_gravity, require_counts, warnings_of
     from pipeline.logs.clock import StatedClock
@@ -71,15 +71,23 @@ def command(
     from pipeline.results.written import write_output
 
     stored = load_results(results, allow_python)
-    notes = [*require_fit(stored, although_unfit)]
+    notes = [*require_fit(stored, anyway)]
     clock = StatedClock(rate_hz, time_unit)
     readings = (_as_in_the_session(log, stored, clock) if columns is None
                 else read_log(log, _columns(columns), clock))
-    if not although_unlike:
+    try:
         require_counts(stored, readings)
+    except (PipelineError, CalibrationError) as refused:
+        if not anyway:
+            raise
+        notes.append(f"--anyway overrules: {refused}")
     applied = apply_results(stored, readings, session_clock)
-    if not although_unlike:
+    try:
         notes += compare_with_gravity(stored, readings, applied)
+    except (PipelineError, CalibrationError) as refused:
+        if not anyway:
+            raise
+        notes.append(f"--anyway overrules: {refused}")
     notes += [*applied.left_out, *warnings_of(stored, readings, session_clock)]
     echo_warnings(notes)
     click.echo(f"columns are in {applied.axes}", err=True)

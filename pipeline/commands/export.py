@@ -33,12 +33,12 @@ EXAMPLES = (
               help="noise.json of `pipeline noise` (or its folder), for kalibr; default: that "
                    "beside RESULTS.")
 @click.option("--force", is_flag=True, help="Replace files that this program did not write.")
-@click.option("--although-unfit", is_flag=True,
+@click.option("--anyway", is_flag=True,
               help="Export results whose data do not determine the calibration.")
 @python_option
 def command(
     results: Path, form: str, output: Path | None, noise: Path | None, force: bool,
-    although_unfit: bool, allow_python: bool,
+    anyway: bool, allow_python: bool,
 ) -> None:
     """Write the calibration in RESULTS (results.json or its folder) for another program.
 
@@ -58,7 +58,7 @@ def command(
     if noise is not None and form != "kalibr":
         raise click.UsageError(f"--noise is for kalibr; {form} has no place for it")
     stored = load_results(results, allow_python)
-    echo_warnings(require_fit(stored, although_unfit))
+    echo_warnings(require_fit(stored, anyway))
     export = _with_noise(stored, noise) if form == "kalibr" else EXPORTERS[form](stored)
     echo_warnings(export.loses, "note")
     for name, content in export.files.items():

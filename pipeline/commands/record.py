@@ -1,65 +1,126 @@
 """``pipeline record CONFIG``."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import ConfigArgument
 from pipeline.commands.interaction.output import quiet_option
+from pipeline.text.commands import command as proposed
+
+if TYPE_CHECKING:
+    from pipeline.config.load import Config
+    from pipeline.record.session import RecordingDisplay, Session
 
 FASTEST_BAUD = 100_000_000  #: bits per second, of a serial line over USB
+REHEARSAL = "pipeline-rehearsal"  #: folder that `--demo` writes by default
 
 
 @click.command(epilog=examples(
     "pipeline record config.yaml",
     "pipeline record config.yaml --port /dev/ttyUSB0 --camera 0",
+    "pipeline record --demo",
+    "pipeline record --ports",
 ))
-@click.argument("config", type=ConfigArgument())
+@click.argument("config", required=False, type=ConfigArgument())
 @click.option("--port", help="Serial port; default: record.port of CONFIG.")
 @click.option("--baud", type=click.IntRange(min=1, max=FASTEST_BAUD),
               help="Baud rate; default: record.baud of CONFIG.")
-@click.option("--although-undetermined", is_flag=True,
-              help="Record although these poses will not determine the model.")
+@click.option("--anyway", is_flag=True,
+              help="Record poses that will not determine the model.")
 @click.option("--camera", type=click.IntRange(min=0),
               help="Film the poses on the turning plate with this camera (0 is the first).")
+@click.option("--demo", is_flag=True,
+              help=f"Rehearse with a simulated sensor in the folder {REHEARSAL}; no CONFIG.")
+@click.option("--ports", is_flag=True,
+              help="List the serial ports and why one cannot be opened; no CONFIG.")
 @quiet_option("the instructions and the poses")
 def command(
-    config: Path, port: str | None, baud: int | None, although_undetermined: bool,
-    camera: int | None, quiet: bool,
+    config: Path | None, port: str | None, baud: int | None, anyway: bool,
+    camera: int | None, demo: bool, ports: bool, quiet: bool,
 ) -> None:
     """Record the poses of CONFIG from a sensor, with instructions for each pose.
 
-    The command writes each pose as soon as it is complete. You can interrupt it at any time and
-    continue with the same command. It stores every byte that it receives beside the poses. To try
-    it without a sensor, see `pipeline playback --help`. Poses that cannot determine the model of
-    CONFIG are refused before the first is recorded.
+    The command draws the attitude to lay next and writes each pose as soon as it is complete. You
+    can interrupt it at any time and continue with the same command. It stores every byte that it
+    receives beside the poses. Poses that cannot determine the model of CONFIG are refused before
+    the first is recorded.
     """
-    from calib.errors import Undetermined
-    from pipeline.config.load import load_config
-    from pipeline.plan.refusal import require_planned
-    from pipeline.record.start import open_session
-    from pipeline.text.commands import command as proposed
-
-    loaded = load_config(config, files_may_be_missing=True)
-    if not although_undetermined and loaded.record is not None:
-        try:
-            require_planned(loaded)
-        except Undetermined as refused:
-            raise Undetermined(f"{refused} To record these all the same, add "
-                               f"--although-undetermined.") from refused
+    if (config is not None) + demo + ports != 1:
+        raise click.UsageError("name a configuration, or --demo, or --ports")
+    if ports:
+        _list_ports()
+        return
     from pipeline.commands.interaction.recording_display import watcher
+    from pipeline.record.start import open_session
 
-    display = watcher(quiet)
+    loaded = _rehearsal() if config is None else _recordable(config, anyway)
+    path = loaded.source.path
+    display = watcher(quiet, path)
     try:
-        done = open_session(loaded, display, port=port, baud=baud, camera=camera).run()
+        session = (_demo(loaded, display) if config is None else
+                   open_session(loaded, display, port=port, baud=baud, camera=camera))
+        done = session.run()
     except KeyboardInterrupt:
-        display.say(f"Stopped; recorded poses are kept. Continue with: "
-                    f"{proposed('record', config)}")
+        again = proposed("record", "--demo") if config is None else proposed("record", path)
+        display.say(f"Stopped; recorded poses are kept. Continue with: {again}")
         raise
     finally:
         display.close()
     for block in done:
         click.echo(f"{block.rate}: {block.recorded} of {block.wanted} poses")
-    click.echo(f"next: {proposed('plan', config)}")
-    click.echo(f"afterwards: {proposed('run', config)}")
+    click.echo(f"next: {proposed('plan', path)}")
+    click.echo(f"afterwards: {proposed('run', path)}")
+
+
+def _recordable(path: Path, anyway: bool) -> "Config":
+    """The configuration, if the poses that it plans determine its model."""
+    from calib.errors import Undetermined
+    from pipeline.config.load import load_config
+    from pipeline.plan.refusal import require_planned
+
+    loaded = load_config(path, files_may_be_missing=True)
+    if loaded.record is not None:
+        try:
+            require_planned(loaded)
+        except Undetermined as refused:
+            if not anyway:
+                raise Undetermined(f"{refused} To record these poses although they do not "
+                                   f"determine the model, add --anyway.") from refused
+            click.echo(f"--anyway overrules: {refused}", err=True)
+    return loaded
+
+
+def _rehearsal() -> "Config":
+    from pipeline.record.demo import demo_config
+
+    return demo_config(Path(REHEARSAL))
+
+
+def _demo(config: "Config", display: "RecordingDisplay") -> "Session":
+    from pipeline.record.demo import SPEED, demo_session
+
+    display.say(f"A rehearsal with a simulated sensor, {SPEED:g} times as fast as in life; its "
+                f"files go to {REHEARSAL}.")
+    return demo_session(config, display)
+
+
+def _list_ports() -> None:
+    """Print the serial ports, the probable device on each, and why one cannot be opened."""
+    from pipeline.record.serial_port import find_ports, permission_advice
+
+    found_ports = find_ports()
+    if not found_ports:
+        click.echo("No serial port was detected. Connect the sensor (a charging cable has no data "
+                   "wires) and try again.")
+        return
+    for port in found_ports:
+        description = "  ".join(part for part in (port.probably, port.description) if part)
+        click.echo(f"{port.name}  {description}".rstrip())
+        if not port.may_open:
+            click.echo(f"  cannot be opened. {permission_advice(port.name)}")
+    likely = next((port.name for port in found_ports if port.probably), found_ports[0].name)
+    click.echo(f"next: set `port: {likely}` under `record:` in the configuration, then type "
+               f"`pipeline record CONFIG`")

@@ -78,7 +78,7 @@ def compare_with_gravity(stored: Stored, log: ImuLog, applied: Applied) -> tuple
             f"{at_rest}, where gravity is {gravity:.4g} m/s². The readings seem to be those of "
             f"another sensor, in another range, unit or encoding, or corrected already. Use a raw "
             f"log of the sensor of {stored.path}; if the log was never at rest, add "
-            f"--although-unlike."
+            f"--anyway."
         )
     if difference > LARGEST_DRIFT:  # worth a look
         return (f"{at_rest}, {100 * difference:.2g} % off gravity ({gravity:.5g} m/s²). Is it the "

@@ -127,8 +127,8 @@ class Connection:
         tried = ", ".join(map(str, bauds))
         if not heard:
             return (f"The port is open, but nothing comes within {LISTEN_S:g} s (tried {tried} "
-                    f"baud). Is it the right port (`pipeline ports`), is the device powered, does "
-                    f"its sketch run?")
+                    f"baud). Is it the right port (`pipeline record --ports`), is the device "
+                    f"powered, does its sketch run?")
         return (f"Bytes come, but no readings of device '{self._record.device}' (tried {tried} "
                 f"baud); the last are {heard!r}. Set record.baud to the speed of the sketch, or "
                 f"record.device to what the device is; any other line can be described with "

@@ -77,7 +77,8 @@ class SerialPort:
             raise DeviceError(_why_not(port, error)) from error
         except (OSError, ValueError) as error:
             raise DeviceError(f"{port}: cannot be opened at {baud} baud ({error}). Check port and "
-                              "baud under record; `pipeline ports` lists the ports.") from error
+                              "baud under record; `pipeline record --ports` lists the "
+                              "ports.") from error
 
     def _listen(self) -> None:
         """Take bytes as they come, stamped when they were there."""
@@ -140,13 +141,13 @@ def _why_not(port: str, error: serial.SerialException) -> str:
     if number == errno.ENOENT or "FileNotFound" in text or "No such file" in text:
         there = ", ".join(each.name for each in find_ports()) or "none"
         return (f"{port}: there is no such port; the ports here are: {there}. Plug the device in, "
-                "look with `pipeline ports`, and set record.port.")
+                "look with `pipeline record --ports`, and set record.port.")
     if number in (errno.EACCES, errno.EPERM) or "PermissionError" in text:
         return f"{port}: may not be opened. {permission_advice(port)}"
     if number in (errno.EBUSY, errno.EWOULDBLOCK) or "exclusively lock" in text:
         return (f"{port}: another program uses it. Close the Arduino Serial Monitor, MT Manager or "
                 "another `pipeline record`, then try again.")
-    return f"{port}: cannot be opened ({error}). Look with `pipeline ports`."
+    return f"{port}: cannot be opened ({error}). Look with `pipeline record --ports`."
 
 
 def permission_advice(port: str) -> str:
@@ -212,7 +213,8 @@ def only_port() -> str:
         return ports[0].name
     if not ports:
         raise DeviceError("record.port is not given, and no USB serial port is there. Plug the "
-                          "sensor in, or name its port; `pipeline ports` lists what there is.")
+                          "sensor in, or name its port; `pipeline record --ports` lists what "
+                          "there is.")
     listed = ", ".join(f"{port.name} ({port.probably})" for port in ports)
     raise DeviceError(f"record.port is not given, and there are {len(ports)} USB serial ports: "
                       f"{listed}. Name one of them.")

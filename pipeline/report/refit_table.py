@@ -103,7 +103,7 @@ def changes_json(
         elif judged is not None and judged.helps:
             is_guess = _aliases(name, result) and not result.diagnosis.named_class(name)
             commands.append(command("add", *target,
-                                    *(["--although-aliased"] if is_guess else [])))
+                                    *(["--anyway"] if is_guess else [])))
     return {"judgements": judgements, "commands": commands}
 
 

@@ -20,13 +20,13 @@ LARGEST_ERROR = 0.03
 (MPU-6050: ±3 %). A calibration that may err by more makes readings worse."""
 
 
-def require_fit(stored: Stored, although_unfit: bool) -> tuple[str, ...]:
+def require_fit(stored: Stored, anyway: bool) -> tuple[str, ...]:
     """Refuse a calibration whose data do not determine it.
 
     Parameters
     ----------
     stored : Stored
-    although_unfit : bool
+    anyway : bool
         Warn instead.
 
     Returns
@@ -40,10 +40,10 @@ def require_fit(stored: Stored, although_unfit: bool) -> tuple[str, ...]:
         With the parameter or direction, its sd, and what is accepted.
     """
     faults = [fault for each in stored.triads for fault in _faults(stored, each)]
-    if faults and not although_unfit:
+    if faults and not anyway:
         raise UnfitCalibration(
             f"{stored.path}: {faults[0]} Record what `pipeline diagnose` names and run again, or "
-            f"add --although-unfit to use these results as they are."
+            f"add --anyway to use these results as they are."
         )
     return (*faults, *(note for each in stored.triads for note in _notes(stored, each)))
 

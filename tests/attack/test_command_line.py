@@ -56,10 +56,6 @@ CASES = (
           ("rate LOG", "fps", ("nan", "inf", "1e300", "0", "-1")),
           ("rate LOG", "nominal-rpm", ("nan", "inf", "-5")),
           ("rate --camera 0", "seconds", ("nan", "1e300")),
-          ("playback CONFIG", "hold", ("-5", "nan", "inf")),
-          ("playback CONFIG", "speed", ("0", "nan")),
-          ("playback CONFIG", "lost", ("7", "-1")),
-          ("playback CONFIG", "seed", ("-1", "x")),
           ("apply RUN LOG", "rate-hz", ("nan", "0", "1e300")),
           ("record CONFIG", "camera", ("-1", "x")),
           ("record CONFIG", "baud", ("0", "1e9", "99999999999")),
@@ -85,7 +81,6 @@ CASES = (
          write("report.html", "mine")),
     Case("run beside results", "run CONFIG --output HERE", 2, "was not written by",
          write("results.json", "mine")),
-    Case("a link of playback", "playback CONFIG --link LOG", 2, "is no link to a port"),
     Case("init where a configuration is", "init HERE", 2, "."),
 )
 

@@ -15,7 +15,7 @@ import pytest
 from tests.paths import ROOT
 from tests.sessions import pipeline
 
-ADD = ("add", "CONFIG", "accelerometer.bias_drift", "--although-aliased", "--although-unseen")
+ADD = ("add", "CONFIG", "accelerometer.bias_drift", "--anyway")
 #: Forks for each line "step N CONFIG"; the fork is killed at the N-th renaming, or before the N-th
 #: forcing to the disk. The first command imports everything.
 KILLER = """
@@ -204,16 +204,6 @@ def test_export_and_run_replace_only_what_commands_wrote(
     assert pipeline("export", folder, "--to", "kalibr", "--output", mine) == 0
 
 
-def test_the_link_of_a_played_port_replaces_no_file(
-    alone: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    note = tmp_path / "note.txt"
-    note.write_text("mine")
-    assert pipeline("playback", alone, "--link", note) == 2
-    assert "is no link to a port" in capsys.readouterr().err
-    assert note.read_text() == "mine"
-
-
 def test_a_journal_of_somebody_else_moves_nothing(alone: Path, tmp_path: Path) -> None:
     victim = tmp_path / "victim"
     victim.write_text("mine")
@@ -227,14 +217,17 @@ def test_a_journal_of_somebody_else_moves_nothing(alone: Path, tmp_path: Path) -
     assert not (folder / ".unfinished.json").exists()
 
 
-def test_sigterm_ends_a_command_as_an_interrupt_does(alone: Path) -> None:
-    with subprocess.Popen(command("playback", alone), cwd=ROOT, stdout=subprocess.DEVNULL,
-                          stderr=subprocess.PIPE, text=True) as run:
+def test_sigterm_ends_a_command_as_an_interrupt_does(tmp_path: Path) -> None:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    with subprocess.Popen(command("record", "--demo"), cwd=tmp_path, stdout=subprocess.DEVNULL,
+                          env=environment, stderr=subprocess.PIPE, text=True) as run:
         assert run.stderr is not None
+        run.stderr.readline()
         started = run.stderr.readline()
         run.terminate()
         assert "Ctrl-C" in started
-        assert run.wait(10) == 130
+        run.communicate(timeout=20)
+        assert run.returncode == 130
 
 
 def test_control_characters_out_of_a_file_are_shown_not_sent(

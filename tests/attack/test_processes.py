@@ -107,7 +107,7 @@ def test_a_folder_that_cannot_be_written_is_said_and_nothing_changes(
 
 
 def test_two_commands_at_once_end_one_after_the_other(alone: Path) -> None:
-    add = [sys.executable, "-m", "pipeline", "add", alone, "--although-aliased"]
+    add = [sys.executable, "-m", "pipeline", "add", alone, "--anyway"]
     both = [subprocess.Popen([*add, f"accelerometer.{name}"], cwd=ROOT, stdout=subprocess.PIPE,
                              stderr=subprocess.PIPE, text=True,
                              env={**os.environ, "PYTHONPATH": str(ROOT)})

@@ -15,7 +15,6 @@ import numpy as np
 
 from pipeline.devices.xbus import frame
 from pipeline.devices.xsens_mtdata import MTDATA, RAW_COUNTED, MtDataParser
-from pipeline.playback.pseudo_port import PseudoPort
 from pipeline.record.serial_port import SerialPort
 from pipeline.record.store import RawFile
 from pipeline.record.stream import Stream
@@ -29,6 +28,7 @@ from tests.pipeline.record.play import (
     record_with_kills,
     write_config,
 )
+from tests.pipeline.record.playback.pseudo_port import PseudoPort
 
 BAUD, BITS_PER_BYTE = 460800, 10
 TICK_S = 0.004

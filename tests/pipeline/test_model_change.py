@@ -9,7 +9,6 @@ from calib.errors import CalibrationError, Undetermined
 from pipeline.config.load import Config, load_config
 from pipeline.errors import ConfigError
 from pipeline.model_change import (
-    Allowed,
     ModelChange,
     change_model,
     edited_config,
@@ -179,7 +178,7 @@ def test_a_blind_effect_is_refused_with_its_reason(drift_found: Outcome, driftin
     config = load_config(drifting)
     target = read_target(config, "gyroscope.frame_rotation")
     with pytest.raises(Undetermined, match=r"these data cannot see it.*What would allow it"):
-        require_addable(drift_found.gyroscope, target, Allowed(aliased=True))
+        require_addable(drift_found.gyroscope, target, anyway=True)
 
 
 def test_any_member_of_a_named_class_is_added_with_a_note(tmp_path: Path) -> None:
@@ -206,9 +205,9 @@ def test_aliases_that_no_verdict_names_are_refused_unless_the_user_insists(
     assert found is not None
     assert found.diagnosis.named_class("asymmetry") == ()
     target = read_target(config, "gyroscope.asymmetry")
-    with pytest.raises(Undetermined, match=r"looks the same as .*--although-aliased"):
-        require_addable(found, target, Allowed(unseen=True))
-    require_addable(found, target, Allowed(aliased=True, unseen=True))
+    with pytest.raises(Undetermined, match=r"(looks the same as|do not show it).*--anyway"):
+        require_addable(found, target)
+    require_addable(found, target, anyway=True)
 
 
 def test_an_effect_that_nothing_calls_for_may_still_be_tried(
@@ -216,9 +215,9 @@ def test_an_effect_that_nothing_calls_for_may_still_be_tried(
 ) -> None:
     config = load_config(copied)
     target = read_target(config, "gyroscope.cubic")
-    with pytest.raises(Undetermined, match=r"do not show it: .* sd\. .*--although-unseen"):
+    with pytest.raises(Undetermined, match=r"do not show it: .* sd\. .*--anyway"):
         change_model(config, target, run, before=drift_found)
-    change = change_model(config, target, run, before=drift_found, allowed=Allowed(unseen=True))
+    change = change_model(config, target, run, before=drift_found, anyway=True)
     assert change.after.gyroscope is not None
     assert "cubic" in change.after.gyroscope.calibration.fit.model.names
     # It does not help, and what is missing is still named.
@@ -241,7 +240,7 @@ def test_several_effects_are_added_and_removed_in_one_command(
     assert pipeline("add", drifting, *both) == 4  # the second is not seen: neither is added
     assert "was not changed: accelerometer.cubic is refused" in capsys.readouterr().err
     assert drifting.read_text(encoding="utf-8") == before
-    assert pipeline("add", drifting, *both, "--although-unseen", "--although-aliased") == 0
+    assert pipeline("add", drifting, *both, "--anyway") == 0
     model = load_config(drifting)
     assert model.gyroscope is not None
     assert model.accelerometer is not None

@@ -17,13 +17,12 @@ from pipeline.console.model_change_text import change_lines
 from pipeline.errors import ConfigError
 from pipeline.model_change import (
     MOST_CHANGES,
-    NOTHING_ALLOWED,
-    Allowed,
     ModelChange,
     Target,
     change_model,
     next_target,
     note_on,
+    overruled,
     predicts_better,
     read_target,
 )
@@ -61,7 +60,7 @@ def change_and_show(
     manner: Manner,
     *,
     remove: bool = False,
-    allowed: Allowed = NOTHING_ALLOWED,
+    anyway: bool = False,
 ) -> None:
     """Change the model by ``targets``, one after the other; print each and write the last.
 
@@ -75,13 +74,15 @@ def change_and_show(
             now = before.config if before is not None else config
             try:
                 changes.append(change_model(now, read_target(now, target), run, before=before,
-                                            remove=remove, allowed=allowed))
+                                            remove=remove, anyway=anyway))
             except (CalibrationError, ConfigError):
                 if changes:
                     click.echo(f"{path} was not changed: {target} is refused.", err=True)
                 raise
             manner.show(changes[-1])
         _write(changes[0].before.config, changes[-1].after, folder)
+    if anyway:
+        echo_warnings(f"--anyway overrules: {why}" for each in changes if (why := overruled(each)))
     if manner.quiet:
         for result in changes[-1].after.triads:
             echo_verdict(result)

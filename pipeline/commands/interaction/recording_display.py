@@ -1,10 +1,16 @@
 """What a guided recording shows: a live panel on a terminal, plain lines everywhere else."""
 
 import sys
+from collections import deque
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+import numpy as np
 
+from calib.numbers import RPM
+from calib.poses.imu_log import FloatArray
+from pipeline.commands.interaction.recording_outlook import outlook_lines
 from pipeline.console.terminal import visible
 
 if TYPE_CHECKING:
@@ -15,19 +21,20 @@ if TYPE_CHECKING:
 
 MARK = {"taking": "green", "taken": "green", "moving": "yellow", "unsteady": "yellow",
         "repeats": "cyan", "between": "cyan", "wrong": "red"}
+TRACE, BARS = 18, "▁▂▃▄▅▆▇█"  #: readings of a trace, and its signs
 BAR = 30  #: characters of the bar that fills while a pose is taken
 
 
-def watcher(quiet: bool) -> "LivePanel | PlainLines":
+def watcher(quiet: bool, config: Path) -> "LivePanel | PlainLines":
     """The display that suits standard error; no panel where it is to be ``quiet``."""
-    return LivePanel() if sys.stderr.isatty() and not quiet else PlainLines()
+    return LivePanel(config) if sys.stderr.isatty() and not quiet else PlainLines(config)
 
 
 class PlainLines:
     """A line for each change; see :class:`pipeline.record.session.RecordingDisplay`."""
 
-    def __init__(self) -> None:
-        self._last = ""
+    def __init__(self, config: Path) -> None:
+        self._last, self._config = "", config
 
     def say(self, text: str) -> None:
         """A line that stays."""
@@ -42,18 +49,22 @@ class PlainLines:
         self._last = phase
 
     def recorded(self, text: str) -> None:
-        """A pose is recorded."""
+        """A pose is recorded, with what all of them determine by now."""
         click.echo(text, err=True)
+        for line in outlook_lines(self._config):
+            click.echo(line, err=True)
 
     def close(self) -> None:
         """Nothing to take away."""
 
 
 class LivePanel:
-    """Readings, stillness, the directions and the next step, in place on the terminal."""
+    """The attitude to lay next, traces, stillness and directions, in place on the terminal."""
 
-    def __init__(self) -> None:
+    def __init__(self, config: Path) -> None:
         self._live: Live | None = None
+        self._config = config
+        self._traces: deque[FloatArray] = deque(maxlen=TRACE)
 
     def say(self, text: str) -> None:
         """A line above the panel."""
@@ -71,13 +82,15 @@ class LivePanel:
             console = Console(file=getattr(sys.stderr, "raw", sys.stderr))
             self._live = Live(console=console, refresh_per_second=8, transient=True)
             self._live.start()
-        self._live.update(panel(view))
+        self._traces.append(view.status.reading)
+        self._live.update(panel(view, np.array(self._traces)))
 
     def recorded(self, text: str) -> None:
-        """A line above the panel, and the terminal's bell."""
+        """Lines above the panel, and the terminal's bell."""
         if self._live is not None:
             self._live.console.bell()
-        self.say(text)
+        for line in [text, *outlook_lines(self._config)]:
+            self.say(line)
 
     def close(self) -> None:
         """Take the panel away."""
@@ -86,14 +99,24 @@ class LivePanel:
             self._live = None
 
 
-def panel(view: "RecordingView") -> "Table":
-    """The panel of one moment."""
+def trace_text(values: "FloatArray") -> str:
+    """Values (t,) as bars between their smallest and largest."""
+    low, span = float(values.min()), float(np.ptp(values))
+    if not np.isfinite(span) or span == 0:
+        return BARS[0] * len(values)
+    return "".join(BARS[int(share)] for share in (values - low) / span * (len(BARS) - 1))
+
+
+def panel(view: "RecordingView", traces: "FloatArray") -> "Table":
+    """The panel of one moment; ``traces`` (t, 6) are the last readings."""
     from rich.table import Table
     from rich.text import Text
 
     from calib.poses.attitudes import direction_name
+    from pipeline.drawings.terminal import box_text
 
     status, reading = view.status, view.status.reading
+    missing = [i for i in range(len(view.wanted)) if i not in view.covered]
     table = Table.grid(padding=(0, 2))
     colour = MARK[status.phase]
     bar = "█" * round(status.progress * BAR)
@@ -101,7 +124,11 @@ def panel(view: "RecordingView") -> "Table":
     table.add_row("", Text(visible(status.message), style=colour))
     table.add_row("up", status.direction or "?")
     table.add_row("acc", "  ".join(f"{x:8.3f}" for x in reading[:3]) + "  m/s², by data sheet")
-    table.add_row("gyr", "  ".join(f"{x:8.4f}" for x in reading[3:]) + "  rad/s, by data sheet")
+    table.add_row("", "  ".join(trace_text(values) for values in traces[:, :3].T))
+    rpm = float(np.linalg.norm(reading[3:])) / RPM
+    table.add_row("gyr", "  ".join(f"{x:8.4f}" for x in reading[3:])
+                  + f"  rad/s, by data sheet: {rpm:.1f} rpm")
+    table.add_row("", "  ".join(trace_text(values) for values in traces[:, 3:].T))
     names = Text()
     for i, direction in enumerate(view.wanted):
         recorded = i in view.covered
@@ -109,4 +136,10 @@ def panel(view: "RecordingView") -> "Table":
                      style="green" if recorded else "dim")
     table.add_row(f"{len(view.covered)}/{len(view.wanted)}", names)
     table.add_row("line", f"{view.rate_hz:.1f} samples/s, {view.bad} damaged")
-    return table
+    if not missing:
+        return table
+    box = Text("\n".join(box_text(view.wanted[missing[0]])), style="bold")
+    box.append(f"\nlay: {direction_name(view.wanted[missing[0]])}", style="cyan")
+    beside = Table.grid(padding=(0, 2))
+    beside.add_row(box, table)
+    return beside

@@ -131,7 +131,7 @@ def test_an_unknown_effect_is_answered_with_the_catalogue() -> None:
 
 def test_directions_are_named_as_one_would_lay_the_sensor() -> None:
     assert direction_name(np.array([0, 0, -1.0])) == "-z up"
-    assert direction_name(np.array([1, 0, -1]) / np.sqrt(2)) == "edge between +x and -z up"
+    assert direction_name(np.array([1, 0, -1]) / np.sqrt(2)) == "edge +x -z up"
     assert direction_name(np.array([1, -1, 1]) / np.sqrt(3)) == "corner +x -y +z up"
 
 

@@ -16,9 +16,9 @@ def test_each_natural_direction_has_a_name_of_its_own() -> None:
 
 @pytest.mark.parametrize(("direction", "name"), [
     ((0.94, 0.33, 0.05), "+x up"),  # 20° from it, 26° from the edge
-    ((0.92, 0.40, 0.0), "edge between +x and +y up"),
+    ((0.92, 0.40, 0.0), "edge +x +y up"),
     ((0.72, 0.62, 0.31), "corner +x +y +z up"),  # 17.6° from it, 18.5° from the edge
-    ((0.72, 0.63, 0.29), "edge between +x and +y up"),
+    ((0.72, 0.63, 0.29), "edge +x +y up"),
 ])
 def test_a_direction_is_called_by_the_nearest_natural_one(
     direction: tuple[float, float, float], name: str

@@ -32,9 +32,9 @@ def two_effects(finished: RunSession, tmp_path: Path) -> Path:
 def test_a_change_shows_the_size_of_its_effect_alone(
     two_effects: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert pipeline("add", two_effects, "accelerometer.sway_squared", "--although-unseen") == 0
+    assert pipeline("add", two_effects, "accelerometer.sway_squared", "--anyway") == 0
     assert len(re.findall(r"^ +sway_squared \[", capsys.readouterr().out, re.M)) == 1
-    assert pipeline("add", two_effects, "accelerometer.sway", "--although-unseen") == 0
+    assert pipeline("add", two_effects, "accelerometer.sway", "--anyway") == 0
     shown = capsys.readouterr().out
     assert len(re.findall(r"^ +sway \[", shown, re.M)) == 1
     assert not re.search(r"^ +sway_squared \[", shown, re.M)

@@ -22,15 +22,15 @@ from calib.poses.pose_set import pose_set
 from calib.poses.runs import gravity_run
 from pipeline.config.load import load_config
 from pipeline.config.sensor import triad_spec
-from pipeline.playback import Protocol
-from pipeline.playback.device import Faults, PlaybackDevice, Pose
-from pipeline.playback.pseudo_port import PseudoPort
 from pipeline.record.session import RecordingView
 from pipeline.record.start import open_session
 from pipeline.stages.poses import average_recordings
 from pipeline.stages.session_logs import read_session
 from tests.fitting import spec_of
 from tests.paths import ROOT
+from tests.pipeline.record.playback import Protocol
+from tests.pipeline.record.playback.device import Faults, PlaybackDevice, Pose
+from tests.pipeline.record.playback.pseudo_port import PseudoPort
 from tests.world.designs import paper_design
 from tests.world.imu import Sensor
 from tests.world.session import Session, simulate

@@ -1,28 +1,28 @@
-"""``pipeline ports``, ``record`` and ``playback`` as a user types them."""
+"""``pipeline record`` as a user types it: with a port, without, and without hardware."""
 
 import os
 import re
-import shlex
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from pipeline.playback import PROTOCOLS
+from pipeline.cli import main
+from pipeline.record import demo
 from pipeline.record import serial_port as line
 from pipeline.record.serial_port import SerialPortInfo, only_port, permission_advice
 from tests.paths import ROOT
+from tests.sessions import results_in
 
-GUIDE = (ROOT / "data/docs/recording.md").read_text(encoding="utf-8")
-REHEARSAL = GUIDE.split("## Rehearse without a sensor")[1]
-MINE = REHEARSAL.split("```yaml\n")[1].split("```")[0]
-#: What the guide tells to type: the simulated device, and the recording from it.
-PLAYBACK, RECORD = (shlex.split(line)[1:]
-                    for line in re.findall(r"^    (pipeline .*)$", REHEARSAL, re.MULTILINE))
+MINE = """sensor: xsens-mti
+site: {latitude_deg: 40.85, height_m: 20}
+accelerometer: {poses: rehearsal/pose_*.csv, model: [bias]}
+record: {device: xsens-mti, poses: 6, seconds_per_pose: 3, order: random}
+"""
 
 
 def pipeline(*arguments: str, folder: Path = ROOT) -> subprocess.CompletedProcess[str]:
@@ -33,48 +33,52 @@ def pipeline(*arguments: str, folder: Path = ROOT) -> subprocess.CompletedProces
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
 
 
-@pytest.fixture
-def port(tmp_path: Path) -> Iterator[str]:
-    """The simulated device as the guide starts it, in a folder that has the shipped session."""
-    (tmp_path / "data").symlink_to(ROOT / "data")
-    process = subprocess.Popen(
-        [sys.executable, "-m", "pipeline", *PLAYBACK], cwd=tmp_path, env=ENVIRONMENT,
-        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-    assert process.stdout is not None
-    yield process.stdout.readline().strip()
-    process.send_signal(signal.SIGINT)
-    process.wait(timeout=10)
-    process.stdout.close()
-
-
-def test_a_user_without_hardware_can_rehearse_as_the_guide_says(
-    tmp_path: Path, port: str
+def test_a_user_without_hardware_rehearses_in_one_terminal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert port == RECORD[RECORD.index("--port") + 1]
-    (tmp_path / RECORD[1]).write_text(MINE)
-    done = pipeline(*RECORD, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("stopped: 6 of 6 poses\n")
-    assert len(re.findall(r"^taken \d of 6: ", done.stderr, re.MULTILINE)) == 6
-    again = pipeline(*RECORD, folder=tmp_path)
-    assert (again.returncode, "taken" in again.stderr) == (0, False)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(demo, "SPEED", 200.0)
+    monkeypatch.setattr(demo.demo_session, "__defaults__", (200.0,))
+    assert main(["record", "--demo"]) == 0
+    out, err = capsys.readouterr()
+    assert out.startswith("stopped: 18 of 18 poses\n33rpm: 18 of 18 poses\n")
+    assert len(re.findall(r"^taken \d+ of 18: ", err, re.MULTILINE)) == 36
+    assert "scale to" in err
+    assert "complete" in err
+    assert main(["record", "--demo"]) == 0  # nothing is asked for again
+    assert "taken" not in capsys.readouterr().err
+    assert main(["run", "pipeline-rehearsal"]) == 0
+    results = results_in(tmp_path / "pipeline-rehearsal/config.run")
+    for triad, gain, unit in (("accelerometer", demo.GAIN[0], 2 * 9.80665),
+                              ("gyroscope", demo.GAIN[1], np.radians(250.0))):
+        np.testing.assert_allclose(results[triad]["parameters"]["scale_counts_per_unit"],
+                                   gain * 32768 / unit, rtol=2e-3)
 
 
-def test_ctrl_c_keeps_what_is_taken_and_says_how_to_go_on(tmp_path: Path, port: str) -> None:
-    config = tmp_path / "mine.yaml"
-    config.write_text(MINE)
+def test_simulated_poses_do_not_come_among_measured_ones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pipeline-rehearsal").mkdir()
+    (tmp_path / "pipeline-rehearsal/config.yaml").write_text(MINE)
+    assert main(["record", "--demo"]) == 2
+    assert "is no rehearsal" in capsys.readouterr().err
+
+
+def test_ctrl_c_keeps_what_is_taken_and_says_how_to_go_on(tmp_path: Path) -> None:
     process = subprocess.Popen(
-        [sys.executable, "-m", "pipeline", "record", str(config), "--port", port],
-        cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        [sys.executable, "-m", "pipeline", "record", "--demo"], cwd=tmp_path, env=ENVIRONMENT,
+        stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     until = time.monotonic() + 30
-    while not list(tmp_path.glob("rehearsal/pose_*.csv")) and time.monotonic() < until:
+    poses = tmp_path / "pipeline-rehearsal/accelerometer"
+    while not list(poses.glob("pose_*.csv")) and time.monotonic() < until:
         time.sleep(0.05)
     os.kill(process.pid, signal.SIGINT)
     _, errors = process.communicate(timeout=20)
     assert process.returncode == 130
-    assert f"Continue with: pipeline record {config}" in errors
+    assert "Continue with: pipeline record --demo" in errors
     assert "Traceback" not in errors
-    assert list(tmp_path.glob("rehearsal/pose_*.csv"))
+    assert list(poses.glob("pose_*.csv"))
 
 
 def test_a_device_that_is_not_there_exits_with_6(tmp_path: Path) -> None:
@@ -93,13 +97,8 @@ def test_a_configuration_without_record_is_refused(tmp_path: Path) -> None:
     assert done.stderr.count("\n") == 1
 
 
-def test_every_protocol_of_the_simulated_device_is_offered() -> None:
-    offered = pipeline("playback", "--help").stdout
-    assert all(protocol in offered for protocol in PROTOCOLS)
-
-
 def test_ports_says_what_to_do_where_none_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    done = pipeline("ports")
+    done = pipeline("record", "--ports")
     assert done.returncode == 0
     assert "No serial port was detected" in done.stdout or "next: set `port:" in done.stdout
 
@@ -131,5 +130,5 @@ def test_poses_that_determine_nothing_are_refused_before_the_first(tmp_path: Pat
     assert done.returncode == 4
     assert "6 poses give 6 equations for 9 parameters" in done.stderr
     done = pipeline("record", str(config), "--port", str(tmp_path / "none"),
-                    "--although-undetermined")
+                    "--anyway")
     assert done.returncode == 6  # on to the port

@@ -10,8 +10,6 @@ from calib.fit.triad.calibration import TriadCalibration
 from pipeline.config.load import load_config
 from pipeline.errors import ConfigError, DeviceError
 from pipeline.logs.read import read_log
-from pipeline.playback import Protocol
-from pipeline.playback.device import Faults, PlaybackDevice
 from pipeline.record.block_files import recording_blocks
 from pipeline.record.session import Session as RecordingSession
 from tests.pipeline.record.play import (
@@ -25,6 +23,8 @@ from tests.pipeline.record.play import (
     specs_of,
     write_config,
 )
+from tests.pipeline.record.playback import Protocol
+from tests.pipeline.record.playback.device import Faults, PlaybackDevice
 from tests.sessions import edit
 from tests.world.imu import mpu6050
 from tests.world.session import Session

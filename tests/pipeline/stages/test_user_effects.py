@@ -109,7 +109,7 @@ def test_a_reference_effect_of_ones_own_acts_on_the_turning_plate_only(damp: Pat
     extra = HEATING.replace("triad: gyroscope", "triad: gyroscope\n    per: reference")
     config = variant(damp, "reference", extra.replace("(humidity_pct - 45)**2", "time_s"))
     assert pipeline("add", config, "gyroscope.damp") == 4  # there is no such drift of the plate
-    assert pipeline("add", config, "gyroscope.damp", "--although-unseen") == 0
+    assert pipeline("add", config, "gyroscope.damp", "--anyway") == 0
     found = results_in(config.with_suffix(".run"))["gyroscope"]["effects"]["damp"]
     assert len(found["values"]) == 1
     assert np.isfinite(found["sd"]).all()

@@ -38,7 +38,7 @@ from pipeline.devices.xsens_mtdata import (
     RAW_COUNTED,
     TEMPERATURE_STEP_C,
 )
-from pipeline.playback import Protocol
+from tests.pipeline.record.playback import Protocol
 
 MOVE_S = 1.2  #: a hand's motion from one pose to the next
 HAND_M_S2, HAND_RAD_S = 3.0, 1.5  #: standard deviation of what the hand adds

@@ -8,8 +8,8 @@ from pipeline.config.load import Config
 from pipeline.config.schema import PosesSection
 from pipeline.config.sensor import sensor_specs
 from pipeline.errors import ConfigError
-from pipeline.playback.device import Pose
 from pipeline.stages.session_logs import read_logs
+from tests.pipeline.record.playback.device import Pose
 
 ROOM_C = 25.0  #: where the logs have no temperature
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pipeline.errors import DeviceError, UnwritableOutput
-from pipeline.playback.device import PlaybackDevice
+from tests.pipeline.record.playback.device import PlaybackDevice
 
 TICK_S = 0.005  #: how often samples are sent
 MOST_AT_ONCE = 4096  #: samples; after a pause of this process the rest is left out

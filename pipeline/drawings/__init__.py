@@ -1,0 +1,5 @@
+"""Drawings of a sensor's box in its poses: as lines, for a terminal, and as a sheet in SVG.
+
+    box ─┬─ terminal
+         └─ sheet
+"""
