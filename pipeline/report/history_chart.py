@@ -7,7 +7,7 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from pipeline.report.svg import Chart, Figure, rightward, upward
-from pipeline.results.history import Step, TriadStep
+from pipeline.results.schema.history import HistoryLine, HistoryTriad
 from pipeline.text.formatting import DISPLAY, count
 from pipeline.text.model_name import short_model
 
@@ -39,12 +39,12 @@ class Staircase:
     figures: tuple[Figure, ...]
 
 
-def staircase(triad: str, steps: Sequence[Step]) -> Staircase:
+def staircase(triad: str, steps: Sequence[HistoryLine]) -> Staircase:
     """The steps of ``triad``; of neighbouring runs with one result, one step."""
     steps_of_triad = [step.triads[triad] for step in steps if triad in step.triads]
     kept = [step for step, _ in groupby(steps_of_triad)][-MOST_STEPS:]
     unit, factor = DISPLAY[triad]
-    changes = step_names(kept)
+    changes = step_names([each.model for each in kept])
     stairs = tuple(
         Stair(
             i, change, short_model(step.model), f"{step.residual_rms * factor:.4g}",
@@ -57,22 +57,21 @@ def staircase(triad: str, steps: Sequence[Step]) -> Staircase:
     return Staircase(triad, unit, stairs, figures)
 
 
-def step_names(kept: Sequence[TriadStep]) -> list[str]:
+def step_names(models: Sequence[Sequence[str]]) -> list[str]:
     """What every step changed: the effects it added (+) and removed (−).
 
-    >>> a = TriadStep(("bias", "scale"), 1.0, 1.0, 1.0, 1, "effect")
-    >>> step_names([a, TriadStep(("bias", "scale", "cubic"), 1.0, 1.0, 1.0, 1, "effect"), a])
+    >>> step_names([["bias", "scale"], ["bias", "scale", "cubic"], ["bias", "scale"]])
     ['bias scale', '+ cubic', '− cubic']
     """
-    names = [short_model(kept[0].model)] if kept else []
-    for before, after in pairwise(kept):
-        words = [f"+ {name}" for name in after.model if name not in before.model]
-        words += [f"− {name}" for name in before.model if name not in after.model]
+    names = [short_model(models[0])] if models else []
+    for before, after in pairwise(models):
+        words = [f"+ {name}" for name in after if name not in before]
+        words += [f"− {name}" for name in before if name not in after]
         names.append(", ".join(words) or "run again")
     return names
 
 
-def _errors(kept: Sequence[TriadStep], unit: str, factor: float) -> Figure:
+def _errors(kept: Sequence[HistoryTriad], unit: str, factor: float) -> Figure:
     rms = np.array([step.residual_rms * factor for step in kept])
     loo = np.array([step.loo_rms * factor for step in kept])
     chart = _stairs_chart(np.concatenate([rms, loo]), kept, f"error [{unit}]")
@@ -90,7 +89,7 @@ def _errors(kept: Sequence[TriadStep], unit: str, factor: float) -> Figure:
     )
 
 
-def _chi2(kept: Sequence[TriadStep]) -> Figure:
+def _chi2(kept: Sequence[HistoryTriad]) -> Figure:
     values = np.array([step.chi2 / step.dof for step in kept])
     chart = _stairs_chart(np.append(values, 1.0), kept, "chi²/dof")
     chart.level(1.0, "diagonal")
@@ -103,7 +102,7 @@ def _chi2(kept: Sequence[TriadStep]) -> Figure:
     )
 
 
-def _stairs_chart(values: np.ndarray, kept: Sequence[TriadStep], y_title: str) -> Chart:
+def _stairs_chart(values: np.ndarray, kept: Sequence[HistoryTriad], y_title: str) -> Chart:
     positive = values[values > 0]
     low, high = float(positive.min()), float(positive.max())
     named = len(kept) <= NAMED_STEPS
@@ -111,7 +110,7 @@ def _stairs_chart(values: np.ndarray, kept: Sequence[TriadStep], y_title: str) -
         rightward(0.5, len(kept) + 0.5),
         upward(low / 1.6, high * 1.6, logarithmic=True), "" if named else "step", y_title,
     )
-    names = step_names(kept)
+    names = step_names([each.model for each in kept])
     longest = LONGEST_NAME.get(len(kept), 0)
     chart.axes([(i, _shortened(name, longest) if named else str(i))
                 for i, name in enumerate(names, 1)])

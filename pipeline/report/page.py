@@ -26,7 +26,7 @@ from pipeline.report.rate_charts import rate_view
 from pipeline.report.refit_table import constants_json, refit_json
 from pipeline.report.refitted import Refits
 from pipeline.report.tables import budget_rows, parameter_groups
-from pipeline.results.history import Step
+from pipeline.results.schema.history import HistoryLine
 from pipeline.results.write import config_sha256
 from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
@@ -40,7 +40,7 @@ HASH_DIGITS = 12  #: of the configuration's SHA-256, as the head of the page sho
 
 
 def report_html(
-    outcome: Outcome, history: Sequence[Step], folder: Path | None = None,
+    outcome: Outcome, history: Sequence[HistoryLine], folder: Path | None = None,
     when: datetime | None = None,
 ) -> str:
     """The whole page.
@@ -120,7 +120,7 @@ def _answer_view(answer: Answer, views: dict[str, dict[str, Any]]) -> dict[str, 
 
 
 def _triad_view(
-    outcome: Outcome, result: TriadResult, history: Sequence[Step], drawings: Sequence[str]
+    outcome: Outcome, result: TriadResult, history: Sequence[HistoryLine], drawings: Sequence[str]
 ) -> dict[str, Any]:
     """What the page shows of one triad."""
     # Python code among them has run before in this run, or there would be no outcome.

@@ -3,14 +3,20 @@
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from calib.poses.imu_log import SI_UNIT, TRIADS
 from pipeline.errors import UnreadableInput
 from pipeline.results.json_file import read_json
-from pipeline.results.schema.noise import FORMAT, NoiseFile
+from pipeline.results.schema.noise import (
+    FORMAT,
+    AxisNoiseResult,
+    CoefficientResult,
+    NoiseFile,
+    TriadNoiseResult,
+)
 from pipeline.results.schema.types import problems_of
 
 NOISE_NAME = "noise.json"
@@ -33,22 +39,16 @@ class StoredNoise:
 
 def noise_json(log: str, rate_hz: float, length_s: float, triads: Mapping[str, Any]) -> str:
     """The text of a noise.json; ``triads`` maps names to the :class:`AxisNoise` of x, y, z."""
-    contents: dict[str, Any] = {
-        "format": FORMAT, "log": log, "rate_hz": rate_hz, "length_s": length_s}
-    for name in TRIADS:
-        axes = triads.get(name)
-        contents[name] = None if axes is None else {
-            "unit": SI_UNIT[name], "axes": [_axis_json(axis) for axis in axes]}
-    return json.dumps(contents, indent=1, ensure_ascii=False) + "\n"
+    parts = {name: TriadNoiseResult.of(unit=SI_UNIT[name], axes=[*map(_axis, triads[name])])
+             if name in triads else None for name in TRIADS}
+    contents = NoiseFile.of(format=FORMAT, log=log, rate_hz=rate_hz, length_s=length_s, **parts)
+    return json.dumps(contents.as_json(), indent=1, ensure_ascii=False) + "\n"
 
 
-def _axis_json(axis: Any) -> dict[str, Any]:
-    coefficients = {
-        name: {"value": each.value, "sd": each.sd, "below": each.limit, "needed_s": each.needed_s}
-        for name, each in axis.coefficients.items()}
-    curve = {field.name: getattr(axis.curve, field.name).tolist() for field in fields(axis.curve)
-             if field.name != "factors"}
-    return {**coefficients, **curve}
+def _axis(axis: Any) -> AxisNoiseResult:
+    return AxisNoiseResult.of(axis.curve, **{
+        name: CoefficientResult.of(each, below=each.limit)
+        for name, each in axis.coefficients.items()})
 
 
 def load_noise(path: Path) -> StoredNoise:

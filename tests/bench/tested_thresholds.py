@@ -6,11 +6,12 @@ For thresholds that a few quick tests hold: how sensors are mounted, how pose me
 which samples froze, what the noise of a log shows, what a lot shows, what a recording does. Tests
 are real cases with an answer that is known otherwise; one that fails may mean that the answer is
 wrong, or that a message states the threshold. "No case fails" means that no case is near. A
-threshold is switched off where it is a millionth of itself or a million times as large: the one of
-the two with which fewer tests fail counts, since one of them leaves the condition always true.
+threshold is switched off at zero or at infinity (a count at a million): of the two the one with
+which fewer tests fail stands under "off", since the other leaves the condition always true.
 """
 
 import argparse
+import math
 import os
 import sys
 from collections.abc import Iterator, Sequence
@@ -24,7 +25,7 @@ import pytest
 from tests.paths import ROOT
 
 FACTORS = (0.5, 2.0)
-OFF = (1e-6, 1e6)
+MANY = 1_000_000  #: in the place of infinity where a threshold is a count
 #: Module, thresholds, and the tests that hold them.
 HELD: tuple[tuple[str, Sequence[str], Sequence[str]], ...] = (
     ("pipeline.record.pose_detector", (
@@ -100,13 +101,20 @@ def multiplied(value: Any, factor: float) -> Any:
     return type(value)(value * factor)
 
 
+def switched_off(value: Any, *, high: bool) -> Any:
+    """A threshold that nothing exceeds, or that everything does."""
+    if isinstance(value, dict):
+        return {key: switched_off(each, high=high) for key, each in value.items()}
+    largest = MANY if isinstance(value, int) else math.inf
+    return largest if high else type(value)(0)
+
+
 @contextmanager
-def changed(module: ModuleType, name: str, factor: float) -> Iterator[None]:
+def changed(module: ModuleType, name: str, new: Any) -> Iterator[None]:
     """Another value of a threshold, in every module of the product that has imported it."""
     value = getattr(module, name)
     holders = [each for path, each in list(sys.modules.items())
                if path.split(".")[0] in ("calib", "pipeline") and vars(each).get(name) is value]
-    new = multiplied(value, factor)
     for each in holders:
         setattr(each, name, new)
     try:
@@ -156,14 +164,16 @@ def main() -> None:
             if not f"{path}.{name}.".startswith(f"{only}." if only else ""):
                 continue
             module = import_module(path)
-            every = {}
-            for factor in (*FACTORS, *OFF):
-                with changed(module, name, factor):
-                    every[factor] = outcome(tests)
-                for each in every[factor].failed:
-                    print(f"  {name} x {factor:g}: {each}", file=sys.stderr)
-            off = min((every[factor] for factor in OFF), key=lambda cases: len(cases.failed))
-            cells = [cases.words for cases in (*(every[factor] for factor in FACTORS), off)]
+            value = getattr(module, name)
+            every = []
+            for new in (*(multiplied(value, factor) for factor in FACTORS),
+                        switched_off(value, high=False), switched_off(value, high=True)):
+                with changed(module, name, new):
+                    every.append(outcome(tests))
+                for each in every[-1].failed:
+                    print(f"  {name} = {new}: {each}", file=sys.stderr)
+            off = min(every[len(FACTORS):], key=lambda cases: len(cases.failed))
+            cells = [cases.words for cases in (*every[:len(FACTORS)], off)]
             print(f"| `{path}.{name}` | {getattr(module, name)} | {' | '.join(cells)} |",
                   flush=True)
 

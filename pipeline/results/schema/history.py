@@ -1,10 +1,12 @@
 """A line of history.jsonl."""
 
+from collections.abc import Mapping
 from datetime import datetime
 from typing import Annotated
 
 from pydantic import AfterValidator
 
+from calib.poses.imu_log import TRIADS
 from pipeline.results.schema.types import NotNegative, Part, Positive, Text, means
 
 
@@ -31,3 +33,9 @@ class HistoryLine(Part):
     config_sha256: Text = means("SHA-256 of the configuration")
     accelerometer: HistoryTriad | None = means("null if it was not calibrated")
     gyroscope: HistoryTriad | None = means("null if it was not calibrated")
+
+    @property
+    def triads(self) -> Mapping[str, HistoryTriad]:
+        """The triads that were calibrated, by name."""
+        each = {triad: getattr(self, triad) for triad in TRIADS}
+        return {triad: result for triad, result in each.items() if result is not None}

@@ -17,7 +17,7 @@ from pipeline.report.history_chart import staircase
 from pipeline.report.page import css_text, report_html
 from pipeline.report.refit_table import constants_json
 from pipeline.report.svg import nice_limit, tick_text, upward
-from pipeline.results.history import Step, TriadStep
+from pipeline.results.schema.history import HistoryLine, HistoryTriad
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
 from pipeline.text.formatting import DISPLAY, with_sd
@@ -161,9 +161,12 @@ def test_a_title_cannot_smuggle_a_script_into_the_page(
 # --- the staircase -----------------------------------------------------------------------------
 
 
-def step(model: tuple[str, ...], rms: float, chi2: float) -> Step:
-    own = TriadStep(("bias", "scale", "misalignment", *model), rms, 1.2 * rms, chi2, 100, "effect")
-    return Step("2026-11-21T12:00:00+00:00", "0", {"gyroscope": own})
+def step(model: tuple[str, ...], rms: float, chi2: float) -> HistoryLine:
+    fitted = HistoryTriad(
+        model=["bias", "scale", "misalignment", *model], residual_rms=rms, loo_rms=1.2 * rms,
+        chi2=chi2, dof=100, verdict="effect")
+    return HistoryLine(when="2026-11-21T12:00:00+00:00", config_sha256="0", accelerometer=None,
+                       gyroscope=fitted)
 
 
 def test_the_staircase_falls_step_by_step_and_repeats_count_once() -> None:

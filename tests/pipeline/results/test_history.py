@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from pipeline.results.history import Step, history_rows, history_text, read_history, with_step
+from pipeline.results.history import history_rows, history_text, read_history, with_step
+from pipeline.results.schema.history import HistoryLine
 from tests.pipeline.conftest import RunSession
 from tests.sessions import pipeline, results_in
 
@@ -23,7 +24,7 @@ def test_a_run_leaves_one_line_with_model_errors_and_verdict(finished: RunSessio
     found = results_in(finished.folder)
     for triad in ("accelerometer", "gyroscope"):
         own = step.triads[triad]
-        assert own.model == ("bias", "scale", "misalignment")
+        assert own.model == ["bias", "scale", "misalignment"]
         assert own.residual_rms == found[triad]["residual_rms"]
         assert own.loo_rms == found[triad]["loo_rms"]
         assert own.chi2 / own.dof == pytest.approx(found[triad]["chi2"] / found[triad]["dof"])
@@ -37,7 +38,7 @@ def test_the_table_is_a_staircase_and_shows_equal_runs_once(
 ) -> None:
     found = results_in(finished.folder)
     base = ["bias", "scale", "misalignment"]
-    steps: tuple[Step, ...] = ()
+    steps: tuple[HistoryLine, ...] = ()
     for model, rms in ((base, 0.009), (base, 0.009), ([*base, "quadratic"], 0.0005)):
         steps = with_step(steps, with_model(found, model, rms), NOON)
     (tmp_path / "history.jsonl").write_text(history_text(steps), encoding="utf-8")
