@@ -115,7 +115,7 @@ def gravity_wave(logs: Sequence[ImuLog], stated: FloatArray, spec: TriadSpec) ->
     signed = np.concatenate([-ratios, ratios])
     power, whole = np.zeros(len(signed)), 0.0
     for log, rate in zip(logs, stated, strict=True):
-        step_s, z = _across(log, float(rate), spec)
+        step_s, z = across_gravity(log, float(rate), spec)
         # z goes round against the plate: its share at -Ω is the plate's at Ω.
         padded = np.abs(np.fft.fftshift(np.fft.fft(z, PADDING * len(z)))) ** 2 / len(z)
         at = np.fft.fftshift(np.fft.fftfreq(PADDING * len(z), step_s / (2 * np.pi)))
@@ -133,8 +133,16 @@ def gravity_wave(logs: Sequence[ImuLog], stated: FloatArray, spec: TriadSpec) ->
     )
 
 
-def _across(log: ImuLog, rate: float, spec: TriadSpec) -> tuple[float, np.ndarray]:
-    """Step in s and the complex specific force across its mean (m,), averaged and detrended."""
+def across_gravity(log: ImuLog, rate: float, spec: TriadSpec) -> tuple[float, np.ndarray]:
+    """What an accelerometer senses across gravity on a plate that turns at ``rate`` rad/s.
+
+    Returns
+    -------
+    float
+        The step of the means, s.
+    array, shape (m,)
+        Complex, in m/s²: along two axes across the mean, averaged, without mean and trend.
+    """
     span = log.time_s[-1] - log.time_s[0]
     wanted = max(FEWEST_MEANS, int(span * rate * FASTEST / (2 * np.pi) * SAMPLES_PER_TURN))
     per = max(1, len(log.time_s) // wanted)

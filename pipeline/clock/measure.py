@@ -2,6 +2,7 @@
 
 import json
 import math
+import threading
 import time
 import webbrowser
 from collections.abc import Callable
@@ -66,7 +67,8 @@ def show_hand(server: str | None, seconds: float, tell: Callable[[str], None],
     page, watch = ScreenServer(), None if server is None else ServerWatch(server)
     try:
         tell(f"the hand is drawn at {page.url}")
-        webbrowser.open(page.url)
+        # Some browsers that are named by $BROWSER return when they are closed.
+        threading.Thread(target=webbrowser.open, args=(page.url,), daemon=True).start()
         begun = time.monotonic()
         while not page.reports:
             if time.monotonic() - begun > OPENS_S:

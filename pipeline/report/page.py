@@ -60,7 +60,8 @@ def report_html(
     drawings = tuple(environment.get_template("drawings.html").module.__dict__)
     where = str(folder or outcome.config.output_folder)
     config = outcome.config.source.path
-    rates = [rate_view(rate, config) for rate in outcome.rates.values()]
+    clocks = outcome.recordings.clocks
+    rates = [rate_view(rate, config, clocks.get(name)) for name, rate in outcome.rates.items()]
     unfolded = next((rate.name for rate in rates if not rate.verdict.complete), None)
     answers = answers_of(outcome, where)
     views: dict[str, dict[str, Any]] = {

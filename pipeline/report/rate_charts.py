@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from calib.consistency.clock_ratio import ClockRatio
 from calib.numbers import RPM
 from calib.poses.imu_log import FloatArray
 from pipeline.console.rate_text import RateVerdict, rate_verdict, worst_clip
@@ -42,7 +43,9 @@ class RateView:
     cards: tuple[TermCard, ...] = ()
 
 
-def rate_view(rate: SettingRate, config: Path = Path("CONFIG")) -> RateView:
+def rate_view(
+    rate: SettingRate, config: Path = Path("CONFIG"), clock: ClockRatio | None = None
+) -> RateView:
     """Everything the page shows of one plate setting; its commands change ``config``."""
     sd = relative(rate.sd_rad_s / rate.rate_rad_s)
     headline = f"{rate.rate_rad_s / RPM:.4f} rpm ± {sd}"
@@ -57,7 +60,7 @@ def rate_view(rate: SettingRate, config: Path = Path("CONFIG")) -> RateView:
     return RateView(
         name=rate.name,
         headline=f"{headline}, {rate.plate.direction} as filmed",
-        facts=tuple(_facts(rate)),
+        facts=(*_facts(rate), *_clock_fact(clock)),
         verdict=verdict,
         frame=f"data:image/png;base64,{frame}" if frame else "",
         frame_caption=(
@@ -106,6 +109,13 @@ def _facts(rate: SettingRate) -> Iterator[tuple[str, str]]:
     yield from _speed_facts([clip.speed for clip in rate.clips])
     rms = math.sqrt(float(np.mean([clip.fit.rms_rad**2 for clip in rate.clips])))
     yield "phase residual (RMS)", f"{math.degrees(rms):.3g}°"
+
+
+def _clock_fact(clock: ClockRatio | None) -> Iterator[tuple[str, str]]:
+    """The rate by the clock of the sensor's log, where gravity shows it."""
+    if clock is not None:
+        yield "difference by gravity in the sensor's log", (
+            f"{with_sd(clock.difference * PPM, clock.sd * PPM)} ppm")
 
 
 def _speed_facts(speeds: "Sequence[SpeedFigures]") -> Iterator[tuple[str, str]]:

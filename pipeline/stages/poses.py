@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.consistency.clock import require_whole_turns
+from calib.consistency.clock_ratio import ClockRatio, clock_ratio
 from calib.errors import CalibrationError, Undetermined
 from calib.poses.averaging import PoseMean, average_pose
 from calib.poses.drift_within import average_poses
@@ -38,7 +39,7 @@ class Recording:
     ``start_s`` is when its first log begins; ``warnings`` say which found poses were left out;
     ``sense`` is how the plate turns by the accelerometer alone, +1 ccw, -1 cw, 0 unknown.
     ``places`` (n,) are those of ``means`` among all recorded poses, some of which the configuration
-    excludes.
+    excludes. ``clock`` compares the clock of turning poses with that of their clip.
     """
 
     means: tuple[PoseMean, ...]
@@ -47,6 +48,7 @@ class Recording:
     warnings: tuple[str, ...] = ()
     sense: float = 0.0
     excluded: tuple[ExcludedMean, ...] = ()
+    clock: ClockRatio | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +66,12 @@ class Recordings:
         """When the session began: the earliest sample of all logs; 0 where no time is known."""
         start_s = min(recording.start_s for recording in self.by_setting.values())
         return start_s if math.isfinite(start_s) else 0.0
+
+    @property
+    def clocks(self) -> Mapping[str, ClockRatio]:
+        """The clock of the logs against that of the clips, by the rate's name, where known."""
+        return {setting.rate: recording.clock for setting, recording in self.by_setting.items()
+                if recording.clock is not None}
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -125,12 +133,16 @@ def _averaged(
     if rate is not None and specs[0] is not None:
         others = {name: each.rate_rad_s for name, each in rates.items() if name != setting.rate}
         wave = require_whole_turns(setting.rate, used, turning, (specs[0], specs[1]), others)
+    ratio = None
+    if wave is not None and rate is not None and rate.clips and specs[0] is not None:
+        ratio = clock_ratio(used, turning, specs[0])
     means = average_poses(used, *specs, [float(rate) for rate in turning])
     excluded = tuple(
         ExcludedMean(label, int(i), _by_itself(log, specs, float(of_all[i])))
         for (label, log), i in zip(logs.excluded[setting], choice.excluded, strict=True))
-    return Recording(tuple(means), min(float(log.time_s[0]) for log in used), choice.kept,
-                     sense=0.0 if wave is None else wave.sense, excluded=excluded)
+    notes = (ratio.warning(f"rate.{setting.rate}"),) if ratio and ratio.contradicts else ()
+    return Recording(tuple(means), min(float(log.time_s[0]) for log in used), choice.kept, notes,
+                     sense=0.0 if wave is None else wave.sense, excluded=excluded, clock=ratio)
 
 
 def _by_itself(log: ImuLog | None, specs: Specs, rate_rad_s: float) -> PoseMean | None:
