@@ -7,7 +7,7 @@ The way of the data
     config.yaml ─ config ─┐           ┌─ results, session_folder ─ results.json, history
     clips, logs ─ logs ───┴─ stages ──┼─ console, report ─ what a person reads
     sensor ─ devices ─ record ─ logs  └─ export ─ calibrated logs, other programs' files
-    plan: what poses would determine;  model_change: add and remove;  playback: rehearsal
+    plan: what poses would determine;  model_change: add and remove
     guess: a configuration for logs of unknown tools;  text: how people read names and numbers
     fleet: a run for each of many sessions, one table, what a lot shows
     commands, cli: the command line
