@@ -37,6 +37,7 @@ from pipeline.config.schema import (
     VideoRateSection,
 )
 from pipeline.config.sensor import PRESETS, AccelerometerSheet, GyroscopeSheet, SensorSection
+from pipeline.drawings.sheet import poses_svg
 from pipeline.export.formats import FORMATS
 from tests.paths import ROOT
 from tests.sessions import pipeline
@@ -44,8 +45,14 @@ from tests.sessions import pipeline
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 CONFIGURATION = (ROOT / "data/docs/configuration.md").read_text(encoding="utf-8")
 RECORDING = (ROOT / "data/docs/recording.md").read_text(encoding="utf-8")
-PAGES = {"README.md": README, "data/docs/configuration.md": CONFIGURATION,
-         "data/docs/recording.md": RECORDING}
+DOCS = ROOT / "data/docs"
+PAGES = {"README.md": README, **{
+    f"data/docs/{path.name}": path.read_text(encoding="utf-8") for path in (
+        DOCS / f"{name}.md" for name in (
+            "configuration", "recording", "logs", "effects", "python", "export", "numbers",
+            "statistics"))}}
+EFFECTS_PAGE, PYTHON_PAGE = PAGES["data/docs/effects.md"], PAGES["data/docs/python.md"]
+LONGEST_README = 300  #: lines
 NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?:e[+-]?\d+)?")
 SAME = 0.02  #: relative: another decoder of video moves the last digits, and no more
 LAST_DIGITS = 3  #: by which a number of few digits may differ
@@ -114,7 +121,8 @@ def test_formats_and_presets_named_in_the_pages_exist() -> None:
     for _, words in commands():
         if "--to" in words:
             assert words[words.index("--to") + 1] in FORMATS
-    assert table(README, "formats") == [[f"`{name}`", says] for name, says in FORMATS.items()]
+    assert table(PAGES["data/docs/export.md"], "formats") == [
+        [f"`{name}`", says] for name, says in FORMATS.items()]
     assert all(f"`{name}`" in CONFIGURATION for name in PRESETS)
 
 
@@ -154,11 +162,12 @@ def test_the_tutorial_prints_what_the_readme_shows_and_ends_with_nothing_missing
 
 
 def test_the_notebook_prints_what_the_readme_shows(bench: Path) -> None:
-    done = subprocess.run([sys.executable, "-W", "error", "-c", block(README, "notebook: python")],
-                          cwd=bench, env={**os.environ, "PYTHONPATH": str(ROOT)}, text=True,
+    code = block(PYTHON_PAGE, "notebook: python")
+    done = subprocess.run([sys.executable, "-W", "error", "-c", code], cwd=bench,
+                          env={**os.environ, "PYTHONPATH": str(ROOT)}, text=True,
                           capture_output=True, check=False)
     assert done.stderr == ""
-    assert_alike(block(README, "notebook: output"), done.stdout)
+    assert_alike(block(PYTHON_PAGE, "notebook: output"), done.stdout)
 
 
 # --- tables and configuration ------------------------------------------------------------------
@@ -170,7 +179,7 @@ def test_the_table_of_effects_is_the_catalogue() -> None:
          " ".join(effect.page.formula.split()).replace("|", "\\|")]
         for name, effect in EFFECTS.items()
     ]  # fmt: skip
-    assert table(README, "effects")[:-1] == expected
+    assert table(EFFECTS_PAGE, "effects")[:-1] == expected
 
 
 SECTIONS: tuple[type[BaseModel], ...] = (
@@ -206,7 +215,7 @@ def test_the_sample_configuration_is_valid(tmp_path: Path) -> None:
 
 
 def test_the_effect_in_ten_lines_joins_the_catalogue() -> None:
-    code = block(README, "user-defined effect: python")
+    code = block(EFFECTS_PAGE, "user-defined effect: python")
     before = set(EFFECTS)
     names: dict[str, object] = {}
     try:
@@ -225,7 +234,7 @@ def test_the_effect_in_ten_lines_joins_the_catalogue() -> None:
 
 
 def test_the_effect_in_yaml_is_accepted(tmp_path: Path) -> None:
-    own = yaml.safe_load(block(README, "user-defined effect: yaml"))
+    own = yaml.safe_load(block(EFFECTS_PAGE, "user-defined effect: yaml"))
     text = yaml.safe_load(block(CONFIGURATION, "config"))
     text["gyroscope"] |= own["gyroscope"]
     path = tmp_path / "config.yaml"
@@ -241,11 +250,27 @@ def test_the_effect_in_yaml_is_accepted(tmp_path: Path) -> None:
 @pytest.mark.parametrize("page", PAGES)
 def test_links_lead_somewhere_and_pictures_are_small_and_described(page: str) -> None:
     for mark, words, target in re.findall(r"(!?)\[([^\]]*)\]\(([^)]*)\)", PAGES[page]):
-        path = (ROOT / page).parent / target
+        file, _, heading = target.partition("#")
+        path = (ROOT / page).parent / file if file else ROOT / page
         assert path.is_file(), target
+        titles = re.findall(r"^#+ (.*)$", path.read_text(encoding="utf-8"), re.MULTILINE) \
+            if heading else []
+        anchors = {re.sub(r"[^a-z0-9 -]", "", title.lower()).replace(" ", "-") for title in titles}
+        assert not heading or heading in anchors, target
         if mark:
             assert len(words) > 25
             assert path.stat().st_size < 100_000
+
+
+def test_the_readme_is_short_and_lists_its_sections() -> None:
+    assert len(README.splitlines()) < LONGEST_README
+    contents = README.split("**Contents:**")[1].split("\n\n")[0]
+    for title in re.findall(r"^## (.*)$", README, re.MULTILINE):
+        assert f"[{title.split(':')[0]}](#" in contents, title
+
+
+def test_the_drawing_of_the_poses_is_what_the_program_draws() -> None:
+    assert (DOCS / "poses.svg").read_text(encoding="utf-8") == poses_svg()
 
 
 def test_the_guide_answers_fifteen_points() -> None:
