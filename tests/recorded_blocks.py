@@ -28,7 +28,7 @@ from tests.world.physics import triad_of
 from tests.world.plate import PlateMotion
 from tests.world.session import Session, simulate
 
-TILT_RAD = np.pi / 3
+TILT_RAD = float(np.radians(9.0))
 SOAK_C = 20.0
 
 

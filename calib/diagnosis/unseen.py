@@ -17,7 +17,7 @@ import numpy as np
 
 from calib.diagnosis.diagnose import Diagnosis
 from calib.diagnosis.hypotheses.signature import vector_columns, whole_columns
-from calib.diagnosis.next_measurement.advice import Rival, best_block
+from calib.diagnosis.next_measurement.advice import Rival, best_block, sufficient_blocks
 from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.explain import Explanation
 from calib.diagnosis.verdict.wording import NOTHING_MISSING, enumeration, what_separates
@@ -35,6 +35,12 @@ from calib.poses.runs import TIME_BASE
 LEAST_SHARE = 0.1
 """Of a stated sd. Derived: what moves a parameter by less adds half a per cent to it, and is not
 listed."""
+
+HARDLY_SEEN = 0.25
+"""Of the variance of a typical size, left by the poses. Derived: they know it no better than to
+half of that size."""
+
+ALSO_NAMED = 3  #: other measurements that a verdict prices: it chooses words only
 
 LOW_COST = "MPU-6050"
 """The class of parts that a sensor is taken for where nothing else is known; see the catalogue."""
@@ -89,14 +95,21 @@ def typical_size(effect: Effect, part: str, triad: Triad) -> float | None:
 
 def absorbed(calibration: TriadCalibration, effect: Effect) -> FloatArray:
     """What the parameters absorb of an effect, per unit of each of its parameters, (p, k)."""
+    return _parted(calibration, effect)[0]
+
+
+def _parted(calibration: TriadCalibration, effect: Effect) -> tuple[FloatArray, FloatArray]:
+    """What the parameters absorb of an effect (p, k), and what it leaves in the rows (r, k)."""
     fit = calibration.fit
     root = np.sqrt(fit.weight)[:, None]
     columns = np.zeros((len(fit.rows.residual), len(effect.parameters)))
     seen = _columns(fit, effect)
     columns[: len(seen)] = seen
     basis = with_common(fit.basis, len(fit.eta))
-    solution = np.linalg.lstsq(fit.rows.jacobian @ basis * root, columns * root, rcond=None)[0]
-    return np.asarray(-(basis @ solution)[: fit.model.size])
+    model = fit.rows.jacobian @ basis * root
+    solution = np.linalg.lstsq(model, columns * root, rcond=None)[0]
+    held = -(basis @ solution)[: fit.model.size]
+    return np.asarray(held), np.asarray(columns * root - model @ solution)
 
 
 def _columns(fit: Fit, effect: Effect) -> FloatArray:
@@ -130,31 +143,39 @@ def with_unseen(
     Returns
     -------
     Prediction
-        Blind effects that add less than ``LEAST_SHARE`` of what the poses leave are not listed.
+        Of an effect of typical size t that shows in the rows with Λ per unit, the poses leave
+        ``t²/(1 + t²Λ)``; what of it they know better counts as seen. Blind effects that add less
+        than ``LEAST_SHARE`` of what the poses leave are not listed, nor what they hardly see where
+        it adds less than all that they leave.
     """
     unseen = {}
-    for effect in _not_seen(calibration.fit, diagnosis):
+    for effect in _not_in_the_model(calibration.fit, diagnosis):
         size = typical_size(effect, part, calibration.triad)
         if size is None:
             continue
-        root = size * np.eye(len(effect.parameters))
-        variance = error_by_missing(
-            calibration, prediction, effect, absorbed(calibration, effect), root)
-        if np.isfinite(variance).all() and (
-            variance.max() > LEAST_SHARE**2 * prediction.variance.max()
-        ):
+        held, remainder = _parted(calibration, effect)
+        shown, turns = np.linalg.eigh(size**2 * remainder.T @ remainder)
+        hardly = 1 / (1 + shown) > HARDLY_SEEN
+        root = size * (turns / np.sqrt(1 + shown))[:, hardly]
+        variance = error_by_missing(calibration, prediction, effect, held, root)
+        blind = effect.name in diagnosis.blind or effect.name in diagnosis.unavailable
+        least = (LEAST_SHARE**2 if blind else 1.0) * prediction.variance.mean()
+        if np.isfinite(variance).all() and variance.mean() > least:
             unseen[effect.name] = variance
     return replace(prediction, unseen=unseen,
                    open=_left_open(prediction, calibration, diagnosis))
 
 
-def _not_seen(fit: Fit, diagnosis: Diagnosis) -> list[Effect]:
-    """The sensor's effects that these poses cannot show, also where gravity was not logged."""
+def _not_in_the_model(fit: Fit, diagnosis: Diagnosis) -> list[Effect]:
+    """The sensor's effects that the model lacks, also those for which gravity was not logged."""
     logged = np.isfinite(fit.poses.force).all() or not fit.poses.spin_rad_s.all()
     by_gravity = () if logged else (
         name for name in diagnosis.unavailable if EFFECTS[name].needs == ("force",))
-    effects = (EFFECTS.get(name) for name in (*diagnosis.blind, *by_gravity))
-    return [each for each in effects if each is not None and each.belongs_to == "sensor"]
+    listed = (each.name for each in diagnosis.ranking if each.kind == "listed")
+    names = dict.fromkeys((*diagnosis.blind, *listed, *by_gravity))
+    return [EFFECTS[name] for name in names if name in EFFECTS
+            and name not in fit.model.names and EFFECTS[name].belongs_to == "sensor"
+            and not EFFECTS[name].in_square]
 
 
 def _left_open(
@@ -199,20 +220,26 @@ def among_what_is_seen(
         return diagnosis
     said = diagnosis.explanation
     largest_first = sorted(prediction.by_unseen, key=lambda name: -prediction.by_unseen[name])
+    near = "" if set(largest_first) <= set(diagnosis.blind) else "nearly "
     words = enumeration([_sized(EFFECTS[name], part, fit.poses.triad) for name in largest_first],
                         "and")
     text = said.text.replace(NOTHING_MISSING, f"{NOTHING_MISSING} among what these poses can see",
-                             1) + f" They are blind to {words}."
+                             1) + f" They are {near}blind to {words}."
     if said.standing != "good" or not prediction.is_mostly_unseen:
         return replace(diagnosis, explanation=replace(said, text=text))
     name = largest_first[0]
-    advice = best_block(fit, [Rival(EFFECTS[name], None)], full_scale)
+    rivals = [Rival(EFFECTS[name], None)]
+    advice = best_block(fit, rivals, full_scale)
     if advice is None:
         following = f"What shows {name}: {what_separates(name, fit.poses.triad)}"
         text += f" {following}."
     else:
         following = f"Record {advice.instruction}; name the new logs in the configuration"
-        text += f" Record next: {advice.instruction}."
+        others = [f"{each.instruction} ({each.minutes:.0f} minutes)"
+                  for each in sufficient_blocks(fit, rivals, full_scale)
+                  if each.block != advice.block][:ALSO_NAMED]
+        text += f" Record next: {advice.instruction} ({advice.minutes:.0f} minutes)"
+        text += f". As good: {enumeration(others, 'or')}." if others else "."
     short = f"its poses are blind to {enumeration(largest_first, 'and')}"
     return replace(diagnosis, advice=advice,
                    explanation=Explanation("open", short, text, "record", following))

@@ -5,6 +5,7 @@ rise if the rival were fitted where the candidate is true, everything else free 
 gives about 90 % power. Nothing is looked up; every block is computed at the fitted model.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -30,11 +31,15 @@ Derived: from there on an effect is seen in nearly every session."""
 
 @dataclass(frozen=True)
 class Advice:
-    """What to record: ``block`` for programs, ``instruction`` for people, ``power`` the lambda."""
+    """What to record: ``block`` for programs, ``instruction`` for people, ``power`` the lambda.
+
+    ``minutes`` is what it takes, NaN where that is not known.
+    """
 
     block: str
     instruction: str
     power: float
+    minutes: float = math.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +119,17 @@ def best_block(fit: Fit, rivals: Sequence[Rival], full_scale: float = np.inf) ->
     Advice or None
         None where no block of the menu reaches ``ENOUGH_LAMBDA``.
     """
-    options: list[tuple[float, Advice]] = []
+    options = sufficient_blocks(fit, rivals, full_scale)
+    # More power than enough buys nothing: the cheaper block wins among the sufficient.
+    return max(options, default=None, key=lambda advice: (
+        min(advice.power, 10 * ENOUGH_LAMBDA) / advice.minutes))
+
+
+def sufficient_blocks(
+    fit: Fit, rivals: Sequence[Rival], full_scale: float = np.inf
+) -> list[Advice]:
+    """Every block of the menu that reaches ``ENOUGH_LAMBDA``; the parameters of `best_block`."""
+    options = []
     for block, then in hypothetical(fit, full_scale):
         powers = []
         for i, rival in enumerate(rivals):
@@ -124,10 +139,8 @@ def best_block(fit: Fit, rivals: Sequence[Rival], full_scale: float = np.inf) ->
             powers += [_signal(then, rival, other) for other in others]
         power = min(powers)
         if np.isfinite(power) and power >= ENOUGH_LAMBDA:
-            # More power than enough buys nothing: the cheaper block wins among the sufficient.
-            worth = min(power, 10 * ENOUGH_LAMBDA) / block.minutes
-            options.append((worth, Advice(block.code, block.instruction, power)))
-    return max(options, key=lambda item: item[0])[1] if options else None
+            options.append(Advice(block.code, block.instruction, power, block.minutes))
+    return options
 
 
 def film_each_pose(fit: Fit, drop: float) -> Advice | None:

@@ -16,6 +16,7 @@ from calib.diagnosis.next_measurement.kind import (
     in_a_chamber,
     shares_a_rate,
 )
+from calib.earth import EARTH_RATE_RAD_S
 from calib.fit.least_squares.result import Fit
 from calib.fit.rows.residuals import Equations
 from calib.numbers import RPM
@@ -23,6 +24,7 @@ from calib.poses.attitudes import natural_directions
 from calib.poses.imu_log import TEMPERATURE, BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import Reference
+from calib.poses.ring import ANGLES, ROUND, Ring, room_names
 from calib.poses.runs import RATE_OF, TIME_BASE
 
 #: fact: 16⅔, 33⅓, 45 and 78 rpm
@@ -57,6 +59,12 @@ MINUTES_PER_PASS = 10.0  #: 18 poses of half a minute each; it only plans
 CLIPS = Block(
     "clips", "the same poses with a clip of the plate for each of them", 2 * MINUTES_PER_PASS,
     ((1.0, 0.0, 0.0),), filmed=True,
+)
+
+
+TILTED = Block(
+    "tilt", "the same poses with 5 cm under one side of the record player, which makes 9° of tilt",
+    MINUTES_PER_PASS + 1.0, ((1.0, 0.0, 0.0),), tilt_rad=float(np.radians(9.0)),
 )
 
 
@@ -105,23 +113,31 @@ def menu(fit: Fit, full_scale: float = np.inf) -> list[Block]:
         if (spins >= 0).all() or (spins <= 0).all():
             instruction = "the same poses with the plate turning the other way"
             blocks.append(Block("direction", instruction, one, ((-1.0, 0.0, 0.0),)))
-        instruction = "the same poses on a plate tilted by about 60°"
-        blocks.append(Block("tilt", instruction, 2 * one, ((1.0, 0.0, 0.0),), tilt_rad=np.pi / 3))
+        if poses.ring is None and np.isfinite(poses.force).all():
+            blocks.append(TILTED)
         blocks += [CLIPS] if shares_a_rate(poses) else []
     if not at_one_speed(poses):
         blocks += [repeat, corners]
     return [*blocks, *(soaks if has_temperature else [])]
 
 
-def _vectors(fit: Fit, block: Block) -> tuple[FloatArray, FloatArray]:
-    """Up directions (n, 3) and axes of rotation (n, 3) of one pass through the block's poses."""
-    natural = natural_directions()
-    up = natural[18:] if block.corners else natural[:18]
+def _ring(block: Block, axis: FloatArray, reading: FloatArray, sd: FloatArray, gravity: float
+          ) -> Ring | None:
+    """What poses about ``axis`` (n, 3) would read all round one turn; None on a level plate."""
     if block.tilt_rad == 0.0:
-        return up, up
-    sideways = np.cross(up, np.roll(up, 1, axis=1))
-    sideways /= np.maximum(np.linalg.norm(sideways, axis=1, keepdims=True), 1e-12)
-    return up, np.cos(block.tilt_rad) * up + np.sin(block.tilt_rad) * sideways
+        return None
+    n = len(axis)
+    lean = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis), axis=1)])
+    lean /= np.linalg.norm(lean, axis=1, keepdims=True)
+    across = np.stack([lean, np.cross(axis, lean)], axis=1)
+    turn = np.column_stack([np.cos(ROUND), np.sin(ROUND)])
+    up = np.cos(block.tilt_rad) * axis[:, None] + np.sin(block.tilt_rad) * turn @ across
+    return Ring(
+        place=np.arange(n), reading=np.repeat(reading[:, None], ANGLES, axis=1),
+        force=gravity * up, sd=np.sqrt(2) * sd, tilt_rad=np.full(n, block.tilt_rad),
+        gravity_m_s2=np.full(n, np.nan), room_rad_s=np.full(n, EARTH_RATE_RAD_S / np.sqrt(2)),
+        force_sd=np.full(n, np.nan), axis=np.full((n, 3), np.nan), axis_moved=np.zeros((n, 3, 0)),
+    )
 
 
 def _typical(values: FloatArray, like: BoolArray) -> FloatArray:
@@ -152,8 +168,9 @@ def _course(
 def _pass(fit: Fit, block: Block, factor: float, warmth: float, delay_s: float) -> PoseSet:
     """One pass through the poses of ``block`` as a pose set at the fitted model."""
     poses, turning = fit.poses, ~fit.poses.reference.is_null
-    up, axis = _vectors(fit, block)
-    n = len(up)
+    natural = natural_directions()
+    axis = natural[18:] if block.corners else natural[:18]
+    n = len(axis)
     size = abs(factor) * _least(poses.reference.magnitude[turning])
     direction = _direction(poses, factor)
     vector = direction * size * axis
@@ -165,13 +182,16 @@ def _pass(fit: Fit, block: Block, factor: float, warmth: float, delay_s: float) 
     at_rest = factor == 0.0 and not like.any()  # no pose shows how a stopped plate vibrates
     vibration = np.zeros(3) if at_rest else _typical(poses.vibration, like)
     time_s, columns = _course(poses, n, warmth, delay_s)
+    reading = np.asarray(np.linalg.solve(start.matrix, (vector - start.offset).T).T, float)
+    sd = np.tile(_typical(poses.sd, like), (n, 1))
     return PoseSet(
         triad=poses.triad,
         label=tuple(f"{block.code} {i + 1}" for i in range(n)),
         run=(block.code,) * n,
-        reading=np.asarray(np.linalg.solve(start.matrix, (vector - start.offset).T).T, float),
-        sd=np.tile(_typical(poses.sd, like), (n, 1)),
-        force=gravity * up,
+        reading=reading,
+        sd=sd,
+        ring=_ring(block, axis, reading, sd, gravity),
+        force=gravity * np.cos(block.tilt_rad) * axis,
         vibration=np.tile(vibration, (n, 1)),
         spin_rad_s=np.full(n, direction * abs(factor) * _least(np.abs(poses.spin_rad_s[turning]))),
         time_s=time_s,
@@ -240,6 +260,12 @@ def _rate_sd(poses: PoseSet) -> float:
 def with_block(fit: Fit, block: Block) -> Fit:
     """``fit`` as it would stand with the rows of ``block`` added, at the same parameters."""
     poses = fit.poses
+    if block.tilt_rad:
+        names = room_names(block.code)
+        poses = replace(poses, reference=replace(
+            poses.reference,
+            common=np.hstack([poses.reference.common, np.zeros((len(poses), len(names)))]),
+            common_names=(*poses.reference.common_names, *names)))
     for factor, warmth, delay_s in block.parts:
         part = _pass(fit, block, factor, warmth, delay_s)
         poses = poses.concat(part)

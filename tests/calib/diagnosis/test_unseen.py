@@ -13,6 +13,7 @@ from calib.fit.least_squares.solver import fit
 from calib.fit.triad.calibration import calibrate_triad
 from calib.poses.imu_log import TRIADS
 from calib.poses.pose_set import PoseSet
+from tests.calib.leaning_poses import gyro_poses
 from tests.calib.made_poses import FAST, MODEL, SLOW, SPECS, made_poses, noisy
 
 ONE_SPEED = noisy(made_poses("gyroscope", (SLOW,)), 4)
@@ -83,3 +84,23 @@ def test_a_gyroscope_logged_alone_is_as_blind() -> None:
     assert logged is not None
     assert unlogged is not None
     assert unlogged.sd_median == pytest.approx(logged.sd_median, rel=1e-2)
+
+
+def test_what_a_slight_tilt_hardly_shows_still_counts() -> None:
+    poses, spec = gyro_poses(2.0, hide=False)
+    slight = assess(poses, MODEL, spec)
+    assert "g_sensitivity" not in slight.diagnosis.blind
+    assert "nearly blind to g_sensitivity" in slight.diagnosis.text
+    assert slight.prediction is not None
+    assert np.degrees(slight.prediction.sd_median) > 0.05
+    more = assess(gyro_poses(20.0, hide=False)[0], MODEL, spec)
+    assert more.prediction is not None
+    assert not more.prediction.unseen
+
+
+def test_the_tilted_run_is_priced_beside_the_others() -> None:
+    poses, spec = gyro_poses(0.4, hide=False)
+    said = assess(poses, MODEL, spec).diagnosis
+    assert "Record next: the same poses with the plate stopped (10 minutes). As good: " in said.text
+    assert "5 cm under one side of the record player, which makes 9° of tilt (11 minutes)" in (
+        said.text)
