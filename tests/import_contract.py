@@ -19,7 +19,8 @@ HOME: Mapping[str, tuple[str, ...]] = {
     "rosbags": ("pipeline.logs.formats.ros",),
     "pyulog": ("pipeline.logs.formats.px4",),
     "pymavlink": ("pipeline.logs.formats.ardupilot",),
-    "pyarrow": ("pipeline.logs.formats.parquet", "pipeline.fleet.table"),
+    "pyarrow": ("pipeline.logs.formats.parquet", "pipeline.fleet.table",
+                "pipeline.fleet.lot_table", "pipeline.fleet.lot_run"),
     "distributed": ("pipeline.fleet.cluster",),
     "h5py": ("pipeline.logs.formats.hdf5",),
     "pandas": ("calib.notebook",),
@@ -40,7 +41,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "calib": [
         ("errors", "earth", "rounding", "numbers"), ("poses",), ("effects",), ("fit",),
         ("diagnosis", "mounting", "consistency", "noise"),
-        ("planning", "assess"), ("notebook",),
+        ("planning", "assess", "lot"), ("notebook",),
     ],
     "calib.fit": [
         ("model", "column_scaling", "stacked"), ("parameters", "small_systems"), ("rows",),

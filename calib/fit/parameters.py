@@ -27,13 +27,13 @@ class TriadParameters:
 
     Parameters
     ----------
-    misalignment_rad : array, shape (3,)
+    misalignment_rad : array, shape (..., 3)
         alpha of eq. (2), rad.
-    bias_counts : array, shape (3,)
+    bias_counts : array, shape (..., 3)
         b, counts of the converter.
-    scale_counts_per_unit : array, shape (3,)
+    scale_counts_per_unit : array, shape (..., 3)
         1 / k, counts per m/s² or per rad/s.
-    cov : array, shape (9, 9)
+    cov : array, shape (..., 9, 9)
         In the order misalignment, bias, scale.
     """
 
@@ -44,9 +44,9 @@ class TriadParameters:
 
     @property
     def sd(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Sds of misalignment (rad), bias (counts) and scale (counts per unit), each shape (3,)."""
-        sd = np.sqrt(np.diag(self.cov))
-        return sd[:3], sd[3:6], sd[6:]
+        """Sds of misalignment (rad), bias (counts) and scale (counts per unit), each (..., 3)."""
+        sd = np.sqrt(np.einsum("...kk->...k", self.cov))
+        return sd[..., :3], sd[..., 3:6], sd[..., 6:]
 
     def matrix(self) -> FloatArray:
         """``T K`` of eq. (1), SI units per count, shape (3, 3)."""
@@ -86,13 +86,15 @@ def alignment(misalignment_rad: FloatArray) -> FloatArray:
 
 
 def _paper_vector(theta: np.ndarray, k0: float, b0: float) -> np.ndarray:
-    """(alpha, b, 1/k) of theta = (bias, scale, misalignment), each x, y, z; also complex."""
-    bias, scale, (mx, my, mz) = theta[:3], theta[3:6], theta[6:]
+    """(alpha, b, 1/k) of theta (..., 9) = (bias, scale, misalignment), each x, y, z; also complex.
+    """
+    bias, scale, lean = theta[..., :3], theta[..., 3:6], theta[..., 6:]
     gain = 1 - scale
-    alpha = np.array([-mx / gain[2], -my / gain[2], -mz / gain[1]])
-    upper = np.diag(gain) - np.array([[0, mz, my], [0, 0, mx], [0, 0, 0]])
-    b = b0 + np.linalg.solve(upper, bias) / k0
-    return np.concatenate([alpha, b, 1 / (gain * k0)])
+    alpha = -lean / gain[..., [2, 2, 1]]
+    upper = gain[..., None] * np.eye(3)
+    upper[..., [1, 0, 0], [2, 2, 1]] = -lean
+    b = b0 + np.linalg.solve(upper, bias[..., None])[..., 0] / k0
+    return np.concatenate([alpha, b, 1 / (gain * k0)], axis=-1)
 
 
 def base_theta(model: Model, theta: FloatArray, cov: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -102,18 +104,19 @@ def base_theta(model: Model, theta: FloatArray, cov: FloatArray) -> tuple[FloatA
     ----------
     model : Model
         Of p parameters.
-    theta, cov : array, shapes (p,) and (p, p)
+    theta, cov : array, shapes (..., p) and (..., p, p)
         SI.
 
     Returns
     -------
-    theta : array, shape (9,)
+    theta : array, shape (..., 9)
         SI, 0 for what the model does not hold.
-    cov : array, shape (9, 9)
+    cov : array, shape (..., 9, 9)
         SI, NaN for what the model does not hold.
     """
-    full = np.zeros(BASE_SIZE)
-    full_cov = np.full((BASE_SIZE, BASE_SIZE), np.nan)
+    lead = theta.shape[:-1]
+    full = np.zeros((*lead, BASE_SIZE))
+    full_cov = np.full((*lead, BASE_SIZE, BASE_SIZE), np.nan)
     index: list[int] = []
     source: list[int] = []
     for i, name in enumerate(BASE):
@@ -121,8 +124,9 @@ def base_theta(model: Model, theta: FloatArray, cov: FloatArray) -> tuple[FloatA
         if where is not None:
             index += range(3 * i, 3 * i + 3)
             source += range(where.start, where.stop)
-    full[index] = theta[source]
-    full_cov[np.ix_(index, index)] = cov[np.ix_(source, source)]
+    full[..., index] = theta[..., source]
+    rows, from_rows = np.array(index, dtype=int)[:, None], np.array(source, dtype=int)[:, None]
+    full_cov[..., rows, index] = cov[..., from_rows, source]
     return full, full_cov
 
 
@@ -135,8 +139,8 @@ def triad_parameters(
     ----------
     model : Model
         Of p parameters.
-    theta, cov : array, shapes (p,) and (p, p)
-        Those of the fit, SI.
+    theta, cov : array, shapes (..., p) and (..., p, p)
+        Those of the fit, or of S fits, SI.
     spec : TriadSpec
         The data sheet that made the readings nominal.
 
@@ -149,19 +153,18 @@ def triad_parameters(
     full, full_cov = base_theta(model, theta, cov)
     k0, b0 = spec.nominal_scale, spec.nominal_bias_counts
     value = _paper_vector(full, k0, b0)
-    jacobian = np.empty((BASE_SIZE, BASE_SIZE))
+    jacobian = np.empty((*full.shape, BASE_SIZE))
     for j in range(BASE_SIZE):
         moved = full.astype(complex)
-        moved[j] += 1j * COMPLEX_STEP
-        jacobian[:, j] = _paper_vector(moved, k0, b0).imag / COMPLEX_STEP
-    known = ~np.isnan(np.diag(full_cov))
+        moved[..., j] += 1j * COMPLEX_STEP
+        jacobian[..., j] = _paper_vector(moved, k0, b0).imag / COMPLEX_STEP
     filled = np.where(np.isnan(full_cov), 0.0, full_cov)
-    out = jacobian @ filled @ jacobian.T
-    for group, rows in ((2, slice(0, 3)), (0, slice(3, 6)), (1, slice(6, 9))):
-        if not known[3 * group]:
-            out[rows, :] = np.nan
-            out[:, rows] = np.nan
-    return TriadParameters(value[:3], value[3:6], value[6:], out)
+    out = jacobian @ filled @ jacobian.swapaxes(-1, -2)
+    for name, rows in zip(BASE, (slice(3, 6), slice(6, 9), slice(0, 3)), strict=True):
+        if name not in model.names:
+            out[..., rows, :] = np.nan
+            out[..., :, rows] = np.nan
+    return TriadParameters(value[..., :3], value[..., 3:6], value[..., 6:], out)
 
 
 def theta_of(parameters: TriadParameters, spec: TriadSpec) -> FloatArray:

@@ -1,4 +1,4 @@
-"""``pipeline fleet 'GLOB' --output DIR``."""
+"""``pipeline fleet 'GLOB' --output DIR``, or one table of pose means with ``--design``."""
 
 import os
 from pathlib import Path
@@ -14,10 +14,13 @@ from pipeline.commands.interaction.output import python_option
     "pipeline fleet 'sessions/*/config.yaml' --output lot",
     "pipeline fleet 'lot7/{sensor}/*/config.yaml' --output lot7.fleet --workers 8",
     "pipeline fleet 'sessions/*/config.yaml' --output lot --scheduler tcp://10.0.0.5:8786",
+    "pipeline fleet lot.parquet --design design.yaml --output lot",
 ))
 @click.argument("pattern", metavar="GLOB")
 @click.option("--output", type=PathArgument(file_okay=False), required=True,
               help="Folder for the table, the report, and the results of each session.")
+@click.option("--design", type=PathArgument(exists=True, dir_okay=False), default=None,
+              help="Configuration of one sensor without logs; GLOB is then one table.")
 @click.option("--scheduler", metavar="ADDRESS",
               help="Scheduler of a Dask cluster, as tcp://HOST:PORT; default: this machine.")
 @click.option("--workers", type=click.IntRange(min=1), default=None,
@@ -28,8 +31,8 @@ from pipeline.commands.interaction.output import python_option
 @click.option("--quiet", is_flag=True, help="Print the path of the report only.")
 @python_option
 def command(
-    pattern: str, output: Path, scheduler: str | None, workers: int | None, reports: bool,
-    as_json: bool, quiet: bool, allow_python: bool,
+    pattern: str, output: Path, design: Path | None, scheduler: str | None, workers: int | None,
+    reports: bool, as_json: bool, quiet: bool, allow_python: bool,
 ) -> int:
     """Run many sessions, and write one table of all of them.
 
@@ -37,6 +40,11 @@ def command(
     this text names the sensor: the command compares the sessions of a sensor with each other. A
     session that fails does not stop the others; the table states the reason. If you type the
     command again, it continues where it stopped and runs only sessions whose files have changed.
+
+    With --design, GLOB is a table (Parquet or CSV) with a row for each pose of each sensor: sensor,
+    pose, run, the means acc_x ... gyr_z in counts and their sds sd_acc_x ..., and where they are
+    known time_s, temperature_c and station. All sensors are fitted side by side, without a report
+    of each.
     """
     from pipeline.commands.interaction.progress import SessionProgress
     from pipeline.errors import BUG, DONE
@@ -50,6 +58,8 @@ def command(
     from pipeline.fleet.table import require_parquet
     from pipeline.fleet.worker import FleetTask
 
+    if design is not None:
+        return _run_table(Path(pattern), design, output, as_json, quiet, allow_python)
     if scheduler is not None and workers is not None:
         raise click.UsageError("--workers counts processes of this machine; a scheduler has its "
                                "own workers. Leave one of the two out.")
@@ -77,3 +87,32 @@ def command(
         for line in fleet_lines(summary):
             click.echo(paragraph(line, "  "))
     return BUG if any(record.exit_code == BUG for record in records) else DONE
+
+
+def _run_table(
+    table: Path, design: Path, output: Path, as_json: bool, quiet: bool, allow_python: bool
+) -> int:
+    from pipeline.errors import DONE, UnreadableInput
+    from pipeline.fleet.finish import require_own_lot
+    from pipeline.fleet.lot_run import run_lot
+    from pipeline.fleet.lot_sets import LotSets, load_design
+    from pipeline.fleet.lot_table import is_table
+    from pipeline.fleet.page import PAGE_NAME
+    from pipeline.fleet.table import require_parquet
+    from pipeline.stages.context import RunContext
+
+    require_parquet()
+    if not is_table(str(table)) or not table.is_file():
+        raise UnreadableInput(f"{table}: with --design one table is expected, an existing file "
+                              f"whose name ends in .parquet or .csv.")
+    require_own_lot(output.resolve())
+    sets = LotSets.of(load_design(design, table), table, RunContext(allow_python=allow_python))
+    summary = run_lot(sets, output.resolve())
+    if as_json:
+        click.echo(summary.population, nl=False)
+    elif quiet:
+        click.echo(output / PAGE_NAME)
+    else:
+        for line in summary.lines:
+            click.echo(paragraph(line, "  "))
+    return DONE

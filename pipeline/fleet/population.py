@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +57,14 @@ class TriadPopulation:
 
     def sessions_of(self, sensor: int) -> list[str]:
         """The names of a sensor's sessions."""
-        return [row["session"] for row in self.rows if row["sensor"] == self.sensors[sensor]]
+        return self._sessions.get(self.sensors[sensor], [])
+
+    @cached_property
+    def _sessions(self) -> dict[str, list[str]]:
+        sessions: dict[str, list[str]] = {}
+        for row in self.rows:
+            sessions.setdefault(row["sensor"], []).append(row["session"])
+        return sessions
 
 
 def populations_of(rows: Sequence[Row], output: Path) -> tuple[TriadPopulation, ...]:

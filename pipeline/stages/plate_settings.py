@@ -30,6 +30,8 @@ def measure_rates(config: Config, context: RunContext) -> Mapping[str, SettingRa
     ------
     UnreadableVideo, RateRefused
         From :mod:`vision`: a clip cannot be read, or its rate cannot be determined.
+    UnreadableInput
+        A clip is none.
     """
     filmed = {
         name: rate for name, rate in config.rate.items() if isinstance(rate, VideoRateSection)

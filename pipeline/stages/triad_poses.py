@@ -50,6 +50,11 @@ def accelerometer_poses(
     gravity : Gravity
     leaning : Leaning
         How the plates lean by an earlier fit.
+
+    Raises
+    ------
+    Undetermined
+        As they are used: an axis gives the very same value in all poses of a run.
     """
     assert config.accelerometer is not None
     recorded = tuple((each.rate, recordings.of(each)) for each in config.accelerometer.sections)
@@ -82,6 +87,11 @@ def gyroscope_poses(
         The averaged poses.
     accelerometer : TriadCalibration or None
         Corrects the specific force of the poses, and shows the axes of a plate that leans.
+
+    Raises
+    ------
+    Undetermined
+        As they are used: an axis gives the very same value in all poses of a run.
     """
     assert config.gyroscope is not None
     latitude = latitude_of(config.site)

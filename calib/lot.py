@@ -1,0 +1,196 @@
+"""Many sensors of one design: every one calibrated, and what the lot is missing.
+
+The pose sets come in blocks, so that memory holds one block at a time. A block is a few stacks
+(:func:`calib.fit.least_squares.solver.fit_sets`); of each sensor the parameters of Angrisano et al.
+stay, with their sds. What is missing in the lot is asked in further passes over the same blocks
+(:mod:`calib.diagnosis.population.pool`).
+
+A station (a plate, a camera) that is wrong by a share of its rate makes all gains wrong that were
+measured on it, and no session by itself can tell. Between stations it shows: their mean gains
+differ by more than the sensors' own spread explains.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.diagnosis.population.evidence import evidence_of
+from calib.diagnosis.population.lot import LotEvidence
+from calib.diagnosis.population.pool import Pool, pool
+from calib.diagnosis.population.random_effects import RandomEffects, random_effects
+from calib.errors import CalibrationError
+from calib.fit.least_squares.fitted_sets import FittedSets
+from calib.fit.least_squares.result import MISFIT_P_VALUE
+from calib.fit.least_squares.solver import fit_sets
+from calib.fit.model import Model
+from calib.fit.parameters import TriadParameters, triad_parameters
+from calib.fit.triad.calibration import calibrate_triad
+from calib.fit.triad.determined import is_undetermined
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import FloatArray, IntArray
+from calib.poses.pose_set import PoseSet
+
+FEWEST_OF_STATION = 2  #: sensors; derived: one has no spread to tell its station's error from
+
+
+@dataclass(frozen=True, eq=False)
+class SensorPoses:
+    """The poses of one sensor of a lot, and the ``station`` it was measured at; empty if one."""
+
+    sensor: str
+    poses: PoseSet
+    station: str = ""
+
+
+Passes = Callable[[], Iterable[Sequence[SensorPoses]]]
+"""Passes over a lot: each call gives its sensors in blocks, from the first to the last."""
+
+
+@dataclass(frozen=True, eq=False)
+class CalibratedBlock:
+    """The sensors of one block.
+
+    Parameters
+    ----------
+    sensors, stations : tuple of str, length S
+        Those that are calibrated.
+    parameters : TriadParameters
+        Of S sensors, their covariance widened where the noise does not explain the residual.
+    chi2, dof, p_value : array, shape (S,)
+    poses : array of int, shape (S,)
+        Number of poses of each.
+    refusals : dict of str to CalibrationError
+        Why the others are not, by their names.
+    """
+
+    sensors: tuple[str, ...]
+    stations: tuple[str, ...]
+    parameters: TriadParameters
+    chi2: FloatArray
+    dof: IntArray
+    p_value: FloatArray
+    poses: IntArray
+    refusals: dict[str, CalibrationError]
+
+
+def calibrate_blocks(passes: Passes, model: Model, spec: TriadSpec) -> Iterator[CalibratedBlock]:
+    """Calibrate every sensor of a lot.
+
+    Parameters
+    ----------
+    passes : callable
+    model : Model
+    spec : TriadSpec
+        The data sheet that made the readings nominal.
+
+    Yields
+    ------
+    CalibratedBlock
+        Of one stack; sensors of other poses follow in stacks of their own.
+    """
+    for block in passes():
+        for fits in fit_sets([one.poses for one in block], model):
+            refusals = {block[i].sensor: error for i, error in fits.refusals.items()}
+            if fits.fitted is None:
+                index, fitted = np.zeros(0, dtype=int), None
+            else:
+                index, fitted, refused = _determined(fits.index, fits.fitted, spec)
+                refusals |= {block[i].sensor: error for i, error in refused.items()}
+            of_block = [block[int(i)] for i in index]
+            yield _calibrated(of_block, fitted, model, spec, refusals)
+
+
+def _determined(
+    index: IntArray, fitted: FittedSets, spec: TriadSpec
+) -> tuple[IntArray, FittedSets | None, dict[int, CalibrationError]]:
+    """The sets ``index`` whose parameters are determined, their fits, and why others are not."""
+    sets = fitted.equations.surroundings.sets
+    value = triad_parameters(fitted.model, fitted.at.theta, _theta_cov(fitted), spec)
+    largest = np.array([poses.reference.magnitude.max(initial=0.0) for poses in sets])
+    lost = is_undetermined(value, np.where(largest > 0, largest, np.nan)).any(axis=(1, 2))
+    refused: dict[int, CalibrationError] = {}
+    for k in np.flatnonzero(lost):
+        try:
+            calibrate_triad(fitted.one(int(k)), spec)
+        except CalibrationError as error:
+            refused[int(index[k])] = error
+    kept = np.array([k for k, i in enumerate(index) if int(i) not in refused], dtype=int)
+    if len(kept) == len(index):
+        return index, fitted, refused
+    return index[kept], fitted.take(kept) if kept.size else None, refused
+
+
+def _theta_cov(fitted: FittedSets) -> FloatArray:
+    p = fitted.model.size
+    return fitted.cov[:, :p, :p]
+
+
+def _calibrated(
+    block: Sequence[SensorPoses], fitted: FittedSets | None, model: Model, spec: TriadSpec,
+    refusals: dict[str, CalibrationError],
+) -> CalibratedBlock:
+    names = tuple(one.sensor for one in block), tuple(one.station for one in block)
+    poses = np.array([len(one.poses) for one in block], dtype=int)
+    if fitted is None:
+        nothing = np.zeros((0, 3))
+        parameters = TriadParameters(nothing, nothing, nothing, np.zeros((0, 9, 9)))
+        return CalibratedBlock(*names, parameters, np.zeros(0), np.zeros(0, dtype=int),
+                               np.zeros(0), poses, refusals)
+    p_value = fitted.p_value
+    widened = np.where(p_value < MISFIT_P_VALUE, fitted.chi2 / fitted.dof, 1.0)[:, None, None]
+    p = model.size
+    shift = fitted.cov[:, :p, p:]
+    common = shift @ shift.swapaxes(1, 2)
+    cov = common + widened * (_theta_cov(fitted) - common)
+    parameters = triad_parameters(model, fitted.at.theta, cov, spec)
+    return CalibratedBlock(*names, parameters, fitted.chi2, fitted.dof, p_value, poses, refusals)
+
+
+def pool_of_lot(passes: Passes, model: Model) -> Pool:
+    """What ``model`` is missing in a lot, all its sensors together."""
+    def blocks() -> Iterator[LotEvidence]:
+        for block in passes():
+            for fits in fit_sets([one.poses for one in block], model):
+                if fits.fitted is not None:
+                    names = [block[int(i)].sensor for i in fits.index]
+                    yield LotEvidence.of_stack(names, evidence_of(fits.fitted))
+
+    return pool(blocks)
+
+
+def station_errors(
+    station: Sequence[str], scale: FloatArray
+) -> tuple[dict[str, tuple[float, float]], RandomEffects] | None:
+    """How far the gains of each station stand from the lot's, relative.
+
+    Parameters
+    ----------
+    station : sequence of str, length S
+        Where each sensor was measured.
+    scale : array, shape (S, 3)
+        Scale of every sensor, in any unit.
+
+    Returns
+    -------
+    errors : dict of str to (float, float)
+        Of each station its ``reference_scale`` and the sd of that.
+    effects : RandomEffects
+        Mean and spread of the stations; their probability to be the same says whether one errs.
+    None
+        There are not two stations with enough sensors.
+    """
+    gain = np.log(np.abs(scale)).mean(axis=1)
+    names, number = np.unique(np.array(station), return_inverse=True)
+    count = np.bincount(number)
+    mean = np.bincount(number, gain) / count
+    used = count >= FEWEST_OF_STATION
+    if used.sum() < 2:
+        return None
+    within = gain - mean[number]
+    variance = float((within[used[number]] ** 2).sum() / (count[used] - 1).sum()) / count[used]
+    effects = random_effects(mean[used], variance)
+    off = mean[used] - effects.mean
+    errors = {str(name): (float(one), float(np.sqrt(square)))
+              for name, one, square in zip(names[used], off, variance, strict=True)}
+    return errors, effects

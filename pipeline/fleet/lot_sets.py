@@ -1,0 +1,294 @@
+"""From the rows of a table to the pose sets of a triad, sensor by sensor.
+
+The first sensor of a sequence of poses goes the way of a session (:mod:`pipeline.stages`): its
+references, sds and checks are those of ``pipeline run``. Another with the same poses in the same
+runs differs from it in what was measured, and in nothing else.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from calib.errors import CalibrationError
+from calib.fit.least_squares.solver import fit_sets
+from calib.fit.model import Model
+from calib.fit.triad.correction import Correction
+from calib.lot import SensorPoses
+from calib.poses.averaging import NOT_LOGGED, PoseMean, stated_means
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import FloatArray, IntArray, Triad
+from calib.poses.pose_set import PoseSet
+from pipeline.config.load import Config, config_from
+from pipeline.config.sensor import sensor_specs
+from pipeline.config.types import STOPPED
+from pipeline.config.yaml_text import YamlSource, read_source
+from pipeline.errors import UnreadableInput
+from pipeline.fleet.lot_table import SensorRows, sensor_blocks
+from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
+from pipeline.stages.context import RunContext
+from pipeline.stages.plate_settings import measure_rates
+from pipeline.stages.pose_means import SD
+from pipeline.stages.poses import Recording, Recordings
+from pipeline.stages.rate import SettingRate
+from pipeline.stages.session_logs import sections_by_setting
+from pipeline.stages.site import gravity_of
+from pipeline.stages.triad_poses import accelerometer_poses, gyroscope_poses
+from pipeline.stages.user_effects import user_effects
+
+COLUMNS: Mapping[Triad, tuple[str, ...]] = {"accelerometer": ACCELEROMETER,
+                                            "gyroscope": GYROSCOPE}
+
+
+def load_design(path: Path, table: Path) -> Config:
+    """The configuration of one sensor, whose poses are the rows of ``table``.
+
+    Raises
+    ------
+    ConfigError
+        With a paragraph for every mistake in the file.
+    """
+    source = read_source(path)
+    return config_from(_with_table(source, str(table.absolute())), files_may_be_missing=True)
+
+
+def _with_table(source: YamlSource, table: str) -> YamlSource:
+    values: dict[str, Any] = dict(source.values)
+    poses = {"means": table}
+    for triad in COLUMNS:
+        section = values.get(triad)
+        if isinstance(section, dict) and isinstance(section.get("runs"), list):
+            runs = [{"poses": poses, **run} if isinstance(run, dict) else run
+                    for run in section["runs"]]
+            values[triad] = {**section, "runs": runs}
+        elif isinstance(section, dict):
+            values[triad] = {"poses": poses, **section}
+    return replace(source, values=values)
+
+
+Pattern = tuple[tuple[str, ...], tuple[str, ...]]
+
+
+@dataclass(frozen=True, eq=False)
+class _Example:
+    """The poses of one sensor as a session makes them, and which row each of them is (n,)."""
+
+    poses: PoseSet
+    rows: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class LotSets:
+    """The pose sets of a lot.
+
+    Parameters
+    ----------
+    design : Config
+    table : Path
+    rates : mapping of str to SettingRate
+        The plate's, by setting.
+    allow_python : bool
+        Whether Python files that the design names for effects may run.
+    refusals : dict of str to str
+        Why the rows of a sensor are no poses, by its name.
+    """
+
+    design: Config
+    table: Path
+    rates: Mapping[str, SettingRate]
+    allow_python: bool = False
+    refusals: dict[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, design: Config, table: Path, context: RunContext) -> "LotSets":
+        """The lot of a table; measures the rates of the design that are filmed.
+
+        Raises
+        ------
+        UnreadableVideo, RateRefused, UnreadableInput
+            A clip of the design cannot be read, or its rate cannot be determined.
+        """
+        return cls(design, table, measure_rates(design, context), context.allow_python)
+
+    @property
+    def triads(self) -> list[Triad]:
+        """Those that the design calibrates, accelerometer first."""
+        return [triad for triad in COLUMNS if getattr(self.design, triad) is not None]
+
+    def spec(self, triad: Triad) -> TriadSpec:
+        """The data sheet of a triad."""
+        spec = sensor_specs(self.design.sensor)[list(COLUMNS).index(triad)]
+        assert spec is not None
+        return spec
+
+    def model(self, triad: Triad) -> Model:
+        """The model of a triad's section."""
+        section = getattr(self.design, triad)
+        return Model.of(section.model, user_effects(self.design, triad, self.allow_python))
+
+    def blocks(self, triad: Triad) -> Iterator[list[SensorPoses]]:
+        """The pose sets of one triad, block by block; sensors that have none are ``refusals``.
+
+        Those of a gyroscope have the specific force by the sensor's own accelerometer, calibrated.
+
+        Raises
+        ------
+        UnreadableInput
+            The table cannot be read, or a reading or an sd is no number.
+        """
+        needed = [prefix + name for each in self.triads for prefix in ("", SD)
+                  for name in COLUMNS[each]]
+        runs = [section.rate for section in self.design.gyroscope.runs
+                ] if self.design.gyroscope else []
+        only = runs[0] if self.design.accelerometer is None and len(set(runs)) == 1 else STOPPED
+        examples: dict[tuple[Triad, Pattern], _Example | str] = {}
+        for sensors in sensor_blocks(self.table, needed, only):
+            _require_numbers(sensors, needed, self.table)
+            corrections = {}
+            if triad == "gyroscope" and "accelerometer" in self.triads:
+                beside = self._block("accelerometer", sensors, examples, {})
+                corrections = self._corrections(beside)
+            block = self._block(triad, sensors, examples, corrections)
+            if block:
+                yield block
+
+    def _block(
+        self, triad: Triad, sensors: Sequence[SensorRows],
+        examples: dict[tuple[Triad, Pattern], _Example | str],
+        corrections: Mapping[str, Correction],
+    ) -> list[SensorPoses]:
+        block = []
+        for rows in sensors:
+            key = triad, (rows.pose, rows.run)
+            if key not in examples:
+                examples[key] = self._example(triad, rows)
+            example = examples[key]
+            if isinstance(example, str):
+                self.refusals[rows.sensor] = example
+            else:
+                poses = self._measured(triad, example, rows, corrections.get(rows.sensor))
+                block.append(SensorPoses(rows.sensor, poses, rows.station))
+        return block
+
+    def _corrections(self, block: Sequence[SensorPoses]) -> dict[str, Correction]:
+        """What corrects the accelerometers of a block, by sensor."""
+        spec, model = self.spec("accelerometer"), self.model("accelerometer")
+        return {
+            block[int(i)].sensor: Correction(
+                spec, model, fits.fitted.at.theta[k],
+                {name: float(value[k]) for name, value in fits.fitted.at.shapes.items()})
+            for fits in fit_sets([one.poses for one in block], model) if fits.fitted
+            for k, i in enumerate(fits.index)
+        }
+
+    def _example(self, triad: Triad, rows: SensorRows) -> _Example | str:
+        """The poses of a sensor as a session makes them; why there are none."""
+        means = self._means(rows)
+        recordings, places = {}, {}
+        for setting in sections_by_setting(self.design):
+            index = np.array([i for i, run in enumerate(rows.run) if run == setting.rate], int)
+            if not len(index):
+                continue
+            recordings[setting] = Recording(tuple(means[i] for i in index), _begin(rows),
+                                            np.arange(len(index)))
+            places[setting.rate] = index
+        try:
+            if triad == "accelerometer":
+                assert self.design.site is not None
+                of_triad = accelerometer_poses(
+                    self.design, Recordings(recordings), gravity_of(self.design.site))
+            else:
+                plates = {name: rate.plate for name, rate in self.rates.items()}
+                of_triad = gyroscope_poses(self.design, plates, Recordings(recordings), None)
+            return _Example(of_triad.used, np.concatenate(
+                [places[run] for run, _ in of_triad.recorded]))
+        except CalibrationError as error:
+            return str(error)
+        except KeyError:
+            wanted = ", ".join(setting.rate for setting in sections_by_setting(self.design))
+            return (f"its rows are of the runs {', '.join(dict.fromkeys(rows.run))}, and the "
+                    f"design has {wanted}.")
+
+    def _means(self, rows: SensorRows) -> list[PoseMean]:
+        triads = {}
+        for triad, names in COLUMNS.items():
+            if names[0] in rows.numbers and triad in self.triads:
+                reading, sd = self._nominal(triad, rows)
+                triads[triad] = stated_means(reading, sd)
+            else:
+                triads[triad] = [NOT_LOGGED] * len(rows.pose)
+        time_s = rows.numbers.get(TIME, np.full(len(rows.pose), np.nan))
+        others = _covariates(rows)
+        return [
+            PoseMean(label=label, accelerometer=triads["accelerometer"][i],
+                     gyroscope=triads["gyroscope"][i], time_s=float(time_s[i]), duration_s=0.0,
+                     columns={name: float(values[i]) for name, values in others.items()},
+                     stated=True)
+            for i, label in enumerate(rows.pose)
+        ]
+
+    def _nominal(self, triad: Triad, rows: SensorRows) -> tuple[FloatArray, FloatArray]:
+        """Readings and their sds by the data sheet, SI, each (n, 3)."""
+        spec, names = self.spec(triad), COLUMNS[triad]
+        reading = spec.nominal(np.column_stack([rows.numbers[name] for name in names]))
+        sd = np.column_stack([rows.numbers[SD + name] for name in names]) * spec.nominal_scale
+        return reading, sd
+
+    def _measured(
+        self, triad: Triad, example: _Example, rows: SensorRows, accelerometer: Correction | None
+    ) -> PoseSet:
+        """The example with what this sensor measured."""
+        at, poses = example.rows, example.poses
+        reading, sd = self._nominal(triad, rows)
+        force = poses.force
+        if "accelerometer" in self.triads:
+            force = reading if triad == "accelerometer" else self._nominal("accelerometer",
+                                                                            rows)[0]
+            force = force[at]
+        other: FloatArray | None = poses.other_reading
+        if len(self.triads) == 2:
+            beside: Triad = "gyroscope" if triad == "accelerometer" else "accelerometer"
+            other = self._nominal(beside, rows)[0][at]
+        time_s = poses.time_s
+        if TIME in rows.numbers and np.isfinite(poses.time_s).all():
+            time_s = rows.numbers[TIME][at] - _begin(rows)
+        columns = {name: values[at] for name, values in _covariates(rows).items()}
+        changed = replace(poses, reading=reading[at], sd=sd[at], force=force, time_s=time_s,
+                          other_reading=other, run_time_s=time_s, columns=columns)
+        if accelerometer is None:
+            return changed
+        return replace(changed, force=accelerometer.correct(
+            changed.accelerometer_conditions(force)))
+
+
+def _begin(rows: SensorRows) -> float:
+    """When the session of a sensor began, s; 0 where no time is stated."""
+    time_s = rows.numbers.get(TIME, np.zeros(1))
+    return float(np.nanmin(time_s)) if np.isfinite(time_s).any() else 0.0
+
+
+def _covariates(rows: SensorRows) -> dict[str, FloatArray]:
+    """Logged columns (n,) beside time, means and sds."""
+    known = {TIME, *(prefix + name for names in COLUMNS.values() for name in names
+                     for prefix in ("", SD))}
+    return {name: values for name, values in rows.numbers.items() if name not in known}
+
+
+def _require_numbers(sensors: Sequence[SensorRows], needed: Sequence[str], table: Path) -> None:
+    """Refuse readings and sds that are no numbers, with the sensor and the pose."""
+    for name in needed:
+        is_sd = name.startswith(SD)
+        whole = np.concatenate([rows.numbers[name] for rows in sensors])
+        wrong = ~(np.isfinite(whole) & ((whole > 0) if is_sd else True))
+        if wrong.any():
+            place = int(np.flatnonzero(wrong)[0])
+            for rows in sensors:
+                if place < len(rows.pose):
+                    break
+                place -= len(rows.pose)
+            raise UnreadableInput(
+                f"{table.name}: sensor {rows.sensor}, {rows.pose[place]}: column {name}: found "
+                f"{rows.numbers[name][place]:g}, {'a positive' if is_sd else 'a finite'} number is "
+                f"expected.")

@@ -1,0 +1,132 @@
+"""The table of a lot: one row for each pose of each sensor, read block by block.
+
+Columns: ``sensor``, ``pose``, ``run`` (the setting of the plate, or ``stopped``), ``acc_x`` ...
+``gyr_z`` (means in counts), ``sd_acc_x`` ... ``sd_gyr_z`` (their sds), and, where they are known,
+``time_s``, ``temperature_c``, ``station`` and further numeric columns. The rows of a sensor stand
+together.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from calib.poses.imu_log import FloatArray
+from pipeline.errors import UnreadableInput
+
+SENSOR, POSE, RUN, STATION = "sensor", "pose", "run", "station"
+TEXTS = (SENSOR, POSE, RUN, STATION)
+ROWS_AT_ONCE = 20_000  #: of the table; a limit of memory
+
+
+@dataclass(frozen=True, eq=False)
+class SensorRows:
+    """The rows of one sensor: texts and numbers by column, each (n,)."""
+
+    sensor: str
+    station: str
+    pose: tuple[str, ...]
+    run: tuple[str, ...]
+    numbers: Mapping[str, FloatArray]
+
+
+def is_table(path: str) -> bool:
+    """Whether a lot is one table, by its name."""
+    return Path(path).suffix.lower() in (".parquet", ".csv")
+
+
+def sensor_blocks(
+    path: Path, needed: Sequence[str], without_run: str
+) -> Iterator[list[SensorRows]]:
+    """The sensors of a table, some hundreds at a time.
+
+    Parameters
+    ----------
+    path : Path
+        Parquet or CSV.
+    needed : sequence of str
+        Columns without which the lot cannot be calibrated.
+    without_run : str
+        The run of every row where the table has no such column.
+
+    Raises
+    ------
+    UnreadableInput
+        The table cannot be read, lacks a column, or the rows of a sensor do not stand together.
+    """
+    ended: set[str] = set()
+    rest: dict[str, Any] = {}
+    for batch in _batches(path, needed):
+        columns = {name: np.concatenate([rest[name], values]) if rest else values
+                   for name, values in batch.items()}
+        names = columns[SENSOR]
+        begins = np.flatnonzero(np.append(True, names[1:] != names[:-1]))
+        rest = {name: values[begins[-1] :] for name, values in columns.items()}
+        yield _split(columns, begins, ended, path, without_run)
+    if rest:
+        yield _split(rest, np.array([0, len(rest[SENSOR])]), ended, path, without_run)
+
+
+def _split(
+    columns: Mapping[str, Any], begins: Any, ended: set[str], path: Path, without_run: str
+) -> list[SensorRows]:
+    """The sensors between the rows ``begins``; what follows the last of these is left."""
+    blocks = []
+    texts = {name: columns[name] for name in TEXTS if name in columns}
+    numbers = {name: values for name, values in columns.items() if name not in TEXTS}
+    for first, last in pairwise(begins):
+        part, n = slice(first, last), int(last - first)
+        sensor = str(columns[SENSOR][first])
+        if sensor in ended:
+            raise UnreadableInput(
+                f"{path.name}: the rows of sensor {sensor} do not stand together. Sort the table "
+                f"by its column `{SENSOR}`.")
+        ended.add(sensor)
+        blocks.append(SensorRows(
+            sensor,
+            str(texts[STATION][first]) if STATION in texts else "",
+            tuple(map(str, texts[POSE][part])) if POSE in texts
+            else tuple(f"pose {i + 1}" for i in range(n)),
+            tuple(map(str, texts[RUN][part])) if RUN in texts else (without_run,) * n,
+            {name: values[part] for name, values in numbers.items()},
+        ))
+    return blocks
+
+
+def _batches(path: Path, needed: Sequence[str]) -> Iterator[dict[str, Any]]:
+    import pyarrow as pa
+    import pyarrow.csv
+    import pyarrow.parquet
+
+    try:
+        if path.suffix.lower() == ".csv":
+            options = pyarrow.csv.ConvertOptions(
+                column_types={name: pa.string() for name in TEXTS})
+            reader: Any = pyarrow.csv.open_csv(path, convert_options=options)
+        else:
+            reader = pyarrow.parquet.ParquetFile(path).iter_batches(ROWS_AT_ONCE)
+        for batch in reader:
+            absent = [name for name in (SENSOR, *needed) if name not in batch.schema.names]
+            if absent:
+                raise UnreadableInput(
+                    f"{path.name}: no column {', '.join(absent)}. It has "
+                    f"{', '.join(batch.schema.names)}. A row is a pose of a sensor: {SENSOR}, "
+                    f"{POSE}, {RUN}, the means in counts and their sds.")
+            if batch.num_rows:
+                yield {name: _values(path, name, batch.column(name))
+                       for name in batch.schema.names}
+    except (pa.ArrowException, OSError) as error:
+        raise UnreadableInput(f"{path}: cannot be read as a table: {error}") from error
+
+
+def _values(path: Path, name: str, column: Any) -> Any:
+    if name in TEXTS:
+        return np.array(column.to_pylist(), dtype=object)
+    try:
+        return np.asarray(column.to_numpy(zero_copy_only=False), dtype=float)
+    except (TypeError, ValueError) as error:
+        raise UnreadableInput(f"{path.name}: column {name} is not numeric ({error}). Leave it out "
+                              f"of the table.") from error
