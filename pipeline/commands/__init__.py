@@ -17,7 +17,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "remove": ("CONFIG TARGET", "Remove an effect from the model and compare the errors."),
     "effects": ("[NAME]", "List all effects, or print the page of one effect."),
     "history": ("CONFIG", "List all runs with their models, errors and verdicts."),
-    "open": ("CONFIG", "Run CONFIG and open its report in the browser."),
+    "open": ("CONFIG", "Run CONFIG and open its workbench in the browser."),
     "compare": ("A B [C...]", "Compare sessions of one sensor, or runs of one session."),
     "record": ("CONFIG", "Record poses from a sensor, or rehearse that with --demo."),
     "plan": ("CONFIG", "Print what the poses determine, before or after recording."),

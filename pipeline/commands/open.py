@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.interaction.arguments import ConfigArgument, PathArgument
+from pipeline.commands.interaction.arguments import PathArgument
 from pipeline.commands.interaction.output import python_option
 
 
@@ -13,23 +13,34 @@ from pipeline.commands.interaction.output import python_option
     "pipeline open config.yaml",
     "pipeline open config.yaml --output results",
 ))
-@click.argument("config", type=ConfigArgument())
+@click.argument("config", type=PathArgument())
 @click.option("--output", type=PathArgument(file_okay=False),
               help="Folder for the results; default: that of CONFIG.")
 @python_option
 def command(config: Path, output: Path | None, allow_python: bool) -> None:
-    """Run CONFIG and open its report in the browser.
+    """Run CONFIG and open its workbench in the browser, until Ctrl-C.
 
-    There you tick effects and leave out poses, see the model refitted at once and the error fall,
-    and copy the command that changes CONFIG.
+    There you tick effects and leave out poses, see the exact refit and the error fall, go back to
+    any model that you tried, and write the one that you want into CONFIG. The address answers this
+    computer alone; a run in a terminal updates the page.
     """
+    from pipeline.commands.interaction.run_with_progress import CACHE_NAME, run_silently
     from pipeline.commands.run import command as run
     from pipeline.config.load import load_config
-    from pipeline.results.names import REPORT_NAME
+    from pipeline.workbench.application import Workbench
+    from pipeline.workbench.serve import serve
 
     click.get_current_context().invoke(
         run, config=config, output=output, allow_python=allow_python)
-    report = (output or load_config(config).output_folder).absolute() / REPORT_NAME
-    if click.launch(str(report), wait=True) != 0:
-        click.secho(f"no program of this system opens {report}. Open this file in a browser.",
-                    fg="yellow", err=True)
+    folder = (output or load_config(config).output_folder).absolute()
+
+    def opened(address: str) -> None:
+        click.echo(address)
+        click.echo("Ctrl-C ends the workbench.", err=True)
+        if click.launch(address) != 0:
+            click.secho("no browser could be started: open this address in one.", fg="yellow",
+                        err=True)
+
+    serve(Workbench(
+        config, folder, output, folder / CACHE_NAME, allow_python,
+        lambda changed, into: run_silently(changed, into, allow_python)), opened)

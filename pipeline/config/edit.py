@@ -3,7 +3,6 @@
 Only the characters of that one name change; comments, order and layout of the file stay.
 """
 
-import re
 from collections.abc import Sequence
 
 from pipeline.config.yaml_text import PathTo, YamlSource
@@ -18,7 +17,7 @@ def with_item(source: YamlSource, section: PathTo, name: str, default: Sequence[
     path = (*section, "model")
     name, default = yaml_word(name), [yaml_word(each) for each in default]
     if path not in source.spans:
-        return _with_new_model(source, section, [*default, name])
+        return _with_new_key(source, section, f"model: [{', '.join([*default, name])}]")
     items = source.value(path)
     if not isinstance(items, list) or not items:
         span = source.span(path)
@@ -47,8 +46,16 @@ def without_item(source: YamlSource, section: PathTo, name: str) -> str:
     return _spliced(source.text, item.start, after, "")
 
 
-def _with_new_model(source: YamlSource, section: PathTo, names: Sequence[str]) -> str:
-    listed = f"model: [{', '.join(names)}]"
+def with_list(source: YamlSource, section: PathTo, key: str, items: Sequence[str]) -> str:
+    """The text with ``key`` of ``section`` set to a list of ``items``, as YAML writes each."""
+    listed = f"[{', '.join(items)}]"
+    if (*section, key) not in source.spans:
+        return _with_new_key(source, section, f"{key}: {listed}")
+    span = source.span((*section, key))
+    return _spliced(source.text, span.start, span.end, listed)
+
+
+def _with_new_key(source: YamlSource, section: PathTo, listed: str) -> str:
     span = source.span(section)
     if span.flow:  # {poses: a_*.csv} -> {poses: a_*.csv, model: [...]}
         end = source.text.rindex("}", span.start, span.end)
@@ -57,10 +64,8 @@ def _with_new_model(source: YamlSource, section: PathTo, names: Sequence[str]) -
     first = min(
         (s for path, s in source.key_spans.items() if path[:-1] == section), key=lambda s: s.start
     )
-    line_start = source.text.rfind("\n", 0, first.start) + 1
-    indent = re.match(r"[ ]*", source.text[line_start:])
-    assert indent is not None
-    return _spliced(source.text, line_start, line_start, f"{indent.group()}{listed}\n")
+    column = first.start - source.text.rfind("\n", 0, first.start) - 1  # after "- " too
+    return _spliced(source.text, first.start, first.start, f"{listed}\n{' ' * column}")
 
 
 def _line_end(text: str, position: int) -> int:

@@ -8,6 +8,7 @@ from pipeline.config.load import Config
 from pipeline.config.schema import RunSection
 from pipeline.config.yaml_words import yaml_word
 from pipeline.stages.excluded_poses import PoseName, short_names
+from pipeline.stages.poses import Recordings
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 
@@ -53,17 +54,18 @@ class PoseSection:
     number: int
 
 
-def pose_sections(outcome: Outcome, result: TriadResult) -> tuple[PoseSection, ...]:
-    """Name and section of every pose of a fit, in its order."""
-    config = outcome.config
+def pose_sections(
+    config: Config, recordings: Recordings, triad: Triad
+) -> tuple[PoseSection, ...]:
+    """Name and section of every pose of a triad's fit, in its order."""
     sections: Iterable[RunSection] = ()
-    if result.triad == "accelerometer" and config.accelerometer is not None:
+    if triad == "accelerometer" and config.accelerometer is not None:
         sections = config.accelerometer.sections
     elif config.gyroscope is not None:
         sections = config.gyroscope.runs
     places = []
     for number, section in enumerate(sections):
-        recording = outcome.recordings.of(section)
+        recording = recordings.of(section)
         labels = [mean.label for mean in recording.means]
         every = [*labels, *(each.label for each in recording.excluded)]
         places += [PoseSection(yaml_name(shortest_name(label, every)), number) for label in labels]
@@ -73,7 +75,8 @@ def pose_sections(outcome: Outcome, result: TriadResult) -> tuple[PoseSection, .
 def lines_to_exclude(outcome: Outcome, result: TriadResult, labels: Sequence[str]) -> str:
     """The lines that exclude the poses ``labels`` of a fit."""
     names: dict[int, list[str]] = {}
-    every = zip(result.calibration.fit.poses.label, pose_sections(outcome, result), strict=True)
+    places = pose_sections(outcome.config, outcome.recordings, result.triad)
+    every = zip(result.calibration.fit.poses.label, places, strict=True)
     for label, place in every:
         if label in labels:
             names.setdefault(place.number, []).append(place.name)

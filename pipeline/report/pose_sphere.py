@@ -70,7 +70,8 @@ def _exclude_json(outcome: Outcome, result: TriadResult) -> Json:
     """The lines that exclude a pose, in parts, for the script of the page to put together."""
     lines = exclude_lines(outcome.config, result.triad)
     return {"head": lines.head, "before": list(lines.before), "known": list(map(list, lines.known)),
-            "poses": [[each.name, each.number] for each in pose_sections(outcome, result)]}
+            "poses": [[each.name, each.number] for each in pose_sections(
+                outcome.config, outcome.recordings, result.triad)]}
 
 
 def up_directions(result: TriadResult) -> FloatArray:

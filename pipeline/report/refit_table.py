@@ -11,13 +11,13 @@ from pathlib import Path
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.fit.least_squares.result import MISFIT_P_VALUE
+from pipeline.report.judgement import changes_json
 from pipeline.report.payload import rounded
 from pipeline.report.pose_charts import SHOWN_SD
-from pipeline.report.refitted import Refits, Refitted, judged_effect, refitted_json, toggled
+from pipeline.report.refitted import Refits, refitted_json, toggled
 from pipeline.report.svg import NICE
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
-from pipeline.text.commands import command
 from pipeline.text.formatting import DISPLAY
 
 PAIRED = 6
@@ -48,7 +48,8 @@ def refit_json(result: TriadResult, refits: Refits, config: Path) -> Json:
     fit = result.calibration.fit
     unit, factor = DISPLAY[result.triad]
     names = tickable(result, refits)
-    entries = [_box_json(name, result, refits) for name in names]
+    guesses = [n for n in names if _aliases(n, result) and not result.diagnosis.named_class(n)]
+    entries = [_box_json(name, result, refits, guesses) for name in names]
     return {
         "triad": result.triad,
         "unit": unit,
@@ -58,7 +59,7 @@ def refit_json(result: TriadResult, refits: Refits, config: Path) -> Json:
         "left_out": rounded(pose.left_out * factor for pose in result.comparison.poses),
         "effects": entries + list(_unseen(result)),
         "refits": [
-            refit_row(refits, each, config, result)
+            refit_row(refits, each, config, guesses)
             | {"ticked": sorted(names.index(name) for name in each)}
             for each in _sets(refits.run.added, names, _paired(result))
         ],
@@ -66,45 +67,18 @@ def refit_json(result: TriadResult, refits: Refits, config: Path) -> Json:
 
 
 def refit_row(
-    refits: Refits, ticked: Sequence[str], config: Path, result: TriadResult
+    refits: Refits, ticked: Sequence[str], config: Path, guesses: Sequence[str]
 ) -> Json:
     """One set of effects: its figures, and what each change of the run's model is worth.
 
-    ``config`` is the file that commands name.
+    ``config`` and ``guesses`` as :func:`pipeline.report.judgement.changes_json` has them.
     """
     refitted = refits.of(ticked)
     if refitted is None:
         return {"failed": True}
     now = refitted_json(refitted)
     return now | {"residual": rounded(now["residual"])} | changes_json(
-        refits, ticked, refitted, config, result)
-
-
-def changes_json(
-    refits: Refits, ticked: Sequence[str], refitted: Refitted, config: Path, result: TriadResult
-) -> Json:
-    """Judgements of the effects that were ticked or unticked, and the commands that are worth it.
-
-    Taking an effect out again is always possible.
-    """
-    run = refits.run.added
-    judgements, commands = [], []
-    for name in toggled([n for n in run if n not in ticked], [n for n in ticked if n not in run]):
-        other = refits.of(toggled(ticked, [name]))
-        is_ticked, in_model = name in ticked, name in run
-        target = (config, f"{result.triad}.{name}")
-        judged = None if other is None else judged_effect(
-            name, *((refitted, other) if is_ticked else (other, refitted)))
-        if judged is not None:
-            judgements.append({"text": judged.text(in_model, is_ticked),
-                               "good": in_model != judged.helps})
-        if in_model:
-            commands.append(command("remove", *target))
-        elif judged is not None and judged.helps:
-            is_guess = _aliases(name, result) and not result.diagnosis.named_class(name)
-            commands.append(command("add", *target,
-                                    *(["--anyway"] if is_guess else [])))
-    return {"judgements": judgements, "commands": commands}
+        refits, ticked, refitted, config, guesses)
 
 
 def tickable(result: TriadResult, refits: Refits) -> list[str]:
@@ -139,7 +113,9 @@ def _aliases(name: str, result: TriadResult) -> list[str]:
     return [] if candidate is None else list(candidate.aliases)
 
 
-def _box_json(name: str, result: TriadResult, refits: Refits) -> Json:
+def _box_json(
+    name: str, result: TriadResult, refits: Refits, guesses: Sequence[str]
+) -> Json:
     effect, candidate = refits.effect(name), _candidate(name, result)
     assert effect is not None
     # Of chi², that the effect alone takes off; 0 where noise alone could.
@@ -152,6 +128,7 @@ def _box_json(name: str, result: TriadResult, refits: Refits) -> Json:
         "in_model": name in refits.run.added,
         "share": share,
         "aliases": _aliases(name, result),
+        "guess": name in guesses,
         "reason": None,
     }
 

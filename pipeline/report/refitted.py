@@ -5,9 +5,9 @@ The page carries a table of them (:mod:`pipeline.report.refit_table`); ``pipelin
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
-from scipy.special import fdtrc
 
 from calib.assess import AssessedTriad
 from calib.effects.catalogue import UnknownEffect, find_effect
@@ -22,10 +22,6 @@ from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.fit.validation.leave_one_out import Comparison, compare
 from pipeline.results.json_values import Json
 from pipeline.text.formatting import DISPLAY, with_minus_signs, with_sd
-
-UNCHANGED = 5e-4  #: relative change of the leave-one-out error that the page calls none; layout
-BESIDE_MISFIT_SD = 1.0
-"""Sds from which an effect beside a large misfit is called unseen and not absent. A judgement."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +47,17 @@ def added_names(model: Model) -> tuple[str, ...]:
     return tuple(e.name for e in model.effects if e.acts_on != "reading")
 
 
+class RefitSource(Protocol):
+    """Fits of one triad: a table's, or those of a session that is open."""
+
+    @property
+    def added(self) -> tuple[str, ...]:
+        """The added effects of the run's model."""
+
+    def of(self, names: Sequence[str]) -> Refitted | None:
+        """The triad with these added effects; None where its poses do not determine them."""
+
+
 class Refits:
     """Fits of one triad with any of its effects, each made when it is first asked for.
 
@@ -69,6 +76,11 @@ class Refits:
         self.run = Refitted(result.calibration, result.comparison)
         self.defined, self.robust = defined, robust
         self._known: dict[frozenset[str], Refitted | None] = {frozenset(self.run.added): self.run}
+
+    @property
+    def added(self) -> tuple[str, ...]:
+        """The added effects of the run's model."""
+        return self.run.added
 
     def of(self, names: Sequence[str]) -> Refitted | None:
         """The triad with these added effects; None where its poses do not determine them."""
@@ -161,62 +173,3 @@ def size_rows(calibration: TriadCalibration) -> list[list[str]]:
             rows.append([f"{name} {effect.shape.name}",
                          with_minus_signs(with_sd(values[k], sds[k])), effect.shape.unit])
     return rows
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """Whether an effect is there, by what leaving it out does to the fit that contains it.
-
-    ``is_there`` : noise would explain the fall of chi-square in fewer than one case in 200;
-    ``change`` is that of the leave-one-out error with the effect, relative.
-    """
-
-    name: str
-    in_sd: float
-    is_there: bool
-    change: float
-    misfit: bool
-
-    @property
-    def helps(self) -> bool:
-        """The effect is there, and the model predicts better with it."""
-        return self.is_there and self.change < 0
-
-    def text(self, in_model: bool, ticked: bool) -> str:
-        """The judgement in words; ``in_model`` of the run, ``ticked`` on the screen."""
-        size = f"{self.name}: {self.in_sd:.{1 if self.in_sd < 9.95 else 0}f} sd"
-        loo = ("leave-one-out does not change" if abs(self.change) < UNCHANGED else
-               f"leave-one-out {'rises' if self.change > 0 else 'falls'} {_percent(self.change)}")
-        if in_model and not ticked:
-            return (f"{size}: it is there. With it {loo}; keep it." if self.helps
-                    else f"{size}: not there. With it {loo}; remove it.")
-        if self.helps:
-            return f"{size}: it is there; {loo}."
-        if self.is_there:
-            return f"{size}, but {loo}: the model predicts worse with it."
-        # Beside a large misfit an effect of a few sds can still turn out to be there.
-        open_ = self.misfit and self.in_sd > BESIDE_MISFIT_SD
-        return f"{size}: {'not seen beside what remains unexplained' if open_ else 'not there'}; " \
-               f"{loo}."
-
-
-def judged_effect(name: str, with_it: Refitted, without: Refitted) -> Judgement | None:
-    """The judgement of one effect; None where it adds no parameter that these poses see."""
-    count = without.fit.dof - with_it.fit.dof
-    if count < 1:
-        return None
-    fit = with_it.fit
-    drop = max(without.fit.chi2 - fit.chi2, 0.0)
-    # Where noise does not explain what remains, that scatter is the measure, as for the sds.
-    misfit = fit.p_value < MISFIT_P_VALUE
-    ratio = drop / count / (fit.chi2 / fit.dof if misfit else 1.0)
-    p_value = fdtrc(count, fit.dof if misfit else fit.poses.noise_dof, ratio)
-    return Judgement(name, float(np.sqrt(ratio)), bool(p_value < MISFIT_P_VALUE),
-                     with_it.comparison.loo_rms / without.comparison.loo_rms - 1, bool(misfit))
-
-
-def _percent(share: float) -> str:
-    size = abs(100 * share)
-    if size >= 1000:
-        return f"{1 + abs(share):.3g}-fold"
-    return f"by {size:.0f} %" if size >= 10 else f"by {size:.2g} %"

@@ -31,7 +31,7 @@ def measure_rates(config: Config, context: RunContext) -> Mapping[str, SettingRa
     UnreadableVideo, RateRefused
         From :mod:`vision`: a clip cannot be read, or its rate cannot be determined.
     UnreadableInput
-        A clip is none.
+        A clip is none, or a camera's measured clock cannot be read.
     """
     filmed = {
         name: rate for name, rate in config.rate.items() if isinstance(rate, VideoRateSection)

@@ -86,6 +86,8 @@ def average_recordings(
 
     Raises
     ------
+    ConfigError, UnreadableInput
+        A pose that is excluded is not there; a table of means cannot be read.
     UnusableLog
         A log holds what this sensor cannot give.
     Undetermined

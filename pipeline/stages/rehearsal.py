@@ -25,6 +25,7 @@ from pipeline.config.load import Config
 from pipeline.config.schema import KnownRateSection
 from pipeline.config.sensor import Specs, sensor_specs, triad_spec
 from pipeline.config.types import STOPPED
+from pipeline.stages.force_check import KNOWN_FORCE, check_force
 from pipeline.stages.leaning_poses import leaning_poses
 from pipeline.stages.mounting import measure_mounting, reading_at_rest
 from pipeline.stages.plate_settings import stated_rate
@@ -38,7 +39,7 @@ from pipeline.stages.triad_poses import (
     model_on,
     senses_of,
 )
-from pipeline.stages.triads import KNOWN_FORCE, check_force, doubts_of
+from pipeline.stages.triads import doubts_of
 from pipeline.stages.user_effects import user_effects
 
 READ_SD = 0.01  #: relative, of a rate that the gyroscope reads; it weighs rows, no result has it

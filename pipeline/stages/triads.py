@@ -3,20 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from calib.assess import AssessedTriad, assess
+from calib.assess import AssessedTriad, assess, calibrate
 from calib.consistency.data_sheet import (
     direction_against_clip,
     gain_off_the_sheet,
     turning_while_still,
 )
-from calib.consistency.force import require_gravity, unknown_force
 from calib.diagnosis.unseen import unseen_budget
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
 from calib.fit.triad.calibration import TriadCalibration
-from calib.fit.triad.evaluable import missing_in, with_typical_columns
 from calib.fit.triad.frame_alignment import FrameRotation, rotation_between_frames
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
@@ -27,6 +23,7 @@ from pipeline.config.schema import AccelerometerSection, GyroscopeSection
 from pipeline.config.sensor import triad_spec
 from pipeline.stages.context import RunContext
 from pipeline.stages.excluded_poses import ExcludedPose, predicted_poses
+from pipeline.stages.force_check import KNOWN_FORCE, check_force
 from pipeline.stages.leaning_poses import leaning_poses
 from pipeline.stages.logged_columns import check_covariates
 from pipeline.stages.poses import Recordings
@@ -62,6 +59,39 @@ class TriadResult(AssessedTriad):
     def triad(self) -> Triad:
         """Which one."""
         return self.calibration.triad
+
+
+@dataclass(frozen=True, eq=False)
+class TriadInput:
+    """What a triad is calibrated from.
+
+    ``recorded`` are all its poses and ``poses`` those that the configuration uses; ``defined`` the
+    user's effects; ``senses`` as :func:`calib.assess.assess` takes them; ``notes`` what is not
+    known of the specific force in its poses.
+    """
+
+    section: AccelerometerSection | GyroscopeSection
+    recorded: TriadPoses
+    poses: PoseSet
+    spec: TriadSpec
+    defined: Mapping[str, Effect]
+    gravity: Gravity | None = None
+    senses: Mapping[str, float] | None = None
+    notes: tuple[str, ...] = ()
+
+    def refitted(self) -> TriadCalibration:
+        """The calibration alone, as :func:`calibrate_accelerometer` and its like make it.
+
+        What contradicts it in the files is not searched for.
+
+        Raises
+        ------
+        CalibrationError
+            As they do.
+        """
+        model, _, _ = model_on(self.section.model, self.defined, self.poses)
+        return calibrate(self.poses, model, self.spec, solver=self.section.solver,
+                         loss=self.section.loss, seek_mistakes=False)
 
 
 def require_fittable(config: Config) -> None:
@@ -126,15 +156,28 @@ def calibrate_accelerometer(
     """
     if config.accelerometer is None:
         return None
+    return _calibrated(accelerometer_input(config, context, recordings), config)
+
+
+def accelerometer_input(
+    config: Config, context: RunContext, recordings: Recordings
+) -> TriadInput:
+    """What the accelerometer is calibrated from; the configuration has such a section.
+
+    Raises
+    ------
+    Undetermined
+        Its poses make no set.
+    """
     # The configuration's rules refuse an accelerometer without a site and a data sheet.
+    assert config.accelerometer is not None
     assert config.site is not None
     assert config.sensor.accelerometer is not None
     gravity = gravity_of(config.site)
-    poses = leaning_poses(config, recordings, gravity)
-    spec = triad_spec(config.sensor.accelerometer)
-    defined = user_effects(config, "accelerometer", context.allow_python)
-    result = _calibrated(poses.used, config.accelerometer, spec, defined, config, gravity)
-    return _with_excluded(result, poses)
+    recorded = leaning_poses(config, recordings, gravity)
+    return TriadInput(
+        config.accelerometer, recorded, recorded.used, triad_spec(config.sensor.accelerometer),
+        user_effects(config, "accelerometer", context.allow_python), gravity)
 
 
 def calibrate_gyroscope(
@@ -168,70 +211,48 @@ def calibrate_gyroscope(
     """
     if config.gyroscope is None:
         return None
-    assert config.sensor.gyroscope is not None
-    plates = {name: rate.plate for name, rate in rates.items()}
-    of_runs = gyroscope_poses(config, plates, recordings,
-                              accelerometer.calibration if accelerometer else None)
-    poses = of_runs.used
-    force = KNOWN_FORCE
-    if accelerometer is not None and accelerometer.gravity is not None:
-        force = check_force(poses, accelerometer.calibration, accelerometer.gravity.value_m_s2)
-    defined = user_effects(config, "gyroscope", context.allow_python)
-    spec = triad_spec(config.sensor.gyroscope)
-    result = _calibrated(poses, config.gyroscope, spec, defined, config,
-                         senses=senses_of(config, recordings)
-                         if accelerometer and force.is_known else None)
-    beside = accelerometer.calibration.fit if accelerometer else None
+    calibration = accelerometer.calibration if accelerometer else None
+    from_poses = gyroscope_input(config, context, rates, recordings, calibration)
+    result = _calibrated(from_poses, config)
+    poses = from_poses.poses
     filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
-    result = _with_excluded(result, of_runs)
     return replace(
         result,
-        frame=rotation_between_frames(result.calibration.fit, beside),
-        warnings=(*result.warnings, *force.notes, *direction_against_clip(poses, filmed)),
+        frame=rotation_between_frames(
+            result.calibration.fit, calibration.fit if calibration else None),
+        warnings=(*result.warnings, *from_poses.notes, *direction_against_clip(poses, filmed)),
     )
 
 
-@dataclass(frozen=True)
-class ForceCheck:
-    """Whether the calibrated force in the gyroscope's poses is good enough to compare axes by.
-
-    ``notes`` are sentences on what is not known of it.
-    """
-
-    is_known: bool
-    notes: tuple[str, ...]
-
-
-KNOWN_FORCE = ForceCheck(True, ())
-
-
-def check_force(
-    poses: PoseSet, accelerometer: TriadCalibration, gravity_m_s2: float
-) -> ForceCheck:
-    """Check the specific force in the poses of the gyroscope by the calibrated accelerometer.
+def gyroscope_input(
+    config: Config,
+    context: RunContext,
+    rates: Mapping[str, SettingRate],
+    recordings: Recordings,
+    accelerometer: TriadCalibration | None,
+) -> TriadInput:
+    """What the gyroscope is calibrated from; the configuration has such a section.
 
     Raises
     ------
+    Undetermined
+        Its poses make no set.
     Contradiction
-        The calibrated accelerometer does not read gravity in them.
+        The calibrated accelerometer does not read gravity in its poses.
     """
-    whole = with_typical_columns(accelerometer, poses)
-    missing = missing_in(accelerometer, poses)
-    if still := missing_in(accelerometer, whole):
-        reasons = "; ".join(f"{name}: {reason}" for name, reason in still.items())
-        return ForceCheck(False, (
-            f"the poses of the gyroscope cannot evaluate all effects of the accelerometer "
-            f"({reasons}). The specific force there is corrected without them, and the axes of "
-            f"the triads were not compared.",))
-    require_gravity(whole, accelerometer, gravity_m_s2)
-    notes = unknown_force(whole, accelerometer)
-    is_known = not notes
-    if missing and np.isfinite(poses.force).all():
-        reasons = "; ".join(f"{name}: {reason}" for name, reason in missing.items())
-        notes += (f"in the poses of the gyroscope the accelerometer is corrected as in its own "
-                  f"poses on average, because they cannot evaluate all of its effects "
-                  f"({reasons}).",)
-    return ForceCheck(is_known, notes)
+    assert config.gyroscope is not None
+    assert config.sensor.gyroscope is not None
+    plates = {name: rate.plate for name, rate in rates.items()}
+    recorded = gyroscope_poses(config, plates, recordings, accelerometer)
+    poses = recorded.used
+    force = KNOWN_FORCE
+    if accelerometer is not None and config.site is not None:
+        force = check_force(poses, accelerometer, gravity_of(config.site).value_m_s2)
+    return TriadInput(
+        config.gyroscope, recorded, poses, triad_spec(config.sensor.gyroscope),
+        user_effects(config, "gyroscope", context.allow_python),
+        senses=senses_of(config, recordings) if accelerometer and force.is_known else None,
+        notes=force.notes)
 
 
 def _with_excluded(result: TriadResult, poses: TriadPoses) -> TriadResult:
@@ -242,28 +263,22 @@ def _with_excluded(result: TriadResult, poses: TriadPoses) -> TriadResult:
         [each.excluded for _, each in poses.recorded], poses.poses_of))
 
 
-def _calibrated(
-    poses: PoseSet,
-    section: AccelerometerSection | GyroscopeSection,
-    spec: TriadSpec,
-    defined: Mapping[str, Effect],
-    config: Config,
-    gravity: Gravity | None = None,
-    senses: Mapping[str, float] | None = None,
-) -> TriadResult:
-    model, usable, notes = model_on(section.model, defined, poses)
+def _calibrated(triad: TriadInput, config: Config) -> TriadResult:
+    poses, section, spec = triad.poses, triad.section, triad.spec
+    model, usable, notes = model_on(section.model, triad.defined, poses)
     assessed = assess(poses, model, spec, solver=section.solver, loss=section.loss,
                       candidates=tuple(usable.values()), covariates=config.covariates,
-                      senses=senses, part=part_of(config))
-    return TriadResult(
+                      senses=triad.senses, part=part_of(config))
+    result = TriadResult(
         **vars(assessed),
         unseen=unseen_budget(assessed.calibration, assessed.diagnosis.blind, part_of(config)),
-        gravity=gravity,
+        gravity=triad.gravity,
         warnings=(
             *notes,
             *doubts_of(assessed.calibration),
         ),
     )
+    return _with_excluded(result, triad.recorded)
 
 
 def doubts_of(calibration: TriadCalibration) -> tuple[str, ...]:

@@ -37,6 +37,8 @@ const sections = data.triads.map((triad) => new Section(triad, data.config));
 const rateSections = data.rates.map((rate) => new RateSection(rate, data.config));
 sections.forEach((section) => new Poses(section));
 
+window.workbench?.begin({ sections, rateSections, short });
+
 // report.html#tick=gyroscope.g_sensitivity,rate.17rpm.once_per_rev opens with these boxes ticked.
 const ticks = /^#tick=(.*)$/.exec(decodeURIComponent(location.hash));
 for (const target of ticks ? ticks[1].split(",") : []) {

@@ -1,39 +1,31 @@
-"""The report in the browser: a program of the system opens it, or the command says that none does.
-"""
+"""The workbench in the browser: a program of the system opens its address, which is printed."""
 
 import os
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
-from tests.sessions import pipeline, quick_session
+from tests.pipeline.workbench.conftest import opened_workbench, written_session
 
-LINUX = pytest.mark.skipif(sys.platform != "linux", reason="files are opened by xdg-open on Linux")
+LINUX = pytest.mark.skipif(sys.platform != "linux", reason="pages are opened by xdg-open on Linux")
 
 
 @LINUX
-def test_the_report_of_the_run_is_opened(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_the_address_is_printed_and_opened_where_a_browser_is(tmp_path: Path) -> None:
     opener = tmp_path / "bin" / "xdg-open"
     opener.parent.mkdir()
-    opener.write_text('#!/bin/sh\necho "opened $1"\n')
+    opener.write_text(f'#!/bin/sh\necho "$1" > {tmp_path}/given\n')
     opener.chmod(0o755)
-    monkeypatch.setenv("PATH", f"{opener.parent}{os.pathsep}{os.environ['PATH']}")
-    config, _ = quick_session(tmp_path / "session")
-    assert pipeline("open", config, "--output", tmp_path / "out") == 0
-    report = tmp_path / "out" / "report.html"
-    assert report.exists()
-    assert f"opened {report}" in capfd.readouterr().out
-
-
-@LINUX
-def test_without_a_program_that_opens_it_the_path_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setenv("PATH", str(tmp_path))
-    config, _ = quick_session(tmp_path / "session")
-    assert pipeline("open", config) == 0
-    told = capsys.readouterr().err
-    assert f"{config.with_suffix('.run') / 'report.html'}. Open this file in a browser" in told
+    config = written_session(tmp_path / "session")
+    with opened_workbench(
+        config, "--output", str(tmp_path / "out"), path=f"{opener.parent}{os.pathsep}/bin"
+    ) as opened:
+        assert opened.address.startswith("http://127.0.0.1:")
+        for _ in range(100):
+            if (tmp_path / "given").exists():
+                break
+            time.sleep(0.1)
+        assert (tmp_path / "given").read_text().strip() == opened.address
+        assert (tmp_path / "out" / "report.html").exists()

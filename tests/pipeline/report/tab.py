@@ -8,8 +8,9 @@ import json
 import os
 import select
 import subprocess
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -73,6 +74,11 @@ class Tab:
     def open(self, page: Path, screen: dict[str, Any] | None = None, *, dark: bool = False,
              fragment: str = "") -> None:
         """Load a file on a screen of this size, and wait until it has loaded."""
+        self.visit(f"{page.as_uri()}{fragment}", screen, dark=dark)
+
+    def visit(self, address: str, screen: dict[str, Any] | None = None, *, dark: bool = False
+              ) -> None:
+        """The same of any address."""
         for domain in ("Page", "Runtime", "Network"):
             self.send(f"{domain}.enable")
         screen = screen or DESKTOP
@@ -81,10 +87,24 @@ class Tab:
         self.send("Emulation.setEmulatedMedia", features=[
             {"name": "prefers-color-scheme", "value": "dark" if dark else "light"},
             {"name": "prefers-reduced-motion", "value": "reduce"}])
-        self.send("Page.navigate", url=f"{page.as_uri()}{fragment}")
+        self.send("Page.navigate", url=address)
+        self.loaded()
+
+    def loaded(self) -> None:
+        """Wait until the page has loaded and is on the screen."""
         self.evaluate("new Promise((done) => document.readyState === 'complete' ? done(true)"
                       " : addEventListener('load', () => done(true)))")
         self.painted()
+
+    def wait(self, expression: str) -> Any:
+        """The value of an expression once it is true, across pages that are loaded meanwhile."""
+        end = time.monotonic() + SECONDS
+        while time.monotonic() < end:
+            with suppress(AssertionError):
+                if value := self.evaluate(expression):
+                    return value
+            time.sleep(0.05)
+        raise AssertionError(f"never true: {expression}")
 
     def painted(self) -> None:
         """Wait until the page is on the screen as it is: a finger touches what was painted last.
@@ -153,7 +173,7 @@ class Tab:
 
 
 class Browser:
-    """A browser that can reach no host, for one tab after the other."""
+    """A browser that can reach no host but this one, for one tab after the other."""
 
     def __init__(self, to: int, out: int) -> None:
         self.to, self.out, self.commands = to, out, 0
@@ -194,7 +214,8 @@ def started_browser(folder: Path) -> Iterator[Browser]:
     ends = f"exec \"$0\" \"$@\" 3<&{to_browser} 4>&{from_browser}"
     process = subprocess.Popen(
         ["bash", "-c", ends, CHROMIUM, *QUIET, "--remote-debugging-pipe",
-         "--host-resolver-rules=MAP * ~NOTFOUND", f"--user-data-dir={folder / 'profile'}"],
+         "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
+         f"--user-data-dir={folder / 'profile'}"],
         pass_fds=(to_browser, from_browser), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
     os.close(to_browser)

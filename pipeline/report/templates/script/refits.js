@@ -21,8 +21,13 @@ class Refits {
         out: [...out] }).then(show, (error) => show({ failed: String(error.message ?? error) }));
       return;
     }
+    show(this.inTable(order));
+  }
+
+  // The same from the table, as far as it goes.
+  inTable(order) {
     const steps = [...order.keys(), order.length].map((k) => this.of(order.slice(0, k)));
-    show({ ...steps[order.length],
-      steps: steps.every(Boolean) ? steps.map(({ chi2, dof }) => ({ chi2, dof })) : [] });
+    return { ...steps[order.length],
+      steps: steps.every(Boolean) ? steps.map(({ chi2, dof }) => ({ chi2, dof })) : [] };
   }
 }

@@ -19,7 +19,7 @@ class Section {
       this.boxes.get(effect.name).addEventListener("change", () => this.toggle(effect));
     }
     this.root.querySelector("[data-reset]").addEventListener("click", () => this.reset());
-    this.update();
+    this.show(this.refits.inTable(this.order));
   }
 
   toggle(effect) {

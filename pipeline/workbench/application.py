@@ -1,0 +1,220 @@
+"""What the workbench answers: page, scripts, refits, columns, news of the files, writing."""
+
+import asyncio
+import json
+import re
+from collections.abc import AsyncIterator, Callable
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
+from starlette.routing import Route
+
+from calib.errors import CalibrationError
+from calib.poses.imu_log import TRIADS, Triad
+from pipeline.config.load import Config, parse_config
+from pipeline.errors import ConfigError, PipelineError
+from pipeline.report.outputs import outputs_of
+from pipeline.report.page_templates import page_templates
+from pipeline.results.json_values import Json
+from pipeline.results.names import REPORT_NAME
+from pipeline.session_folder import working_on, write_session
+from pipeline.stages.run import Outcome
+from pipeline.workbench.guard import Guard, TooLarge
+from pipeline.workbench.live_refits import OpenSession
+from pipeline.workbench.state import changed_lines, read_state
+from vision.errors import VisionError
+
+LOOK_S = 0.25  #: between two looks at the files: a run shows within a second. Chosen
+REFUSED = (CalibrationError, PipelineError, VisionError)
+
+RunConfig = Callable[[Config, Path], Outcome]
+_SCRIPT = re.compile(r"<script>\n.*</script>", re.DOTALL)
+"""The script of a page that was written as a file: the one element of its kind, the last."""
+_DATA = re.compile(r'<script type="application/json" id="refit-data">(.*?)</script>', re.DOTALL)
+
+
+@dataclass(eq=False)
+class Workbench:
+    """One configuration with the folder of its results.
+
+    ``run`` runs a configuration with its cache in a folder; ``cache`` is where the phase tracks
+    are; ``output`` as ``pipeline run`` has it.
+    """
+
+    path: Path
+    folder: Path
+    output: Path | None
+    cache: Path
+    allow_python: bool
+    run: RunConfig
+
+    def __post_init__(self) -> None:
+        self._session: OpenSession | None = None
+        self._stamp: Json = {}
+        self._guesses: tuple[str, dict[str, list[str]]] = ("", {})
+        self._lock = Lock()
+
+    @property
+    def report(self) -> Path:
+        """The page as the last run wrote it; a link that leads elsewhere is none.
+
+        Raises
+        ------
+        ConfigError
+            There is no such file in the folder.
+        """
+        path = self.folder / REPORT_NAME
+        if not path.is_file() or path.resolve().parent != self.folder.resolve():
+            raise ConfigError(f"{path}: is no file of this folder. Run the session again.")
+        return path
+
+    def stamp(self) -> Json:
+        """What changes when a run or an editor writes: times and sizes of the files."""
+        stamps = {}
+        for name, path in (("config", self.path), ("report", self.folder / REPORT_NAME)):
+            try:
+                status = path.stat()
+                stamps[name] = f"{status.st_mtime_ns}-{status.st_size}-{status.st_ino}"
+            except OSError:  # between two writes of an editor
+                stamps[name] = ""
+        return stamps
+
+    def session(self) -> OpenSession:
+        """The session as the files are now.
+
+        Raises
+        ------
+        PipelineError, CalibrationError, VisionError
+            As a run of it.
+        """
+        with self._lock:
+            stamp = self.stamp()
+            if self._session is None or stamp["config"] != self._stamp["config"]:
+                self._session = OpenSession(self.path, self.cache, self.allow_python)
+                self._stamp = stamp
+            return self._session
+
+    def page(self) -> str:
+        """The report with its script from this server and the tools of the workbench."""
+        text = self.report.read_text(encoding="utf-8")
+        tools = _own("workbench.html")
+        scripts = '<script src="/workbench.js"></script>\n<script src="/report.js"></script>'
+        return _SCRIPT.sub(lambda _: f"{tools}\n{scripts}", text).replace(
+            "<html ", '<html class="served" ', 1)
+
+    def guesses(self, triad: Triad) -> list[str]:
+        """Effects of the page that look like others and that no verdict names."""
+        stamp = self.stamp()["report"]
+        if stamp != self._guesses[0]:
+            match = _DATA.search(self.report.read_text(encoding="utf-8"))
+            of_page = json.loads(match[1]) if match else {"triads": []}
+            self._guesses = stamp, {
+                each["triad"]: [e["name"] for e in each["effects"] if e.get("guess")]
+                for each in of_page["triads"]}
+        return self._guesses[1].get(triad, [])
+
+    def write(self, question: Json) -> Json:
+        """Write what the screen shows into the configuration and run it, as one step.
+
+        Raises
+        ------
+        PipelineError, CalibrationError, VisionError
+            The run refuses it, or the file was changed meanwhile; nothing is written.
+        """
+        session = self.session()
+        text = session.text(read_state(question["state"]))
+        with working_on(self.path, self.output) as (config, folder):
+            if config.source.text != session.config.source.text:
+                raise ConfigError(f"{self.path}: was changed meanwhile. Load the page again.")
+            if text == config.source.text:
+                return {"lines": [], "path": str(self.path)}
+            outcome = self.run(parse_config(self.path, text), folder)
+            write_session(folder, outputs_of(outcome, folder), config, text)
+        return {"lines": changed_lines(config.source.text, text), "path": str(self.path)}
+
+
+def application(workbench: Workbench, token: str, port: int) -> Guard:
+    """The guarded application."""
+
+    def page(_: Request) -> Response:
+        return HTMLResponse(workbench.page())
+
+    def columns(request: Request) -> Response:
+        return JSONResponse(workbench.session().columns(_triad(request.path_params["triad"])))
+
+    async def events(request: Request) -> Response:
+        return StreamingResponse(_news(workbench, request), media_type="text/event-stream")
+
+    async def refit(request: Request) -> Response:
+        return await _answered(request, lambda question: _refit(workbench, question))
+
+    async def write(request: Request) -> Response:
+        return await _answered(request, workbench.write)
+
+    routes = [
+        Route("/", page),
+        Route("/report.js", _script(page_templates().get_template("report.js").render())),
+        Route("/workbench.js", _script(_own("workbench.js"))),
+        Route("/columns/{triad}", columns), Route("/events", events),
+        Route("/refit", refit, methods=["POST"]), Route("/write", write, methods=["POST"]),
+    ]
+    handlers: Any = {
+        TooLarge: lambda *_: Response("larger than any question", 413),
+        **dict.fromkeys(REFUSED, lambda _, error: JSONResponse({"error": str(error)}, 422)),
+    }
+    return Guard(Starlette(routes=routes, exception_handlers=handlers), token, port)
+
+
+def _script(text: str) -> Callable[[Request], Response]:
+    return lambda _: Response(text, media_type="text/javascript")
+
+
+def _own(name: str) -> str:
+    """The text of one of the workbench's own templates."""
+    path = resources.files("pipeline.workbench").joinpath("templates", name)
+    return path.read_text(encoding="utf-8")
+
+
+def _triad(name: object) -> Triad:
+    triad = next((each for each in TRIADS if each == name), None)
+    if triad is None:
+        raise ConfigError(f"'{name}' is no triad.")
+    return triad
+
+
+def _refit(workbench: Workbench, question: Json) -> Json:
+    triad = _triad(question.get("triad"))
+    state = read_state(question.get("state"))
+    if triad not in state.triads:
+        raise ConfigError(f"the page said nothing of the {triad}.")
+    return workbench.session().answer(state, triad, workbench.guesses(triad))
+
+
+async def _answered(request: Request, answer: Callable[[Json], Json]) -> Response:
+    """The answer to a question in JSON, computed beside the loop that serves the others."""
+    try:
+        question = json.loads(await request.body())
+    except (ValueError, RecursionError):
+        question = None
+    if not isinstance(question, dict):
+        raise ConfigError("a question of the page is expected, in JSON.")
+    found_answer = await asyncio.get_running_loop().run_in_executor(None, answer, question)
+    return JSONResponse(found_answer)
+
+
+async def _news(workbench: Workbench, request: Request) -> AsyncIterator[str]:
+    """An event for every change of the files."""
+    before = workbench.stamp()
+    yield f"event: begin\ndata: {json.dumps(before)}\n\n"
+    while not await request.is_disconnected():
+        await asyncio.sleep(LOOK_S)
+        now = workbench.stamp()
+        if now != before:
+            before = now
+            yield f"event: changed\ndata: {json.dumps(now)}\n\n"

@@ -1,0 +1,230 @@
+"""Exact refits of a session that is open: any set of effects, without any poses.
+
+Each is made as a run makes it, from the configuration that the screen would write, so that its
+digits are those of ``pipeline add``. Poses are averaged once for each choice of poses.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+import numpy as np
+from scipy.stats import beta, norm
+
+from calib.effects.catalogue import BASE
+from calib.errors import CalibrationError
+from calib.fit.triad.calibration import TriadCalibration
+from calib.fit.validation.leave_one_out import compare
+from calib.numbers import RPM
+from calib.poses.imu_log import AXES, TRIADS, Triad
+from pipeline.config.load import Config, load_config, parse_config
+from pipeline.console.exclude_text import PoseSection, pose_sections
+from pipeline.errors import ConfigError
+from pipeline.report.judgement import changes_json
+from pipeline.report.refitted import Refitted, refitted_json
+from pipeline.results.json_values import Json
+from pipeline.stages.context import RunContext
+from pipeline.stages.plate_settings import measure_rates
+from pipeline.stages.poses import Recordings, average_recordings
+from pipeline.stages.rate import SettingRate
+from pipeline.stages.run import check_session
+from pipeline.stages.triads import TriadInput, accelerometer_input, gyroscope_input
+from pipeline.text.formatting import DISPLAY
+from pipeline.workbench.state import Screen, TriadScreen, model_of, text_of
+
+BAND = (0.025, 0.975)  #: of an ordered residual. Definition: 95 %
+MOST_KEPT = 2000  #: fits that are kept; of 90 poses 30 kB each. Chosen
+
+
+class OpenSession:
+    """The configuration on disk, its averaged poses, and the refits that were asked for.
+
+    Raises
+    ------
+    PipelineError, CalibrationError, VisionError
+        As a run of it.
+    """
+
+    def __init__(self, path: Path, cache: Path, allow_python: bool) -> None:
+        self.config = load_config(path)
+        self.context = RunContext(cache, allow_python=allow_python)
+        self.rates: Mapping[str, SettingRate] = measure_rates(self.config, self.context)
+        self._recordings: dict[str, Recordings] = {}
+        self._fits: dict[tuple[Any, ...], Refitted | CalibrationError] = {}
+        self._inputs: dict[tuple[Any, ...], TriadInput] = {}
+        self._lock = Lock()
+        recordings = self._averaged(self.config)
+        self.sections: dict[Triad, Sequence[PoseSection]] = {
+            triad: pose_sections(self.config, recordings, triad)
+            for triad in TRIADS if getattr(self.config, triad) is not None}
+
+    def text(self, state: Screen) -> str:
+        """The configuration that the screen would write."""
+        return text_of(self.config, state, self.sections)
+
+    def added(self, triad: Triad) -> tuple[str, ...]:
+        """The added effects of the file's model."""
+        return tuple(name for name in getattr(self.config, triad).model if name not in BASE)
+
+    def columns(self, triad: Triad) -> Json:
+        """What a chart of the residuals may have on an axis, by its title, of every pose; and the
+        normal quantiles of those that turn, with a band that holds each residual at 95 %.
+        """
+        base = Screen({each: TriadScreen(self.added(each)) for each in self.sections}, {})
+        poses = self.refitted(base, triad).fit.poses
+        unit, factor = DISPLAY[triad]
+        known = {"order of the poses": np.arange(1.0, len(poses) + 1),
+                 "time [min]": poses.time_s / 60, "rate of the plate [rpm]": poses.spin_rad_s / RPM}
+        for k, axis in enumerate(AXES):
+            known[f"reading {axis} [{unit}]"] = poses.reading[:, k] * factor
+            known[f"specific force {axis} [m/s²]"] = poses.force[:, k]
+        known |= dict(poses.columns)
+        n = int((~poses.reference.is_null).sum())
+        place = np.arange(1, n + 1)
+        z, low, high = (norm.ppf(beta.ppf(share, place, n + 1 - place)).tolist()
+                        for share in (0.5, *BAND))
+        return {"columns": {name: values.tolist() for name, values in known.items()
+                            if np.isfinite(values).all() and np.ptp(values) > 0},
+                "quantiles": {"z": z, "low": low, "high": high}}
+
+    def answer(self, state: Screen, triad: Triad, guesses: Sequence[str]) -> Json:
+        """The refit of one triad on the screen, with what each change of its model is worth.
+
+        Raises
+        ------
+        CalibrationError, PipelineError
+            Its poses do not determine it, or the state is none of this session.
+        """
+        ticked = state.triads[triad].ticked
+        refits = _OfTriad(self, state, triad)
+        with self._lock:
+            refitted = self._refitted(state, triad)
+            steps = [refits.of(ticked[:k]) for k in range(len(ticked))] + [refitted]
+            changes = changes_json(refits, ticked, refitted, self.config.source.path, guesses)
+        out = state.triads[triad].out
+        factor = DISPLAY[triad][1]
+        left_out = [pose.left_out * factor for pose in refitted.comparison.poses]
+        answer = refitted_json(refitted) | changes | {
+            "steps": [] if None in steps else [
+                {"chi2": each.fit.chi2, "dof": each.fit.dof} for each in steps if each],
+            "left_out": left_out,
+        }
+        return answer | self._with_poses_out(answer, state, triad, out) if out else answer
+
+    def _with_poses_out(
+        self, answer: Json, state: Screen, triad: Triad, out: Sequence[int]
+    ) -> Json:
+        """Residuals of all poses of the page: those left out as the fit without them predicts."""
+        n, factor = len(self.sections[triad]), DISPLAY[triad][1]
+        with self._lock:
+            whole = self._refitted(_taken_back(state, triad), triad).comparison.poses
+            predicted = self._predicted(state, triad)
+        kept = [k for k in range(n) if k not in out]
+        values = {key: dict(zip(kept, answer[key], strict=True))
+                  for key in ("residual", "left_out")}
+        lost = {k: predicted.get(whole[k].label, float("nan")) * factor for k in out}
+        return {key: [each.get(k, lost.get(k)) for k in range(n)] for key, each in values.items()}
+
+    def _predicted(self, state: Screen, triad: Triad) -> dict[str, float]:
+        from pipeline.stages.excluded_poses import predicted_poses
+
+        recorded = self._input(state, triad).recorded
+        every = predicted_poses(
+            self._refitted(state, triad).fit, [name for name, _ in recorded.recorded],
+            [(each.means, each.places) for _, each in recorded.recorded],
+            [each.excluded for _, each in recorded.recorded], recorded.poses_of)
+        return {each.label: each.predicted.residual.residual for each in every if each.predicted}
+
+    def refitted(self, state: Screen, triad: Triad) -> Refitted:
+        """The refit itself.
+
+        Raises
+        ------
+        CalibrationError
+            The poses do not determine it.
+        """
+        with self._lock:
+            return self._refitted(state, triad)
+
+    def _refitted(self, state: Screen, triad: Triad) -> Refitted:
+        key = _key(state, triad)
+        if key not in self._fits:
+            if len(self._fits) >= MOST_KEPT:
+                self._fits.clear()
+            try:
+                calibration = self._input(state, triad).refitted()
+                self._fits[key] = Refitted(calibration, compare(calibration.fit))
+            except CalibrationError as error:
+                self._fits[key] = error
+        found_fit = self._fits[key]
+        if isinstance(found_fit, CalibrationError):
+            raise found_fit
+        return found_fit
+
+    def _input(self, state: Screen, triad: Triad) -> TriadInput:
+        """What the triad is calibrated from on this screen, with its model."""
+        key = _key(state, triad, model=False)
+        if key not in self._inputs:
+            config = parse_config(self.config.source.path, self.text(replace(state, terms={})))
+            recordings = self._averaged(config)
+            if triad == "accelerometer":
+                read_in = accelerometer_input(config, self.context, recordings)
+            else:
+                read_in = gyroscope_input(config, self.context, self.rates, recordings,
+                                       self._accelerometer(state))
+            if len(self._inputs) >= MOST_KEPT:
+                self._inputs.clear()
+            self._inputs[key] = read_in
+        section = getattr(self.config, triad)
+        model = model_of(section.model, state.triads[triad].ticked)
+        return replace(self._inputs[key], section=section.model_copy(update={"model": model}))
+
+    def _accelerometer(self, state: Screen) -> TriadCalibration | None:
+        if "accelerometer" not in state.triads:
+            return None
+        return self._refitted(state, "accelerometer").calibration
+
+    def _averaged(self, config: Config) -> Recordings:
+        """The averaged poses of a configuration; models change nothing in them."""
+        sections = [*(config.accelerometer.sections if config.accelerometer else ()),
+                    *(config.gyroscope.runs if config.gyroscope else ())]
+        key = repr([section.exclude for section in sections])
+        if key not in self._recordings:
+            logs = check_session(config)
+            self._recordings[key] = average_recordings(config, logs, self.rates)
+        return self._recordings[key]
+
+
+class _OfTriad:
+    """Refits of one triad beside the state of the other; the caller holds the session."""
+
+    def __init__(self, session: OpenSession, state: Screen, triad: Triad) -> None:
+        self.session, self.state, self.triad = session, state, triad
+
+    @property
+    def added(self) -> tuple[str, ...]:
+        return self.session.added(self.triad)
+
+    def of(self, names: Sequence[str]) -> Refitted | None:
+        now = replace(self.state.triads[self.triad], ticked=tuple(names))
+        state = replace(self.state, triads={**self.state.triads, self.triad: now})
+        try:
+            return self.session._refitted(state, self.triad)
+        except (CalibrationError, ConfigError):
+            return None
+
+
+def _key(state: Screen, triad: Triad, model: bool = True) -> tuple[Any, ...]:
+    """What a fit of one triad depends on: its own state, and a gyroscope on the accelerometer."""
+    mine, other = state.triads[triad], state.triads.get("accelerometer")
+    return (triad, mine.ticked if model else None, mine.out,
+            other if triad == "gyroscope" else None)
+
+
+def _taken_back(state: Screen, triad: Triad) -> Screen:
+    """The state with all poses of one triad."""
+    return replace(state, triads={**state.triads, triad: replace(state.triads[triad], out=())})
+
+

@@ -1,0 +1,65 @@
+"""The server of a workbench: on the loopback address, until Ctrl-C."""
+
+import secrets
+import socket
+from collections.abc import Callable
+from types import FrameType
+
+import uvicorn
+
+from pipeline.workbench.application import Workbench, application
+from pipeline.workbench.guard import LOOPBACK
+
+PREFERRED_PORT = 8818  #: tried first, so that a reloaded page finds a new server. Chosen
+TOKEN_BYTES = 32  #: 256 random bits. Chosen
+
+
+class _Server(uvicorn.Server):
+    """Ends at the first signal, whatever is still being answered."""
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        self.force_exit = True
+        super().handle_exit(sig, frame)
+
+
+def serve(workbench: Workbench, opened: Callable[[str], None], port: int = PREFERRED_PORT) -> None:
+    """Serve until a signal ends it, which is raised again then.
+
+    Parameters
+    ----------
+    workbench : Workbench
+    opened : callable
+        Gets the address with its token once the server listens.
+    port : int
+        Tried first; another one is taken where it is busy.
+
+    Raises
+    ------
+    ConfigError
+        The answer to a question that is none; the application turns it into a sentence.
+    """
+    listener = listening_socket(port)
+    chosen = int(listener.getsockname()[1])
+    token = secrets.token_urlsafe(TOKEN_BYTES)
+    config = uvicorn.Config(
+        application(workbench, token, chosen), log_level="error", access_log=False,
+        lifespan="off", server_header=False, ws="none", timeout_graceful_shutdown=0)
+    opened(f"http://{LOOPBACK}:{chosen}/?token={token}")
+    with listener:
+        _Server(config).run(sockets=[listener])
+
+
+def listening_socket(port: int) -> socket.socket:
+    """A socket on the loopback address that listens on ``port``, or on a free one."""
+    for tried in (port, 0):
+        listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind((LOOPBACK, tried))
+            listener.listen()
+            return listener
+        except OSError:
+            listener.close()
+            if tried == 0:
+                raise
+    raise AssertionError  # the loop ends with a socket or an error

@@ -1,0 +1,149 @@
+"""What a screen shows beyond the files: ticked effects and poses left out; and its configuration.
+
+The state becomes a configuration text, and everything is computed from that text: what is shown is
+what ``Write to config`` writes.
+"""
+
+import difflib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from calib.effects.catalogue import BASE
+from calib.poses.imu_log import TRIADS, Triad
+from pipeline.config.edit import with_item, with_list, without_item
+from pipeline.config.load import Config
+from pipeline.config.schema import RunSection
+from pipeline.config.yaml_text import PathTo, YamlSource, parse_source
+from pipeline.console.exclude_text import PoseSection, yaml_name
+from pipeline.errors import ConfigError
+from pipeline.model_change import CONSTANT_RATE
+from pipeline.stages.excluded_poses import section_path
+
+MOST_NAMES = 200  #: effects or terms of a state; no model has as many. Derived: more is no question
+
+
+@dataclass(frozen=True)
+class TriadScreen:
+    """One triad on the screen: added effects in their order; numbers of the poses left out."""
+
+    ticked: tuple[str, ...]
+    out: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Screen:
+    """All of the screen: the triads, and the terms of the plate settings that were changed."""
+
+    triads: Mapping[Triad, TriadScreen]
+    terms: Mapping[str, tuple[str, ...]]
+
+
+def read_state(value: Any) -> Screen:
+    """The state in a question of the page.
+
+    Raises
+    ------
+    ConfigError
+        It is none.
+    """
+    try:
+        triads: dict[Triad, TriadScreen] = {
+            triad: TriadScreen(_names(value["triads"][triad]["ticked"]),
+                              tuple(sorted({int(k) for k in value["triads"][triad]["out"]})))
+            for triad in TRIADS if triad in value["triads"]}
+        terms = {str(name): _names(each) for name, each in value.get("terms", {}).items()}
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise ConfigError(f"the page asked for no state of this session ({error}).") from error
+    return Screen(triads, terms)
+
+
+def _names(value: Sequence[Any]) -> tuple[str, ...]:
+    if len(value) > MOST_NAMES or not all(isinstance(name, str) for name in value):
+        raise ValueError("effects are named by texts")
+    return tuple(dict.fromkeys(value))
+
+
+def text_of(
+    config: Config, state: Screen, poses: Mapping[Triad, Sequence[PoseSection]]
+) -> str:
+    """The text of the configuration with what the screen shows; comments and order are kept.
+
+    Parameters
+    ----------
+    config : Config
+        As it stands in the file.
+    state : Screen
+    poses : mapping of triad to sequence of PoseSection
+        Name and section of every pose that the file's configuration uses.
+
+    Raises
+    ------
+    ConfigError
+        The state names a pose or a section that is not there.
+    """
+    source = config.source
+    for triad, of_triad in state.triads.items():
+        section = getattr(config, triad)
+        if section is None:
+            raise ConfigError(f"{source.path} has no section '{triad}'.")
+        model = model_of(section.model, of_triad.ticked)
+        source = _with_model(source, (triad,), section.model, model, BASE)
+        source = _without_poses(source, config, triad, of_triad.out, poses[triad])
+    for setting, terms in state.terms.items():
+        now = getattr(config.rate.get(setting), "model", None)
+        if now is None:
+            raise ConfigError(f"{source.path} has no clip of '{setting}'.")
+        model = model_of(now, terms, CONSTANT_RATE)
+        source = _with_model(source, ("rate", setting), now, model, CONSTANT_RATE)
+    return source.text
+
+
+def model_of(
+    now: Sequence[str], ticked: Sequence[str], base: Sequence[str] = BASE
+) -> tuple[str, ...]:
+    """The model ``now`` with the ticked effects beyond ``base``, in the order of the file.
+
+    >>> model_of(("bias", "cubic", "scale"), ("quadratic", "cubic"))
+    ('bias', 'cubic', 'scale', 'quadratic')
+    """
+    keep = [name for name in now if name in base or name in ticked]
+    return (*keep, *(name for name in ticked if name not in now))
+
+
+def _with_model(
+    source: YamlSource, section: PathTo, now: Sequence[str], then: Sequence[str],
+    default: Sequence[str],
+) -> YamlSource:
+    for name in now:
+        if name not in then:
+            source = parse_source(source.path, without_item(source, section, name))
+    for name in then:
+        if name not in now:
+            source = parse_source(source.path, with_item(source, section, name, default))
+    return source
+
+
+def _without_poses(
+    source: YamlSource, config: Config, triad: Triad, out: Sequence[int],
+    poses: Sequence[PoseSection],
+) -> YamlSource:
+    if any(not 0 <= k < len(poses) for k in out):
+        raise ConfigError(f"the {triad} has no such pose; load the page again.")
+    of_triad = getattr(config, triad)
+    sections: Sequence[RunSection] = getattr(of_triad, "sections", of_triad.runs)
+    for number in dict.fromkeys(poses[k].number for k in out):
+        names = [*map(yaml_name, sections[number].exclude),
+                 *(poses[k].name for k in out if poses[k].number == number)]
+        path = section_path(sections[number], config)
+        source = parse_source(source.path, with_list(source, path, "exclude", names))
+    return source
+
+
+def changed_lines(before: str, after: str) -> list[dict[str, Any]]:
+    """The lines that differ: number from 1 in ``after``, and the line before and after."""
+    old, new = before.splitlines(), after.splitlines()
+    return [
+        {"line": j1 + 1, "before": "\n".join(old[i1:i2]), "after": "\n".join(new[j1:j2])}
+        for tag, i1, i2, j1, j2 in difflib.SequenceMatcher(None, old, new, False).get_opcodes()
+        if tag != "equal"]

@@ -1,0 +1,327 @@
+// The tools of a page that `pipeline open` serves: it asks Python for every fit, remembers what was
+// tried, and writes what the screen shows into the configuration.
+(() => {
+"use strict";
+const SVG = "http://www.w3.org/2000/svg", WIDTH = 400, HEIGHT = 260, LEFT = 52, FOOT = 34;
+const bar = document.querySelector(".bench-bar");
+const status = bar.querySelector("[data-bench-status]"), lines = bar.querySelector("[data-bench-lines]");
+const button = (name) => bar.querySelector(`[data-bench-do="${name}"]`);
+let page = null, undone = [], done = [], now = "", restoring = false;
+
+const state = () => ({
+  triads: Object.fromEntries(page.sections.map(({ triad, order, out }) => [triad.triad,
+    { ticked: order.map((effect) => effect.name), out: [...out].sort((a, b) => a - b) }])),
+  terms: Object.fromEntries(page.rateSections.flatMap(({ rate, boxes }) => {
+    const ticked = rate.terms.filter((_, i) => boxes[i].checked);
+    const changed = rate.terms.some((term, i) => term.in_model !== boxes[i].checked);
+    return changed ? [[rate.setting, ticked.map((term) => term.name)]] : [];
+  })),
+});
+
+async function post(where, question) {
+  const response = await fetch(`/${where}`, { method: "POST",
+    headers: { "content-type": "application/json" }, body: JSON.stringify(question) });
+  const answer = await response.json().catch(() => ({ error: `no answer (${response.status})` }));
+  if (!response.ok) throw new Error(answer.error);
+  return answer;
+}
+
+function say(text, changed = []) {
+  status.textContent = text;
+  lines.hidden = changed.length === 0;
+  lines.textContent = changed.map(({ line, before, after }) => [
+    ...(before ? before.split("\n").map((one) => `− ${one}`) : []),
+    ...(after ? after.split("\n").map((one, i) => `+ ${line + i}: ${one}`) : [])].join("\n")).join("\n");
+}
+
+// --- undo, redo, write ---------------------------------------------------------------------------
+
+function remember() {
+  const next = JSON.stringify(state());
+  if (restoring || next === now) return;
+  done.push(now);
+  undone = [];
+  now = next;
+  offer();
+}
+
+function offer() {
+  button("undo").disabled = done.length === 0;
+  button("redo").disabled = undone.length === 0;
+  button("write").disabled = now === page.asRun;
+}
+
+function restore(text) {
+  const { triads, terms } = JSON.parse(text);
+  restoring = true;
+  for (const section of page.sections) {
+    const { ticked, out } = triads[section.triad.triad] ?? { ticked: [], out: [] };
+    section.order = ticked.map((name) => section.effects.find((effect) => effect.name === name))
+      .filter(Boolean);
+    section.out = new Set(out.filter((k) => k < section.triad.labels.length));
+    for (const effect of section.effects) {
+      section.boxes.get(effect.name).checked = section.order.includes(effect);
+    }
+  }
+  for (const { rate, boxes } of page.rateSections) {
+    const ticked = terms[rate.setting];
+    boxes.forEach((box, i) => {
+      box.checked = ticked ? ticked.includes(rate.terms[i].name) : rate.terms[i].in_model;
+    });
+  }
+  now = JSON.stringify(state());
+  page.sections.forEach((section) => section.update());
+  page.rateSections.forEach((section) => section.update());
+  restoring = false;
+  offer();
+}
+
+const actions = {
+  undo() { undone.push(now); restore(done.pop()); },
+  redo() { done.push(now); restore(undone.pop()); },
+  async write() {
+    button("write").disabled = true;
+    say("The session is run with it …");
+    try {
+      const { path, lines: changed } = await post("write", { state: state() });
+      keep("written", { path, changed });
+      drop("pending");
+      location.reload();
+    } catch (error) {
+      say(`Nothing was written. ${error.message}`);
+      offer();
+    }
+  },
+};
+
+// --- what outlives a new page --------------------------------------------------------------------
+
+const keep = (name, value) => sessionStorage.setItem(name, JSON.stringify(value));
+const drop = (name) => sessionStorage.removeItem(name);
+const kept = (name) => JSON.parse(sessionStorage.getItem(name) ?? "null");
+
+function listen() {
+  const events = new EventSource("/events");
+  let report = null;
+  events.addEventListener("changed", (event) => {
+    const stamp = JSON.parse(event.data);
+    if (stamp.report === report) {
+      say("The configuration was changed; `pipeline run` brings its results here.");
+      return;
+    }
+    report = stamp.report;
+    if (now !== page.asRun) keep("pending", now);
+    location.reload();
+  });
+  events.addEventListener("begin", (event) => { report = JSON.parse(event.data).report; });
+  events.addEventListener("error", () => say("The server has ended: type `pipeline open` again."));
+}
+
+// --- drawings ------------------------------------------------------------------------------------
+
+function node(name, attributes = {}, text = "") {
+  const made = document.createElementNS(SVG, name);
+  Object.entries(attributes).forEach(([key, value]) => made.setAttribute(key, value));
+  if (text) made.textContent = text;
+  return made;
+}
+
+const span = (values) => {
+  const finite = values.filter(Number.isFinite);
+  const low = Math.min(...finite), high = Math.max(...finite), room = 0.06 * (high - low) || 1;
+  return [low - room, high + room];
+};
+
+// Axes from these ranges; gives the drawing and what turns values into places.
+function plot([left, right], [low, high], across, upward, words) {
+  const svg = node("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": words, class: "chart" });
+  const x = (value) => LEFT + (value - left) / (right - left) * (WIDTH - LEFT - 8);
+  const y = (value) => HEIGHT - FOOT - (value - low) / (high - low) * (HEIGHT - FOOT - 10);
+  for (const part of [0.06, 0.5, 0.94]) {
+    const [vx, vy] = [left + part * (right - left), low + part * (high - low)]
+      .map((value) => (Math.abs(value) < 1e-9 * (right - left + high - low) ? 0 : value));
+    svg.append(node("text", { class: "tick", x: x(vx), y: HEIGHT - FOOT + 14, "text-anchor": "middle" }, page.short(vx)),
+      node("text", { class: "tick", x: LEFT - 5, y: y(vy) + 4, "text-anchor": "end" }, page.short(vy)));
+  }
+  svg.append(node("text", { class: "title", x: (LEFT + WIDTH) / 2, y: HEIGHT - 4, "text-anchor": "middle" }, across),
+    node("text", { class: "title", x: 2, y: 10 }, upward));
+  if (low < 0 && high > 0) svg.append(node("path", { class: "zero", d: `M${LEFT} ${y(0)}H${WIDTH - 8}` }));
+  return { svg, x, y };
+}
+
+// --- one triad -----------------------------------------------------------------------------------
+
+class Bench {
+  constructor(section) {
+    this.section = section;
+    this.tried = kept(`tried ${section.triad.triad}`) ?? [];
+    this.root = document.getElementById("bench").content.firstElementChild.cloneNode(true);
+    section.root.querySelector(".refit").after(this.root);
+    for (const name of ["x", "y", "colour", "from", "to"]) {
+      this.part(name).addEventListener("change", () => this.draw());
+    }
+    section.listeners.push(() => this.note());
+    this.note();
+    fetch(`/columns/${section.triad.triad}`).then((answer) => answer.json()).then((answer) => {
+      this.columns = answer.columns;
+      this.quantiles = answer.quantiles;
+      this.choices();
+      this.note();
+    });
+  }
+
+  part(name) { return this.root.querySelector(`[data-bench-${name}]`); }
+
+  choices() {
+    const own = ["residual [sd]", "residual left out [sd]"], names = Object.keys(this.columns);
+    const fill = (select, all) => select.replaceChildren(...all.map((each) => new Option(each, each)));
+    fill(this.part("x"), [...names, ...own]);
+    fill(this.part("y"), [...own, ...names]);
+    fill(this.part("colour"), ["none", ...own, ...names]);
+  }
+
+  values(name) {
+    const { refitted, triad } = this.section;
+    if (name === "residual [sd]") return refitted.residual.map((value, k) => value / triad.sd[k]);
+    if (name === "residual left out [sd]") {
+      return (refitted.left_out ?? triad.left_out).map((value, k) => value / triad.sd[k]);
+    }
+    return this.columns[name];
+  }
+
+  // A fit is on the screen: one more row, unless it was tried before.
+  note() {
+    const { triad, order, out, refitted } = this.section, mine = state().triads[triad.triad];
+    const key = JSON.stringify(mine);
+    this.key = key;
+    if (!this.tried.some((each) => each.key === key) && !refitted.failed && this.section.settled) {
+      this.tried.push({ key, model: order.map((effect) => effect.name).join(" + ") || "base",
+        out: [...out].map((k) => triad.labels[k].split("/").pop()).join(", "),
+        rms: refitted.rms, loo: refitted.loo, chi2: refitted.chi2 / refitted.dof,
+        explained: refitted.explained,
+        left_out: (refitted.left_out ?? triad.left_out).map((v, k) => v / triad.sd[k]) });
+      keep(`tried ${triad.triad}`, this.tried.slice(-40));
+    }
+    const name = ({ model, out: without }) => `${model}${without ? ` without ${without}` : ""}`;
+    this.part("tried").replaceChildren(...this.tried.map((each) => {
+      const row = document.createElement("tr"), back = document.createElement("button");
+      row.className = each.key === key ? "now" : "";
+      [each.model, each.out, page.short(each.rms), page.short(each.loo), page.short(each.chi2),
+        each.explained ? "yes" : "no"].forEach((text) => row.insertCell().textContent = text);
+      back.type = "button";
+      back.textContent = "show";
+      back.setAttribute("aria-label", `show ${name(each)}`);
+      back.addEventListener("click", () => {
+        const whole = state();
+        whole.triads[triad.triad] = JSON.parse(each.key);
+        done.push(now);
+        undone = [];
+        restore(JSON.stringify(whole));
+      });
+      row.insertCell().append(back);
+      return row;
+    }));
+    for (const [part, at] of [["from", 0], ["to", this.tried.length - 1]]) {
+      const select = this.part(part), before = select.selectedIndex;
+      const chosen = part === "from" && before >= 0 ? before : at;
+      select.replaceChildren(...this.tried.map((each, i) => new Option(name(each), i)));
+      select.selectedIndex = chosen;
+    }
+    if (this.columns) this.draw();
+  }
+
+  draw() {
+    this.scatter();
+    this.normal();
+    this.gain();
+  }
+
+  dot(k, x, y, text) {
+    const mark = node("circle", { "data-i": k, cx: x.toFixed(1), cy: y.toFixed(1), r: 4 });
+    mark.append(node("title", {}, `${this.section.triad.labels[k]}: ${text}`));
+    if (this.section.out.has(k)) mark.classList.add("left-out");
+    return mark;
+  }
+
+  scatter() {
+    const [across, upward, colour] = ["x", "y", "colour"].map((name) => this.part(name).value);
+    const [xs, ys] = [this.values(across), this.values(upward)];
+    const { svg, x, y } = plot(span(xs), span(ys), across, upward, `${upward} against ${across}, a dot for every pose.`);
+    const shades = colour === "none" ? null : this.values(colour), range = shades && span(shades);
+    xs.forEach((value, k) => {
+      const mark = this.dot(k, x(value), y(ys[k]), `${page.short(value)}, ${page.short(ys[k])}`);
+      if (shades) mark.style.fill = `hsl(${(240 - 240 * (shades[k] - range[0]) / (range[1] - range[0])).toFixed(0)} 75% 48%)`;
+      svg.append(mark);
+    });
+    this.part("scatter").replaceChildren(svg);
+  }
+
+  normal() {
+    const { is_null: atRest } = this.section.triad, all = this.values("residual [sd]");
+    const places = all.map((_, k) => k).filter((k) => !atRest[k]).sort((a, b) => all[a] - all[b]);
+    const { z, low, high } = this.quantiles;
+    if (places.length === 0 || places.length !== z.length) return;
+    const { svg, x, y } = plot(span(z), span([...low, ...high, ...places.map((k) => all[k])]),
+      "normal quantile", "residual [sd]", "Ordered residuals against normal quantiles with their band.");
+    const edge = (values) => z.map((value, i) => `${x(value).toFixed(1)} ${y(values[i]).toFixed(1)}`);
+    svg.append(node("path", { class: "band-of-normal", d: `M${[...edge(low), ...edge(high).reverse()].join("L")}z` }));
+    places.forEach((k, i) => svg.append(this.dot(k, x(z[i]), y(all[k]), `${page.short(all[k])} sd`)));
+    this.part("normal").replaceChildren(svg);
+  }
+
+  // By how much the squared prediction of every pose that takes no part falls, in sds.
+  gain() {
+    const [from, to] = ["from", "to"].map((name) => this.tried[Number(this.part(name).value)]);
+    if (!from || !to) return;
+    const gains = from.left_out.map((value, k) => value ** 2 - to.left_out[k] ** 2);
+    const { svg, x, y } = plot([0, gains.length], span([0, ...gains]), "pose", "fall of chi² by pose",
+      `Which poses ${to.model} predicts better than ${from.model}.`);
+    const wide = Math.max((x(1) - x(0)) * 0.75, 1);
+    gains.forEach((value, k) => {
+      const bar = node("rect", { class: value < 0 ? "gain loss" : "gain", "data-i": k, x: x(k + 0.12), width: wide,
+        y: Math.min(y(0), y(value)), height: Math.max(Math.abs(y(value) - y(0)), 0.5) });
+      bar.append(node("title", {}, `${this.section.triad.labels[k]}: ${page.short(value)}`));
+      svg.append(bar);
+    });
+    this.part("gain").replaceChildren(svg);
+    const better = gains.filter((value) => value > 0).length;
+    this.part("gain-words").textContent = `${better} of ${gains.length} poses are predicted better by `
+      + `${to.model}${from === to ? " (choose two models)" : ` than by ${from.model}`}.`;
+  }
+}
+
+window.workbench = {
+  ask: (where, question) => post(where, { ...question, state: state() }),
+  begin(parts) {
+    page = parts;
+    page.asRun = now = JSON.stringify(state());
+    for (const section of page.sections) {
+      const update = section.update.bind(section), show = section.show.bind(section);
+      section.update = () => { section.settled = false; remember(); update(); };
+      section.show = (refitted) => { section.settled = true; show(refitted); };
+      section.settled = true;
+      new Bench(section);
+    }
+    for (const section of page.rateSections) {
+      section.boxes.forEach((box) => box.addEventListener("change", remember));
+    }
+    // The specific force in the poses of the gyroscope is the accelerometer's.
+    const [first, second] = ["accelerometer", "gyroscope"].map((name) =>
+      page.sections.find((section) => section.triad.triad === name));
+    if (first && second) first.listeners.push(() => second.update());
+    for (const name of Object.keys(actions)) button(name).addEventListener("click", actions[name]);
+    document.addEventListener("keydown", (event) => {
+      if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z") return;
+      const name = event.shiftKey ? "redo" : "undo";
+      if (!button(name).disabled) { event.preventDefault(); actions[name](); }
+    });
+    const written = kept("written"), pending = kept("pending");
+    if (written) say(written.changed.length ? `${written.path} was changed:` : "Nothing to write.", written.changed);
+    drop("written");
+    drop("pending");
+    if (pending) restore(pending);
+    offer();
+    listen();
+  },
+};
+})();

@@ -1,0 +1,74 @@
+"""A session with something hidden, opened in a workbench of its own process."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from tests.pipeline.report.tab import Browser, started_browser
+from tests.world.designs import rich_design
+from tests.world.session import simulate
+from tests.world.sizes import draw_effect
+from tests.world.write import write_session
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """One browser for all tests; each opens a tab of its own."""
+    with started_browser(tmp_path_factory.mktemp("browser")) as browser:
+        yield browser
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A running ``pipeline open``: its configuration, its address with the token, its process."""
+
+    config: Path
+    address: str
+    process: subprocess.Popen[str]
+
+    @property
+    def origin(self) -> str:
+        """The address without its token."""
+        return self.address.partition("/?")[0]
+
+
+def written_session(folder: Path) -> Path:
+    """A gyroscope that hides a g-sensitivity, on a rich design of short poses; not run yet."""
+    design = rich_design().scaled(seconds=0.3)
+    hidden = draw_effect("g_sensitivity", "gyroscope", 25.0, design, 3)
+    return write_session(folder, simulate(design, 3, (hidden,)), film=False).config
+
+
+@contextmanager
+def opened_workbench(
+    config: Path, *options: str, path: str = "/nowhere"
+) -> Iterator[Opened]:
+    """``pipeline open`` of a configuration with no browser in ``path``, ended by Ctrl-C."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "pipeline", "open", str(config), *options],
+        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+        env=os.environ | {"PATH": path})
+    assert process.stdout is not None
+    try:
+        lines = iter(process.stdout.readline, "")
+        address = next(line.strip() for line in lines if line.startswith("http://"))
+        yield Opened(config, address, process)
+    finally:
+        process.send_signal(signal.SIGINT)
+        assert process.wait(10) == 130
+        process.stdout.close()
+
+
+@pytest.fixture(scope="module")
+def opened(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
+    """The session, opened."""
+    config = written_session(tmp_path_factory.mktemp("opened"))
+    with opened_workbench(config) as opened:
+        yield opened

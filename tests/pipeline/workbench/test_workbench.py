@@ -1,0 +1,154 @@
+"""The workbench as a person uses it, in a real browser, against the terminal's own runs."""
+
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from pipeline.config.load import load_config
+from pipeline.text.formatting import DISPLAY
+from pipeline.workbench.live_refits import OpenSession
+from pipeline.workbench.state import Screen, TriadScreen, changed_lines
+from tests.pipeline.report.browser import needs_browser
+from tests.pipeline.report.tab import PHONE, Browser, Tab
+from tests.pipeline.workbench.conftest import opened_workbench, written_session
+from tests.sessions import pipeline, results_in
+
+pytestmark = needs_browser
+
+GYRO = "document.querySelector('#gyroscope')"
+BOX = '#gyroscope input[data-effect="{}"]'
+LEAVE_OUT = "#gyroscope [data-do=leaveOut]"
+SHOWN = DISPLAY["gyroscope"][1]
+
+
+def figure(name: str) -> str:
+    return f"{GYRO}.querySelector('[data-out={name}]').dataset.value"
+
+
+def tried(tab: Tab) -> list[str]:
+    rows: list[str] = tab.evaluate(
+        f"[...{GYRO}.querySelectorAll('.tried tbody tr')].map((row) => row.innerText)")
+    return rows
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    return written_session(tmp_path)
+
+
+@pytest.fixture
+def tab(config: Path, browser: Browser) -> Iterator[Tab]:
+    with opened_workbench(config) as opened, browser.tab() as tab:
+        tab.visit(opened.address)
+        tab.wait("document.querySelectorAll('[data-bench-scatter] circle').length > 0")
+        yield tab
+        assert tab.errors == []
+
+
+def test_the_whole_loop_in_one_window(tab: Tab, config: Path) -> None:
+    """Found, ticked, the error falls, a pose out and back, undone, written, run: one number."""
+    asked = tab.evaluate("location.href")
+    assert "token" not in asked
+    before = float(tab.evaluate(figure("loo")))
+    tab.click(BOX.format("g_sensitivity"))
+    tab.wait(f"Number({figure('loo')}) < {before / 5}")
+    fallen = tab.evaluate(figure("loo"))
+    assert "it is there; leave-one-out falls" in tab.evaluate(
+        f"{GYRO}.querySelector('[data-out=judgement]').textContent")
+
+    tab.click("#gyroscope svg.residuals g.mark[data-i='4']")
+    tab.click(LEAVE_OUT)
+    tab.wait(f"{figure('loo')} !== '{fallen}'")
+    without = tab.evaluate(figure("loo"))
+    tab.click(LEAVE_OUT)  # and back
+    tab.wait(f"{figure('loo')} === '{fallen}'")
+    tab.click("[data-bench-do=undo]")
+    tab.wait(f"{figure('loo')} === '{without}'")
+    assert len(tried(tab)) == 3
+
+    tab.click("[data-bench-do=write]")
+    words = tab.wait("/was changed/.test(document.querySelector('[data-bench-status]')"
+                     ".textContent) && document.querySelector('[data-bench-lines]').textContent")
+    assert "exclude: [pose_05]" in words
+    assert "misalignment, g_sensitivity]" in words
+    assert "# the reference of the gyroscopes" in config.read_text(encoding="utf-8")
+    tab.wait(f"Number({figure('loo')}) === {without}")
+    assert pipeline("run", config) == 0
+    found = results_in(config.with_suffix(".run"))["gyroscope"]
+    assert found["loo_rms"] * SHOWN == float(without)  # to the last digit
+    history = (config.with_suffix(".run") / "history.jsonl").read_text("utf-8").splitlines()
+    assert len(history) == 3  # opened, written, run: writing is one step
+
+
+def test_a_run_in_a_terminal_updates_the_page(tab: Tab, config: Path) -> None:
+    tab.evaluate("window.before = true")
+    subprocess.run([sys.executable, "-m", "pipeline", "add", str(config),
+                    "gyroscope.g_sensitivity"], check=True, capture_output=True)
+    tab.wait("window.before === undefined && document.readyState === 'complete'")
+    loo = results_in(config.with_suffix(".run"))["gyroscope"]["loo_rms"] * SHOWN
+    assert float(tab.wait(figure("loo"))) == loo
+    assert tab.evaluate(f"document.querySelector('{BOX.format('g_sensitivity')}').checked")
+
+
+def test_models_tried_are_kept_compared_and_returned_to(tab: Tab) -> None:
+    before = tab.evaluate(figure("rms"))
+    for name in ("g_sensitivity", "bias_drift", "quadratic"):  # more than a file holds
+        tab.click(BOX.format(name))
+        tab.wait(f"{GYRO}.querySelector('.tried tr.now')?.innerText.includes('{name}')")
+    assert "g_sensitivity + bias_drift + quadratic" in tried(tab)[3]
+    words = tab.evaluate(f"{GYRO}.querySelector('[data-bench-gain-words]').textContent")
+    match = re.match(r"(\d+) of 90 poses are predicted better", words)
+    assert match is not None
+    assert int(match[1]) > 70
+    tab.evaluate(f"{GYRO}.querySelector('.tried tbody button').focus()")
+    tab.key("Enter")
+    tab.wait(f"{figure('rms')} === '{before}'")
+    assert not tab.evaluate(f"document.querySelector('{BOX.format('quadratic')}').checked")
+
+
+def test_axes_are_chosen_and_a_dot_picks_its_pose(tab: Tab) -> None:
+    tab.evaluate(
+        f"const select = {GYRO}.querySelector('[data-bench-x]'); select.value = 'temperature_c';"
+        "select.dispatchEvent(new Event('change', {bubbles: true})); return true;")
+    words = f"{GYRO}.querySelector('[data-bench-scatter] svg').getAttribute('aria-label')"
+    assert "against temperature_c" in tab.evaluate(words)
+    tab.click("#gyroscope [data-bench-scatter] circle[data-i='7']")
+    assert tab.evaluate(f"{GYRO}.querySelector('[data-pose=label]').textContent").endswith(
+        "pose_08.csv")
+    inside = tab.evaluate(f"{GYRO}.querySelectorAll('[data-bench-normal] circle').length")
+    assert inside == 72  # the poses that turn
+
+
+def test_it_works_at_the_width_of_a_phone_and_says_its_verdict_aloud(tab: Tab) -> None:
+    tab.send("Emulation.setDeviceMetricsOverride", **PHONE)
+    tab.painted()
+    needed, there = tab.evaluate(
+        "return [document.documentElement.scrollWidth, window.innerWidth];")
+    assert needed <= there
+    for selector in ("[data-out=judgement]", "[data-bench-status]"):
+        assert tab.evaluate(f"return document.querySelector('{selector}').matches("
+                            "'[role=status], [aria-live]');")
+
+
+def test_the_figures_on_the_screen_are_those_of_a_run_with_the_same_effects(
+    config: Path
+) -> None:
+    session = OpenSession(config, config.with_suffix(".run") / "cache", False)
+    state = Screen({"accelerometer": TriadScreen(("temperature_bias",)),
+                   "gyroscope": TriadScreen(("g_sensitivity", "scale_drift"), (2, 30))}, {})
+    shown = session.answer(state, "gyroscope", ())
+    text = session.text(state)
+    assert {change["line"] for change in changed_lines(
+        load_config(config).source.text, text)} <= {*range(20, 60)}
+    config.write_text(text, encoding="utf-8")
+    assert pipeline("run", config) == 0
+    found = results_in(config.with_suffix(".run"))["gyroscope"]
+    assert (shown["chi2"], shown["dof"]) == (found["chi2"], found["dof"])
+    assert shown["loo"] == found["loo_rms"] * SHOWN
+    assert len(shown["residual"]) == 90  # those left out are predicted
+    json.dumps(shown, allow_nan=False)
