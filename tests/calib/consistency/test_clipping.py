@@ -43,6 +43,13 @@ def test_a_limit_shows_beside_noise_of_a_step_and_a_half_and_more(noise: float) 
             require_unclipped(logs(noise, limit=11_990.0, seed=seed), "gyroscope", SPEC)
 
 
+def test_one_quiet_log_among_noisy_ones_is_not_clipped() -> None:
+    """At the largest rate, where its few values are those of the limit."""
+    for seed in range(20):
+        *noisy, _ = logs(seed=seed)
+        require_unclipped([*noisy, logs(0.8, seed=seed)[-1]], "gyroscope", SPEC)
+
+
 def test_one_log_alone_and_a_triad_that_was_not_logged_say_nothing() -> None:
     clipped = logs(limit=11_990.0)
     require_unclipped(clipped[:1], "gyroscope", SPEC)

@@ -10,6 +10,7 @@ from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Contradiction
 from calib.fit.least_squares.solver import fit
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
+from calib.numbers import RPM
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 from tests.calib.made_poses import (
@@ -78,3 +79,37 @@ def test_exchanged_axes_show_by_what_the_calibration_tells_of_them() -> None:
     with pytest.raises(Contradiction, match="x and y are exchanged"):
         require_gravity(replace(on_plate, other_reading=nominal[:, [1, 0, 2]]), calibration,
                         GRAVITY)
+
+
+def at_78_rpm(offset_m: float) -> PoseSet:
+    """Poses whose accelerometer feels the centripetal part of ``offset_m`` off the spindle."""
+    spin = 78.26 * RPM
+    poses = made_poses("gyroscope", (spin,))
+    across = np.cross(poses.force, [0.3, 0.2, 1.0])
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    of_force = replace(made_poses("accelerometer", (spin,)),
+                       reading=poses.force + spin**2 * offset_m * across)
+    nominal = read_through(of_force, MODEL, base_theta(MODEL, "accelerometer")).reading
+    return replace(poses, other_reading=nominal)
+
+
+def test_what_turns_at_the_rim_of_a_record_is_no_contradiction(
+    accelerometer: TriadCalibration,
+) -> None:
+    require_gravity(at_78_rpm(0.14), accelerometer, GRAVITY)
+    with pytest.raises(Contradiction, match="the calibrated accelerometer reads 28"):
+        require_gravity(at_78_rpm(0.4), accelerometer, GRAVITY)
+
+
+def test_two_odd_poses_are_bad_poses_and_no_other_sensor(accelerometer: TriadCalibration) -> None:
+    require_gravity(on_the_plate(0.5 * np.eye(3)).take([-1, -2]), accelerometer, GRAVITY)
+
+
+def test_a_calibration_that_knows_little_contradicts_nothing_and_says_so() -> None:
+    loose = made_poses("accelerometer", (0.0,))
+    loose = noisy(replace(loose, sd=100 * loose.sd), 1)
+    calibration = calibrate_triad(fit(loose, MODEL), SPECS["accelerometer"])
+    poses = on_the_plate(0.9 * np.eye(3))
+    require_gravity(poses, calibration, GRAVITY)
+    (said,) = unknown_force(poses, calibration)
+    assert "determines the specific force to" in said

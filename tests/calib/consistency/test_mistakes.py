@@ -131,3 +131,11 @@ def test_a_run_by_another_sensor_is_told_by_its_gains() -> None:
     other = turned(poses, np.diag([1.3, 1.0, 0.9]), run(poses, "run 1"))
     with pytest.raises(Contradiction, match=r"run 'run 1' agree with each other.*gains differ"):
         require_one_sensor(other, MODEL, fit(other, MODEL))
+
+
+def test_gains_that_warmth_changes_are_no_other_sensor() -> None:
+    poses = session("gyroscope")
+    warm = turned(poses, 1.005 * np.eye(3), run(poses, "run 1"))
+    fitted = fit(warm, MODEL)
+    assert fitted.p_value < 1e-10
+    require_one_sensor(warm, MODEL, fitted)

@@ -1,6 +1,7 @@
 """Samples that occur twice are told from logs whose converter has few levels."""
 
 import numpy as np
+import pytest
 
 from calib.consistency.repeats import find_copy
 from calib.poses.imu_log import FloatArray, ImuLog
@@ -61,3 +62,21 @@ def test_a_file_under_two_names_is_a_copy_of_the_whole() -> None:
     copy = find_copy([log(noisy(3)), log(noisy(4)), log(noisy(3))], "gyroscope")
     assert copy is not None
     assert (copy.first, copy.second, copy.count) == (0, 2, ROWS)
+
+
+@pytest.mark.parametrize("count", [64, 300, ROWS])
+def test_a_block_that_stands_in_two_logs_is_found_at_both_places(count: int) -> None:
+    first, second = noisy(1), noisy(2)
+    second[100 : 100 + count] = first[: len(second[100 : 100 + count])]
+    copy = find_copy([log(first), log(second)], "gyroscope")
+    assert copy is not None
+    assert (copy.first, copy.second) == (0, 1)
+    assert abs(copy.first_start - 0) <= 1
+    assert abs(copy.second_start - 100) <= 1
+    assert copy.count == pytest.approx(min(count, ROWS - 100), abs=2)
+
+
+def test_a_block_too_short_to_count_is_no_copy() -> None:
+    first, second = noisy(1), noisy(2)
+    second[100:120] = first[:20]
+    assert find_copy([log(first), log(second)], "gyroscope") is None
