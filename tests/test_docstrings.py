@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 
 from tests.source_tree import FILES, imports, tree_of
 
@@ -267,3 +268,30 @@ def mask(x: FloatArray) -> BoolArray:
     found = [gives_an_array_of_unstated_unit(each) for each in public_functions(
         ast.parse(source).body)]
     assert found == [True, True, False, False, False, False]
+
+
+NO_NOUN = re.compile(r"(of|that|those|by|as)\b", re.IGNORECASE)
+"""Beginning of a docstring without the noun that it is about."""
+
+
+def docstrings(module: str) -> Iterator[tuple[str, str]]:
+    """Every docstring of a module and of its constants, and every comment that stands for one."""
+    for node in ast.walk(tree_of(module)):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            yield getattr(node, "name", module), ast.get_docstring(node) or ""
+        body = getattr(node, "body", ())
+        for before, after in pairwise(body if isinstance(body, list) else ()):
+            if isinstance(before, ast.Assign | ast.AnnAssign) and isinstance(after, ast.Expr):
+                yield ast.unparse(before), ast.unparse(after.value).strip("'\"")
+    lines = FILES[module].read_text(encoding="utf-8").splitlines()
+    for before, line in pairwise(["", *lines]):
+        if "#: " in line and not before.lstrip().startswith("#: "):
+            code, _, comment = line.partition("#: ")
+            yield code or comment, comment
+
+
+def test_a_docstring_begins_with_what_it_is_about() -> None:
+    """With a noun or a verb; a constant's names its quantity: "Share of ...", "Number of ..."."""
+    telegrams = [f"{module} {name}: {text[:60]}" for module in FILES
+                 for name, text in docstrings(module) if NO_NOUN.match(text)]
+    assert telegrams == []

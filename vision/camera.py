@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from vision.errors import VisionError
 
 SUFFIX = ".mkv"
-TICKS_PER_S = 1000  #: of the container's stamps
-JPEG_QUALITY = 90  #: of frames that are stored as images; not seen by the tracker
+TICKS_PER_S = 1000  #: ticks of the container's stamps
+JPEG_QUALITY = 90  #: quality of frames that are stored as images; not seen by the tracker
 PROBED = 12  #: frames by which the driver's stamps are judged
 PACE = 0.2  #: the driver's clock may differ by so much from the computer's over the probe
 START_S = 10.0  #: for the first frame; some cameras take seconds to wake up

@@ -49,7 +49,7 @@ class NothingMoves(RateRefused):
 
 
 def more_telling(first: RateRefused | None, later: RateRefused) -> RateRefused:
-    """Of two refusals the first, unless nothing moved there and something did later."""
+    """The first of two refusals, unless nothing moved there and something did later."""
     if first is None or isinstance(first, NothingMoves) > isinstance(later, NothingMoves):
         return later
     return first

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-VIEW_PARAMETERS = 7  #: of a view: six of H, and the lag of the read-out
+VIEW_PARAMETERS = 7  #: parameters of a view: six of H, and the lag of the read-out
 READOUT_ROUNDS = 3  # of the row of a point, which its own lag moves: exact to λ³ times the radius³
 
 

@@ -21,7 +21,7 @@ BLOCK = 8  #: pixels, each way
 SLOW_S = 2.2  #: seconds: what is slower is light or a camera that drifts; numerical
 MOST_BLOCKS = 40  # of all blocks, one in so many is looked at
 FEWEST_BLOCKS = 6  # that are looked at
-ABOUT = 0.08  #: of a period, to both sides of where a return is expected
+ABOUT = 0.08  #: share of a period, to both sides of where a return is expected
 READ_OFF = 0.2  # frames: the parabola through a narrow peak leans to the whole frame
 FEWEST_RETURNS = 2  # one alone may be chance
 LEAST_FRAMES = 3  # of a period
@@ -83,7 +83,7 @@ class ImageReturn:
 
     @property
     def rate_rad_s(self) -> float:
-        """Of a plate that looks the same once per turn, rad/s."""
+        """Rate of a plate that looks the same once per turn, rad/s."""
         return 2 * np.pi / self.period_s
 
 

@@ -26,11 +26,11 @@ Image = NDArray[np.uint8]
 
 RIM, CENTRE, HAND, UNUSED, TEXT = (  # BGR
     (80, 220, 80), (60, 60, 255), (255, 200, 0), (150, 150, 150), (255, 255, 255))
-LINE_PX = 22  #: of text, in a frame of the width below
+LINE_PX = 22  #: height of text, in a frame of the width below
 TEXT_WIDTH = 640  #: px; layout: the text grows with frames that are wider
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 SAME_S = 1e-4  #: stamps of one frame
-BORDER_PX = 6  #: of a frame that the rate does not use; layout
+BORDER_PX = 6  #: border of a frame that the rate does not use; layout
 EVEN = 2  # pixels: encoders of 4:2:0 take even sizes only
 
 

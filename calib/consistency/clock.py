@@ -29,8 +29,7 @@ known: nothing else can then be as large. Derived."""
 
 LEFT_SHARE = 0.1
 """Share of that at the stated rate, below which the two rates contradict each other. A judgement: a
-wave two turns away leaks less than 3 % into it. Half and double change none of 2 ordinary sessions
-and 6 mistakes in ``tests.bench.contradiction_limits``."""
+wave two turns away leaks less than 3 % into it."""
 
 LARGEST_CLOCK_ERROR = 0.05
 """Relative error of a controller's or a sensor's own oscillator without a crystal. A fact: internal

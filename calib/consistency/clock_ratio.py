@@ -31,12 +31,12 @@ BETWEEN = 4000
 """Ratios between them, of a smooth curve through their misfits. Numerical."""
 
 BESIDE = (0.3, 0.7)
-"""Of the rate, from the line, in which its noise is measured. Derived: nearer the line's own skirt,
-farther the waves of the next order."""
+"""Distances from the line, in rates, between which its noise is measured. Derived: nearer the
+line's own skirt, farther the waves of the next order."""
 
 CLEAR = 0.05
-"""Of the reach, that an sd stays below for a ratio to be known. Derived: the best of ratios that
-noise alone chooses has a fifth of it."""
+"""Share of the reach that an sd stays below for a ratio to be known. Derived: the best of ratios
+that noise alone chooses has a fifth of it."""
 
 CONTRADICTS_SD = 5.0
 """Sds from which two clocks contradict each other. A judgement: over 20 simulated runs the

@@ -42,8 +42,7 @@ FACTORS: Mapping[float, str] = {
 
 NOTICEABLE = 5e-4
 """Share of gravity that noise, placement and warmth leave in a good session; a mistake that changes
-less than this goes unnoticed and does as little harm. A judgement: half and twice change none of 4
-ordinary sessions and 2 mistakes (``tests.bench.contradiction_limits``)."""
+less than this goes unnoticed and does as little harm. A judgement."""
 
 
 def require_gravity(

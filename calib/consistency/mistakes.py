@@ -47,8 +47,8 @@ below 1e-5."""
 
 BOUND_SLACK = 16.0
 """Times the chi-square that a mistake may leave: the bound holds to first order, and for gains that
-are the data sheet's within a third. Tuned by ``tests.bench.contradiction_limits``: at 2 exchanged
-axes of a run are passed over, at 4, 8, 16 and 32 nothing is; what explains nothing is far above."""
+are the data sheet's within a third. Tuned on mistakes in whole sessions: at 2 exchanged axes of a
+run are passed over, at 4, 8, 16 and 32 nothing is. A limit of time."""
 
 FEWEST_OF_BLOCK = 3  #: poses; derived: fewer are bad poses, which have a verdict
 WORST_POSES = 2  #: tried one by one: a limit of time

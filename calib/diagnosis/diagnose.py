@@ -30,7 +30,8 @@ from calib.fit.least_squares.result import Fit
 from calib.fit.validation.prediction import Prediction
 
 RIVALS_COMPARED = 4
-"""Of a class, at most: a limit of time, since a block of poses is judged for every pair."""
+"""Number of rivals of a class at most: a limit of time, since a block of poses is judged for every
+pair."""
 
 
 @dataclass(frozen=True)

@@ -33,12 +33,12 @@ from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.runs import TIME_BASE
 
 LEAST_SHARE = 0.1
-"""Of a stated sd. Derived: what moves a parameter by less adds half a per cent to it, and is not
-listed."""
+"""Share of a stated sd. Derived: what moves a parameter by less adds half a per cent to it, and is
+not listed."""
 
 HARDLY_SEEN = 0.25
-"""Of the variance of a typical size, left by the poses. Derived: they know it no better than to
-half of that size."""
+"""Share of the variance of a typical size that the poses leave. Derived: they know it no better
+than to half of that size."""
 
 ALSO_NAMED = 3  #: other measurements that a verdict prices: it chooses words only
 

@@ -21,7 +21,7 @@ CLEARER = 2.0
 are noise, take the place of the high ones."""
 
 GRAVITY_SHARE = (0.5, 1.6)
-"""Of what the data sheet says for gravity: offsets and scale of a bad part stay within."""
+"""Shares of what the data sheet says for gravity: offsets and scale of a bad part stay within."""
 
 NOISIER = 2.0
 """At its finest ranges the chip's accelerometer is eight times as noisy, in counts, as its gyro."""

@@ -15,7 +15,7 @@ from pipeline.devices.sample import Sample
 
 HEADER = "#turntable "
 WORDS_PER_K, WORD_0_C = 340, 36.53  #: facts of the MPU-6050's temperature: steps, °C at word 0
-POLYNOMIAL = 0x07  #: of the CRC-8 above, without its leading term
+POLYNOMIAL = 0x07  #: polynomial of the CRC-8 above, without its leading term
 
 _WORD = r"(-?\d{1,5})"
 _LINE = re.compile(rf"(S,(\d{{1,10}}),(\d{{1,10}}),{','.join([_WORD] * 7)})\*([0-9A-Fa-f]{{2}})")

@@ -18,10 +18,11 @@ from pipeline.devices.sample import DeviceClock
 FloatArray = NDArray[np.float64]
 
 STRETCHES = 120
-"""Of a stream, one arrival of each. For ten minutes of simulated bursts, those of the test of this
-module, the step errs 1.4 times as much with half as many and 1.1 times with twice as many."""
+"""Number of stretches of a stream, one arrival from each. For ten minutes of simulated bursts,
+those of the test of this module, the step errs 1.4 times as much with half as many and 1.1 times
+with twice as many."""
 
-EARLIEST_SHARE = 0.1  #: of the stretches' earliest arrivals lie below the line
+EARLIEST_SHARE = 0.1  #: share of the stretches' earliest arrivals that lie below the line
 
 
 class Unwrap:

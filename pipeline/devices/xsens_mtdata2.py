@@ -19,7 +19,7 @@ MTDATA2 = 0x36
 PACKET_COUNTER, SAMPLE_TIME_FINE = 0x1020, 0x1060  # 16 bits; ticks of 100 µs
 RAW_ALL, TEMPERATURE_ID = 0xA010, 0x0810  # readings of the converters; °C
 ACCELERATION, RATE_OF_TURN = 0x4020, 0x8020  # m/s² and rad/s
-KIND = 0xFFF0  #: of a DataID; the low four bits are number format and frame
+KIND = 0xFFF0  #: mask of a DataID; the low four bits are number format and frame
 
 COUNTER = DeviceClock("packet counter", None, COUNTER_MODULUS)
 FINE = DeviceClock("sample time fine", 1e-4, CLOCK_MODULUS)

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from calib.poses.imu_log import AXES, FloatArray
 
-HALF_SIZES = np.array([1.0, 0.7, 0.3])  #: of the box along x, y, z
+HALF_SIZES = np.array([1.0, 0.7, 0.3])  #: half sizes of the box along x, y, z
 ARROW = 1.55  #: length of an axis' arrow
 SEEN_FROM_DEG = (-60.0, 25.0)  #: azimuth and elevation of the eye
 

@@ -10,7 +10,7 @@ from pipeline.drawings.box import HALF_SIZES, box_lines, plate_outline
 
 CELL, SCALE = 170, 42  #: px: of a drawing, and of half the box's length
 PER_ROW = 6  #: drawings beside each other
-COLOURS = {"x": "#c0392b", "y": "#1e8449", "z": "#2471a3"}  #: of the axes, as elsewhere
+COLOURS = {"x": "#c0392b", "y": "#1e8449", "z": "#2471a3"}  #: colours of the axes, as elsewhere
 
 
 def poses_svg(corners: bool = False) -> str:

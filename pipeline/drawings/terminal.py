@@ -5,7 +5,7 @@ import numpy as np
 from calib.poses.imu_log import FloatArray
 from pipeline.drawings.box import Line, box_lines
 
-COLUMNS, ROWS = 26, 11  #: of signs
+COLUMNS, ROWS = 26, 11  #: columns and rows of signs
 SPAN = 1.75  #: half the width of the drawing, in half lengths of the box
 #: Bit of a dot by its row and column in a sign.
 BITS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])

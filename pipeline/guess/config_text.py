@@ -23,7 +23,7 @@ from pipeline.logs.header_words import read_name
 
 #: Gravity anywhere on Earth: 9.780 at the equator, 9.832 at the poles.
 GRAVITY_SD_M_S2 = 0.02
-WIDTH = 96  #: of a list of names that stays on one line
+WIDTH = 96  #: width of a list of names that stays on one line
 
 
 @dataclass(frozen=True)

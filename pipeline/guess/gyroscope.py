@@ -35,7 +35,7 @@ NOISIEST_RAD_S = 0.03
 """Noise of one sample of a gyroscope, at most: 2 °/s, ten times that of an MPU-6050."""
 
 LARGEST_BIAS_RAD_S = 0.35
-"""Of a gyroscope that rests in most of its log: 20 °/s, the most that data sheets allow."""
+"""Bias of a gyroscope that rests in most of its log: 20 °/s, the most that data sheets allow."""
 
 
 def guess_gyroscope(

@@ -23,7 +23,7 @@ COUNTS_PER_DEG_S = (131.072, 65.536, 32.768, 16.384)
 """Facts: 16 bits over ±250, 500, 1000 and 2000 °/s."""
 RATE_UNITS = {unit: UNITS[unit][1] for unit in get_args(RateUnit)}  #: fact: rad/s in each
 RECORD_RPM = (100 / 6, 100 / 3, 45.0, 78.26)
-"""Of record players; the slowest and the last one from gramophones."""
+"""Speeds of record players; the slowest and the last one from gramophones."""
 
 RPM_TOLERANCE = 0.05
 """Cheap players turn 2 % too fast and gyroscopes read 3 % wrong."""
@@ -32,8 +32,8 @@ GRAVITY_TOLERANCE = 0.15
 """A factory accelerometer reads gravity within a tenth in every attitude."""
 
 LOOSEST, LOOSEST_SPREAD = 1.8, 0.7
-"""Of a triad that is known to be the accelerometer: one board in ``tests`` reads 1.4 g upright, and
-in a hand half of the readings are accelerated."""
+"""Limits of a triad that is known to be the accelerometer: one board in ``tests`` reads 1.4 g
+upright, and in a hand half of the readings are accelerated."""
 
 FORCE_UNITS = {unit: UNITS[unit][1] for unit in get_args(ForceUnit)}  #: fact: m/s² in each
 CODES = 65536.0  #: fact: of a converter of 16 bits

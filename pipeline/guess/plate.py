@@ -21,11 +21,12 @@ from pipeline.guess.table_guess import TURNING_RAD_S, TableGuess
 SI = TriadSpec(float("inf"), 0, "si")
 RANGES_DEG_S = (250.0, 500.0, 1000.0, 2000.0)  #: fact: of 16 bits, by COUNTS_PER_DEG_S
 NEAR_RANGE = math.log(1.3)
-"""Of a gyroscope's gain about that of its range: ranges are a factor of two apart."""
+"""Logarithm of a gyroscope's gain over that of its range: ranges are a factor of two apart."""
 APART = 3.0
 """Times the reading at rest that one on the plate is at least: a bias of 20 °/s, and 16 rpm."""
 NEAR_CLIP = math.log(1.15)
-"""Of the gyroscope's rate about a clip's: its gain may be 10 % off. Also of tables of one speed."""
+"""Logarithm of the gyroscope's rate over a clip's: its gain may be 10 % off. Also of tables of one
+speed."""
 
 
 @dataclass(frozen=True)

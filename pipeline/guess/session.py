@@ -78,12 +78,13 @@ class SessionGuess:
 
     @property
     def accelerometer(self) -> TriadGuess | None:
-        """That of the first table that has one."""
+        """The accelerometer of the first table that has one."""
         return next((t.accelerometer for t in self.tables if t.accelerometer), None)
 
     @property
     def gyroscope(self) -> TriadGuess | None:
-        """That of the first table that has one; a doubtful unit gives way to a sure one."""
+        """The gyroscope of the first table that has one; a doubtful unit gives way to a sure
+        one."""
         every = [t.gyroscope for t in self.tables if t.gyroscope]
         return next((each for each in every if not each.doubt), every[0] if every else None)
 

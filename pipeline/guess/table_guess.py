@@ -39,8 +39,8 @@ OTHER_FILES = {"gravity", "orientation", "magnetometer", "magnetometeruncalibrat
                "barometer", "location", "linear acceleration", "linearacceleration", "pedometer"}
 SENSOR_LOGGER = {"time", "seconds_elapsed", "x", "y", "z"}  #: columns of this app; fact
 REMOVED = 0.3
-"""Of gravity, that a typical reading is shorter than where gravity was removed: half of the rows of
-a log are at rest."""
+"""Share of gravity below which a typical reading had gravity removed: half of the rows of a log are
+at rest."""
 #: A gyroscope that reads more in half of its samples is on a turning plate, rad/s.
 TURNING_RAD_S = 0.3
 
@@ -61,7 +61,7 @@ class TableGuess:
 
     @property
     def path(self) -> Path:
-        """As a configuration names it."""
+        """The path as a configuration names it."""
         return self.table.path
 
     @property

@@ -17,8 +17,8 @@ COUNTER_PERIOD = 65536  #: the Xsens packet counter has 16 bits; others never ju
 #: Where counters of 8 to 32 bits begin again, and the clock at midnight.
 PERIODS = (2.0**32, 2.0**24, 2.0**16, 2.0**8, 86_400.0, 86_400_000.0)
 FEWEST_ROWS, MOST_STEPS = 100, 5
-"""Of a stretch of a clock between two steps back, and of the steps in a log. A judgement: a board
-that is reset or a phone whose clock is set does so once or twice, a misplaced row takes one row."""
+"""Rows of a clock between two steps back, and number of steps in a log. A judgement: a board that
+is reset or a phone whose clock is set does so once or twice, a misplaced row takes one row."""
 USUAL_STEPS = 20.0  #: a wrapped step is this many usual steps at most
 
 SLOWEST_HZ, FASTEST_HZ = 0.4, 40_000.0
@@ -27,8 +27,8 @@ SLOW_HZ, LONGEST_SLOW_S = 5.0, 1800.0
 """Slow logs exist, and long ones; one that is both is a faster one in milliseconds. At 1 kHz that
 already shows in a log of two seconds, at 250 Hz the rate itself does."""
 ASSUMED_HZ = 100.0
-"""Of poses without a clock: the usual rate of a logger. It decides only whether poses count as too
-short for their sds."""
+"""Sample rate of poses without a clock: the usual rate of a logger. It decides only whether poses
+count as too short for their sds."""
 USUAL_HZ = (5.0, 20_000.0)
 """What the likely unit would make of a clock that is out of these bounds."""
 

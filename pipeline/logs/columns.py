@@ -86,7 +86,7 @@ def our_name(theirs: str) -> tuple[str, float]:
 
 
 def parts_missing(names: Container[str]) -> Iterator[str]:
-    """Of each triad that ``names`` hold in part, what is missing of it, in words."""
+    """What is missing of every triad that ``names`` hold in part, in words."""
     for triad in (ACCELEROMETER, GYROSCOPE):
         lacking = [name for name in triad if name not in names]
         if 0 < len(lacking) < len(triad):

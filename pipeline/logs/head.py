@@ -33,9 +33,9 @@ COMMENT_SIGNS = ("#", "//", "%")
 UPDATE_RATE = re.compile(r"Update Rate:\s*([0-9.]+)\s*Hz", re.IGNORECASE)
 #: Settings that loggers write above the header ("Fs,100") take a few lines, not more.
 LONGEST_HEAD = 200
-FEWEST_NUMBERS = 3  #: of a row: a triad
+FEWEST_NUMBERS = 3  #: numbers in a row: a triad
 
-LONGEST_SHOWN, CELLS_SHOWN = 30, 12  #: of a wrong header, in a message
+LONGEST_SHOWN, CELLS_SHOWN = 30, 12  #: letters and cells of a wrong header in a message
 
 MISSING_TRIAD = ("The header needs time_s and acc_x, acc_y, acc_z or gyr_x, gyr_y, gyr_z or both; "
                  "rename the columns, give their names by `columns` in the configuration, or let "

@@ -13,7 +13,7 @@ from calib.poses.imu_log import AXES
 from pipeline.logs.dialect import delimiter_of
 
 LOOKED_AT = 60  #: lines, behind what a sketch says when it starts
-LEAST_SHARE = 0.9  #: of them that are written in the manner
+LEAST_SHARE = 0.9  #: share of the lines that are written in the manner
 FEWEST = 3  #: numbers of a row: a triad
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 LABEL = re.compile(rf"([A-Za-zµ°][\w ./\[\]()²^°-]*?)\s*[:=]\s*({NUMBER})")
@@ -22,7 +22,7 @@ ARROW = re.compile(r"\s*\[?(\d{1,2}:\d{2}:\d{2}[.:,]\d+)\]?\s*->\s*(.*)")
 TITLE = re.compile(r"^\s*([A-Za-z ]+):\s*(?=[A-Za-z]\s*[:=])")  #: "Acceleration: X:0.1, Y: 0.2"
 TAG = re.compile(rf"\s*[A-Za-z][\w/ ]*[:>]\s+(?={NUMBER}[\s,;]+{NUMBER}[\s,;]+{NUMBER})")
 """A word before a row that names no number of it: ``a/g: 1 2 3``."""
-MOST_LINES = 4  #: of a sample, as accelerometer, gyroscope, magnetometer and temperature
+MOST_LINES = 4  #: lines of a sample, as accelerometer, gyroscope, magnetometer and temperature
 
 
 def without_labels(lines: list[str]) -> list[str]:

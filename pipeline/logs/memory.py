@@ -11,7 +11,7 @@ from pathlib import Path
 from pipeline.errors import UnreadableInput
 
 MEMORY_PER_BYTE = 16  #: the eleven that were measured, and half as many for short rows
-SHARE = 0.5  #: of the free memory; chosen: as much again stays for the calibration
+SHARE = 0.5  #: share of the free memory; chosen: as much again stays for the calibration
 LEAST_FREE = 256 << 20  #: bytes; a system that states less still has it, in pages it can give back
 #: Where Linux states the memory that is free, and the limit of a container.
 MEMINFO, CGROUP = Path("/proc/meminfo"), Path("/sys/fs/cgroup/memory.max")

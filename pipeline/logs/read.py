@@ -37,7 +37,7 @@ from pipeline.text.names import nearest_name
 MOST_DISTINCT = 0.9
 """Share of distinct rows in a log that is no copy of itself in part. A judgement: the readings of a
 board that was reset differ by noise, whatever its clock does."""
-TABLES = 6  #: that a message lists
+TABLES = 6  #: tables that a message lists
 
 
 @dataclass(frozen=True, eq=False)

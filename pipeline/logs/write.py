@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from calib.poses.imu_log import FloatArray
 
-DIGITS = 4  #: that one look-up gives
+DIGITS = 4  #: digits that one look-up gives
 GROUP = 10**DIGITS  #: derived
 MOST_DECIMALS = 2 * DIGITS  #: derived: of two look-ups
-LARGEST = 2.0**63  #: of a number counted in its last decimal
+LARGEST = 2.0**63  #: size of a number counted in its last decimal
 BLOCK_ROWS = 20_000  #: few enough to stay in the processor's cache
 
 Bytes = NDArray[np.uint8]

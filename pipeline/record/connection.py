@@ -20,11 +20,11 @@ from pipeline.record.stream import Stream, TimedSample
 from pipeline.record.xsens_setup import XsensError, XsensStream, start_mtdata, start_mtdata2
 
 LISTEN_S = 4.0  #: for first readings at one speed; an Arduino takes two seconds to start
-FIRST_SAMPLES = 3  #: by which a stream is recognised
+FIRST_SAMPLES = 3  #: samples by which a stream is recognised
 DEFAULT_RATE_HZ = 100.0  #: every sensor of the table can send it; `record.sample_rate_hz` overrules
 SILENT_S = 3.0  #: without a reading, after which the user is told
 DEAD_S = 20.0  #: after which the line counts as lost
-SHOWN_BYTES = 48  #: of a stream nobody understands, in a message
+SHOWN_BYTES = 48  #: bytes of a stream nobody understands, in a message
 
 #: parser's unit -> the units that sensor.accelerometer and sensor.gyroscope then need.
 SHEET_UNITS = {COUNTS: (None, None), SI: ("m_s2", "rad_s"), G_AND_DEG: ("g", "deg_s")}

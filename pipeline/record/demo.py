@@ -29,7 +29,7 @@ HAND_M_S2, HAND_RAD_S = 3.0, 1.0  #: sd of what the hand adds
 GAIN = (np.array([1.01, 0.985, 1.02]), np.array([0.99, 1.015, 1.0]))  #: over that of the data sheet
 BIAS = (np.array([0.3, -0.2, 0.4]), np.array([0.03, -0.02, 0.01]))  #: m/s², rad/s
 NOISE = (0.03, 0.001)  #: sd of a sample, m/s² and rad/s
-WARMTH_C = 27.0  #: of the simulated chip; chosen
+WARMTH_C = 27.0  #: warmth of the simulated chip; chosen
 NAME = "config.yaml"
 
 

@@ -43,7 +43,7 @@ CEILING = {"accelerometer": 0.5, "gyroscope": 0.1}
 hand at rest has several times that, the noisiest sensor of this kind a tenth."""
 
 MOVED_RATIO = 4 * STILL_RATIO  #: a pose that has begun ends only on a clear movement
-STEADY_CHANGE = 0.005  #: of the rate, from one second to the next
+STEADY_CHANGE = 0.005  #: share of the rate, from one second to the next
 STEADY_SD = 4.0  #: sds of the difference; derived: by chance one look of 16 000 exceeds it
 NEAR_DEG = float(np.degrees(np.arccos(NEAR_COSINE)))
 MOVED_DEG = 3.0  #: a slow turn of the sensor within a pose; a plate tilts by a degree at most

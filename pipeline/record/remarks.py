@@ -4,7 +4,7 @@ from pipeline.record.block_files import RecordingBlock
 from pipeline.record.stream import Stream, TimedSample
 from pipeline.text.formatting import count
 
-LOST_SHARE = 0.02  #: of a pose's samples, from which on the loss is told
+LOST_SHARE = 0.02  #: share of a pose's samples from which the loss is reported
 
 
 def introduction(block: RecordingBlock, missing: int, recorded: int) -> str:

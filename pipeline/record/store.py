@@ -28,7 +28,7 @@ from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
 from pipeline.record.block_files import NumberedFiles, RecordingBlock
 from pipeline.record.stream import TimedSample
 
-FORMAT = 1  #: of state.json; raised when its keys change
+FORMAT = 1  #: version of state.json; raised when its keys change
 
 
 @dataclass(frozen=True)

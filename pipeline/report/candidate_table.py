@@ -15,7 +15,7 @@ from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, with_minus_signs, with_sd
 
 RANKED = 8  #: rows that are always shown; the others unfold
-LEAST_SHARE = 1e-3  #: of chi²: smaller drops are written as none
+LEAST_SHARE = 1e-3  #: share of chi²: smaller drops are written as none
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
 from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray
 from pipeline.text.formatting import DISPLAY
 
-SHIFT = 0.37  #: of the range of a condition, to see whether an effect depends on it
+SHIFT = 0.37  #: share of the range of a condition, to see whether an effect depends on it
 NOTHING = 1e-9  #: relative change that is rounding
 
 

@@ -15,8 +15,8 @@ from pipeline.console.mounting_text import mounting_text
 from pipeline.report.svg import Chart, Figure, across, upward
 from pipeline.text.formatting import with_sd
 
-ROOM = 0.08  #: of the range of the forces, above and below; layout
-DIGITS = 4  #: of a force that the page shows
+ROOM = 0.08  #: share of the range of the forces, above and below; layout
+DIGITS = 4  #: digits of a force that the page shows
 NAME_PX = 14  #: from the name of one line to the next, which may lie upon it; layout
 NOT_DETERMINED = "locked"
 

@@ -17,7 +17,7 @@ SHOWN = {"gyroscope": ("Gyroscope", "°/s", math.degrees(1.0)),
          "accelerometer": ("Accelerometer", "mm/s²", 1000.0)}
 SLOPES = {"noise_density": ("N: slope −1/2", "--"), "bias_instability": ("B: flat", ":"),
           "random_walk": ("K: slope +1/2", "-.")}
-INCHES = (11.0, 5.0)  #: of two triads side by side; layout
+INCHES = (11.0, 5.0)  #: size of two triads side by side; layout
 
 
 def noise_figure(log: str, triads: Mapping[str, Sequence[AxisNoise]], form: str) -> bytes:

@@ -36,7 +36,7 @@ from pipeline.text.commands import word
 from pipeline.text.names import program_version
 
 TEMPLATE_NAME = "report.html"
-HASH_DIGITS = 12  #: of the configuration's SHA-256, as the head of the page shows it
+HASH_DIGITS = 12  #: digits of the configuration's SHA-256 in the head of the page
 
 
 def report_html(

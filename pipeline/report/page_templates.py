@@ -27,7 +27,7 @@ class BytecodeBesideModules(BytecodeCache):
     """Compiled templates under the rules of Python's own bytecode."""
 
     def get_source_checksum(self, source: str) -> str:
-        """Of the template and of the options that it is compiled with."""
+        """Checksum of the template and of the options that it is compiled with."""
         return super().get_source_checksum(f"{OPTIONS}{source}")
 
     def load_bytecode(self, bucket: Bucket) -> None:

@@ -33,7 +33,7 @@ from pipeline.report.drivers import Dependence, Driver, dependence
 from pipeline.text.formatting import DISPLAY
 
 Rows = tuple[FloatArray, FloatArray]
-PPM = 1e6  #: by definition
+PPM = 1e6  #: parts in one, by definition
 GRID = 60  #: points of a drawn curve
 POOREST = 2.5  #: times the best sd of an axis: poses that say less about it are not shown
 FEWEST = 4  #: poses of a panel: fewer show no shape

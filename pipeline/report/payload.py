@@ -13,7 +13,7 @@ import numpy as np
 
 from pipeline.results.json_values import Json
 
-DIGITS = 7  #: that a number of 32 bits has
+DIGITS = 7  #: digits that a number of 32 bits has
 SHORTEST = 8  #: numbers; a shorter list is no shorter when packed
 
 

@@ -31,12 +31,12 @@ from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, count, with_sd
 
 SHOWN_SD = 4.0  #: residual charts reach at least this many typical sds
-FRACTIONS = (-1.0, -0.5, 0.0, 0.5, 1.0)  #: of the limit of a residual chart, that have a number
+FRACTIONS = (-1.0, -0.5, 0.0, 0.5, 1.0)  #: shares of a chart's limit that have a number
 MOST_COLUMNS = 8  #: logged columns with a chart; those that explain most of the misfit first
 SPHERE = Canvas(400.0, 232.0, 0.0, 0.0, "chart sphere")
 SPHERE_RADIUS = 88.0  #: px of the drawing; layout
 SPHERE_CENTRES = (104.0, 296.0)  #: px from the left; layout
-RUN_COLOURS = 6  #: as many as the style sheet has
+RUN_COLOURS = 6  #: number of colours of the style sheet
 BY_THE_EQUATOR = 0.1  #: |z| up to which a pose is drawn in both hemispheres
 
 EXCLUDED = "excluded"  #: class of their marks, and what their group in the chart is called

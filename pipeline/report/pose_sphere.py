@@ -24,8 +24,8 @@ from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, with_minus_signs, with_sd
 
-LEVELS = 255  #: of a raw log's chart: one byte for every value
-DIGITS = 4  #: of a direction
+LEVELS = 255  #: levels of a raw log's chart: one byte for every value
+DIGITS = 4  #: digits of a direction
 
 
 def sphere_json(outcome: Outcome, result: TriadResult) -> Json:

@@ -20,11 +20,11 @@ from pipeline.stages.rate import SettingRate
 from vision.rate.diagnosis import THRESHOLDS
 from vision.rate.terms import CONSTANT_RATE, MEANING, StatedFit
 
-DIGITS_SHOWN = 3  #: of the dots that the page draws
-MOST_DOTS = 400  #: of a chart of the phase; a clip of a minute has two to four times as many
+DIGITS_SHOWN = 3  #: digits of the dots that the page draws
+MOST_DOTS = 400  #: dots of a chart of the phase; a clip of a minute has two to four times as many
 SHOWN_SHARE = 99.5  #: per cent of the residuals that a chart of the phase shows
-ANGLE_BINS = 36  #: of 10°: half a wave of a twice-per-turn term has nine; chosen
-LEAST_LIMIT_DEG = 1e-6  #: of a chart, where the residual vanishes
+ANGLE_BINS = 36  #: bins of 10°: half a wave of a twice-per-turn term has nine; chosen
+LEAST_LIMIT_DEG = 1e-6  #: limit of a chart where the residual vanishes
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,13 +25,13 @@ POLAR = Canvas(400.0, 400.0, 0.0, 0.0, "chart polar")
 MIDDLE, EVEN_RADIUS, REACH = 200.0, 110.0, 66.0  #: px: of zero, of the limit; layout
 MOST_TURNS = 12  #: laid over each other; of a picture
 WHOLE_TURNS = 4  #: from which the first and the last are not drawn, of a picture
-ANGLES = 120  #: of a turn, of a picture
+ANGLES = 120  #: angles of a turn, of a picture
 SHOWN_ORDERS = 6.0  #: waves per turn of the polar chart, of a picture
 PER_CENT = 100.0  #: definition
 COLUMNS, ROWS = 120, 60  #: pixels of the spectrogram at most, of a picture
-WINDOW_TURNS = 3.0  #: of the spectrogram, that tell once from twice per turn; of a picture
+WINDOW_TURNS = 3.0  #: turns of the spectrogram that tell once from twice per turn; of a picture
 LEAST_WINDOWS = 4  #: windows in a course that has a spectrogram; of a picture
-DEEPEST = 0.03  #: of the strongest wave, that is drawn as nothing; of a picture
+DEEPEST = 0.03  #: share of the strongest wave that is drawn as nothing; of a picture
 
 
 def polar_figure(course: SpeedCourse) -> Figure | None:

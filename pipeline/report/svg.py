@@ -18,8 +18,8 @@ from calib.poses.imu_log import FloatArray, IntArray
 from pipeline.text.formatting import with_minus_signs
 
 NICE = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0)  #: limits of a symmetrical axis, in any decade
-TICK_STEPS = (1.0, 2.0, 5.0, 10.0)  #: of a linear axis, in any decade
-LABELLED_DECADE = (1.0, 2.0, 5.0)  #: of a logarithmic axis
+TICK_STEPS = (1.0, 2.0, 5.0, 10.0)  #: steps of a linear axis, in any decade
+LABELLED_DECADE = (1.0, 2.0, 5.0)  #: labels of a logarithmic axis
 
 SQUARE = 5.4  #: side of an open square
 

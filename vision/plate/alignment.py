@@ -39,8 +39,8 @@ from vision.plate.view_refinement import view_change
 
 NEIGHBOURHOOD = 3  # rings and azimuths
 HALF = 0.5
-"""Of the energy of the frame that shows most; derived: midway between a mark that is in the frame
-and one that is not."""
+"""Share of the energy of the frame that shows most; derived: midway between a mark that is in the
+frame and one that is not."""
 MARGIN = (3, 5)  # rings and azimuths left out about a covered place, whose edges are mixed
 
 

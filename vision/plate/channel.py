@@ -22,7 +22,7 @@ from vision.video.reader import NO_CHROMA, Frame, Luma
 
 GREY = 128  # Cr and Cb of what has no colour
 MOMENTS_OF = 60  # frames
-#: Of the strongest axis, which is along the line between two colours. Derived: a third in contrast.
+#: Share of the strongest axis, along the line between two colours. Derived: a third in contrast.
 WEAKEST = 0.1
 
 

@@ -17,11 +17,11 @@ from vision.plate.rotation import CoarseRotation, RotationSearch
 from vision.plate.template import Alignment, RoughlyAligned, informative_rings
 from vision.video.reader import Luma
 
-COARSE_AZIMUTHS = 256  #: of the first template
+COARSE_AZIMUTHS = 256  #: azimuths of the first template
 COARSE_RADII = np.linspace(0.1, 0.97, 20)  # plate radii
 COARSE_WEIGHT = COARSE_RADII.astype(np.float32)  # pixels of the clip per sample, no unit
 COARSE_FRAMES = 100  #: at most; a limit of time
-FINE_FRAMES = 28  #: of the fine template; a limit of time
+FINE_FRAMES = 28  #: frames of the fine template; a limit of time
 #: The number of azimuths of the fine template, by the radius in pixels above which it holds.
 FINE_AZIMUTHS = {60: 1024, 0: 512}
 #: The coarse template leaves to the fine one what is left of the view's error.

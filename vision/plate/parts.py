@@ -27,7 +27,7 @@ from vision.plate.low_orders import ORDERS
 from vision.plate.polar import Grid, Strips
 from vision.plate.rotation import WINDOW, CoarseRotation
 
-ROUNDS = 6  #: of the view at most; numerical
+ROUNDS = 6  #: rounds of the view at most; numerical
 SETTLED = 0.1  # of a part: a smaller change of the view need not be made
 THINNED = 64  # azimuths at least, at which the line is looked for
 #: Frames in which a line is looked for at first. Derived: one that lasts has in a part of the

@@ -33,7 +33,7 @@ GAUSSIAN = 1.96  #: definition: that share of a Gaussian, in sds
 OF_THE_PLATTER = ("once_per_rev", "twice_per_rev", "rate_drift")
 
 WITHIN_FRAME_RATE = 0.45
-"""Of the sample rate, up to which waves are counted. Numerical: 2.2 samples per wave."""
+"""Share of the sample rate up to which waves are counted. Numerical: 2.2 samples per wave."""
 
 FINER = 4  #: steps between two samples, or a fast wave is seen at a few of its phases: numerical
 SHORTEST_S = 5.0  #: definition: the standard's least length

@@ -131,7 +131,7 @@ def exposure_warnings(source: str, drift: ExposureDrift | None) -> tuple[str, ..
 
 
 def _odds_of_change(change_s2: float, sd_s2: float, frame_s: float) -> float:
-    """That e² changed, s², against that it stayed."""
+    """Odds that e² changed, s², against that it stayed."""
     if sd_s2 == 0:
         return 0.0 if change_s2 == 0 else 1e300
     room = np.sqrt(2 * np.pi) * sd_s2 / (2 * frame_s**2)

@@ -24,7 +24,8 @@ from vision.rate.least_squares import correlation_time
 from vision.rate.measure import RateMeasurement
 
 PHASES = 48
-"""Of the refresh, that are told apart. Numerical: steps of 0.35 ms at 60 Hz, below the noise."""
+"""Phases of the refresh that are told apart. Numerical: steps of 0.35 ms at 60 Hz, below the
+noise."""
 
 EXPOSURES = (0.05, 0.2, 0.4, 0.6, 0.8, 1.0, 1.25, 1.5, 1.8, 2.2)
 """Refreshes per exposure, and read-out: 1/1000 to 1/30 s at 60 Hz. Numerical."""
@@ -156,7 +157,7 @@ class _Hold:
 
     @property
     def length_s(self) -> float:
-        """Of the film."""
+        """Length of the film."""
         return float(np.ptp(self.time_s))
 
     def slope(self, line: float) -> tuple[float, float, float]:

@@ -8,7 +8,7 @@ from vision.geometry import FloatArray
 from vision.numbers import SD_PER_MAD
 from vision.phase_track import BoolArray
 
-ROUNDS = 8  #: of the weights; numerical limit
+ROUNDS = 8  #: rounds of the weights; numerical limit
 SLOW_WAVES = 4  # over the rows: what is slower weighs in the slope
 SECTORS = 32  # of a turn: residuals in one may be alike at every turn
 RANK_TOLERANCE = 1e-9  # relative singular value of the scaled columns

@@ -22,7 +22,7 @@ from vision.phase_track import PhaseTrack
 from vision.rate.steady_part import ClipPart
 from vision.rate.unwrap import continuous_angle, frame_time, rough_rate, usable
 
-FEWEST_FRAMES = 12  #: that the camera took; two per parameter of the phase's model
+FEWEST_FRAMES = 12  #: frames that the camera took; two per parameter of the phase's model
 SLOPES = 51  #: numerical
 
 
@@ -85,7 +85,7 @@ class FrameTimes:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """That the camera is slower than its clip."""
+        """A warning that the camera is slower than its clip."""
         if self.camera_fps is None:
             return ()
         return (
@@ -161,7 +161,8 @@ def _lower_corners(values: FloatArray) -> NDArray[np.intp]:
 
 
 def _scatter(frames: FrameTimes) -> float:
-    """Of the angle about an even rotation with a wave once and twice per turn, robust, rad."""
+    """Scatter of the angle about an even rotation with a wave once and twice per turn, robust,
+    rad."""
     if usable(frames.track).sum() < FEWEST_FRAMES:
         return np.inf
     rate = rough_rate(frames.track, frames.time_s)

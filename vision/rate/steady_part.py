@@ -14,7 +14,7 @@ from vision.geometry import FloatArray
 from vision.phase_track import RateHistory
 from vision.rate.transients import MovingEnds
 
-FEWEST_FRAMES = 12  #: of a part; two per parameter of the phase's model
+FEWEST_FRAMES = 12  #: frames of a part; two per parameter of the phase's model
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class SteadyPart:
         return MovingEnds(before=bool(other[0]), after=bool(other[1]))
 
     def warning(self, source: str, clip_s: float) -> str:
-        """That only this part of a clip is measured."""
+        """A warning that only this part of a clip is measured."""
         return (
             f"{source}: the plate turns steadily from {self.start_s:.1f} s to {self.stop_s:.1f} s "
             f"of {clip_s:.1f} s, and the rate is that of this part. To measure another part, state "

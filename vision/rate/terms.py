@@ -21,7 +21,7 @@ from vision.geometry import FloatArray
 from vision.phase_track import BoolArray, PhaseTrack, PlateAngle
 from vision.rate.least_squares import LeastSquares, independent, least_squares
 
-ROUNDS, STAYS = 8, 1e-3  #: of the line at most; sds of the rate, within which it stays; numerical
+ROUNDS, STAYS = 8, 1e-3  #: rounds at most; sds of the rate within which it stays; numerical
 CONSTANT_RATE = "constant_rate"
 TERMS = ("once_per_rev", "twice_per_rev", "rate_drift", "frame_steps", "rolling_shutter")
 FORWARD_PREDICTION = "forward_prediction"
@@ -241,7 +241,7 @@ class StatedFit:
 
     @property
     def rms_rad(self) -> float:
-        """Of the residual of the used frames."""
+        """Root mean square of the residual of the used frames."""
         return float(np.sqrt((self.residual_rad[self.used] ** 2).mean()))
 
 

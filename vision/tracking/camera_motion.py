@@ -25,7 +25,7 @@ from vision.video.reduction import reduced
 
 LARGEST_SIDE = 160  # pixels; the surroundings are large
 BORDER = 4  # pixels; what moves in there from outside is unknown
-ITERATIONS = 2  #: of the motion; numerical
+ITERATIONS = 2  #: iterations of the motion; numerical
 BACK = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
 RIDGE = 1e-12  # of the mean diagonal: above rounding, below all that is measured
 SECTORS = 8  # of the surroundings, about the spindle

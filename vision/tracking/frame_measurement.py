@@ -17,7 +17,7 @@ ROLL_EVERY_S = 0.9  # seconds: a camera moves slowly
 THUMBNAIL = 20  # samples across the plate and what is around it, each way
 WIDEST = 640  # pixels of the annotated frame
 KEPT_BITS = 5  # of its channels
-#: Of its PNG: a third of the time of the library's own choice, for 4 per cent more space.
+#: Level of its PNG: a third of the time of the library's own choice, for 4 per cent more space.
 FAST_PNG = (cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE,
             cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_UP)
 PLATE, CENTRE, MARK, FIXED_MARK = (80, 220, 80), (60, 60, 255), (255, 200, 0), (0, 200, 255)  # BGR

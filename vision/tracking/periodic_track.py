@@ -25,8 +25,8 @@ from vision.video.reduction import reduced
 
 SMALL, SMALLER = 320, 128  # pixels of the longer side: of what is measured, of what returns
 HELD = 1200  #: frames held whole; a limit of memory
-PIXELS = 6000  #: that are measured; a limit of time
-MOST_VALUES = 12_000_000  #: of them in all frames; a limit of memory
+PIXELS = 6000  #: pixels that are measured; a limit of time
+MOST_VALUES = 12_000_000  #: values of pixels in all frames; a limit of memory
 FEWEST_PIXELS = 500  # in however long a clip
 SAME = 0.1  # relative difference of two measures of one rate
 CHOSEN_FROM = 300  # frames, from which the pixels are chosen

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from vision.tracking.registration import Registration
 
 LEARN_FROM = (150, 300)  # frames, at least and at most
-LEARN_BYTES = 96_000_000  #: of the frames that the plate is learned from; a limit of memory
+LEARN_BYTES = 96_000_000  #: bytes of the frames that the plate is learned from; a limit of memory
 
 
 @dataclass(frozen=True)

@@ -155,7 +155,7 @@ def _track_or_refusal(task: ClipTask, way: ClipPass) -> "PhaseTrack | RateRefuse
 
 
 def _by_return(task: ClipTask, roughly: "PhaseTrack | None") -> "PhaseTrack | RateRefused":
-    """By the return of the picture, with what is known of the plate by a poor track of it."""
+    """A track by the return of the picture, with what a poor track of the plate tells of it."""
     try:
         return _returning(task, roughly)
     except RateRefused as refusal:

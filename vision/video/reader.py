@@ -34,8 +34,8 @@ FFMPEG_QUIET = "-8"  #: AV_LOG_QUIET; read when the process opens its first clip
 LUMA_FIRST = (b"I420", b"NV12", b"Y800")  # 8 bits of luma per pixel, before anything else
 SMALL = 500_000  # pixels of a frame that one thread decodes
 AS_FILMED = np.eye(3)  #: the motion of a camera that stands
-NO_CHROMA = np.zeros((0, 0, 2), np.uint8)  #: of a frame whose colours are not read
-#: Of the frames that the decoder holds and those decoded ahead while the plate is being learned.
+NO_CHROMA = np.zeros((0, 0, 2), np.uint8)  #: colours of a frame whose colours are not read
+#: Share of the frames that the decoder holds and those decoded ahead while the plate is learned.
 AHEAD_BYTES = 150_000_000
 HELD = 12  #: full frames in YUV that the decoder holds: references, its threads', the latest
 FEWEST_AHEAD = 2  # batches

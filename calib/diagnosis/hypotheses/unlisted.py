@@ -29,7 +29,7 @@ verdicts, twice as many in time none, in a column 2; 19 of 24 effects are named,
 
 STEPS_TRIED = 32  #: times of a step that are tried; a limit of time
 DAMPING = 0.8
-"""Of the number of waves: amplitudes of nature fall with the frequency. A judgement."""
+"""Exponent of the number of waves: amplitudes of nature fall with the frequency. A judgement."""
 
 STEP_MARGIN = 2
 """Poses that a step leaves on either side at least. Derived: one is a bad pose."""

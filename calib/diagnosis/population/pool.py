@@ -62,7 +62,7 @@ class PooledTrial:
 
     @property
     def p_value(self) -> float:
-        """That of the better answer, for having asked twice."""
+        """P-value of the better of two answers, which counts that two were looked at."""
         return min(1.0, 2 * min(self.p_common, self.p_any))
 
 
@@ -83,7 +83,7 @@ class PooledEffect:
 
     @property
     def name(self) -> str:
-        """Of the effect."""
+        """Name of the effect."""
         return self.evidence.trial.name
 
 

@@ -19,7 +19,7 @@ from scipy.special import chdtrc
 from calib.poses.imu_log import FloatArray
 
 STEPS = 200
-"""Of the iteration for τ², which converges linearly; a fact of no consequence beyond 50.
+"""Steps of the iteration for τ², which converges linearly; a fact of no consequence beyond 50.
 Numerical."""
 
 AT_REST = 1e-8

@@ -125,7 +125,7 @@ class SensorSums:
 
 
 def _widening(rest: FloatArray, spare: FloatArray, noise_dof: FloatArray) -> FloatArray:
-    """By which each session's chi-square counts less, (S,)."""
+    """Factor by which the chi-square of every session counts less, (S,)."""
     ratio = rest / np.maximum(spare, 1.0)
     misfit = (spare > 0) & (fdtrc(np.maximum(spare, 1.0), noise_dof, ratio) < WILD_P_VALUE)
     return np.asarray(np.where(misfit, ratio, 1.0))

@@ -46,7 +46,7 @@ class RawColumns:
 
     @classmethod
     def of(cls, fit: Fit, hypotheses: Sequence[Hypothesis], root: FloatArray) -> "RawColumns":
-        """Those at the solution ``fit``; ``root`` (r,) are the roots of the rows' weights."""
+        """The columns at the solution ``fit``; ``root`` (r,) are the roots of the rows' weights."""
         reference, vector, size, axes = _in_groups(hypotheses)
         at, d = _Solution(fit), fit.equations.data_count
         parts = [np.zeros((0, d))]

@@ -16,8 +16,8 @@ from calib.diagnosis.search.table import Table
 from calib.poses.imu_log import FloatArray
 
 SEEN_SHARE = 1e-3
-"""Of the best seen combination of parameters; those seen less have no size of their own.
-A judgement."""
+"""Share of the best seen combination of parameters; those seen less have no size of their own. A
+judgement."""
 
 
 def predicted_size(table: Table, j: int) -> tuple[FloatArray, FloatArray]:

@@ -95,7 +95,8 @@ def _candidate(
     posterior: Posterior, j: int, of_name: Sequence[int], probability: float,
     leverage: FloatArray, alone: Refit | None,
 ) -> Candidate:
-    """Of hypothesis ``j``, the best of those ``of_name``; ``alone`` is its refit by itself."""
+    """The candidate of hypothesis ``j``, the best of those ``of_name``; ``alone`` is its refit by
+    itself."""
     h, table = posterior.hypotheses[j], posterior.table
     size, sd, unit = np.zeros(0), np.zeros(0), ""
     same: list[int] = []

@@ -88,7 +88,7 @@ def covariate(name: str) -> str:
 
 
 def curves(columns: Sequence[str]) -> str:
-    """That a straight line in each of ``columns`` was named where a curve would look the same."""
+    """A sentence on ``columns`` in which a straight line was named where a curve looks the same."""
     return "".join(
         f"A bias that follows {covariate(name)} in a curve looks the same in these poses, which "
         f"saw too few values of it: poses at a third value would show whether the line is "

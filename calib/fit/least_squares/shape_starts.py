@@ -12,7 +12,8 @@ from calib.fit.small_systems import times
 from calib.poses.imu_log import FloatArray
 
 WEIGHING = Precision(30, step_sd=1e-2, idle_sd=1e-3)
-"""Of a fit that is to be weighed against others: chi-square is then exact to 1e-4. Numerical."""
+"""Precision of a fit that is weighed against others: chi-square is then exact to 1e-4.
+Numerical."""
 
 ENOUGH_MISFIT = 2.0
 """Chi-square per degree of freedom above which a warm start tries the shapes' other starts.

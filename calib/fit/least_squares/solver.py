@@ -181,7 +181,7 @@ def require_determinable(poses: PoseSet, model: Model) -> None:
 
 
 def memory_change(fit: Fit) -> float:
-    """By how many sds a row moves if the poses before are taken from the solution."""
+    """Number of sds that a row moves if the poses before are taken from the solution."""
     equations, terms = fit.equations, fit.equations.terms
     solved = fit.poses.conditions(fit.rows.vector, fit.sensed).previous
     at = equations.conditions(fit.rows.vector)

@@ -23,7 +23,7 @@ from calib.poses.pose_set import PoseSet
 from calib.poses.ring import FRAME_NAMES, accelerometer_names
 
 FRAME_SD_RAD = 0.03
-"""Of each angle between the frames beyond the estimate by nominal directions. Derived: gains and
+"""Sd of each angle between the frames beyond the estimate by nominal directions. Derived: gains and
 biases of a few per cent; wide enough that the rows alone decide."""
 
 
@@ -59,7 +59,7 @@ class AxisRows(Stacked):
         return cls(tuple(map(int, np.repeat(ring.place, 2))), across / sd[..., None], sd, common)
 
     def residual(self, s: FloatArray, eta: FloatArray) -> FloatArray:
-        """Of the rows at the vectors ``s`` (..., n, 3), rad/s, in their sds, (..., 2w)."""
+        """Residual of the rows at the vectors ``s`` (..., n, 3), rad/s, in their sds, (..., 2w)."""
         turning = (self.across * s[..., list(self.row_pose), :]).sum(axis=-1)
         return np.asarray(turning - times(self.common, eta))
 

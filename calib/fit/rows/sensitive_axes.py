@@ -34,7 +34,7 @@ FIXED_POINT_TOLERANCE = 1e-14  #: relative; numerical: rounding
 SOLVED = 1e-9  #: relative; vectors that move by less are solved for any sd; numerical
 RUNAWAY = 1e3  #: relative; numerical: a step so long never comes back
 IDENTITY = np.eye(3)  #: definition
-NO_GAIN = 1e-9  #: of the data sheet's gain; numerical: an axis that gives nothing
+NO_GAIN = 1e-9  #: share of the data sheet's gain; numerical: an axis that gives nothing
 SLOPE_STEP = 1e-4
 """Relative step of the central difference dC/ds; exact for effects of second order in s.
 Numerical."""

@@ -53,7 +53,7 @@ def with_axes(poses: PoseSet, accelerometer: Fit) -> PoseSet:
 
 
 def _moved(fit: Fit, wave: FloatArray) -> FloatArray:
-    """By how much an sd of each error of the nine parameters moves waves (w, 2, 3), SI."""
+    """Shift of waves (w, 2, 3) by an sd of each error of the nine parameters, SI."""
     reading = fit.model.acting_on("reading")
     index = fit.model.positions(reading)
     ends = np.concatenate([wave.reshape(-1, 3), np.zeros((1, 3))])

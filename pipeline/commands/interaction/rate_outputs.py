@@ -37,7 +37,7 @@ class RateOutputs:
 
     @property
     def written(self) -> tuple[Path, ...]:
-        """Those that are written, in their order."""
+        """The outputs that are written, in their order."""
         return tuple(path for path in (self.overlay, self.csv, self.page) if path is not None)
 
 

@@ -11,7 +11,7 @@ from pipeline.errors import PipelineError
 from pipeline.plan.outlook import TriadPlan, plan_of
 from pipeline.text.formatting import DISPLAY, relative
 
-LITTLE = 0.02  #: by which another pose reduces the sds where the poses are good enough; a judgement
+LITTLE = 0.02  #: share by which a further pose reduces the sds where the poses suffice; a judgement
 
 
 def outlook_lines(path: Path) -> list[str]:

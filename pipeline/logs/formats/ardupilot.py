@@ -19,9 +19,9 @@ MESSAGES = {"ACC": "SampleUS", "GYR": "SampleUS", "IMU": "TimeUS", "IMU2": "Time
 
 BEGINS = b"\xa3\x95"  #: every message; its type follows
 DEFINITION = 0x80  #: the type of a message that defines another
-BODY = struct.Struct("<BB4s16s64s")  #: of a definition: type, length, name, format, labels
+BODY = struct.Struct("<BB4s16s64s")  #: layout of a definition: type, length, name, format, labels
 LARGEST_DAMAGE = 0.01
-"""Of the bytes, that belong to no message. A judgement: a log that lost power misses its last
+"""Share of the bytes that belong to no message. A judgement: a log that lost power misses its last
 message, and a file of another kind is no message from end to end. Half and twice change none of the
 136 cases of ``tests.pipeline.logs``."""
 

@@ -24,7 +24,7 @@ def tables(path: Path) -> list[FileTable]:
 
 
 def _columns(name: str, value: object) -> dict[str, np.ndarray]:
-    """Of an array, or of the arrays in a struct."""
+    """Columns of an array, or of the arrays in a struct."""
     if isinstance(value, np.ndarray) and value.dtype == object and value.size == 1:
         value = value.item()
     if isinstance(value, np.ndarray):
