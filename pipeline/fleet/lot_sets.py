@@ -114,7 +114,7 @@ class LotSets:
 
     @property
     def triads(self) -> list[Triad]:
-        """Those that the design calibrates, accelerometer first."""
+        """The triads that the design calibrates, accelerometer first."""
         return [triad for triad in COLUMNS if getattr(self.design, triad) is not None]
 
     def spec(self, triad: Triad) -> TriadSpec:

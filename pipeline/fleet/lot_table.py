@@ -19,7 +19,7 @@ from pipeline.errors import UnreadableInput
 
 SENSOR, POSE, RUN, STATION = "sensor", "pose", "run", "station"
 TEXTS = (SENSOR, POSE, RUN, STATION)
-ROWS_AT_ONCE = 20_000  #: of the table; a limit of memory
+ROWS_AT_ONCE = 20_000  #: rows of the table; a limit of memory
 
 
 @dataclass(frozen=True, eq=False)
