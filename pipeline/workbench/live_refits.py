@@ -34,7 +34,7 @@ from pipeline.stages.triads import TriadInput, accelerometer_input, gyroscope_in
 from pipeline.text.formatting import DISPLAY
 from pipeline.workbench.state import Screen, TriadScreen, model_of, text_of
 
-BAND = (0.025, 0.975)  #: of an ordered residual. Definition: 95 %
+BAND = (0.025, 0.975)  #: band of an ordered residual. Definition: 95 %
 MOST_KEPT = 2000  #: fits that are kept; of 90 poses 30 kB each. Chosen
 
 
