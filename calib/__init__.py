@@ -45,14 +45,22 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from calib.notebook.calibration import Calibration, calibrate
+    from calib.notebook.comparison import compare_calibrations as compare
 
-__all__ = ["Calibration", "calibrate"]
+__all__ = ["Calibration", "calibrate", "compare"]
+
+
+def __dir__() -> list[str]:
+    """What a notebook completes."""
+    return list(__all__)
 
 
 def __getattr__(name: str) -> Any:
     """Load what a notebook asks for when it asks: the command line imports this package too."""
     if name not in __all__:
         raise AttributeError(f"module 'calib' has no attribute {name!r}")
-    from calib.notebook import calibration
+    from calib.notebook import calibration, comparison
 
+    if name == "compare":
+        return comparison.compare_calibrations
     return getattr(calibration, name)

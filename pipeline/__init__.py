@@ -16,4 +16,25 @@ The way of the data
 :mod:`calib` and hands on its result. Files, YAML, units of people and the screen exist only here.
 """
 
+from typing import TYPE_CHECKING, Any
+
 __version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from pipeline.notebook import LoadedSession, load
+
+__all__ = ["LoadedSession", "load"]
+
+
+def __dir__() -> list[str]:
+    """What a notebook completes."""
+    return list(__all__)
+
+
+def __getattr__(name: str) -> Any:
+    """Load what a notebook asks for when it asks: the command line imports this package too."""
+    if name not in __all__:
+        raise AttributeError(f"module 'pipeline' has no attribute {name!r}")
+    from pipeline import notebook
+
+    return getattr(notebook, name)

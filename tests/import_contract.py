@@ -62,7 +62,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("leave_one_out",), ("predicted_pose", "prediction"), ("missing_effect",),
     ],
     "calib.noise": [("stillness", "spectra"), ("allan",), ("coefficients",)],
-    "calib.notebook": [("tables", "display"), ("calibration",)],
+    "calib.notebook": [("tables", "display", "partial"), ("calibration",), ("comparison",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
         ("finding",), ("diagnose",), ("unseen", "untested", "population"),
@@ -86,7 +86,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("config",), ("stages",),
         ("results", "record", "plan", "model_change", "guess", "clock"),
         ("console", "export"), ("report",), ("session_folder",),
-        ("fleet", "workbench"), ("commands",),
+        ("fleet", "workbench", "notebook"), ("commands",),
         ("cli",),
         ("__main__",),
     ],

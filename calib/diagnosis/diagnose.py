@@ -43,7 +43,10 @@ class Limit:
     unit: str
 
 
-@dataclass(frozen=True, eq=False)
+SHOWN = 4  #: classes with their probabilities, of a diagnosis in a notebook; a length of text
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis:
     """What the model of one fit is missing.
 
@@ -91,6 +94,14 @@ class Diagnosis:
     def text(self) -> str:
         """The verdict in words."""
         return self.explanation.text
+
+    def __repr__(self) -> str:
+        odds = ", ".join(f"{' or '.join(each.members)} {each.probability:.2g}"
+                         for each in self.inclusion[:SHOWN])
+        following = self.explanation.following
+        return "\n".join(filter(None, [
+            f"{self.verdict}: {self.text}", odds and f"probabilities: {odds}",
+            following and f"next: {following}"]))
 
     @property
     def addable(self) -> tuple[str, ...]:

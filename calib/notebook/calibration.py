@@ -11,9 +11,12 @@ from calib.assess import AssessedTriad, assess
 from calib.diagnosis.diagnose import Diagnosis
 from calib.effects.catalogue import BASE, UnknownEffect
 from calib.effects.effect import EFFECTS, Effect
-from calib.errors import CalibrationError, UnusableLog
+from calib.effects.needs import unavailable
+from calib.errors import CalibrationError, Undetermined, UnusableLog
 from calib.fit.model import Model
+from calib.fit.triad.evaluable import correct_other_poses
 from calib.notebook import display
+from calib.notebook.partial import partial_figure
 from calib.notebook.tables import SI, TIME, columns_of, gravity_runs, plate_runs, triad_columns
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, Triad
@@ -52,7 +55,15 @@ class Calibration:
         return self.assessed.diagnosis
 
     def add(self, *effects: str | Effect) -> "Calibration":
-        """The calibration with further effects, by name or as an :class:`Effect` of one's own."""
+        """The calibration with further effects, by name or as an :class:`Effect` of one's own.
+
+        Raises
+        ------
+        CalibrationError
+            An effect is unknown, or acts on the other triad only.
+        Undetermined
+            The poses lack a column that it needs, or do not determine it.
+        """
         return _calibrated(self.poses, (*self.model, *effects))
 
     def remove(self, *names: str) -> "Calibration":
@@ -93,9 +104,27 @@ class Calibration:
         """Every pose: residual, its sd, leave-one-out residual, reference, logged columns."""
         return display.pose_frame(self.assessed)
 
-    def plot(self) -> "Figure":
-        """Residual and leave-one-out residual of every pose with the noise band."""
-        return display.figure(self.assessed)
+    def plot(self, effect: str | Effect | None = None) -> "Figure":
+        """Residual and leave-one-out residual of every pose with the noise band.
+
+        With an ``effect`` that is not in the model: what it would explain beside what is there.
+        """
+        if effect is None:
+            return display.figure(self.assessed)
+        return partial_figure(self.assessed, self._known(effect))
+
+    def correlations(self) -> "DataFrame":
+        """Correlations of all parameters, by their names."""
+        return display.correlation_frame(self.assessed)
+
+    def _known(self, effect: str | Effect) -> Effect:
+        """The effect, if it acts on this triad and is not in the model."""
+        known = effect if isinstance(effect, Effect) else _model_of([effect], {}).effects[0]
+        if known.name in self.assessed.calibration.fit.model.names:
+            raise CalibrationError(f"{known.name} is in the model already; remove it first, as in "
+                                   f"remove({known.name!r}).plot({known.name!r}).")
+        require_for_triad(known, self.triad)
+        return known
 
     def __repr__(self) -> str:
         return display.text(self.assessed)
@@ -165,7 +194,7 @@ def calibrate(
     if rate is None and is_named and set(triad_columns("gyroscope")).isdisjoint(table):
         raise UnusableLog("State `gravity=` in m/s² for an accelerometer, or give a table with "
                           "gyr_x, gyr_y, gyr_z and `rate=` in rad/s for a gyroscope.")
-    correct = accelerometer.assessed.calibration.correct if accelerometer else None
+    correct = correct_other_poses(accelerometer.assessed.calibration) if accelerometer else None
     return _calibrated(_poses("gyroscope", plate_runs(table, rate, rate_sd), correct),
                        tuple(model))
 
@@ -180,10 +209,36 @@ def _poses(
 
 def _calibrated(poses: PoseSet, effects: tuple[str | Effect, ...]) -> Calibration:
     defined = {each.name: each for each in effects if isinstance(each, Effect)}
+    model = _model_of([display.name_of(each) for each in effects], defined)
+    at = poses.conditions(poses.reading)
+    for effect in model.effects:
+        require_for_triad(effect, poses.triad)
+        if (reason := unavailable(effect, at)) is not None:
+            known = ", ".join(poses.columns) or "none"
+            raise Undetermined(f"{effect.name} cannot be evaluated in these poses: {reason}. Their "
+                               f"columns are: {known}.")
+    return Calibration(poses, effects, assess(poses, model, SI, candidates=tuple(defined.values())))
+
+
+def require_for_triad(effect: Effect, triad: Triad) -> None:
+    """Refuse an effect that does not act on ``triad``.
+
+    Raises
+    ------
+    CalibrationError
+        Naming the triad that it acts on.
+    """
+    if triad not in effect.triads:
+        others = " and the ".join(effect.triads)
+        raise CalibrationError(f"{effect.name} is an effect of the {others}, and this is a "
+                               f"calibration of the {triad}.")
+
+
+def _model_of(names: Sequence[str], defined: dict[str, Effect]) -> Model:
+    """The model of these names; the nearest right name where one is wrong."""
     try:
-        model = Model.of([display.name_of(each) for each in effects], defined)
+        return Model.of(names, defined)
     except UnknownEffect as error:
         near = get_close_matches(error.name, EFFECTS, 3)
         raise CalibrationError(f"{error}. Did you mean {', '.join(near)}?" if near else
                                f"{error}. There are {', '.join(EFFECTS)}.") from error
-    return Calibration(poses, effects, assess(poses, model, SI, candidates=tuple(defined.values())))

@@ -80,6 +80,19 @@ def parameter_frame(assessed: AssessedTriad) -> "DataFrame":
     return DataFrame({"value": values, "sd": sds, "unit": units}, index=list(names))
 
 
+def correlation_frame(assessed: AssessedTriad) -> "DataFrame":
+    """Correlations of the parameters of the linear form, effects by their names."""
+    from pandas import DataFrame
+
+    fit = assessed.calibration.fit
+    names = []
+    for effect in fit.model.effects:
+        labels = effect.parameters or ("",)
+        names += [f"{effect.name} {label}".strip() for label in labels]
+    sd = np.sqrt(np.diag(fit.cov))
+    return DataFrame(fit.cov / np.outer(sd, sd), index=names, columns=names)
+
+
 def pose_frame(assessed: AssessedTriad) -> "DataFrame":
     """Residuals and conditions by the pose's name, SI."""
     from pandas import DataFrame

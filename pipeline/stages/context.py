@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+CACHE_NAME = "cache"  #: folder of the phase tracks, in that of the results
 #: Called with a clip's name, the frames done and the frames stated (None where unknown).
 OnProgress = Callable[[str, int, int | None], None]
 

@@ -11,13 +11,11 @@ from pipeline.commands.interaction.progress import ClipProgress
 from pipeline.config.load import Config
 from pipeline.console.rate_text import rate_line
 from pipeline.console.run_text import installation_line, recordings_line, triad_line
-from pipeline.stages.context import RunContext
+from pipeline.stages.context import CACHE_NAME, RunContext
 from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.run import Outcome, StageObserver, run_stages
 from pipeline.stages.triads import TriadResult
-
-CACHE_NAME = "cache"  #: folder of the phase tracks, in that of the results
 
 
 def say_waiting(folder: Path) -> None:

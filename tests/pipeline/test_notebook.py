@@ -1,0 +1,66 @@
+"""A session in a notebook: loaded, asked, shown and compared."""
+
+
+import numpy as np
+import pytest
+
+import calib
+import pipeline
+from calib.errors import CalibrationError, Undetermined
+from calib.notebook.partial import partial_residuals
+from tests.sessions import quick_session
+
+
+@pytest.fixture(scope="module")
+def loaded(tmp_path_factory: pytest.TempPathFactory) -> "pipeline.LoadedSession":
+    config, _ = quick_session(tmp_path_factory.mktemp("notebook"))
+    return pipeline.load(config.parent)
+
+
+def test_names_complete_and_a_session_is_text(loaded: "pipeline.LoadedSession") -> None:
+    assert dir(calib) == ["Calibration", "calibrate", "compare"]
+    assert "load" in dir(pipeline)
+    assert "accelerometer, 18 poses" in repr(loaded)
+    shown = repr(loaded.accelerometer.diagnose())  # type: ignore[union-attr]
+    assert shown.startswith("nothing_missing: ")
+    assert len(shown) < 1000
+
+
+def test_what_an_effect_explains_is_the_residual_where_it_is_there() -> None:
+    rng = np.random.default_rng(5)
+    axes = rng.standard_normal((40, 3))
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    volt = rng.uniform(3.0, 4.0, 40)
+    table = {"acc_x": 9.81 * axes[:, 0] + 0.2 * volt, "acc_y": 9.81 * axes[:, 1],
+             "acc_z": 9.81 * axes[:, 2], "volt": volt,
+             **{f"sd_acc_{axis}": np.full(40, 0.002) for axis in "xyz"}}
+    found = calib.calibrate(table, gravity=9.81)
+    explained, residual = partial_residuals(
+        found.assessed, found.add("column:volt").assessed.calibration.fit.model.effects[-1])
+    assert np.corrcoef(explained, residual)[0, 1] > 0.999
+    assert np.polyfit(explained, residual, 1)[0] == pytest.approx(1.0, abs=1e-6)
+    assert found.plot("column:volt").axes[0].get_xlabel().startswith("what column:volt explains")
+
+
+def test_effects_that_cannot_be_asked_for_say_why(loaded: "pipeline.LoadedSession") -> None:
+    accelerometer = loaded.accelerometer
+    assert accelerometer is not None
+    with pytest.raises(CalibrationError, match="is an effect of the gyroscope"):
+        accelerometer.add("g_sensitivity")
+    with pytest.raises(Undetermined, match=r"no complete column foo\. Their columns are: "):
+        accelerometer.add("column:foo")
+    with pytest.raises(CalibrationError, match="is in the model already"):
+        accelerometer.plot("bias")
+
+
+def test_calibrations_are_compared_and_their_parameters_correlated(
+    loaded: "pipeline.LoadedSession",
+) -> None:
+    one = loaded.gyroscope
+    assert one is not None
+    same = calib.compare(one, one)
+    assert (same["difference"] == 0).all()
+    assert same["unit"].iloc[0] == "rad"
+    matrix = one.correlations()
+    np.testing.assert_allclose(np.diag(matrix), 1.0)
+    assert (np.abs(matrix.to_numpy()) <= 1 + 1e-9).all()
