@@ -45,7 +45,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from calib.notebook.calibration import Calibration, calibrate
-    from calib.notebook.comparison import compare_calibrations as compare
+    from calib.notebook.comparison import parameter_differences as compare
 
 __all__ = ["Calibration", "calibrate", "compare"]
 
@@ -62,5 +62,5 @@ def __getattr__(name: str) -> Any:
     from calib.notebook import calibration, comparison
 
     if name == "compare":
-        return comparison.compare_calibrations
+        return comparison.parameter_differences
     return getattr(calibration, name)

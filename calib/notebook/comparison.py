@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
-def compare_calibrations(one: Calibration, other: Calibration) -> "DataFrame":
+def parameter_differences(one: Calibration, other: Calibration) -> "DataFrame":
     """Every parameter of two calibrations, and their difference in its sd.
 
     Parameters

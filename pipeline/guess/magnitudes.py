@@ -21,6 +21,8 @@ COUNTS_PER_G = (16384, 8192, 4096, 2048, 1024, 512, 256)
 """Facts: 16 bits over ±2, 4, 8 and 16 g; 12 bits over ±2 and 4 g; 10 bits over ±2 g."""
 COUNTS_PER_DEG_S = (131.072, 65.536, 32.768, 16.384)
 """Facts: 16 bits over ±250, 500, 1000 and 2000 °/s."""
+USUAL_COUNTS_PER_DEG_S = (*COUNTS_PER_DEG_S, 114.286, 57.143, 28.571, 14.286)
+"""Facts: those, and of ST's parts 8.75, 17.5, 35 and 70 m°/s per count."""
 RATE_UNITS = {unit: UNITS[unit][1] for unit in get_args(RateUnit)}  #: fact: rad/s in each
 RECORD_RPM = (100 / 6, 100 / 3, 45.0, 78.26)
 """Speeds of record players; the slowest and the last one from gramophones."""
@@ -165,7 +167,7 @@ def nearest_rate_unit(si_per_unit: float, is_counts: bool) -> tuple[str, float |
     """The unit that is nearest to a scale in rad/s, and counts per °/s where it is counts."""
     if is_counts:
         per_deg = math.radians(1) / si_per_unit
-        nearest = min(COUNTS_PER_DEG_S, key=lambda each: abs(math.log(per_deg / each)))
+        nearest = min(USUAL_COUNTS_PER_DEG_S, key=lambda each: abs(math.log(per_deg / each)))
         near = abs(math.log(per_deg / nearest)) < 2 * GRAVITY_TOLERANCE
         return "counts", nearest if near else float(f"{per_deg:.2g}")
     return min(RATE_UNITS, key=lambda each: abs(math.log(si_per_unit / RATE_UNITS[each]))), None

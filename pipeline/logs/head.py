@@ -146,8 +146,8 @@ def _is_header(cells: list[str], columns: ColumnNames | None) -> bool:
 
 def _is_row(line: str, columns: ColumnNames | None) -> bool:
     numbers = width_of_numbers(line)
-    if isinstance(columns, Sequence):
-        return numbers > 0 and len(dialect_of(line).cells(line)) > 2
+    if isinstance(columns, Sequence) and len(dialect_of(line).cells(line)) == len(columns):
+        return numbers > 0
     return numbers >= FEWEST_NUMBERS
 
 

@@ -37,10 +37,11 @@ COUNTER = {"packetcounter", "counter", "samplecounter", "n", "sample", "nsamples
            "loopiteration", "index", "seq", "nr", "no", "row", "zeile", "id", "idx", "lfdnr", "#"}
 ACC = {"acc", "accel", "acceleration", "accelerometer", "accl", "a", "ac", "accx", "accsmooth",
        "accadc", "specificforce", "force", "beschleunigung", "beschl", "accélération",
-       "aceleración", "aceleracion", "accelerazione"}
+       "aceleración", "aceleracion", "accelerazione", "acel", "acceler", "aceleracao", "acele"}
 GYR = {"gyr", "gyro", "gyroscope", "g", "gy", "w", "omega", "gyroadc", "gyrounfilt", "rate", "rot",
        "rotation", "angular", "angvel", "rotationrate", "angularvelocity", "angrate", "gyroskop",
-       "drehrate", "winkelgeschwindigkeit", "giroscopio", "gyromètre"}
+       "drehrate", "winkelgeschwindigkeit", "giroscopio", "gyromètre", "giro",
+       "gir", "gyros", "vitesseangulaire", "velocidadangular", "angulaire", "angolare"}
 TEMPERATURE = {"temp", "temperature", "tmp", "tempc", "degc", "temperatur", "temperatura",
                "température", "tempcelsius", "dietemp", "t_c"}
 #: A word that makes a column something else, whatever the others are.

@@ -19,6 +19,9 @@ NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 LABEL = re.compile(rf"([A-Za-zµ°][\w ./\[\]()²^°-]*?)\s*[:=]\s*({NUMBER})")
 BRACKETS = re.compile(r"\s*[(\[{](.*)[)\]}]\s*[,;]?\s*")
 ARROW = re.compile(r"\s*\[?(\d{1,2}:\d{2}:\d{2}[.:,]\d+)\]?\s*->\s*(.*)")
+#: Groups of numbers with bars between them, each group's numbers between blanks.
+BARS = re.compile(rf"{NUMBER}(?:\s+{NUMBER})+\s*\|\s*{NUMBER}(?:\s+{NUMBER})+")
+WORD = re.compile(r"^\s*[A-Za-z]\w*\s+")  #: before the numbers of such a line
 TITLE = re.compile(r"^\s*([A-Za-z ]+):\s*(?=[A-Za-z]\s*[:=])")  #: "Acceleration: X:0.1, Y: 0.2"
 TAG = re.compile(rf"\s*[A-Za-z][\w/ ]*[:>]\s+(?={NUMBER}[\s,;]+{NUMBER}[\s,;]+{NUMBER})")
 """A word before a row that names no number of it: ``a/g: 1 2 3``."""
@@ -40,7 +43,17 @@ def without_labels(lines: list[str]) -> list[str]:
     if _share(shown, lambda line: BRACKETS.fullmatch(line) is not None) >= LEAST_SHARE:
         return [match[1] if (match := BRACKETS.fullmatch(line)) else line for line in lines]
     cycle = _cycle(shown)
-    return _as_table(lines, cycle) if sum(map(len, cycle)) >= FEWEST else lines
+    if sum(map(len, cycle)) >= FEWEST:
+        return _as_table(lines, cycle)
+    signs = [line for line in shown if BARS.search(line)]
+    if len(signs) >= LEAST_SHARE * max(len(shown), 1) and signs:
+        return [_without_bars(line) for line in lines]
+    return lines
+
+
+def _without_bars(line: str) -> str:
+    """``IMU0 0.1 | 1 2 3 | 4 5 6`` as a row: bars between groups of numbers are blanks."""
+    return TAG.sub("", WORD.sub("", line).replace("|", " "))
 
 
 def labels_of(line: str) -> tuple[str, ...]:

@@ -110,6 +110,39 @@ def unnamed_quaternion(folder: Path, log: HandLog) -> Foreign:
     return Foreign([write_lines(folder / "fusion.txt", rows)], 1 / G, 1 / DEG)
 
 
+def spanish(folder: Path, log: HandLog) -> Foreign:
+    head = ("tiempo_ms;aceleracion_x_g;aceleracion_y_g;aceleracion_z_g;giro_x_dps;giro_y_dps;"
+            "giro_z_dps")
+    rows = [";".join([str(round(1000 * t)), *(f"{v:.5f}" for v in (*(a / G), *(w / DEG)))])
+            for t, a, w in zip(log.time_s, log.acc, log.gyr, strict=True)]
+    return Foreign([write_lines(folder / "datos.csv", [head, *rows])], 1 / G, 1 / DEG)
+
+
+def sensitivities_of_st(folder: Path, log: HandLog) -> Foreign:
+    """LSM6DS at ±4 g and ±500 °/s: 0.122 mg and 17.5 m°/s per count."""
+    rows = [",".join(map(str, (round(t * 1e6), *row)))
+            for t, row in zip(log.time_s, counts_of(log, 1 / 0.122e-3, 1 / 0.0175), strict=True)]
+    return Foreign([write_lines(folder / "lsm6ds.csv", ["micros,ax,ay,az,gx,gy,gz", *rows])],
+                   1 / 0.122e-3 / G, 1 / 0.0175 / DEG)
+
+
+def bars_between_groups(folder: Path, log: HandLog) -> Foreign:
+    """A word, the time, and two groups of readings between bars."""
+    rows = [f"IMU0 {t:.3f} | " + " | ".join(" ".join(f"{v:.5f}" for v in three)
+                                            for three in (a, w))
+            for t, a, w in zip(log.time_s, log.acc, log.gyr, strict=True)]
+    return Foreign([write_lines(folder / "bars.txt", rows)])
+
+
+def messages_with_numbers(folder: Path, log: HandLog) -> Foreign:
+    """What a board says when it starts, dates among it; no header."""
+    rows = [",".join([str(round(1000 * t)), *(f"{v:.4f}" for v in (*a, *(w / DEG)))])
+            for t, a, w in zip(log.time_s, log.acc, log.gyr, strict=True)]
+    return Foreign([write_lines(folder / "boot.csv", [
+        "ets Jul 29 2019 12:21:46", "rst:0x1 (POWERON_RESET),boot:0x13",
+        "configsip: 0, SPIWP:0xee", *rows])], 1.0, 1 / DEG)
+
+
 def _attitudes(log: HandLog) -> np.ndarray:
     """Unit quaternions (t, 4) that turn as the readings do."""
     four = np.column_stack([log.acc / G + 0.3, np.linalg.norm(log.acc, axis=1) / G])
@@ -120,7 +153,8 @@ STRANGE: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         stamped_labels, stamped_labels_commas, stamped_tag, tag_and_blank, sensor_logger_android,
         sensor_logger_ios, clock_set_back, matlab_mobile, german_excel_mg, microseconds_in_front,
-        unnamed_quaternion)
+        unnamed_quaternion, spanish, sensitivities_of_st, bars_between_groups,
+        messages_with_numbers)
 }
 
 
