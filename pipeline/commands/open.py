@@ -24,9 +24,10 @@ def command(config: Path, output: Path | None, allow_python: bool) -> None:
     any model that you tried, and write the one that you want into CONFIG. The address answers this
     computer alone; a run in a terminal updates the page.
     """
-    from pipeline.commands.interaction.run_with_progress import CACHE_NAME, run_silently
+    from pipeline.commands.interaction.run_with_progress import run_silently
     from pipeline.commands.run import command as run
     from pipeline.config.load import load_config
+    from pipeline.stages.context import CACHE_NAME
     from pipeline.workbench.application import Workbench
     from pipeline.workbench.serve import serve
 
