@@ -33,6 +33,8 @@ const asks = window.workbench?.ask ?? null;
 
 {% include "script/glossary.js" %}
 
+{% include "script/layers.js" %}
+
 const sections = data.triads.map((triad) => new Section(triad, data.config));
 const rateSections = data.rates.map((rate) => new RateSection(rate, data.config));
 sections.forEach((section) => new Poses(section));

@@ -301,6 +301,7 @@ window.workbench = {
       section.show = (refitted) => { section.settled = true; show(refitted); };
       section.settled = true;
       new Bench(section);
+      section.root.querySelector("details.sound")?.setAttribute("open", "");
     }
     for (const section of page.rateSections) {
       section.boxes.forEach((box) => box.addEventListener("change", remember));

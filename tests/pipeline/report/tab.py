@@ -114,6 +114,12 @@ class Tab:
         self.evaluate("new Promise((done) => "
                       "requestAnimationFrame(() => requestAnimationFrame(() => done(true))))")
 
+    def unfold(self) -> None:
+        """Open the layers of a report that are folded away."""
+        self.evaluate(
+            "document.querySelectorAll('details.layer').forEach((e) => { e.open = true; })")
+        self.painted()
+
     def key(self, key: str) -> None:
         """Press and release a key, where the focus is."""
         code = KEYS[key]

@@ -172,6 +172,7 @@ def test_cards_open_and_close_by_keyboard_and_by_touch(
     is_open = "document.getElementById('card-gyroscope-cubic').open"
     with browser.tab() as tab:
         tab.open(hidden_session.path)
+        tab.unfold()
         assert tab.evaluate(is_open) is False
         tab.evaluate(f"document.querySelector('{summary}').focus()")
         tab.key("Enter")
@@ -179,6 +180,7 @@ def test_cards_open_and_close_by_keyboard_and_by_touch(
         tab.key(" ")
         assert tab.evaluate(is_open) is False
         tab.open(hidden_session.path, PHONE)
+        tab.unfold()
         tab.tap(summary)
         assert tab.evaluate(is_open) is True
         wide = tab.evaluate("return [document.documentElement.scrollWidth, window.innerWidth];")

@@ -40,6 +40,7 @@ def pick(tab: Tab, k: int, triad: str = "gyroscope") -> None:
 def tab(browser: Browser, hidden_session: HiddenSession) -> Iterator[Tab]:
     with browser.tab() as opened:
         opened.open(hidden_session.path)
+        opened.unfold()
         yield opened
         assert opened.errors == []
         assert set(opened.requests) == {hidden_session.path.as_uri()}
@@ -122,6 +123,7 @@ def test_a_finger_rotates_the_sphere_and_picks_a_pose_on_a_phone(
 ) -> None:
     with browser.tab() as tab:
         tab.open(hidden_session.path, PHONE)
+        tab.unfold()
         before = tab.evaluate(WHERE)
         tab.drag(f"{STAGE} .globe", 70, 0, touch=True)
         assert tab.evaluate(WHERE) != before
@@ -156,6 +158,38 @@ def test_a_touched_mark_of_a_chart_picks_its_pose(tab: Tab) -> None:
     tab.click(f"{GYRO} svg.residuals g.mark[data-i='4']")
     assert tab.evaluate(
         f"document.querySelector('{STAGE} .pose[data-i=\"4\"]').classList.contains('picked')")
+
+
+@needs_browser
+def test_a_dot_that_is_clicked_opens_what_it_is_beside_the_chart(
+    browser: Browser, hidden_session: HiddenSession
+) -> None:
+    with browser.tab() as tab:
+        tab.open(hidden_session.path)
+        for mark, place in (("svg.residuals g.mark[data-i='4']", ".outcome"),
+                            (".axes .pose-dots path", ".axes")):
+            tab.click(f"{GYRO} {mark}")
+            assert tab.evaluate(
+                f"const panel = document.querySelector('{GYRO} [data-pose-panel]');"
+                f"return panel.closest('{place}') !== null && panel.checkVisibility()"
+                " && panel.querySelectorAll('.trace path.range').length === 3;")
+
+
+@needs_browser
+def test_the_first_layer_is_short_and_a_command_is_copied(
+    browser: Browser, hidden_session: HiddenSession
+) -> None:
+    with browser.tab() as tab:
+        tab.open(hidden_session.path)
+        words, height = tab.evaluate(
+            "return [document.body.innerText.split(/\\s+/).length,"
+            " document.documentElement.scrollHeight];")
+        assert words < 2000
+        assert height < 8000
+        tab.click(".copied button")
+        tab.wait("document.querySelector('.copied button').textContent !== 'Copy'")
+        assert tab.evaluate("document.querySelectorAll('main pre').length"
+                            " === document.querySelectorAll('.copied').length")
 
 
 # --- leaving out -------------------------------------------------------------------------------
@@ -204,6 +238,7 @@ def test_no_name_in_a_configuration_or_a_log_becomes_a_script(
     assert "onerror" in page.read_text(encoding="utf-8")
     with browser.tab() as tab:
         tab.open(page)
+        tab.unfold()
         for k in range(18):
             pick(tab, k, "accelerometer")
         tab.evaluate("document.querySelectorAll('details').forEach((e) => { e.open = true; })")

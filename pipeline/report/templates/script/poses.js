@@ -9,12 +9,15 @@ class Poses {
     this.root = section.root.querySelector("[data-poses]");
     if (!this.root) return;
     this.panel = this.root.querySelector("[data-pose-panel]");
+    this.home = this.panel.parentElement;
     this.picked = -1;
     this.sphere = new Sphere(this.root, this.triad.poses, (k) => this.pick(k));
     this.root.classList.add("live");
     section.root.addEventListener("click", (event) => {
       const mark = event.target.closest("[data-i]");
-      if (mark && !mark.closest("[data-stage]")) this.pick(Number(mark.dataset.i));
+      if (!mark || mark.closest("[data-stage]")) return;
+      this.openBeside(mark);
+      this.pick(Number(mark.dataset.i));
     });
     this.root.querySelector("[data-run]")?.addEventListener(
       "change", (event) => this.sphere.show(event.target.value));
@@ -23,6 +26,15 @@ class Poses {
     }
     section.listeners.push(() => this.update());
     this.update();
+  }
+
+  // What a mark is opens where it was touched.
+  openBeside(mark) {
+    const beside = mark.closest("figure.of-poses") ? this.section.root.querySelector(".outcome > :first-child")
+      : mark.closest(".panels, .bench-grid > figure");
+    if (beside) beside.after(this.panel);
+    else this.home.append(this.panel);
+    unfold(this.panel);
   }
 
   next() { this.pick((this.picked + 1) % this.triad.labels.length); }

@@ -31,6 +31,7 @@ class Section {
   tick(name) {
     const box = this.boxes.get(name);
     if (!box || box.disabled || box.checked) return;
+    unfold(box);
     box.checked = true;
     this.toggle(this.effects.find((effect) => effect.name === name));
   }
