@@ -44,6 +44,10 @@ class RateRefused(VisionError):
         self.history, self.returns = history, returns
 
 
+class NoSuchPart(RateRefused):
+    """The clip has no frames, or too few, in the part that was stated."""
+
+
 class NothingMoves(RateRefused):
     """The frames of a stretch differ by the noise of the camera alone."""
 

@@ -25,6 +25,8 @@ ABOUT = 0.08  #: share of a period, to both sides of where a return is expected
 READ_OFF = 0.2  # frames: the parabola through a narrow peak leans to the whole frame
 FEWEST_RETURNS = 2  # one alone may be chance
 LEAST_FRAMES = 3  # of a period
+MOSTLY = 0.8  # of the clip, in which a trial period is looked at
+MOST_FRAMES = 600  #: in which another period is looked for; a limit of time
 LATEST = 0.85  # of the clip: less of it overlaps with itself after the latest return
 PARTS = (5, 4, 3, 2)  # of what was found, in which the picture may return already
 BIAS = 2e-3  #: fact: of the period, by which the peak leans where the picture changes in the clip
@@ -48,12 +50,22 @@ class ReturnThresholds:
     same : float
         Of the correlation after the period, and of the number of returns, that a part of it must
         have to be the period.
+    clearly_varies : float
+        Mean square of a pixel over that of its noise, for it to be of something else that turns.
+        Derived: nine tenths of it are no noise.
+    other : float
+        Score of a pixel that does not return with the known period. Derived: half of ``clear``.
+    apart : float
+        Relative difference from a whole multiple of the known period. Derived: five sds of one.
     """
 
     clear: float = 0.6
     beyond_noise: float = 1.3
     shorter: float = 1.05
     same: float = 0.95
+    clearly_varies: float = 10.0
+    other: float = 0.3
+    apart: float = 0.01
 
 
 THRESHOLDS = ReturnThresholds()
@@ -141,6 +153,44 @@ def image_return(
                        share.reshape(rows, columns))
 
 
+def other_return(
+    values: NDArray[np.uint8], frame_s: float, period_s: float
+) -> ImageReturn | None:
+    """Find another time after which what does not return with the known one does.
+
+    Parameters
+    ----------
+    values : array of uint8, shape (f, m)
+        Single pixels of evenly spaced frames.
+    frame_s : float
+    period_s : float
+        After which most of the picture returns.
+
+    Returns
+    -------
+    ImageReturn or None
+        None where all that varies clearly returns with the known period, or never.
+    """
+    pixels = values[:MOST_FRAMES, :, None]
+    f, period = len(pixels), period_s / frame_s
+    if f < FEWEST_RETURNS * period or period < LEAST_FRAMES:
+        return None
+    varying = _varying(pixels, round(SLOW_S / frame_s))[:, :, 0]
+    clear = np.flatnonzero((varying**2).mean(axis=0) > THRESHOLDS.clearly_varies)
+    if not clear.size:
+        return None
+    correlation = np.stack([_autocorrelation(varying[:, i, None]) for i in clear])
+    other = clear[_score(correlation, period) < THRESHOLDS.other]
+    if len(other) < max(FEWEST_BLOCKS, clear.size // MOST_BLOCKS):
+        return None
+    second = image_return(np.ascontiguousarray(pixels[:, other]), frame_s, 1)
+    if second is None:
+        return None
+    ratio = second.period_s / period_s
+    same = abs(max(ratio, 1 / ratio) / round(max(ratio, 1 / ratio)) - 1)
+    return second if same > THRESHOLDS.apart else None
+
+
 def _varying(small: NDArray[np.uint8], slow: int) -> NDArray[np.float32]:
     """What is neither slow nor the flicker of all pixels together, in sds of each pixel's noise."""
     values = small.astype(np.float32)
@@ -171,14 +221,19 @@ def _period(correlation: FloatArray, best: int) -> tuple[float, FloatArray]:
     f = correlation.shape[1]
     period, highest, score = 0.0, -np.inf, np.zeros(len(correlation))
     for trial in np.arange(LEAST_FRAMES, (f - 3) / 2.2, 0.5):
-        turns = np.arange(1, int(0.8 * f / trial) + 1)
-        at, between = (np.round(m * trial).astype(np.intp) for m in (turns, turns - 0.5))
-        shown = correlation[:, at].mean(axis=1)
-        shown -= np.maximum(correlation[:, between].mean(axis=1), 0)
+        shown = _score(correlation, float(trial))
         mean = float(np.sort(shown)[-best:].mean())
         if mean > THRESHOLDS.shorter * highest or highest < 0:
             period, highest, score = float(trial), mean, shown
     return period, score
+
+
+def _score(correlation: FloatArray, period: float) -> FloatArray:
+    """How much more each block is itself after a period than half way to it, shape (b,)."""
+    turns = np.arange(1, int(MOSTLY * correlation.shape[1] / period) + 1)
+    at, between = (np.round(m * period).astype(np.intp) for m in (turns, turns - 0.5))
+    shown = correlation[:, at].mean(axis=1)
+    return np.asarray(shown - np.maximum(correlation[:, between].mean(axis=1), 0))
 
 
 def _returns(correlation: FloatArray, period: float) -> tuple[FloatArray, FloatArray, float]:

@@ -48,6 +48,10 @@ SLOWEST_FPS, FASTEST_FPS = 0.01, 1e5  #: from time lapse to high speed
               help="Measure the clip up to this time.")
 @click.option("--rim", type=(Finite(), Finite(), Finite(min=1)), metavar="X Y RADIUS",
               help="Centre and radius of the plate's rim in pixels, if it is not detected.")
+@click.option("--tilted-rim", type=(Finite(), Finite(), Finite(min=1), Finite(min=1), Finite()),
+              metavar="X Y MAJOR MINOR DEGREES",
+              help="The rim as an ellipse, if it is seen from the side: semi-axes in pixels, and "
+                   "the direction of the major one, from the right towards downwards.")
 @click.option("--overlay", type=PathArgument(dir_okay=False), metavar="OUT.mp4",
               help="Write the clip with rim, mark, angle and rate drawn on it.")
 @click.option("--flutter", is_flag=True,
@@ -74,6 +78,7 @@ def command(
     from_s: float | None,
     to_s: float | None,
     rim: tuple[float, float, float] | None,
+    tilted_rim: tuple[float, float, float, float, float] | None,
     overlay: Path | None,
     flutter: bool,
     gyro: Path | None,
@@ -110,9 +115,12 @@ def command(
         raise click.UsageError(f"--to {to_s:g} is not after --from {from_s:g}.")
     if clock is not None and fps is not None:
         raise click.UsageError("--clock and --fps both state the clock; give one of them.")
+    if rim is not None and tilted_rim is not None:
+        raise click.UsageError("--rim and --tilted-rim both state the rim; give one of them.")
+    ellipse = tilted_rim or (None if rim is None else (*rim, rim[2], 0.0))
     with _filmed(camera, seconds, keep) as clip:
         chosen = _Chosen(videos if clip is None else (clip,), fps, clock, nominal_rpm, from_s, to_s,
-                         rim, shown)
+                         ellipse, shown)
         _measure(chosen, outputs, choice)
 
 
@@ -126,7 +134,7 @@ class _Chosen:
     nominal_rpm: float | None
     from_s: float | None
     to_s: float | None
-    rim: tuple[float, float, float] | None
+    rim: tuple[float, float, float, float, float] | None
     shown: Literal["text", "quiet", "json"]
 
 
@@ -169,6 +177,7 @@ def _measure(chosen: _Chosen, outputs: RateOutputs, flutter: FlutterChoice) -> N
     from pipeline.console.rate_text import clip_lines, rate_history_lines, rate_line
     from pipeline.files import write_whole
     from pipeline.results.angles_csv import angles_csv
+    from pipeline.results.rate import refusal_json
     from pipeline.stages.context import RunContext
     from pipeline.stages.rate import draw_overlay, follow_clips, measure_setting
     from vision.errors import RateRefused
@@ -184,10 +193,18 @@ def _measure(chosen: _Chosen, outputs: RateOutputs, flutter: FlutterChoice) -> N
         )
     clock = _clock(chosen)
     part = ClipPart(chosen.from_s, chosen.to_s)
-    rim = None if chosen.rim is None else PlateOverride(chosen.rim[:2], chosen.rim[2])
+    rim = None if chosen.rim is None else PlateOverride(chosen.rim[:2], *chosen.rim[2:])
     with ClipProgress(chosen.shown != "quiet") as progress:
         clips = [(video, rim) for video in chosen.videos]
-        tracks = follow_clips(clips, RunContext(None, progress))
+        try:
+            tracks = follow_clips(clips, RunContext(None, progress), chosen.from_s or 0.0)
+        except RateRefused as refused:
+            if chosen.shown == "json":
+                refused_name = next((video.stem for video in chosen.videos
+                                     if str(refused).startswith(f"{video.name}:")), stems[0])
+                by_clip = {refused_name: refusal_json(refused)}
+                echo_json(by_clip)
+            raise
     rates = []
     for stem, track in zip(stems, tracks, strict=True):
         try:
@@ -199,10 +216,8 @@ def _measure(chosen: _Chosen, outputs: RateOutputs, flutter: FlutterChoice) -> N
             if outputs.overlay is not None:
                 with ClipProgress(chosen.shown != "quiet") as progress:
                     draw_overlay(chosen.videos[0], track, None, outputs.overlay, progress)
-            if refused.history is not None and chosen.shown == "json":
-                from pipeline.results.rate import rate_history_json
-
-                by_stem = {stem: rate_history_json(refused.history, str(refused))}
+            if chosen.shown == "json":
+                by_stem = {stem: refusal_json(refused)}
                 echo_json(by_stem)
             elif refused.history is not None:
                 for line in rate_history_lines(stem, refused.history):

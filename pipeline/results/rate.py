@@ -20,7 +20,7 @@ from pipeline.results.schema.rate import (
 from pipeline.stages.rate import SettingRate
 
 if TYPE_CHECKING:
-    from vision.phase_track import RateHistory
+    from vision.errors import RateRefused
     from vision.rate.diagnosis import PhaseDiagnosis
     from vision.rate.measure import RateMeasurement
     from vision.rate.other_rates import FrameCount
@@ -50,21 +50,32 @@ def rate_section(rate: SettingRate) -> RateResult:
     )
 
 
-def rate_history_json(history: "RateHistory", refusal: str) -> Json:
-    """What is known of a clip without a constant rate: rate against time, and every angle."""
-    angle = history.angle
+def refusal_json(refused: "RateRefused") -> Json:
+    """Every refused clip as the same object; null is what could not be seen in it.
+
+    ``repeats`` is the time after which the picture is itself again; ``history`` the rate against
+    time, and ``angles`` every angle, of a plate that was followed.
+    """
+    history, returns = refused.history, refused.returns
+    rate = None if returns is None else 2 * math.pi / returns.period_s
     return {
-        "refused": refusal,
-        "revolutions": history.revolutions,
-        "phase_noise_rad": number(history.phase_noise_rad),
-        "history": {
+        "refused": str(refused),
+        "repeats": None if returns is None or rate is None else {
+            "period_s": returns.period_s,
+            "sd_s": returns.sd_s,
+            "rate_rad_s": rate,
+            "sd_rad_s": rate * returns.sd_s / returns.period_s,
+        },
+        "revolutions": None if history is None else history.revolutions,
+        "phase_noise_rad": None if history is None else number(history.phase_noise_rad),
+        "history": None if history is None else {
             "time_s": numbers(history.time_s),
             "rate_rad_s": numbers(history.rate_rad_s),
         },
-        "angles": {
-            "frame": angle.index.tolist(),
-            "time_s": numbers(angle.time_s),
-            "angle_rad": numbers(angle.angle_rad),
+        "angles": None if history is None else {
+            "frame": history.angle.index.tolist(),
+            "time_s": numbers(history.angle.time_s),
+            "angle_rad": numbers(history.angle.angle_rad),
         },
     }
 

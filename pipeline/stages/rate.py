@@ -88,7 +88,8 @@ class SettingRate:
 
 
 def follow_clips(
-    clips: "Sequence[tuple[Path, PlateOverride | None]]", context: RunContext
+    clips: "Sequence[tuple[Path, PlateOverride | None]]", context: RunContext,
+    from_s: float = 0.0,
 ) -> "list[PhaseTrack]":
     """Track the plate in each clip, several clips at a time; known clips come from the cache.
 
@@ -98,6 +99,8 @@ def follow_clips(
         Each clip, and the plate's ellipse where the user states it.
     context : RunContext
         The cache and the progress display.
+    from_s : float
+        The plate is learned from what follows this time of a clip, s; only without a cache.
 
     Returns
     -------
@@ -121,7 +124,7 @@ def follow_clips(
                 raise KeyboardInterrupt
             context.on_progress(clip.name, done, stated)
 
-        return track_phase(clip, plate=plate, on_progress=on_progress)
+        return track_phase(clip, plate=plate, from_s=from_s, on_progress=on_progress)
 
     def find(clip: Path, plate: "PlateOverride | None") -> "PhaseTrack":
         if context.cache is None:

@@ -20,8 +20,11 @@ class SearchThresholds:
     Attributes
     ----------
     coherent : float
-        Share of the energy that turns together about the proposed and about the refined axis, and
-        by the template, for a proposal to be a plate.
+        Share of the energy that turns together about the proposed and about the refined axis, for
+        a proposal to be a plate.
+    beyond_noise : float
+        Times what a template of noise explains, 1/f of f frames, that a plate's does: the noise of
+        a dark film is most of what varies in it. Derived: ten.
     certain : float
         The same, for no other proposal to be looked into.
     whole : float
@@ -34,6 +37,7 @@ class SearchThresholds:
     """
 
     coherent: float = 0.3
+    beyond_noise: float = 10.0
     certain: float = 0.8
     whole: float = 1.2
     same_rim: float = 0.8
@@ -83,7 +87,7 @@ def chosen_plate(
         highest = max(highest, again.coherence)
         turning = _turning(refined, again)
         candidate = PlateCandidate(coarse, again.coherence, turning)
-        if min(again.coherence, coarse.template.explained) < THRESHOLDS.coherent:
+        if again.coherence < THRESHOLDS.coherent or not _beyond_noise(coarse):
             continue
         if plate is not None and not candidate.rather_than(plate):
             continue
@@ -94,6 +98,12 @@ def chosen_plate(
         if min(plate.coherence, coarse.template.explained) > THRESHOLDS.certain:
             break
     return plate, jumping, highest
+
+
+def _beyond_noise(coarse: Alignment) -> bool:
+    """Whether the template explains more than one of noise: that explains one part in f."""
+    frames = int(coarse.used.sum())
+    return frames * coarse.template.explained > THRESHOLDS.beyond_noise
 
 
 def _turning(view: PlateView, rotation: CoarseRotation) -> float:
@@ -118,6 +128,6 @@ def or_of_parts(
     if plate is not None and turning < THRESHOLDS.whole * plate.turning:
         return plate
     coarse = learning.coarse(equal.view, equal.rotation, equal.count)
-    if coarse.template.explained < THRESHOLDS.coherent:
+    if not _beyond_noise(coarse):
         return plate
     return PlateCandidate(coarse, equal.rotation.coherence, turning, equal.count)

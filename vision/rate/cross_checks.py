@@ -10,10 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.geometry import FloatArray
+from vision.image_return import other_return
 from vision.numbers import RPM
 from vision.phase_track import PhaseTrack, PlateAngle
 from vision.rate.least_squares import least_squares
-from vision.rate.other_rates import END_SD, FrameCount, LagRate, count_frames, lag_rate
+from vision.rate.other_rates import END_SD, EVEN, FrameCount, LagRate, count_frames, lag_rate
+from vision.rate.unwrap import frame_time
 
 FEWEST_CENTROIDS = 12  #: frames; two per parameter of the ellipse and spindle
 SLIPPED_RAD = 0.5  # between the mark's centroid and the refined angle: not the same mark
@@ -92,6 +94,7 @@ def cross_check(
         _compare_centroid(track, angle, rate_rad_s, sd_rad_s),
         _compare_count(track.source, count, angle, abs(rate_rad_s)),
         _lag_warning(track.source, lag, by_stamps) if apart else "",
+        _another_rate(track, time_s, by_stamps),
     )
     return CrossChecks(count, lag, apart, tuple(text for text in paragraphs if text))
 
@@ -136,6 +139,22 @@ def _lag_warning(source: str, lag: LagRate | None, rate_rad_s: float) -> str:
         f"{lag.sd_rad_s / RPM:.4f} rpm, the regression gives {rate_rad_s / RPM:.4f} rpm. Something "
         f"else in the frame may be turning, or turns were miscounted; the sd spans both. Put one "
         f"bold mark near the rim and film again."
+    )
+
+
+def _another_rate(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> str:
+    """Whether something else in the frame turns at a rate of its own."""
+    frame_s = frame_time(time_s)
+    if track.plate.symmetry > 1 or np.abs(np.diff(time_s) - frame_s).max() > EVEN * frame_s:
+        return ""
+    other = other_return(track.thumbnail, frame_s, 2 * np.pi / rate_rad_s)
+    if other is None:
+        return ""
+    return (
+        f"{track.source}: two things turn in the frame at two rates, {rate_rad_s / RPM:.4g} rpm "
+        f"and {other.rate_rad_s / RPM:.4g} rpm ± {other.sd_s / other.period_s:.1%}. The rate is "
+        f"that of the first, which shows more. If the sensor turns with the second, cover the "
+        f"first or state the rim of the second (--rim, or plate: centre_px, radii_px)."
     )
 
 

@@ -74,8 +74,8 @@ class ClipPart:
         chosen = (time_s >= (self.start_s or 0.0)) & (time_s <= stop_s)
         if self != WHOLE and chosen.sum() < FEWEST_FRAMES:
             raise RateRefused(
-                f"{source}: choose a part within the clip, which lasts from {time_s[0]:.1f} "
-                f"s to {time_s[-1]:.1f} s: {chosen.sum()} of its frames are in the stated part."
+                f"{source}: choose a part within the clip, which lasts to {time_s[-1]:.1f} "
+                f"s: {chosen.sum()} of its frames are in the stated part."
             )
         return np.asarray(chosen)
 

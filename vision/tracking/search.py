@@ -7,7 +7,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vision.errors import NothingMoves, RateRefused, UnreadableVideo, more_telling
+from vision.errors import NoSuchPart, NothingMoves, RateRefused, UnreadableVideo, more_telling
 from vision.geometry import PlateOverride
 from vision.tracking.stretch import Stretch, next_stretch
 from vision.video.reader import ClipReader, Frame
@@ -69,6 +69,10 @@ def learned_plate(
     while looked < way.attempts:
         on_step = partial(on_frames, skipped)
         stretch = next_stretch(batches, skipped, on_step)
+        if task.from_s > 0 and len(stretch.frames) < FEWEST and refusal is None:
+            raise NoSuchPart(
+                f"{task.path.name}: choose a part within the clip: {len(stretch.frames)} of its "
+                f"{skipped + stretch.read} frames come after {task.from_s:.1f} s.")
         if not stretch.frames:
             break
         if len(stretch.frames) < FEWEST and refusal is None:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, TypeGuard
 
 import cv2
 
-from vision.errors import NothingMoves, RateRefused, more_telling
+from vision.errors import NoSuchPart, NothingMoves, RateRefused, more_telling
 from vision.geometry import PlateOverride
 from vision.tracking.evenness import scatter_rad
 from vision.tracking.glimpses import nothing_moves
@@ -150,6 +150,8 @@ def _good(result: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
 def _track_or_refusal(task: ClipTask, way: ClipPass) -> "PhaseTrack | RateRefused":
     try:
         return _tracked(task, way)
+    except NoSuchPart:
+        raise
     except RateRefused as refusal:
         return refusal
 

@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -44,11 +45,33 @@ def test_its_angles_are_in_the_json(slowing: Path, capsys: pytest.CaptureFixture
     found = json.loads(capsys.readouterr().out)["slowing"]
     assert "does not turn steadily" in found["refused"]
     assert "rate_rad_s" not in found
+    assert found["repeats"] is None
     time_s = np.array(found["angles"]["time_s"])
     angle = np.array(found["angles"]["angle_rad"])
     expected = RATE * time_s + SLOWING * time_s**2 / 2
     assert np.abs(angle - angle[0]) == pytest.approx(expected - expected[0], abs=0.003)
     assert found["revolutions"] == pytest.approx(np.ptp(expected) / (2 * np.pi), abs=0.02)
+
+
+def test_a_clip_without_a_plate_that_repeats_is_refused_with_what_it_repeats_after(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A ball that swings; the object is that of every refusal."""
+    clip = tmp_path / "swing.avi"
+    writer = cv2.VideoWriter(str(clip), cv2.VideoWriter.fourcc(*"MJPG"), 25.0, (320, 240))
+    for i in range(250):
+        image = np.full((240, 320, 3), 90, np.uint8)
+        x = round(160 + 90 * np.sin(2 * np.pi * i / 37.3))
+        cv2.circle(image, (x, 120), 18, (230, 230, 230), -1, cv2.LINE_AA)
+        writer.write(image)
+    writer.release()
+    assert pipeline("rate", clip, "--json") == 4
+    seen = capsys.readouterr()
+    refused = json.loads(seen.out)["swing"]
+    assert "the picture repeats every 1.49 s" in refused["refused"]
+    assert refused["refused"] in " ".join(seen.err.split())
+    assert refused["repeats"]["period_s"] == pytest.approx(37.3 / 25, rel=0.005)
+    assert refused["history"] is None
 
 
 @pytest.fixture(scope="module")
