@@ -25,6 +25,7 @@ ABOUT = 0.08  #: share of a period, to both sides of where a return is expected
 READ_OFF = 0.2  # frames: the parabola through a narrow peak leans to the whole frame
 FEWEST_RETURNS = 2  # one alone may be chance
 LEAST_FRAMES = 3  # of a period
+FIRST_TURNS = 3  # returns that make the period more exact for those that follow
 MOSTLY = 0.8  # of the clip, in which a trial period is looked at
 MOST_FRAMES = 600  #: in which another period is looked for; a limit of time
 LATEST = 0.85  # of the clip: less of it overlaps with itself after the latest return
@@ -130,23 +131,23 @@ def image_return(
     if not seen.size:
         return None
     strength = np.minimum((blocks[seen] ** 2).mean(axis=(1, 2)), 20.0)
-    correlation = np.stack([_autocorrelation(blocks[i]) for i in seen])
+    correlation = np.stack([autocorrelation(blocks[i]) for i in seen])
     period, score = _period(correlation, max(FEWEST_BLOCKS, rows * columns // MOST_BLOCKS))
     best = np.argsort(score)[-max(FEWEST_BLOCKS, rows * columns // MOST_BLOCKS * 2) :]
     weight = strength[best] * np.maximum(score[best], 0.01)
     together = weight @ correlation[best] / weight.sum()
-    lags, count, mean = _returns(together, period)
+    lags, count, shown = returns_near(together, period)
     for parts in PARTS:  # every multiple of a period that is no whole number of frames
-        in_parts = _returns(together, period / parts)
+        in_parts = returns_near(together, period / parts)
         often = THRESHOLDS.same * int(LATEST * f * parts / period)
-        if len(in_parts[0]) > often and in_parts[2] > THRESHOLDS.same * mean:
-            lags, count, mean = in_parts
+        if len(in_parts[0]) > often and in_parts[2].mean() > THRESHOLDS.same * shown.mean():
+            lags, count, shown = in_parts
             break
+    mean = float(shown.mean()) if shown.size else 0.0
     if len(lags) < FEWEST_RETURNS or mean < THRESHOLDS.clear:
         return None
-    period = float((count * lags).sum() / (count**2).sum())
-    scatter = float(np.sqrt(((lags - count * period) ** 2).sum() / (len(lags) - 1)))
-    sd = float(np.hypot(max(scatter, READ_OFF) / np.sqrt((count**2).sum()), BIAS * period))
+    period, sd = fitted_period(lags, count)
+    sd = float(np.hypot(sd, BIAS * period))
     share = np.zeros(rows * columns)
     share[seen] = score
     return ImageReturn(period * frame_s, sd * frame_s, int(count.max()), mean,
@@ -179,7 +180,7 @@ def other_return(
     clear = np.flatnonzero((varying**2).mean(axis=0) > THRESHOLDS.clearly_varies)
     if not clear.size:
         return None
-    correlation = np.stack([_autocorrelation(varying[:, i, None]) for i in clear])
+    correlation = np.stack([autocorrelation(varying[:, i, None]) for i in clear])
     other = clear[_score(correlation, period) < THRESHOLDS.other]
     if len(other) < max(FEWEST_BLOCKS, clear.size // MOST_BLOCKS):
         return None
@@ -204,8 +205,8 @@ def _varying(small: NDArray[np.uint8], slow: int) -> NDArray[np.float32]:
     return np.asarray(values / np.maximum(noise, np.median(noise) + 0.3), np.float32)
 
 
-def _autocorrelation(block: NDArray[np.float32]) -> FloatArray:
-    """r of the module's equation, shape (f,)."""
+def autocorrelation(block: NDArray[np.float32]) -> FloatArray:
+    """The correlation of pixels (f, p) with themselves by lag, r of the module's equation, (f,)."""
     f = len(block)
     block = block - block.mean(axis=0)
     spectrum = np.fft.rfft(block, 2 * f, axis=0)
@@ -236,9 +237,24 @@ def _score(correlation: FloatArray, period: float) -> FloatArray:
     return np.asarray(shown - np.maximum(correlation[:, between].mean(axis=1), 0))
 
 
-def _returns(correlation: FloatArray, period: float) -> tuple[FloatArray, FloatArray, float]:
-    """Lags in frames of the clear returns, the turns that each is after, and how clear they are."""
-    lags, count, clear = [], [], []
+def returns_near(
+    correlation: FloatArray, period: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The peaks of a correlation near the multiples of a period.
+
+    Parameters
+    ----------
+    correlation : array, shape (f,)
+        By lag in frames.
+    period : float
+        In frames.
+
+    Returns
+    -------
+    lags, turns, correlation : array, shape (m,)
+        Of each peak: its lag in frames, the turns that it is after, how high it is.
+    """
+    peaks = []
     for turns in range(1, int(LATEST * len(correlation) / period) + 1):
         reach = max(2, int(ABOUT * period))
         middle = round(turns * period)
@@ -249,9 +265,16 @@ def _returns(correlation: FloatArray, period: float) -> tuple[FloatArray, FloatA
         if peak in (low, high):
             continue
         before, at, after = correlation[peak - 1 : peak + 2]
-        lags.append(peak + 0.5 * float((before - after) / (before - 2 * at + after)))
-        count.append(float(turns))
-        clear.append(float(at))
-        if turns <= 3:
-            period = lags[-1] / turns
-    return np.array(lags), np.array(count), float(np.mean(clear)) if clear else 0.0
+        lag = peak + 0.5 * float((before - after) / (before - 2 * at + after))
+        peaks.append((lag, float(turns), float(at)))
+        if turns <= FIRST_TURNS:
+            period = lag / turns
+    lags, count, shown = np.array(peaks, float).reshape(-1, 3).T
+    return lags, count, shown
+
+
+def fitted_period(lags: FloatArray, turns: FloatArray) -> tuple[float, float]:
+    """The period and its sd, frames, from the lags (m,) after some turns (m,), two at least."""
+    period = float((turns * lags).sum() / (turns**2).sum())
+    scatter = float(np.sqrt(((lags - turns * period) ** 2).sum() / (len(lags) - 1)))
+    return period, max(scatter, READ_OFF) / float(np.sqrt((turns**2).sum()))

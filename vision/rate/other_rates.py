@@ -9,13 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
+from vision.image_return import (
+    ABOUT,
+    FEWEST_RETURNS,
+    autocorrelation,
+    fitted_period,
+    returns_near,
+)
 from vision.phase_track import PhaseTrack, PlateAngle
 from vision.rate.unwrap import frame_time
 
 END_SD = 1 / np.sqrt(6.0)  # frames: the difference of two ends rounded to whole frames
 LONGEST = 4000  # frames that are correlated
-FEWEST_RETURNS = 2  # one alone may be chance
-READ_OFF = 0.2  # frames: the parabola through a narrow peak leans to the whole frame
 EVEN = 0.05  # of the frame time: stamps nearer to a grid are evenly spaced
 
 
@@ -30,13 +35,10 @@ class OtherRateThresholds:
         sees the alignment. Derived: between one and two.
     clear_peak : float
         Correlation that the return of the image must reach.
-    around : float
-        Of a turn, to both sides of where a return is expected.
     """
 
     gap: float = 1.5
     clear_peak: float = 0.25
-    around: float = 0.06
 
 
 THRESHOLDS = OtherRateThresholds()
@@ -142,46 +144,18 @@ def lag_rate(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> LagRat
         looks the same again in less than the turn that is looked through about a return.
     """
     frame_s = frame_time(time_s)
-    if 2 * THRESHOLDS.around * track.plate.symmetry > 1:
+    if 2 * ABOUT * track.plate.symmetry > 1:
         return None
     if np.abs(np.diff(time_s) - frame_s).max() > EVEN * frame_s:
         return None
     values = track.thumbnail[:LONGEST].astype(np.float32)
     values -= values.mean(axis=0)
     values -= values.mean(axis=1, keepdims=True)  # flicker
-    correlation = _autocorrelation(values)
     per_turn = 2 * np.pi / (abs(rate_rad_s) * frame_s)
-    returns: list[tuple[int, float]] = []
-    for turns in range(1, int(0.8 * len(values) / per_turn) + 1):
-        expected = turns * per_turn
-        reach = max(2.0, THRESHOLDS.around * per_turn)
-        low, high = int(np.floor(expected - reach)), int(np.ceil(expected + reach)) + 1
-        if low < 2 or high > len(correlation) - 1:
-            continue
-        peak = low + int(correlation[low:high].argmax())
-        if peak in (low, high - 1) or correlation[peak] < THRESHOLDS.clear_peak:
-            continue
-        before, at, after = correlation[peak - 1 : peak + 2]
-        returns.append((turns, peak + 0.5 * float((before - after) / (before - 2 * at + after))))
-    if len(returns) < FEWEST_RETURNS:
+    lags, count, shown = returns_near(autocorrelation(values), per_turn)
+    clear = shown >= THRESHOLDS.clear_peak
+    if clear.sum() < FEWEST_RETURNS:
         return None
-    count, lags = (np.array(column, float) for column in zip(*returns, strict=True))
-    period = float((count * lags).sum() / (count**2).sum())
-    scatter = float(np.sqrt(((lags - count * period) ** 2).sum() / max(len(lags) - 1, 1)))
-    sd = max(scatter, READ_OFF) / float(np.sqrt((count**2).sum()))
+    period, sd = fitted_period(lags[clear], count[clear])
     rate = 2 * np.pi / (period * frame_s)
-    return LagRate(rate, rate * sd / period, int(count.max()))
-
-
-def _autocorrelation(values: NDArray[np.float32]) -> FloatArray:
-    """Σ over pixels, normalised by the energy of the overlap, shape (f,)."""
-    n = len(values)
-    size = 1 << (2 * n - 1).bit_length()
-    power = np.zeros(size // 2 + 1)
-    for pixel in values.T:
-        power += np.abs(np.fft.rfft(pixel, size)) ** 2
-    lagged = np.fft.irfft(power, size)[:n]
-    energy = np.concatenate([[0.0], np.cumsum((values.astype(float) ** 2).sum(axis=1))])
-    lag = np.arange(n)
-    overlap = np.sqrt(energy[n - lag] * (energy[n] - energy[lag]))
-    return np.asarray(lagged / np.maximum(overlap, 1e-9))
+    return LagRate(rate, rate * sd / period, int(count[clear].max()))
