@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.verdict.decision import Code
 from calib.effects.effect import OF_COLUMN, Effect
 from pipeline.report.partial_residuals import REFERENCE, Panel, panels
 from pipeline.report.refitted import Refits
@@ -79,10 +80,10 @@ def axis_charts(result: TriadResult, refits: Refits) -> tuple[AxisCharts, ...]:
 def _leading(result: TriadResult) -> Iterator[str]:
     """The effects that the verdict names, or else those that were added to the model."""
     diagnosis = result.diagnosis
-    if diagnosis.verdict in ("effect", "ambiguous"):
+    if diagnosis.verdict in (Code.EFFECT, Code.AMBIGUOUS):
         listed = {c.name for c in diagnosis.ranking if c.kind == "listed"}
         yield from (name for name in (*diagnosis.names, *diagnosis.group) if name in listed)
-    if diagnosis.verdict == "unknown":
+    if diagnosis.verdict is Code.UNKNOWN:
         if diagnosis.name in result.calibration.fit.poses.columns:
             yield f"{OF_COLUMN}{diagnosis.name}"
         elif diagnosis.name in ("jump", "time_s"):
@@ -143,7 +144,7 @@ def lead_panel(result: TriadResult, charts: tuple[AxisCharts, ...]) -> Lead | No
     first = charts[0] if charts else None
     if first is None or not first.leads or first.in_model:
         return None
-    if result.diagnosis.verdict == "unknown":
+    if result.diagnosis.verdict is Code.UNKNOWN:
         panel = max(first.panels, key=lambda each: float(np.mean((each.before / each.sd) ** 2)))
         chart, what = _error_chart(panel, nice_limit(_reach(panel)), PLAIN)
         title = f"{what.capitalize()} against {panel.against}"

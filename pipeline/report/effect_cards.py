@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import enumeration
 from calib.effects.catalogue import EFFECTS, UnknownEffect, find_effect
@@ -169,7 +170,7 @@ def _standing(result: TriadResult, effect: Effect) -> Standing:
         return "missing"
     likely = {member for each in diagnosis.inclusion for member in each.members
               if each.probability >= 1 - CONSTANTS.sure}
-    if diagnosis.verdict != "nothing_missing" and effect.name in {*likely, *diagnosis.group}:
+    if diagnosis.verdict is not Code.NOTHING_MISSING and effect.name in {*likely, *diagnosis.group}:
         return "offered"
     if effect.name in diagnosis.unavailable:
         return "unavailable"

@@ -5,6 +5,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from calib.diagnosis.verdict.decision import Code
 from pipeline.console.answers import RATES, Answer, answers_of, headline
 from pipeline.console.run_text import triad_figures
 from pipeline.report.axis_charts import axis_charts, lead_panel
@@ -136,7 +137,7 @@ def _triad_view(
     lead = lead_panel(result, axes)
     return {
         "name": result.triad,
-        "is_good": result.diagnosis.verdict == "nothing_missing",
+        "is_good": result.diagnosis.verdict is Code.NOTHING_MISSING,
         "line": triad_figures(result),
         "text": result.diagnosis.text,
         "model": ", ".join(calibration.fit.model.names),

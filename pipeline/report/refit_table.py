@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations
 from pathlib import Path
 
+from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.fit.least_squares.result import MISFIT_P_VALUE
@@ -90,7 +91,7 @@ def tickable(result: TriadResult, refits: Refits) -> list[str]:
 
 def _paired(result: TriadResult) -> int:
     """Number of effects with a refit of every pair."""
-    return 0 if result.diagnosis.verdict == "nothing_missing" else PAIRED
+    return 0 if result.diagnosis.verdict is Code.NOTHING_MISSING else PAIRED
 
 
 def _sets(
