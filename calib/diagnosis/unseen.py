@@ -144,9 +144,9 @@ def with_unseen(
     -------
     Prediction
         Of an effect of typical size t that shows in the rows with Λ per unit, the poses leave
-        ``t²/(1 + t²Λ)``; what of it they know better counts as seen. Blind effects that add less
-        than ``LEAST_SHARE`` of what the poses leave are not listed, nor what they hardly see where
-        it adds less than all that they leave.
+        ``t²/(1 + t²Λ)`` about what is likely; what of it they know better counts as seen. Blind
+        effects that add less than ``LEAST_SHARE`` of what the poses leave are not listed, nor what
+        they hardly see where it adds less than all that they leave.
     """
     unseen = {}
     for effect in _not_in_the_model(calibration.fit, diagnosis):
@@ -156,7 +156,9 @@ def with_unseen(
         held, remainder = _parted(calibration, effect)
         shown, turns = np.linalg.eigh(size**2 * remainder.T @ remainder)
         hardly = 1 / (1 + shown) > HARDLY_SEEN
-        root = size * (turns / np.sqrt(1 + shown))[:, hardly]
+        score = size * turns.T @ remainder.T @ _residual(calibration.fit)
+        likely = size * (turns * (score / (1 + shown)))[:, hardly].sum(axis=1)
+        root = np.column_stack([size * (turns / np.sqrt(1 + shown))[:, hardly], likely])
         variance = error_by_missing(calibration, prediction, effect, held, root)
         blind = effect.name in diagnosis.blind or effect.name in diagnosis.unavailable
         least = (LEAST_SHARE**2 if blind else 1.0) * prediction.variance.mean()
@@ -164,6 +166,11 @@ def with_unseen(
             unseen[effect.name] = variance
     return replace(prediction, unseen=unseen,
                    open=_left_open(prediction, calibration, diagnosis))
+
+
+def _residual(fit: Fit) -> FloatArray:
+    """The whitened residual, weighted, (r,)."""
+    return np.asarray(fit.rows.residual * np.sqrt(fit.weight))
 
 
 def _not_in_the_model(fit: Fit, diagnosis: Diagnosis) -> list[Effect]:

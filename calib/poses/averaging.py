@@ -28,7 +28,7 @@ from calib.poses.creep import creep_rate
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.envelope import envelope
 from calib.poses.imu_log import AXES, TRIADS, FloatArray, ImuLog, Triad
-from calib.poses.in_step import HARMONICS, Waves, plate_angle, waves_of
+from calib.poses.in_step import HARMONICS, Waves, plate_angle, rate_in_step, waves_of
 from calib.poses.pose_checks import (
     LARGEST_STILL_SHIFT,
     check_attitude,
@@ -218,6 +218,9 @@ def average_pose(
     Contradiction
         A turn of the plate has fewer than five samples: the clock or the rate is wrong.
     """
+    if rate_rad_s and accelerometer is not None and log.has("accelerometer"):
+        readings = accelerometer.nominal(accelerometer.signed(log.accelerometer))
+        rate_rad_s = rate_in_step(readings, log.time_s, abs(rate_rad_s))
     n = len(log.time_s) if rate_rad_s == 0 else _whole_turns(log, abs(rate_rad_s))
     if n < SHORTEST_SAMPLES:
         raise Undetermined(

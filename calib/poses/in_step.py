@@ -28,6 +28,14 @@ FEWEST_TURNS = 3
 """Number of turns of a pose that shows a wave. Derived: the lowest neighbour then is one wave per
 pose."""
 
+RATE_STEPS = 4  #: numerical limit: each squares what is left of the error
+RIGHT_RATE = 2e-3
+"""Relative. Derived: over five turns the wave is then out of step by less than a sixteenth of a
+radian at the ends, and what is left of it looks like noise of a hundredth."""
+LARGEST_RATE_ERROR = 0.04
+"""Relative. Fact: gains of gyroscopes lie within it; another speed of the plate is farther."""
+LEAST_WAVE_M_S2 = 0.2  #: m/s²; derived: a plate that leans by a degree
+
 LARGEST_WOW = 0.2
 """Share of the rate: a plate that varies by more, or a gyroscope that is far off, does not tell the
 angle. A judgement."""
@@ -77,6 +85,37 @@ def plate_angle(time_s: FloatArray, gyroscope: FloatArray | None, rate_rad_s: fl
     if np.abs(beside).max() * rate_rad_s > LARGEST_WOW:
         return np.asarray(steady)
     return np.asarray(steady + rate_rad_s * beside)
+
+
+def rate_in_step(force: FloatArray, time_s: FloatArray, rate_rad_s: float) -> float:
+    """The rate of the plate by the phase of gravity's wave, where a stated one is off.
+
+    Parameters
+    ----------
+    force : array, shape (t, 3)
+        Nominal, m/s².
+    time_s : array, shape (t,)
+    rate_rad_s : float
+        Approximate, positive.
+
+    Returns
+    -------
+    float
+        rad/s; the stated rate on a plate that is nearly level, or where it is right to
+        ``RIGHT_RATE``.
+    """
+    half = len(time_s) // 2
+    across = force - force.mean(axis=0)
+    rate = rate_rad_s
+    for _ in range(RATE_STEPS):
+        turned = across * np.exp(-1j * rate * (time_s - time_s[0]))[:, None]
+        first, second = turned[:half].mean(axis=0), turned[half:].mean(axis=0)
+        if 2 * np.linalg.norm(first + second) / 2 < LEAST_WAVE_M_S2:
+            return rate_rad_s
+        between = float(time_s[half:].mean() - time_s[:half].mean())
+        rate += float(np.angle(np.vdot(first, second))) / between
+    off = abs(rate / rate_rad_s - 1)
+    return rate if RIGHT_RATE < off < LARGEST_RATE_ERROR else rate_rad_s
 
 
 def waves_of(values: FloatArray, time_s: FloatArray, angle: FloatArray) -> Waves | None:

@@ -17,24 +17,32 @@ from pipeline.commands.interaction.arguments import (
 @click.command(epilog=examples(
     "pipeline init my-session",
     "pipeline init my-session --latitude 59.91 --height 20",
+    "pipeline init my-session --tilted",
 ))
 @click.argument("folder", metavar="[DIR]", default=".", type=PathArgument())
 @click.option("--latitude", type=LATITUDE_DEG,
               help="Latitude of the site in degrees, which determines gravity.")
 @click.option("--height", type=HEIGHT_M, default=0.0,
               help="Height of the site in metres; with --latitude.")
-def command(folder: Path, latitude: float | None, height: float) -> None:
+@click.option("--tilted", is_flag=True,
+              help="Both triads from a record player with 5 cm under one side.")
+def command(folder: Path, latitude: float | None, height: float, tilted: bool) -> None:
     """Write a commented config.yaml into DIR (default: the current folder).
 
     On a terminal the command asks for the latitude of the site. Without one the file states gravity
     anywhere on Earth with its uncertainty. The command never overwrites a file.
     """
-    from pipeline.config.template import at_site, template_text, write_template
+    from pipeline.config.template import (
+        at_site,
+        on_a_tilted_plate,
+        template_text,
+        write_template,
+    )
     from pipeline.text.commands import command as proposed
 
     if latitude is None and sys.stdin.isatty():
         latitude = ask_latitude()
-    text = template_text()
+    text = on_a_tilted_plate(template_text()) if tilted else template_text()
     path = write_template(folder, text if latitude is None else at_site(text, latitude, height))
     click.echo(f"{path} was written. Edit it, then type: {proposed('plan', path)}, and with the "
                f"logs in place: {proposed('check', path)}")

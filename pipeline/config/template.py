@@ -7,6 +7,12 @@ from pipeline.errors import ConfigError
 from pipeline.files import write_whole
 
 TEMPLATE_NAME = "config.yaml"
+TILTED = """\
+# Both triads from the turning plate: put 5 cm under one side of the record player, which makes 9°
+# of tilt, and a rubber mat under the sensor. Gravity then goes round in every pose. One file for
+# each of nine or more mountings, 20 s long (five turns): the six faces up and three edges or more.
+# CSV with the header time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z and, if available, temperature_c.
+"""
 
 
 def template_text() -> str:
@@ -25,6 +31,19 @@ def at_site(text: str, latitude_deg: float, height_m: float) -> str:
     site = f"site: {site_text(latitude_deg, height_m)}\n"
     return "".join(site if line.startswith("site:") else line for line in lines
                    if not line.startswith("# with your values."))
+
+
+def on_a_tilted_plate(text: str) -> str:
+    """The template with both triads from the turning plate, which leans."""
+    run = "    - {poses: gyroscope/tilted/pose_*.csv, rate: slow}\n"
+    head, accelerometer, rest = text.partition("# Poses at rest, one file for each")
+    below = (accelerometer + rest).partition("accelerometer:\n")[2]
+    below = below.replace("  poses: accelerometer/pose_*.csv\n", f"  runs:\n{run}", 1)
+    between, _, last = below.partition("gyroscope:\n  runs:\n")
+    last = last.split("rate: stopped}\n", 1)[1]
+    between = between.replace("# The same poses on the turning plate, and with the plate stopped.",
+                              "# The same logs.")
+    return (f"{head}{TILTED}accelerometer:\n{between}gyroscope:\n  runs:\n{run}{last}")
 
 
 def write_template(folder: Path, text: str) -> Path:

@@ -88,6 +88,9 @@ def _determined(
     """What these poses cannot determine or separate, and the poses to record for it."""
     if prospect.blind:
         yield f"  cannot determine: {', '.join(prospect.blind)}"
+    if "g_sensitivity" in prospect.blind:
+        yield ("  put 5 cm under one side of the record player: 9° of tilt show g_sensitivity at "
+               "this one speed")
     for name, (visible, total) in prospect.partly.items():
         yield f"  determines {visible} of the {total} parameters of {name}"
     for group in prospect.aliases:

@@ -45,6 +45,9 @@ def triad_figures(result: TriadResult) -> str:
     fit, comparison = result.calibration.fit, result.comparison
     runs = len(set(fit.poses.run))
     poses = count(len(fit.poses), "pose") + (f" in {runs} runs" if runs > 1 else "")
+    if fit.poses.ring is not None:
+        tilts = sorted({f"{np.degrees(tilt):.1f}°" for tilt in fit.poses.ring.tilt_rad})
+        poses += f", plate tilted by {' and '.join(tilts)}"
     return (
         f"{poses}, residual {comparison.residual_rms * factor:.3g} "
         f"{unit}, leave-one-out {comparison.loo_rms * factor:.3g} {unit}, chi²/dof "

@@ -32,6 +32,7 @@ from calib.poses.runs import (
     stopped_run,
     turning_run,
 )
+from calib.poses.tilted_run import tilted_run
 from pipeline.config.load import Config
 from pipeline.config.sensor import sensor_specs
 from pipeline.plan.settings import PAUSE_S, PlannedSetting, planned_setting
@@ -222,8 +223,8 @@ def _recorded_poses(config: Config, triad: Triad, settings: list[PlannedSetting]
         if triad == "accelerometer":
             assert config.site is not None
             gravity = gravity_of(config.site)
-            runs.append(gravity_run(setting.name, setting.means, gravity.value_m_s2,
-                                    gravity.sd_m_s2))
+            run = tilted_run if setting.rate_rad_s else gravity_run
+            runs.append(run(setting.name, setting.means, gravity.value_m_s2, gravity.sd_m_s2))
         elif setting.rate_rad_s:
             plate = PlateRate(setting.name, np.array([setting.rate_rad_s]),
                               np.array([setting.rate_sd_rad_s]), setting.relative_sd)

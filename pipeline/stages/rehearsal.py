@@ -91,6 +91,8 @@ def _accelerometer(
         return None, None
     assert config.site is not None  # by the configuration's rules
     gravity = gravity_of(config.site)
+    if not all(Setting.of(run) in recordings.by_setting for run in section.sections):
+        return None, gravity  # the clip decides the rate by which the waves are found
     poses = leaning_poses(config, recordings, gravity).used
     model, _, _ = model_on(section.model, defined, poses)
     return calibrate(poses, model, triad_spec(sheet), solver=section.solver,
@@ -122,7 +124,8 @@ def _gyroscope(
     poses = gyroscope_poses(config, rates, recordings, accelerometer).used
     model, _, _ = model_on(section.model, defined, poses)
     if filmed:
-        require_determinable(poses, model)
+        if not (config.accelerometer and config.accelerometer.runs):  # whose waves count too
+            require_determinable(poses, model)
         return None, tuple(_off_the_nominal(config, rates))
     force = KNOWN_FORCE
     if accelerometer is not None and gravity is not None:

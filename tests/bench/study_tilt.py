@@ -1,0 +1,165 @@
+"""What a plate that leans shows, on fresh evenings of an MPU-6050 of its own each.
+
+    python -m tests.bench.study_tilt --sessions evening --seeds 20 --tilt 0.3 2 5 10 20
+    python -m tests.bench.study_tilt --sessions three_minutes --seeds 12 --tilt 20
+
+``evening``: 18 poses at rest and 18 on the plate at one speed, an ordinary drive, with and without
+a g-sensitivity whose nine elements are drawn at the typical size. Printed are how often it is
+named, what else is, the rms deviation in stated sds of its elements where it is fitted, and which
+share of the errors of corrected rates, with what was named in the model, lies within one and two
+stated sds, over rates and gravity in random directions. ``three_minutes``: nine mountings, both
+triads from the plate.
+"""
+
+import argparse
+from dataclasses import replace
+
+import numpy as np
+
+from calib.assess import AssessedTriad, assess
+from calib.effects.catalogue import BASE, find_effect
+from calib.errors import CalibrationError
+from calib.fit.least_squares.solver import fit
+from calib.fit.model import Model
+from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import FloatArray
+from tests.fitting import pose_sets, tilted_pose_sets
+from tests.world.designs import SLOW, paper_design, tilted_design
+from tests.world.hidden import Hidden
+from tests.world.imu import G_STANDARD, MPU_SPREAD, Sensor, another_unit, mpu6050
+from tests.world.make_data import WOW
+from tests.world.plate import PlateMotion
+from tests.world.session import Session, simulate
+from tests.world.truth import Parameters, g_sensitivity_seen
+
+TYPICAL = np.deg2rad(0.1) / G_STANDARD  #: (rad/s)/(m/s²), of an MPU-6050
+IN_DEG_S_PER_G = float(np.rad2deg(1.0)) * G_STANDARD
+FRESH = 52_000  #: first seed
+DIRECTIONS = 200  #: of rate and gravity in one session
+MOTION = PlateMotion(SLOW, wow=WOW)
+
+
+def unit_of(seed: int) -> tuple[Sensor, FloatArray]:
+    """A unit of its own and its g-sensitivity, (rad/s)/(m/s²)."""
+    rng = np.random.default_rng([FRESH + seed, 1])
+    return another_unit(mpu6050(), MPU_SPREAD, rng), TYPICAL * rng.standard_normal((3, 3))
+
+
+def evening(seed: int, tilt_deg: float, hide: bool) -> tuple[Session, FloatArray]:
+    """The published design on a plate that leans, and the truth of its g-sensitivity."""
+    sensor, size = unit_of(seed)
+    design = paper_design(sensor, MOTION)
+    table = replace(design.turntable, tilt_rad=(float(np.radians(tilt_deg)), 0.0))
+    hidden = (Hidden("g_sensitivity", "gyroscope", size),) if hide else ()
+    session = simulate(replace(design, turntable=table, sample_rate_hz=50.0), FRESH + seed, hidden)
+    return session, size * hide
+
+
+def errors(session: Session, size: FloatArray, found: AssessedTriad, seed: int) -> FloatArray:
+    """Errors of corrected rates in random directions, in stated sds."""
+    rng = np.random.default_rng([FRESH + seed, 2])
+    unit = rng.standard_normal((2, DIRECTIONS, 3))
+    unit /= np.linalg.norm(unit, axis=2, keepdims=True)
+    sensor = session.design.sensor
+    force, triad, spec = 9.80267 * unit[0], sensor.gyroscope, found.calibration.spec
+    felt = triad.project(SLOW * unit[1]) + force @ size.T
+    nominal = spec.nominal(spec.signed(felt * triad.gain + triad.offset))
+    seen = force @ session.accelerometer.case_to_orthogonal.T
+    at = Conditions.of_vectors(nominal, force=seen)
+    corrected = np.linalg.norm(found.calibration.correct(at), axis=1)
+    assert found.prediction is not None
+    return np.asarray((corrected - SLOW) / found.prediction.sd_median)
+
+
+def study_evenings(tilt_deg: float, hide: bool, seeds: int) -> None:
+    """Print what was named of the evenings at one tilt."""
+    named, wrong, refused = 0, 0, 0
+    z, covered = [np.zeros(0)], [np.zeros(0)]
+    for seed in range(seeds):
+        session, size = evening(seed, tilt_deg, hide)
+        try:
+            _, poses, specs = pose_sets(session)
+            found = assess(poses, Model.of(BASE), specs[1])
+        except CalibrationError:
+            refused += 1
+            continue
+        names = found.diagnosis.names
+        named += "g_sensitivity" in names
+        wrong += bool(set(names) - ({"g_sensitivity"} if hide else set()))
+        if poses.ring is not None:
+            with_it = fit(poses, Model.of([*BASE, "g_sensitivity"]))
+            where = with_it.model.slices()["g_sensitivity"]
+            truth = g_sensitivity_seen(session.design.sensor, size).ravel()
+            z.append((with_it.theta[where] - truth) / np.sqrt(np.diag(with_it.cov)[where]))
+        if names:
+            more = [*BASE, *(name for name in names if find_effect(name))]
+            found = assess(poses, Model.of(more), specs[1])
+        covered.append(np.abs(errors(session, size, found, seed)))
+    of_elements, every = np.concatenate(z), np.concatenate(covered)
+    spread = f"{np.sqrt(np.mean(of_elements**2)):.2f}" if of_elements.size else "-"
+    print(f"{tilt_deg:g}°, {'hidden' if hide else 'nothing'}: named {named} of {seeds}, wrong "
+          f"names {wrong}, refused {refused}; rms z of the elements {spread}; within one stated sd "
+          f"{100 * np.mean(every < 1):.0f} %, within two {100 * np.mean(every < 2):.0f} %",
+          flush=True)
+
+
+def study_three_minutes(tilt_deg: float, seeds: int) -> None:
+    """Print how nine mountings come out against the truth."""
+    rms: dict[str, list[FloatArray]] = {}
+    in_sd: dict[str, list[FloatArray]] = {}
+    chi2 = []
+    for seed in range(seeds):
+        sensor, size = unit_of(seed)
+        design = replace(tilted_design(tilt_deg, sensor, MOTION), sample_rate_hz=50.0)
+        session = simulate(design, FRESH + seed, (Hidden("g_sensitivity", "gyroscope", size),))
+        accelerometer, gyroscope, specs = tilted_pose_sets(session)
+        both = (calibrate_triad(fit(accelerometer, Model.of(BASE)), specs[0]),
+                calibrate_triad(fit(gyroscope, Model.of([*BASE, "g_sensitivity"])), specs[1]))
+        chi2.append([each.fit.chi2 / each.fit.dof for each in both])
+        for each, truth in zip(both, (session.accelerometer, session.gyroscope), strict=True):
+            for name, error, sd in deviations(each, truth):
+                rms.setdefault(name, []).append(error)
+                in_sd.setdefault(name, []).append(error / sd)
+        where = both[1].fit.model.slices()["g_sensitivity"]
+        error = both[1].fit.theta[where] - g_sensitivity_seen(sensor, size).ravel()
+        rms.setdefault("g_sensitivity [°/s per g]", []).append(error * IN_DEG_S_PER_G)
+        in_sd.setdefault("g_sensitivity [°/s per g]", []).append(
+            error / np.sqrt(np.diag(both[1].fit.cov)[where]))
+    for name, each in rms.items():
+        print(f"{tilt_deg:g}°, nine mountings, {name}: rms error "
+              f"{np.sqrt(np.mean(np.square(each))):.3g}, rms z "
+              f"{np.sqrt(np.mean(np.square(in_sd[name]))):.2f}", flush=True)
+    print(f"chi²/dof {np.mean(chi2, axis=0).round(2)}")
+
+
+def deviations(
+    found: TriadCalibration, truth: Parameters
+) -> list[tuple[str, FloatArray, FloatArray]]:
+    """Errors and sds of misalignment, bias and scale, the last relative."""
+    rows = []
+    for i, name in enumerate(("misalignment_rad", "bias_counts", "scale_counts_per_unit")):
+        per = getattr(truth, name) if i == 2 else np.ones(3)
+        error = (getattr(found.parameters, name) - getattr(truth, name)) / per
+        rows.append((f"{found.triad} {name}", error, found.parameters.sd[i] / per))
+    return rows
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--sessions", choices=("evening", "three_minutes"), default="evening")
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--tilt", type=float, nargs="*", default=[0.3, 2.0, 5.0, 10.0, 20.0])
+    asked = parser.parse_args()
+    for tilt in asked.tilt:
+        if asked.sessions == "three_minutes":
+            study_three_minutes(tilt, asked.seeds)
+            continue
+        for hide in (True, False):
+            study_evenings(tilt, hide, asked.seeds)
+
+
+if __name__ == "__main__":
+    main()
