@@ -9,6 +9,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from calib.diagnosis.next_measurement.advice import Rival, best_block
 from calib.diagnosis.verdict.ranking import Candidate
@@ -29,6 +30,11 @@ RunConfig = Callable[[Config], Outcome]
 CONSTANT_RATE = ("constant_rate",)
 MOST_CHANGES = 8
 """Changes of ``--auto`` before it stops: no sensor in the catalogue's sources needs as many."""
+
+
+TURN_RAD = 0.6
+"""Turn about each axis to attitudes that the session has not: half of what lies between a face and
+an edge of a box. Derived."""
 
 
 @dataclass(frozen=True)
@@ -102,8 +108,11 @@ def result_of(outcome: Outcome, target: Target) -> TriadResult | None:
     return next((r for r in outcome.triads if (r.triad,) == target.section), None)
 
 
-def edited_config(config: Config, target: Target, remove: bool) -> Config:
-    """``config`` with ``target`` added or removed, checked whole; nothing is written yet."""
+def edited_config(config: Config, target: Target, remove: bool, remark: str = "") -> Config:
+    """``config`` with ``target`` added or removed, checked whole; nothing is written yet.
+
+    An added one has ``remark`` as a comment beside it.
+    """
     model = _model(config, target)
     if remove and target.name not in model:
         listed = ", ".join(model)
@@ -115,7 +124,7 @@ def edited_config(config: Config, target: Target, remove: bool) -> Config:
     if remove:
         text = without_item(config.source, target.section, target.name)
     else:
-        text = with_item(config.source, target.section, target.name, target.default)
+        text = with_item(config.source, target.section, target.name, target.default, remark)
     return parse_config(config.source.path, text)
 
 
@@ -133,15 +142,16 @@ def change_model(
     before: Outcome | None = None,
     remove: bool = False,
     anyway: bool = False,
+    remark: str = "",
 ) -> ModelChange:
-    """Change the model by ``target`` and run; nothing is written.
+    """Change the model by ``target`` and run; nothing is written yet, ``remark`` beside it.
 
     Raises
     ------
     ConfigError, Undetermined
         The change is refused.
     """
-    changed = edited_config(config, target, remove)
+    changed = edited_config(config, target, remove, remark)
     before = before or run(config)
     result = result_of(before, target)
     if result is not None and not remove:
@@ -261,6 +271,55 @@ def next_target(outcome: Outcome, refused: Collection[Target] = ()) -> Target | 
             if target not in refused:
                 return target
     return None
+
+
+def stand_in(
+    outcome: Outcome, run: RunConfig, refused: Collection[Target] = ()
+) -> ModelChange | None:
+    """What ``--auto`` adds for a named class: its likeliest member, if all correct alike.
+
+    Where the members of a class correct readings in other attitudes alike, it does not matter for
+    the correction which of them it is; the file says that the one stands for all.
+    """
+    for result in outcome.triads:
+        for name in result.diagnosis.names:
+            members = result.diagnosis.named_class(name)
+            target = Target((result.triad,), name)
+            if len(members) < 2 or target in refused:
+                continue
+            others = [other for other in members if other != name]
+            remark = f"{name} stands for its class: {', '.join(others)}"
+            try:
+                changes = [
+                    change_model(outcome.config, Target((result.triad,), member), run,
+                                 before=outcome, remark=remark if member == name else "")
+                    for member in (name, *others)
+                ]
+            except CalibrationError:
+                continue
+            first, *rest = (result_of(change.after, target) for change in changes)
+            if first is not None and all(
+                other is not None and correct_alike(first, other) for other in rest
+            ):
+                return changes[0]
+    return None
+
+
+def correct_alike(one: TriadResult, other: TriadResult) -> bool:
+    """Whether two calibrations of one log correct the same readings in other attitudes alike.
+
+    Their magnitudes differ by less, as a root mean square, than the one says that it errs by. The
+    attitudes are those of the session turned, so that time and temperature are those of the log.
+    """
+    poses, prediction = one.calibration.fit.poses, one.prediction
+    if prediction is None:
+        return False
+    differ = []
+    for turn in Rotation.from_rotvec(TURN_RAD * np.eye(3)).as_matrix():
+        at = poses.conditions(poses.reading @ turn.T)
+        sizes = [np.linalg.norm(each.calibration.correct(at), axis=1) for each in (one, other)]
+        differ.append((sizes[0] - sizes[1])[~poses.reference.is_null])
+    return float(np.sqrt(np.mean(np.square(differ)))) <= prediction.sd_median
 
 
 def predicts_better(change: ModelChange) -> bool:

@@ -9,11 +9,35 @@ from pipeline.config.yaml_text import PathTo, YamlSource
 from pipeline.config.yaml_words import yaml_word
 
 
-def with_item(source: YamlSource, section: PathTo, name: str, default: Sequence[str]) -> str:
+def with_item(
+    source: YamlSource, section: PathTo, name: str, default: Sequence[str], remark: str = ""
+) -> str:
     """The text with ``name`` at the end of the list ``model`` of ``section``.
 
-    Where the section has no such list, one is written that starts from ``default``.
+    Where the section has no such list, one is written that starts from ``default``. A ``remark``
+    becomes a comment at the end of the line, unless that ends on one already.
     """
+    text = _with_item(source, section, name, default)
+    if not remark:
+        return text
+    where = _added_at(source.text, text)
+    line = text[text.rfind("\n", 0, where) + 1 : _line_end(text, where)]
+    end = _line_end(text, where)
+    return text if "#" in line else _spliced(text, end, end, f"  # {remark}")
+
+
+def _added_at(before: str, after: str) -> int:
+    """The last position at which a text that was added to differs from what it was."""
+    same = 0
+    while same < len(before) and before[-1 - same] == after[-1 - same]:
+        same += 1
+    return len(after) - same - 1
+
+
+def _with_item(
+    source: YamlSource, section: PathTo, name: str, default: Sequence[str]
+) -> str:
+    """The text with ``name`` added, without a remark."""
     path = (*section, "model")
     name, default = yaml_word(name), [yaml_word(each) for each in default]
     if path not in source.spans:

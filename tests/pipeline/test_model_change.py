@@ -197,6 +197,37 @@ def test_any_member_of_a_named_class_is_added_with_a_note(tmp_path: Path) -> Non
         assert "record" in note_on(change)
 
 
+def test_auto_adds_a_stand_in_for_a_class_that_corrects_alike(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A drift and a slow warm-up look the same here, and correct other attitudes alike."""
+    path = session(tmp_path, PAPER, "bias_drift", 8.0)
+    before = run(load_config(path))
+    assert before.gyroscope is not None
+    found = before.gyroscope.diagnosis
+    assert found.name is not None
+    assert not found.addable
+    others = found.named_class(found.name)[1:]
+    assert pipeline("add", path, "--auto") == 0
+    capsys.readouterr()
+    remark = f"{found.name} stands for its class: {', '.join(others)}"
+    assert path.read_text(encoding="utf-8").count(f"# {remark}") == 1
+    after = run(load_config(path))
+    assert after.gyroscope is not None
+    assert found.name in after.gyroscope.calibration.fit.model.names
+    assert after.gyroscope.comparison.loo_rms < before.gyroscope.comparison.loo_rms
+    history = (path.with_suffix(".run") / "history.jsonl").read_text(encoding="utf-8")
+    assert len(history.splitlines()) == 2
+
+
+def test_the_history_begins_with_the_model_before_the_first_change(copied: Path) -> None:
+    shutil.rmtree(copied.with_suffix(".run"), ignore_errors=True)
+    assert pipeline("add", copied, "gyroscope.bias_drift", "--quiet") == 0
+    history = (copied.with_suffix(".run") / "history.jsonl").read_text(encoding="utf-8")
+    assert [("bias_drift" in line) for line in history.splitlines()][-1]
+    assert len(history.splitlines()) == 2
+
+
 def test_aliases_that_no_verdict_names_are_refused_unless_the_user_insists(
     tmp_path: Path,
 ) -> None:

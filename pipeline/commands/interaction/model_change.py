@@ -25,8 +25,10 @@ from pipeline.model_change import (
     overruled,
     predicts_better,
     read_target,
+    stand_in,
 )
 from pipeline.report.outputs import outputs_of
+from pipeline.results.history import HISTORY_NAME
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome
 from pipeline.text.commands import command
@@ -80,6 +82,8 @@ def change_and_show(
                     click.echo(f"{path} was not changed: {target} is refused.", err=True)
                 raise
             manner.show(changes[-1])
+        if not (folder / HISTORY_NAME).exists():  # the history begins with what was before
+            write_session(folder, outputs_of(changes[0].before, folder))
         _write(changes[0].before.config, changes[-1].after, folder)
     if anyway:
         echo_warnings(f"--anyway overrules: {why}" for each in changes if (why := overruled(each)))
@@ -98,9 +102,11 @@ def add_until_settled(path: Path, manner: Manner) -> None:
         refused: list[Target] = []
         for _ in range(MOST_CHANGES):
             target = next_target(outcome, refused)
-            if target is None:
+            change = (change_model(outcome.config, target, run, before=outcome) if target
+                      else stand_in(outcome, run, refused))
+            if change is None:
                 break
-            change = change_model(outcome.config, target, run, before=outcome)
+            target = change.target
             manner.show(change)
             if not predicts_better(change):
                 click.echo(f"{target} is not kept: the leave-one-out error does not fall with it.")
@@ -122,7 +128,8 @@ def _why_unchanged(outcome: Outcome) -> str:
         named = result.diagnosis.named_class(result.diagnosis.name or "")
         if len(named) > 1:
             alike = enumeration([f"'{name}'" for name in named], "and")
-            return f"these data do not separate {alike}, and --auto does not guess"
+            return (f"these data do not separate {alike}, which correct other attitudes "
+                    f"differently, and --auto does not guess")
     return "the diagnosis names no effect to add"
 
 
