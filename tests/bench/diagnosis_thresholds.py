@@ -92,15 +92,20 @@ def moved(value: float, factor: float) -> float:
 @contextmanager
 def constants(new: Constants) -> Iterator[None]:
     """The diagnosis with other constants, and what its modules derive from them."""
-    usual = evidence.TAUS, evidence.NOISE_RANGE
+    derived = ("TAUS", "HALF_CAUCHY", "LOG_PRIOR", "NOISE_RANGE")
+    usual = {name: getattr(evidence, name) for name in derived}
     taus = 2.0 ** np.arange(new.octaves_of_size)
+    density = taus / (1.0 + (taus / new.typical_size) ** 2)
+    changed = dict(zip(derived, (taus, density, np.log(density / density.sum()),
+                               float(np.log(taus[-1] / new.least_noise))), strict=True))
     with replaced(CONSTANTS, new):
-        evidence.TAUS = taus
-        evidence.NOISE_RANGE = float(np.log(taus[-1] / new.least_noise))
         try:
+            for name, value in changed.items():
+                setattr(evidence, name, value)
             yield
         finally:
-            evidence.TAUS, evidence.NOISE_RANGE = usual
+            for name, value in usual.items():
+                setattr(evidence, name, value)
 
 
 @contextmanager

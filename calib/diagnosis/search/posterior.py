@@ -174,20 +174,21 @@ class Posterior:
     def classes(self) -> tuple[Inclusion, ...]:
         """One class for each member of the leading set, in its order."""
         lead, first = self.names(self.lead), self._first
-        rivals: dict[str, dict[str, float]] = {name: {} for name in lead}
-        for entry in self.credible:
+        rivals: dict[str, set[str]] = {name: set() for name in lead}
+        for entry in self.ordered:
+            if self.mass(entry) < CONSTANTS.least_listed:
+                break
             names = self.names(entry)
             lost, more = lead - names, names - lead
             if len(lost) == len(more) == 1:
                 (mine,), (theirs,) = lost, more
                 if first[mine].kind == first[theirs].kind == "listed":
-                    rivals[mine][theirs] = self.mass(entry)
+                    rivals[mine].add(theirs)
         classes = []
         for j in self.lead.members:
             name = self.hypotheses[j].name
-            others = [n for n in rivals[name] if self.any_of([n]) >= CONSTANTS.least_offered]
-            others = sorted({*others, *self._aliases(j)}, key=lambda n: (-self.any_of([n]), n))
-            members = (name, *others)
+            others = {*rivals[name], *self._aliases(j)}
+            members = (name, *sorted(others, key=lambda n: (-self.any_of([n]), n)))
             classes.append(self._inclusion(name, members))
         return tuple(dict.fromkeys(classes))
 
