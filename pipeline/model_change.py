@@ -33,8 +33,8 @@ MOST_CHANGES = 8
 
 
 TURN_RAD = 0.6
-"""Turn about each axis to attitudes that the session has not: half of what lies between a face and
-an edge of a box. Derived."""
+"""Turn about each axis to attitudes that the session has not: between the faces, edges and corners
+of a box. Derived."""
 
 
 @dataclass(frozen=True)

@@ -70,7 +70,7 @@ class Constants:
     credible: float = _constant(0.95, "derived: nothing else is believed above it")
     least_offered: float = _constant(0.05, "derived: an open verdict lists what holds so much")
     least_listed: float = _constant(
-        0.01, "derived: odds of 100 to 1; what is less likely is not reported, and no rival of a name"
+        0.01, "derived: odds of 100 to 1; what is less likely is not reported and rivals no name"
     )
     misfit_p_value: float = _constant(1e-3, "derived: one session in a thousand")
     adequate_p_value: float = _constant(

@@ -14,6 +14,11 @@ TEXT = (
 )
 
 
+BY_THE_REST = (
+    " The poses have no sds: what the named effect leaves in the residual is taken for their noise."
+)
+
+
 def untested(diagnosis: Diagnosis) -> Diagnosis:
     """A diagnosis of sds that say nothing of the model.
 
@@ -24,8 +29,12 @@ def untested(diagnosis: Diagnosis) -> Diagnosis:
     Returns
     -------
     Diagnosis
-        Without a verdict; ranking, limits and blind effects stay.
+        An effect that the residual shows whatever its noise stays named. Else it has no verdict;
+        ranking, limits and blind effects stay.
     """
+    if diagnosis.verdict == Code.EFFECT:
+        told = diagnosis.explanation
+        return replace(diagnosis, explanation=replace(told, text=told.text + BY_THE_REST))
     return replace(
         diagnosis,
         verdict=Code.REFUSED,

@@ -6,11 +6,11 @@ a plate whose rate scatters from pose to pose.
 """
 
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
 from itertools import combinations_with_replacement
 
 import numpy as np
 from scipy.linalg import eigh
+from scipy.stats import rankdata
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Course, Hypothesis
@@ -59,15 +59,11 @@ judgement: the first start of the width of ``hysteresis``."""
 
 
 def waves(covariate: FloatArray, count: int) -> FloatArray:
-    """Smooth functions of a covariate, (n, count), no unit: cosines of its rank, damped."""
-    rank = np.argsort(np.argsort(covariate, kind="stable"), kind="stable")
-    return _waves_of(len(covariate), count)[rank]
+    """Smooth functions of a covariate, (n, count), no unit: cosines of its rank, damped.
 
-
-@lru_cache(maxsize=64)
-def _waves_of(n: int, count: int) -> FloatArray:
-    """:func:`waves` of what rises from pose to pose, (n, count)."""
-    rank, k = np.arange(n) / n, np.arange(1, count + 1)
+    Equal values have equal ranks, and the sign of the covariate changes signs of functions only.
+    """
+    rank, k = (rankdata(covariate) - 0.5) / len(covariate), np.arange(1, count + 1)
     return np.asarray(np.cos(np.pi * rank[:, None] * k) * np.exp(-k / (DAMPING * count)))
 
 

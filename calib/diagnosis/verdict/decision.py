@@ -78,11 +78,11 @@ def reach_verdict(posterior: Posterior) -> Verdict:
     """The verdict, by the first of the module's rules that holds."""
     if posterior.is_nothing:
         return Verdict(Code.NOTHING_MISSING, explains=True)
-    share, explains = _explained(posterior.base, posterior.lead.refit)
+    share, explains = _explained(posterior, posterior.lead.refit)
     named, joint = _named(posterior)
     if joint is not None:
         if not explains:
-            share, explains = _explained(posterior.base, joint)
+            share, explains = _explained(posterior, joint)
         first = named[0]
         alone = _one_pose(posterior, joint, first.name) if len(named) == 1 else None
         if alone is not None:
@@ -104,9 +104,15 @@ def reach_verdict(posterior: Posterior) -> Verdict:
     )
 
 
-def _explained(base: Fit, joint: Refit | None) -> tuple[float, bool]:
-    """Part of the misfit that a refit takes, and whether noise explains the rest."""
+def _explained(posterior: Posterior, joint: Refit | None) -> tuple[float, bool]:
+    """Part of the misfit that a refit takes, and whether noise explains the rest.
+
+    Of noise that is not known, part of the whole residual.
+    """
+    base = posterior.base
     whole = _misfit(base)
+    if joint is not None and not posterior.table.noise.is_known:
+        return 1 - joint.fit.chi2 / base.chi2, joint.explains
     if joint is None or whole <= 0:
         return 0.0, False
     return max(1 - max(_misfit(joint.fit), 0.0) / whole, 0.0), joint.explains

@@ -1,5 +1,6 @@
-"""Where a logged column has its zero, and what a fit holds, say nothing of what is missing."""
+"""Laws of the diagnosis: what says nothing of the sensor changes no verdict and no probability."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from calib.fit.model import Model
 from calib.poses.imu_log import TEMPERATURE
 from calib.poses.pose_set import PoseSet
 from tests.lots import pose_sets_of
+from tests.set_trials import hand_design
 from tests.world.designs import paper_design
 from tests.world.imu import mpu6050
 from tests.world.lot import LotPlan, draw_lot
@@ -78,3 +80,41 @@ def test_nothing_is_not_said_against_its_own_probability() -> None:
             if finding.verdict.code == "nothing_missing":
                 assert finding.posterior.nothing >= 0.5
                 assert finding.posterior.p_value > 1e-3
+
+
+def turned(poses: PoseSet, axes: list[int], signs: list[float]) -> PoseSet:
+    """The same session of a sensor whose axes have other names and senses."""
+    return replace(
+        poses, reading=poses.reading[:, axes] * signs, sd=poses.sd[:, axes],
+        force=poses.force[:, axes] * signs, expected=poses.expected[:, axes] * signs,
+        vibration=poses.vibration[:, axes],
+    )
+
+
+def in_another_order(poses: PoseSet) -> PoseSet:
+    return poses.take(np.random.default_rng(7).permutation(len(poses)))
+
+
+def with_columns_turned(poses: PoseSet) -> PoseSet:
+    return replace(poses, columns={name: 300.0 - 7.0 * values
+                                   for name, values in poses.columns.items()})
+
+
+@pytest.mark.parametrize("name", [None, "quadratic", "temperature_bias", "hysteresis", "warm_up"])
+@pytest.mark.parametrize("law", [
+    in_another_order, with_columns_turned,
+    lambda poses: turned(poses, [1, 2, 0], [1.0, 1.0, 1.0]),
+    lambda poses: turned(poses, [0, 1, 2], [1.0, -1.0, 1.0]),
+], ids=["order of poses", "sign of columns", "order of axes", "sign of an axis"])
+def test_what_only_names_things_changes_no_probability(
+    name: str | None, law: Callable[[PoseSet], PoseSet]
+) -> None:
+    plan = LotPlan(2, hidden=name, own_sd=(8.0, 8.0))
+    for poses in pose_sets_of(draw_lot(hand_design(), plan, 407)):
+        one, other = finding_of(poses), finding_of(law(poses))
+        assert other.verdict.code == one.verdict.code
+        assert {*other.verdict.group} == {*one.verdict.group}
+        stated = [{i.name: i.probability for i in each.posterior.inclusion}
+                  for each in (one, other)]
+        for each in stated[0].keys() & stated[1].keys():
+            assert stated[1][each] == pytest.approx(stated[0][each], abs=0.02)
