@@ -85,7 +85,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("errors", "text", "drawings"), ("files",), ("logs", "cameras"), ("devices",),
         ("config",), ("stages",),
         ("results", "record", "plan", "model_change", "guess", "clock"),
-        ("console", "export"), ("report",), ("session_folder",),
+        ("console", "export", "next_change"), ("report",), ("session_folder",),
         ("fleet", "workbench", "notebook"), ("commands",),
         ("cli",),
         ("__main__",),

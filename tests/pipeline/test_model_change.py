@@ -12,12 +12,11 @@ from pipeline.model_change import (
     ModelChange,
     change_model,
     edited_config,
-    next_target,
     note_on,
-    predicts_better,
     read_target,
     require_addable,
 )
+from pipeline.next_change import next_target, predicts_better
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
 from tests.sessions import pipeline

@@ -16,17 +16,14 @@ from pipeline.console.answers import next_line
 from pipeline.console.model_change_text import change_lines
 from pipeline.errors import ConfigError
 from pipeline.model_change import (
-    MOST_CHANGES,
     ModelChange,
     Target,
     change_model,
-    next_target,
     note_on,
     overruled,
-    predicts_better,
     read_target,
-    stand_in,
 )
+from pipeline.next_change import MOST_CHANGES, next_target, predicts_better, stand_in
 from pipeline.report.outputs import outputs_of
 from pipeline.results.history import HISTORY_NAME
 from pipeline.session_folder import working_on, write_session
