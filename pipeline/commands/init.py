@@ -13,6 +13,8 @@ from pipeline.commands.interaction.arguments import (
     ask_latitude,
 )
 
+DRAWING = "poses.svg"  #: beside the configuration
+
 
 @click.command(epilog=examples(
     "pipeline init my-session",
@@ -27,7 +29,7 @@ from pipeline.commands.interaction.arguments import (
 @click.option("--tilted", is_flag=True,
               help="Both triads from a record player with 5 cm under one side.")
 def command(folder: Path, latitude: float | None, height: float, tilted: bool) -> None:
-    """Write a commented config.yaml into DIR (default: the current folder).
+    """Write a commented config.yaml and a drawing of the poses into DIR (default: here).
 
     On a terminal the command asks for the latitude of the site. Without one the file states gravity
     anywhere on Earth with its uncertainty. The command never overwrites a file.
@@ -38,12 +40,18 @@ def command(folder: Path, latitude: float | None, height: float, tilted: bool) -
         template_text,
         write_template,
     )
+    from pipeline.drawings.sheet import poses_svg
+    from pipeline.files import write_whole
     from pipeline.text.commands import command as proposed
 
     if latitude is None and sys.stdin.isatty():
         latitude = ask_latitude()
     text = on_a_tilted_plate(template_text()) if tilted else template_text()
     path = write_template(folder, text if latitude is None else at_site(text, latitude, height))
+    drawing = path.parent / DRAWING
+    if not drawing.exists():
+        write_whole(drawing, poses_svg())
     click.echo(f"{path} was written. Edit it, then type: {proposed('plan', path)}, and with the "
                f"logs in place: {proposed('check', path)}")
+    click.echo(f"{drawing} shows the 18 poses; print it for the bench.")
 

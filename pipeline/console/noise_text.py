@@ -53,8 +53,8 @@ def _needs(triad: str, axes: Sequence[AxisNoise]) -> Iterator[str]:
         if hidden and lengths:
             yield ""
             yield (f"The log does not show the {words} of {len(hidden)} of 3 axes of the {triad}: "
-                   f"< is an upper limit (95 %). A log of {_duration(max(lengths))} would show "
-                   f"half of it.")
+                   f"< is an upper limit (95 %). If it is half as large, a log of "
+                   f"{_duration(max(lengths))} shows it.")
 
 
 def _duration(seconds: float) -> str:

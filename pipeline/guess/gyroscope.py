@@ -65,8 +65,8 @@ def guess_gyroscope(
     if measured is not None:
         unit, per_deg = nearest_rate_unit(measured[0], bool(encoding))
         return rate_triad(triple, unit, per_deg, encoding, (
-            f"{because}; turned between the rests, gravity moves as {measured[0]:.3g} rad/s per "
-            f"unit would move it (correlation {measured[1]:.2f})"), "")
+            f"{because}; between the rests gravity turns by what {measured[0]:.3g} rad/s per unit "
+            f"make of the readings (correlation {measured[1]:.2f})"), "")
     return _by_size(triple, signed, encoding, because)
 
 

@@ -244,6 +244,8 @@ def why_no_log(table: RawTable) -> str:
         if len(values) and is_direction(values):
             return ("all its readings have the length 1, so they were normalised and show no "
                     "scale; record the raw readings")
+        if len(values) and not values.any():
+            return "all its readings are 0: the sensor did not answer. Check wiring and supply"
         if len(values) and typical_length(values) < REMOVED:
             return ("gravity is removed from its readings (half of them are shorter than "
                     f"{typical_length(values):.2g}), and what is left shows no scale; record the "

@@ -50,6 +50,7 @@ OTHER = {"mag", "magn", "magnetic", "magnetometer", "user", "gravity", "quat", "
          "position", "axisp", "axisi", "axisd", "axisf", "debug", "motor", "bias",
          "covariance", "orientation"}
 SD = {"sd", "std", "stddev", "sigma"}
+ENDS_OF_TIME = ("time", "timestamp", "millis", "micros")  #: ``sensortime``, ``boot_millis``
 CLOCK_OF_UNIT = re.compile(r"(us|ms|ns|µs)_?(time|timestamp|stamp|clock|ticks?)")
 """A time with its unit in front: ``ustime``, ``ms_stamp``."""
 QUATERNION = re.compile(r"q(uat(ernion)?)?[ _.\[]?[wxyz0-3ijkr]\]?", re.IGNORECASE)
@@ -152,7 +153,7 @@ def _quantity(words: list[str], stem: str, axis: int | None) -> Quantity:
         return "temperature"
     if stem in COUNTER:
         return "counter"
-    if known & TIME:
+    if known & TIME or stem.endswith(ENDS_OF_TIME):
         return "time"
     return ""
 

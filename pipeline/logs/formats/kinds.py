@@ -12,7 +12,6 @@ from pipeline.errors import UnreadableInput
 from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.memory import largest_text, too_large
 from pipeline.logs.source import require_file
-from pipeline.text.names import DISTRIBUTION
 
 BAG_FOLDER_MARK = "metadata.yaml"  #: makes a folder a ROS 2 bag
 HEAD_BYTES = 16  #: the longest mark below has 15; the blanks before a brace take the rest
@@ -114,7 +113,7 @@ def tables_of(path: Path, kind: Kind) -> list[FileTable]:
     except ImportError as error:
         raise UnreadableInput(
             f"{path}: is {kind.one}; reading it needs {error.name}, which is not installed. "
-            f"Type: pip install '{DISTRIBUTION}[{kind.extra}]'"
+            f"Type, in the folder of the program: pip install -e '.[{kind.extra}]'"
         ) from error
     try:
         tables: list[FileTable] = module.tables(path)

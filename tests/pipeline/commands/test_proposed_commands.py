@@ -75,7 +75,7 @@ def test_commands_before_the_first_log_are_typed_as_proposed(
     (plan,) = proposed(printed)
     assert plan == ["plan", str(folder / "config.yaml")]
     assert pipeline(*plan) == 0
-    check = shlex.split(printed.split("in place: pipeline ", 1)[1])
+    check = shlex.split(printed.split("in place: pipeline ", 1)[1].partition("\n")[0])
     assert check == ["check", str(folder / "config.yaml")]
     assert pipeline(*check) == 3  # no log is there yet
     assert pipeline("history", folder) == 3 or "pipeline run" in capsys.readouterr().out
