@@ -26,6 +26,9 @@ SPREAD_DIRECTIONS = 200
 """Beside the 26 natural ones, 14° apart: the sd is a smooth function of second order in n.
 Numerical."""
 
+FORCES_OF_A_MODEL = 12
+"""Directions of gravity, 60° apart: a variance is of second order in it. Numerical."""
+
 LARGEST_TO_POSE = 1.5
 """Where a calibration knows a direction this many times worse than one pose laid there would show,
 that pose would nearly halve its error there. 18 wedge poses stay at 0.8; without those of one face
@@ -155,6 +158,11 @@ def predict(calibration: TriadCalibration) -> Prediction | None:
     directions = np.vstack([natural_directions(), spread_directions(SPREAD_DIRECTIONS)])
     magnitude = np.array(_distinct(turning))
     gradient = np.array([_gradient(calibration, size * directions) for size in magnitude])
+    variance = np.einsum("mdp,pq,mdq->md", gradient, fit.cov, gradient)
+    if any("force" in effect.needs for effect in fit.model.acting_on("sensor")):
+        # The next log has gravity in any direction, whatever the rate.
+        variance = np.mean([_variances(calibration, magnitude, directions, up)
+                            for up in spread_directions(FORCES_OF_A_MODEL)], axis=0)
     uncommon = fit.cov - fit.common_shift @ fit.common_shift.T
     by_noise = np.einsum("mdp,pq,mdq->md", gradient, uncommon, gradient)
     pose_sd = float(np.median(fit.equations.magnitude_sd)) * calibration.widening
@@ -162,12 +170,20 @@ def predict(calibration: TriadCalibration) -> Prediction | None:
         magnitude=magnitude,
         directions=directions,
         gradient=gradient,
-        variance=np.einsum("mdp,pq,mdq->md", gradient, fit.cov, gradient),
+        variance=variance,
         noise_worst=float(np.sqrt(max(np.max(by_noise), 0.0))),
         pose_sd=pose_sd,
         wanted=_wanted(gradient, uncommon, pose_sd, directions),
         unchecked=_unchecked(fit),
     )
+
+
+def _variances(
+    calibration: TriadCalibration, magnitude: FloatArray, directions: FloatArray, up: FloatArray
+) -> FloatArray:
+    """Variances (m, d) by the parameters where gravity points ``up`` (3,) all the time."""
+    gradient = np.array([_gradient(calibration, size * directions, up) for size in magnitude])
+    return np.asarray(np.einsum("mdp,pq,mdq->md", gradient, calibration.fit.cov, gradient))
 
 
 def _rms(variance: FloatArray) -> float:
@@ -215,10 +231,12 @@ def _distinct(magnitudes: FloatArray) -> list[float]:
     return kept
 
 
-def _gradient(calibration: TriadCalibration, true: FloatArray) -> FloatArray:
+def _gradient(
+    calibration: TriadCalibration, true: FloatArray, up: FloatArray | None = None
+) -> FloatArray:
     """Derivative of the corrected magnitude by theta at the true vectors (n, 3), (n, p)."""
     fit = calibration.fit
-    poses = imagined(fit.poses, true)
+    poses = imagined(fit.poses, true, up=up)
     at = poses.conditions(true)
     correction = calibration.correction
     matrix, offset = correction.linear_form()
@@ -228,7 +246,7 @@ def _gradient(calibration: TriadCalibration, true: FloatArray) -> FloatArray:
         size = fit.theta[fit.equations.terms.sensor_index]
         linear = true + sensor_columns(sensor, at, fit.shapes, axes_of(matrix)) @ size
     readings = np.asarray((linear - offset) @ np.linalg.inv(matrix).T)
-    equations = Equations.of(imagined(fit.poses, true, readings), fit.model)
+    equations = Equations.of(imagined(fit.poses, true, readings, up), fit.model)
     jacobian = equations.rows(fit.theta, np.zeros_like(fit.eta), fit.shapes).jacobian
     gradient = jacobian[: len(true), : fit.model.size] * equations.magnitude_sd[:, None]
     gradient[:, equations.terms.reference_index] = 0.0  # the next log has another reference
@@ -242,11 +260,17 @@ def typical_force(poses: PoseSet) -> float:
     return float(np.median(logged)) if logged.size else STANDARD_GRAVITY_M_S2
 
 
-def imagined(poses: PoseSet, true: FloatArray, readings: FloatArray | None = None) -> PoseSet:
-    """Poses of these true vectors (n, 3) under the typical conditions of the real ones."""
+def imagined(
+    poses: PoseSet, true: FloatArray, readings: FloatArray | None = None,
+    up: FloatArray | None = None,
+) -> PoseSet:
+    """Poses of these true vectors (n, 3) under the typical conditions of the real ones.
+
+    Gravity points ``up`` (3,), by default along the vectors.
+    """
     n = len(true)
     size = np.linalg.norm(true, axis=1)
-    up = true / size[:, None]
+    up = true / size[:, None] if up is None else np.tile(up, (n, 1))
     gravity = typical_force(poses)
     q = len(poses.reference.common_names)
     return PoseSet(

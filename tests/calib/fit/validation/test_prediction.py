@@ -87,3 +87,14 @@ def test_where_only_rest_was_measured_there_is_none() -> None:
     poses = noisy(made_poses("gyroscope", (0.0,)), 4, Model.of(["bias"]))
     found = fit(poses, Model.of(["bias"]))
     assert predict(calibrate_triad(found, SPECS["gyroscope"])) is None
+
+
+def test_gravity_of_the_next_log_points_anywhere_also_where_the_model_has_its_effect() -> None:
+    poses = noisy(made_poses("gyroscope", (SLOW, 2 * SLOW)), 5)
+    calibration = calibrate_triad(fit(poses, Model.of((*BASE, "g_sensitivity"))),
+                                  SPECS["gyroscope"])
+    stated = predict(calibration)
+    assert stated is not None
+    where = calibration.fit.model.slices()["g_sensitivity"]
+    elements = GRAVITY * np.sqrt(np.diag(calibration.fit.cov)[where])
+    assert stated.sd_median > 0.5 * np.sqrt(np.mean(elements**2))
